@@ -1,0 +1,174 @@
+"""The composition root: the one place where a configuration becomes objects that work together."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Self
+
+import numpy as np
+import pinocchio as pin
+
+from palpate.adapters.config import RunConfig
+from palpate.adapters.mujoco_ports import MujocoArm, MujocoClock, MujocoForceSensor, MujocoJointEncoder
+from palpate.core.arms import arm_named
+from palpate.core.cycle import Ports
+from palpate.core.explorer import Explorer
+from palpate.core.insertion import PERIOD_S, InsertionTask
+from palpate.core.inverse_kinematics import InverseKinematics
+from palpate.core.kinematics import Array, Kinematics, ToolGeometry
+from palpate.core.measurement import Measurement
+from palpate.core.perception import (
+    GatedThresholds,
+    IdentityState,
+    Perception,
+    SelectedChannels,
+    SignalProcessor,
+    Symboliser,
+    Thresholds,
+)
+from palpate.core.policy import Action, ActionPenalty, InternalEffort, Policy, Reinforcement, compass_actions
+from palpate.core.task_config import CONTROL_RATE_HZ, N_PER_KGF
+from palpate.core.task_frame import goal_in_base
+from palpate.core.tip_motion import TipMotion
+from palpate.simulation.cell import Truth, WorkCell
+
+
+@dataclass(frozen=True)
+class ReadyPose:
+    """The pose above the nominal goal from which trials begin.
+
+    Attributes:
+        q_rad: Joint angles, (n,).
+        tip_rotation: Orientation of the tool there, (3, 3), base frame; it is kept during the trial.
+    """
+
+    q_rad: Array
+    tip_rotation: Array
+
+
+def find_ready_pose(config: RunConfig) -> ReadyPose:
+    """Solve for the ready pose, tool pointing into the hole, its yaw left to the arm.
+
+    Raises:
+        UnreachableError: The arm cannot get there, or not to the corners of the exploration area.
+    """
+    arm = arm_named(config.arm)
+    kinematics = Kinematics(arm, ToolGeometry())
+    inverse = InverseKinematics(kinematics, PERIOD_S)
+    goal = goal_in_base(config.task.goal)
+
+    def at(x: float, y: float, z: float, rotation: Array) -> pin.SE3:
+        return pin.SE3(rotation, goal.act(np.array([x, y, z])))
+
+    height = config.task.ready_height_mm * 1e-3
+    q = inverse.solve(
+        at(0.0, 0.0, -height, goal.rotation), free_yaw=True, seed_rad=np.array(arm.posture_rad), field="task.goal"
+    )
+    kinematics.update(q)
+    ready = ReadyPose(q, kinematics.tip_rotation.copy())
+    reach = (config.task.area_half_width_mm + config.task.start_uncertainty_mm) * 1e-3
+    for x in (-reach, reach):
+        for y in (-reach, reach):
+            for z in (-height, config.task.insertion_depth_mm * 1e-3):
+                inverse.solve(at(x, y, z, ready.tip_rotation), free_yaw=False, seed_rad=q, field="task.goal")
+    return ready
+
+
+def task_actions(config: RunConfig) -> tuple[Action, ...]:
+    """The compass steps that policies choose from."""
+    return compass_actions(config.task.step_mm * 1e-3)
+
+
+def build_perception(config: RunConfig) -> Perception:
+    """Perception from task knowledge alone; stages that need fitting come from :mod:`palpate.adapters.fitting`."""
+    p = config.perception
+    position, torque = p.position_threshold_mm * 1e-3, p.torque_threshold_kgf_mm * 1e-3 * N_PER_KGF
+    names = p.channels
+    symboliser: Symboliser
+    if p.symbols == "regions":
+        symboliser = GatedThresholds(
+            Thresholds(names[:2], ((-position, position),) * 2), Thresholds(names[2:], ((-torque, torque),) * 2)
+        )
+    else:
+        symboliser = Thresholds(names, ((-position, position),) * 2 + ((-torque, torque),) * 2)
+    return Perception(SelectedChannels(names), symboliser, IdentityState(symboliser.symbols))
+
+
+def build_reinforcement(config: RunConfig) -> Reinforcement:
+    """What an action earns."""
+    if config.learning.reinforcement == "effort":
+        return InternalEffort(
+            per_N_s=config.learning.effort_per_N_s, free_force_N=config.task.press_kgf * N_PER_KGF
+        )
+    return ActionPenalty()
+
+
+def build_task(config: RunConfig, ready: ReadyPose, perception: Perception, policy: Policy) -> InsertionTask:
+    """The core, ready to run over any ports."""
+    arm, goal = arm_named(config.arm), goal_in_base(config.task.goal)
+    signal = SignalProcessor(
+        CONTROL_RATE_HZ, config.perception.cutoff_Hz, config.perception.filter_order, config.perception.calibration
+    )
+    return InsertionTask(
+        config.task,
+        config.control,
+        Measurement(Kinematics(arm, ToolGeometry()), goal, signal),
+        TipMotion(Kinematics(arm, ToolGeometry()), goal, ready.tip_rotation, PERIOD_S),
+        Explorer(perception, policy, build_reinforcement(config), PERIOD_S),
+    )
+
+
+class SimulatedRig:
+    """The MuJoCo work cell with its four ports. A context manager: on exit every device is closed.
+
+    Attributes:
+        ports: What the core runs over.
+        cell: The work cell behind them, for scoring and for pictures.
+    """
+
+    def __init__(self, config: RunConfig, ready: ReadyPose) -> None:
+        kinematics = Kinematics(arm_named(config.arm), ToolGeometry())
+        self._seed = config.seed
+        self.cell = WorkCell(
+            kinematics,
+            config.cell,
+            goal_in_base=goal_in_base(config.task.goal),
+            ready_rad=ready.q_rad,
+            rate_Hz=CONTROL_RATE_HZ,
+        )
+        clock = MujocoClock(self.cell)
+        self._sensor = MujocoForceSensor(self.cell, clock)
+        self._encoder = MujocoJointEncoder(self.cell, clock)
+        self._arm = MujocoArm(
+            self.cell,
+            tuple(kinematics.lower_rad.tolist()),
+            tuple(kinematics.upper_rad.tolist()),
+            tuple(kinematics.velocity_limit_rad_s.tolist()),
+        )
+        self.ports = Ports(clock, self._sensor, self._encoder, self._arm)
+
+    def prepare(self, trial: int) -> None:
+        """Put the world into the state in which this trial starts, and free the arm from its last stop."""
+        self._arm.deactivate()
+        self._sensor.deactivate()
+        self.cell.reset(self._seed, trial)
+        self._sensor.activate()
+        self._arm.activate()
+
+    def truth(self) -> Truth:
+        """What really happened; for scoring and comparators only."""
+        return self.cell.truth()
+
+    def __enter__(self) -> Self:
+        for device in (self._sensor, self._encoder, self._arm):
+            device.configure()
+            device.activate()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._arm.stop()
+        for device in (self._arm, self._encoder, self._sensor):
+            device.close()

@@ -1,0 +1,143 @@
+"""The configuration of a run: one tree of frozen dataclasses, for TOML files, flags and ``run.toml`` alike."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Final
+
+from palpate.core.checks import require_in, require_one_of
+from palpate.core.errors import ConfigurationError
+from palpate.core.task_config import CONTROL_RATE_HZ, ControlConfig, TaskConfig
+from palpate.simulation.cell_config import CellConfig
+
+
+@dataclass(frozen=True)
+class PerceptionConfig:
+    """From raw signals to states. Each stage can be exchanged on its own."""
+
+    cutoff_Hz: float = 4.0
+    """Cut-off of the Butterworth low-pass on the six wrench channels."""
+    filter_order: int = 2
+    """Its order, 1 or 2."""
+    calibration: tuple[float, float, float, float, float, float] = (1.0, 1.0, 1.0, 1.0, 1.0, 1.0)
+    """Factors on the sensor's Fx Fy Fz Tx Ty Tz after taring."""
+    features: str = "channels"
+    """channels: chosen by task knowledge; pca: principal components; som: self-organising map."""
+    channels: tuple[str, ...] = ("x", "y", "tx", "ty")
+    """Channels used (or, for pca and som, reduced): x y z fx fy fz tx ty tz."""
+    components: int = 2
+    """Components kept by pca."""
+    som_side: int = 6
+    """The self-organising map has this many rows and columns."""
+    symbols: str = "regions"
+    """regions: the paper's 17; grid: every combination of bands (81); random: random partition; clusters: k-means."""
+    position_threshold_mm: float = 1.0
+    """Positions nearer to the nominal goal than this count as zero."""
+    torque_threshold_kgf_mm: float = 0.7
+    """Torques smaller than this count as zero."""
+    symbol_count: int = 17
+    """Number of symbols of random and clusters."""
+    fit_trials: int = 10
+    """Random-walk trials whose samples fit pca, som, clusters and the bounds of random."""
+
+    def __post_init__(self) -> None:
+        name = "perception."
+        if not 0.0 < self.cutoff_Hz < CONTROL_RATE_HZ / 2:
+            raise ConfigurationError(
+                name + "cutoff_Hz", self.cutoff_Hz, f"above 0 and below half the control rate, {CONTROL_RATE_HZ / 2:g}"
+            )
+        require_in(name + "filter_order", self.filter_order, 1, 2)
+        require_one_of(name + "features", self.features, ("channels", "pca", "som"))
+        require_in(name + "components", self.components, 1, 9)
+        require_in(name + "som_side", self.som_side, 2, 50)
+        require_one_of(name + "symbols", self.symbols, ("regions", "grid", "random", "clusters"))
+        require_in(name + "position_threshold_mm", self.position_threshold_mm, 0.001, 100.0)
+        require_in(name + "torque_threshold_kgf_mm", self.torque_threshold_kgf_mm, 0.001, 1000.0)
+        require_in(name + "symbol_count", self.symbol_count, 2, 1000)
+        require_in(name + "fit_trials", self.fit_trials, 1, 1000)
+        if self.symbols in ("regions", "grid") and (
+            self.features != "channels" or self.channels != ("x", "y", "tx", "ty")
+        ):
+            raise ConfigurationError(
+                name + "symbols", self.symbols, "random or clusters, unless the features are the channels x y tx ty"
+            )
+
+
+@dataclass(frozen=True)
+class LearningConfig:
+    """Q-learning, what it is rewarded for, and what is programmed beside it."""
+
+    alpha: float = 0.3
+    """Learning rate."""
+    alpha_visits: float | None = None
+    """Visits that halve the learning rate of a state-action pair; none keeps it constant."""
+    alpha_floor: float = 0.02
+    """The learning rate never falls below this."""
+    gamma: float = 1.0
+    """Discount."""
+    temperature: float = 5.0
+    """Boltzmann temperature of the first trial."""
+    temperature_decay: float = 0.96
+    """Its factor from trial to trial."""
+    temperature_floor: float = 0.3
+    """It never falls below this: states are aliased, and a greedy policy would loop in them."""
+    reinforcement: str = "action-penalty"
+    """action-penalty: -1 per action; effort: force beyond the pressing force costs too."""
+    effort_per_N_s: float = -1.0
+    """Reward per newton second of that excess."""
+    programmed: dict[str, str] = field(default_factory=dict)
+    """State name to action name: these states are programmed, not learned."""
+    examples: str = ""
+    """CSV file with state and action columns (such as decisions.csv of a run): its states act by example."""
+
+    def __post_init__(self) -> None:
+        require_in("learning.alpha", self.alpha, 1e-6, 1.0)
+        require_in("learning.alpha_floor", self.alpha_floor, 0.0, self.alpha)
+        if self.alpha_visits is not None:
+            require_in("learning.alpha_visits", self.alpha_visits, 1e-3, 1e9)
+        require_in("learning.gamma", self.gamma, 0.0, 1.0)
+        require_in("learning.temperature", self.temperature, 1e-9, 1e6)
+        require_in("learning.temperature_decay", self.temperature_decay, 1e-3, 1.0)
+        require_in("learning.temperature_floor", self.temperature_floor, 0.0, self.temperature)
+        require_one_of("learning.reinforcement", self.reinforcement, ("action-penalty", "effort"))
+        require_in("learning.effort_per_N_s", self.effort_per_N_s, -1e6, 0.0)
+
+
+@dataclass(frozen=True)
+class RunConfig:
+    """Everything that a run depends on, apart from package versions."""
+
+    scenario: str = "paper"
+    """Preset that the other settings start from."""
+    arm: str = "zebra-zero"
+    """Arm: zebra-zero or ur5."""
+    seed: int = 0
+    """Every random stream of every trial follows from it."""
+    task: TaskConfig = field(default_factory=TaskConfig)
+    cell: CellConfig = field(default_factory=CellConfig)
+    perception: PerceptionConfig = field(default_factory=PerceptionConfig)
+    control: ControlConfig = field(default_factory=ControlConfig)
+    learning: LearningConfig = field(default_factory=LearningConfig)
+
+    def __post_init__(self) -> None:
+        require_one_of("scenario", self.scenario, tuple(SCENARIOS))
+        require_in("seed", self.seed, 0, 2**63 - 1)
+
+
+SCENARIOS: Final[dict[str, str]] = {
+    "paper": "start anywhere within 3 mm, hole at the nominal goal",
+    "blind": "the hole itself anywhere within 3 mm of the nominal goal",
+}
+
+
+def scenario(name: str) -> RunConfig:
+    """The preset of that name.
+
+    Raises:
+        ConfigurationError: There is none.
+    """
+    require_one_of("scenario", name, tuple(SCENARIOS))
+    config = RunConfig(scenario=name)
+    if name == "blind":
+        config = replace(config, cell=replace(config.cell, hole_uncertainty_mm=3.0))
+    return config

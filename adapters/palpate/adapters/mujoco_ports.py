@@ -1,0 +1,151 @@
+"""The four ports over the simulated work cell. Time is the simulation's: sleeping is what makes it go on."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from palpate.core.errors import CommandError
+from palpate.core.lifecycle import Life, ManagedDevice
+from palpate.core.ports import ArmCommand, Clock, ForceSensor, JointEncoder
+from palpate.core.task_config import CONTROL_RATE_HZ
+from palpate.core.values import (
+    AppliedCommand,
+    CommandReason,
+    JointCommand,
+    JointSample,
+    JointVector,
+    WrenchSample,
+)
+from palpate.simulation.cell import WorkCell
+
+_NS: Final = 1_000_000_000
+
+
+class MujocoClock(Clock):
+    """Exact time of the simulation: tick k is at k / 140 s, rounded down to whole nanoseconds."""
+
+    def __init__(self, cell: WorkCell) -> None:
+        self._cell = cell
+
+    def now_ns(self) -> int:
+        """Time of the newest control tick."""
+        return self._cell.ticks * _NS // CONTROL_RATE_HZ
+
+    def sleep_until(self, deadline_ns: int) -> None:
+        """Let physics go on, a whole control tick at a time, until the deadline is reached."""
+        while self.now_ns() < deadline_ns:
+            self._cell.advance()
+
+
+class MujocoForceSensor(ManagedDevice, ForceSensor):
+    """Wrist sensor. A sample belongs to the last physics step of its tick, so its source time is a step back."""
+
+    def __init__(self, cell: WorkCell, clock: Clock) -> None:
+        super().__init__("simulated force sensor")
+        self._cell, self._clock = cell, clock
+        self._age_ns = _NS // (CONTROL_RATE_HZ * cell.config.substeps)
+        self._sample: WrenchSample | None = None
+
+    def read(self) -> WrenchSample:
+        """See :class:`ForceSensor`."""
+        if self._life is not Life.ACTIVE:
+            self._require_active("read()")
+        now, tick = self._clock.now_ns(), self._cell.ticks
+        if self._sample is None or self._sample.sequence != tick:
+            fx, fy, fz, tx, ty, tz = self._cell.measure_wrench()
+            self._sample = WrenchSample((fx, fy, fz), (tx, ty, tz), max(now - self._age_ns, 0), now, tick)
+        return self._sample
+
+    def _on_deactivate(self) -> None:
+        self._sample = None
+
+
+class MujocoJointEncoder(ManagedDevice, JointEncoder):
+    """Joint encoders, with the arm's own resolution."""
+
+    def __init__(self, cell: WorkCell, clock: Clock) -> None:
+        super().__init__("simulated encoders")
+        self._cell, self._clock = cell, clock
+
+    def read(self) -> JointSample:
+        """See :class:`JointEncoder`."""
+        if self._life is not Life.ACTIVE:
+            self._require_active("read()")
+        now = self._clock.now_ns()
+        return JointSample(self._cell.measure_joints(), now, now, self._cell.ticks)
+
+
+class MujocoArm(ManagedDevice, ArmCommand):
+    """Joint servos, with the arm's limits of velocity and position applied, in this order.
+
+    Args:
+        cell: The work cell.
+        lower_rad: Lower joint limits, (n,).
+        upper_rad: Upper joint limits, (n,).
+        velocity_limit_rad_s: Joint velocity limits, (n,).
+    """
+
+    def __init__(
+        self, cell: WorkCell, lower_rad: JointVector, upper_rad: JointVector, velocity_limit_rad_s: JointVector
+    ) -> None:
+        super().__init__("simulated arm")
+        self._cell = cell
+        self._reach = tuple(v / CONTROL_RATE_HZ for v in velocity_limit_rad_s)
+        self._lower, self._upper = lower_rad, upper_rad
+        self._held: JointVector = ()
+        self._tick = -1
+        self._base: JointVector = ()
+        self._stopped = False
+
+    def send(self, command: JointCommand) -> AppliedCommand:
+        """See :class:`ArmCommand`."""
+        if self._life is not Life.ACTIVE:
+            self._require_active("send()")
+        asked = command.position_rad
+        if len(asked) != len(self._reach):
+            raise CommandError(f"the arm has {len(self._reach)} joints, the command has another number", len(asked))
+        if self._stopped:
+            return AppliedCommand(self._held, CommandReason.STOPPED)
+        if self._tick != self._cell.ticks:
+            # Limits count from what was held when the tick began, so that a newer command of one tick just wins.
+            self._tick, self._base = self._cell.ticks, self._held
+        applied, reason = asked, CommandReason.AS_ASKED
+        for value, base, reach, low, high in zip(asked, self._base, self._reach, self._lower, self._upper, strict=True):
+            if not (-reach <= value - base <= reach and low <= value <= high):
+                applied, reason = self._limited(asked)
+                break
+        self._held = applied
+        self._cell.command(applied)
+        return AppliedCommand(applied, reason)
+
+    def stop(self) -> None:
+        """Hold the arm where it stands."""
+        if self._life is Life.ACTIVE and not self._stopped:
+            self._stopped = True
+            self._hold_here()
+
+    def _limited(self, asked: JointVector) -> tuple[JointVector, CommandReason]:
+        reason = CommandReason.VELOCITY_LIMIT
+        applied = []
+        for value, base, reach, low, high in zip(asked, self._base, self._reach, self._lower, self._upper, strict=True):
+            slow = min(max(value, base - reach), base + reach)
+            inside = min(max(slow, low), high)
+            if inside != slow:
+                reason = CommandReason.POSITION_LIMIT
+            applied.append(inside)
+        return tuple(applied), reason
+
+    def _hold_here(self) -> None:
+        self._held = self._cell.joint_angles()
+        self._cell.command(self._held)
+
+    def _on_activate(self) -> None:
+        self._stopped = False
+        self._tick = -1
+        self._hold_here()
+
+    def _on_deactivate(self) -> None:
+        self._hold_here()
+
+    def _on_close(self) -> None:
+        self._hold_here()

@@ -1,0 +1,115 @@
+"""Every error that palpate raises on purpose, in one tree.
+
+::
+
+    PalpateError
+    ├── ConfigurationError          a setting is wrong: the operator's to mend
+    │   ├── AssetError              a robot description or mesh is missing
+    │   ├── UnreachableError        a pose that the arm cannot take
+    │   └── PolicyFileError         a policy file of another kind, schema or state space
+    ├── OutputError                 writing there would lose what is already on disk
+    ├── LifecycleError              a port was used in the wrong order: the caller's fault
+    ├── CommandError                a command that no arm may execute: the caller's fault
+    └── DeviceError                 the device's fault
+        └── FaultLatchedError       a fault waits for a person to acknowledge it
+
+Each error says what happened, the offending value, and what would have been right.
+"""
+
+from __future__ import annotations
+
+
+class PalpateError(Exception):
+    """Root of the tree."""
+
+
+class ConfigurationError(PalpateError, ValueError):
+    """A setting cannot be used.
+
+    Attributes:
+        field: Dotted name of the setting, as it is written in TOML and on the command line.
+        value: The value that was refused.
+        accepted: What would have been right.
+    """
+
+    def __init__(self, field: str, value: object, accepted: str) -> None:
+        self.field, self.value, self.accepted = field, value, accepted
+        super().__init__(f"{field} = {_shown(value)} is refused: {accepted}")
+
+
+class AssetError(ConfigurationError):
+    """A robot description or one of its files is not there."""
+
+
+class UnreachableError(ConfigurationError):
+    """No joint configuration within the limits reaches the pose."""
+
+
+class PolicyFileError(ConfigurationError):
+    """A policy file cannot serve this task."""
+
+
+class OutputError(PalpateError):
+    """Writing would overwrite or mix results.
+
+    Attributes:
+        path: The place in question.
+    """
+
+    def __init__(self, path: str, problem: str, remedy: str) -> None:
+        self.path = path
+        super().__init__(f"{path}: {problem}; {remedy}")
+
+
+class LifecycleError(PalpateError, RuntimeError):
+    """A port was asked for something that its state does not allow.
+
+    Attributes:
+        state: The state it was in.
+        request: What was asked of it.
+    """
+
+    def __init__(self, who: str, state: str, request: str, accepted: str) -> None:
+        self.state, self.request = state, request
+        super().__init__(f"{who}: {request} is not possible while {state}; {accepted}")
+
+
+class CommandError(PalpateError, ValueError):
+    """A command that may not be sent to any arm, for example one that is not finite.
+
+    Attributes:
+        value: The offending value.
+    """
+
+    def __init__(self, problem: str, value: object) -> None:
+        self.value = value
+        super().__init__(f"{problem}: {_shown(value)}")
+
+
+class DeviceError(PalpateError, RuntimeError):
+    """The device, or the way to it, failed.
+
+    Attributes:
+        device: Which one.
+    """
+
+    def __init__(self, device: str, problem: str) -> None:
+        self.device = device
+        super().__init__(f"{device}: {problem}")
+
+
+class FaultLatchedError(DeviceError):
+    """The device stopped after a fault and waits until a person acknowledges it.
+
+    Attributes:
+        cause: The fault, as it was reported when it happened.
+    """
+
+    def __init__(self, device: str, cause: str) -> None:
+        self.cause = cause
+        super().__init__(device, f"stopped by a fault ({cause}); acknowledge it before going on")
+
+
+def _shown(value: object) -> str:
+    text = repr(value)
+    return text if len(text) <= 80 else text[:77] + "..."

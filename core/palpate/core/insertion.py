@@ -1,0 +1,303 @@
+"""The insertion task: approach to contact, exploration of the surface, insertion to full depth.
+
+A state machine without I/O: one :class:`~palpate.core.values.Snapshot` in, one joint command out, a tick of 140 Hz
+at a time. It knows port data only. Encoders cannot see the gripper's springs, so the hole is found by the loss of the
+reaction force and confirmed by motion along the tool axis until contact again; depth is the encoders' depth corrected
+by force over stiffness.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import sqrt
+from typing import Final
+
+from palpate.core.control import ControlLaw, DampingControl, ForceControl, HybridControl, PositionControl
+from palpate.core.explorer import Explorer
+from palpate.core.measurement import Measurement
+from palpate.core.randomness import Purpose, generator
+from palpate.core.task_config import CONTROL_RATE_HZ, N_PER_KGF, ControlConfig, TaskConfig
+from palpate.core.task_frame import ExplorationArea
+from palpate.core.tip_motion import TipMotion
+from palpate.core.trial import Event, Outcome, Phase, TrialReport, TrialSetup
+from palpate.core.values import CommandReason, JointCommand, Snapshot, Validity, Vector3
+
+PERIOD_S: Final = 1.0 / CONTROL_RATE_HZ
+_LOST_TICKS: Final = 4
+"""Unfiltered samples in a row without contact that count as lost: the filtered force would tell 60 ms later."""
+_STALL_TICKS: Final = CONTROL_RATE_HZ // 2
+"""Insertion that gains no depth for so long has met something."""
+_STALL_M: Final = 1e-4
+_JAM_TICKS: Final = 3 * CONTROL_RATE_HZ
+_FALSE_DROP_M: Final = 1e-3
+"""A drop that ends before this depth was an edge, not the hole: exploration goes on."""
+_ACROSS_SPEED_M_S: Final = 0.005
+_NO_CONTACT_M: Final = 0.008
+"""How far below the nominal surface (beyond the insertion depth) the approach may search for contact."""
+
+
+class InsertionTask:
+    """One arm's insertion, trial by trial.
+
+    Args:
+        task: What is to be done.
+        control: Gains.
+        measurement: From snapshots to the task frame.
+        motion: From tip velocities to joint commands.
+        explorer: Perception, policy and learning.
+    """
+
+    def __init__(
+        self,
+        task: TaskConfig,
+        control: ControlConfig,
+        measurement: Measurement,
+        motion: TipMotion,
+        explorer: Explorer,
+    ) -> None:
+        self._task, self._measurement, self._motion, self._explorer = task, measurement, motion, explorer
+        self._contact_N = task.contact_kgf * N_PER_KGF
+        self._press_N = task.press_kgf * N_PER_KGF
+        self._axial_N_per_m = control.axial_stiffness_N_per_mm * 1e3
+        self._ready_z_m = -task.ready_height_mm * 1e-3
+        self._depth_m = task.insertion_depth_mm * 1e-3
+        self._tolerance_m = task.depth_tolerance_mm * 1e-3
+        self._free_motion: ControlLaw
+        self._press: ControlLaw
+        self._exploring: ControlLaw
+        self._inserting: ControlLaw
+        self._make_laws(task, control)
+        self._handlers: dict[Phase, Callable[[], Vector3]] = {
+            Phase.LIFT: self._lift,
+            Phase.TRANSFER: self._transfer,
+            Phase.SETTLE: self._settle,
+            Phase.APPROACH: self._approach,
+            Phase.EXPLORE: self._explore,
+            Phase.INSERT: self._insert,
+        }
+        self.report = TrialReport(TrialSetup(0, 0, (0.0, 0.0)))
+        self.phase = Phase.DONE
+
+    def _make_laws(self, task: TaskConfig, control: ControlConfig) -> None:
+        travel = task.travel_speed_mm_s * 1e-3
+        lateral_N_per_m = control.lateral_stiffness_N_per_mm * 1e3
+        # The step is done after four fifths of the action; the rest lets the torque settle before it is read.
+        step_speed = task.step_mm * 1e-3 / (0.8 * task.ticks_per_action * PERIOD_S)
+        press = (0.0, 0.0, -task.press_kgf * N_PER_KGF)
+        along = DampingControl(control.damping_N_s_per_m, press, travel, self._axial_N_per_m, PERIOD_S)
+        self._free_motion = PositionControl(control.position_gain_per_s, travel, PERIOD_S)
+        self._press = HybridControl(self._free_motion, along)
+        # Policies with steps of their own (spirals, straight lines) may be quicker than the compass step.
+        self._exploring = HybridControl(
+            PositionControl(control.position_gain_per_s, max(step_speed, travel), PERIOD_S), along
+        )
+        self._inserting = HybridControl(
+            ForceControl(
+                control.force_integral_m_per_N_s,
+                control.force_proportional_m_per_N,
+                (0.0, 0.0, 0.0),
+                _ACROSS_SPEED_M_S,
+                lateral_N_per_m,
+                PERIOD_S,
+            ),
+            along,
+        )
+
+    def begin(self, setup: TrialSetup) -> None:
+        """Prepare for a trial; the next ``step`` is its first tick."""
+        self._explorer.begin(setup.index, generator(setup.seed, Purpose.POLICY, setup.index))
+        self._measurement.reset()
+        self.report = TrialReport(setup, temperature=self._explorer.temperature)
+        self.phase = Phase.LIFT
+        self._area = ExplorationArea.of(self._task, setup.start_m)
+        self._target_m: Vector3 = (0.0, 0.0, 0.0)
+        self._tick = 0
+        self._countdown = 0
+        self._tared = False
+        self._bias_sum = [0.0] * 6
+        self._explore_start = 0
+        self._lost_ticks = 0
+        self._hole_tick: int | None = None
+        self._surface_m = 0.0
+        self._best_depth_m = 0.0
+        self._last_progress = 0
+
+    def step(self, snapshot: Snapshot) -> JointCommand:
+        """One control tick: what was sensed in, what the arm shall do out."""
+        self._tick = snapshot.tick
+        self.report.ticks = snapshot.tick + 1
+        if snapshot.tick == 0:
+            self._motion.start(snapshot.joints.position_rad)
+        if snapshot.applied is not None and snapshot.applied.reason is not CommandReason.AS_ASKED:
+            self.report.clamped_ticks += 1
+            self._motion.adopt(snapshot.applied)
+        # A limit that a sample shows may be exceeded further by the truth: saturation ends the trial too.
+        if snapshot.wrench.validity is not Validity.VALID or snapshot.joints.validity is not Validity.VALID:
+            self._end(
+                Outcome.SENSOR_FAULT,
+                f"force sample {snapshot.wrench.validity.value}, joint sample {snapshot.joints.validity.value}",
+            )
+            return self._motion.move((0.0, 0.0, 0.0))
+        self._snapshot = snapshot
+        self._measurement.update(snapshot)
+        velocity = self._handlers[self.phase]() if self._within_force_limit() else (0.0, 0.0, 0.0)
+        return self._motion.move(velocity)
+
+    @property
+    def done(self) -> bool:
+        """Whether the trial has ended."""
+        return self.phase is Phase.DONE
+
+    def _within_force_limit(self) -> bool:
+        if not self._tared:
+            return True
+        x, y, z = self._measurement.force_N
+        force = sqrt(x * x + y * y + z * z)
+        if force > self.report.peak_force_N:
+            self.report.peak_force_N = force
+            if force > self._task.max_force_N:
+                self._end(Outcome.FORCE_LIMIT, f"{force:.2f} N, limit {self._task.max_force_N:g} N")
+                return False
+        return True
+
+    # Phases. Each returns the tip velocity for this tick.
+
+    def _lift(self) -> Vector3:
+        x, y, z = self._motion.reference_m
+        if z <= self._ready_z_m + 1e-6:
+            self._enter(Phase.TRANSFER)
+            return self._transfer()
+        return self._free_motion.velocity_m_s((x, y, z), (x, y, self._ready_z_m), (0.0, 0.0, 0.0))
+
+    def _transfer(self) -> Vector3:
+        reference = self._motion.reference_m
+        target = (*self.report.setup.start_m, self._ready_z_m)
+        if max(abs(r - t) for r, t in zip(reference, target, strict=True)) < 1e-6:
+            self._enter(Phase.SETTLE)
+            self._countdown = 2 * self._task.tare_ticks
+        return self._free_motion.velocity_m_s(reference, target, (0.0, 0.0, 0.0))
+
+    def _settle(self) -> Vector3:
+        self._countdown -= 1
+        if self._countdown < self._task.tare_ticks:
+            wrench = self._snapshot.wrench
+            for i, value in enumerate((*wrench.force_N, *wrench.torque_Nm)):
+                self._bias_sum[i] += value
+        if self._countdown == 0:
+            a, b, c, d, e, f = (total / self._task.tare_ticks for total in self._bias_sum)
+            self._measurement.tare((a, b, c, d, e, f))
+            self._tared = True
+            self._event("tare", f"{a:.6g} {b:.6g} {c:.6g} N, {d:.6g} {e:.6g} {f:.6g} N m, sensor frame")
+            self._enter(Phase.APPROACH)
+            self._target_m = self._motion.reference_m
+        return 0.0, 0.0, 0.0
+
+    def _approach(self) -> Vector3:
+        depth = self._tip_depth_m()
+        if self._in_contact():
+            self._explore_start = self._tick
+            if depth >= self._depth_m - self._tolerance_m:
+                self._event("hole", "the approach went straight into it")
+                self._end_inserted(depth)
+                return 0.0, 0.0, 0.0
+            self._surface_m = depth
+            self._event("contact", f"surface at {depth * 1e3:.3f} mm below the nominal plane")
+            self._enter(Phase.EXPLORE)
+            self._countdown = self._task.ticks_per_action
+        elif depth > self._depth_m + _NO_CONTACT_M:
+            self._end(Outcome.NO_CONTACT, f"nothing touched down to {depth * 1e3:.2f} mm")
+        return self._press.velocity_m_s(self._motion.reference_m, self._target_m, self._measurement.force_N)
+
+    def _explore(self) -> Vector3:
+        measured = self._measurement
+        if self._tick - self._explore_start >= self._task.time_limit_s * CONTROL_RATE_HZ:
+            self._end(Outcome.TIME_LIMIT, f"{self._task.time_limit_s:g} s")
+            return 0.0, 0.0, 0.0
+        self._explorer.feel(measured.position_m, measured.force_N)
+        if measured.force_N[2] > -self._contact_N:
+            # Moving on across a hole while the peg drops would press it against the wall: hold until it is clear.
+            self._target_m = self._motion.reference_m
+            self._lost_ticks += 1
+            if self._lost_ticks == _LOST_TICKS:
+                self._lose_contact()
+        else:
+            self._lost_ticks = 0
+            self._countdown -= 1
+            if self._countdown <= 0:
+                self._next_action()
+        return self._exploring.velocity_m_s(self._motion.reference_m, self._target_m, measured.force_N)
+
+    def _lose_contact(self) -> None:
+        self._event("contact lost")
+        self._hole_tick = self._tick
+        self._best_depth_m, self._last_progress = 0.0, self._tick
+        self._inserting.reset()
+        self._enter(Phase.INSERT)
+
+    def _next_action(self) -> None:
+        measured, reference = self._measurement, self._motion.reference_m
+        if measured.force_N[2] < -0.5 * self._press_N:
+            # Pressing is steady: refine the height of the surface that depth is counted from.
+            self._surface_m += 0.3 * (self._tip_depth_m() - self._surface_m)
+        force, torque = measured.filtered_wrench_at_tip()
+        decision = self._explorer.decide(self._tick, measured.position_m, reference, force, torque)
+        dx, dy = decision.action.displacement_m
+        x, y = self._area.clamp(reference[0] + dx, reference[1] + dy)
+        self._target_m = (x, y, reference[2])
+        self._countdown = self._task.ticks_per_action
+
+    def _insert(self) -> Vector3:
+        depth = self._tip_depth_m() - self._surface_m
+        if depth > self._best_depth_m + _STALL_M:
+            self._best_depth_m, self._last_progress = depth, self._tick
+        stalled = self._tick - self._last_progress
+        if depth >= self._depth_m + self._tolerance_m or (
+            depth >= self._depth_m - self._tolerance_m and self._in_contact()
+        ):
+            self._event("hole", f"found after {self._exploration_s():.3f} s")
+            self._end_inserted(depth)
+        elif stalled > _STALL_TICKS and self._best_depth_m < _FALSE_DROP_M:
+            self._event("false drop", f"to {self._best_depth_m * 1e3:.3f} mm")
+            self._hole_tick = None
+            self._target_m = self._motion.reference_m
+            self._lost_ticks = 0
+            self._enter(Phase.EXPLORE)
+        elif stalled > _JAM_TICKS:
+            self._end(Outcome.JAMMED, f"at {depth * 1e3:.2f} mm")
+        return self._inserting.velocity_m_s(self._motion.reference_m, self._target_m, self._measurement.force_N)
+
+    # Small helpers.
+
+    def _in_contact(self) -> bool:
+        return self._measurement.filtered_force_z_N < -self._contact_N
+
+    def _tip_depth_m(self) -> float:
+        """Depth of the true tip below the nominal plane: encoders, corrected for the axial spring."""
+        return self._measurement.position_m[2] + self._measurement.force_N[2] / self._axial_N_per_m
+
+    def _exploration_s(self) -> float:
+        end = self._tick if self._hole_tick is None else self._hole_tick
+        return (end - self._explore_start) * PERIOD_S
+
+    def _enter(self, phase: Phase) -> None:
+        self.phase = phase
+        self._event("phase", phase.value)
+
+    def _event(self, name: str, detail: str = "") -> None:
+        self.report.events.append(Event(self._tick, name, detail))
+
+    def _end_inserted(self, depth_m: float) -> None:
+        self._explorer.reached_goal()
+        self.report.depth_m = depth_m
+        self._end(Outcome.INSERTED, f"depth {depth_m * 1e3:.3f} mm")
+
+    def _end(self, outcome: Outcome, detail: str) -> None:
+        self.report.outcome = outcome
+        if self.report.depth_m == 0.0:
+            self.report.depth_m = max(self._tip_depth_m() - self._surface_m, 0.0)
+        if self._explore_start:
+            self.report.exploration_time_s = self._exploration_s()
+        self.report.decisions = self._explorer.decisions
+        self.report.actions = len(self._explorer.decisions)
+        self._event("end", f"{outcome.value}: {detail}")
+        self.phase = Phase.DONE

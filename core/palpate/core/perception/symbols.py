@@ -1,0 +1,180 @@
+"""Symbolic conversion: sets in feature space with names (paper, 3.3 and 5.2).
+
+By thresholds from knowledge of the task here; by a random partition or by unsupervised clustering in
+:mod:`palpate.core.perception.partitions`.
+"""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from bisect import bisect_left, bisect_right
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise, product
+from math import prod
+from typing import Protocol, runtime_checkable
+
+from palpate.core.errors import ConfigurationError
+from palpate.core.perception.checks import Matrix, names, require_finite, vector
+
+MOST_SYMBOLS = 100_000
+"""More than any table of values could be learned for; a list of names that long is a mistake."""
+
+
+@runtime_checkable
+class Symboliser(Protocol):
+    """Feature vector in, symbol out."""
+
+    @property
+    @abstractmethod
+    def features(self) -> tuple[str, ...]:
+        """Names of the features it expects, in order."""
+
+    @property
+    @abstractmethod
+    def symbols(self) -> tuple[str, ...]:
+        """Readable names of the symbols; symbol ``i`` is ``symbols[i]``."""
+
+    @abstractmethod
+    def symbol(self, features: tuple[float, ...]) -> int:
+        """Symbol of a feature vector.
+
+        Raises:
+            CommandError: A feature is not finite.
+        """
+
+
+@dataclass(frozen=True)
+class Thresholds:
+    """Each feature is cut into bands; a symbol is a combination of bands, the first feature leading.
+
+    With two thresholds the bands are ``-``, ``0`` and ``+``, for example ``"x- y0"``; with any other
+    number they are counted from 0, for example ``"fz:1"``. A value on a threshold belongs to the band
+    on the side of the middle, so the middle of -t and t is ``|value| <= t``; where there is one
+    threshold only, to the upper band.
+
+    Attributes:
+        features: Names of the features.
+        thresholds: For each feature its thresholds in rising order, in the feature's unit.
+
+    Raises:
+        ConfigurationError: Thresholds that do not rise, or not one list of them per feature.
+    """
+
+    features: tuple[str, ...]
+    thresholds: Matrix
+    symbols: tuple[str, ...] = field(init=False, repr=False, compare=False)
+    _cuts: tuple[tuple[Sequence[float], Sequence[float], int], ...] = field(
+        init=False, repr=False, compare=False
+    )
+
+    def __post_init__(self) -> None:
+        features = names("perception.symboliser.features", self.features)
+        thresholds = _rising(self.thresholds, len(features))
+        bands = [_band_names(name, len(cuts)) for name, cuts in zip(features, thresholds, strict=True)]
+        # Thresholds below the middle take their own value into the upper band, those above into the lower.
+        halves = [(cuts[: (len(cuts) + 1) // 2], cuts[(len(cuts) + 1) // 2 :]) for cuts in thresholds]
+        object.__setattr__(self, "features", features)
+        object.__setattr__(self, "thresholds", thresholds)
+        object.__setattr__(self, "symbols", tuple(" ".join(one) for one in product(*bands)))
+        object.__setattr__(self, "_cuts", tuple((low, high, len(low + high) + 1) for low, high in halves))
+
+    @classmethod
+    def of(cls, thresholds: Mapping[str, Sequence[float]]) -> Thresholds:
+        """The same from a mapping such as ``{"x": (-1e-3, 1e-3), "y": (-1e-3, 1e-3)}``."""
+        return cls(tuple(thresholds), tuple(tuple(cuts) for cuts in thresholds.values()))
+
+    def symbol(self, features: tuple[float, ...]) -> int:
+        """Combination of the bands that the features lie in."""
+        require_finite("features", features)
+        number = 0
+        for value, (low, high, bands) in zip(features, self._cuts, strict=True):
+            number = number * bands + bisect_right(low, value) + bisect_left(high, value)
+        return number
+
+    @property
+    def middle(self) -> int | None:
+        """Symbol of the middle band of every feature; None where a feature has no middle band."""
+        if any(bands % 2 == 0 for _, _, bands in self._cuts):
+            return None
+        return len(self.symbols) // 2
+
+
+@dataclass(frozen=True)
+class GatedThresholds:
+    """Outer features decide; only while all of them are in their middle band, the inner ones do.
+
+    With x, y outside and tx, ty inside and two thresholds each these are the 8 + 9 = 17 symbols of
+    the paper (5.2): torque says something where the position does not. The outer symbols come first.
+
+    Attributes:
+        outer: Thresholds of the features that are looked at first, an even number of each.
+        inner: Thresholds of the features that follow them in the feature vector.
+
+    Raises:
+        ConfigurationError: An outer feature has no middle band, or a feature is in both.
+    """
+
+    outer: Thresholds
+    inner: Thresholds
+    features: tuple[str, ...] = field(init=False, repr=False, compare=False)
+    symbols: tuple[str, ...] = field(init=False, repr=False, compare=False)
+    _middle: int = field(init=False, repr=False, compare=False)
+    _outer_count: int = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        outer = _thresholds("perception.symboliser.outer", self.outer)
+        inner = _thresholds("perception.symboliser.inner", self.inner)
+        middle = outer.middle
+        if middle is None:
+            raise ConfigurationError(
+                "perception.symboliser.outer",
+                outer.thresholds,
+                "an even number of thresholds for each feature",
+            )
+        around = outer.symbols[:middle] + outer.symbols[middle + 1 :]
+        features = names("perception.symboliser.features", outer.features + inner.features)
+        object.__setattr__(self, "features", features)
+        object.__setattr__(self, "symbols", around + inner.symbols)
+        object.__setattr__(self, "_middle", middle)
+        object.__setattr__(self, "_outer_count", len(outer.features))
+
+    @classmethod
+    def of(
+        cls, outer: Mapping[str, Sequence[float]], inner: Mapping[str, Sequence[float]]
+    ) -> GatedThresholds:
+        """The same from two mappings; see :meth:`Thresholds.of`."""
+        return cls(Thresholds.of(outer), Thresholds.of(inner))
+
+    def symbol(self, features: tuple[float, ...]) -> int:
+        """Symbol of the outer features, or of the inner ones where those say nothing."""
+        require_finite("features", features)
+        region = self.outer.symbol(features[: self._outer_count])
+        if region == self._middle:
+            return len(self.outer.symbols) - 1 + self.inner.symbol(features[self._outer_count :])
+        return region - (region > self._middle)
+
+
+def _thresholds(where: str, value: object) -> Thresholds:
+    if not isinstance(value, Thresholds):
+        raise ConfigurationError(where, value, "a stage of kind 'thresholds'")
+    return value
+
+
+def _rising(thresholds: object, rows: int) -> Matrix:
+    where = "perception.symboliser.thresholds"
+    accepted = f"a list of rising numbers for each of the {rows} features"
+    if isinstance(thresholds, (str, dict)) or not isinstance(thresholds, Iterable):
+        raise ConfigurationError(where, thresholds, accepted)
+    cuts = tuple(vector(where, row) for row in thresholds)
+    if len(cuts) != rows or any(low >= high for row in cuts for low, high in pairwise(row)):
+        raise ConfigurationError(where, cuts, accepted)
+    if prod(len(row) + 1 for row in cuts) > MOST_SYMBOLS:
+        raise ConfigurationError(where, cuts, f"at most {MOST_SYMBOLS} symbols in all")
+    return cuts
+
+
+def _band_names(feature: str, thresholds: int) -> list[str]:
+    if thresholds == 2:
+        return [f"{feature}{sign}" for sign in "-0+"]
+    return [f"{feature}:{i}" for i in range(thresholds + 1)]

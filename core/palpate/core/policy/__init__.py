@@ -1,0 +1,52 @@
+"""From a state to an action: programmed, from examples, or learned from experience (paper, section 3.5)."""
+
+from palpate.core.policy.actions import Action, compass_actions
+from palpate.core.policy.assigned import AssignedPolicy
+from palpate.core.policy.base import EXAMPLES, LEARNED, PROGRAMMED, Decision, Observation, Policy, Transition
+from palpate.core.policy.conversion import document_of, learner_of, policy_from
+from palpate.core.policy.entries import ActionEntry, LearnerEntry, TableRow
+from palpate.core.policy.examples import ExamplesPolicy, load_examples
+from palpate.core.policy.exploration import TemperatureSchedule, boltzmann, boltzmann_probabilities
+from palpate.core.policy.file import SCHEMA, PolicyDocument
+from palpate.core.policy.mixed import MixedPolicy
+from palpate.core.policy.programmed import ProgrammedPolicy
+from palpate.core.policy.q_learning import QLearning, QParameters
+from palpate.core.policy.random_walk import RandomWalkPolicy
+from palpate.core.policy.reinforcement import ActionOutcome, ActionPenalty, InternalEffort, Reinforcement
+from palpate.core.policy.table import render_table
+
+__all__ = [
+    "EXAMPLES",
+    "LEARNED",
+    "PROGRAMMED",
+    "SCHEMA",
+    "Action",
+    "ActionEntry",
+    "ActionOutcome",
+    "ActionPenalty",
+    "AssignedPolicy",
+    "Decision",
+    "ExamplesPolicy",
+    "InternalEffort",
+    "LearnerEntry",
+    "MixedPolicy",
+    "Observation",
+    "Policy",
+    "PolicyDocument",
+    "ProgrammedPolicy",
+    "QLearning",
+    "QParameters",
+    "RandomWalkPolicy",
+    "Reinforcement",
+    "TableRow",
+    "TemperatureSchedule",
+    "Transition",
+    "boltzmann",
+    "boltzmann_probabilities",
+    "compass_actions",
+    "document_of",
+    "learner_of",
+    "load_examples",
+    "policy_from",
+    "render_table",
+]

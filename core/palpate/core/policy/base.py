@@ -1,0 +1,159 @@
+"""What a policy sees, says and learns from: the seam behind which every policy sits.
+
+The task asks ``choose`` before each action and, when the action was one of the set, tells ``learn``
+what came of it. A trial that is aborted ends with an ordinary transition: running out of time is not
+the goal, and calling it one would make lost regions look good.
+"""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import isfinite
+from typing import Final, Protocol, runtime_checkable
+
+import numpy as np
+
+from palpate.core.errors import CommandError, ConfigurationError, LifecycleError
+from palpate.core.policy.actions import Action
+from palpate.core.values import Vector3
+
+PROGRAMMED: Final = "programmed"
+EXAMPLES: Final = "examples"
+LEARNED: Final = "learned"
+
+
+@dataclass(frozen=True, slots=True)
+class Observation:
+    """What is known when an action is to be chosen; lengths and wrenches in the task frame.
+
+    Attributes:
+        state: Index of the qualitative state.
+        position_m: Measured tip, relative to the nominal goal.
+        reference_m: Commanded tip, relative to the nominal goal.
+        force_N: Filtered force at the tip.
+        torque_Nm: Filtered torque about the tip.
+        action_number: How many actions this trial has had.
+    """
+
+    state: int
+    position_m: Vector3
+    reference_m: Vector3
+    force_N: Vector3
+    torque_Nm: Vector3
+    action_number: int
+
+    def __post_init__(self) -> None:
+        _check_index("state", self.state)
+
+
+@dataclass(frozen=True, slots=True)
+class Decision:
+    """An action and where it came from.
+
+    Attributes:
+        action: What to do.
+        index: Its place in the action set; None when it is not of the set, so nothing learns from it.
+        source: Which knowledge chose it: ``"programmed"``, ``"examples"``, ``"learned"`` or the name of
+            a comparator.
+    """
+
+    action: Action
+    index: int | None
+    source: str
+
+
+@dataclass(frozen=True, slots=True)
+class Transition:
+    """What came of one action.
+
+    Attributes:
+        state: State in which it was chosen.
+        action_index: Its place in the action set.
+        reinforcement: The immediate reward, at most 0 here.
+        next_state: State afterwards; None when the goal was reached, whose value is 0.
+        next_action_index: The action that another policy is bound to take in ``next_state``; None when
+            the learner decides there itself. Only :class:`~palpate.core.policy.mixed.MixedPolicy` sets it.
+    """
+
+    state: int
+    action_index: int
+    reinforcement: float
+    next_state: int | None
+    next_action_index: int | None = None
+
+    def __post_init__(self) -> None:
+        _check_index("state", self.state)
+        _check_index("action_index", self.action_index)
+        _check_index("next_state", self.next_state)
+        _check_index("next_action_index", self.next_action_index)
+        if not isfinite(self.reinforcement):
+            raise CommandError("a reinforcement must be finite", self.reinforcement)
+
+
+@runtime_checkable
+class Policy(Protocol):
+    """Chooses actions; may learn."""
+
+    @property
+    @abstractmethod
+    def temperature(self) -> float | None:
+        """Degree of randomness, for display; None where there is no such thing."""
+
+    @abstractmethod
+    def serves(self, state: int) -> bool:
+        """Whether it can choose in this state."""
+
+    @abstractmethod
+    def begin_trial(self, trial: int, rng: np.random.Generator) -> None:
+        """Begin a trial.
+
+        Args:
+            trial: Number of the trial in the course of learning, from 0.
+            rng: Source of all its random choices until the next trial begins.
+        """
+
+    @abstractmethod
+    def choose(self, observation: Observation) -> Decision:
+        """The action to take now.
+
+        Raises:
+            ConfigurationError: It does not serve this state.
+            LifecycleError: It needs random numbers and no trial has begun.
+        """
+
+    @abstractmethod
+    def learn(self, transition: Transition) -> None:
+        """Learn from what came of an action; a policy that does not learn ignores it."""
+
+
+def check_names(states: Sequence[str], actions: Sequence[Action]) -> None:
+    """Refuse a state space or an action set that is empty, says a name twice or has one that cannot be shown.
+
+    Raises:
+        ConfigurationError: Naming ``policy.states`` or ``policy.actions``.
+    """
+    for field, names in (("states", states), ("actions", [action.name for action in actions])):
+        shown = all(name and name.isprintable() for name in names)
+        if not names or len(set(names)) != len(names) or not shown:
+            raise ConfigurationError(
+                f"policy.{field}", tuple(names), "at least one printable name, and none twice"
+            )
+
+
+def drawing_from(rng: np.random.Generator | None, who: str) -> np.random.Generator:
+    """The generator of the trial.
+
+    Raises:
+        LifecycleError: No trial has begun.
+    """
+    if rng is None:
+        raise LifecycleError(who, "no trial has begun", "choose()", "call begin_trial() first")
+    return rng
+
+
+def _check_index(name: str, index: int | None) -> None:
+    if index is not None and index < 0:
+        # A negative index would quietly count from the end of a list.
+        raise CommandError(f"{name} must not be negative", index)

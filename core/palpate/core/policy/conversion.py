@@ -1,0 +1,145 @@
+"""From a live policy to its document and back."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from palpate.core.errors import PolicyFileError
+from palpate.core.policy.actions import Action
+from palpate.core.policy.assigned import AssignedPolicy
+from palpate.core.policy.base import EXAMPLES, LEARNED, PROGRAMMED, Policy
+from palpate.core.policy.entries import ActionEntry, LearnerEntry, TableRow
+from palpate.core.policy.examples import ExamplesPolicy
+from palpate.core.policy.file import PolicyDocument
+from palpate.core.policy.mixed import MixedPolicy
+from palpate.core.policy.programmed import ProgrammedPolicy
+from palpate.core.policy.q_learning import QLearning
+
+
+def learner_of(policy: Policy) -> QLearning | None:
+    """The Q-learner that a policy is or has as a part; the first one."""
+    return next((part for part in _parts_of(policy) if isinstance(part, QLearning)), None)
+
+
+def document_of(
+    policy: Policy, *, created_with: Mapping[str, Any], perception: Mapping[str, Any]
+) -> PolicyDocument:
+    """What a policy knows, ready to be saved.
+
+    Args:
+        policy: Programmed, examples, Q-learning, or a mixture of these.
+        created_with: Versions of what made it.
+        perception: Settings that turn sensor data into its states.
+
+    Raises:
+        PolicyFileError: It is of another kind, or has no action for some state.
+    """
+    parts: list[AssignedPolicy | QLearning] = []
+    for part in _parts_of(policy):
+        if not isinstance(part, AssignedPolicy | QLearning):
+            accepted = "programmed, examples and Q-learning; nothing else fits a policy file"
+            raise PolicyFileError("policy", type(part).__name__, accepted)
+        parts.append(part)
+    learner = learner_of(policy)
+    states, actions = parts[0].states, parts[0].actions
+    if any(part.states != states or part.actions != actions for part in parts):
+        raise PolicyFileError("policy", "parts that differ", "the same states and actions in all its parts")
+    if sum(isinstance(part, QLearning) for part in parts) > 1:
+        raise PolicyFileError("policy", "several learners", "at most one Q-learner")
+    return PolicyDocument(
+        created_with=created_with,
+        perception=perception,
+        states=states,
+        actions=tuple(ActionEntry.of(action) for action in actions),
+        table=tuple(_row_of(state, parts, learner) for state in range(len(states))),
+        learner=None if learner is None else LearnerEntry(learner.parameters, learner.trials_learned),
+    )
+
+
+def policy_from(
+    document: PolicyDocument,
+    states: Sequence[str],
+    actions: Sequence[Action],
+    *,
+    frozen: bool = True,
+    frozen_temperature: float | None = None,
+) -> Policy:
+    """Bring a document back to life.
+
+    The actions are the task's own: those of the file are rounded to mm, which could cost the last bit.
+
+    Args:
+        document: The content of a policy file.
+        states: The states of the task that it is to serve.
+        actions: The action set of the task.
+        frozen: Learn nothing more. Otherwise learning resumes; the next trial is number
+            ``document.learner.trials_learned`` if the temperature is to go on where it was.
+        frozen_temperature: Temperature while frozen; None takes the floor of the schedule.
+
+    Raises:
+        PolicyFileError: The task has other states or actions.
+    """
+    document.check_matches(states, actions)
+    pairs = {
+        source: [(row.state, row.action) for row in document.table if row.source == source]
+        for source in (PROGRAMMED, EXAMPLES)
+    }
+    parts: list[Policy] = []
+    if pairs[PROGRAMMED]:
+        parts.append(ProgrammedPolicy(states, actions, dict(pairs[PROGRAMMED])))
+    if pairs[EXAMPLES]:
+        parts.append(ExamplesPolicy(states, actions, pairs[EXAMPLES]))
+    if document.learner is not None:
+        parts.append(_learner_from(document, document.learner, states, actions, frozen, frozen_temperature))
+    return parts[0] if len(parts) == 1 else MixedPolicy(states, parts)
+
+
+def _parts_of(policy: Policy) -> tuple[Policy, ...]:
+    return policy.parts if isinstance(policy, MixedPolicy) else (policy,)
+
+
+def _row_of(state: int, parts: Sequence[AssignedPolicy | QLearning], learner: QLearning | None) -> TableRow:
+    owner = next((part for part in parts if part.serves(state)), None)
+    name = parts[0].states[state]
+    q = None if learner is None else learner.q[state]
+    if isinstance(owner, QLearning):
+        values = owner.q[state]
+        source, best = LEARNED, values.index(max(values))
+    else:
+        assigned = None if owner is None else owner.assigned(state)
+        if owner is None or assigned is None:
+            raise PolicyFileError("policy", f"no action for {name!r}", "an action for every state")
+        source, best = owner.source, assigned
+    visits = None if learner is None else learner.visits[state]
+    return TableRow(name, source, parts[0].actions[best].name, best, q, visits)
+
+
+def _learner_from(
+    document: PolicyDocument,
+    entry: LearnerEntry,
+    states: Sequence[str],
+    actions: Sequence[Action],
+    frozen: bool,
+    frozen_temperature: float | None,
+) -> QLearning:
+    parameters = entry.parameters
+    learner = QLearning(
+        states,
+        actions,
+        alpha=parameters.alpha,
+        gamma=parameters.gamma,
+        temperature=parameters.temperature,
+        alpha_visits=parameters.alpha_visits,
+        alpha_floor=parameters.alpha_floor,
+        initial_value=parameters.initial_value,
+        frozen=frozen,
+        frozen_temperature=frozen_temperature,
+    )
+    learned = {
+        "q": [row.q or () for row in document.table],
+        "visits": [row.visits_per_action or () for row in document.table],
+        "trials_learned": entry.trials_learned,
+    }
+    learner.set_state(learner.get_state() | learned)
+    return learner

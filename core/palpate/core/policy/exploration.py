@@ -1,0 +1,85 @@
+"""Boltzmann exploration with a temperature that falls from trial to trial (paper, section 6)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import exp, isfinite
+from typing import Final
+
+import numpy as np
+
+from palpate.core.errors import ConfigurationError
+
+GREEDY_BELOW: Final = 1e-6
+"""Temperature under which exploration is off and a best action is always taken."""
+
+
+@dataclass(frozen=True, slots=True)
+class TemperatureSchedule:
+    """Geometric decay with a floor: ``T(trial) = max(floor, initial * decay**trial)``.
+
+    Keep the floor above zero where different places look like the same state: a policy without any
+    randomness then runs in circles between two of them, and what was learned gets worse again.
+
+    Attributes:
+        initial: Temperature of trial 0, in units of Q.
+        decay: Factor from one trial to the next, above 0 and at most 1.
+        floor: Lowest temperature, from 0 to ``initial``.
+
+    Raises:
+        ConfigurationError: A value is out of its range.
+    """
+
+    initial: float
+    decay: float
+    floor: float
+
+    def __post_init__(self) -> None:
+        if not (isfinite(self.initial) and self.initial >= 0.0):
+            raise ConfigurationError(
+                "policy.temperature.initial", self.initial, "a finite number, 0 or above"
+            )
+        if not 0.0 < self.decay <= 1.0:
+            raise ConfigurationError("policy.temperature.decay", self.decay, "a number above 0 and at most 1")
+        if not 0.0 <= self.floor <= self.initial:
+            accepted = f"a number from 0 to the initial temperature, {self.initial:g}"
+            raise ConfigurationError("policy.temperature.floor", self.floor, accepted)
+
+    def at(self, trial: int) -> float:
+        """Temperature of a trial, counted from 0."""
+        return max(self.floor, self.initial * self.decay**trial)
+
+
+def boltzmann_probabilities(values: Sequence[float], temperature: float) -> list[float]:
+    """Probability of each action, proportional to ``exp(Q / T)``.
+
+    Below :data:`GREEDY_BELOW` the best actions share all of it equally.
+
+    Args:
+        values: Q of each action, finite, (n,) with n > 0.
+        temperature: T, in units of Q.
+    """
+    best = max(values)
+    if temperature < GREEDY_BELOW:
+        weights = [1.0 if value == best else 0.0 for value in values]
+    else:
+        # Taking the best value out first keeps every exponent at or below 0: no overflow.
+        weights = [exp((value - best) / temperature) for value in values]
+    total = sum(weights)
+    return [weight / total for weight in weights]
+
+
+def boltzmann(values: Sequence[float], temperature: float, rng: np.random.Generator) -> int:
+    """Index of an action, drawn with :func:`boltzmann_probabilities`.
+
+    Takes exactly one number from ``rng`` whatever the values, so that streams stay aligned.
+    """
+    draw = rng.random()
+    probabilities = boltzmann_probabilities(values, temperature)
+    cumulative = 0.0
+    for index, probability in enumerate(probabilities):
+        cumulative += probability
+        if draw < cumulative:
+            return index
+    return probabilities.index(max(probabilities))  # rounding left the sum just under the draw

@@ -1,0 +1,103 @@
+"""Reinforcement signals: what an action costs. All are at most 0; reaching the goal merely ends the cost."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from dataclasses import astuple, dataclass
+from math import isfinite
+from typing import Protocol, runtime_checkable
+
+from palpate.core.errors import CommandError, ConfigurationError
+
+
+@dataclass(frozen=True, slots=True)
+class ActionOutcome:
+    """The effort that one action took, as the arm itself can tell.
+
+    Attributes:
+        duration_s: How long it lasted.
+        mean_force_N: Mean of the norm of the contact force.
+        peak_force_N: Largest norm of the contact force.
+        distance_m: Length of the way of the measured tip.
+
+    Raises:
+        CommandError: A value is negative or not finite.
+    """
+
+    duration_s: float
+    mean_force_N: float
+    peak_force_N: float
+    distance_m: float
+
+    def __post_init__(self) -> None:
+        if not all(isfinite(value) and value >= 0.0 for value in astuple(self)):
+            raise CommandError("the outcome of an action must be finite and not negative", astuple(self))
+
+
+@runtime_checkable
+class Reinforcement(Protocol):
+    """Turns the outcome of an action into a reward."""
+
+    @abstractmethod
+    def __call__(self, outcome: ActionOutcome) -> float:
+        """The reward, at most 0."""
+
+
+@dataclass(frozen=True, slots=True)
+class ActionPenalty(Reinforcement):
+    """The same penalty for every action, so that the fewest actions are best (paper, section 5.5).
+
+    Attributes:
+        per_action: The reward of each action, below 0.
+
+    Raises:
+        ConfigurationError: It is not a finite number below 0.
+    """
+
+    per_action: float = -1.0
+
+    def __post_init__(self) -> None:
+        if not (isfinite(self.per_action) and self.per_action < 0.0):
+            raise ConfigurationError("reinforcement.per_action", self.per_action, "a finite number below 0")
+
+    def __call__(self, outcome: ActionOutcome) -> float:
+        """The penalty, whatever the outcome."""
+        return self.per_action
+
+
+@dataclass(frozen=True, slots=True)
+class InternalEffort(Reinforcement):
+    """An internal signal that keeps track of the invested effort (paper, section 3.5).
+
+    ``r = per_action + per_N_s * max(0, mean_force_N - free_force_N) * duration_s``: every action costs,
+    and pushing harder than the contact needs costs more.
+
+    Attributes:
+        per_action: Reward of each action, at most 0. With 0 an action without excess force is free, and
+            then nothing tells a short way from a long one.
+        per_N_s: Reward of each N s of impulse above the free force, at most 0.
+        free_force_N: Contact force that costs nothing, such as the set-point of the force control.
+
+    Raises:
+        ConfigurationError: A value is out of its range, or both rewards are 0.
+    """
+
+    per_action: float = -1.0
+    per_N_s: float = -1.0
+    free_force_N: float = 0.0
+
+    def __post_init__(self) -> None:
+        for field, value in (("per_action", self.per_action), ("per_N_s", self.per_N_s)):
+            if not (isfinite(value) and value <= 0.0):
+                raise ConfigurationError(f"reinforcement.{field}", value, "a finite number, 0 or below")
+        if self.per_action == 0.0 and self.per_N_s == 0.0:
+            raise ConfigurationError("reinforcement.per_N_s", self.per_N_s, "below 0 where per_action is 0")
+        if not (isfinite(self.free_force_N) and self.free_force_N >= 0.0):
+            raise ConfigurationError(
+                "reinforcement.free_force_N", self.free_force_N, "a finite force from 0 N up"
+            )
+
+    def __call__(self, outcome: ActionOutcome) -> float:
+        """The cost of the action and of its impulse above the free force."""
+        excess_N = max(0.0, outcome.mean_force_N - self.free_force_N)
+        return self.per_action + self.per_N_s * excess_N * outcome.duration_s

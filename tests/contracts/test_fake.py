@@ -1,0 +1,156 @@
+"""The fakes keep the contracts of the four ports."""
+
+from __future__ import annotations
+
+import pytest
+
+from palpate.adapters.fake import MAX_AGE_NS, FakeArm, FakeClock, FakeForceSensor, FakeJointEncoder
+from palpate.core.contracts import (
+    ArmCommandContract,
+    ArmCommandRig,
+    ClockContract,
+    ClockRig,
+    ForceSensorContract,
+    ForceSensorRig,
+    JointEncoderContract,
+    JointEncoderRig,
+)
+from palpate.core.errors import DeviceError
+from palpate.core.lifecycle import Life
+from palpate.core.ports import ArmCommand, Clock, ForceSensor, JointEncoder
+from palpate.core.values import CommandReason, JointCommand, Validity
+
+HOME_RAD = (0.1, -0.2, 0.3)
+LOWER_RAD = (-1.0, -1.0, -1.0)
+UPPER_RAD = (1.0, 1.0, 0.5)
+
+
+def make_arm(clock: FakeClock) -> FakeArm:
+    return FakeArm(clock, HOME_RAD, lower_rad=LOWER_RAD, upper_rad=UPPER_RAD, max_step_rad=0.02)
+
+
+class TestFakeClock(ClockContract):
+    def make(self) -> ClockRig:
+        return ClockRig(clock=FakeClock(start_ns=7))
+
+
+class TestFakeForceSensor(ForceSensorContract):
+    def make(self) -> ForceSensorRig:
+        clock = FakeClock()
+        sensor = FakeForceSensor(clock)
+        return ForceSensorRig(
+            device=sensor,
+            clock=clock,
+            advance=clock.advance,
+            max_age_ns=MAX_AGE_NS,
+            push_N=lambda fx, fy, fz: setattr(sensor, "load_N", (fx, fy, fz)),
+            go_silent=lambda: setattr(sensor, "silent", True),
+            disconnect=lambda: setattr(sensor, "disconnected", True),
+            provoke_fault=sensor.fail,
+            is_open=lambda: sensor.is_open,
+        )
+
+
+class TestFakeJointEncoder(JointEncoderContract):
+    def make(self) -> JointEncoderRig:
+        clock = FakeClock()
+        arm = make_arm(clock)
+        encoder = FakeJointEncoder(clock, arm.position_rad)
+        return JointEncoderRig(
+            device=encoder,
+            clock=clock,
+            advance=clock.advance,
+            max_age_ns=MAX_AGE_NS,
+            joints=3,
+            expected_rad=HOME_RAD,
+            arm=arm,
+            go_silent=lambda: setattr(encoder, "silent", True),
+            disconnect=lambda: setattr(encoder, "disconnected", True),
+            provoke_fault=encoder.fail,
+            is_open=lambda: encoder.is_open,
+        )
+
+
+class TestFakeArm(ArmCommandContract):
+    def make(self) -> ArmCommandRig:
+        clock = FakeClock()
+        arm = make_arm(clock)
+        return ArmCommandRig(
+            device=arm,
+            clock=clock,
+            advance=clock.advance,
+            home_rad=HOME_RAD,
+            lower_rad=LOWER_RAD,
+            upper_rad=UPPER_RAD,
+            fast_step_rad=0.1,
+            position_rad=arm.position_rad,
+            disconnect=lambda: setattr(arm, "disconnected", True),
+            provoke_fault=arm.fail,
+            is_open=lambda: arm.is_open,
+        )
+
+
+def test_the_fakes_are_their_ports() -> None:
+    clock = FakeClock()
+    arm = make_arm(clock)
+    assert isinstance(clock, Clock)
+    assert isinstance(arm, ArmCommand)
+    assert isinstance(FakeForceSensor(clock), ForceSensor)
+    assert isinstance(FakeJointEncoder(clock, arm.position_rad), JointEncoder)
+
+
+def test_saturation_is_marked() -> None:
+    clock = FakeClock()
+    with FakeForceSensor(clock) as sensor:
+        sensor.saturated = True
+        assert sensor.read().validity is Validity.SATURATED
+        sensor.silent = True
+        clock.advance(100)
+        assert sensor.read().validity is Validity.STALE
+
+
+@pytest.mark.parametrize("port", ["sensor", "encoder"])
+def test_silence_from_the_start_is_an_error(port: str) -> None:
+    clock = FakeClock()
+    fake = FakeForceSensor(clock) if port == "sensor" else FakeJointEncoder(clock, lambda: HOME_RAD)
+    fake.silent = True
+    with fake, pytest.raises(DeviceError, match="has not delivered"):
+        fake.read()
+
+
+def test_a_device_that_does_not_answer_cannot_be_configured() -> None:
+    sensor = FakeForceSensor(FakeClock())
+    sensor.disconnected = True
+    with pytest.raises(DeviceError, match="does not answer"):
+        sensor.configure()
+    assert sensor.life is Life.CONSTRUCTED
+
+
+def test_velocity_limit_comes_before_position_limit() -> None:
+    clock = FakeClock()
+    with make_arm(clock) as arm:
+        beyond = JointCommand((0.1, -0.2, 9.0))
+        assert arm.send(beyond).reason is CommandReason.VELOCITY_LIMIT
+        for _ in range(20):
+            clock.advance()
+            applied = arm.send(beyond)
+        assert applied.reason is CommandReason.POSITION_LIMIT
+        assert applied.position_rad == (0.1, -0.2, 0.5)
+
+
+def test_many_commands_in_one_tick_do_not_add_up_to_a_fast_step() -> None:
+    clock = FakeClock()
+    with make_arm(clock) as arm:
+        for _ in range(10):
+            applied = arm.send(JointCommand((0.9, -0.2, 0.3)))
+        assert applied.position_rad[0] == pytest.approx(0.12)
+
+
+@pytest.mark.parametrize("end", ["fail", "deactivate", "close"])
+def test_a_command_under_way_is_dropped(end: str) -> None:
+    clock = FakeClock()
+    with make_arm(clock) as arm:
+        arm.send(JointCommand((0.11, -0.2, 0.3)))
+        getattr(arm, end)()
+        clock.advance()
+        assert arm.position_rad() == HOME_RAD

@@ -1,0 +1,204 @@
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+import scipy.signal
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from palpate.core.errors import CommandError, ConfigurationError, LifecycleError
+from palpate.core.perception.normalisation import Normalisation
+from palpate.core.perception.signal import SignalProcessor, Wrench
+
+ZERO: Wrench = (0.0,) * 6
+ORDERS = pytest.mark.parametrize("order", [1, 2])
+reading = st.tuples(*[st.floats(-1e4, 1e4)] * 6)
+
+
+def noise(rows: int, seed: int = 0) -> np.ndarray:
+    return np.random.default_rng(seed).normal(size=(rows, 6))
+
+
+def run(processor: SignalProcessor, table: np.ndarray) -> np.ndarray:
+    return np.array([processor.update(tuple(row)) for row in table.tolist()])
+
+
+@ORDERS
+@given(rate=st.floats(1.0, 1e5), part=st.floats(0.005, 0.495))
+def test_the_transfer_function_is_scipys_butterworth(order: int, rate: float, part: float) -> None:
+    b, a = SignalProcessor(rate, part * rate, order).transfer_function()
+    expected_b, expected_a = scipy.signal.butter(order, part * rate, fs=rate)
+    np.testing.assert_allclose(b, expected_b, rtol=1e-9)
+    np.testing.assert_allclose(a, expected_a, rtol=1e-9, atol=1e-12)
+
+
+@ORDERS
+@settings(deadline=None, max_examples=40)
+@given(part=st.floats(0.002, 0.49), seed=st.integers(0, 99))
+def test_the_output_is_scipys(order: int, part: float, seed: int) -> None:
+    table = noise(150, seed)
+    processor = SignalProcessor(140.0, part * 140.0, order)
+    processor.reset(ZERO)
+    sections = scipy.signal.butter(order, part * 140.0, fs=140.0, output="sos")
+    np.testing.assert_allclose(
+        run(processor, table), scipy.signal.sosfilt(sections, table, axis=0), atol=1e-9
+    )
+
+
+def test_the_gain_at_the_papers_cutoff_is_minus_3_db() -> None:
+    processor = SignalProcessor(140.0, 4.0)
+    processor.reset(ZERO)
+    time_s = np.arange(1400) / 140.0
+    wave = np.sin(2 * math.pi * 4.0 * time_s)
+    out = run(processor, np.tile(wave[:, None], 6))[700:, 0]
+    assert math.sqrt(2 * np.mean(out**2)) == pytest.approx(math.sqrt(0.5), rel=1e-6)
+
+
+@ORDERS
+@given(raw=reading, cutoff_Hz=st.floats(0.01, 69.9))
+def test_after_a_reset_a_constant_passes_unchanged_to_the_last_bit(
+    order: int, raw: Wrench, cutoff_Hz: float
+) -> None:
+    processor = SignalProcessor(140.0, cutoff_Hz, order)
+    processor.reset(raw)
+    assert all(processor.update(raw) == raw for _ in range(20))
+
+
+@ORDERS
+def test_the_gain_for_a_constant_is_one(order: int) -> None:
+    processor = SignalProcessor(140.0, 4.0, order)
+    processor.reset(ZERO)
+    target: Wrench = (1.0, -2.0, 0.1, 1e-3, 1e3, 0.3)
+    for _ in range(2000):
+        out = processor.update(target)
+    assert out == pytest.approx(target, rel=1e-14)
+
+
+@ORDERS
+def test_tare_then_scale_then_normalisation_then_filter(order: int) -> None:
+    scale = (2.0, -1.0, 9.80665, 1e-3, 1.0, 0.5)
+    normal = Normalisation((0.1, 0.2, 0.3, -0.4, 0.5, 0.6), (3.0, 1.0, 2.0, 4.0, 0.1, 7.0))
+    bias: Wrench = (1.0, 2.0, 3.0, 4.0, 5.0, -6.0)
+    whole = SignalProcessor(140.0, 4.0, order, scale, normal)
+    bare = SignalProcessor(140.0, 4.0, order)
+    whole.tare(bias)
+    table = noise(50)
+    expected = ((table - bias) * scale - normal.offset) * normal.gain
+    whole.reset(table[0].tolist())
+    bare.reset(expected[0].tolist())
+    np.testing.assert_allclose(run(whole, table), run(bare, expected), atol=1e-12)
+
+
+def test_a_tared_constant_reads_exactly_zero() -> None:
+    bias: Wrench = (0.1, 0.2, 0.3, 0.7, 1.1, -1e-3)
+    processor = SignalProcessor(140.0, 4.0, scale=(3.0,) * 6)
+    processor.tare(bias)
+    processor.reset(bias)
+    assert processor.update(bias) == ZERO
+
+
+@ORDERS
+def test_a_tare_in_the_middle_makes_no_transient(order: int) -> None:
+    normal = Normalisation((0.5,) * 6, (2.0,) * 6)
+    bias = (5.0, -3.0, 1.0, 0.2, 0.1, 7.0)
+    late, early = (SignalProcessor(140.0, 4.0, order, (1.5,) * 6, normal) for _ in range(2))
+    early.tare(bias)
+    table = noise(60)
+    for processor in (late, early):
+        processor.reset(table[0].tolist())
+        before = run(processor, table[:30])
+        if processor is late:
+            processor.tare(bias)
+    assert not np.allclose(before, 0.0)
+    np.testing.assert_allclose(run(late, table[30:]), run(early, table[30:]), atol=1e-12)
+
+
+def test_nothing_is_tared_by_itself() -> None:
+    processor = SignalProcessor(140.0, 4.0)
+    raw: Wrench = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
+    processor.reset(raw)
+    assert processor.update(raw) == raw
+
+
+@ORDERS
+def test_a_restored_state_goes_on_bit_for_bit(order: int) -> None:
+    normal = Normalisation((0.5,) * 6, (2.0,) * 6)
+    first = SignalProcessor(140.0, 4.0, order, (0.3,) * 6, normal)
+    first.tare((0.1, 0.2, 0.3, 0.4, 0.5, 0.6))
+    first.reset(noise(1, 5)[0].tolist())
+    run(first, noise(20))
+    state = first.get_state()
+    second = SignalProcessor(140.0, 4.0, order, (0.3,) * 6, normal)
+    second.set_state(state)
+    assert run(second, noise(30, 1)).tobytes() == run(first, noise(30, 1)).tobytes()
+    assert second.get_state() == first.get_state() != state
+    assert all(type(value) is float for value in state)
+
+
+def test_a_state_from_before_the_first_reset_can_be_restored() -> None:
+    processor = SignalProcessor(140.0, 4.0)
+    processor.tare((1.0,) * 6)
+    other = SignalProcessor(140.0, 4.0)
+    other.set_state(processor.get_state())
+    other.reset((1.0,) * 6)
+    assert other.update((1.0,) * 6) == ZERO
+
+
+def test_the_state_of_another_order_is_refused() -> None:
+    first = SignalProcessor(140.0, 4.0, 1)
+    first.reset(ZERO)
+    with pytest.raises(ConfigurationError, match=r"perception\.state = .* 6 or 18 finite numbers"):
+        SignalProcessor(140.0, 4.0, 2).set_state(first.get_state())
+
+
+@ORDERS
+def test_an_update_without_a_past_is_refused(order: int) -> None:
+    with pytest.raises(LifecycleError, match=r"call reset\(\)"):
+        SignalProcessor(140.0, 4.0, order).update(ZERO)
+
+
+@ORDERS
+@pytest.mark.parametrize("bad", [math.nan, math.inf])
+def test_a_sample_that_is_not_finite_is_refused_and_leaves_no_trace(order: int, bad: float) -> None:
+    processor = SignalProcessor(140.0, 4.0, order)
+    processor.reset((1.0,) * 6)
+    state = processor.get_state()
+    for channel in range(6):
+        raw = [0.0] * 6
+        raw[channel] = bad
+        with pytest.raises(CommandError, match="finite"):
+            processor.update(tuple(raw))  # type: ignore[arg-type]
+        with pytest.raises(CommandError, match="finite"):
+            processor.reset(raw)
+    assert processor.get_state() == state
+
+
+def test_a_reset_and_a_tare_take_six_numbers() -> None:
+    processor = SignalProcessor(140.0, 4.0)
+    with pytest.raises(CommandError, match="six"):
+        processor.reset((0.0,) * 5)
+    with pytest.raises(ConfigurationError, match=r"perception\.tare"):
+        processor.tare((0.0,) * 7)
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"rate_Hz": 0.0}, r"perception\.rate_Hz = 0\.0 is refused: a number above 0"),
+        ({"rate_Hz": math.inf}, r"perception\.rate_Hz"),
+        ({"cutoff_Hz": 0.0}, r"perception\.cutoff_Hz = 0\.0 is refused: .* below half the rate, 70"),
+        ({"cutoff_Hz": -4.0}, r"perception\.cutoff_Hz"),
+        ({"cutoff_Hz": 70.0}, r"perception\.cutoff_Hz"),
+        ({"cutoff_Hz": math.nan}, r"perception\.cutoff_Hz = nan"),
+        ({"order": 3}, r"perception\.order = 3 is refused: a whole number from 1 to 2"),
+        ({"order": True}, r"perception\.order"),
+        ({"scale": (1.0,) * 5}, r"perception\.scale = .* a list of 6 finite numbers"),
+        ({"scale": (1.0,) * 5 + (0.0,)}, r"perception\.scale = .* other than zero"),
+        ({"scale": (1.0,) * 5 + (math.inf,)}, r"perception\.scale"),
+        ({"normalisation": Normalisation((0.0,), (1.0,))}, r"perception\.normalisation = .* six channels"),
+    ],
+)
+def test_unusable_settings_are_named(settings: dict[str, Any], message: str) -> None:
+    with pytest.raises(ConfigurationError, match=message):
+        SignalProcessor(**{"rate_Hz": 140.0, "cutoff_Hz": 4.0, **settings})

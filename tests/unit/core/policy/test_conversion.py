@@ -1,0 +1,130 @@
+import numpy as np
+import pytest
+
+from palpate.core.errors import PolicyFileError
+from palpate.core.policy.actions import compass_actions
+from palpate.core.policy.base import Observation, Transition
+from palpate.core.policy.conversion import document_of, learner_of, policy_from
+from palpate.core.policy.examples import ExamplesPolicy
+from palpate.core.policy.exploration import TemperatureSchedule
+from palpate.core.policy.file import PolicyDocument
+from palpate.core.policy.mixed import MixedPolicy
+from palpate.core.policy.programmed import ProgrammedPolicy
+from palpate.core.policy.q_learning import QLearning
+from palpate.core.policy.random_walk import RandomWalkPolicy
+
+ACTIONS = compass_actions(0.0007)
+STATES = ("a", "b", "c", "d")
+ZERO = (0.0, 0.0, 0.0)
+
+
+def learner(trials: int = 30, states=STATES, **settings) -> QLearning:
+    """One that has wandered about."""
+    q = QLearning(states, ACTIONS, alpha=0.3, temperature=TemperatureSchedule(5.0, 0.9, 0.5), **settings)
+    wander(q, range(trials), seed=1)
+    return q
+
+
+def wander(policy, trials, seed) -> list[int]:
+    """Let a policy act in a made-up world; its choices."""
+    rng, choices = np.random.default_rng(seed), []
+    for trial in trials:
+        policy.begin_trial(trial, rng)
+        state = int(rng.integers(4))
+        for _ in range(20):
+            index = policy.choose(Observation(state, ZERO, ZERO, ZERO, ZERO, 0)).index
+            choices.append(index)
+            after = (state * 3 + index) % 5
+            policy.learn(Transition(state, index, -1.0 - 0.01 * state, after if after < 4 else None))
+            if after == 4:
+                break
+            state = after
+    return choices
+
+
+def through_file(policy, tmp_path) -> PolicyDocument:
+    document_of(policy, created_with={"palpate": "0"}, perception={}).save(tmp_path / "policy.json")
+    return PolicyDocument.load(tmp_path / "policy.json")
+
+
+def mixture(q: QLearning) -> MixedPolicy:
+    programmed = ProgrammedPolicy(STATES, ACTIONS, {"b": "-x-y"})
+    return MixedPolicy(STATES, [programmed, ExamplesPolicy(STATES, ACTIONS, [("c", "+y"), ("b", "+x")]), q])
+
+
+def test_what_was_learned_comes_back_to_the_bit(tmp_path):
+    q = learner(alpha_visits=15.0, alpha_floor=0.05, initial_value=-0.0)
+    back = policy_from(through_file(q, tmp_path), STATES, ACTIONS, frozen=False)
+    assert isinstance(back, QLearning)
+    assert [v.hex() for row in back.q for v in row] == [v.hex() for row in q.q for v in row]
+    assert (back.visits, back.trials_learned, back.parameters) == (q.visits, q.trials_learned, q.parameters)
+    assert back.actions == ACTIONS
+
+
+@pytest.mark.parametrize("mixed", [False, True])
+def test_learning_resumes_as_if_it_had_never_stopped(tmp_path, mixed):
+    policy = mixture(learner()) if mixed else learner()
+    resumed = policy_from(through_file(policy, tmp_path), STATES, ACTIONS, frozen=False)
+    assert wander(policy, range(30, 50), seed=2) == wander(resumed, range(30, 50), seed=2)
+    assert learner_of(policy).q == learner_of(resumed).q
+    assert learner_of(resumed).trials_learned == 50
+
+
+@pytest.mark.parametrize(("given", "temperature"), [(None, 0.5), (0.0, 0.0)])
+def test_a_frozen_policy_keeps_what_it_knows_and_its_temperature(tmp_path, given, temperature):
+    document = through_file(learner(), tmp_path)
+    policy = policy_from(document, STATES, ACTIONS, frozen_temperature=given)
+    wander(policy, range(3), seed=4)
+    assert policy.temperature == temperature
+    assert document_of(policy, created_with={"palpate": "0"}, perception={}) == document
+
+
+def test_rows_say_which_knowledge_decides_and_what_was_learned_there(tmp_path):
+    q = learner()
+    document = through_file(mixture(q), tmp_path)
+    assert [row.source for row in document.table] == ["learned", "programmed", "examples", "learned"]
+    assert [row.action for row in document.table][1:3] == ["-x-y", "+y"]
+    for state, row in enumerate(document.table):
+        assert row.q == q.q[state]
+        assert row.visits == sum(q.visits[state]) > 0
+    assert document.table[0].value == max(q.q[0])
+    assert document.table[1].value == q.q[1][5]
+    assert (
+        document_of(policy_from(document, STATES, ACTIONS), created_with={"palpate": "0"}, perception={})
+        == document
+    )
+
+
+@pytest.mark.parametrize("kind", [ProgrammedPolicy, ExamplesPolicy])
+def test_fixed_knowledge_comes_back_as_its_own_kind(tmp_path, kind):
+    pairs = {"a": "+x", "b": "-x", "c": "-x", "d": "+x-y"}
+    policy = kind(STATES, ACTIONS, pairs if kind is ProgrammedPolicy else pairs.items())
+    document = through_file(policy, tmp_path)
+    assert document.learner is None
+    assert learner_of(policy) is None
+    back = policy_from(document, STATES, ACTIONS)
+    assert type(back) is kind
+    assert [back.assigned(s) for s in range(4)] == [policy.assigned(s) for s in range(4)] == [0, 4, 4, 7]
+
+
+def test_another_task_is_refused(tmp_path):
+    document = through_file(learner(), tmp_path)
+    with pytest.raises(PolicyFileError, match=r"states\[3\]"):
+        policy_from(document, ("a", "b", "c", "e"), ACTIONS)
+    with pytest.raises(PolicyFileError, match="displacement_mm"):
+        policy_from(document, STATES, compass_actions(0.001))
+
+
+@pytest.mark.parametrize(
+    ("policy", "says"),
+    [
+        (RandomWalkPolicy(ACTIONS), "RandomWalkPolicy"),
+        (MixedPolicy(STATES, [mixture(learner(1))]), "MixedPolicy"),
+        (MixedPolicy(STATES, [learner(1), learner(1)]), "several learners"),
+        (MixedPolicy(STATES, [learner(1), ProgrammedPolicy(("a",), ACTIONS, {})]), "parts that differ"),
+        (ProgrammedPolicy(STATES, ACTIONS, {"a": "+x"}), "no action for 'b'"),
+    ],
+)
+def test_what_no_file_can_express_is_refused(policy, says):
+    with pytest.raises(PolicyFileError, match=says):
+        document_of(policy, created_with={}, perception={})

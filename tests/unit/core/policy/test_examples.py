@@ -1,0 +1,83 @@
+from collections import Counter
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from palpate.core.errors import ConfigurationError
+from palpate.core.policy.actions import compass_actions
+from palpate.core.policy.base import Observation
+from palpate.core.policy.examples import ExamplesPolicy, load_examples
+
+EIGHT = compass_actions(0.001)
+NAMES = [action.name for action in EIGHT]
+STATES = ("a", "b", "c")
+ZERO = (0.0, 0.0, 0.0)
+
+
+def test_the_majority_decides_and_ties_go_to_the_first_action():
+    shown = [("a", "-y"), ("a", "+y"), ("a", "-y"), ("b", "-x"), ("b", "+x")]
+    policy = ExamplesPolicy(STATES, EIGHT, shown)
+    assert [policy.assigned(state) for state in range(3)] == [NAMES.index("-y"), NAMES.index("+x"), None]
+    assert policy.counts[0] == (0, 0, 1, 0, 0, 0, 2, 0)
+    assert policy.choose(Observation(0, ZERO, ZERO, ZERO, ZERO, 0)).source == "examples"
+
+
+@given(st.lists(st.tuples(st.sampled_from(STATES), st.sampled_from(NAMES))))
+def test_no_action_is_shown_more_often_than_the_chosen_one(shown):
+    policy = ExamplesPolicy(STATES, EIGHT, iter(shown))
+    counted = Counter(shown)
+    for state, name in enumerate(STATES):
+        assert policy.counts[state] == tuple(counted[name, action] for action in NAMES)
+        assert policy.serves(state) == any(policy.counts[state])
+        if policy.serves(state):
+            assert policy.counts[state][policy.assigned(state)] == max(policy.counts[state])
+
+
+@pytest.mark.parametrize("pair", [("d", "+x"), ("a", "east")])
+def test_unknown_names_are_refused(pair):
+    with pytest.raises(ConfigurationError) as refused:
+        ExamplesPolicy(STATES, EIGHT, [pair])
+    assert refused.value.field == "policy.examples"
+
+
+def test_a_file_of_decisions_is_read_and_other_columns_are_ignored(tmp_path):
+    path = tmp_path / "decisions.csv"
+    path.write_text('trial,state,q,action\r\n0,a,"-1.0,2",+x\r\n0,b,,-y\r\n', encoding="utf-8-sig")
+    assert load_examples(path, STATES, EIGHT) == (("a", "+x"), ("b", "-y"))
+    assert load_examples(str(path)) == load_examples(path)
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        (b"", "1"),
+        (b"trial,action\n0,+x\n", "1"),
+        (b"state,state,action\na,b,+x\n", "1"),
+        (b"state,action\na,+x\nb\n", "3"),
+        (b"state,action\na,+x\n,+x\n", "3"),
+        (b"state,action\na,+x\nd,+x\n", "3"),
+        (b"state,action\na,+x\n\nb,east\n", "4"),
+        (b'state,action\na,"+x\n', "2"),
+    ],
+)
+def test_errors_name_the_file_and_the_line(tmp_path, text, line):
+    path = tmp_path / "decisions.csv"
+    path.write_bytes(text)
+    with pytest.raises(ConfigurationError) as refused:
+        load_examples(path, STATES, EIGHT)
+    assert refused.value.field == f"policy.examples: {path}:{line}"
+    assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize("text", [b"state,action\n", b"state,action\n\xff,+x\n"])
+def test_errors_of_the_whole_file_name_it(tmp_path, text):
+    path = tmp_path / "decisions.csv"
+    path.write_bytes(text)
+    with pytest.raises(ConfigurationError, match=r"decisions\.csv"):
+        load_examples(path)
+
+
+def test_a_missing_file_is_a_wrong_setting(tmp_path):
+    with pytest.raises(ConfigurationError, match="No such file"):
+        load_examples(tmp_path / "none.csv")

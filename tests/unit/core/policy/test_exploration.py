@@ -1,0 +1,132 @@
+from math import inf, isfinite, nan
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from scipy.special import softmax
+from scipy.stats import chisquare
+
+from palpate.core.errors import ConfigurationError
+from palpate.core.policy.exploration import (
+    GREEDY_BELOW,
+    TemperatureSchedule,
+    boltzmann,
+    boltzmann_probabilities,
+)
+
+finite = st.floats(allow_nan=False, allow_infinity=False)
+rows = st.lists(finite, min_size=1, max_size=12)
+
+
+class CountingGenerator(np.random.Generator):
+    def __init__(self, number: float | None = None) -> None:
+        super().__init__(np.random.PCG64(1))
+        self.draws, self.number = 0, number
+
+    def random(self, *args, **kwargs):
+        self.draws += 1
+        drawn = super().random(*args, **kwargs)
+        return drawn if self.number is None else self.number
+
+
+@given(st.lists(st.floats(-50.0, 0.0), min_size=1, max_size=12), st.floats(0.01, 100.0))
+def test_probabilities_are_those_of_softmax(values, temperature):
+    expected = softmax(np.array(values) / temperature)
+    assert boltzmann_probabilities(values, temperature) == pytest.approx(expected, rel=1e-9, abs=1e-300)
+
+
+def test_probabilities_of_a_hand_computed_pair():
+    # exp(-1/2) / (1 + exp(-1/2)) = 0.37754...
+    assert boltzmann_probabilities([0.0, -1.0], 2.0) == pytest.approx([0.6224593312, 0.3775406688], abs=1e-10)
+
+
+@given(rows, st.floats(0.0, 1e300))
+def test_probabilities_are_a_distribution_for_any_finite_values(values, temperature):
+    probabilities = boltzmann_probabilities(values, temperature)
+    assert all(isfinite(p) and 0.0 <= p <= 1.0 for p in probabilities)
+    assert sum(probabilities) == pytest.approx(1.0)
+    assert probabilities[values.index(max(values))] == max(probabilities)
+
+
+@given(st.lists(st.floats(-1e3, 0.0), min_size=2, max_size=8), st.floats(0.1, 10.0), st.floats(-1e3, 1e3))
+def test_only_differences_of_values_matter(values, temperature, shift):
+    shifted = boltzmann_probabilities([value + shift for value in values], temperature)
+    assert shifted == pytest.approx(boltzmann_probabilities(values, temperature), abs=1e-9)
+
+
+@pytest.mark.parametrize("temperature", [1e-6, 1e-5, 1e-3])
+def test_a_million_below_at_a_tiny_temperature_does_not_overflow(temperature):
+    assert boltzmann_probabilities([-1e6, -1e6 - 1.0, 0.0, -1e308], temperature) == [0.0, 0.0, 1.0, 0.0]
+
+
+def test_near_zero_the_best_actions_share_the_probability():
+    assert boltzmann_probabilities([-1.0, -1.0 - 1e-9, -1.0, -5.0], 0.5 * GREEDY_BELOW) == [
+        0.5,
+        0.0,
+        0.5,
+        0.0,
+    ]
+
+
+def test_greedy_ties_are_broken_by_the_generator():
+    rng = np.random.default_rng(3)
+    chosen = [boltzmann([-2.0, -1.0, -3.0, -1.0], 0.0, rng) for _ in range(400)]
+    assert set(chosen) == {1, 3}
+    assert 150 < chosen.count(1) < 250
+
+
+def test_choices_have_the_frequencies_of_the_probabilities():
+    values, temperature, n = [0.0, -1.0, -2.0, -0.5], 1.3, 20_000
+    rng = np.random.default_rng(11)
+    counts = np.bincount([boltzmann(values, temperature, rng) for _ in range(n)], minlength=4)
+    assert chisquare(counts, n * softmax(np.array(values) / temperature)).pvalue > 0.01
+
+
+@given(rows, st.sampled_from([0.0, 1e-7, 1e-6, 0.5, 1e9]))
+def test_every_choice_takes_exactly_one_number(values, temperature):
+    rng, twin = CountingGenerator(), np.random.Generator(np.random.PCG64(1))
+    index = boltzmann(values, temperature, rng)
+    twin.random()
+    assert rng.draws == 1
+    assert rng.bit_generator.state == twin.bit_generator.state
+    assert 0 <= index < len(values)
+
+
+@given(rows, st.floats(0.0, 10.0), st.sampled_from([0.0, 0.5, 1.0 - 2.0**-53]))
+def test_an_impossible_action_is_never_chosen_not_even_at_the_ends(values, temperature, number):
+    index = boltzmann(values, temperature, CountingGenerator(number))
+    assert boltzmann_probabilities(values, temperature)[index] > 0.0
+
+
+@given(st.floats(0.0, 1e6), st.floats(1e-3, 1.0), st.floats(0.0, 1e6), st.integers(0, 10**6))
+def test_the_schedule_is_geometric_above_its_floor(initial, decay, floor, trial):
+    assume(floor <= initial)
+    schedule = TemperatureSchedule(initial, decay, floor)
+    assert schedule.at(0) == initial
+    assert schedule.at(trial) == max(floor, initial * decay**trial)
+    assert floor <= schedule.at(trial + 1) <= schedule.at(trial)
+
+
+def test_the_schedule_of_the_hand_computed_kind():
+    schedule = TemperatureSchedule(8.0, 0.5, 0.75)
+    assert [schedule.at(trial) for trial in range(6)] == [8.0, 4.0, 2.0, 1.0, 0.75, 0.75]
+
+
+@pytest.mark.parametrize(
+    ("initial", "decay", "floor", "field"),
+    [
+        (-1.0, 0.9, 0.0, "initial"),
+        (inf, 0.9, 0.0, "initial"),
+        (1.0, 0.0, 0.0, "decay"),
+        (1.0, 1.1, 0.0, "decay"),
+        (1.0, nan, 0.0, "decay"),
+        (1.0, 0.9, -0.1, "floor"),
+        (1.0, 0.9, 1.1, "floor"),
+        (1.0, 0.9, nan, "floor"),
+    ],
+)
+def test_unusable_schedules_are_refused(initial, decay, floor, field):
+    with pytest.raises(ConfigurationError) as refused:
+        TemperatureSchedule(initial, decay, floor)
+    assert refused.value.field == f"policy.temperature.{field}"

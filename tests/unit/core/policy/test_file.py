@@ -1,0 +1,326 @@
+import json
+import os
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from palpate.core.errors import OutputError, PolicyFileError
+from palpate.core.policy import file as file_module
+from palpate.core.policy.actions import Action, compass_actions
+from palpate.core.policy.entries import ActionEntry, LearnerEntry, TableRow
+from palpate.core.policy.exploration import TemperatureSchedule
+from palpate.core.policy.file import SCHEMA, PolicyDocument
+from palpate.core.policy.q_learning import QParameters
+
+ACTIONS = compass_actions(0.001)
+STATES = ("a", "b")
+FORMAT = json.loads(Path(file_module.__file__).with_name("policy.schema.json").read_text(encoding="utf-8"))
+
+numbers = st.floats(allow_nan=False, allow_infinity=False) | st.sampled_from([-0.0, 5e-324, -5e-324, -1e308])
+
+
+def document(q=(0.0,) * 8, visits=(0,) * 8, learner=True, **settings) -> PolicyDocument:
+    best = q.index(max(q))
+    first = TableRow("a", "learned", ACTIONS[best].name, best, tuple(q), tuple(visits))
+    second = TableRow("b", "programmed", "-x", 4, tuple(q), tuple(visits))
+    parameters = QParameters(alpha=0.3, gamma=1.0, temperature=TemperatureSchedule(5.0, 0.96, 0.1))
+    if not learner:
+        first, second = (
+            replace(r, q=None, visits_per_action=None, source="examples") for r in (first, second)
+        )
+    made = PolicyDocument(
+        created_with={"palpate": "0.1.0"},
+        perception={"thresholds_mm": [-1.0, 1.0]},
+        states=STATES,
+        actions=tuple(ActionEntry.of(action) for action in ACTIONS),
+        table=(first, second),
+        learner=LearnerEntry(parameters, 12) if learner else None,
+    )
+    return replace(made, **settings) if settings else made
+
+
+def content(**settings):
+    return json.loads(document(**settings).to_json_text())
+
+
+def disagreements(value, schema, where="$"):
+    """Tiny check of the parts of JSON Schema that ours uses."""
+    if "$ref" in schema:
+        yield from disagreements(value, FORMAT["$defs"][schema["$ref"].rsplit("/", 1)[1]], where)
+    kinds = {
+        "object": dict,
+        "array": list,
+        "string": str,
+        "number": (int, float),
+        "integer": int,
+        "null": type(None),
+    }
+    accepted = schema.get("type", list(kinds))
+    accepted = [accepted] if isinstance(accepted, str) else accepted
+    if not any(isinstance(value, kinds[kind]) for kind in accepted):
+        yield f"{where}: not {accepted}"
+    if value != schema.get("const", value) or value not in schema.get("enum", [value]):
+        yield f"{where}: not const or enum"
+    if isinstance(value, dict) and "properties" in schema:
+        yield from (f"{where}: {key} missing" for key in schema["required"] if key not in value)
+        for key, item in value.items():
+            if key in schema["properties"]:
+                yield from disagreements(item, schema["properties"][key], f"{where}.{key}")
+            elif not schema["additionalProperties"]:
+                yield f"{where}: {key} unknown"
+    if isinstance(value, list):
+        if not schema.get("minItems", 0) <= len(value) <= schema.get("maxItems", len(value)):
+            yield f"{where}: length"
+        if schema.get("uniqueItems") and len(value) != len({json.dumps(item) for item in value}):
+            yield f"{where}: repeated"
+        for item in value:
+            yield from disagreements(item, schema.get("items", {}), f"{where}[]")
+    if isinstance(value, str) and len(value) < schema.get("minLength", 0):
+        yield f"{where}: too short"
+    if isinstance(value, int | float):
+        if not schema.get("minimum", value) <= value <= schema.get("maximum", value):
+            yield f"{where}: range"
+        if "exclusiveMinimum" in schema and value <= schema["exclusiveMinimum"]:
+            yield f"{where}: range"
+
+
+@given(st.lists(numbers, min_size=8, max_size=8), st.lists(st.integers(0, 10**9), min_size=8, max_size=8))
+def test_a_file_reads_back_to_the_bit(q, visits):
+    made = document(tuple(q), tuple(visits))
+    text = made.to_json_text()
+    read = PolicyDocument.from_json_text(text)
+    assert read == made
+    assert [value.hex() for value in read.table[0].q] == [value.hex() for value in q]
+    assert read.to_json_text() == text
+
+
+def test_a_file_without_a_learner_reads_back(tmp_path):
+    made = document(learner=False)
+    made.save(tmp_path / "policy.json")
+    assert PolicyDocument.load(tmp_path / "policy.json") == made
+
+
+def test_the_file_looks_as_documented():
+    made = content()
+    assert made["schema"] == "palpate.policy/1"
+    assert list(made) == ["schema", "created_with", "perception", "states", "actions", "table", "learner"]
+    assert made["actions"][2] == {"name": "+y", "displacement_mm": [0.0, 1.0]}
+    assert set(made["table"][0]) == {"state", "source", "action", "value", "visits", "q", "visits_per_action"}
+    assert made["learner"]["kind"] == "q-learning"
+    assert made["learner"]["trials_learned"] == 12
+
+
+@pytest.mark.parametrize("learner", [True, False])
+def test_written_files_agree_with_the_json_schema(learner):
+    assert list(disagreements(content(learner=learner), FORMAT)) == []
+
+
+def remove(*keys):
+    def change(made):
+        for key in keys[:-1]:
+            made = made[key]
+        del made[keys[-1]]
+
+    return change
+
+
+def put(*keys_and_value):
+    *keys, last, value = keys_and_value
+
+    def change(made):
+        for key in keys:
+            made = made[key]
+        made[last] = value
+
+    return change
+
+
+def repeat(key):
+    return lambda made: made[key].append(made[key][0])
+
+
+# What a schema can see is refused by both; the rest by the reader alone.
+SEEN_BY_SCHEMA = [
+    (remove("schema"), "schema"),
+    (put("schema", "palpate.policy/2"), "schema"),
+    (put("schema", "palpate.run/1"), "schema"),
+    *[(remove(key), "policy file") for key in FORMAT["required"] if key != "schema"],
+    (put("comment", "hello"), "policy file"),
+    (put("created_with", None), "created_with"),
+    (put("perception", []), "perception"),
+    (put("states", "ab"), "states"),
+    (put("states", []), "states"),
+    (put("states", 0, 1), "states[0]"),
+    (put("states", 0, ""), "states[0]"),
+    (repeat("states"), "states[2]"),
+    (put("actions", []), "actions"),
+    (put("actions", 0, "+x"), "actions[0]"),
+    (put("actions", 0, "displacement_mm", [1.0]), "actions[0].displacement_mm"),
+    (put("actions", 0, "displacement_mm", ["1", 0.0]), "actions[0].displacement_mm[0]"),
+    (remove("actions", 3, "name"), "actions[3]"),
+    (put("table", {}), "table"),
+    (put("table", []), "table"),
+    (remove("table", 1, "q"), "table[1]"),
+    (put("table", 1, "comment", ""), "table[1]"),
+    (put("table", 0, "source", "magic"), "table[0].source"),
+    (put("table", 0, "q", 2, "x"), "table[0].q[2]"),
+    (put("table", 0, "visits_per_action", 0, -1), "table[0].visits_per_action[0]"),
+    (put("learner", "q-learning"), "learner"),
+    (put("learner", "kind", "sarsa"), "learner.kind"),
+    (put("learner", "alpha", 0), "learner.alpha"),
+    (put("learner", "alpha_visits", -1.0), "learner.alpha_visits"),
+    (remove("learner", "temperature", "floor"), "learner.temperature"),
+]
+SEEN_BY_READER = [
+    (repeat("actions"), "actions[8]"),
+    (put("states", 0, "a\nb"), "states[0]"),
+    (put("actions", 0, "displacement_mm", [10**400, 0.0]), "actions[0].displacement_mm[0]"),
+    (repeat("table"), "table[2].state"),
+    (put("table", 1, "state", "c"), "table[1].state"),
+    (remove("table", 1), "table"),
+    (put("table", 0, "action", "up"), "table[0].action"),
+    (put("table", 0, "q", [0.0] * 7), "table[0].q"),
+    (put("table", 0, "value", -1.0), "table[0].value"),
+    (put("table", 0, "visits", 3), "table[0].visits"),
+    (put("learner", None), "table[0].source"),
+    (put("learner", "temperature", "floor", 9.0), "learner.temperature.floor"),
+]
+
+
+@pytest.mark.parametrize(("change", "field"), SEEN_BY_SCHEMA + SEEN_BY_READER)
+def test_every_bad_file_is_one_clear_line(tmp_path, change, field):
+    made = content()
+    change(made)
+    path = tmp_path / "policy.json"
+    path.write_text(json.dumps(made), encoding="utf-8")
+    with pytest.raises(PolicyFileError) as refused:
+        PolicyDocument.load(path)
+    assert refused.value.field == f"{path}: {field}"
+    assert len(str(refused.value).splitlines()) == 1
+
+
+@pytest.mark.parametrize("change", [change for change, _ in SEEN_BY_SCHEMA])
+def test_the_json_schema_refuses_them_too(change):
+    made = content()
+    change(made)
+    assert list(disagreements(made, FORMAT))
+
+
+@pytest.mark.parametrize("data", [b"", b"{", b"[]", b"\xff\xfe", b'{"schema": NaN}', b'"palpate.policy/1"'])
+def test_what_is_no_policy_at_all_is_refused(tmp_path, data):
+    path = tmp_path / "policy.json"
+    path.write_bytes(data)
+    with pytest.raises(PolicyFileError, match=r"policy\.json") as refused:
+        PolicyDocument.load(path)
+    assert len(str(refused.value).splitlines()) == 1
+
+
+def test_a_number_beyond_floats_is_refused():
+    text = document().to_json_text().replace('"gamma": 1.0', '"gamma": 1e999')
+    with pytest.raises(PolicyFileError, match=r"learner\.gamma"):
+        PolicyDocument.from_json_text(text)
+
+
+@pytest.mark.parametrize("name", ["none.json", "."])
+def test_a_file_that_cannot_be_read_is_a_wrong_setting(tmp_path, name):
+    with pytest.raises(PolicyFileError, match="readable"):
+        PolicyDocument.load(tmp_path / name)
+
+
+def test_a_newer_schema_asks_for_a_newer_palpate_whatever_its_keys():
+    with pytest.raises(PolicyFileError, match="newer palpate"):
+        PolicyDocument.from_json_text('{"schema": "palpate.policy/2", "layers": []}')
+
+
+def test_rows_may_come_in_any_order():
+    made = content()
+    made["table"].reverse()
+    assert PolicyDocument.from_json_text(json.dumps(made)) == document()
+
+
+@pytest.mark.parametrize("fails", ["write", "fsync", "replace"])
+def test_a_save_that_fails_leaves_the_old_file_and_nothing_else(tmp_path, monkeypatch, fails):
+    path = tmp_path / "policy.json"
+    document().save(path)
+    old = path.read_bytes()
+
+    def full(*arguments, **settings):
+        raise OSError(28, "No space left on device")
+
+    if fails == "write":
+        monkeypatch.setattr(file_module, "open", full, raising=False)
+    else:
+        monkeypatch.setattr(os, fails, full)
+    with pytest.raises(OutputError, match="No space left"):
+        document((-1.0,) * 8, (1,) * 8).save(path)
+    assert path.read_bytes() == old
+    assert os.listdir(tmp_path) == ["policy.json"]
+
+
+def test_an_interrupted_save_leaves_the_old_file_and_nothing_else(tmp_path, monkeypatch):
+    path = tmp_path / "policy.json"
+    document().save(path)
+    old = path.read_bytes()
+
+    def interrupted(_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(os, "fsync", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        document((-1.0,) * 8, (1,) * 8).save(path)
+    assert path.read_bytes() == old
+    assert os.listdir(tmp_path) == ["policy.json"]
+
+
+def test_values_that_diverged_are_not_saved(tmp_path):
+    path = tmp_path / "policy.json"
+    document().save(path)
+    old = path.read_bytes()
+    with pytest.raises(PolicyFileError, match="finite"):
+        document((float("-inf"),) * 8).save(path)
+    assert path.read_bytes() == old
+
+
+def test_a_place_that_does_not_exist_is_said(tmp_path):
+    with pytest.raises(OutputError, match="nowhere"):
+        document().save(tmp_path / "nowhere" / "policy.json")
+
+
+def test_the_document_keeps_its_own_copy_of_what_it_was_given():
+    perception = {"thresholds_mm": [-1.0, 1.0]}
+    made = document(perception=perception)
+    perception["thresholds_mm"].append(2.0)
+    assert made.perception == {"thresholds_mm": [-1.0, 1.0]}
+
+
+def test_a_policy_serves_its_own_task():
+    document().check_matches(STATES, ACTIONS)
+    read = PolicyDocument.from_json_text(document().to_json_text())
+    read.check_matches(list(STATES), compass_actions(0.001))
+
+
+@pytest.mark.parametrize(
+    ("states", "actions", "field", "accepted"),
+    [
+        (("a", "c"), ACTIONS, "states[1]", "'c'"),
+        (("b", "a"), ACTIONS, "states[0]", "'b'"),
+        (("a", "b", "c"), ACTIONS, "states", "3 of them"),
+        (("a",), ACTIONS, "states", "1 of them"),
+        (STATES, compass_actions(0.001, 4), "actions[0]", "'0deg'"),
+        (STATES, ACTIONS[:7], "actions", "7 of them"),
+        (STATES, compass_actions(0.0005), "actions[0].displacement_mm", "(0.5, 0.0)"),
+        (STATES, (*ACTIONS[:7], Action("+x-y", (0.0, 0.0))), "actions[7].displacement_mm", "(0.0, 0.0)"),
+    ],
+)
+def test_another_task_is_refused_with_the_first_difference(states, actions, field, accepted):
+    with pytest.raises(PolicyFileError) as refused:
+        document().check_matches(states, actions)
+    assert refused.value.field == field
+    assert accepted in refused.value.accepted
+
+
+def test_the_schema_file_has_the_id_of_the_code():
+    assert FORMAT["$id"] == FORMAT["properties"]["schema"]["const"] == SCHEMA
