@@ -47,6 +47,7 @@ class Explorer:
         self._policy.begin_trial(trial, rng)
         self._pending = None
         self._clear_effort()
+        self._last_position = None
         self.decisions = []
 
     @property
@@ -106,4 +107,3 @@ class Explorer:
     def _clear_effort(self) -> None:
         self._ticks = 0
         self._force_sum = self._force_peak = self._distance = 0.0
-        self._last_position = None

@@ -1,9 +1,9 @@
 """The insertion task: approach to contact, exploration of the surface, insertion to full depth.
 
-A state machine without I/O: one :class:`~palpate.core.values.Snapshot` in, one joint command out, a tick of 140 Hz
-at a time. It knows port data only. Encoders cannot see the gripper's springs, so the hole is found by the loss of the
-reaction force and confirmed by motion along the tool axis until contact again; depth is the encoders' depth corrected
-by force over stiffness.
+A state machine without I/O: one :class:`~palpate.core.values.Snapshot` in, one joint command out, a tick of
+140 Hz at a time. It knows port data only. Encoders cannot see the gripper's springs, so the hole is found by the
+loss of the reaction force and confirmed by motion along the tool axis until contact again; depth is the
+encoders' depth corrected by force over stiffness.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from math import sqrt
 from typing import Final
 
 from palpate.core.control import ControlLaw, DampingControl, ForceControl, HybridControl, PositionControl
+from palpate.core.errors import DeviceError
 from palpate.core.explorer import Explorer
 from palpate.core.measurement import Measurement
 from palpate.core.randomness import Purpose, generator
@@ -24,7 +25,7 @@ from palpate.core.values import CommandReason, JointCommand, Snapshot, Validity,
 
 PERIOD_S: Final = 1.0 / CONTROL_RATE_HZ
 _LOST_TICKS: Final = 4
-"""Unfiltered samples in a row without contact that count as lost: the filtered force would tell 60 ms later."""
+"""So many unfiltered samples without contact mean that it is lost: the filtered force would tell 60 ms later."""
 _STALL_TICKS: Final = CONTROL_RATE_HZ // 2
 """Insertion that gains no depth for so long has met something."""
 _STALL_M: Final = 1e-4
@@ -123,10 +124,18 @@ class InsertionTask:
         self._last_progress = 0
 
     def step(self, snapshot: Snapshot) -> JointCommand:
-        """One control tick: what was sensed in, what the arm shall do out."""
+        """One control tick: what was sensed in, what the arm shall do out.
+
+        Raises:
+            DeviceError: Nobody knows where the arm is when the trial begins, so there is nothing to command.
+        """
         self._tick = snapshot.tick
         self.report.ticks = snapshot.tick + 1
         if snapshot.tick == 0:
+            if snapshot.joints.validity is not Validity.VALID:
+                raise DeviceError(
+                    "joint encoder", f"the first sample of the trial is {snapshot.joints.validity.value}"
+                )
             self._motion.start(snapshot.joints.position_rad)
         if snapshot.applied is not None and snapshot.applied.reason is not CommandReason.AS_ASKED:
             self.report.clamped_ticks += 1
@@ -135,7 +144,8 @@ class InsertionTask:
         if snapshot.wrench.validity is not Validity.VALID or snapshot.joints.validity is not Validity.VALID:
             self._end(
                 Outcome.SENSOR_FAULT,
-                f"force sample {snapshot.wrench.validity.value}, joint sample {snapshot.joints.validity.value}",
+                f"force sample {snapshot.wrench.validity.value},"
+                f" joint sample {snapshot.joints.validity.value}",
             )
             return self._motion.move((0.0, 0.0, 0.0))
         self._snapshot = snapshot
@@ -204,8 +214,9 @@ class InsertionTask:
             self._event("contact", f"surface at {depth * 1e3:.3f} mm below the nominal plane")
             self._enter(Phase.EXPLORE)
             self._countdown = self._task.ticks_per_action
-        elif depth > self._depth_m + _NO_CONTACT_M:
-            self._end(Outcome.NO_CONTACT, f"nothing touched down to {depth * 1e3:.2f} mm")
+        elif self._motion.reference_m[2] > self._depth_m + _NO_CONTACT_M:
+            # By the reference, so that the search also ends for an arm that does not follow.
+            self._end(Outcome.NO_CONTACT, f"nothing touched, tip at {depth * 1e3:.2f} mm")
         return self._press.velocity_m_s(self._motion.reference_m, self._target_m, self._measurement.force_N)
 
     def _explore(self) -> Vector3:
@@ -215,7 +226,7 @@ class InsertionTask:
             return 0.0, 0.0, 0.0
         self._explorer.feel(measured.position_m, measured.force_N)
         if measured.force_N[2] > -self._contact_N:
-            # Moving on across a hole while the peg drops would press it against the wall: hold until it is clear.
+            # Moving on across a hole while the peg drops would press it against the wall: hold until clear.
             self._target_m = self._motion.reference_m
             self._lost_ticks += 1
             if self._lost_ticks == _LOST_TICKS:
@@ -264,7 +275,9 @@ class InsertionTask:
             self._enter(Phase.EXPLORE)
         elif stalled > _JAM_TICKS:
             self._end(Outcome.JAMMED, f"at {depth * 1e3:.2f} mm")
-        return self._inserting.velocity_m_s(self._motion.reference_m, self._target_m, self._measurement.force_N)
+        return self._inserting.velocity_m_s(
+            self._motion.reference_m, self._target_m, self._measurement.force_N
+        )
 
     # Small helpers.
 

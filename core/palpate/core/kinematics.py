@@ -1,9 +1,9 @@
 """Forward kinematics, Jacobian and wrench transport, on Pinocchio.
 
 Frames: *base* is the arm's root; *sensor* sits on the flange, z along the tool axis out of the tool; *tip*
-is the centre of the peg's end face, parallel to *sensor*. *Task* has its origin at the nominal goal (the centre
-of the hole's mouth, where it is believed to be), z into the hole, x along the x of *base*: motion into the hole
-is +z, and pressing on the plate gives a negative Fz.
+is the centre of the peg's end face, parallel to *sensor*. *Task* has its origin at the nominal goal (the
+centre of the hole's mouth, where it is believed to be), z into the hole, x along the x of *base*: motion into
+the hole is +z, and pressing on the plate gives a negative Fz.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class Kinematics:
         velocity_limit_rad_s: Joint velocity limits, (n,).
 
     Raises:
-        AssetError: The URDF is missing or cannot be read.
+        AssetError: The URDF is missing, cannot be read or has no such flange.
     """
 
     def __init__(self, arm: ArmDescription, tool: ToolGeometry) -> None:
@@ -59,6 +59,8 @@ class Kinematics:
             self.model = pin.buildModelFromUrdf(str(path))
         except (ValueError, RuntimeError) as error:
             raise AssetError("arm", str(path), f"a readable URDF ({error})") from error
+        if not self.model.existFrame(arm.flange_frame):
+            raise AssetError("arm", str(path), f"a URDF with a frame {arm.flange_frame!r} for the flange")
         flange = self.model.frames[self.model.getFrameId(arm.flange_frame)]
         self._sensor_id = self._add_frame("sensor", flange, tool.sensor_from_flange_m)
         self._tip_id = self._add_frame("tip", flange, tool.sensor_from_flange_m + tool.tip_from_sensor_m)
@@ -79,7 +81,8 @@ class Kinematics:
 
     def update(self, q_rad: JointVector | Array) -> None:
         """Forward kinematics at joint angles (n,); the properties below then speak of them."""
-        pin.forwardKinematics(self.model, self._data, q_rad if isinstance(q_rad, np.ndarray) else np.array(q_rad))
+        q = q_rad if isinstance(q_rad, np.ndarray) else np.array(q_rad)
+        pin.forwardKinematics(self.model, self._data, q)
         pin.updateFramePlacement(self.model, self._data, self._tip_id)
 
     @property
@@ -94,7 +97,7 @@ class Kinematics:
 
     @property
     def tip_rotation(self) -> Array:
-        """Rotation from tip (or sensor) frame to base frame, (3, 3); a view that the next ``update`` changes."""
+        """Rotation from tip (or sensor) frame to base frame, (3, 3); a view like ``tip_position_m``."""
         return self._tip_rotation
 
     @property
@@ -104,10 +107,20 @@ class Kinematics:
         return self._data.oMf[self._sensor_id].copy()
 
     def tip_jacobian(self, q_rad: JointVector | Array) -> Array:
-        """Jacobian of the tip, (6, n): joint velocities to the tip's twist (linear first), in the tip frame."""
+        """Jacobian of the tip, (6, n): joint velocities to the tip's twist (linear first), in the tip frame.
+
+        Does the work of ``update`` on the way, at little more than its cost.
+        """
         q = q_rad if isinstance(q_rad, np.ndarray) else np.array(q_rad)
-        jacobian: Array = pin.computeFrameJacobian(self.model, self._data, q, self._tip_id, pin.ReferenceFrame.LOCAL)
+        pin.computeJointJacobians(self.model, self._data, q)
+        pin.updateFramePlacement(self.model, self._data, self._tip_id)
+        jacobian: Array = pin.getFrameJacobian(self.model, self._data, self._tip_id, pin.ReferenceFrame.LOCAL)
         return jacobian
+
+    def tip_error(self, target_in_base: pin.SE3) -> Array:
+        """Twist that takes the tip to a placement in unit time, (6,), linear first, in the tip frame."""
+        error: Array = pin.log6(self._tip.actInv(target_in_base)).vector
+        return error
 
     def within_limits(self, q_rad: JointVector | Array) -> bool:
         """Whether every joint is inside its position limits."""

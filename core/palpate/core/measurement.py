@@ -5,7 +5,7 @@ from __future__ import annotations
 import pinocchio as pin
 
 from palpate.core.kinematics import Array, Kinematics, wrench_about
-from palpate.core.perception import SignalProcessor
+from palpate.core.perception import SignalProcessor, Wrench
 from palpate.core.values import Snapshot, Vector3
 
 
@@ -19,8 +19,8 @@ class Measurement:
 
     Attributes:
         position_m: Tip according to the encoders, (3,); they cannot see the gripper's springs.
-        force_N: Tared, unfiltered force, (3,).
-        filtered_force_z_N: Tared, filtered force along the tool axis.
+        force_N: Tared, scaled, unfiltered force, (3,).
+        filtered_force_z_N: Tared, scaled, filtered force along the tool axis.
     """
 
     def __init__(self, kinematics: Kinematics, task_in_base: pin.SE3, signal: SignalProcessor) -> None:
@@ -28,20 +28,19 @@ class Measurement:
         self._base_to_task: Array = task_in_base.rotation.T.copy()
         self._origin: Array = task_in_base.translation.copy()
         self._tip_in_sensor: Vector3 = (0.0, 0.0, kinematics.tool.tip_from_sensor_m)
-        self._bias = (0.0,) * 6
-        self._filtered = (0.0,) * 6
+        self._scale = signal.scale[:3]
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the past, tare and filter state included; the next tare sets both."""
+        self.tare((0.0,) * 6)
+        self._filtered: Wrench = (0.0,) * 6
         self._rotation = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
         self.position_m: Vector3 = (0.0, 0.0, 0.0)
         self.force_N: Vector3 = (0.0, 0.0, 0.0)
         self.filtered_force_z_N = 0.0
 
-    def reset(self) -> None:
-        """Forget tare and filter state; the next tare sets both."""
-        self._bias = (0.0,) * 6
-        self._signal.tare(self._bias)
-        self._signal.reset(self._bias)
-
-    def tare(self, bias: tuple[float, float, float, float, float, float]) -> None:
+    def tare(self, bias: Wrench) -> None:
         """Take this wrench, six channels in the sensor frame, as zero from now on."""
         self._bias = bias
         self._signal.tare(bias)
@@ -55,17 +54,17 @@ class Measurement:
         self.position_m = (px, py, pz)
         self._rotation = rotation = self._base_to_task.dot(kinematics.tip_rotation).tolist()
         raw = snapshot.wrench
-        bias = self._bias
+        bias, (sx, sy, sz) = self._bias, self._scale
         fx, fy, fz = raw.force_N
-        self.force_N = _rotated(rotation, (fx - bias[0], fy - bias[1], fz - bias[2]))
+        self.force_N = _rotated(rotation, ((fx - bias[0]) * sx, (fy - bias[1]) * sy, (fz - bias[2]) * sz))
         self._filtered = filtered = self._signal.update((*raw.force_N, *raw.torque_Nm))
         self.filtered_force_z_N = filtered[2]
 
     def filtered_wrench_at_tip(self) -> tuple[Vector3, Vector3]:
         """Tared, filtered force (3,) N and torque about the tip (3,) N m.
 
-        At the tip and not at the sensor, because there sliding friction has no lever: at the sensor it would drown
-        the torque that tells where the hole is.
+        At the tip and not at the sensor, because there sliding friction has no lever: at the sensor it would
+        drown the torque that tells where the hole is.
         """
         fx, fy, fz, tx, ty, tz = self._filtered
         torque = wrench_about((fx, fy, fz), (tx, ty, tz), self._tip_in_sensor)

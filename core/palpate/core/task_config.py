@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-from palpate.core.checks import require_in, require_one_of
+from palpate.core.checks import require_in, require_one_of, require_whole
 from palpate.core.errors import ConfigurationError
 
 N_PER_KGF: Final = 9.80665
@@ -41,7 +41,7 @@ class TaskConfig:
     area_half_width_mm: float = 3.5
     """Half the side of the square that the peg may explore."""
     area_centre: str = "goal"
-    """goal: the square is centred at the nominal goal; start: at the trial's start (the paper's literal text)."""
+    """goal: the square is centred at the nominal goal; start: at the trial's start, as the paper puts it."""
     step_mm: float = 0.5
     """Length of one exploratory step."""
     ticks_per_action: int = 14
@@ -57,7 +57,7 @@ class TaskConfig:
     depth_tolerance_mm: float = 0.2
     """How far the estimated depth may fall short: encoders, force noise and contact height enter it."""
     max_force_N: float = 30.0
-    """A measured force above this ends the trial at once; a trial whose true peak is above it is no success."""
+    """A measured force above this ends the trial at once; one whose true peak is above it is no success."""
     ready_height_mm: float = 3.0
     """Height above the plate at which the sensor is tared and the approach begins."""
     travel_speed_mm_s: float = 20.0
@@ -71,7 +71,7 @@ class TaskConfig:
         require_in("task.area_half_width_mm", self.area_half_width_mm, 0.1, 50.0)
         require_one_of("task.area_centre", self.area_centre, ("goal", "start"))
         require_in("task.step_mm", self.step_mm, 0.01, 5.0)
-        require_in("task.ticks_per_action", self.ticks_per_action, 2, 1400)
+        require_whole("task.ticks_per_action", self.ticks_per_action, 2, 1400)
         require_in("task.time_limit_s", self.time_limit_s, 0.1, 3600.0)
         require_in("task.contact_kgf", self.contact_kgf, 0.01, 10.0)
         require_in("task.press_kgf", self.press_kgf, 0.02, 10.0)
@@ -80,14 +80,16 @@ class TaskConfig:
         require_in("task.max_force_N", self.max_force_N, 1.0, 500.0)
         require_in("task.ready_height_mm", self.ready_height_mm, 0.5, 100.0)
         require_in("task.travel_speed_mm_s", self.travel_speed_mm_s, 1.0, 100.0)
-        require_in("task.tare_ticks", self.tare_ticks, 1, 1400)
+        require_whole("task.tare_ticks", self.tare_ticks, 1, 1400)
         if self.press_kgf <= self.contact_kgf:
             raise ConfigurationError(
                 "task.press_kgf", self.press_kgf, f"more than task.contact_kgf = {self.contact_kgf:g}"
             )
         if self.max_force_N <= self.press_kgf * N_PER_KGF:
             raise ConfigurationError(
-                "task.max_force_N", self.max_force_N, f"more than the pressing force, {self.press_kgf * N_PER_KGF:.3g} N"
+                "task.max_force_N",
+                self.max_force_N,
+                f"more than the pressing force, {self.press_kgf * N_PER_KGF:.3g} N",
             )
         if self.area_centre == "goal" and self.start_uncertainty_mm > self.area_half_width_mm:
             raise ConfigurationError(

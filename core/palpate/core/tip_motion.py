@@ -25,8 +25,7 @@ class TipMotion:
     ) -> None:
         self._kinematics = kinematics
         self._inverse = InverseKinematics(kinematics, period_s)
-        self._task_rotation: Array = task_in_base.rotation.copy()
-        self._task_origin: Array = task_in_base.translation.copy()
+        self._task = task_in_base.copy()
         self._target = pin.SE3(tip_rotation_in_base, np.zeros(3))
         self._period_s = period_s
         self._q: Array = np.zeros(kinematics.joints)
@@ -37,7 +36,7 @@ class TipMotion:
         """Take over from where the arm is."""
         self._q = np.array(position_rad)
         self._kinematics.update(self._q)
-        x, y, z = (self._task_rotation.T @ (self._kinematics.tip_position_m - self._task_origin)).tolist()
+        x, y, z = self._task.actInv(self._kinematics.tip_position_m).tolist()
         self.reference_m = (x, y, z)
         self.limited_steps = 0
 
@@ -56,7 +55,7 @@ class TipMotion:
         x, y, z = self.reference_m
         vx, vy, vz = velocity_m_s
         self.reference_m = reference = (x + vx * period, y + vy * period, z + vz * period)
-        self._target.translation = self._task_rotation.dot(reference) + self._task_origin
+        self._target.translation = self._task.act(np.array(reference))
         step = self._inverse.step(self._q, self._target)
         self._q = step.q_rad
         self.limited_steps += step.limited

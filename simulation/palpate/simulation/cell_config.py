@@ -21,9 +21,9 @@ class PegConfig:
     """Depth of the hole's floor below the plate's surface."""
     friction: float = 0.2
     """Coulomb friction between peg and plate."""
-    wall_boxes: int = 64
+    wall_boxes: int = 48
     """Boxes that form the wall of a round hole (a polygon has one per side)."""
-    rim_spheres: int = 72
+    rim_spheres: int = 48
     """Small spheres that form each contact ring of the peg."""
     rim_radius_mm: float = 0.1
     """Radius of those spheres: it is also a tiny chamfer."""

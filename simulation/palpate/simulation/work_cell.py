@@ -56,7 +56,7 @@ def build_work_cell(
     spec.option.tolerance = 1e-10
     # Sparse Newton has a wrong Hessian in MuJoCo 4.0.0 (release notes of 4.0.1, #3767).
     spec.option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
-    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_DISCRETE
     spec.compiler.degree = False
     spec.compiler.balanceinertia = True
     spec.worldbody.add_light(pos=(0.3, -0.5, 1.2), dir=(0.0, 0.4, -1.0))
@@ -158,9 +158,11 @@ def _add_wrist(
     section = CrossSection.named(peg.cross_section, peg.diameter_mm * 0.5e-3)
     rim = peg.rim_radius_mm * 1e-3
     c, s = cos(-tool_yaw_rad), sin(-tool_yaw_rad)
-    for height in (rim, _UPPER_RING_M):
+    # The upper ring is a body of its own: far above the plate, its whole bounding volume is then passed over at once.
+    upper = body.add_body(name="peg_upper", mass=1e-6, inertia=(1e-12, 1e-12, 1e-12), explicitinertial=True)
+    for ring, height in ((body, rim), (upper, _UPPER_RING_M)):
         for x, y in section.rim(peg.rim_spheres, rim):
-            body.add_geom(
+            ring.add_geom(
                 type=mujoco.mjtGeom.mjGEOM_SPHERE, size=(rim, 0.0, 0.0), pos=(c * x - s * y, s * x + c * y, -height),
                 contype=_PEG, conaffinity=_PLATE, condim=3, friction=(peg.friction, 0.0, 0.0), mass=0.0, group=3,
                 solref=_SOLREF, solimp=_SOLIMP,

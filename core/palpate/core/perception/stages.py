@@ -6,6 +6,7 @@ through its constructor, which checks the values.
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import json
 import os
@@ -134,7 +135,8 @@ def save_perception(perception: Perception, path: str | os.PathLike[str]) -> Non
         beside.write_text(text, encoding="utf-8")
         os.replace(beside, target)
     except OSError as error:
-        beside.unlink(missing_ok=True)
+        with contextlib.suppress(OSError):
+            beside.unlink()
         raise OutputError(
             str(target), f"cannot be written ({error.strerror})", "choose another place"
         ) from error

@@ -21,7 +21,7 @@ def test_number_gives_a_plain_float(value: object) -> None:
 
 @pytest.mark.parametrize("value", [True, 2.0, "2", 0, 5])
 def test_integer_refuses_other_types_and_values_out_of_range(value: object) -> None:
-    with pytest.raises(ConfigurationError, match="f = .* a whole number from 1 to 4"):
+    with pytest.raises(ConfigurationError, match=r"f = .* a whole number from 1 to 4"):
         checks.integer("f", value, 1, 4)
 
 
@@ -31,7 +31,7 @@ def test_integer_takes_both_ends() -> None:
 
 @pytest.mark.parametrize("value", ["12", {1: 2}, 5, [], [1.0], [1.0, 2.0, 3.0], [1.0, math.nan], [1.0, "2"]])
 def test_vector_refuses_other_than_its_length_of_numbers(value: object) -> None:
-    with pytest.raises(ConfigurationError, match="^f = .* a list of 2 finite numbers"):
+    with pytest.raises(ConfigurationError, match=r"^f = .* a list of 2 finite numbers"):
         checks.vector("f", value, 2)
 
 
@@ -42,7 +42,7 @@ def test_vector_takes_lists_tuples_and_arrays() -> None:
 
 @pytest.mark.parametrize("value", ["ab", [], [[1.0]], [[1.0, 2.0], [1.0]], [1.0, 2.0], 3])
 def test_matrix_refuses_other_shapes(value: object) -> None:
-    with pytest.raises(ConfigurationError, match="^f = "):
+    with pytest.raises(ConfigurationError, match=r"^f = "):
         checks.matrix("f", value, 2)
 
 
@@ -54,7 +54,7 @@ def test_matrix_counts_rows_where_asked() -> None:
 
 @pytest.mark.parametrize("value", ["ab", [], ["a", "a"], ["a", ""], ["a", 1], None])
 def test_names_refuses_none_doubles_and_what_is_no_text(value: object) -> None:
-    with pytest.raises(ConfigurationError, match="each only once|a list of names"):
+    with pytest.raises(ConfigurationError, match=r"each only once|a list of names"):
         checks.names("f", value)
 
 

@@ -25,6 +25,7 @@ def run(processor: SignalProcessor, table: np.ndarray) -> np.ndarray:
 
 
 @ORDERS
+@settings(deadline=None)
 @given(rate=st.floats(1.0, 1e5), part=st.floats(0.005, 0.495))
 def test_the_transfer_function_is_scipys_butterworth(order: int, rate: float, part: float) -> None:
     b, a = SignalProcessor(rate, part * rate, order).transfer_function()
@@ -56,6 +57,7 @@ def test_the_gain_at_the_papers_cutoff_is_minus_3_db() -> None:
 
 
 @ORDERS
+@settings(deadline=None)
 @given(raw=reading, cutoff_Hz=st.floats(0.01, 69.9))
 def test_after_a_reset_a_constant_passes_unchanged_to_the_last_bit(
     order: int, raw: Wrench, cutoff_Hz: float

@@ -1,0 +1,237 @@
+"""A plate with a hole behind plain fake ports: enough of a world to run whole trials without a simulator.
+
+The plate is a spring along z under the tip; a pit is a place where the plate lies deeper, and a tip that has dropped
+into one is held by a lateral spring. A force of the plate comes with a torque about the tip that tells the direction
+to the nearest pit, as the torque of a tilted peg does. The sensor carries weight and bias too, until it is tared.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import cache
+from math import hypot
+from types import TracebackType
+from typing import Self
+
+import numpy as np
+import pinocchio as pin
+
+from palpate.adapters.fake import FakeArm, FakeClock, FakeForceSensor, FakeJointEncoder
+from palpate.core.arms import arm_named
+from palpate.core.cycle import Ports
+from palpate.core.explorer import Explorer
+from palpate.core.insertion import PERIOD_S, InsertionTask
+from palpate.core.inverse_kinematics import InverseKinematics
+from palpate.core.kinematics import Array, Kinematics, ToolGeometry
+from palpate.core.measurement import Measurement
+from palpate.core.perception import (
+    GatedThresholds,
+    IdentityState,
+    Perception,
+    SelectedChannels,
+    SignalProcessor,
+    Thresholds,
+)
+from palpate.core.policy import Action, ActionPenalty, Decision, Observation, Policy, Transition, compass_actions
+from palpate.core.task_config import CONTROL_RATE_HZ, N_PER_KGF, ControlConfig, GoalConfig, TaskConfig
+from palpate.core.task_frame import goal_in_base
+from palpate.core.tip_motion import TipMotion
+from palpate.core.values import JointVector, Vector3, WrenchSample
+
+TOOL = ToolGeometry()
+STIFFNESS_N_PER_M = 5e3
+LATERAL_N_PER_M = 4e4
+LEVER_M = 2e-3
+WEIGHT_AND_BIAS_N: Vector3 = (0.7, -0.4, 6.0)
+WEIGHT_AND_BIAS_NM: Vector3 = (0.05, -0.02, 0.01)
+ACTIONS = compass_actions(0.5e-3)
+
+
+@dataclass(frozen=True)
+class Pit:
+    """Where the plate lies deeper, within a capture radius; all in m, task frame."""
+
+    x_m: float
+    y_m: float
+    depth_m: float = 0.010
+    radius_m: float = 0.3e-3
+
+
+@cache
+def ready_pose(arm: str = "zebra-zero") -> tuple[JointVector, tuple[tuple[float, ...], ...]]:
+    """Joint angles 3 mm above the nominal goal, tool pointing into the hole, and the tool's orientation there."""
+    kinematics = Kinematics(arm_named(arm), TOOL)
+    goal = goal_in_base(GoalConfig())
+    target = pin.SE3(goal.rotation, goal.act(np.array([0.0, 0.0, -3e-3])))
+    seed = np.array(arm_named(arm).posture_rad)
+    q = InverseKinematics(kinematics, PERIOD_S).solve(target, free_yaw=True, seed_rad=seed, field="task.goal")
+    kinematics.update(q)
+    return tuple(q.tolist()), tuple(map(tuple, kinematics.tip_rotation.tolist()))
+
+
+class PlateSensor(FakeForceSensor):
+    """Feels the world below it at the moment it is read."""
+
+    def __init__(self, world: FakeWorld) -> None:
+        super().__init__(world.clock)
+        self._world = world
+
+    def read(self) -> WrenchSample:
+        self.load_N, self.load_Nm = self._world.load()
+        sample = super().read()
+        return sample if self._world.spoil is None else self._world.spoil(sample)
+
+
+class FakeWorld:
+    """The plate, the arm and the four ports; a context manager that configures and activates them.
+
+    Attributes:
+        ports: The four ports.
+        pits: The hole and other places where the plate lies deeper.
+        height_m: The plate's surface below the nominal plane; inf takes the plate away.
+        spoil: What befalls each force sample on its way; None for nothing.
+        tip_m: Where the tip was when it was last asked for, task frame.
+    """
+
+    def __init__(self, *pits: Pit, height_m: float = 0.0, start_m: Vector3 = (0.0, 0.0, -3e-3)) -> None:
+        self.clock = FakeClock()
+        self.pits, self.height_m = pits, height_m
+        self.spoil: Callable[[WrenchSample], WrenchSample] | None = None
+        self.tip_m: Vector3 = (0.0, 0.0, 0.0)
+        self._inside: Pit | None = None
+        self._kinematics = kinematics = Kinematics(arm_named("zebra-zero"), TOOL)
+        self._task = goal_in_base(GoalConfig())
+        home, rotation = ready_pose()
+        if start_m != (0.0, 0.0, -3e-3):
+            target = pin.SE3(np.array(rotation), self._task.act(np.array(start_m)))
+            inverse = InverseKinematics(Kinematics(arm_named("zebra-zero"), TOOL), PERIOD_S)
+            home = tuple(inverse.solve(target, free_yaw=False, seed_rad=np.array(home), field="start").tolist())
+        self.arm = FakeArm(
+            self.clock,
+            home,
+            lower_rad=tuple(kinematics.lower_rad.tolist()),
+            upper_rad=tuple(kinematics.upper_rad.tolist()),
+            max_step_rad=PERIOD_S,
+        )
+        self.sensor = PlateSensor(self)
+        self.encoder = FakeJointEncoder(self.clock, self.arm.position_rad)
+        self.ports = Ports(self.clock, self.sensor, self.encoder, self.arm)
+
+    def __enter__(self) -> Self:
+        for device in (self.sensor, self.encoder, self.arm):
+            device.__enter__()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        for device in (self.arm, self.encoder, self.sensor):
+            device.close()
+
+    def load(self) -> tuple[Vector3, Vector3]:
+        """What the sensor carries now: contact, weight and bias, sensor frame."""
+        kinematics = self._kinematics
+        kinematics.update(self.arm.position_rad())
+        x, y, z = self._task.actInv(kinematics.tip_position_m).tolist()
+        self.tip_m = (x, y, z)
+        force, torque = self._contact(x, y, z)
+        to_sensor = kinematics.tip_rotation.T @ self._task.rotation
+        force_in_sensor = to_sensor @ force
+        lever = np.cross((0.0, 0.0, TOOL.tip_from_sensor_m), force_in_sensor)
+        torque_in_sensor = to_sensor @ torque + lever
+        return _plus(force_in_sensor, WEIGHT_AND_BIAS_N), _plus(torque_in_sensor, WEIGHT_AND_BIAS_NM)
+
+    def _contact(self, x: float, y: float, z: float) -> tuple[Array, Array]:
+        """Force on the tip and torque about it, task frame."""
+        if z <= self.height_m:
+            self._inside = None
+        elif self._inside is None:
+            self._inside = next((p for p in self.pits if hypot(p.x_m - x, p.y_m - y) <= p.radius_m), None)
+        pit = self._inside
+        if pit is None:
+            push = STIFFNESS_N_PER_M * max(z - self.height_m, 0.0)
+            return np.array([0.0, 0.0, -push]), self._cue(x, y, push)
+        push = STIFFNESS_N_PER_M * max(z - self.height_m - pit.depth_m, 0.0)
+        across = LATERAL_N_PER_M
+        return np.array([across * (pit.x_m - x), across * (pit.y_m - y), -push]), np.zeros(3)
+
+    def _cue(self, x: float, y: float, push: float) -> Array:
+        if not self.pits:
+            return np.zeros(3)
+        dx, dy = min(((p.x_m - x, p.y_m - y) for p in self.pits), key=lambda d: hypot(*d))
+        far = max(hypot(dx, dy), 1e-9)
+        return np.array([-dy / far, dx / far, 0.0]) * (LEVER_M * push)
+
+
+def _plus(a: Array, b: Vector3) -> Vector3:
+    x, y, z = (a + np.array(b)).tolist()
+    return x, y, z
+
+
+@dataclass
+class FollowTorque(Policy):
+    """Steps where the torque about the tip points: -x torque means +y, +y torque means +x.
+
+    Attributes:
+        seen: Every observation, in order.
+        learned: Every transition, in order.
+        before: Called before each choice.
+    """
+
+    seen: list[Observation] = field(default_factory=list)
+    learned: list[Transition] = field(default_factory=list)
+    before: Callable[[], None] = lambda: None
+    temperature: float | None = None
+
+    def serves(self, state: int) -> bool:
+        return True
+
+    def begin_trial(self, trial: int, rng: np.random.Generator) -> None: ...
+
+    def choose(self, observation: Observation) -> Decision:
+        self.before()
+        self.seen.append(observation)
+        tx, ty, _ = observation.torque_Nm
+        along = [ty * a.displacement_m[0] - tx * a.displacement_m[1] for a in ACTIONS]
+        index = along.index(max(along))
+        return Decision(ACTIONS[index], index, "torque")
+
+    def learn(self, transition: Transition) -> None:
+        self.learned.append(transition)
+
+
+@dataclass
+class Steps(FollowTorque):
+    """Takes given steps, in m, one after the other, and then stays."""
+
+    displacements_m: Sequence[tuple[float, float]] = ()
+
+    def choose(self, observation: Observation) -> Decision:
+        self.before()
+        self.seen.append(observation)
+        n = observation.action_number
+        step = self.displacements_m[n] if n < len(self.displacements_m) else (0.0, 0.0)
+        return Decision(Action("given", step), None, "given")
+
+
+def paper_perception() -> Perception:
+    """The paper's 17 states."""
+    torque = 0.7e-3 * N_PER_KGF
+    symboliser = GatedThresholds(
+        Thresholds(("x", "y"), ((-1e-3, 1e-3),) * 2), Thresholds(("tx", "ty"), ((-torque, torque),) * 2)
+    )
+    return Perception(SelectedChannels(("x", "y", "tx", "ty")), symboliser, IdentityState(symboliser.symbols))
+
+
+def build_task(policy: Policy, task: TaskConfig | None = None, control: ControlConfig | None = None) -> InsertionTask:
+    """The core over the zebra-zero, with every part its own."""
+    arm, goal = arm_named("zebra-zero"), goal_in_base(GoalConfig())
+    _, rotation = ready_pose()
+    return InsertionTask(
+        task or TaskConfig(),
+        control or ControlConfig(),
+        Measurement(Kinematics(arm, TOOL), goal, SignalProcessor(CONTROL_RATE_HZ, 4.0)),
+        TipMotion(Kinematics(arm, TOOL), goal, np.array(rotation), PERIOD_S),
+        Explorer(paper_perception(), policy, ActionPenalty(), PERIOD_S),
+    )
