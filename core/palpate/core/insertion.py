@@ -1,8 +1,8 @@
 """The insertion task: approach to contact, exploration of the surface, insertion to full depth.
 
 A state machine without I/O: one :class:`~palpate.core.values.Snapshot` in, one joint command out, a tick of
-140 Hz at a time. It knows port data only. Encoders cannot see the gripper's springs, so the hole is found by the
-loss of the reaction force and confirmed by motion along the tool axis until contact again; depth is the
+140 Hz at a time. It knows port data only. Encoders cannot see the gripper's springs, so the hole is found by
+the loss of the reaction force and confirmed by motion along the tool axis until contact again; depth is the
 encoders' depth corrected by force over stiffness.
 """
 
@@ -25,13 +25,15 @@ from palpate.core.values import CommandReason, JointCommand, Snapshot, Validity,
 
 PERIOD_S: Final = 1.0 / CONTROL_RATE_HZ
 _LOST_TICKS: Final = 4
-"""So many unfiltered samples without contact mean that it is lost: the filtered force would tell 60 ms later."""
+"""So many unfiltered samples without contact mean that it is lost; the filtered force lags by 60 ms."""
 _STALL_TICKS: Final = CONTROL_RATE_HZ // 2
 """Insertion that gains no depth for so long has met something."""
 _STALL_M: Final = 1e-4
 _JAM_TICKS: Final = 3 * CONTROL_RATE_HZ
-_FALSE_DROP_M: Final = 1e-3
+_DROP_M: Final = 1e-3
 """A drop that ends before this depth was an edge, not the hole: exploration goes on."""
+_MOVING_SHARE: Final = 0.8
+"""Share of an action's time in which the tip moves; in the rest the torque settles before it is read."""
 _ACROSS_SPEED_M_S: Final = 0.005
 _NO_CONTACT_M: Final = 0.008
 """How far below the nominal surface (beyond the insertion depth) the approach may search for contact."""
@@ -65,7 +67,6 @@ class InsertionTask:
         self._tolerance_m = task.depth_tolerance_mm * 1e-3
         self._free_motion: ControlLaw
         self._press: ControlLaw
-        self._exploring: ControlLaw
         self._inserting: ControlLaw
         self._make_laws(task, control)
         self._handlers: dict[Phase, Callable[[], Vector3]] = {
@@ -78,20 +79,15 @@ class InsertionTask:
         }
         self.report = TrialReport(TrialSetup(0, 0, (0.0, 0.0)))
         self.phase = Phase.DONE
+        self._interrupted = False
 
     def _make_laws(self, task: TaskConfig, control: ControlConfig) -> None:
         travel = task.travel_speed_mm_s * 1e-3
         lateral_N_per_m = control.lateral_stiffness_N_per_mm * 1e3
-        # The step is done after four fifths of the action; the rest lets the torque settle before it is read.
-        step_speed = task.step_mm * 1e-3 / (0.8 * task.ticks_per_action * PERIOD_S)
         press = (0.0, 0.0, -task.press_kgf * N_PER_KGF)
         along = DampingControl(control.damping_N_s_per_m, press, travel, self._axial_N_per_m, PERIOD_S)
         self._free_motion = PositionControl(control.position_gain_per_s, travel, PERIOD_S)
         self._press = HybridControl(self._free_motion, along)
-        # Policies with steps of their own (spirals, straight lines) may be quicker than the compass step.
-        self._exploring = HybridControl(
-            PositionControl(control.position_gain_per_s, max(step_speed, travel), PERIOD_S), along
-        )
         self._inserting = HybridControl(
             ForceControl(
                 control.force_integral_m_per_N_s,
@@ -114,10 +110,12 @@ class InsertionTask:
         self._target_m: Vector3 = (0.0, 0.0, 0.0)
         self._tick = 0
         self._countdown = 0
-        self._tared = False
+        self._tared = self._interrupted = False
         self._bias_sum = [0.0] * 6
         self._explore_start = 0
         self._lost_ticks = 0
+        self._step_from_m: Vector3 = (0.0, 0.0, 0.0)
+        self._step_m = (0.0, 0.0)
         self._hole_tick: int | None = None
         self._surface_m = 0.0
         self._best_depth_m = 0.0
@@ -150,8 +148,14 @@ class InsertionTask:
             return self._motion.move((0.0, 0.0, 0.0))
         self._snapshot = snapshot
         self._measurement.update(snapshot)
-        velocity = self._handlers[self.phase]() if self._within_force_limit() else (0.0, 0.0, 0.0)
-        return self._motion.move(velocity)
+        if self._interrupted and (self.phase is not Phase.EXPLORE or self._countdown <= 1):
+            self._end(Outcome.INTERRUPTED, "on request")
+        proceed = self._within_force_limit() and not self.done
+        return self._motion.move(self._handlers[self.phase]() if proceed else (0.0, 0.0, 0.0))
+
+    def interrupt(self) -> None:
+        """End the trial as soon as the running action is over; safe to call from a signal handler."""
+        self._interrupted = True
 
     @property
     def done(self) -> bool:
@@ -212,6 +216,7 @@ class InsertionTask:
                 return 0.0, 0.0, 0.0
             self._surface_m = depth
             self._event("contact", f"surface at {depth * 1e3:.3f} mm below the nominal plane")
+            self._step_from_m, self._step_m = self._motion.reference_m, (0.0, 0.0)
             self._enter(Phase.EXPLORE)
             self._countdown = self._task.ticks_per_action
         elif self._motion.reference_m[2] > self._depth_m + _NO_CONTACT_M:
@@ -230,16 +235,27 @@ class InsertionTask:
             self._target_m = self._motion.reference_m
             self._lost_ticks += 1
             if self._lost_ticks == _LOST_TICKS:
-                self._lose_contact()
+                self._enter_hole("contact lost")
+        elif self._tip_depth_m() - self._surface_m > _DROP_M:
+            # Already below the surface, though friction on the wall keeps pushing back.
+            self._enter_hole("sunk below the surface")
         else:
             self._lost_ticks = 0
             self._countdown -= 1
             if self._countdown <= 0:
                 self._next_action()
-        return self._exploring.velocity_m_s(self._motion.reference_m, self._target_m, measured.force_N)
+        self._target_m = self._point_of_step()
+        return self._press.velocity_m_s(self._motion.reference_m, self._target_m, measured.force_N)
 
-    def _lose_contact(self) -> None:
-        self._event("contact lost")
+    def _point_of_step(self) -> Vector3:
+        """Where on its way the running action shall be in this tick: steady speed, then rest for the torque."""
+        ticks = self._task.ticks_per_action
+        share = min((ticks - self._countdown + 1) / (_MOVING_SHARE * ticks), 1.0)
+        (x, y, z), (dx, dy) = self._step_from_m, self._step_m
+        return x + share * dx, y + share * dy, z
+
+    def _enter_hole(self, sign: str) -> None:
+        self._event(sign)
         self._hole_tick = self._tick
         self._best_depth_m, self._last_progress = 0.0, self._tick
         self._inserting.reset()
@@ -254,7 +270,7 @@ class InsertionTask:
         decision = self._explorer.decide(self._tick, measured.position_m, reference, force, torque)
         dx, dy = decision.action.displacement_m
         x, y = self._area.clamp(reference[0] + dx, reference[1] + dy)
-        self._target_m = (x, y, reference[2])
+        self._step_from_m, self._step_m = reference, (x - reference[0], y - reference[1])
         self._countdown = self._task.ticks_per_action
 
     def _insert(self) -> Vector3:
@@ -267,10 +283,10 @@ class InsertionTask:
         ):
             self._event("hole", f"found after {self._exploration_s():.3f} s")
             self._end_inserted(depth)
-        elif stalled > _STALL_TICKS and self._best_depth_m < _FALSE_DROP_M:
+        elif stalled > _STALL_TICKS and self._best_depth_m < _DROP_M:
             self._event("false drop", f"to {self._best_depth_m * 1e3:.3f} mm")
             self._hole_tick = None
-            self._target_m = self._motion.reference_m
+            self._step_from_m, self._step_m = self._motion.reference_m, (0.0, 0.0)
             self._lost_ticks = 0
             self._enter(Phase.EXPLORE)
         elif stalled > _JAM_TICKS:

@@ -27,6 +27,7 @@ class Outcome(enum.Enum):
     FORCE_LIMIT = "force limit"
     NO_CONTACT = "no contact"
     SENSOR_FAULT = "sensor fault"
+    INTERRUPTED = "interrupted"
 
 
 @dataclass(frozen=True, slots=True)

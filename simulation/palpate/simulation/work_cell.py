@@ -24,6 +24,7 @@ PLATE_REACH_M: Final = 0.009
 """How far from the hole's edge the plate's surface is closed: the peg may wander as far as that."""
 _UPPER_RING_M: Final = 0.008
 _RIM_M: Final = 0.003
+_SERVO_INTEGRAL_S: Final = 0.05  # integral time of the joint servos: assumed
 _PEG: Final = 1  # collision groups: only peg against plate
 _PLATE: Final = 2
 _SOLREF: Final = (0.003, 1.0)
@@ -56,6 +57,7 @@ def build_work_cell(
     spec.option.tolerance = 1e-10
     # Sparse Newton has a wrong Hessian in MuJoCo 4.0.0 (release notes of 4.0.1, #3767).
     spec.option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
+    # The integrators that leave stiffness explicit let the peg chatter on the hole's wall at 5 substeps.
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_DISCRETE
     spec.compiler.degree = False
     spec.compiler.balanceinertia = True
@@ -103,7 +105,14 @@ def _add_arm(spec: mujoco.MjSpec, kinematics: Kinematics) -> mujoco.MjsBody:
         stiffness = arm.servo_stiffness_Nm_per_rad[j]
         servo = spec.add_actuator(name=f"servo_{index}", target=model.names[index])
         servo.trntype = mujoco.mjtTrn.mjTRN_JOINT
-        servo.set_to_position(kp=stiffness, kv=2.0 * sqrt(stiffness * arm.servo_armature_kg_m2[j]))
+        # With integral action, as industrial joint servos have it: without, the arm gives way by some 30 microradian
+        # when it presses, and the gripper's springs make of that a torque as large as the one that tells of the hole.
+        servo.set_to_pid(
+            kp=stiffness,
+            kv=2.0 * sqrt(stiffness * arm.servo_armature_kg_m2[j]),
+            ki=stiffness / _SERVO_INTEGRAL_S,
+            ctrlspec=int(mujoco.mjtCtrlInput.mjINPUT_POS),
+        )
         bodies[index] = body
     return bodies[model.njoints - 1]
 

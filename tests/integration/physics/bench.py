@@ -1,50 +1,39 @@
 """A bench for the simulated cell: the core's own motion and measurement over the ports, with no task on top.
 
-Every figure is taken on the full six-joint arm, with the motion laws and gains of a trial. Only the white noise and
-the bias of the wrist sensor are off; the encoders keep their steps. Lengths are in the task frame.
+Every figure is taken on the full six-joint arm, with the motion laws and gains of a trial. Only the noise and the bias
+of the wrist sensor are off; the encoders keep their steps. Positions are in the task frame.
 """
 
 from __future__ import annotations
 
-import hashlib
-from collections.abc import Callable, Sequence
-from dataclasses import replace
 from functools import cache
-from math import atan2, cos, degrees, hypot, pi, remainder, sin
+from math import atan2, cos, degrees, hypot, pi, remainder, sin, sqrt
 from types import TracebackType
 from typing import Self
 
 import numpy as np
 
-from palpate.adapters.composition import (
-    ReadyPose,
-    SimulatedRig,
-    build_perception,
-    build_task,
-    find_ready_pose,
-    task_actions,
-)
+from palpate.adapters.composition import ReadyPose, SimulatedRig, find_ready_pose
 from palpate.adapters.config import RunConfig
 from palpate.core.arms import arm_named
 from palpate.core.control import ControlLaw, DampingControl, HybridControl, PositionControl
-from palpate.core.cycle import run_trial, tick_time_ns
+from palpate.core.cycle import tick_time_ns
 from palpate.core.insertion import PERIOD_S
 from palpate.core.kinematics import Kinematics, ToolGeometry
 from palpate.core.measurement import Measurement
 from palpate.core.perception import SignalProcessor
-from palpate.core.policy import RandomWalkPolicy
 from palpate.core.task_config import CONTROL_RATE_HZ, N_PER_KGF
 from palpate.core.task_frame import goal_in_base
 from palpate.core.tip_motion import TipMotion
-from palpate.core.trial import TrialReport, TrialSetup
-from palpate.core.values import AppliedCommand, JointCommand, JointSample, Snapshot, Vector3, WrenchSample
-from palpate.simulation.cell import Truth
+from palpate.core.values import Snapshot, Vector3, WrenchSample
 from palpate.simulation.cell_config import CellConfig, ComplianceConfig, PegConfig, SensorConfig
 
-SILENT = SensorConfig(force_noise_N=0.0, torque_noise_Nm=0.0, force_bias_N=0.0, torque_bias_Nm=0.0)
-PASS_SPEED_M_S = 0.005
-DROP_M = 1e-3
-"""A peg that deep has found the hole."""
+OFFSETS_M = (0.3e-3, 1e-3, 2e-3, 3e-3)
+_SILENT = SensorConfig(force_noise_N=0.0, torque_noise_Nm=0.0, force_bias_N=0.0, torque_bias_Nm=0.0)
+_PASS_SPEED_M_S = 0.005
+_DROP_M = 1e-3  # a peg that deep has found the hole
+_STEP_M = 0.5e-3
+_PUSH_M = 0.15e-3  # twice the clearance: the springs then push the peg against the wall with some 3 N
 
 
 def quiet(
@@ -55,8 +44,17 @@ def quiet(
     substeps: int = 5,
 ) -> RunConfig:
     """A run whose wrist sensor has neither noise nor bias."""
-    cell = CellConfig(peg or PegConfig(), compliance or ComplianceConfig(), SILENT, substeps=substeps)
+    cell = CellConfig(peg or PegConfig(), compliance or ComplianceConfig(), _SILENT, substeps=substeps)
     return RunConfig(arm=arm, cell=cell)
+
+
+def headings(count: int) -> list[float]:
+    """Headings spread round the circle by the golden angle: evenly, and never in step with facets of peg or hole."""
+    return [k * pi * (3.0 - sqrt(5.0)) for k in range(count)]
+
+
+def rms(values: list[float]) -> float:
+    return float(np.sqrt(np.mean(np.square(values))))
 
 
 @cache
@@ -75,20 +73,27 @@ class Bench:
     """
 
     def __init__(self, config: RunConfig) -> None:
-        arm, goal = arm_named(config.arm), goal_in_base(config.task.goal)
-        ready = ready_pose(config.arm)
-        task, control = config.task, config.control
-        self.rig = SimulatedRig(config, ready)
+        arm, goal, ready = arm_named(config.arm), goal_in_base(config.task.goal), ready_pose(config.arm)
+        control, travel = config.control, config.task.travel_speed_mm_s * 1e-3
         signal = SignalProcessor(CONTROL_RATE_HZ, config.perception.cutoff_Hz, config.perception.filter_order)
+        self.rig = SimulatedRig(config, ready)
         self.measurement = Measurement(Kinematics(arm, ToolGeometry()), goal, signal)
+        self.press_N = config.task.press_kgf * N_PER_KGF
         self._motion = TipMotion(Kinematics(arm, ToolGeometry()), goal, ready.tip_rotation, PERIOD_S)
-        self.press_N = task.press_kgf * N_PER_KGF
-        travel = task.travel_speed_mm_s * 1e-3
-        axial_N_per_m = control.axial_stiffness_N_per_mm * 1e3
-        along = DampingControl(control.damping_N_s_per_m, (0.0, 0.0, -self.press_N), travel, axial_N_per_m, PERIOD_S)
+        along = DampingControl(
+            control.damping_N_s_per_m,
+            (0.0, 0.0, -self.press_N),
+            travel,
+            control.axial_stiffness_N_per_mm * 1e3,
+            PERIOD_S,
+        )
         self._free = PositionControl(control.position_gain_per_s, travel, PERIOD_S)
         self._press = HybridControl(self._free, along)
-        self._slide = HybridControl(PositionControl(control.position_gain_per_s, PASS_SPEED_M_S, PERIOD_S), along)
+        self._slide = HybridControl(
+            PositionControl(control.position_gain_per_s, _PASS_SPEED_M_S, PERIOD_S), along
+        )
+        self._step_ticks = config.task.ticks_per_action
+        self._start_ns = self._tick = 0
 
     def __enter__(self) -> Self:
         self.rig.__enter__()
@@ -99,62 +104,105 @@ class Bench:
     ) -> None:
         self.rig.__exit__(kind, error, trace)
 
+    # Moves.
+
     def hang_above(self, x_m: float, y_m: float) -> WrenchSample:
-        """Start anew: go above (x, y), come to rest, tare there. Returns the raw reading at rest."""
+        """Start anew: go above (x, y), come to rest, tare there. Returns the raw sample at rest."""
         self.rig.prepare(0)
         self._start_ns, self._tick = self.rig.ports.clock.now_ns(), 0
+        self._motion.start(self.rig.ports.joint_encoder.read().position_rad)
         self.measurement.reset()
-        sample = self._run(self._free, (x_m, y_m, -0.003), 50)
+        sample = self._run(self._free, (x_m, y_m, -3e-3), 60)
         self.measurement.tare((*sample.force_N, *sample.torque_Nm))
         return sample
 
-    def press(self, x_m: float, y_m: float, ticks: int = 110) -> None:
-        """Come down beside the hole and press until all is steady."""
+    def press(self, x_m: float, y_m: float, ticks: int = 120) -> None:
+        """Start anew and come down with the peg's axis at (x, y); the default presses until all is steady."""
         self.hang_above(x_m, y_m)
         self._run(self._press, (x_m, y_m, 0.0), ticks)
 
-    def keep_pressing(self) -> None:
-        """One more tick of pressing, without moving across."""
-        self._run(self._press, self._motion.reference_m, 1)
-
     def enter_hole(self, depth_m: float) -> None:
-        """Go straight down into the hole, not as far as its floor."""
+        """Start anew and go straight down into the hole, not as far as its floor."""
         self.hang_above(0.0, 0.0)
         self._run(self._free, (0.0, 0.0, depth_m), 100)
 
-    def push_to(self, x_m: float, y_m: float) -> Truth:
-        """Push sideways at the present depth until all is steady."""
-        self._run(self._free, (x_m, y_m, self._motion.reference_m[2]), 60)
-        return self.rig.truth()
+    def push_to(self, x_m: float, y_m: float, ticks: int = 60) -> Vector3:
+        """Push sideways at the present depth; returns where the true tip then is."""
+        self._run(self._free, (x_m, y_m, self._motion.reference_m[2]), ticks)
+        return self.rig.truth().tip_in_task_m
 
-    def drops_on_the_way(self, x_m: float, y_m: float) -> bool:
-        """Slide to (x, y) at ``PASS_SPEED_M_S``, pressing: whether the peg drops into the hole."""
-        rx, ry, _ = self._motion.reference_m
-        for _ in range(int(hypot(x_m - rx, y_m - ry) / PASS_SPEED_M_S * CONTROL_RATE_HZ) + 10):
-            self._run(self._slide, (x_m, y_m, 0.0), 1)
-            if self.rig.truth().depth_m > DROP_M:
-                return True
-        return False
+    # Figures.
+
+    def cue_error_deg(self, offset_m: float, heading: float, step_heading: float | None = None) -> float:
+        """Angle between the direction in which the torque tells the hole to be, and the truth.
+
+        Args:
+            offset_m: Distance of the peg's axis from the hole's.
+            heading: Where the peg is, seen from the hole, rad.
+            step_heading: The peg gets there by an exploratory step in this direction, and the torque is read when
+                the step's time is over; None if it comes straight down and is given time.
+        """
+        x, y = offset_m * cos(heading), offset_m * sin(heading)
+        if step_heading is None:
+            self.press(x, y)
+        else:
+            self.press(x - _STEP_M * cos(step_heading), y - _STEP_M * sin(step_heading))
+            self._run(self._press, (x, y, 0.0), self._step_ticks)
+        _, (tx, ty, _) = self.measurement.filtered_wrench_at_tip()
+        return degrees(remainder(atan2(tx, -ty) - (heading + pi), 2 * pi))
+
+    def cue_lever_m(self) -> float:
+        """Distance of the centre of pressure from the tip's centre."""
+        (_, _, fz), (tx, ty, _) = self.measurement.filtered_wrench_at_tip()
+        return hypot(tx, ty) / -fz
 
     def penetration_m(self) -> float:
         """How far the deepest contact point of the peg is inside the plate."""
-        return -min((contact.dist for contact in self.rig.cell.data.contact), default=0.0)
+        return -min((float(contact.dist) for contact in self.rig.cell.data.contact), default=0.0)
+
+    def ripple_N(self, ticks: int = 100) -> float:
+        """Standard deviation of the force along the tool axis while pressing goes on."""
+        forces = []
+        for _ in range(ticks):
+            self._run(self._press, self._motion.reference_m, 1)
+            forces.append(self.measurement.force_N[2])
+        return float(np.std(forces))
+
+    def play_m(self, heading: float) -> float:
+        """Half the way that the peg has from wall to wall of the hole it is in."""
+        dx, dy = _PUSH_M * cos(heading), _PUSH_M * sin(heading)
+        x1, y1, _ = self.push_to(dx, dy)
+        x2, y2, _ = self.push_to(-dx, -dy)
+        return 0.5 * ((x1 - x2) * cos(heading) + (y1 - y2) * sin(heading))
+
+    def capture_half_width_m(self, heading: float, resolution_m: float = 4e-6) -> float:
+        """The largest distance at which the peg's axis may pass the hole's at 5 mm/s and still drop in."""
+        caught, missed = 0.0, 1e-3
+        while missed - caught > resolution_m:
+            miss = 0.5 * (caught + missed)
+            if self._drops_when_passing(heading, miss):
+                caught = miss
+            else:
+                missed = miss
+        return 0.5 * (caught + missed)
+
+    def _drops_when_passing(self, heading: float, miss_m: float, run_up_m: float = 1.5e-3) -> bool:
+        c, s = cos(heading), sin(heading)
+        self.press(-run_up_m * c - miss_m * s, -run_up_m * s + miss_m * c, 70)
+        end = (run_up_m * c - miss_m * s, run_up_m * s + miss_m * c, 0.0)
+        for _ in range(int(2 * run_up_m / _PASS_SPEED_M_S * CONTROL_RATE_HZ)):
+            self._run(self._slide, end, 1)
+            if self.rig.truth().depth_m > _DROP_M:
+                return True
+        return False
 
     def _run(self, law: ControlLaw, target_m: Vector3, ticks: int) -> WrenchSample:
         ports = self.rig.ports
         for _ in range(ticks):
             ports.clock.sleep_until(tick_time_ns(self._start_ns, self._tick))
             wrench, joints = ports.force_sensor.read(), ports.joint_encoder.read()
-            if self._tick == 0:
-                self._motion.start(joints.position_rad)
-                self.measurement.tare((*wrench.force_N, *wrench.torque_Nm))
             self.measurement.update(Snapshot(self._tick, ports.clock.now_ns(), wrench, joints))
             velocity = law.velocity_m_s(self._motion.reference_m, target_m, self.measurement.force_N)
-            ports.arm.send(self._motion.move(velocity))
+            self._motion.adopt(ports.arm.send(self._motion.move(velocity)))
             self._tick += 1
         return wrench
-
-
-def headings(count: int) -> list[float]:
-    """So many headings round the circle, rad; none is a symmetry axis of arm, peg or hole."""
-    return [2 * pi * (k + 0.37) / count for k in range(count)]

@@ -1,0 +1,1 @@
+"""The ``palpate`` command; one module per subcommand."""

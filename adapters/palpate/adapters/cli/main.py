@@ -1,0 +1,113 @@
+"""Entry point: picks the subcommand, turns errors into one line and an exit code."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Sequence
+
+from palpate.core.errors import ConfigurationError, OutputError, PalpateError
+
+HELP = """usage: palpate COMMAND [OPTIONS]
+
+A robot arm learns contact tasks by touch.
+
+commands:
+  train     learn an insertion by trial; leaves a folder with policy, trials and learning curve
+  run       run a trained policy, or a comparator, without learning
+  compare   table of hand-written strategies and trained policies on the same trials
+  show      print what a policy file knows
+  version   versions of palpate and of what its results depend on
+
+palpate COMMAND --help tells the options of each. To begin: palpate train
+"""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command.
+
+    Returns:
+        0: done; 1: the run failed; 2: something in the call, a file or a folder is wrong; 130: ended by Ctrl-C.
+    """
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    commands: dict[str, Callable[[Sequence[str]], int]] = {
+        "train": _train,
+        "run": _run,
+        "compare": _compare,
+        "show": _show,
+        "version": _version,
+    }
+    if not words or words[0] in ("-h", "--help"):
+        sys.stdout.write(HELP)
+        return 0
+    if words[0] == "--version":
+        words[0] = "version"
+    try:
+        if words[0] not in commands:
+            raise ConfigurationError("command", words[0], f"one of {', '.join(commands)}")
+        return commands[words[0]](words[1:])
+    except (ConfigurationError, OutputError) as error:
+        return _fail(error, 2)
+    except PalpateError as error:
+        return _fail(error, 1)
+    except KeyboardInterrupt:
+        sys.stderr.write("\npalpate: stopped at once; finished trials are kept\n")
+        return 130
+    except BrokenPipeError:
+        # The reader of our output went away (as `| head` does): nothing to say and nobody to say it to.
+        sys.stderr.close()
+        return 1
+
+
+def _fail(error: PalpateError, code: int) -> int:
+    sys.stderr.write(f"palpate: {' '.join(str(error).split())}\n")
+    return code
+
+
+# Each command imports what it needs when it runs: `palpate --help` loads neither simulator nor kinematics.
+
+
+def _train(words: Sequence[str]) -> int:
+    from palpate.adapters.cli.options import TrainOptions, parse
+
+    options = parse(TrainOptions, "train", words)
+    from palpate.adapters.cli.train import train
+
+    return train(options)
+
+
+def _run(words: Sequence[str]) -> int:
+    from palpate.adapters.cli.options import RunOptions, parse
+
+    options = parse(RunOptions, "run", words)
+    from palpate.adapters.cli.run import run
+
+    return run(options)
+
+
+def _compare(words: Sequence[str]) -> int:
+    from palpate.adapters.cli.options import CompareOptions, parse
+
+    options = parse(CompareOptions, "compare", words)
+    from palpate.adapters.cli.compare import compare
+
+    return compare(options)
+
+
+def _show(words: Sequence[str]) -> int:
+    from palpate.adapters.cli.options import ShowOptions, parse
+
+    options = parse(ShowOptions, "show", words)
+    from palpate.adapters.cli.show import show
+
+    return show(options)
+
+
+def _version(words: Sequence[str]) -> int:
+    from palpate.adapters.policies import made_with
+
+    sys.stdout.write("".join(f"{name} {version}\n" for name, version in made_with().items()))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,156 @@
+"""Command-line options of each subcommand, and how flags, TOML files and presets come together.
+
+Light to import: nothing here loads the simulator, so that ``--help`` and wrong words are answered at once.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import difflib
+import io
+import re
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated, Any, TypeVar
+
+import tyro
+
+from palpate.adapters.config import RunConfig, scenario
+from palpate.adapters.toml_config import overlay, read_toml
+from palpate.core.errors import ConfigurationError
+
+T = TypeVar("T")
+Flat = Annotated[RunConfig, tyro.conf.arg(name="")]
+
+
+@dataclass(frozen=True)
+class TrainOptions:
+    """Learn an insertion from scratch by Q-learning, and leave a folder with everything about it."""
+
+    run: Flat = field(default_factory=RunConfig)
+    trials: int = 350
+    """Number of trials."""
+    out: str = ""
+    """Folder for the results; runs/SCENARIO if not given. It must not hold a run already."""
+    config: str = ""
+    """TOML file with any of the settings below (a run.toml too); flags win over it."""
+    policy: str = "q-learning"
+    """q-learning, or a policy file to go on learning from."""
+    resume: bool = False
+    """Go on with the run in --out where it stopped, with the same random streams."""
+
+
+@dataclass(frozen=True)
+class RunOptions:
+    """Run a trained policy, or a comparator, without learning."""
+
+    run: Flat = field(default_factory=RunConfig)
+    policy: str = ""
+    """A policy file, or omniscient, torque, spiral-10, spiral-5, random."""
+    trials: int = 50
+    """Number of trials."""
+    out: str = ""
+    """Folder for the results; none are written if not given. It must not hold a run already."""
+    config: str = ""
+    """TOML file with any of the settings below (a run.toml too); flags win over it."""
+
+
+@dataclass(frozen=True)
+class CompareOptions:
+    """Compare hand-written strategies, and trained policies beside them, on the same trials."""
+
+    run: Flat = field(default_factory=RunConfig)
+    policy: tuple[str, ...] = ()
+    """Policy files to put beside the comparators."""
+    trials: int = 50
+    """Trials of each."""
+    out: str = ""
+    """Folder for the table; runs/SCENARIO-compare if not given. It must not hold a run already."""
+    config: str = ""
+    """TOML file with any of the settings below (a run.toml too); flags win over it."""
+
+
+@dataclass(frozen=True)
+class ShowOptions:
+    """Print what a policy file knows: states, best actions, values, visits."""
+
+    file: Annotated[str, tyro.conf.Positional]
+    """The policy file."""
+
+
+def parse(kind: type[T], command: str, arguments: Sequence[str]) -> T:
+    """The options on a command line, over those of ``--config``, over those of the scenario.
+
+    Raises:
+        ConfigurationError: Something on the command line or in the file cannot be used; one line says what.
+    """
+    default: Any = None
+    if "run" in {f for f in kind.__dataclass_fields__}:  # type: ignore[attr-defined]
+        default = kind(run=_base(arguments))  # type: ignore[call-arg]
+    output = io.StringIO()
+    try:
+        with contextlib.redirect_stdout(output), contextlib.redirect_stderr(output):
+            parsed, unknown = tyro.cli(
+                kind, prog=f"palpate {command}", args=list(arguments), default=default, return_unknown_args=True
+            )
+    except SystemExit as end:
+        if not end.code:
+            sys.stdout.write(output.getvalue())
+            raise
+        raise ConfigurationError("command line", " ".join(arguments), _one_line(output.getvalue())) from None
+    if unknown:
+        raise ConfigurationError("command line", unknown[0], f"known options{_suggestion(kind, unknown[0])}")
+    result: T = parsed
+    return result
+
+
+def _base(arguments: Sequence[str]) -> RunConfig:
+    """What the flags start from: the scenario, named on the command line or in the file, and the file over it."""
+    table: dict[str, Any] = {}
+    path = _value_of("--config", arguments)
+    if path:
+        table = read_toml(Path(path))
+        table.pop("run", None)
+    name = _value_of("--scenario", arguments) or table.get("scenario", "paper")
+    if not isinstance(name, str):
+        raise ConfigurationError("scenario", name, "a name")
+    return overlay(scenario(name), {**table, "scenario": name})
+
+
+def _value_of(flag: str, arguments: Sequence[str]) -> str:
+    for i, word in enumerate(arguments):
+        if word == flag and i + 1 < len(arguments):
+            return arguments[i + 1]
+        if word.startswith(flag + "="):
+            return word.split("=", 1)[1]
+    return ""
+
+
+def _one_line(boxed: str) -> str:
+    """The message in tyro's box, without the box and what follows its first rule."""
+    words: list[str] = []
+    for line in boxed.splitlines():
+        text = line.strip("╭╮╰╯│─ ").strip()
+        if re.match(r"^│?\s*─{5,}", line.strip("│ ")) and words:
+            break
+        if not line.startswith("╭") and text:
+            words.append(text)
+    message = " ".join(words)
+    refused = re.search(r"Error parsing [^:]*: (\S+ = .* is refused: .*)$", message)
+    return refused.group(1) if refused else (message or "see --help")
+
+
+def _suggestion(kind: type, word: str) -> str:
+    flags = _flags(kind)
+    near = difflib.get_close_matches(word.split("=", 1)[0].replace("_", "-"), flags, n=1, cutoff=0.6)
+    return f"; did you mean {near[0]}?" if near else "; see --help"
+
+
+def _flags(kind: type) -> list[str]:
+    """Every flag of a command, from the usage text itself."""
+    output = io.StringIO()
+    with contextlib.suppress(SystemExit), contextlib.redirect_stdout(output):
+        tyro.cli(kind, args=["--help"])
+    return sorted(set(re.findall(r"--[a-zA-Z][\w.-]*", output.getvalue())))

@@ -1,0 +1,143 @@
+"""``palpate train``."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from tqdm import tqdm
+
+from palpate.adapters.cli.options import TrainOptions
+from palpate.adapters.composition import SimulatedRig, find_ready_pose
+from palpate.adapters.config import RunConfig
+from palpate.adapters.experiment import ScoredTrial
+from palpate.adapters.fitting import configured_perception, fitted_perception
+from palpate.adapters.plots import learning_curve
+from palpate.adapters.policies import learning_policy, loaded_policy, perception_of
+from palpate.adapters.results import RunFolder
+from palpate.adapters.session import Checkpoint, Trainer, checkpoint_perception, resume_learner, run_toml
+from palpate.adapters.statistics import WINDOW, learning_summary, moving_average, summary_of
+from palpate.adapters.toml_config import overlay, read_toml, to_toml
+from palpate.core.checks import require_in
+from palpate.core.errors import ConfigurationError
+from palpate.core.policy import PolicyDocument
+from palpate.core.task_frame import reachable_share
+
+
+def train(options: TrainOptions) -> int:
+    """Train, or go on training, and write the run folder; returns the exit code."""
+    require_in("trials", options.trials, 1, 1_000_000)
+    config = options.run
+    folder = RunFolder(Path(options.out or f"runs/{config.scenario}"))
+    checkpoint = None
+    if options.resume:
+        checkpoint = Checkpoint.load(folder)
+        _require_same(config, folder)
+    else:
+        folder.require_free()
+    document = None if options.policy == "q-learning" else PolicyDocument.load(Path(options.policy))
+    ready = find_ready_pose(config)
+    perception = configured_perception(config)
+    if document is not None:
+        perception = perception_of(document, config, perception)
+    if checkpoint is not None:
+        perception = checkpoint_perception(checkpoint)
+
+    with SimulatedRig(config, ready) as rig:
+        if perception is None:
+            _say(f"fitting perception on {config.perception.fit_trials} random-walk trials")
+            perception = fitted_perception(config, ready, rig)
+        if document is not None:
+            policy = loaded_policy(document, config, perception, frozen=False)
+        else:
+            policy = learning_policy(config, perception)
+        folder.create()
+        first = 0
+        if checkpoint is not None:
+            resume_learner(checkpoint, policy)
+            first = checkpoint.next_trial
+            folder.truncate(first)
+        else:
+            folder.write_text("run.toml", run_toml(config, "train", trials=options.trials, policy=options.policy))
+        trainer = Trainer(config, folder, ready, rig, perception, policy, first)
+        trainer.checkpoint()
+        _announce(config, folder, options.trials, first)
+        _with_progress(trainer, options.trials, first, folder)
+        trainer.save_policy()
+    _finish(config, folder, options.trials)
+    if trainer.interrupted:
+        again = f"palpate train --resume --config {folder.path}/run.toml --out {folder.path} --trials {options.trials}"
+        _say(f"ended after {trainer.next_trial} of {options.trials} trials; go on with: {again}")
+        return 130
+    return 0
+
+
+def _require_same(config: RunConfig, folder: RunFolder) -> None:
+    table = read_toml(folder.path / "run.toml")
+    table.pop("run", None)
+    saved = overlay(RunConfig(), table)
+    if saved != config:
+        old, new = to_toml(saved).splitlines(), to_toml(config).splitlines()
+        line = next((f"{b} (was {a})" for a, b in zip(old, new, strict=False) if a != b), "a setting that was not there")
+        raise ConfigurationError(
+            "resume", line, f"the configuration that the run began with: add --config {folder.path}/run.toml"
+        )
+
+
+def _announce(config: RunConfig, folder: RunFolder, trials: int, first: int) -> None:
+    begin = f"trial {first + 1} to {trials}" if first else f"{trials} trials"
+    _say(f"{config.arm}, scenario {config.scenario}, seed {config.seed}: {begin}, results in {folder.path}")
+    share = reachable_share(config.task, config.cell.hole_uncertainty_mm)
+    if share < 0.9995:
+        _say(f"only {share:.1%} of the holes lie inside the exploration area: no strategy can do much better")
+
+
+def _with_progress(trainer: Trainer, trials: int, first: int, folder: RunFolder) -> None:
+    rows = folder.read_trials()
+    times = [row.exploration_time_s for row in rows]
+    wins = [row.success for row in rows]
+    with tqdm(total=trials, initial=first, unit="trial", file=sys.stderr, dynamic_ncols=True) as bar:
+
+        def show(scored: ScoredTrial) -> None:
+            times.append(scored.report.exploration_time_s)
+            wins.append(scored.success)
+            recent = wins[-WINDOW:]
+            temperature = scored.report.temperature
+            bar.set_postfix_str(
+                f"time {moving_average(times[-WINDOW:])[-1]:.2f} s, success {sum(recent) / len(recent):.0%}, "
+                f"temperature {0.0 if temperature is None else temperature:.2f}"
+            )
+            bar.update()
+
+        trainer.train(trials, show)
+
+
+def _finish(config: RunConfig, folder: RunFolder, trials: int) -> None:
+    rows = folder.read_trials()
+    summary = {
+        "scenario": config.scenario,
+        "arm": config.arm,
+        "seed": config.seed,
+        "finished": len(rows) >= trials,
+        **summary_of(rows),
+        "learning": learning_summary(rows),
+        "holes_inside_area": round(reachable_share(config.task, config.cell.hole_uncertainty_mm), 4),
+    }
+    folder.write_json("summary.json", summary)
+    title = f"Peg in hole, {config.arm}, scenario {config.scenario}, seed {config.seed}"
+    folder.write_bytes("learning_curve.png", learning_curve(rows, title))
+    if rows:
+        times = [row.exploration_time_s for row in rows]
+        _say(
+            f"{len(rows)} trials, mean time {sum(times[:WINDOW]) / len(times[:WINDOW]):.2f} s in the first {WINDOW} and "
+            f"{sum(times[-WINDOW:]) / len(times[-WINDOW:]):.2f} s in the last {WINDOW}; "
+            f"success in the last {WINDOW}: {sum(r.success for r in rows[-WINDOW:])} of {len(rows[-WINDOW:])}"
+        )
+        _say(f"look at {folder.path / 'learning_curve.png'}, or: palpate show {folder.path / 'policy.json'}")
+
+
+def _say(text: str) -> None:
+    sys.stdout.write(text + "\n")
+    sys.stdout.flush()
+
+

@@ -1,0 +1,136 @@
+"""Policies by name or from a file: learners, programmed and example states beside them, and comparators."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any, Final
+
+from palpate.adapters.comparators import Omniscient, Spiral, TorqueFollowing
+from palpate.adapters.composition import task_actions
+from palpate.adapters.config import RunConfig
+from palpate.core.errors import ConfigurationError, PolicyFileError
+from palpate.core.perception import Perception, perception_from_dict, perception_to_dict
+from palpate.core.policy import (
+    ExamplesPolicy,
+    MixedPolicy,
+    Policy,
+    PolicyDocument,
+    ProgrammedPolicy,
+    QLearning,
+    RandomWalkPolicy,
+    TemperatureSchedule,
+    load_examples,
+    policy_from,
+)
+from palpate.core.task_config import N_PER_KGF
+
+SPIRAL_PITCH_M: Final = 0.36e-3
+"""Distance between the turns: a little under twice the capture width of the default cell (docs/results.md)."""
+OMNISCIENT_SPEED_M_S: Final = 0.01
+
+Hole = Callable[[], Sequence[float]]
+
+COMPARATORS: Final[dict[str, str]] = {
+    "omniscient": "straight to the true hole",
+    "torque": "hand-written: step where the torque says the hole is",
+    "spiral-10": "Archimedean spiral, 10 mm/s",
+    "spiral-5": "Archimedean spiral, 5 mm/s",
+    "random": "random walk over the compass steps",
+}
+
+
+def comparator(name: str, config: RunConfig, hole_m: Hole) -> Policy:
+    """The comparator of that name.
+
+    Args:
+        name: One of ``COMPARATORS``.
+        config: The run's configuration.
+        hole_m: Gives the true hole of the running trial; only the omniscient one asks.
+
+    Raises:
+        ConfigurationError: There is none of that name.
+    """
+    actions = task_actions(config)
+    per_action = config.task.ticks_per_action / 140
+    makers: dict[str, Callable[[], Policy]] = {
+        "omniscient": lambda: Omniscient(hole_m, OMNISCIENT_SPEED_M_S * per_action),
+        "torque": lambda: TorqueFollowing(actions, config.perception.torque_threshold_kgf_mm * 1e-3 * N_PER_KGF),
+        "spiral-10": lambda: Spiral("spiral-10", SPIRAL_PITCH_M, 0.010 * per_action),
+        "spiral-5": lambda: Spiral("spiral-5", SPIRAL_PITCH_M, 0.005 * per_action),
+        "random": lambda: RandomWalkPolicy(actions),
+    }
+    if name not in makers:
+        raise ConfigurationError("policy", name, f"a policy file, or one of {', '.join(makers)}")
+    return makers[name]()
+
+
+def learning_policy(config: RunConfig, perception: Perception) -> Policy:
+    """Q-learning from scratch, with the programmed and the example states of the configuration beside it."""
+    learning, actions = config.learning, task_actions(config)
+    parts: list[Policy] = []
+    if learning.programmed:
+        parts.append(ProgrammedPolicy(perception.states, actions, learning.programmed))
+    if learning.examples:
+        pairs = load_examples(Path(learning.examples), perception.states, actions)
+        parts.append(ExamplesPolicy(perception.states, actions, pairs))
+    parts.append(
+        QLearning(
+            perception.states,
+            actions,
+            alpha=learning.alpha,
+            gamma=learning.gamma,
+            temperature=TemperatureSchedule(
+                learning.temperature, learning.temperature_decay, learning.temperature_floor
+            ),
+            alpha_visits=learning.alpha_visits,
+            alpha_floor=learning.alpha_floor,
+        )
+    )
+    return parts[0] if len(parts) == 1 else MixedPolicy(perception.states, parts)
+
+
+def perception_of(document: PolicyDocument, config: RunConfig, configured: Perception | None) -> Perception:
+    """The perception that a policy file was made with, checked against the run's.
+
+    Args:
+        document: The policy file.
+        config: The run's configuration.
+        configured: The run's perception; None where it would have to be fitted: then the file's serves.
+
+    Raises:
+        PolicyFileError: They differ.
+    """
+    try:
+        own = perception_from_dict(dict(document.perception))
+    except ConfigurationError as error:
+        raise PolicyFileError("policy", "perception", f"a readable perception ({error})") from error
+    if configured is not None:
+        document.check_matches(configured.states, task_actions(config))
+        theirs = perception_to_dict(configured)
+        if dict(document.perception) != theirs:
+            raise PolicyFileError(
+                "policy.perception",
+                _first_difference(document.perception, theirs),
+                "the perception that the run is configured with (use --config with the run.toml beside the policy)",
+            )
+    return own
+
+
+def loaded_policy(document: PolicyDocument, config: RunConfig, perception: Perception, *, frozen: bool) -> Policy:
+    """The policy of a file, frozen or ready to learn on."""
+    return policy_from(document, perception.states, task_actions(config), frozen=frozen)
+
+
+def made_with() -> dict[str, str]:
+    """Versions that results depend on."""
+    return {name: version(name) for name in ("palpate", "numpy", "scipy", "pin", "mujoco")}
+
+
+def _first_difference(a: Any, b: Any, where: str = "") -> str:
+    if isinstance(a, Mapping) and isinstance(b, Mapping):
+        for key in sorted(set(a) | set(b)):
+            if a.get(key) != b.get(key):
+                return _first_difference(a.get(key), b.get(key), f"{where}.{key}" if where else str(key))
+    return f"{where}: {a!r} in the file, {b!r} in the run"

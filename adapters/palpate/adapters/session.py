@@ -1,0 +1,211 @@
+"""One run from configuration to results: trials in order, a checkpoint after each, a clean end on request."""
+
+from __future__ import annotations
+
+import json
+import signal
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from types import FrameType
+from typing import Any, Final
+
+from palpate.adapters.composition import ReadyPose, SimulatedRig, build_task
+from palpate.adapters.config import RunConfig
+from palpate.adapters.experiment import ScoredTrial, run_scored_trial
+from palpate.adapters.policies import made_with
+from palpate.adapters.results import RunFolder, TrialRow
+from palpate.adapters.toml_config import to_toml
+from palpate.core.errors import ConfigurationError, DeviceError, OutputError
+from palpate.core.insertion import InsertionTask
+from palpate.core.perception import Perception, perception_from_dict, perception_to_dict
+from palpate.core.policy import Policy, document_of, learner_of
+from palpate.core.trial import Outcome
+
+CHECKPOINT_SCHEMA: Final = "palpate.checkpoint/1"
+
+
+@dataclass(frozen=True)
+class Checkpoint:
+    """Where a training run stands.
+
+    Attributes:
+        next_trial: Trials before this one are finished.
+        learner: The learner's state after them.
+        perception: The perception in use, which may have been fitted.
+    """
+
+    next_trial: int
+    learner: dict[str, Any]
+    perception: dict[str, Any]
+
+    def save(self, folder: RunFolder) -> None:
+        """Write it into the folder, whole."""
+        folder.write_json(
+            "checkpoint.json",
+            {
+                "schema": CHECKPOINT_SCHEMA,
+                "next_trial": self.next_trial,
+                "learner": self.learner,
+                "perception": self.perception,
+            },
+        )
+
+    @classmethod
+    def load(cls, folder: RunFolder) -> Checkpoint:
+        """Read it back.
+
+        Raises:
+            OutputError: There is none, or it is damaged.
+        """
+        path = folder.path / "checkpoint.json"
+        try:
+            content = json.loads(path.read_text(encoding="utf-8"))
+            if content["schema"] != CHECKPOINT_SCHEMA:
+                raise OutputError(str(path), f"has schema {content['schema']!r}", f"{CHECKPOINT_SCHEMA!r} is needed")
+            return cls(int(content["next_trial"]), dict(content["learner"]), dict(content["perception"]))
+        except (OSError, ValueError, KeyError, TypeError) as error:
+            raise OutputError(str(path), f"is no checkpoint to resume from ({error})", "begin a new run") from error
+
+
+def run_toml(config: RunConfig, command: str, **facts: Any) -> str:
+    """The text of ``run.toml``: the resolved configuration, and how it came about; ``--config`` takes it again."""
+    lines = [to_toml(config), "\n[run]\n", f"command = {json.dumps(command)}\n"]
+    lines += [f"{name} = {json.dumps(value)}\n" for name, value in facts.items()]
+    lines += ["\n[run.versions]\n", *(f"{name} = {json.dumps(v)}\n" for name, v in made_with().items())]
+    return "".join(lines)
+
+
+class Trainer:
+    """Trains a policy, trial by trial, into a run folder.
+
+    Args:
+        config: The run's configuration.
+        folder: Where results go; exists already.
+        ready: The ready pose.
+        rig: The world.
+        perception: From signals to states.
+        policy: Has a learner.
+        next_trial: The first trial to run.
+    """
+
+    def __init__(
+        self,
+        config: RunConfig,
+        folder: RunFolder,
+        ready: ReadyPose,
+        rig: SimulatedRig,
+        perception: Perception,
+        policy: Policy,
+        next_trial: int = 0,
+    ) -> None:
+        learner = learner_of(policy)
+        if learner is None:
+            raise ConfigurationError("policy", type(policy).__name__, "a policy with a learner")
+        self._config, self._folder, self._rig = config, folder, rig
+        self._perception, self._policy, self._learner = perception, policy, learner
+        self._perception_dict = perception_to_dict(perception)
+        self._task = build_task(config, ready, perception, policy)
+        self.next_trial = next_trial
+        self.interrupted = False
+
+    def train(self, trials: int, on_trial: Callable[[ScoredTrial], None]) -> None:
+        """Run trials up to number ``trials``; returns early, and says so in ``interrupted``, on Ctrl-C.
+
+        A trial that is cut short leaves no trace: the learner goes back to where it was, so that resuming gives
+        what an uninterrupted run would have given.
+        """
+        with interrupting(self._request_end):
+            while self.next_trial < trials and not self.interrupted:
+                before = self._learner.get_state()
+                scored = run_scored_trial(self._config, self._rig, self._task, self.next_trial)
+                if scored.report.outcome is Outcome.INTERRUPTED:
+                    self._learner.set_state(before)
+                    break
+                require_sound(scored)
+                self._folder.append_trial(scored)
+                self.next_trial += 1
+                self.checkpoint()
+                on_trial(scored)
+
+    def checkpoint(self) -> None:
+        """Save what a resumed run starts from."""
+        Checkpoint(self.next_trial, self._learner.get_state(), self._perception_dict).save(self._folder)
+
+    def save_policy(self) -> None:
+        """Write ``policy.json``."""
+        document = document_of(self._policy, created_with=made_with(), perception=self._perception_dict)
+        document.save(self._folder.path / "policy.json")
+
+    def _request_end(self) -> None:
+        self.interrupted = True
+        self._task.interrupt()
+
+
+def resume_learner(checkpoint: Checkpoint, policy: Policy) -> None:
+    """Put a policy's learner to where the checkpoint left it."""
+    learner = learner_of(policy)
+    if learner is None:
+        raise ConfigurationError("policy", type(policy).__name__, "a policy with a learner")
+    learner.set_state(checkpoint.learner)
+
+
+def checkpoint_perception(checkpoint: Checkpoint) -> Perception:
+    """The perception that a checkpoint was made with."""
+    return perception_from_dict(checkpoint.perception)
+
+
+def run_policy(
+    config: RunConfig,
+    ready: ReadyPose,
+    rig: SimulatedRig,
+    perception: Perception,
+    policy: Policy,
+    trials: int,
+    on_trial: Callable[[ScoredTrial], None],
+) -> list[TrialRow]:
+    """Run a policy that does not learn; returns early on Ctrl-C with the trials that were finished."""
+    task: InsertionTask = build_task(config, ready, perception, policy)
+    rows: list[TrialRow] = []
+    ended = False
+
+    def end() -> None:
+        nonlocal ended
+        ended = True
+        task.interrupt()
+
+    with interrupting(end):
+        for trial in range(trials):
+            scored = run_scored_trial(config, rig, task, trial)
+            if ended:
+                break
+            require_sound(scored)
+            rows.append(TrialRow.of(scored))
+            on_trial(scored)
+    return rows
+
+
+def require_sound(scored: ScoredTrial) -> None:
+    """Refuse to go on after a trial whose data cannot be trusted.
+
+    Raises:
+        DeviceError: A sensor failed.
+    """
+    if scored.report.outcome is Outcome.SENSOR_FAULT:
+        raise DeviceError("rig", f"trial {scored.report.setup.index}: {scored.report.events[-1].detail}")
+
+
+@contextmanager
+def interrupting(request_end: Callable[[], None]) -> Iterator[None]:
+    """While inside, the first SIGINT or SIGTERM asks for an orderly end; a second SIGINT stops at once."""
+
+    def handle(number: int, frame: FrameType | None) -> None:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        request_end()
+
+    before = {number: signal.signal(number, handle) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

@@ -1,0 +1,105 @@
+"""Configurations to and from TOML. Unknown and ill-typed fields are refused by name."""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from types import NoneType, UnionType
+from typing import Any, TypeVar, get_args, get_origin, get_type_hints
+
+from palpate.core.errors import ConfigurationError
+
+T = TypeVar("T")
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """The table in a TOML file.
+
+    Raises:
+        ConfigurationError: No such file, or it is not TOML.
+    """
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ConfigurationError("config", str(path), f"a readable file ({error.strerror})") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ConfigurationError("config", str(path), f"a TOML file ({error})") from error
+
+
+def overlay(base: T, table: Mapping[str, Any], where: str = "") -> T:
+    """A copy of a configuration with the fields of a TOML table put over it.
+
+    Args:
+        base: A frozen dataclass.
+        table: Nested as the dataclass is.
+        where: Dotted name of ``base`` itself, for messages.
+
+    Raises:
+        ConfigurationError: An unknown field, or a value of another type.
+    """
+    hints = get_type_hints(type(base))
+    changes: dict[str, Any] = {}
+    for key, value in table.items():
+        name = f"{where}{key}"
+        if key not in hints:
+            near = difflib.get_close_matches(key, hints, n=1, cutoff=0.5)
+            hint = f"; did you mean {where}{near[0]}?" if near else ""
+            raise ConfigurationError(name, value, f"no such field{hint} (known here: {', '.join(hints)})")
+        current = getattr(base, key)
+        if dataclasses.is_dataclass(current):
+            if not isinstance(value, Mapping):
+                raise ConfigurationError(name, value, "a table")
+            changes[key] = overlay(current, value, f"{name}.")
+        else:
+            changes[key] = _converted(name, value, hints[key])
+    return dataclasses.replace(base, **changes)  # type: ignore[type-var]
+
+
+def to_toml(config: Any, prefix: str = "") -> str:
+    """A configuration as TOML text; ``overlay`` of it on the default gives the configuration back."""
+    lines, tables = [], []
+    for f in dataclasses.fields(config):
+        value = getattr(config, f.name)
+        if dataclasses.is_dataclass(value):
+            name = f"{prefix}{f.name}"
+            tables.append(f"\n[{name}]\n{to_toml(value, name + '.')}")
+        elif value is not None:
+            lines.append(f"{f.name} = {_literal(value)}\n")
+    return "".join(lines) + "".join(tables)
+
+
+def _converted(name: str, value: Any, kind: Any) -> Any:
+    options = get_args(kind) if get_origin(kind) is UnionType or isinstance(kind, UnionType) else (kind,)
+    for option in options:
+        if option is float and isinstance(value, (int, float)) and not isinstance(value, bool):
+            return float(value)
+        if option is int and isinstance(value, int) and not isinstance(value, bool):
+            return value
+        if option is str and isinstance(value, str):
+            return value
+        if option is bool and isinstance(value, bool):
+            return value
+        if get_origin(option) is tuple and isinstance(value, list):
+            items = [i for i in get_args(option) if i is not Ellipsis]
+            if len(items) == 1 or len(items) == len(value):
+                kinds = items if len(items) > 1 else items * len(value)
+                return tuple(_converted(f"{name}[{i}]", v, k) for i, (v, k) in enumerate(zip(value, kinds, strict=True)))
+        if get_origin(option) is dict and isinstance(value, Mapping):
+            return {str(k): _converted(f"{name}.{k}", v, get_args(option)[1]) for k, v in value.items()}
+    wanted = " or ".join(getattr(o, "__name__", str(o)) for o in options if o is not NoneType)
+    raise ConfigurationError(name, value, f"a value of type {wanted}")
+
+
+def _literal(value: Any) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, (int, float)):
+        return repr(value)
+    if isinstance(value, str):
+        return '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"'
+    if isinstance(value, tuple):
+        return "[" + ", ".join(_literal(v) for v in value) + "]"
+    return "{ " + ", ".join(f"{_literal(k)} = {_literal(v)}" for k, v in value.items()) + " }"
