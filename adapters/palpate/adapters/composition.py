@@ -63,7 +63,10 @@ def find_ready_pose(config: RunConfig) -> ReadyPose:
 
     height = config.task.ready_height_mm * 1e-3
     q = inverse.solve(
-        at(0.0, 0.0, -height, goal.rotation), free_yaw=True, seed_rad=np.array(arm.posture_rad), field="task.goal"
+        at(0.0, 0.0, -height, goal.rotation),
+        free_yaw=True,
+        seed_rad=np.array(arm.posture_rad),
+        field="task.goal",
     )
     kinematics.update(q)
     ready = ReadyPose(q, kinematics.tip_rotation.copy())
@@ -88,7 +91,8 @@ def build_perception(config: RunConfig) -> Perception:
     symboliser: Symboliser
     if p.symbols == "regions":
         symboliser = GatedThresholds(
-            Thresholds(names[:2], ((-position, position),) * 2), Thresholds(names[2:], ((-torque, torque),) * 2)
+            Thresholds(names[:2], ((-position, position),) * 2),
+            Thresholds(names[2:], ((-torque, torque),) * 2),
         )
     else:
         symboliser = Thresholds(names, ((-position, position),) * 2 + ((-torque, torque),) * 2)
@@ -108,7 +112,10 @@ def build_task(config: RunConfig, ready: ReadyPose, perception: Perception, poli
     """The core, ready to run over any ports."""
     arm, goal = arm_named(config.arm), goal_in_base(config.task.goal)
     signal = SignalProcessor(
-        CONTROL_RATE_HZ, config.perception.cutoff_Hz, config.perception.filter_order, config.perception.calibration
+        CONTROL_RATE_HZ,
+        config.perception.cutoff_Hz,
+        config.perception.filter_order,
+        config.perception.calibration,
     )
     return InsertionTask(
         config.task,

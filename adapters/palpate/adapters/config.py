@@ -44,7 +44,9 @@ class PerceptionConfig:
         name = "perception."
         if not 0.0 < self.cutoff_Hz < CONTROL_RATE_HZ / 2:
             raise ConfigurationError(
-                name + "cutoff_Hz", self.cutoff_Hz, f"above 0 and below half the control rate, {CONTROL_RATE_HZ / 2:g}"
+                name + "cutoff_Hz",
+                self.cutoff_Hz,
+                f"above 0 and below half the control rate, {CONTROL_RATE_HZ / 2:g}",
             )
         require_in(name + "filter_order", self.filter_order, 1, 2)
         require_one_of(name + "features", self.features, ("channels", "pca", "som"))
@@ -59,7 +61,9 @@ class PerceptionConfig:
             self.features != "channels" or self.channels != ("x", "y", "tx", "ty")
         ):
             raise ConfigurationError(
-                name + "symbols", self.symbols, "random or clusters, unless the features are the channels x y tx ty"
+                name + "symbols",
+                self.symbols,
+                "random or clusters, unless the features are the channels x y tx ty",
             )
 
 

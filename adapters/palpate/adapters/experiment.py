@@ -35,7 +35,9 @@ class ScoredTrial:
 def trial_setup(config: RunConfig, trial: int) -> TrialSetup:
     """The setup of a trial; it depends on the run's seed and the trial's index alone."""
     start = draw_in_disc(
-        generator(config.seed, Purpose.START, trial), config.task.start_uncertainty_mm * 1e-3, config.task.start_shape
+        generator(config.seed, Purpose.START, trial),
+        config.task.start_uncertainty_mm * 1e-3,
+        config.task.start_shape,
     )
     return TrialSetup(trial, config.seed, start)
 

@@ -83,4 +83,3 @@ class _Recorder(RandomWalkPolicy):
         """Take note, then walk on."""
         self.samples.append((*observation.position_m, *observation.force_N, *observation.torque_Nm))
         return super().choose(observation)
-

@@ -56,7 +56,9 @@ def comparator(name: str, config: RunConfig, hole_m: Hole) -> Policy:
     per_action = config.task.ticks_per_action / 140
     makers: dict[str, Callable[[], Policy]] = {
         "omniscient": lambda: Omniscient(hole_m, OMNISCIENT_SPEED_M_S * per_action),
-        "torque": lambda: TorqueFollowing(actions, config.perception.torque_threshold_kgf_mm * 1e-3 * N_PER_KGF),
+        "torque": lambda: TorqueFollowing(
+            actions, config.perception.torque_threshold_kgf_mm * 1e-3 * N_PER_KGF
+        ),
         "spiral-10": lambda: Spiral("spiral-10", SPIRAL_PITCH_M, 0.010 * per_action),
         "spiral-5": lambda: Spiral("spiral-5", SPIRAL_PITCH_M, 0.005 * per_action),
         "random": lambda: RandomWalkPolicy(actions),
@@ -118,7 +120,9 @@ def perception_of(document: PolicyDocument, config: RunConfig, configured: Perce
     return own
 
 
-def loaded_policy(document: PolicyDocument, config: RunConfig, perception: Perception, *, frozen: bool) -> Policy:
+def loaded_policy(
+    document: PolicyDocument, config: RunConfig, perception: Perception, *, frozen: bool
+) -> Policy:
     """The policy of a file, frozen or ready to learn on."""
     return policy_from(document, perception.states, task_actions(config), frozen=frozen)
 

@@ -60,8 +60,8 @@ class TrialRow:
             depth_mm=round(truth.depth_m * 1e3, 6),
             start_x_mm=round(report.setup.start_m[0] * 1e3, 6),
             start_y_mm=round(report.setup.start_m[1] * 1e3, 6),
-            hole_x_mm=round(truth.hole_in_task_m[0] * 1e3, 6),
-            hole_y_mm=round(truth.hole_in_task_m[1] * 1e3, 6),
+            hole_x_mm=round(truth.hole_in_task_m[0] * 1e3, 6) + 0.0,
+            hole_y_mm=round(truth.hole_in_task_m[1] * 1e3, 6) + 0.0,
             ticks=report.ticks,
             temperature=report.temperature,
         )
@@ -104,7 +104,9 @@ class RunFolder:
         found = [name for name in RUN_FILES if (self.path / name).exists()]
         if found:
             raise OutputError(
-                str(self.path), f"already holds a run ({found[0]})", "name another folder with --out, or --resume it"
+                str(self.path),
+                f"already holds a run ({found[0]})",
+                "name another folder with --out, or --resume it",
             )
 
     def create(self) -> None:
@@ -116,7 +118,9 @@ class RunFolder:
         try:
             self.path.mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            raise OutputError(str(self.path), f"cannot be made ({error.strerror})", "name another folder") from error
+            raise OutputError(
+                str(self.path), f"cannot be made ({error.strerror})", "name another folder"
+            ) from error
 
     def write_text(self, name: str, text: str) -> None:
         """Write a file whole: under a temporary name first, then in one step."""
@@ -129,7 +133,9 @@ class RunFolder:
             temporary.write_bytes(content)
             os.replace(temporary, self.path / name)
         except OSError as error:
-            raise OutputError(str(self.path / name), f"cannot be written ({error.strerror})", "nothing was lost") from error
+            raise OutputError(
+                str(self.path / name), f"cannot be written ({error.strerror})", "nothing was lost"
+            ) from error
 
     def write_json(self, name: str, content: Any) -> None:
         """Write a JSON file whole."""
@@ -139,12 +145,23 @@ class RunFolder:
         """Add a finished trial to ``trials.csv`` and its decisions to ``decisions.csv``."""
         row = TrialRow.of(scored)
         report = scored.report
-        self._append("trials.csv", tuple(f.name for f in dataclasses.fields(TrialRow)), [dataclasses.astuple(row)])
+        self._append(
+            "trials.csv", tuple(f.name for f in dataclasses.fields(TrialRow)), [dataclasses.astuple(row)]
+        )
         self._append(
             "decisions.csv",
             _DECISION_COLUMNS,
             [
-                (row.trial, d.tick, d.symbol, d.state, d.action, d.source, d.reinforcement, report.temperature)
+                (
+                    row.trial,
+                    d.tick,
+                    d.symbol,
+                    d.state,
+                    d.action,
+                    d.source,
+                    d.reinforcement,
+                    report.temperature,
+                )
                 for d in report.decisions
             ],
         )
@@ -170,7 +187,9 @@ class RunFolder:
             path = self.path / name
             if path.exists():
                 lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
-                kept = [line for line in lines[1:] if line.endswith("\n") and int(line.split(",", 1)[0]) < trials]
+                kept = [
+                    line for line in lines[1:] if line.endswith("\n") and int(line.split(",", 1)[0]) < trials
+                ]
                 self.write_text(name, "".join(lines[:1] + kept))
 
     def _append(self, name: str, columns: Sequence[str], rows: Sequence[Sequence[Any]]) -> None:
@@ -184,4 +203,6 @@ class RunFolder:
             with path.open("a", encoding="utf-8", newline="") as stream:
                 stream.write(text.getvalue())
         except OSError as error:
-            raise OutputError(str(path), f"cannot be written ({error.strerror})", "nothing finished was lost") from error
+            raise OutputError(
+                str(path), f"cannot be written ({error.strerror})", "nothing finished was lost"
+            ) from error

@@ -58,7 +58,9 @@ def summary_of(rows: Sequence[TrialRow]) -> dict[str, Any]:
         "p95_s": _rounded(times, 0.95),
         "p95_95_s": [round(v, 4) for v in bootstrap_interval(times, 0.95)],
         "peak_force_N": round(max((row.peak_force_N for row in rows), default=0.0), 3),
-        "outcomes": {name: sum(row.outcome == name for row in rows) for name in sorted({r.outcome for r in rows})},
+        "outcomes": {
+            name: sum(row.outcome == name for row in rows) for name in sorted({r.outcome for r in rows})
+        },
     }
 
 

@@ -86,7 +86,10 @@ def _converted(name: str, value: Any, kind: Any) -> Any:
             items = [i for i in get_args(option) if i is not Ellipsis]
             if len(items) == 1 or len(items) == len(value):
                 kinds = items if len(items) > 1 else items * len(value)
-                return tuple(_converted(f"{name}[{i}]", v, k) for i, (v, k) in enumerate(zip(value, kinds, strict=True)))
+                return tuple(
+                    _converted(f"{name}[{i}]", v, k)
+                    for i, (v, k) in enumerate(zip(value, kinds, strict=True))
+                )
         if get_origin(option) is dict and isinstance(value, Mapping):
             return {str(k): _converted(f"{name}.{k}", v, get_args(option)[1]) for k, v in value.items()}
     wanted = " or ".join(getattr(o, "__name__", str(o)) for o in options if o is not NoneType)

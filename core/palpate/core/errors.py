@@ -7,6 +7,7 @@
     │   ├── AssetError              a robot description or mesh is missing
     │   ├── UnreachableError        a pose that the arm cannot take
     │   └── PolicyFileError         a policy file of another kind, schema or state space
+    ├── UsageError                  a command line that says nothing sensible: the operator's
     ├── OutputError                 writing there would lose what is already on disk
     ├── LifecycleError              a port was used in the wrong order: the caller's fault
     ├── CommandError                a command that no arm may execute: the caller's fault
@@ -47,6 +48,10 @@ class UnreachableError(ConfigurationError):
 
 class PolicyFileError(ConfigurationError):
     """A policy file cannot serve this task."""
+
+
+class UsageError(PalpateError):
+    """A command line that cannot be understood."""
 
 
 class OutputError(PalpateError):

@@ -30,8 +30,10 @@ _STALL_TICKS: Final = CONTROL_RATE_HZ // 2
 """Insertion that gains no depth for so long has met something."""
 _STALL_M: Final = 1e-4
 _JAM_TICKS: Final = 3 * CONTROL_RATE_HZ
-_DROP_M: Final = 1e-3
-"""A drop that ends before this depth was an edge, not the hole: exploration goes on."""
+_DROP_M: Final = 3e-4
+"""A tip this far below the surface is in the hole; a drop that ends before was an edge, and exploration goes on."""
+_SURFACE_M: Final = 1e-4
+"""A height that differs by more than this from the surface's is not the surface's."""
 _MOVING_SHARE: Final = 0.8
 """Share of an action's time in which the tip moves; in the rest the torque settles before it is read."""
 _ACROSS_SPEED_M_S: Final = 0.005
@@ -230,15 +232,15 @@ class InsertionTask:
             self._end(Outcome.TIME_LIMIT, f"{self._task.time_limit_s:g} s")
             return 0.0, 0.0, 0.0
         self._explorer.feel(measured.position_m, measured.force_N)
-        if measured.force_N[2] > -self._contact_N:
-            # Moving on across a hole while the peg drops would press it against the wall: hold until clear.
-            self._target_m = self._motion.reference_m
+        lost = measured.force_N[2] > -self._contact_N
+        # Friction on the hole's wall can go on pushing back while the peg already sinks: depth tells it as well.
+        sunk = self._tip_depth_m() - self._surface_m > _DROP_M
+        if lost or sunk:
+            # Moving on across a hole while the peg drops would press it against the wall: the step ends here.
+            self._step_from_m, self._step_m = self._motion.reference_m, (0.0, 0.0)
             self._lost_ticks += 1
             if self._lost_ticks == _LOST_TICKS:
-                self._enter_hole("contact lost")
-        elif self._tip_depth_m() - self._surface_m > _DROP_M:
-            # Already below the surface, though friction on the wall keeps pushing back.
-            self._enter_hole("sunk below the surface")
+                self._enter_hole("contact lost" if lost else "sunk below the surface")
         else:
             self._lost_ticks = 0
             self._countdown -= 1
@@ -263,15 +265,20 @@ class InsertionTask:
 
     def _next_action(self) -> None:
         measured, reference = self._measurement, self._motion.reference_m
-        if measured.force_N[2] < -0.5 * self._press_N:
-            # Pressing is steady: refine the height of the surface that depth is counted from.
-            self._surface_m += 0.3 * (self._tip_depth_m() - self._surface_m)
+        self._refine_surface()
         force, torque = measured.filtered_wrench_at_tip()
         decision = self._explorer.decide(self._tick, measured.position_m, reference, force, torque)
         dx, dy = decision.action.displacement_m
         x, y = self._area.clamp(reference[0] + dx, reference[1] + dy)
         self._step_from_m, self._step_m = reference, (x - reference[0], y - reference[1])
         self._countdown = self._task.ticks_per_action
+
+    def _refine_surface(self) -> None:
+        """Depth counts from the surface: correct its height while pressing is steady and the peg surely rests on it."""
+        rise = self._tip_depth_m() - self._surface_m
+        first = not self._explorer.decisions
+        if self._measurement.force_N[2] < -0.5 * self._press_N and abs(rise) < (_DROP_M if first else _SURFACE_M):
+            self._surface_m += rise if first else 0.3 * rise
 
     def _insert(self) -> Vector3:
         depth = self._tip_depth_m() - self._surface_m

@@ -59,7 +59,13 @@ class WorkCell:
     """
 
     def __init__(
-        self, kinematics: Kinematics, config: CellConfig, *, goal_in_base: pin.SE3, ready_rad: Array, rate_Hz: int
+        self,
+        kinematics: Kinematics,
+        config: CellConfig,
+        *,
+        goal_in_base: pin.SE3,
+        ready_rad: Array,
+        rate_Hz: int,
     ) -> None:
         kinematics.update(ready_rad)
         yaw_axis = goal_in_base.rotation.T @ kinematics.tip_rotation[:, 0]
@@ -138,7 +144,10 @@ class WorkCell:
         tip = self._goal.actInv(self.data.site("tip").xpos.copy())
         depth = float(tip[2]) - self._hole[2]
         return Truth(
-            self._hole, (float(tip[0]), float(tip[1]), float(tip[2])), max(depth, 0.0), float(self._peak_square**0.5)
+            self._hole,
+            (float(tip[0]), float(tip[1]), float(tip[2])),
+            max(depth, 0.0),
+            float(self._peak_square**0.5),
         )
 
     def _fold_peaks(self) -> None:
@@ -154,4 +163,3 @@ class WorkCell:
         spread = np.array([sensor.force_noise_N] * 3 + [sensor.torque_noise_Nm] * 3)
         while True:
             yield from (rng.standard_normal((_NOISE_BLOCK, 6)) * spread + bias).tolist()
-

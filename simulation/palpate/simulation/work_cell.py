@@ -76,7 +76,11 @@ def _add_arm(spec: mujoco.MjSpec, kinematics: Kinematics) -> mujoco.MjsBody:
     axes = _joint_axes(model)
     bodies = {0: spec.worldbody}
     for index in range(1, model.njoints):
-        parent, placement, inertia = bodies[model.parents[index]], model.jointPlacements[index], model.inertias[index]
+        parent, placement, inertia = (
+            bodies[model.parents[index]],
+            model.jointPlacements[index],
+            model.inertias[index],
+        )
         body = parent.add_body(
             name=f"link_{index}",
             pos=placement.translation,
@@ -99,8 +103,14 @@ def _add_arm(spec: mujoco.MjSpec, kinematics: Kinematics) -> mujoco.MjsBody:
         start, length = placement.translation, float(np.linalg.norm(placement.translation))
         if length > 0.02:
             parent.add_geom(
-                type=mujoco.mjtGeom.mjGEOM_CAPSULE, fromto=(0.0, 0.0, 0.0, *start), size=(0.03, 0.0, 0.0),
-                contype=0, conaffinity=0, mass=0.0, group=2, rgba=(0.75, 0.77, 0.8, 1.0),
+                type=mujoco.mjtGeom.mjGEOM_CAPSULE,
+                fromto=(0.0, 0.0, 0.0, *start),
+                size=(0.03, 0.0, 0.0),
+                contype=0,
+                conaffinity=0,
+                mass=0.0,
+                group=2,
+                rgba=(0.75, 0.77, 0.8, 1.0),
             )
         stiffness = arm.servo_stiffness_Nm_per_rad[j]
         servo = spec.add_actuator(name=f"servo_{index}", target=model.names[index])
@@ -118,19 +128,33 @@ def _add_arm(spec: mujoco.MjSpec, kinematics: Kinematics) -> mujoco.MjsBody:
 
 
 def _add_wrist(
-    spec: mujoco.MjSpec, flange: mujoco.MjsBody, kinematics: Kinematics, config: CellConfig, tool_yaw_rad: float
+    spec: mujoco.MjSpec,
+    flange: mujoco.MjsBody,
+    kinematics: Kinematics,
+    config: CellConfig,
+    tool_yaw_rad: float,
 ) -> None:
     """Force sensor, springs of the gripper, and the peg."""
     tool, springs, peg = kinematics.tool, config.compliance, config.peg
     sensor_in_flange = kinematics.model.frames[kinematics.model.getFrameId("sensor")].placement
     # A body without joints: MuJoCo's force sensor reports what passes between such a body and its parent.
     sensor = flange.add_body(
-        name="sensor", pos=sensor_in_flange.translation, quat=_quaternion(sensor_in_flange.rotation),
-        mass=0.05, ipos=(0.0, 0.0, 0.0), inertia=(2e-5, 2e-5, 2e-5), explicitinertial=True,
+        name="sensor",
+        pos=sensor_in_flange.translation,
+        quat=_quaternion(sensor_in_flange.rotation),
+        mass=0.05,
+        ipos=(0.0, 0.0, 0.0),
+        inertia=(2e-5, 2e-5, 2e-5),
+        explicitinertial=True,
     )
     sensor.add_site(name="wrench", pos=(0.0, 0.0, 0.0))
     sensor.add_geom(
-        type=mujoco.mjtGeom.mjGEOM_CYLINDER, size=(0.03, 0.012, 0.0), contype=0, conaffinity=0, mass=0.0, group=2,
+        type=mujoco.mjtGeom.mjGEOM_CYLINDER,
+        size=(0.03, 0.012, 0.0),
+        contype=0,
+        conaffinity=0,
+        mass=0.0,
+        group=2,
         rgba=(0.2, 0.45, 0.7, 1.0),
     )
     # The task's z points out of the tool as the tip's does, so the yaw takes headings in the task to the tip's.
@@ -172,14 +196,28 @@ def _add_wrist(
     for ring, height in ((body, rim), (upper, _UPPER_RING_M)):
         for x, y in section.rim(peg.rim_spheres, rim):
             ring.add_geom(
-                type=mujoco.mjtGeom.mjGEOM_SPHERE, size=(rim, 0.0, 0.0), pos=(c * x - s * y, s * x + c * y, -height),
-                contype=_PEG, conaffinity=_PLATE, condim=3, friction=(peg.friction, 0.0, 0.0), mass=0.0, group=3,
-                solref=_SOLREF, solimp=_SOLIMP,
+                type=mujoco.mjtGeom.mjGEOM_SPHERE,
+                size=(rim, 0.0, 0.0),
+                pos=(c * x - s * y, s * x + c * y, -height),
+                contype=_PEG,
+                conaffinity=_PLATE,
+                condim=3,
+                friction=(peg.friction, 0.0, 0.0),
+                mass=0.0,
+                group=3,
+                solref=_SOLREF,
+                solimp=_SOLIMP,
             )
     length = tool.tip_from_sensor_m / 2
     body.add_geom(
-        type=mujoco.mjtGeom.mjGEOM_CYLINDER, size=(section.apothem_m, length, 0.0), pos=(0.0, 0.0, -length),
-        contype=0, conaffinity=0, mass=0.0, group=2, rgba=(0.85, 0.55, 0.2, 1.0),
+        type=mujoco.mjtGeom.mjGEOM_CYLINDER,
+        size=(section.apothem_m, length, 0.0),
+        pos=(0.0, 0.0, -length),
+        contype=0,
+        conaffinity=0,
+        mass=0.0,
+        group=2,
+        rgba=(0.85, 0.55, 0.2, 1.0),
     )
     body.add_site(name="tip", pos=(0.0, 0.0, 0.0))
 
@@ -204,9 +242,11 @@ def _add_plate(spec: mujoco.MjSpec, config: CellConfig, goal_in_base: pin.SE3) -
             c, s = cos(wall.heading_rad), sin(wall.heading_rad)
             centre = wall.distance_m + half_radial
             plate.add_geom(
-                type=mujoco.mjtGeom.mjGEOM_BOX, size=(half_radial, wall.half_width_m, half_thickness),
+                type=mujoco.mjtGeom.mjGEOM_BOX,
+                size=(half_radial, wall.half_width_m, half_thickness),
                 pos=(c * centre, s * centre, half_thickness),
-                quat=(cos(wall.heading_rad / 2), 0.0, 0.0, sin(wall.heading_rad / 2)), **contact,
+                quat=(cos(wall.heading_rad / 2), 0.0, 0.0, sin(wall.heading_rad / 2)),
+                **contact,
             )
     side = hole.apothem_m * 2.2
     plate.add_geom(

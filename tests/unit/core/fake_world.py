@@ -33,7 +33,15 @@ from palpate.core.perception import (
     SignalProcessor,
     Thresholds,
 )
-from palpate.core.policy import Action, ActionPenalty, Decision, Observation, Policy, Transition, compass_actions
+from palpate.core.policy import (
+    Action,
+    ActionPenalty,
+    Decision,
+    Observation,
+    Policy,
+    Transition,
+    compass_actions,
+)
 from palpate.core.task_config import CONTROL_RATE_HZ, N_PER_KGF, ControlConfig, GoalConfig, TaskConfig
 from palpate.core.task_frame import goal_in_base
 from palpate.core.tip_motion import TipMotion
@@ -50,12 +58,13 @@ ACTIONS = compass_actions(0.5e-3)
 
 @dataclass(frozen=True)
 class Pit:
-    """Where the plate lies deeper, within a capture radius; all in m, task frame."""
+    """Where the plate lies deeper, within a radius; all in m, task frame. One with walls holds the tip."""
 
     x_m: float
     y_m: float
     depth_m: float = 0.010
     radius_m: float = 0.3e-3
+    walls: bool = True
 
 
 @cache
@@ -91,7 +100,8 @@ class FakeWorld:
         pits: The hole and other places where the plate lies deeper.
         height_m: The plate's surface below the nominal plane; inf takes the plate away.
         spoil: What befalls each force sample on its way; None for nothing.
-        tip_m: Where the tip was when it was last asked for, task frame.
+        tip_m: Where the tip was when the sensor was last read, task frame.
+        force_N: Contact force on the tip then, task frame.
     """
 
     def __init__(self, *pits: Pit, height_m: float = 0.0, start_m: Vector3 = (0.0, 0.0, -3e-3)) -> None:
@@ -99,6 +109,7 @@ class FakeWorld:
         self.pits, self.height_m = pits, height_m
         self.spoil: Callable[[WrenchSample], WrenchSample] | None = None
         self.tip_m: Vector3 = (0.0, 0.0, 0.0)
+        self.force_N: Vector3 = (0.0, 0.0, 0.0)
         self._inside: Pit | None = None
         self._kinematics = kinematics = Kinematics(arm_named("zebra-zero"), TOOL)
         self._task = goal_in_base(GoalConfig())
@@ -136,6 +147,7 @@ class FakeWorld:
         x, y, z = self._task.actInv(kinematics.tip_position_m).tolist()
         self.tip_m = (x, y, z)
         force, torque = self._contact(x, y, z)
+        self.force_N = _plus(force, (0.0, 0.0, 0.0))
         to_sensor = kinematics.tip_rotation.T @ self._task.rotation
         force_in_sensor = to_sensor @ force
         lever = np.cross((0.0, 0.0, TOOL.tip_from_sensor_m), force_in_sensor)
@@ -146,13 +158,12 @@ class FakeWorld:
         """Force on the tip and torque about it, task frame."""
         if z <= self.height_m:
             self._inside = None
-        elif self._inside is None:
+        elif self._inside is None or not self._inside.walls:
             self._inside = next((p for p in self.pits if hypot(p.x_m - x, p.y_m - y) <= p.radius_m), None)
         pit = self._inside
-        if pit is None:
-            push = STIFFNESS_N_PER_M * max(z - self.height_m, 0.0)
+        push = STIFFNESS_N_PER_M * max(z - self.height_m - (pit.depth_m if pit else 0.0), 0.0)
+        if pit is None or not pit.walls:
             return np.array([0.0, 0.0, -push]), self._cue(x, y, push)
-        push = STIFFNESS_N_PER_M * max(z - self.height_m - pit.depth_m, 0.0)
         across = LATERAL_N_PER_M
         return np.array([across * (pit.x_m - x), across * (pit.y_m - y), -push]), np.zeros(3)
 

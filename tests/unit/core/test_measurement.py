@@ -109,7 +109,7 @@ def test_friction_at_the_tip_makes_no_torque_there_although_the_sensor_sees_one(
     measurement.tare(BIAS)
     sliding = snapshot((-1.5, 0.8, -5.0))
     seen = np.array(sliding.wrench.torque_Nm) - BIAS[3:]
-    assert np.linalg.norm(seen) > 0.2
+    assert np.linalg.norm(seen) > 0.15  # the thresholds of the torque symbols are at 0.01 N m
     settle(measurement, sliding)
     force, torque = measurement.filtered_wrench_at_tip()
     assert force == pytest.approx((-1.5, 0.8, -5.0), abs=1e-9)

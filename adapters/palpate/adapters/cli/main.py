@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Sequence
 
-from palpate.core.errors import ConfigurationError, OutputError, PalpateError
+from palpate.core.errors import ConfigurationError, OutputError, PalpateError, UsageError
 
 HELP = """usage: palpate COMMAND [OPTIONS]
 
@@ -43,9 +43,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         words[0] = "version"
     try:
         if words[0] not in commands:
-            raise ConfigurationError("command", words[0], f"one of {', '.join(commands)}")
+            raise UsageError(f"{words[0]} is no command of palpate; there are {', '.join(commands)}")
         return commands[words[0]](words[1:])
-    except (ConfigurationError, OutputError) as error:
+    except (ConfigurationError, UsageError, OutputError) as error:
         return _fail(error, 2)
     except PalpateError as error:
         return _fail(error, 1)

@@ -19,7 +19,7 @@ import tyro
 
 from palpate.adapters.config import RunConfig, scenario
 from palpate.adapters.toml_config import overlay, read_toml
-from palpate.core.errors import ConfigurationError
+from palpate.core.errors import ConfigurationError, UsageError
 
 T = TypeVar("T")
 Flat = Annotated[RunConfig, tyro.conf.arg(name="")]
@@ -93,15 +93,19 @@ def parse(kind: type[T], command: str, arguments: Sequence[str]) -> T:
     try:
         with contextlib.redirect_stdout(output), contextlib.redirect_stderr(output):
             parsed, unknown = tyro.cli(
-                kind, prog=f"palpate {command}", args=list(arguments), default=default, return_unknown_args=True
+                kind,
+                prog=f"palpate {command}",
+                args=list(arguments),
+                default=default,
+                return_unknown_args=True,
             )
     except SystemExit as end:
         if not end.code:
             sys.stdout.write(output.getvalue())
             raise
-        raise ConfigurationError("command line", " ".join(arguments), _one_line(output.getvalue())) from None
+        raise UsageError(_one_line(output.getvalue())) from None
     if unknown:
-        raise ConfigurationError("command line", unknown[0], f"known options{_suggestion(kind, unknown[0])}")
+        raise UsageError(f"{unknown[0]} is not an option of palpate {command}{_suggestion(kind, unknown[0])}")
     result: T = parsed
     return result
 
@@ -129,17 +133,14 @@ def _value_of(flag: str, arguments: Sequence[str]) -> str:
 
 
 def _one_line(boxed: str) -> str:
-    """The message in tyro's box, without the box and what follows its first rule."""
-    words: list[str] = []
-    for line in boxed.splitlines():
-        text = line.strip("╭╮╰╯│─ ").strip()
-        if re.match(r"^│?\s*─{5,}", line.strip("│ ")) and words:
-            break
-        if not line.startswith("╭") and text:
-            words.append(text)
-    message = " ".join(words)
+    """The message in the parser's box, without the box, its title and its hints."""
+    flat = " ".join(re.sub(r"[╭╮╰╯│]", " ", boxed).split())
+    parts = [part.strip(" ─-") for part in re.split(r"[─-]{5,}", flat)]
+    message = next((part for part in parts if part.startswith("Error parsing")), "") or max(
+        parts, key=len, default=""
+    )
     refused = re.search(r"Error parsing [^:]*: (\S+ = .* is refused: .*)$", message)
-    return refused.group(1) if refused else (message or "see --help")
+    return refused.group(1) if refused else message
 
 
 def _suggestion(kind: type, word: str) -> str:

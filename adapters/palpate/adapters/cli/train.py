@@ -58,7 +58,9 @@ def train(options: TrainOptions) -> int:
             first = checkpoint.next_trial
             folder.truncate(first)
         else:
-            folder.write_text("run.toml", run_toml(config, "train", trials=options.trials, policy=options.policy))
+            folder.write_text(
+                "run.toml", run_toml(config, "train", trials=options.trials, policy=options.policy)
+            )
         trainer = Trainer(config, folder, ready, rig, perception, policy, first)
         trainer.checkpoint()
         _announce(config, folder, options.trials, first)
@@ -78,7 +80,10 @@ def _require_same(config: RunConfig, folder: RunFolder) -> None:
     saved = overlay(RunConfig(), table)
     if saved != config:
         old, new = to_toml(saved).splitlines(), to_toml(config).splitlines()
-        line = next((f"{b} (was {a})" for a, b in zip(old, new, strict=False) if a != b), "a setting that was not there")
+        line = next(
+            (f"{b} (was {a})" for a, b in zip(old, new, strict=False) if a != b),
+            "a setting that was not there",
+        )
         raise ConfigurationError(
             "resume", line, f"the configuration that the run began with: add --config {folder.path}/run.toml"
         )
@@ -139,5 +144,3 @@ def _finish(config: RunConfig, folder: RunFolder, trials: int) -> None:
 def _say(text: str) -> None:
     sys.stdout.write(text + "\n")
     sys.stdout.flush()
-
-

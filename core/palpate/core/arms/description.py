@@ -51,7 +51,9 @@ def _example_robot_data_urdf() -> Path:
         if candidate.is_file():
             return candidate
     raise AssetError(
-        "arm", "ur5", f"the PyPI package example-robot-data must be installed (looked for {relative} on sys.path)"
+        "arm",
+        "ur5",
+        f"the PyPI package example-robot-data must be installed (looked for {relative} on sys.path)",
     )
 
 

@@ -1,0 +1,93 @@
+"""``palpate compare``."""
+
+from __future__ import annotations
+
+import csv
+import io
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from palpate.adapters.capture import capture_half_width_m
+from palpate.adapters.cli.options import CompareOptions
+from palpate.adapters.cli.run import ChosenPolicy, run_named
+from palpate.adapters.composition import find_ready_pose
+from palpate.adapters.policies import COMPARATORS
+from palpate.adapters.results import RunFolder
+from palpate.adapters.session import run_toml
+from palpate.adapters.statistics import summary_of
+from palpate.core.checks import require_in
+
+
+def compare(options: CompareOptions) -> int:
+    """Run every strategy on the same trials and print their table; returns the exit code."""
+    require_in("trials", options.trials, 1, 1_000_000)
+    config = options.run
+    folder = RunFolder(Path(options.out or f"runs/{config.scenario}-compare"))
+    folder.require_free()
+    chosen = [ChosenPolicy(name, config) for name in (*options.policy, *COMPARATORS)]
+    ready = find_ready_pose(config)
+    folder.create()
+    folder.write_text(
+        "run.toml", run_toml(config, "compare", trials=options.trials, policy=list(options.policy))
+    )
+    width_mm = round(capture_half_width_m(config, ready) * 1e3, 4)
+    summaries: dict[str, dict[str, Any]] = {}
+    finished = True
+    for policy in chosen:
+        rows, finished = run_named(policy, config, ready, options.trials)
+        if rows:
+            summaries[policy.label] = summary_of(rows)
+        if not finished:
+            break
+    table = comparison_table(summaries)
+    foot = (
+        f"{config.arm}, scenario {config.scenario}, seed {config.seed}, {options.trials} trials each; measured capture "
+        f"half-width {width_mm:.3f} mm at 5 mm/s\n"
+    )
+    folder.write_text("compare.txt", table + foot)
+    folder.write_text("compare.csv", _csv(summaries, width_mm))
+    folder.write_json(
+        "summary.json", {"capture_half_width_mm": width_mm, "finished": finished, "policies": summaries}
+    )
+    sys.stdout.write("\n" + table + foot + f"saved in {folder.path}\n")
+    return 0 if finished else 130
+
+
+def comparison_table(summaries: Mapping[str, Mapping[str, Any]]) -> str:
+    """Success, times and forces, one strategy a line, intervals in brackets (95 %)."""
+    head = ("policy", "success", "median s", "95th percentile s", "peak N")
+    lines = [head]
+    for name, s in summaries.items():
+        lines.append(
+            (
+                name,
+                f"{s['success']:.0%} [{s['success_95'][0]:.0%}, {s['success_95'][1]:.0%}]",
+                f"{s['median_s']:.2f} [{s['median_95_s'][0]:.2f}, {s['median_95_s'][1]:.2f}]",
+                f"{s['p95_s']:.2f} [{s['p95_95_s'][0]:.2f}, {s['p95_95_s'][1]:.2f}]",
+                f"{s['peak_force_N']:.1f}",
+            )
+        )
+    return _aligned(lines)
+
+
+def _aligned(lines: Sequence[Sequence[str]]) -> str:
+    widths = [max(len(line[i]) for line in lines) for i in range(len(lines[0]))]
+    return "".join(
+        "  ".join(cell.ljust(w) for cell, w in zip(line, widths, strict=True)).rstrip() + "\n"
+        for line in lines
+    )
+
+
+def _csv(summaries: Mapping[str, Mapping[str, Any]], width_mm: float) -> str:
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    columns = ("success", "median_s", "p95_s")
+    header = ["policy", "trials", *(f"{c}{end}" for c in columns for end in ("", "_low", "_high"))]
+    writer.writerow([*header, "peak_force_N", "capture_half_width_mm"])
+    for name, s in summaries.items():
+        intervals = (s["success_95"], s["median_95_s"], s["p95_95_s"])
+        values = [v for c, (low, high) in zip(columns, intervals, strict=True) for v in (s[c], low, high)]
+        writer.writerow([name, s["trials"], *values, s["peak_force_N"], width_mm])
+    return text.getvalue()

@@ -1,0 +1,104 @@
+"""``palpate run``."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from tqdm import tqdm
+
+from palpate.adapters.cli.options import RunOptions
+from palpate.adapters.composition import ReadyPose, SimulatedRig, build_perception, find_ready_pose
+from palpate.adapters.config import RunConfig
+from palpate.adapters.experiment import ScoredTrial
+from palpate.adapters.fitting import configured_perception
+from palpate.adapters.plots import learning_curve
+from palpate.adapters.policies import COMPARATORS, comparator, loaded_policy, perception_of
+from palpate.adapters.results import RunFolder, TrialRow
+from palpate.adapters.session import run_policy, run_toml
+from palpate.adapters.statistics import summary_of
+from palpate.core.checks import require_in
+from palpate.core.errors import ConfigurationError
+from palpate.core.perception import Perception
+from palpate.core.policy import PolicyDocument
+
+
+def run(options: RunOptions) -> int:
+    """Run a policy and print what came of it; returns the exit code."""
+    require_in("trials", options.trials, 1, 1_000_000)
+    config = options.run
+    if not options.policy:
+        raise ConfigurationError("policy", "", f"a policy file, or one of {', '.join(COMPARATORS)}")
+    folder = RunFolder(Path(options.out)) if options.out else None
+    if folder is not None:
+        folder.require_free()
+    chosen = ChosenPolicy(options.policy, config)
+    ready = find_ready_pose(config)
+    if folder is not None:
+        folder.create()
+        folder.write_text("run.toml", run_toml(config, "run", trials=options.trials, policy=options.policy))
+    rows, finished = run_named(chosen, config, ready, options.trials, folder)
+    summary = {"policy": options.policy, "scenario": config.scenario, "arm": config.arm, **summary_of(rows)}
+    if folder is not None:
+        folder.write_json("summary.json", {**summary, "finished": finished})
+        folder.write_bytes("learning_curve.png", learning_curve(rows, f"{options.policy}, {config.scenario}"))
+        if chosen.document is not None:
+            chosen.document.save(folder.path / "policy.json")
+    low, high = summary["success_95"]
+    sys.stdout.write(
+        f"{options.policy}, {config.arm}, scenario {config.scenario}, seed {config.seed}: {len(rows)} trials\n"
+        f"success {summary['success']:.1%} (95 % interval {low:.1%} to {high:.1%})\n"
+        f"time median {summary['median_s']:.2f} s, 95th percentile {summary['p95_s']:.2f} s\n"
+        f"peak force {summary['peak_force_N']:.1f} N; outcomes {summary['outcomes']}\n"
+    )
+    return 0 if finished else 130
+
+
+class ChosenPolicy:
+    """A policy by name or file, checked before anything is built.
+
+    Args:
+        name: A comparator's name, or the path of a policy file.
+        config: The run's configuration.
+
+    Attributes:
+        label: Short name for tables.
+        document: The policy file; None for a comparator.
+        perception: From signals to states.
+    """
+
+    def __init__(self, name: str, config: RunConfig) -> None:
+        self.name = name
+        self.document: PolicyDocument | None = None
+        self.perception: Perception
+        if name in COMPARATORS:
+            self.label = name
+            self.perception = build_perception(RunConfig(task=config.task))
+        else:
+            self.label = Path(name).parent.name or Path(name).stem
+            if not Path(name).exists():
+                raise ConfigurationError("policy", name, f"a policy file, or one of {', '.join(COMPARATORS)}")
+            self.document = PolicyDocument.load(Path(name))
+            self.perception = perception_of(self.document, config, configured_perception(config))
+
+
+def run_named(
+    chosen: ChosenPolicy, config: RunConfig, ready: ReadyPose, trials: int, folder: RunFolder | None = None
+) -> tuple[list[TrialRow], bool]:
+    """Run trials with progress on the terminal; returns the finished ones and whether these are all."""
+    with (
+        SimulatedRig(config, ready) as rig,
+        tqdm(total=trials, unit="trial", desc=chosen.label, file=sys.stderr) as bar,
+    ):
+        if chosen.document is None:
+            policy = comparator(chosen.name, config, lambda: rig.truth().hole_in_task_m)
+        else:
+            policy = loaded_policy(chosen.document, config, chosen.perception, frozen=True)
+
+        def done(scored: ScoredTrial) -> None:
+            if folder is not None:
+                folder.append_trial(scored)
+            bar.update()
+
+        rows = run_policy(config, ready, rig, chosen.perception, policy, trials, done)
+    return rows, len(rows) == trials

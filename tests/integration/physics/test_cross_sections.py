@@ -1,0 +1,62 @@
+"""Polygonal pegs fit their holes: the gap is the clearance on every side, and they go in."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+import pytest
+
+from palpate.adapters.composition import SimulatedRig
+from palpate.adapters.config import RunConfig
+from palpate.core.arms import ARMS
+from palpate.core.trial import Outcome
+from palpate.simulation.cell_config import CellConfig, PegConfig
+from palpate.simulation.cross_section import SIDES
+from tests.integration.physics.bench import ready_pose
+from tests.integration.physics.trials import random_walk
+
+SECTIONS = ("round", *SIDES)
+
+
+def config_of(arm: str, section: str) -> RunConfig:
+    return RunConfig(arm=arm, cell=CellConfig(peg=PegConfig(cross_section=section)))
+
+
+def gaps_m(rig: SimulatedRig) -> list[float]:
+    """Distance from each wall of the hole to the nearest sphere of the centred peg."""
+    model, data = rig.cell.model, rig.cell.data
+    mujoco.mj_kinematics(model, data)
+    spheres = np.flatnonzero(model.geom_type == mujoco.mjtGeom.mjGEOM_SPHERE)
+    centres, radius = data.geom_xpos[spheres], model.geom_size[spheres[0], 0]
+    boxes = [g for g in np.flatnonzero(model.geom_type == mujoco.mjtGeom.mjGEOM_BOX)]
+    hole = data.body("plate").xpos
+    gaps = []
+    for box in boxes:
+        normal = data.geom_xmat[box].reshape(3, 3)[:, 0]
+        face = normal @ (data.geom_xpos[box] - hole) - model.geom_size[box, 0]
+        if 0.0 < face < 0.016:  # the ring at the hole; neither the outer ring nor the floor
+            gaps.append(float((face - radius - (centres - hole) @ normal).min()))
+    return gaps
+
+
+@pytest.mark.parametrize("arm", ARMS)
+@pytest.mark.parametrize("section", SECTIONS)
+def test_the_gap_is_the_clearance_on_every_side(arm: str, section: str) -> None:
+    config = config_of(arm, section)
+    with SimulatedRig(config, ready_pose(arm)) as rig:
+        gaps = gaps_m(rig)
+    assert len(gaps) == SIDES.get(section, config.cell.peg.wall_boxes)
+    # The ready pose is solved to a micrometre and a microradian.
+    assert gaps == pytest.approx([75e-6] * len(gaps), abs=2e-6)
+
+
+@pytest.mark.parametrize("arm", ARMS)
+@pytest.mark.parametrize("section", SECTIONS)
+def test_a_centred_peg_goes_in_to_10_mm(arm: str, section: str) -> None:
+    config = config_of(arm, section)
+    with SimulatedRig(config, ready_pose(arm)) as rig:
+        report = random_walk(rig, config, 0, (0.0, 0.0))
+        truth = rig.truth()
+    assert report.outcome is Outcome.INSERTED
+    assert truth.depth_m == pytest.approx(10e-3, abs=0.05e-3)
+    assert truth.peak_force_N < config.task.max_force_N

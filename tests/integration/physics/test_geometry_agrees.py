@@ -1,0 +1,51 @@
+"""MuJoCo and Pinocchio have one arm between them."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+
+import mujoco
+import numpy as np
+import pytest
+
+from palpate.adapters.composition import SimulatedRig
+from palpate.adapters.config import RunConfig
+from palpate.core.arms import ARMS, arm_named
+from palpate.core.kinematics import Kinematics, ToolGeometry
+from tests.integration.physics.bench import ready_pose
+
+
+@pytest.mark.parametrize("arm", ARMS)
+def test_the_tip_is_where_forward_kinematics_puts_it(arm: str) -> None:
+    kinematics = Kinematics(arm_named(arm), ToolGeometry())
+    rng = np.random.default_rng(1)
+    with SimulatedRig(RunConfig(arm=arm), ready_pose(arm)) as rig:
+        model, data = rig.cell.model, rig.cell.data
+        for q in rng.uniform(kinematics.lower_rad, kinematics.upper_rad, (100, kinematics.joints)):
+            data.qpos[:] = 0.0  # the gripper's springs, whose joints come last, at rest
+            data.qpos[: kinematics.joints] = q
+            mujoco.mj_kinematics(model, data)
+            kinematics.update(q)
+            np.testing.assert_allclose(data.site("tip").xpos, kinematics.tip_position_m, rtol=0.0, atol=1e-9)
+            np.testing.assert_allclose(
+                data.site("tip").xmat.reshape(3, 3), kinematics.tip_rotation, rtol=0.0, atol=1e-9
+            )
+            np.testing.assert_allclose(
+                data.site("wrench").xpos, kinematics.sensor_in_base.translation, rtol=0.0, atol=1e-9
+            )
+
+
+@pytest.mark.parametrize("arm", ARMS)
+def test_every_joint_is_limited_as_the_urdf_says(arm: str) -> None:
+    urdf = ET.parse(arm_named(arm).find_urdf())
+    ranges = {
+        joint.attrib["name"]: (float(limit.attrib["lower"]), float(limit.attrib["upper"]))
+        for joint in urdf.iter("joint")
+        if joint.attrib["type"] == "revolute" and (limit := joint.find("limit")) is not None
+    }
+    assert len(ranges) == 6
+    with SimulatedRig(RunConfig(arm=arm), ready_pose(arm)) as rig:
+        for name, limits in ranges.items():
+            joint = rig.cell.model.joint(name)
+            assert joint.limited[0]
+            assert tuple(joint.range) == limits

@@ -1,0 +1,56 @@
+"""A trial is a function of configuration, seed and number: to the last bit, in any process, after any other trial."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from dataclasses import replace
+
+import pytest
+
+from palpate.adapters.config import RunConfig
+from palpate.core.arms import ARMS
+from tests.integration.physics.trials import digests
+
+
+def short_run(arm: str) -> RunConfig:
+    config = RunConfig(arm=arm, seed=7)
+    # A hole that lies elsewhere in every trial, and time enough for some tens of steps.
+    return replace(
+        config,
+        task=replace(config.task, time_limit_s=1.5),
+        cell=replace(config.cell, hole_uncertainty_mm=3.0),
+    )
+
+
+def digests_of_a_fresh_process(arm: str) -> list[str]:
+    program = (
+        "from tests.integration.physics import test_reproducible as t\n"
+        f"print(*t.digests(t.short_run({arm!r}), range(2)))"
+    )
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path), "PYTHONHASHSEED": "random"}
+    done = subprocess.run(
+        [sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=True
+    )
+    return done.stdout.split()
+
+
+@pytest.mark.parametrize("arm", ARMS)
+def test_a_fresh_process_repeats_every_command_and_sample(arm: str) -> None:
+    first, second = digests_of_a_fresh_process(arm), digests_of_a_fresh_process(arm)
+    assert len(set(first)) == 2
+    assert first == second == digests(short_run(arm), range(2))
+
+
+@pytest.mark.parametrize("arm", ARMS)
+def test_a_trial_alone_equals_the_trial_in_a_sequence(arm: str) -> None:
+    config = short_run(arm)
+    sequence = digests(config, range(4))
+    assert len(set(sequence)) == 4
+    assert digests(config, [3, 1]) == [sequence[3], sequence[1]]
+
+
+def test_another_seed_is_another_trial() -> None:
+    config = short_run("zebra-zero")
+    assert digests(config, [0]) != digests(replace(config, seed=8), [0])

@@ -1,0 +1,63 @@
+"""Whole trials of a random walk through the ports, for tests of the cell rather than of learning."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from typing import Any
+
+from palpate.adapters.composition import SimulatedRig, build_perception, build_task, task_actions
+from palpate.adapters.config import RunConfig
+from palpate.core.cycle import Ports, run_trial
+from palpate.core.policy import RandomWalkPolicy
+from palpate.core.trial import TrialReport, TrialSetup
+from tests.integration.physics.bench import ready_pose
+
+
+class _Tapped:
+    """A device whose readings and commands go through a digest; their times and numbers belong to the run."""
+
+    def __init__(self, device: Any, digest: Any) -> None:
+        self._device, self._digest = device, digest
+
+    def read(self) -> Any:
+        sample = self._device.read()
+        values = (
+            (sample.force_N, sample.torque_Nm) if hasattr(sample, "force_N") else sample.position_rad
+        )
+        self._digest.update(repr(values).encode())
+        return sample
+
+    def send(self, command: Any) -> Any:
+        self._digest.update(repr(command.position_rad).encode())
+        return self._device.send(command)
+
+    def stop(self) -> None:
+        self._device.stop()
+
+
+def random_walk(
+    rig: SimulatedRig, config: RunConfig, index: int, start_m: tuple[float, float], digest: Any = None
+) -> TrialReport:
+    """Run one trial; with a digest, every sensor sample and joint command goes into it."""
+    task = build_task(
+        config, ready_pose(config.arm), build_perception(config), RandomWalkPolicy(task_actions(config))
+    )
+    ports = rig.ports
+    if digest is not None:
+        devices = (_Tapped(device, digest) for device in (ports.force_sensor, ports.joint_encoder, ports.arm))
+        ports = Ports(ports.clock, *devices)
+    rig.prepare(index)
+    return run_trial(task, ports, TrialSetup(index, config.seed, start_m))
+
+
+def digests(config: RunConfig, indices: Sequence[int]) -> list[str]:
+    """One digest a trial, run one after the other in one cell: samples, commands and the truth at the end."""
+    results = []
+    with SimulatedRig(config, ready_pose(config.arm)) as rig:
+        for index in indices:
+            digest = hashlib.sha256()
+            random_walk(rig, config, index, (1e-3 * (index % 3), -1e-3), digest)
+            digest.update(repr(rig.truth()).encode())
+            results.append(digest.hexdigest())
+    return results

@@ -1,0 +1,216 @@
+"""The loop over the ports: exact times, honest snapshots, and an arm that is stopped on every way out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+from itertools import pairwise
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from tests.unit.core.fake_world import FakeWorld, FollowTorque, Pit, build_task
+
+from palpate.adapters.fake import FakeClock
+from palpate.core.cycle import Ports, run_trial, tick_time_ns
+from palpate.core.errors import DeviceError, LifecycleError
+from palpate.core.lifecycle import Life
+from palpate.core.task_config import CONTROL_RATE_HZ
+from palpate.core.trial import Outcome, TrialSetup
+from palpate.core.values import CommandReason, JointCommand, Snapshot, Validity
+
+SETUP = TrialSetup(0, 1, (1e-3, 1e-3))
+HOLE = Pit(0.0, 0.0)
+
+
+@given(start=st.integers(-(2**60), 2**60), tick=st.integers(0, 10**12))
+def test_a_tick_is_never_a_nanosecond_off(start: int, tick: int) -> None:
+    exact = start + Fraction(tick * 10**9, CONTROL_RATE_HZ)
+    assert 0 <= exact - tick_time_ns(start, tick) < 1
+
+
+def test_a_million_ticks_do_not_drift() -> None:
+    times = [tick_time_ns(123, tick) for tick in range(1_000_001)]
+    assert {later - earlier for earlier, later in pairwise(times)} == {7142857, 7142858}
+    assert times[140] == 123 + 10**9
+    assert times[1_000_000] == 123 + 10**15 // 140
+    # A sum of rounded periods would be 0.14 ms late by now.
+    assert times[1_000_000] - 123 - 1_000_000 * 7142857 == 142857
+
+
+class Watch:
+    """A task that passes everything through and keeps the snapshots and commands."""
+
+    def __init__(self, world: FakeWorld, policy: FollowTorque | None = None) -> None:
+        self._task = build_task(policy or FollowTorque())
+        self._world = world
+        self.snapshots: list[Snapshot] = []
+        self.commands: list[JointCommand] = []
+        self.on_step: Callable[[int], None] = lambda tick: None
+        self.begin, self.report = self._task.begin, self._task.report
+
+    @property
+    def done(self) -> bool:
+        self.report = self._task.report
+        return self._task.done
+
+    def step(self, snapshot: Snapshot) -> JointCommand:
+        self.on_step(snapshot.tick)
+        self.snapshots.append(snapshot)
+        self.commands.append(self._task.step(snapshot))
+        return self.commands[-1]
+
+
+def run(world: FakeWorld, watch: Watch) -> Outcome | None:
+    return run_trial(watch, world.ports, SETUP).outcome  # type: ignore[arg-type]
+
+
+def assert_stopped(world: FakeWorld) -> None:
+    """The arm holds still and takes no command."""
+    here = world.arm.position_rad()
+    applied = world.arm.send(JointCommand(tuple(q + 1e-3 for q in here)))
+    world.clock.advance(10)
+    assert applied.reason is CommandReason.STOPPED
+    assert world.arm.position_rad() == here
+
+
+def test_ticks_come_at_their_times_and_with_their_samples() -> None:
+    world = FakeWorld(HOLE)
+    world.clock.sleep_until(987_654_321)
+    watch = Watch(world)
+    with world:
+        assert run(world, watch) is Outcome.INSERTED
+        assert_stopped(world)
+    assert [s.tick for s in watch.snapshots] == list(range(len(watch.snapshots)))
+    for snapshot in watch.snapshots:
+        assert snapshot.time_ns == tick_time_ns(987_654_321, snapshot.tick)
+        assert snapshot.wrench.source_time_ns == snapshot.joints.source_time_ns == snapshot.time_ns
+        assert snapshot.wrench.sequence == snapshot.joints.sequence == snapshot.tick
+
+
+def test_a_snapshot_tells_what_became_of_the_command_before() -> None:
+    world = FakeWorld(HOLE)
+    watch = Watch(world)
+    with world:
+        run(world, watch)
+    assert watch.snapshots[0].applied is None
+    for command, later in zip(watch.commands, watch.snapshots[1:], strict=False):
+        assert later.applied is not None
+        assert later.applied.position_rad == command.position_rad
+        # The arm is perfect: it stands where it was told to, one tick later and not sooner.
+        assert later.joints.position_rad == command.position_rad
+
+
+def test_late_ticks_are_caught_up_with() -> None:
+    world = FakeWorld(HOLE)
+    watch = Watch(world)
+
+    def dawdle(tick: int) -> None:
+        if tick == 10:
+            world.clock.advance(4)
+
+    watch.on_step = dawdle
+    with world:
+        assert run(world, watch) is Outcome.INSERTED
+    lateness = [s.time_ns - tick_time_ns(0, s.tick) for s in watch.snapshots]
+    assert lateness[:11] == [0] * 11
+    assert lateness[11] > 0
+    assert lateness[15:] == [0] * len(lateness[15:])  # phase is kept: nothing shifts the schedule
+
+
+class Unwell(Exception):
+    """Not of palpate's tree."""
+
+
+@pytest.mark.parametrize("error", [Unwell, KeyboardInterrupt, SystemExit])
+@pytest.mark.parametrize("tick", [0, 1, 100])
+def test_the_arm_is_stopped_when_the_task_fails(error: type[BaseException], tick: int) -> None:
+    world = FakeWorld(HOLE)
+    watch = Watch(world)
+
+    def fail(now: int) -> None:
+        if now == tick:
+            raise error
+
+    watch.on_step = fail
+    with world:
+        with pytest.raises(error):
+            run(world, watch)
+        assert_stopped(world)
+
+
+@pytest.mark.parametrize("error", [Unwell, KeyboardInterrupt])
+def test_the_arm_is_stopped_when_the_policy_fails(error: type[BaseException]) -> None:
+    def fail() -> None:
+        raise error
+
+    world = FakeWorld(HOLE)
+    watch = Watch(world, FollowTorque(before=fail))
+    with world:
+        with pytest.raises(error):
+            run(world, watch)
+        assert watch.commands  # it had come as far as the first choice
+        assert_stopped(world)
+
+
+@pytest.mark.parametrize("device", ["sensor", "encoder"])
+def test_the_arm_is_stopped_when_a_device_does_not_answer(device: str) -> None:
+    world = FakeWorld(HOLE)
+    watch = Watch(world)
+
+    def unplug(tick: int) -> None:
+        if tick == 50:
+            getattr(world, device).disconnected = True
+
+    watch.on_step = unplug
+    with world:
+        with pytest.raises(DeviceError, match="does not answer"):
+            run(world, watch)
+        assert len(watch.snapshots) == 51
+        assert_stopped(world)
+
+
+def test_the_arm_is_stopped_when_it_refuses_a_command() -> None:
+    world = FakeWorld(HOLE)
+    watch = Watch(world)
+    watch.on_step = lambda tick: world.arm.fail("follow-up error") if tick == 30 else None
+    with world:
+        with pytest.raises(DeviceError, match="follow-up error"):
+            run(world, watch)
+        assert world.arm.life is Life.FAULTED
+        here = world.arm.position_rad()
+        world.clock.advance(10)
+        assert world.arm.position_rad() == here
+
+
+def test_the_arm_is_stopped_when_a_trial_cannot_begin() -> None:
+    stopped = []
+
+    class Arm:
+        def stop(self) -> None:
+            stopped.append(True)
+
+    class Task:
+        def begin(self, setup: TrialSetup) -> None:
+            raise Unwell
+
+    ports = Ports(FakeClock(), None, None, Arm())  # type: ignore[arg-type]
+    with pytest.raises(Unwell):
+        run_trial(Task(), ports, SETUP)  # type: ignore[arg-type]
+    assert stopped == [True]
+
+
+def test_ports_that_are_not_active_are_refused() -> None:
+    world = FakeWorld(HOLE)
+    with pytest.raises(LifecycleError):
+        run(world, Watch(world))
+
+
+def test_the_arm_is_stopped_after_a_sensor_fault() -> None:
+    world = FakeWorld(HOLE)
+    watch = Watch(world)
+    watch.on_step = lambda tick: setattr(world.sensor, "silent", tick >= 60)
+    with world:
+        assert run(world, watch) is Outcome.SENSOR_FAULT
+        assert watch.snapshots[-1].wrench.validity is Validity.STALE
+        assert_stopped(world)
