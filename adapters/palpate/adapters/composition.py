@@ -27,7 +27,15 @@ from palpate.core.perception import (
     Symboliser,
     Thresholds,
 )
-from palpate.core.policy import Action, ActionPenalty, InternalEffort, Policy, Reinforcement, compass_actions
+from palpate.core.policy import (
+    Action,
+    ActionPenalty,
+    InternalEffort,
+    Policy,
+    RandomWalkPolicy,
+    Reinforcement,
+    compass_actions,
+)
 from palpate.core.task_config import CONTROL_RATE_HZ, N_PER_KGF
 from palpate.core.task_frame import goal_in_base
 from palpate.core.tip_motion import TipMotion
@@ -124,6 +132,16 @@ def build_task(config: RunConfig, ready: ReadyPose, perception: Perception, poli
         TipMotion(Kinematics(arm, ToolGeometry()), goal, ready.tip_rotation, PERIOD_S),
         Explorer(perception, policy, build_reinforcement(config), PERIOD_S),
     )
+
+
+def require_usable(config: RunConfig, ready: ReadyPose) -> None:
+    """Build a task once: some settings are refused only there, and better so before a folder is made.
+
+    Raises:
+        ConfigurationError: A setting is refused.
+    """
+    walk = RandomWalkPolicy(task_actions(config))
+    build_task(config, ready, build_perception(RunConfig(task=config.task)), walk)
 
 
 class SimulatedRig:

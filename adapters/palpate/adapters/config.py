@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from math import isfinite
 from typing import Final
 
 from palpate.core.checks import require_in, require_one_of
 from palpate.core.errors import ConfigurationError
+from palpate.core.perception.channels import CHANNELS
 from palpate.core.task_config import CONTROL_RATE_HZ, ControlConfig, TaskConfig
 from palpate.simulation.cell_config import CellConfig
 
@@ -49,8 +51,17 @@ class PerceptionConfig:
                 f"above 0 and below half the control rate, {CONTROL_RATE_HZ / 2:g}",
             )
         require_in(name + "filter_order", self.filter_order, 1, 2)
+        if not all(isfinite(factor) and factor != 0.0 for factor in self.calibration):
+            raise ConfigurationError(
+                name + "calibration", self.calibration, "six finite numbers other than zero"
+            )
         require_one_of(name + "features", self.features, ("channels", "pca", "som"))
-        require_in(name + "components", self.components, 1, 9)
+        if not self.channels or len(set(self.channels)) < len(self.channels):
+            raise ConfigurationError(name + "channels", self.channels, "at least one channel, and none twice")
+        for channel in self.channels:
+            require_one_of(name + "channels", channel, CHANNELS)
+        most = len(self.channels) if self.features == "pca" else len(CHANNELS)
+        require_in(name + "components", self.components, 1, most)
         require_in(name + "som_side", self.som_side, 2, 50)
         require_one_of(name + "symbols", self.symbols, ("regions", "grid", "random", "clusters"))
         require_in(name + "position_threshold_mm", self.position_threshold_mm, 0.001, 100.0)

@@ -72,11 +72,16 @@ def learning_policy(config: RunConfig, perception: Perception) -> Policy:
     """Q-learning from scratch, with the programmed and the example states of the configuration beside it."""
     learning, actions = config.learning, task_actions(config)
     parts: list[Policy] = []
-    if learning.programmed:
-        parts.append(ProgrammedPolicy(perception.states, actions, learning.programmed))
-    if learning.examples:
-        pairs = load_examples(Path(learning.examples), perception.states, actions)
-        parts.append(ExamplesPolicy(perception.states, actions, pairs))
+    try:
+        if learning.programmed:
+            parts.append(ProgrammedPolicy(perception.states, actions, learning.programmed))
+        if learning.examples:
+            pairs = load_examples(Path(learning.examples), perception.states, actions)
+            parts.append(ExamplesPolicy(perception.states, actions, pairs))
+    except ConfigurationError as error:
+        # The core does not know under which name the setting is written in the configuration.
+        field = error.field.replace("policy.", "learning.", 1)
+        raise ConfigurationError(field, error.value, error.accepted) from error
     parts.append(
         QLearning(
             perception.states,

@@ -99,9 +99,10 @@ class RunFolder:
         Raises:
             OutputError: The folder already holds a run, or cannot be made.
         """
-        if self.path.exists() and not self.path.is_dir():
+        # os.path.exists, unlike Path.exists, takes a name that is too long or not permitted for not there.
+        if os.path.exists(self.path) and not os.path.isdir(self.path):
             raise OutputError(str(self.path), "is a file, not a folder", "name another folder with --out")
-        found = [name for name in RUN_FILES if (self.path / name).exists()]
+        found = [name for name in RUN_FILES if os.path.exists(self.path / name)]
         if found:
             raise OutputError(
                 str(self.path),
@@ -187,16 +188,16 @@ class RunFolder:
             path = self.path / name
             if path.exists():
                 lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
-                kept = [
-                    line for line in lines[1:] if line.endswith("\n") and int(line.split(",", 1)[0]) < trials
-                ]
-                self.write_text(name, "".join(lines[:1] + kept))
+                whole = [line for line in lines if line.endswith("\n")]
+                kept = [line for line in whole[1:] if int(line.split(",", 1)[0]) < trials]
+                self.write_text(name, "".join(whole[:1] + kept))
 
     def _append(self, name: str, columns: Sequence[str], rows: Sequence[Sequence[Any]]) -> None:
         path = self.path / name
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
-        if not path.exists():
+        # A run that was killed may have left the file without even its header.
+        if not path.exists() or path.stat().st_size == 0:
             writer.writerow(columns)
         writer.writerows(rows)
         try:

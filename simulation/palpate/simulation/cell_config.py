@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from palpate.core.checks import require_in, require_one_of
+from palpate.core.checks import require_in, require_one_of, require_whole
 
 
 @dataclass(frozen=True)
@@ -36,8 +36,8 @@ class PegConfig:
         require_in("cell.peg.clearance_mm", self.clearance_mm, 0.001, 5.0)
         require_in("cell.peg.hole_depth_mm", self.hole_depth_mm, 0.5, 60.0)
         require_in("cell.peg.friction", self.friction, 0.0, 2.0)
-        require_in("cell.peg.wall_boxes", self.wall_boxes, 16, 512)
-        require_in("cell.peg.rim_spheres", self.rim_spheres, 12, 512)
+        require_whole("cell.peg.wall_boxes", self.wall_boxes, 16, 512)
+        require_whole("cell.peg.rim_spheres", self.rim_spheres, 12, 512)
         require_in("cell.peg.rim_radius_mm", self.rim_radius_mm, 0.01, 1.0)
 
 
@@ -115,4 +115,4 @@ class CellConfig:
         require_in("cell.hole_height_error_mm", self.hole_height_error_mm, -5.0, 5.0)
         require_in("cell.tilt_mrad", self.tilt_mrad, 0.0, 100.0)
         require_in("cell.tilt_heading_deg", self.tilt_heading_deg, -360.0, 360.0)
-        require_in("cell.substeps", self.substeps, 3, 100)
+        require_whole("cell.substeps", self.substeps, 3, 100)

@@ -14,7 +14,6 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 
-from palpate.core.arms import ArmDescription
 from palpate.core.kinematics import Kinematics
 from palpate.simulation.cell_config import CellConfig
 from palpate.simulation.cross_section import CrossSection
@@ -37,7 +36,7 @@ def build_work_cell(
     """The compiled model.
 
     Names in it: bodies ``sensor``, ``peg``, ``plate``; actuators ``servo_1`` ...; sensors ``force``, ``torque`` at the
-    sensor frame, ``tip_position`` and ``tip_axes`` for scoring; site ``tip``.
+    sensor frame, ``tip_position`` for scoring; site ``tip``.
 
     Args:
         kinematics: The arm with its tool.
@@ -287,11 +286,3 @@ def _quaternion(rotation: np.ndarray) -> tuple[float, float, float, float]:
 def _full_inertia(inertia: np.ndarray) -> tuple[float, ...]:
     i = inertia
     return tuple(float(v) for v in (i[0, 0], i[1, 1], i[2, 2], i[0, 1], i[0, 2], i[1, 2]))
-
-
-def arm_names() -> tuple[str, ...]:
-    """Names of the joints that belong to the gripper's springs, in order."""
-    return ("slide_x", "slide_y", "slide_z", "tilt_x", "tilt_y", "turn_z")
-
-
-__all__ = ["GRAVITY_M_S2", "PLATE_REACH_M", "ArmDescription", "build_work_cell"]

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from palpate.core.arms import ARMS
-from palpate.simulation.cell import WorkCell
 from palpate.simulation.cell_config import ComplianceConfig
 from tests.integration.physics.bench import OFFSETS_M, Bench, headings, quiet
 
@@ -78,10 +77,3 @@ def test_the_capture_width_does_not_hang_on_the_time_step(arm: str) -> None:
     assert standard_m == pytest.approx(halved_m, rel=0.2)
     # No less than the clearance, and far below the 3 mm within which the peg starts: it has to be searched for.
     assert 75e-6 < standard_m < 300e-6
-
-
-def test_the_sensor_weighs_nothing_when_truth_is_told(cell_peak_free: float = 0.2) -> None:
-    with Bench(quiet()) as bench:
-        bench.hang_above(1e-3, 0.0)
-        cell: WorkCell = bench.rig.cell
-        assert cell.truth().peak_force_N < cell_peak_free

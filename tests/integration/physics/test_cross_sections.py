@@ -28,10 +28,9 @@ def gaps_m(rig: SimulatedRig) -> list[float]:
     mujoco.mj_kinematics(model, data)
     spheres = np.flatnonzero(model.geom_type == mujoco.mjtGeom.mjGEOM_SPHERE)
     centres, radius = data.geom_xpos[spheres], model.geom_size[spheres[0], 0]
-    boxes = [g for g in np.flatnonzero(model.geom_type == mujoco.mjtGeom.mjGEOM_BOX)]
     hole = data.body("plate").xpos
     gaps = []
-    for box in boxes:
+    for box in np.flatnonzero(model.geom_type == mujoco.mjtGeom.mjGEOM_BOX):
         normal = data.geom_xmat[box].reshape(3, 3)[:, 0]
         face = normal @ (data.geom_xpos[box] - hole) - model.geom_size[box, 0]
         if 0.0 < face < 0.016:  # the ring at the hole; neither the outer ring nor the floor

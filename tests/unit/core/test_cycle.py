@@ -118,11 +118,11 @@ def test_late_ticks_are_caught_up_with() -> None:
     assert lateness[15:] == [0] * len(lateness[15:])  # phase is kept: nothing shifts the schedule
 
 
-class Unwell(Exception):
+class UnwellError(Exception):
     """Not of palpate's tree."""
 
 
-@pytest.mark.parametrize("error", [Unwell, KeyboardInterrupt, SystemExit])
+@pytest.mark.parametrize("error", [UnwellError, KeyboardInterrupt, SystemExit])
 @pytest.mark.parametrize("tick", [0, 1, 100])
 def test_the_arm_is_stopped_when_the_task_fails(error: type[BaseException], tick: int) -> None:
     world = FakeWorld(HOLE)
@@ -139,7 +139,7 @@ def test_the_arm_is_stopped_when_the_task_fails(error: type[BaseException], tick
         assert_stopped(world)
 
 
-@pytest.mark.parametrize("error", [Unwell, KeyboardInterrupt])
+@pytest.mark.parametrize("error", [UnwellError, KeyboardInterrupt])
 def test_the_arm_is_stopped_when_the_policy_fails(error: type[BaseException]) -> None:
     def fail() -> None:
         raise error
@@ -192,10 +192,10 @@ def test_the_arm_is_stopped_when_a_trial_cannot_begin() -> None:
 
     class Task:
         def begin(self, setup: TrialSetup) -> None:
-            raise Unwell
+            raise UnwellError
 
     ports = Ports(FakeClock(), None, None, Arm())  # type: ignore[arg-type]
-    with pytest.raises(Unwell):
+    with pytest.raises(UnwellError):
         run_trial(Task(), ports, SETUP)  # type: ignore[arg-type]
     assert stopped == [True]
 

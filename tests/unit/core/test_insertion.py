@@ -12,6 +12,16 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.unit.core.fake_world import (
+    ACTIONS,
+    WEIGHT_AND_BIAS_N,
+    WEIGHT_AND_BIAS_NM,
+    FakeWorld,
+    FollowTorque,
+    Pit,
+    Steps,
+    build_task,
+)
 
 from palpate.core.cycle import run_trial
 from palpate.core.errors import DeviceError
@@ -29,16 +39,6 @@ from palpate.core.values import (
     Validity,
     Vector3,
     WrenchSample,
-)
-from tests.unit.core.fake_world import (
-    ACTIONS,
-    WEIGHT_AND_BIAS_N,
-    WEIGHT_AND_BIAS_NM,
-    FakeWorld,
-    FollowTorque,
-    Pit,
-    Steps,
-    build_task,
 )
 
 HOLE = Pit(1.2e-3, -0.7e-3)
@@ -362,9 +362,7 @@ def test_a_hole_that_is_not_deep_enough_is_a_jam() -> None:
     assert trial.report.outcome is Outcome.JAMMED
     assert trial.report.depth_m == pytest.approx(5e-3, abs=5e-5)
     (lost,) = trial.events("contact lost")
-    assert trial.report.exploration_time_s == pytest.approx(
-        (lost.tick - trial.events("contact")[0].tick) * PERIOD_S
-    )
+    assert trial.report.exploration_time_s == pytest.approx((lost.tick - trial.events("contact")[0].tick) * PERIOD_S)
     assert trial.report.ticks - lost.tick > 3 * 140
     assert all(t.next_state is not None for t in trial.policy.learned)
     assert trial.stopped
@@ -442,9 +440,7 @@ BAD_JOINTS = {
 @pytest.mark.parametrize("when", [0, 1, 40, 90, 150, 250])
 def test_a_bad_force_sample_ends_the_trial(kind: str, when: int, good: Trial) -> None:
     spoil: Callable[[WrenchSample], WrenchSample] = BAD_WRENCHES[kind]
-    trial = Trial(
-        FakeWorld(HOLE), on_step=lambda tick, s: replace(s, wrench=spoil(s.wrench)) if tick == when else s
-    )
+    trial = Trial(FakeWorld(HOLE), on_step=lambda tick, s: replace(s, wrench=spoil(s.wrench)) if tick == when else s)
     assert trial.report.outcome is Outcome.SENSOR_FAULT
     assert trial.report.ticks == when + 1
     assert trial.events("end")[0].detail == f"sensor fault: force sample {kind}, joint sample valid"
@@ -460,9 +456,7 @@ def test_a_bad_force_sample_ends_the_trial(kind: str, when: int, good: Trial) ->
 @pytest.mark.parametrize("when", [1, 40, 150, 250])
 def test_a_bad_joint_sample_ends_the_trial(kind: str, when: int, good: Trial) -> None:
     spoil: Callable[[JointSample], JointSample] = BAD_JOINTS[kind]
-    trial = Trial(
-        FakeWorld(HOLE), on_step=lambda tick, s: replace(s, joints=spoil(s.joints)) if tick == when else s
-    )
+    trial = Trial(FakeWorld(HOLE), on_step=lambda tick, s: replace(s, joints=spoil(s.joints)) if tick == when else s)
     assert trial.report.outcome is Outcome.SENSOR_FAULT
     assert trial.events("end")[0].detail == f"sensor fault: force sample valid, joint sample {kind}"
     assert trial.commands[:-1] == good.commands[:when]
@@ -523,8 +517,9 @@ def test_a_clamped_command_is_adopted_and_counted(good: Trial) -> None:
 
 @pytest.mark.parametrize("when", [0, 10, 60, 90, 230])
 def test_an_interrupt_ends_a_trial_that_is_not_exploring_at_once(when: int) -> None:
-    task = build_task(FollowTorque())
-    trial = Trial(FakeWorld(HOLE), task=task, on_step=lambda tick, s: _interrupt(task, tick == when, s))
+    policy = FollowTorque()
+    task = build_task(policy)
+    trial = Trial(FakeWorld(HOLE), policy, task=task, on_step=lambda tick, s: _interrupt(task, tick == when, s))
     assert trial.report.outcome is Outcome.INTERRUPTED
     assert trial.report.ticks == when + 1
     assert trial.events("end")[0].detail == "interrupted: on request"
@@ -536,8 +531,9 @@ def test_an_interrupt_ends_a_trial_that_is_not_exploring_at_once(when: int) -> N
 def test_an_interrupt_lets_the_running_action_end(when: int, good: Trial) -> None:
     (contact,) = good.events("contact")
     assert contact.tick == 118
-    task = build_task(FollowTorque())
-    trial = Trial(FakeWorld(HOLE), task=task, on_step=lambda tick, s: _interrupt(task, tick == when, s))
+    policy = FollowTorque()
+    task = build_task(policy)
+    trial = Trial(FakeWorld(HOLE), policy, task=task, on_step=lambda tick, s: _interrupt(task, tick == when, s))
     assert trial.report.outcome is Outcome.INTERRUPTED
     last = trial.report.ticks - 1
     assert when <= last < when + 14

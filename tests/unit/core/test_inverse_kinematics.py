@@ -46,7 +46,7 @@ class Bench:
         return self.inverse.solve(goal, free_yaw=True, seed_rad=self.posture, field="task.goal")
 
 
-@pytest.fixture(params=ARMS.values(), ids=ARMS.keys())
+@pytest.fixture(params=ARMS.values(), ids=list(ARMS))
 def bench(request: pytest.FixtureRequest) -> Bench:
     return Bench(request.param)
 
@@ -293,7 +293,8 @@ def test_an_arm_of_seven_joints_is_served_too(tmp_path: Path) -> None:
     assert not step.limited
     np.testing.assert_allclose(bench.tip(step.q_rad).translation, target.translation, atol=1e-7)
     # Of the many joint steps that do it, the shortest.
-    shortest = np.linalg.pinv(bench.look.tip_jacobian(bench.posture)) @ pin.log6(
-        bench.tip(bench.posture).actInv(target)
-    ).vector
+    shortest = (
+        np.linalg.pinv(bench.look.tip_jacobian(bench.posture))
+        @ pin.log6(bench.tip(bench.posture).actInv(target)).vector
+    )
     np.testing.assert_allclose(step.q_rad - bench.posture, shortest, atol=1e-9)

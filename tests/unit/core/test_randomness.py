@@ -76,4 +76,3 @@ def test_streams_stay_what_they_were() -> None:
 def test_a_negative_seed_is_refused() -> None:
     with pytest.raises(ValueError, match="non-negative"):
         generator(-1, Purpose.START)
-

@@ -65,9 +65,7 @@ coordinates = st.floats(-0.02, 0.02)
 
 
 @given(centre=st.tuples(coordinates, coordinates), point=st.tuples(coordinates, coordinates))
-def test_clamping_gives_the_nearest_point_of_the_area(
-    centre: tuple[float, float], point: tuple[float, float]
-) -> None:
+def test_clamping_gives_the_nearest_point_of_the_area(centre: tuple[float, float], point: tuple[float, float]) -> None:
     area = ExplorationArea(centre, 3.5e-3)
     clamped = area.clamp(*point)
     for value, c, asked in zip(clamped, centre, point, strict=True):

@@ -67,9 +67,7 @@ def test_negative_zero_stays_negative() -> None:
 
 
 @given(st.integers(0, 5), not_finite, st.sampled_from([v for v in Validity if v is not Validity.INVALID]))
-def test_a_wrench_that_is_not_finite_must_be_marked_invalid(
-    place: int, bad: float, validity: Validity
-) -> None:
+def test_a_wrench_that_is_not_finite_must_be_marked_invalid(place: int, bad: float, validity: Validity) -> None:
     numbers = [0.0] * 6
     numbers[place] = bad
     fx, fy, fz, tx, ty, tz = numbers

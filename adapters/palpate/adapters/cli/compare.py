@@ -12,7 +12,7 @@ from typing import Any
 from palpate.adapters.capture import capture_half_width_m
 from palpate.adapters.cli.options import CompareOptions
 from palpate.adapters.cli.run import ChosenPolicy, run_named
-from palpate.adapters.composition import find_ready_pose
+from palpate.adapters.composition import find_ready_pose, require_usable
 from palpate.adapters.policies import COMPARATORS
 from palpate.adapters.results import RunFolder
 from palpate.adapters.session import run_toml
@@ -28,6 +28,7 @@ def compare(options: CompareOptions) -> int:
     folder.require_free()
     chosen = [ChosenPolicy(name, config) for name in (*options.policy, *COMPARATORS)]
     ready = find_ready_pose(config)
+    require_usable(config, ready)
     folder.create()
     folder.write_text(
         "run.toml", run_toml(config, "compare", trials=options.trials, policy=list(options.policy))
@@ -38,7 +39,8 @@ def compare(options: CompareOptions) -> int:
     for policy in chosen:
         rows, finished = run_named(policy, config, ready, options.trials)
         if rows:
-            summaries[policy.label] = summary_of(rows)
+            # Two runs may have folders of the same name.
+            summaries[policy.name if policy.label in summaries else policy.label] = summary_of(rows)
         if not finished:
             break
     table = comparison_table(summaries)

@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from pathlib import Path
 
 from tqdm import tqdm
 
 from palpate.adapters.cli.options import RunOptions
-from palpate.adapters.composition import ReadyPose, SimulatedRig, build_perception, find_ready_pose
+from palpate.adapters.composition import (
+    ReadyPose,
+    SimulatedRig,
+    build_perception,
+    find_ready_pose,
+    require_usable,
+)
 from palpate.adapters.config import RunConfig
 from palpate.adapters.experiment import ScoredTrial
 from palpate.adapters.fitting import configured_perception
@@ -34,6 +41,7 @@ def run(options: RunOptions) -> int:
         folder.require_free()
     chosen = ChosenPolicy(options.policy, config)
     ready = find_ready_pose(config)
+    require_usable(config, ready)
     if folder is not None:
         folder.create()
         folder.write_text("run.toml", run_toml(config, "run", trials=options.trials, policy=options.policy))
@@ -76,7 +84,7 @@ class ChosenPolicy:
             self.perception = build_perception(RunConfig(task=config.task))
         else:
             self.label = Path(name).parent.name or Path(name).stem
-            if not Path(name).exists():
+            if not os.path.exists(name):
                 raise ConfigurationError("policy", name, f"a policy file, or one of {', '.join(COMPARATORS)}")
             self.document = PolicyDocument.load(Path(name))
             self.perception = perception_of(self.document, config, configured_perception(config))

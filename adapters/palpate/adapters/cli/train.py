@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 import sys
 from pathlib import Path
 
@@ -32,7 +33,7 @@ def train(options: TrainOptions) -> int:
     checkpoint = None
     if options.resume:
         checkpoint = Checkpoint.load(folder)
-        _require_same(config, folder)
+        _require_same(options, folder)
     else:
         folder.require_free()
     document = None if options.policy == "q-learning" else PolicyDocument.load(Path(options.policy))
@@ -51,32 +52,38 @@ def train(options: TrainOptions) -> int:
             policy = loaded_policy(document, config, perception, frozen=False)
         else:
             policy = learning_policy(config, perception)
-        folder.create()
         first = 0
         if checkpoint is not None:
             resume_learner(checkpoint, policy)
             first = checkpoint.next_trial
+        trainer = Trainer(config, folder, ready, rig, perception, policy, first)
+        # Only now is every setting known to be good: a refused one must not leave a folder that is in the way.
+        folder.create()
+        if checkpoint is not None:
             folder.truncate(first)
         else:
             folder.write_text(
                 "run.toml", run_toml(config, "train", trials=options.trials, policy=options.policy)
             )
-        trainer = Trainer(config, folder, ready, rig, perception, policy, first)
         trainer.checkpoint()
         _announce(config, folder, options.trials, first)
         _with_progress(trainer, options.trials, first, folder)
         trainer.save_policy()
     _finish(config, folder, options.trials)
     if trainer.interrupted:
-        again = f"palpate train --resume --config {folder.path}/run.toml --out {folder.path} --trials {options.trials}"
-        _say(f"ended after {trainer.next_trial} of {options.trials} trials; go on with: {again}")
+        again = ["palpate", "train", "--resume", "--config", str(folder.path / "run.toml")]
+        again += ["--out", str(folder.path), "--trials", str(options.trials), "--policy", options.policy]
+        _say(f"ended after {trainer.next_trial} of {options.trials} trials; go on with: {shlex.join(again)}")
         return 130
     return 0
 
 
-def _require_same(config: RunConfig, folder: RunFolder) -> None:
+def _require_same(options: TrainOptions, folder: RunFolder) -> None:
+    config = options.run
     table = read_toml(folder.path / "run.toml")
-    table.pop("run", None)
+    policy = table.pop("run", {}).get("policy")
+    if policy != options.policy:
+        raise ConfigurationError("policy", options.policy, f"{policy!r}, with which the run began")
     saved = overlay(RunConfig(), table)
     if saved != config:
         old, new = to_toml(saved).splitlines(), to_toml(config).splitlines()

@@ -64,7 +64,7 @@ def test_too_much_integral_gain_is_refused_by_name(stiffness: float, p: float, e
 
 @pytest.mark.parametrize("integral", [0.0, -1e-4, nan, inf])
 def test_an_integral_gain_must_be_a_positive_number(integral: float) -> None:
-    with pytest.raises(ConfigurationError, match="above 0 and at most 0.0035 m/"):
+    with pytest.raises(ConfigurationError, match=r"above 0 and at most 0\.0035 m/"):
         ForceControl(integral, 0.0, TARGET, 1.0, 4e4, PERIOD_S)
 
 

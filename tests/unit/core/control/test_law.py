@@ -14,9 +14,7 @@ components = st.floats(-10.0, 10.0)
 
 
 @given(st.tuples(components, components, components), st.floats(1e-6, 1.0))
-def test_a_velocity_is_shortened_and_keeps_its_direction(
-    velocity: tuple[float, float, float], limit: float
-) -> None:
+def test_a_velocity_is_shortened_and_keeps_its_direction(velocity: tuple[float, float, float], limit: float) -> None:
     speed = hypot(*velocity)
     result = limited(velocity, limit)
     if speed <= limit * (1 - 1e-12):

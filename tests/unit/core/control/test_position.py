@@ -17,9 +17,7 @@ NO_FORCE: Vector3 = (0.0, 0.0, 0.0)
 
 
 @given(gain=st.floats(1.0, 140.0), speed=st.floats(1e-3, 0.1), distance=st.floats(-5e-3, 5e-3))
-def test_it_arrives_without_overshoot_for_every_accepted_gain(
-    gain: float, speed: float, distance: float
-) -> None:
+def test_it_arrives_without_overshoot_for_every_accepted_gain(gain: float, speed: float, distance: float) -> None:
     law = PositionControl(gain, speed, PERIOD_S)
     x = 0.0
     for _ in range(4000):
@@ -54,7 +52,7 @@ def test_forces_do_not_matter() -> None:
 
 @pytest.mark.parametrize("gain", [140.1, 280.0, 0.0, -1.0, nan, inf])
 def test_an_unstable_gain_is_refused_by_name(gain: float) -> None:
-    with pytest.raises(ConfigurationError, match="from 0.001 to 140") as caught:
+    with pytest.raises(ConfigurationError, match=r"from 0\.001 to 140") as caught:
         PositionControl(gain, 0.02, PERIOD_S)
     assert caught.value.field == "control.position_gain_per_s"
 

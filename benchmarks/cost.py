@@ -1,0 +1,158 @@
+"""What the framework costs: a run against bare ``mj_step``, the tick without physics, and start-up times.
+
+    python benchmarks/cost.py            350 trials of the paper scenario (a few minutes)
+    python benchmarks/cost.py --quick    40 trials
+
+The floor: the same number of ``mj_step`` calls on the same scene in the same process, under the very servo commands
+that the run sent (recorded as it went), so that floor and run do the same physics, contact by contact.
+"""
+
+from __future__ import annotations
+
+import argparse
+import subprocess
+import sys
+import time
+
+import mujoco
+import numpy as np
+from palpate.adapters.composition import SimulatedRig, build_perception, build_task, find_ready_pose
+from palpate.adapters.config import scenario
+from palpate.adapters.experiment import run_scored_trial
+from palpate.adapters.policies import learning_policy
+from palpate.core.insertion import InsertionTask
+from palpate.core.values import JointCommand, Snapshot
+
+RATE_HZ = 140
+
+
+class Recorded:
+    """Keeps the state at each reset and the servo commands of each tick, for the floor."""
+
+    def __init__(self, rig: SimulatedRig) -> None:
+        self.cell = rig.cell
+        self.trials: list[tuple[np.ndarray, np.ndarray, list[np.ndarray]]] = []
+        self._reset, self._advance = rig.cell.reset, rig.cell.advance
+        rig.cell.reset = self.reset  # type: ignore[method-assign]
+        rig.cell.advance = self.advance  # type: ignore[method-assign]
+
+    def reset(self, seed: int, trial: int) -> None:
+        self._reset(seed, trial)
+        self.trials.append((self.cell.data.qpos.copy(), self.cell.model.body_pos.copy(), []))
+
+    def advance(self) -> None:
+        self.trials[-1][2].append(self.cell.data.ctrl.copy())
+        self._advance()
+
+    def bare_seconds(self) -> float:
+        """Time of the same physics without anything else."""
+        model, nstep = self.cell.model, self.cell.config.substeps
+        data = mujoco.MjData(model)
+        total = 0.0
+        for qpos, body_pos, commands in self.trials:
+            mujoco.mj_resetData(model, data)
+            model.body_pos[:] = body_pos
+            data.qpos[:] = qpos
+            data.ctrl[:] = qpos[: len(data.ctrl)]
+            mujoco.mj_forward(model, data)
+            start = time.perf_counter()
+            for command in commands:
+                data.ctrl[:] = command
+                mujoco.mj_step(model, data, nstep)
+            total += time.perf_counter() - start
+        return total
+
+
+def run_against_floor(trials: int) -> None:
+    config = scenario("paper")
+    ready, perception = find_ready_pose(config), build_perception(config)
+    plain = build_task(config, ready, perception, learning_policy(config, perception))
+    with SimulatedRig(config, ready) as rig:
+        start = time.perf_counter()
+        ticks = sum(run_scored_trial(config, rig, plain, k).report.ticks for k in range(trials))
+        seconds = time.perf_counter() - start
+    # The same run once more (equal to the bit), now keeping the commands for the floor.
+    task = build_task(config, ready, perception, learning_policy(config, perception))
+    with SimulatedRig(config, ready) as rig:
+        recorded = Recorded(rig)
+        again = sum(run_scored_trial(config, rig, task, k).report.ticks for k in range(trials))
+    if again != ticks:
+        raise SystemExit(f"the two runs differ: {ticks} and {again} ticks")
+    floor = recorded.bare_seconds()
+    steps = ticks * config.cell.substeps
+    print(f"{trials} trials, {ticks} ticks, {ticks / RATE_HZ:.0f} s of simulated time, {steps} physics steps")
+    print(f"run {seconds:.1f} s, bare mj_step {floor:.1f} s: ratio {seconds / floor:.3f} (at most 1.25)")
+    print(f"{ticks / RATE_HZ / seconds:.1f} times real time on one core (at least 20)")
+
+
+class TimedTask(InsertionTask):
+    """Times the core's share of each tick."""
+
+    durations: list[float]
+
+    def step(self, snapshot: Snapshot) -> JointCommand:
+        start = time.perf_counter()
+        command = super().step(snapshot)
+        self.durations.append(time.perf_counter() - start)
+        return command
+
+
+def tick_without_physics(trials: int) -> None:
+    config = scenario("paper")
+    ready, perception = find_ready_pose(config), build_perception(config)
+    task = build_task(config, ready, perception, learning_policy(config, perception))
+    task.__class__ = TimedTask
+    assert isinstance(task, TimedTask)
+    task.durations = []
+    whole: list[float] = []
+    with SimulatedRig(config, ready) as rig:
+        advance = rig.cell.advance
+        marks: list[tuple[float, float]] = []
+
+        def timed() -> None:
+            begin = time.perf_counter()
+            advance()
+            marks.append((begin, time.perf_counter()))
+
+        rig.cell.advance = timed  # type: ignore[method-assign]
+        for k in range(trials):
+            marks.clear()
+            run_scored_trial(config, rig, task, k)
+            # From the end of one physics tick to the begin of the next: read, filter, kinematics, symbols, command.
+            whole += [b[0] - a[1] for a, b in zip(marks, marks[1:], strict=False)]
+    for name, values in (("whole tick (ports and core)", whole), ("core alone", task.durations)):
+        us = np.array(values) * 1e6
+        median, high = np.quantile(us, [0.5, 0.999])
+        print(f"{name}: median {median:.1f} us, 99.9th percentile {high:.1f} us over {len(us)} ticks")
+
+
+def start_up() -> None:
+    import_core = "import palpate.core"
+    import_all = "import palpate.core.cycle, palpate.core.insertion, palpate.core.contracts"
+    for label, code in (
+        ("python -c pass", "pass"),
+        (import_core, import_core),
+        ("every module of the core", import_all),
+    ):
+        print(f"{label}: {_median_seconds([sys.executable, '-c', code]):.3f} s (whole process)")
+    help_call = [sys.executable, "-m", "palpate.adapters.cli.main"]
+    print(f"palpate --help: {_median_seconds([*help_call, '--help']):.3f} s")
+    print(f"palpate train --help: {_median_seconds([*help_call, 'train', '--help']):.3f} s")
+
+
+def _median_seconds(command: list[str], runs: int = 7) -> float:
+    times = []
+    for _ in range(runs):
+        start = time.perf_counter()
+        subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+        times.append(time.perf_counter() - start)
+    return float(np.median(times))
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--quick", action="store_true")
+    quick = parser.parse_args().quick
+    start_up()
+    tick_without_physics(5 if quick else 20)
+    run_against_floor(40 if quick else 350)

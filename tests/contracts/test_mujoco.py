@@ -1,0 +1,218 @@
+"""The ports over the simulated work cell keep the contracts of the four ports."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cache, partial
+from typing import Self
+
+import numpy as np
+import pytest
+
+from palpate.adapters.composition import find_ready_pose
+from palpate.adapters.config import RunConfig
+from palpate.adapters.mujoco_ports import MujocoArm, MujocoClock, MujocoForceSensor, MujocoJointEncoder
+from palpate.core.arms import arm_named
+from palpate.core.contracts import (
+    ArmCommandContract,
+    ArmCommandRig,
+    ClockContract,
+    ClockRig,
+    ForceSensorContract,
+    ForceSensorRig,
+    JointEncoderContract,
+    JointEncoderRig,
+)
+from palpate.core.kinematics import Kinematics, ToolGeometry
+from palpate.core.lifecycle import ManagedDevice
+from palpate.core.ports import ArmCommand, Clock, ForceSensor, JointEncoder
+from palpate.core.task_config import CONTROL_RATE_HZ
+from palpate.core.task_frame import goal_in_base
+from palpate.core.values import CommandReason, JointCommand, JointVector
+from palpate.simulation.cell import WorkCell
+
+TICK_NS = 10**9 // CONTROL_RATE_HZ
+# Loud enough to tell two samples apart, far below the loads; a bias, so that a hidden tare would show.
+NOISE_N = 0.01
+SETTLE_TICKS = 100  # the servos' integral action takes some tenths of a second
+# Limits close to home make the clause on position limits quick; joint limits are the adapter's own to apply.
+ROOM_RAD = 0.15
+
+
+@cache
+def the_cell() -> WorkCell:
+    """One work cell for all rigs, because compiling its model costs more than a clause."""
+    config = RunConfig()
+    sensor = replace(config.cell.sensor, force_noise_N=NOISE_N, torque_noise_Nm=NOISE_N / 10)
+    return WorkCell(
+        Kinematics(arm_named(config.arm), ToolGeometry()),
+        replace(config.cell, sensor=sensor),
+        goal_in_base=goal_in_base(config.task.goal),
+        ready_rad=find_ready_pose(config).q_rad,
+        rate_Hz=CONTROL_RATE_HZ,
+    )
+
+
+@dataclass(frozen=True)
+class Bench:
+    """The work cell at its start, with what a test needs to act on it."""
+
+    cell: WorkCell
+    clock: MujocoClock
+    home_rad: JointVector
+
+    @classmethod
+    def fresh(cls) -> Self:
+        cell = the_cell()
+        cell.reset(0, 0)
+        return cls(cell, MujocoClock(cell), cell.joint_angles())
+
+    def advance(self, ticks: int) -> None:
+        for _ in range(ticks):
+            self.cell.advance()
+
+    def push_N(self, fx: float, fy: float, fz: float) -> None:
+        """A force on the peg, given in the sensor frame."""
+        rotation = self.cell.data.body("sensor").xmat.reshape(3, 3)
+        self.cell.data.body("peg").xfrc_applied[:3] = rotation @ np.array([fx, fy, fz])
+
+    @property
+    def lower_rad(self) -> JointVector:
+        return tuple(q - ROOM_RAD for q in self.home_rad)
+
+    @property
+    def upper_rad(self) -> JointVector:
+        return tuple(q + ROOM_RAD for q in self.home_rad)
+
+    @property
+    def speed_rad_s(self) -> JointVector:
+        kinematics = Kinematics(arm_named("zebra-zero"), ToolGeometry())
+        return tuple(kinematics.velocity_limit_rad_s.tolist())
+
+    def arm(self) -> MujocoArm:
+        return MujocoArm(self.cell, self.lower_rad, self.upper_rad, self.speed_rad_s)
+
+
+def fault_of(device: ManagedDevice) -> partial[None]:
+    """The simulation itself never fails; its adapters must behave all the same once something did."""
+    return partial(device._latch, "fault on demand")
+
+
+class TestMujocoClock(ClockContract):
+    def make(self) -> ClockRig:
+        # Time goes on by whole ticks: a sleep may return up to one tick late.
+        return ClockRig(clock=Bench.fresh().clock, tolerance_ns=TICK_NS + 1, step_ns=50_000_000)
+
+
+class TestMujocoForceSensor(ForceSensorContract):
+    def make(self) -> ForceSensorRig:
+        bench = Bench.fresh()
+        sensor = MujocoForceSensor(bench.cell, bench.clock)
+        return ForceSensorRig(
+            device=sensor,
+            clock=bench.clock,
+            advance=bench.advance,
+            max_age_ns=TICK_NS // bench.cell.config.substeps + 1,
+            push_N=bench.push_N,
+            load_N=5.0,
+            tolerance_N=10 * NOISE_N,
+            settle_ticks=SETTLE_TICKS,
+            provoke_fault=fault_of(sensor),
+        )
+
+
+class TestMujocoJointEncoder(JointEncoderContract):
+    def make(self) -> JointEncoderRig:
+        bench = Bench.fresh()
+        encoder = MujocoJointEncoder(bench.cell, bench.clock)
+        half_a_count_rad = max(arm_named("zebra-zero").encoder_step_rad) / 2
+        return JointEncoderRig(
+            device=encoder,
+            clock=bench.clock,
+            advance=bench.advance,
+            max_age_ns=0,
+            joints=len(bench.home_rad),
+            expected_rad=bench.home_rad,
+            tolerance_rad=half_a_count_rad + 1e-6,
+            arm=bench.arm(),
+            provoke_fault=fault_of(encoder),
+        )
+
+
+class TestMujocoArm(ArmCommandContract):
+    def make(self) -> ArmCommandRig:
+        bench = Bench.fresh()
+        arm = bench.arm()
+        return ArmCommandRig(
+            device=arm,
+            clock=bench.clock,
+            advance=bench.advance,
+            home_rad=bench.home_rad,
+            lower_rad=bench.lower_rad,
+            upper_rad=bench.upper_rad,
+            fast_step_rad=2.0 * max(bench.speed_rad_s) / CONTROL_RATE_HZ,
+            position_rad=bench.cell.joint_angles,
+            tolerance_rad=2e-5,
+            settle_ticks=SETTLE_TICKS,
+            limit_ticks=200,
+            provoke_fault=fault_of(arm),
+        )
+
+
+def test_the_adapters_are_their_ports() -> None:
+    bench = Bench.fresh()
+    assert isinstance(bench.clock, Clock)
+    assert isinstance(bench.arm(), ArmCommand)
+    assert isinstance(MujocoForceSensor(bench.cell, bench.clock), ForceSensor)
+    assert isinstance(MujocoJointEncoder(bench.cell, bench.clock), JointEncoder)
+
+
+def test_time_is_exact_however_long_it_runs() -> None:
+    bench = Bench.fresh()
+    first = bench.cell.ticks
+    bench.clock.sleep_until(bench.clock.now_ns() + 10**9)
+    assert bench.cell.ticks in (first + CONTROL_RATE_HZ, first + CONTROL_RATE_HZ + 1)
+    assert bench.clock.now_ns() == bench.cell.ticks * 10**9 // CONTROL_RATE_HZ
+
+
+def test_noise_is_drawn_anew_for_each_tick() -> None:
+    bench = Bench.fresh()
+    with MujocoForceSensor(bench.cell, bench.clock) as sensor:
+        first = sensor.read()
+        bench.advance(1)
+        assert sensor.read().torque_Nm != first.torque_Nm
+
+
+def test_velocity_limit_comes_before_position_limit() -> None:
+    bench = Bench.fresh()
+    beyond = JointCommand(tuple(q + 1.0 for q in bench.home_rad))
+    with bench.arm() as arm:
+        assert arm.send(beyond).reason is CommandReason.VELOCITY_LIMIT
+        bench.advance(1)
+        near = tuple(q + ROOM_RAD - 1e-4 for q in bench.home_rad)
+        for _ in range(200):
+            arm.send(JointCommand(near))
+            bench.advance(1)
+        applied = arm.send(JointCommand(tuple(q + ROOM_RAD + 1e-4 for q in bench.home_rad)))
+    assert applied.reason is CommandReason.POSITION_LIMIT
+    assert applied.position_rad == bench.upper_rad
+
+
+def test_many_commands_in_one_tick_do_not_add_up_to_a_fast_step() -> None:
+    bench = Bench.fresh()
+    fast = JointCommand(tuple(q + 0.1 for q in bench.home_rad))
+    with bench.arm() as arm:
+        for _ in range(10):
+            applied = arm.send(fast)
+    for q, home, speed in zip(applied.position_rad, bench.home_rad, bench.speed_rad_s, strict=True):
+        assert q - home == pytest.approx(speed / CONTROL_RATE_HZ)
+
+
+@pytest.mark.parametrize("end", ["stop", "deactivate", "close"])
+def test_a_command_under_way_is_dropped(end: str) -> None:
+    bench = Bench.fresh()
+    with bench.arm() as arm:
+        arm.send(JointCommand(tuple(q + 1e-3 for q in bench.home_rad)))
+        getattr(arm, end)()
+        bench.advance(SETTLE_TICKS)
+        assert bench.cell.joint_angles() == pytest.approx(bench.home_rad, abs=2e-5)
