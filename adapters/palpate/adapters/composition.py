@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import sqrt
 from types import TracebackType
 from typing import Self
 
@@ -55,6 +56,12 @@ class ReadyPose:
     tip_rotation: Array
 
 
+def wander_m(config: RunConfig) -> float:
+    """How far from the nominal goal a trial may lead the peg: to a corner of the exploration area."""
+    centre_mm = config.task.start_uncertainty_mm if config.task.area_centre == "start" else 0.0
+    return (centre_mm + sqrt(2.0) * config.task.area_half_width_mm) * 1e-3
+
+
 def find_ready_pose(config: RunConfig) -> ReadyPose:
     """Solve for the ready pose, tool pointing into the hole, its yaw left to the arm.
 
@@ -78,7 +85,7 @@ def find_ready_pose(config: RunConfig) -> ReadyPose:
     )
     kinematics.update(q)
     ready = ReadyPose(q, kinematics.tip_rotation.copy())
-    reach = (config.task.area_half_width_mm + config.task.start_uncertainty_mm) * 1e-3
+    reach = wander_m(config) / sqrt(2.0)
     for x in (-reach, reach):
         for y in (-reach, reach):
             for z in (-height, config.task.insertion_depth_mm * 1e-3):
@@ -110,9 +117,7 @@ def build_perception(config: RunConfig) -> Perception:
 def build_reinforcement(config: RunConfig) -> Reinforcement:
     """What an action earns."""
     if config.learning.reinforcement == "effort":
-        return InternalEffort(
-            per_N_s=config.learning.effort_per_N_s, free_force_N=config.task.press_kgf * N_PER_KGF
-        )
+        return InternalEffort(per_N_s=config.learning.effort_per_N_s, free_force_N=config.task.press_kgf * N_PER_KGF)
     return ActionPenalty()
 
 
@@ -161,6 +166,7 @@ class SimulatedRig:
             goal_in_base=goal_in_base(config.task.goal),
             ready_rad=ready.q_rad,
             rate_Hz=CONTROL_RATE_HZ,
+            wander_m=wander_m(config),
         )
         clock = MujocoClock(self.cell)
         self._sensor = MujocoForceSensor(self.cell, clock)

@@ -52,9 +52,7 @@ class PerceptionConfig:
             )
         require_in(name + "filter_order", self.filter_order, 1, 2)
         if not all(isfinite(factor) and factor != 0.0 for factor in self.calibration):
-            raise ConfigurationError(
-                name + "calibration", self.calibration, "six finite numbers other than zero"
-            )
+            raise ConfigurationError(name + "calibration", self.calibration, "six finite numbers other than zero")
         require_one_of(name + "features", self.features, ("channels", "pca", "som"))
         if not self.channels or len(set(self.channels)) < len(self.channels):
             raise ConfigurationError(name + "channels", self.channels, "at least one channel, and none twice")

@@ -99,9 +99,7 @@ class FakeForceSensor(FakeDevice, ForceSensor):
         saturated: Set it to mark new samples ``SATURATED``.
     """
 
-    def __init__(
-        self, clock: Clock, *, max_age_ns: int = MAX_AGE_NS, name: str = "fake force sensor"
-    ) -> None:
+    def __init__(self, clock: Clock, *, max_age_ns: int = MAX_AGE_NS, name: str = "fake force sensor") -> None:
         super().__init__(name, clock)
         self.load_N: Vector3 = (0.0, 0.0, 0.0)
         self.load_Nm: Vector3 = (0.0, 0.0, 0.0)
@@ -124,9 +122,7 @@ class FakeForceSensor(FakeDevice, ForceSensor):
         if not self.silent and (last is None or now_ns > last.source_time_ns):
             validity = Validity.SATURATED if self.saturated else Validity.VALID
             sequence = 0 if last is None else last.sequence + 1
-            self._sample = WrenchSample(
-                self.load_N, self.load_Nm, now_ns, now_ns, sequence, validity, self.kind
-            )
+            self._sample = WrenchSample(self.load_N, self.load_Nm, now_ns, now_ns, sequence, validity, self.kind)
         if self._sample is None:
             raise DeviceError(self.name, "has not delivered a sample yet")
         if now_ns - self._sample.source_time_ns > self._max_age_ns:

@@ -107,18 +107,14 @@ class MujocoArm(ManagedDevice, ArmCommand):
             self._require_active("send()")
         asked = command.position_rad
         if len(asked) != len(self._reach):
-            raise CommandError(
-                f"the arm has {len(self._reach)} joints, the command has another number", len(asked)
-            )
+            raise CommandError(f"the arm has {len(self._reach)} joints, the command has another number", len(asked))
         if self._stopped:
             return AppliedCommand(self._held, CommandReason.STOPPED)
         if self._tick != self._cell.ticks:
             # Limits count from what was held when the tick began, so that a newer command of one tick just wins.
             self._tick, self._base = self._cell.ticks, self._held
         applied, reason = asked, CommandReason.AS_ASKED
-        for value, base, reach, low, high in zip(
-            asked, self._base, self._reach, self._lower, self._upper, strict=True
-        ):
+        for value, base, reach, low, high in zip(asked, self._base, self._reach, self._lower, self._upper, strict=True):
             if not (-reach <= value - base <= reach and low <= value <= high):
                 applied, reason = self._limited(asked)
                 break
@@ -135,9 +131,7 @@ class MujocoArm(ManagedDevice, ArmCommand):
     def _limited(self, asked: JointVector) -> tuple[JointVector, CommandReason]:
         reason = CommandReason.VELOCITY_LIMIT
         applied = []
-        for value, base, reach, low, high in zip(
-            asked, self._base, self._reach, self._lower, self._upper, strict=True
-        ):
+        for value, base, reach, low, high in zip(asked, self._base, self._reach, self._lower, self._upper, strict=True):
             slow = min(max(value, base - reach), base + reach)
             inside = min(max(slow, low), high)
             if inside != slow:

@@ -26,13 +26,9 @@ def learning_curve(rows: Sequence[TrialRow], title: str) -> bytes:
     ):
         points = [(t, s) for t, s, row in zip(trials, times, rows, strict=True) if row.success is success]
         if points:
-            axes.scatter(
-                *zip(*points, strict=True), s=18, marker=marker, color=colour, alpha=0.6, label=label
-            )
+            axes.scatter(*zip(*points, strict=True), s=18, marker=marker, color=colour, alpha=0.6, label=label)
     if rows:
-        axes.plot(
-            trials, moving_average(times), color="black", linewidth=1.8, label=f"moving average of {WINDOW}"
-        )
+        axes.plot(trials, moving_average(times), color="black", linewidth=1.8, label=f"moving average of {WINDOW}")
         axes.legend(loc="upper right")
     axes.set(xlabel="trial", ylabel="exploration time [s]", title=title)
     axes.set_ylim(bottom=0.0)

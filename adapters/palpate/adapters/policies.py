@@ -56,9 +56,7 @@ def comparator(name: str, config: RunConfig, hole_m: Hole) -> Policy:
     per_action = config.task.ticks_per_action / 140
     makers: dict[str, Callable[[], Policy]] = {
         "omniscient": lambda: Omniscient(hole_m, OMNISCIENT_SPEED_M_S * per_action),
-        "torque": lambda: TorqueFollowing(
-            actions, config.perception.torque_threshold_kgf_mm * 1e-3 * N_PER_KGF
-        ),
+        "torque": lambda: TorqueFollowing(actions, config.perception.torque_threshold_kgf_mm * 1e-3 * N_PER_KGF),
         "spiral-10": lambda: Spiral("spiral-10", SPIRAL_PITCH_M, 0.010 * per_action),
         "spiral-5": lambda: Spiral("spiral-5", SPIRAL_PITCH_M, 0.005 * per_action),
         "random": lambda: RandomWalkPolicy(actions),
@@ -117,17 +115,16 @@ def perception_of(document: PolicyDocument, config: RunConfig, configured: Perce
         document.check_matches(configured.states, task_actions(config))
         theirs = perception_to_dict(configured)
         if dict(document.perception) != theirs:
+            where, mine, wanted = _first_difference(document.perception, theirs)
             raise PolicyFileError(
-                "policy.perception",
-                _first_difference(document.perception, theirs),
-                "the perception that the run is configured with (use --config with the run.toml beside the policy)",
+                f"policy.perception.{where}",
+                mine,
+                f"{wanted!r}, as the run is configured (or use --config with the run.toml beside the policy)",
             )
     return own
 
 
-def loaded_policy(
-    document: PolicyDocument, config: RunConfig, perception: Perception, *, frozen: bool
-) -> Policy:
+def loaded_policy(document: PolicyDocument, config: RunConfig, perception: Perception, *, frozen: bool) -> Policy:
     """The policy of a file, frozen or ready to learn on."""
     return policy_from(document, perception.states, task_actions(config), frozen=frozen)
 
@@ -137,9 +134,9 @@ def made_with() -> dict[str, str]:
     return {name: version(name) for name in ("palpate", "numpy", "scipy", "pin", "mujoco")}
 
 
-def _first_difference(a: Any, b: Any, where: str = "") -> str:
+def _first_difference(a: Any, b: Any, where: str = "") -> tuple[str, Any, Any]:
     if isinstance(a, Mapping) and isinstance(b, Mapping):
         for key in sorted(set(a) | set(b)):
             if a.get(key) != b.get(key):
                 return _first_difference(a.get(key), b.get(key), f"{where}.{key}" if where else str(key))
-    return f"{where}: {a!r} in the file, {b!r} in the run"
+    return where, a, b

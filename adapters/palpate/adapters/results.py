@@ -119,9 +119,7 @@ class RunFolder:
         try:
             self.path.mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            raise OutputError(
-                str(self.path), f"cannot be made ({error.strerror})", "name another folder"
-            ) from error
+            raise OutputError(str(self.path), f"cannot be made ({error.strerror})", "name another folder") from error
 
     def write_text(self, name: str, text: str) -> None:
         """Write a file whole: under a temporary name first, then in one step."""
@@ -146,9 +144,7 @@ class RunFolder:
         """Add a finished trial to ``trials.csv`` and its decisions to ``decisions.csv``."""
         row = TrialRow.of(scored)
         report = scored.report
-        self._append(
-            "trials.csv", tuple(f.name for f in dataclasses.fields(TrialRow)), [dataclasses.astuple(row)]
-        )
+        self._append("trials.csv", tuple(f.name for f in dataclasses.fields(TrialRow)), [dataclasses.astuple(row)])
         self._append(
             "decisions.csv",
             _DECISION_COLUMNS,

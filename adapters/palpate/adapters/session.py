@@ -62,14 +62,10 @@ class Checkpoint:
         try:
             content = json.loads(path.read_text(encoding="utf-8"))
             if content["schema"] != CHECKPOINT_SCHEMA:
-                raise OutputError(
-                    str(path), f"has schema {content['schema']!r}", f"{CHECKPOINT_SCHEMA!r} is needed"
-                )
+                raise OutputError(str(path), f"has schema {content['schema']!r}", f"{CHECKPOINT_SCHEMA!r} is needed")
             return cls(int(content["next_trial"]), dict(content["learner"]), dict(content["perception"]))
         except (OSError, ValueError, KeyError, TypeError) as error:
-            raise OutputError(
-                str(path), f"is no checkpoint to resume from ({error})", "begin a new run"
-            ) from error
+            raise OutputError(str(path), f"is no checkpoint to resume from ({error})", "begin a new run") from error
 
 
 def run_toml(config: RunConfig, command: str, **facts: Any) -> str:

@@ -17,9 +17,7 @@ WINDOW = 25
 def moving_average(values: Sequence[float], window: int = WINDOW) -> list[float]:
     """Mean of the last ``window`` values at each place; shorter at the beginning."""
     sums = np.concatenate(([0.0], np.cumsum(np.asarray(values, dtype=float))))
-    return [
-        float((sums[i + 1] - sums[max(0, i + 1 - window)]) / min(i + 1, window)) for i in range(len(values))
-    ]
+    return [float((sums[i + 1] - sums[max(0, i + 1 - window)]) / min(i + 1, window)) for i in range(len(values))]
 
 
 def wilson_interval(successes: int, trials: int, z: float = 1.96) -> tuple[float, float]:
@@ -38,7 +36,8 @@ def bootstrap_interval(
     """Percentile bootstrap interval of a quantile; fixed seed, because it describes the data and nothing else."""
     data = np.asarray(values, dtype=float)
     if len(data) == 0:
-        return float("nan"), float("nan")
+        # Not NaN: JSON has none, and a run that ended before its first trial has a summary too.
+        return 0.0, 0.0
     rng = np.random.default_rng(0)
     estimates = np.quantile(rng.choice(data, size=(draws, len(data))), quantile, axis=1)
     low, high = np.quantile(estimates, [(1 - level) / 2, (1 + level) / 2])
@@ -58,9 +57,7 @@ def summary_of(rows: Sequence[TrialRow]) -> dict[str, Any]:
         "p95_s": _rounded(times, 0.95),
         "p95_95_s": [round(v, 4) for v in bootstrap_interval(times, 0.95)],
         "peak_force_N": round(max((row.peak_force_N for row in rows), default=0.0), 3),
-        "outcomes": {
-            name: sum(row.outcome == name for row in rows) for name in sorted({r.outcome for r in rows})
-        },
+        "outcomes": {name: sum(row.outcome == name for row in rows) for name in sorted({r.outcome for r in rows})},
     }
 
 

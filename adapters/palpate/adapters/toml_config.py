@@ -88,8 +88,7 @@ def _converted(name: str, value: Any, kind: Any) -> Any:
             if len(items) == 1 or len(items) == len(value):
                 kinds = items if len(items) > 1 else items * len(value)
                 return tuple(
-                    _converted(f"{name}[{i}]", v, k)
-                    for i, (v, k) in enumerate(zip(value, kinds, strict=True))
+                    _converted(f"{name}[{i}]", v, k) for i, (v, k) in enumerate(zip(value, kinds, strict=True))
                 )
         if get_origin(option) is dict and isinstance(value, Mapping):
             return {str(k): _converted(f"{name}.{k}", v, get_args(option)[1]) for k, v in value.items()}

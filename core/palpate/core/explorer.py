@@ -30,9 +30,7 @@ class Explorer:
         tick_s: Control period.
     """
 
-    def __init__(
-        self, perception: Perception, policy: Policy, reinforcement: Reinforcement, tick_s: float
-    ) -> None:
+    def __init__(self, perception: Perception, policy: Policy, reinforcement: Reinforcement, tick_s: float) -> None:
         self._perception, self._policy = perception, policy
         self._reinforcement, self._tick_s = reinforcement, tick_s
         self._pending: tuple[int, Decision] | None = None

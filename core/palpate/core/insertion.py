@@ -112,7 +112,7 @@ class InsertionTask:
         self._target_m: Vector3 = (0.0, 0.0, 0.0)
         self._tick = 0
         self._countdown = 0
-        self._tared = self._interrupted = False
+        self._tared = False
         self._bias_sum = [0.0] * 6
         self._explore_start = 0
         self._lost_ticks = 0
@@ -133,9 +133,7 @@ class InsertionTask:
         self.report.ticks = snapshot.tick + 1
         if snapshot.tick == 0:
             if snapshot.joints.validity is not Validity.VALID:
-                raise DeviceError(
-                    "joint encoder", f"the first sample of the trial is {snapshot.joints.validity.value}"
-                )
+                raise DeviceError("joint encoder", f"the first sample of the trial is {snapshot.joints.validity.value}")
             self._motion.start(snapshot.joints.position_rad)
         if snapshot.applied is not None and snapshot.applied.reason is not CommandReason.AS_ASKED:
             self.report.clamped_ticks += 1
@@ -144,8 +142,7 @@ class InsertionTask:
         if snapshot.wrench.validity is not Validity.VALID or snapshot.joints.validity is not Validity.VALID:
             self._end(
                 Outcome.SENSOR_FAULT,
-                f"force sample {snapshot.wrench.validity.value},"
-                f" joint sample {snapshot.joints.validity.value}",
+                f"force sample {snapshot.wrench.validity.value}, joint sample {snapshot.joints.validity.value}",
             )
             return self._motion.move((0.0, 0.0, 0.0))
         self._snapshot = snapshot
@@ -156,7 +153,10 @@ class InsertionTask:
         return self._motion.move(self._handlers[self.phase]() if proceed else (0.0, 0.0, 0.0))
 
     def interrupt(self) -> None:
-        """End the trial as soon as the running action is over; safe to call from a signal handler."""
+        """End the trial as soon as the running action is over, and any later one at once.
+
+        Safe to call from a signal handler.
+        """
         self._interrupted = True
 
     @property
@@ -298,9 +298,7 @@ class InsertionTask:
             self._enter(Phase.EXPLORE)
         elif stalled > _JAM_TICKS:
             self._end(Outcome.JAMMED, f"at {depth * 1e3:.2f} mm")
-        return self._inserting.velocity_m_s(
-            self._motion.reference_m, self._target_m, self._measurement.force_N
-        )
+        return self._inserting.velocity_m_s(self._motion.reference_m, self._target_m, self._measurement.force_N)
 
     # Small helpers.
 

@@ -64,9 +64,7 @@ def reachable_share(task: TaskConfig, hole_uncertainty_mm: float, samples: int =
     def offsets(radius: float, shape: str) -> np.ndarray:
         if shape == "ball":
             points = rng.normal(size=(samples, 3))
-            points *= (radius * rng.uniform(size=samples) ** (1 / 3) / np.linalg.norm(points, axis=1))[
-                :, None
-            ]
+            points *= (radius * rng.uniform(size=samples) ** (1 / 3) / np.linalg.norm(points, axis=1))[:, None]
             return points[:, :2]
         heading, distance = rng.uniform(0, 2 * pi, samples), radius * np.sqrt(rng.uniform(size=samples))
         return np.column_stack((distance * np.cos(heading), distance * np.sin(heading)))

@@ -73,9 +73,7 @@ class WrenchSample:
     def __post_init__(self) -> None:
         (fx, fy, fz), (tx, ty, tz) = self.force_N, self.torque_Nm
         if not isfinite(fx + fy + fz + tx + ty + tz) and self.validity is not Validity.INVALID:
-            raise CommandError(
-                "a wrench that is not finite must be marked INVALID", (self.force_N, self.torque_Nm)
-            )
+            raise CommandError("a wrench that is not finite must be marked INVALID", (self.force_N, self.torque_Nm))
 
 
 @dataclass(frozen=True, slots=True)

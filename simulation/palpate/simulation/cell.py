@@ -16,7 +16,7 @@ from palpate.core.randomness import Purpose, generator
 from palpate.core.task_frame import draw_in_disc
 from palpate.core.values import JointVector
 from palpate.simulation.cell_config import CellConfig
-from palpate.simulation.work_cell import build_work_cell
+from palpate.simulation.work_cell import PLATE_REACH_M, build_work_cell
 
 Array: TypeAlias = npt.NDArray[np.float64]
 
@@ -51,6 +51,7 @@ class WorkCell:
         goal_in_base: Placement of the nominal goal.
         ready_rad: Joint angles that every trial starts from, (n,), tool pointing down.
         rate_Hz: Control rate.
+        wander_m: How far from the nominal goal the peg may be led; the plate is made large enough for it.
 
     Attributes:
         model: The MuJoCo model.
@@ -66,6 +67,7 @@ class WorkCell:
         goal_in_base: pin.SE3,
         ready_rad: Array,
         rate_Hz: int,
+        wander_m: float = 0.0,
     ) -> None:
         kinematics.update(ready_rad)
         yaw_axis = goal_in_base.rotation.T @ kinematics.tip_rotation[:, 0]
@@ -76,6 +78,7 @@ class WorkCell:
             goal_in_base=goal_in_base,
             tool_yaw_rad=float(np.arctan2(yaw_axis[1], yaw_axis[0])),
             period_s=1.0 / rate_Hz,
+            plate_reach_m=max(PLATE_REACH_M, wander_m + config.hole_uncertainty_mm * 1e-3 + 1e-3),
         )
         self.data = mujoco.MjData(self.model)
         self.joints = kinematics.joints

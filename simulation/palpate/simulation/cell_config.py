@@ -29,9 +29,7 @@ class PegConfig:
     """Radius of those spheres: it is also a tiny chamfer."""
 
     def __post_init__(self) -> None:
-        require_one_of(
-            "cell.peg.cross_section", self.cross_section, ("round", "triangle", "square", "hexagon")
-        )
+        require_one_of("cell.peg.cross_section", self.cross_section, ("round", "triangle", "square", "hexagon"))
         require_in("cell.peg.diameter_mm", self.diameter_mm, 1.0, 100.0)
         require_in("cell.peg.clearance_mm", self.clearance_mm, 0.001, 5.0)
         require_in("cell.peg.hole_depth_mm", self.hole_depth_mm, 0.5, 60.0)

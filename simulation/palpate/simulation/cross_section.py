@@ -75,7 +75,5 @@ class CrossSection:
         per_side = -(-count // self.sides)
         points = []
         for (ax, ay), (bx, by) in zip(corners, corners[1:] + corners[:1], strict=True):
-            points += [
-                (ax + (bx - ax) * i / per_side, ay + (by - ay) * i / per_side) for i in range(per_side)
-            ]
+            points += [(ax + (bx - ax) * i / per_side, ay + (by - ay) * i / per_side) for i in range(per_side)]
         return points

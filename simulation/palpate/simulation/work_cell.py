@@ -20,7 +20,7 @@ from palpate.simulation.cross_section import CrossSection
 
 GRAVITY_M_S2: Final = 9.81
 PLATE_REACH_M: Final = 0.009
-"""How far from the hole's edge the plate's surface is closed: the peg may wander as far as that."""
+"""How far from the hole's edge the plate's surface is closed at the least: the peg may wander as far as that."""
 _UPPER_RING_M: Final = 0.008
 _RIM_M: Final = 0.003
 _SERVO_INTEGRAL_S: Final = 0.05  # integral time of the joint servos: assumed
@@ -31,7 +31,13 @@ _SOLIMP: Final = (0.95, 0.99, 0.0001, 0.5, 2.0)
 
 
 def build_work_cell(
-    kinematics: Kinematics, config: CellConfig, *, goal_in_base: pin.SE3, tool_yaw_rad: float, period_s: float
+    kinematics: Kinematics,
+    config: CellConfig,
+    *,
+    goal_in_base: pin.SE3,
+    tool_yaw_rad: float,
+    period_s: float,
+    plate_reach_m: float = PLATE_REACH_M,
 ) -> mujoco.MjModel:
     """The compiled model.
 
@@ -45,6 +51,7 @@ def build_work_cell(
         tool_yaw_rad: Angle from the task's x to the tip's x about the task's z, with which the arm will hold the
             tool; a peg that is not round is gripped so that it fits the hole at this yaw.
         period_s: Control period; the time step is this over ``config.substeps``.
+        plate_reach_m: How far from the hole's edge the plate's surface is closed.
     """
     spec = mujoco.MjSpec()
     spec.modelname = f"palpate work cell, {kinematics.arm.name}"
@@ -64,7 +71,7 @@ def build_work_cell(
 
     flange = _add_arm(spec, kinematics)
     _add_wrist(spec, flange, kinematics, config, tool_yaw_rad)
-    _add_plate(spec, config, goal_in_base)
+    _add_plate(spec, config, goal_in_base, plate_reach_m)
     _add_sensors(spec, config)
     return spec.compile()
 
@@ -221,12 +228,10 @@ def _add_wrist(
     body.add_site(name="tip", pos=(0.0, 0.0, 0.0))
 
 
-def _add_plate(spec: mujoco.MjSpec, config: CellConfig, goal_in_base: pin.SE3) -> None:
+def _add_plate(spec: mujoco.MjSpec, config: CellConfig, goal_in_base: pin.SE3, reach_m: float) -> None:
     """The plate with its hole, in the task frame: z into the hole, surface at 0."""
     peg = config.peg
-    plate = spec.worldbody.add_body(
-        name="plate", pos=goal_in_base.translation, quat=_quaternion(goal_in_base.rotation)
-    )
+    plate = spec.worldbody.add_body(name="plate", pos=goal_in_base.translation, quat=_quaternion(goal_in_base.rotation))
     contact = {
         "contype": _PLATE, "conaffinity": _PEG, "condim": 3, "friction": (peg.friction, 0.0, 0.0),
         "solref": _SOLREF, "solimp": _SOLIMP, "rgba": (0.55, 0.6, 0.6, 1.0),
@@ -235,7 +240,7 @@ def _add_plate(spec: mujoco.MjSpec, config: CellConfig, goal_in_base: pin.SE3) -
     depth = peg.hole_depth_mm * 1e-3
     half_thickness = (depth + 0.005) / 2
     # Two rings: short boxes at the rim keep MuJoCo's bounding volumes tight, which halves the cost of a step.
-    for boxes, start, end in ((peg.wall_boxes, 0.0, _RIM_M), (peg.wall_boxes // 2, _RIM_M, PLATE_REACH_M)):
+    for boxes, start, end in ((peg.wall_boxes, 0.0, _RIM_M), (peg.wall_boxes // 2, _RIM_M, reach_m)):
         half_radial = (end - start + 0.0002) / 2
         for wall in CrossSection(hole.sides, hole.apothem_m + start).walls(boxes, end - start):
             c, s = cos(wall.heading_rad), sin(wall.heading_rad)
@@ -248,9 +253,7 @@ def _add_plate(spec: mujoco.MjSpec, config: CellConfig, goal_in_base: pin.SE3) -
                 **contact,
             )
     side = hole.apothem_m * 2.2
-    plate.add_geom(
-        type=mujoco.mjtGeom.mjGEOM_BOX, size=(side, side, 0.0025), pos=(0.0, 0.0, depth + 0.0025), **contact
-    )
+    plate.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=(side, side, 0.0025), pos=(0.0, 0.0, depth + 0.0025), **contact)
 
 
 def _add_sensors(spec: mujoco.MjSpec, config: CellConfig) -> None:

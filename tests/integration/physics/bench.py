@@ -89,9 +89,7 @@ class Bench:
         )
         self._free = PositionControl(control.position_gain_per_s, travel, PERIOD_S)
         self._press = HybridControl(self._free, along)
-        self._slide = HybridControl(
-            PositionControl(control.position_gain_per_s, _PASS_SPEED_M_S, PERIOD_S), along
-        )
+        self._slide = HybridControl(PositionControl(control.position_gain_per_s, _PASS_SPEED_M_S, PERIOD_S), along)
         self._step_ticks = config.task.ticks_per_action
         self._start_ns = self._tick = 0
 

@@ -8,10 +8,10 @@ import sys
 from dataclasses import replace
 
 import pytest
+from tests.integration.physics.trials import digests
 
 from palpate.adapters.config import RunConfig
 from palpate.core.arms import ARMS
-from tests.integration.physics.trials import digests
 
 
 def short_run(arm: str) -> RunConfig:
@@ -30,9 +30,7 @@ def digests_of_a_fresh_process(arm: str) -> list[str]:
         f"print(*t.digests(t.short_run({arm!r}), range(2)))"
     )
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path), "PYTHONHASHSEED": "random"}
-    done = subprocess.run(
-        [sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=True
-    )
+    done = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=True)
     return done.stdout.split()
 
 

@@ -6,12 +6,13 @@ import hashlib
 from collections.abc import Sequence
 from typing import Any
 
+from tests.integration.physics.bench import ready_pose
+
 from palpate.adapters.composition import SimulatedRig, build_perception, build_task, task_actions
 from palpate.adapters.config import RunConfig
 from palpate.core.cycle import Ports, run_trial
 from palpate.core.policy import RandomWalkPolicy
 from palpate.core.trial import TrialReport, TrialSetup
-from tests.integration.physics.bench import ready_pose
 
 
 class _Tapped:
@@ -22,9 +23,7 @@ class _Tapped:
 
     def read(self) -> Any:
         sample = self._device.read()
-        values = (
-            (sample.force_N, sample.torque_Nm) if hasattr(sample, "force_N") else sample.position_rad
-        )
+        values = (sample.force_N, sample.torque_Nm) if hasattr(sample, "force_N") else sample.position_rad
         self._digest.update(repr(values).encode())
         return sample
 
@@ -40,13 +39,12 @@ def random_walk(
     rig: SimulatedRig, config: RunConfig, index: int, start_m: tuple[float, float], digest: Any = None
 ) -> TrialReport:
     """Run one trial; with a digest, every sensor sample and joint command goes into it."""
-    task = build_task(
-        config, ready_pose(config.arm), build_perception(config), RandomWalkPolicy(task_actions(config))
-    )
+    task = build_task(config, ready_pose(config.arm), build_perception(config), RandomWalkPolicy(task_actions(config)))
     ports = rig.ports
     if digest is not None:
-        devices = (_Tapped(device, digest) for device in (ports.force_sensor, ports.joint_encoder, ports.arm))
-        ports = Ports(ports.clock, *devices)
+        devices = (ports.force_sensor, ports.joint_encoder, ports.arm)
+        tapped: list[Any] = [_Tapped(device, digest) for device in devices]
+        ports = Ports(ports.clock, *tapped)
     rig.prepare(index)
     return run_trial(task, ports, TrialSetup(index, config.seed, start_m))
 

@@ -17,12 +17,7 @@ PREFIXES = {
     SensorConfig: "cell.sensor.",
     CellConfig: "cell.",
 }
-NUMBERS = [
-    (kind, field.name)
-    for kind in PREFIXES
-    for field in fields(kind)
-    if isinstance(field.default, (int, float))
-]
+NUMBERS = [(kind, field.name) for kind in PREFIXES for field in fields(kind) if isinstance(field.default, (int, float))]
 
 
 def refused(kind: Any, name: str, value: Any) -> str:

@@ -38,9 +38,7 @@ def ready_rad(arm: str) -> np.ndarray:
 
 def cell_of(config: CellConfig, arm: str = "zebra-zero") -> WorkCell:
     kinematics = Kinematics(arm_named(arm), ToolGeometry())
-    return WorkCell(
-        kinematics, config, goal_in_base=GOAL, ready_rad=ready_rad(arm), rate_Hz=CONTROL_RATE_HZ
-    )
+    return WorkCell(kinematics, config, goal_in_base=GOAL, ready_rad=ready_rad(arm), rate_Hz=CONTROL_RATE_HZ)
 
 
 def advance(cell: WorkCell, ticks: int) -> None:
@@ -57,7 +55,8 @@ def deflection(cell: WorkCell, force_N: Sequence[float], torque_Nm: Sequence[flo
     arm = cell.data.site("tip").xpos - peg.xipos
     peg.xfrc_applied[:] = (*force_N, *np.add(torque_Nm, np.cross(arm, force_N)))
     advance(cell, 100)
-    return cell.data.qpos[springs:] - before
+    given: np.ndarray = cell.data.qpos[springs:] - before
+    return given
 
 
 # The model.
@@ -74,7 +73,7 @@ def test_a_tick_is_a_whole_number_of_steps(substeps: int) -> None:
 
 def test_only_peg_and_plate_collide() -> None:
     model = cell_of(CellConfig()).model
-    body_of = {"peg": set(), "plate": set()}
+    body_of: dict[str, set[tuple[int, int]]] = {"peg": set(), "plate": set()}
     for geom in range(model.ngeom):
         if model.geom_contype[geom]:
             name = model.body(model.geom_bodyid[geom]).name

@@ -30,9 +30,7 @@ def compare(options: CompareOptions) -> int:
     ready = find_ready_pose(config)
     require_usable(config, ready)
     folder.create()
-    folder.write_text(
-        "run.toml", run_toml(config, "compare", trials=options.trials, policy=list(options.policy))
-    )
+    folder.write_text("run.toml", run_toml(config, "compare", trials=options.trials, policy=list(options.policy)))
     width_mm = round(capture_half_width_m(config, ready) * 1e3, 4)
     summaries: dict[str, dict[str, Any]] = {}
     finished = True
@@ -50,9 +48,7 @@ def compare(options: CompareOptions) -> int:
     )
     folder.write_text("compare.txt", table + foot)
     folder.write_text("compare.csv", _csv(summaries, width_mm))
-    folder.write_json(
-        "summary.json", {"capture_half_width_mm": width_mm, "finished": finished, "policies": summaries}
-    )
+    folder.write_json("summary.json", {"capture_half_width_mm": width_mm, "finished": finished, "policies": summaries})
     sys.stdout.write("\n" + table + foot + f"saved in {folder.path}\n")
     return 0 if finished else 130
 
@@ -77,8 +73,7 @@ def comparison_table(summaries: Mapping[str, Mapping[str, Any]]) -> str:
 def _aligned(lines: Sequence[Sequence[str]]) -> str:
     widths = [max(len(line[i]) for line in lines) for i in range(len(lines[0]))]
     return "".join(
-        "  ".join(cell.ljust(w) for cell, w in zip(line, widths, strict=True)).rstrip() + "\n"
-        for line in lines
+        "  ".join(cell.ljust(w) for cell, w in zip(line, widths, strict=True)).rstrip() + "\n" for line in lines
     )
 
 

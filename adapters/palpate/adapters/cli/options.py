@@ -136,9 +136,7 @@ def _one_line(boxed: str) -> str:
     """The message in the parser's box, without the box, its title and its hints."""
     flat = " ".join(re.sub(r"[╭╮╰╯│]", " ", boxed).split())
     parts = [part.strip(" ─-") for part in re.split(r"[─-]{5,}", flat)]
-    message = next((part for part in parts if part.startswith("Error parsing")), "") or max(
-        parts, key=len, default=""
-    )
+    message = next((part for part in parts if part.startswith("Error parsing")), "") or max(parts, key=len, default="")
     refused = re.search(r"Error parsing [^:]*: (\S+ = .* is refused: .*)$", message)
     return refused.group(1) if refused else message
 

@@ -62,9 +62,7 @@ def train(options: TrainOptions) -> int:
         if checkpoint is not None:
             folder.truncate(first)
         else:
-            folder.write_text(
-                "run.toml", run_toml(config, "train", trials=options.trials, policy=options.policy)
-            )
+            folder.write_text("run.toml", run_toml(config, "train", trials=options.trials, policy=options.policy))
         trainer.checkpoint()
         _announce(config, folder, options.trials, first)
         _with_progress(trainer, options.trials, first, folder)

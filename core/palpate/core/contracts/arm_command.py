@@ -174,9 +174,7 @@ def _fast_step(rig: ArmCommandRig) -> tuple[int, float]:
         for step_rad in (rig.fast_step_rad, -rig.fast_step_rad):
             if lower <= q + step_rad <= upper:
                 return joint, step_rad
-    raise ContractViolation(
-        "rig", f"no room for {rig.fast_step_rad} rad", "a joint with room for fast_step_rad"
-    )
+    raise ContractViolation("rig", f"no room for {rig.fast_step_rad} rad", "a joint with room for fast_step_rad")
 
 
 def _require_within(clause: str, rig: ArmCommandRig, applied: AppliedCommand) -> None:

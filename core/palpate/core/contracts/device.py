@@ -131,9 +131,7 @@ class DeviceContract(ABC, Generic[RigT]):
             _require_life("fault", rig.device, Life.FAULTED, "a fault")
             require("fault", bool(rig.device.fault), f"fault {rig.device.fault!r}", "the cause of the fault")
             for _ in range(3):
-                require_raises(
-                    "fault", FaultLatchedError, lambda: self._use(rig), "FaultLatchedError each time"
-                )
+                require_raises("fault", FaultLatchedError, lambda: self._use(rig), "FaultLatchedError each time")
                 rig.advance(1)
 
     def test_activate_does_not_clear_a_fault(self) -> None:
@@ -162,9 +160,7 @@ class DeviceContract(ABC, Generic[RigT]):
             pass_time(rig, rig.patience_ns)
             require_raises("lost device", DeviceError, lambda: self._use(rig), "DeviceError")
 
-    def _check_illegal_requests(
-        self, life: Life, errors: type[Exception] | tuple[type[Exception], ...]
-    ) -> None:
+    def _check_illegal_requests(self, life: Life, errors: type[Exception] | tuple[type[Exception], ...]) -> None:
         with self._rig(life) as rig:
             for request in Request:
                 if (life, request) not in TRANSITIONS:

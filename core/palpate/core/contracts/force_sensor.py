@@ -56,9 +56,7 @@ class ForceSensorContract(SampleContract[ForceSensorRig]):
             for force in ((load, 0.0, 0.0), (0.0, load, 0.0), (0.0, 0.0, load)):
                 change = _response(rig, force)
                 # The sign has its own clause, so that a wrong one is told from a wrong unit or axis.
-                close = all(
-                    abs(abs(c) - abs(f)) <= rig.tolerance_N for c, f in zip(change, force, strict=True)
-                )
+                close = all(abs(abs(c) - abs(f)) <= rig.tolerance_N for c, f in zip(change, force, strict=True))
                 require("units and axes", close, f"a change of {change} N", f"{force} N")
 
     def test_no_hidden_tare(self) -> None:

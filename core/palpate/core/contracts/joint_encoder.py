@@ -77,8 +77,7 @@ class JointEncoderContract(SampleContract[JointEncoderRig]):
             arm.send(target)
             first = rig.encoder.read()
             near = all(
-                abs(q - p) < 0.5 * rig.step_rad
-                for q, p in zip(first.position_rad, before.position_rad, strict=True)
+                abs(q - p) < 0.5 * rig.step_rad for q, p in zip(first.position_rad, before.position_rad, strict=True)
             )
             observed = f"{first.position_rad} rad right after send(), {before.position_rad} rad before"
             require("causality", near, observed, "an observation that does not know of this tick's command")

@@ -87,9 +87,7 @@ class RandomPartition(NearestPrototype):
             raise ConfigurationError(where, dict(bounds), "a lower and a higher number for each feature")
         count = integer("perception.symboliser.regions", regions, 2, MOST_SYMBOLS)
         generator = np.random.default_rng(integer("perception.seed", seed, 0))
-        normalisation = Normalisation(
-            tuple(low for low, _ in pairs), tuple(1.0 / (high - low) for low, high in pairs)
-        )
+        normalisation = Normalisation(tuple(low for low, _ in pairs), tuple(1.0 / (high - low) for low, high in pairs))
         return cls(tuple(bounds), normalisation, generator.random((count, len(pairs))).tolist())
 
 
@@ -131,6 +129,4 @@ class Clusters(NearestPrototype):
 
 def _require_width(value: object, width: int) -> None:
     if not isinstance(value, Normalisation) or len(value.gain) != width:
-        raise ConfigurationError(
-            "perception.symboliser.normalisation", value, f"a normalisation of {width} features"
-        )
+        raise ConfigurationError("perception.symboliser.normalisation", value, f"a normalisation of {width} features")

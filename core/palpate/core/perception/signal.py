@@ -62,9 +62,7 @@ class SignalProcessor:
         if self.normalisation is not None and (
             not isinstance(self.normalisation, Normalisation) or len(self.normalisation.gain) != _SIX
         ):
-            raise ConfigurationError(
-                "perception.normalisation", self.normalisation, "a normalisation of six channels"
-            )
+            raise ConfigurationError("perception.normalisation", self.normalisation, "a normalisation of six channels")
         self._gain = self.scale
         if self.normalisation is not None:
             self._gain = tuple(s * g for s, g in zip(self.scale, self.normalisation.gain, strict=True))
@@ -115,9 +113,7 @@ class SignalProcessor:
             LifecycleError: It was never reset.
         """
         if not self._memory:
-            raise LifecycleError(
-                "signal processor", "without a past", "update()", "call reset() with a reading first"
-            )
+            raise LifecycleError("signal processor", "without a past", "update()", "call reset() with a reading first")
         if self.order == 1:
             return self._update_first_order(raw)
         # Written out channel by channel: it runs every tick, and a loop takes half as long again.
@@ -157,9 +153,7 @@ class SignalProcessor:
         lengths = (_SIX, _SIX * (1 + self.order))
         values = vector("perception.state", state)
         if len(values) not in lengths:
-            raise ConfigurationError(
-                "perception.state", values, f"{lengths[0]} or {lengths[1]} finite numbers"
-            )
+            raise ConfigurationError("perception.state", values, f"{lengths[0]} or {lengths[1]} finite numbers")
         self._tare, self._memory = values[:_SIX], values[_SIX:]
         self._bias = self._bias_with(self._tare)
 

@@ -137,9 +137,7 @@ def save_perception(perception: Perception, path: str | os.PathLike[str]) -> Non
     except OSError as error:
         with contextlib.suppress(OSError):
             beside.unlink()
-        raise OutputError(
-            str(target), f"cannot be written ({error.strerror})", "choose another place"
-        ) from error
+        raise OutputError(str(target), f"cannot be written ({error.strerror})", "choose another place") from error
 
 
 def load_perception(path: str | os.PathLike[str]) -> Perception:
@@ -151,9 +149,7 @@ def load_perception(path: str | os.PathLike[str]) -> Perception:
     try:
         data = json.loads(Path(path).read_text(encoding="utf-8"))
     except OSError as error:
-        raise ConfigurationError(
-            "perception.file", str(path), f"a readable file ({error.strerror})"
-        ) from error
+        raise ConfigurationError("perception.file", str(path), f"a readable file ({error.strerror})") from error
     except ValueError as error:
         raise ConfigurationError("perception.file", str(path), "a JSON file from save_perception") from error
     return perception_from_dict(data)

@@ -64,9 +64,7 @@ class Thresholds:
     features: tuple[str, ...]
     thresholds: Matrix
     symbols: tuple[str, ...] = field(init=False, repr=False, compare=False)
-    _cuts: tuple[tuple[Sequence[float], Sequence[float], int], ...] = field(
-        init=False, repr=False, compare=False
-    )
+    _cuts: tuple[tuple[Sequence[float], Sequence[float], int], ...] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         features = names("perception.symboliser.features", self.features)
@@ -140,9 +138,7 @@ class GatedThresholds:
         object.__setattr__(self, "_outer_count", len(outer.features))
 
     @classmethod
-    def of(
-        cls, outer: Mapping[str, Sequence[float]], inner: Mapping[str, Sequence[float]]
-    ) -> GatedThresholds:
+    def of(cls, outer: Mapping[str, Sequence[float]], inner: Mapping[str, Sequence[float]]) -> GatedThresholds:
         """The same from two mappings; see :meth:`Thresholds.of`."""
         return cls(Thresholds.of(outer), Thresholds.of(inner))
 

@@ -60,9 +60,7 @@ class AssignedPolicy(Policy):
         """Ignored: this knowledge is fixed."""
 
 
-def check_known(
-    field: str, state: str, action: str, states: Sequence[str], actions: Sequence[Action]
-) -> None:
+def check_known(field: str, state: str, action: str, states: Sequence[str], actions: Sequence[Action]) -> None:
     """Refuse a pair of names that the task does not have.
 
     Args:

@@ -137,9 +137,7 @@ def check_names(states: Sequence[str], actions: Sequence[Action]) -> None:
     for field, names in (("states", states), ("actions", [action.name for action in actions])):
         shown = all(name and name.isprintable() for name in names)
         if not names or len(set(names)) != len(names) or not shown:
-            raise ConfigurationError(
-                f"policy.{field}", tuple(names), "at least one printable name, and none twice"
-            )
+            raise ConfigurationError(f"policy.{field}", tuple(names), "at least one printable name, and none twice")
 
 
 def drawing_from(rng: np.random.Generator | None, who: str) -> np.random.Generator:

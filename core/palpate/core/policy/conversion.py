@@ -22,9 +22,7 @@ def learner_of(policy: Policy) -> QLearning | None:
     return next((part for part in _parts_of(policy) if isinstance(part, QLearning)), None)
 
 
-def document_of(
-    policy: Policy, *, created_with: Mapping[str, Any], perception: Mapping[str, Any]
-) -> PolicyDocument:
+def document_of(policy: Policy, *, created_with: Mapping[str, Any], perception: Mapping[str, Any]) -> PolicyDocument:
     """What a policy knows, ready to be saved.
 
     Args:

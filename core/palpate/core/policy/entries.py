@@ -98,9 +98,7 @@ class TableRow:
             PolicyFileError: It is not a row over these actions, or contradicts itself.
         """
         entry = read_object(where, raw, _ROW_KEYS)
-        state, source, action = (
-            read_text(f"{where}.{key}", entry[key]) for key in ("state", "source", "action")
-        )
+        state, source, action = (read_text(f"{where}.{key}", entry[key]) for key in ("state", "source", "action"))
         if source not in SOURCES or (source == LEARNED and not has_learner):
             accepted = f"one of {', '.join(SOURCES)}; {LEARNED} only with a learner"
             raise PolicyFileError(f"{where}.source", source, accepted)
@@ -112,9 +110,7 @@ class TableRow:
             values = read_list(f"{where}.q", entry["q"], len(actions))
             q = tuple(read_number(f"{where}.q[{n}]", value) for n, value in enumerate(values))
             counts = read_list(f"{where}.visits_per_action", entry["visits_per_action"], len(actions))
-            visits = tuple(
-                read_count(f"{where}.visits_per_action[{n}]", count) for n, count in enumerate(counts)
-            )
+            visits = tuple(read_count(f"{where}.visits_per_action[{n}]", count) for n, count in enumerate(counts))
         else:
             for key in ("q", "visits_per_action"):
                 if entry[key] is not None:

@@ -28,9 +28,7 @@ class ExamplesPolicy(AssignedPolicy):
         ConfigurationError: ``policy.examples`` names a state or an action that there is not.
     """
 
-    def __init__(
-        self, states: Sequence[str], actions: Sequence[Action], examples: Iterable[tuple[str, str]]
-    ) -> None:
+    def __init__(self, states: Sequence[str], actions: Sequence[Action], examples: Iterable[tuple[str, str]]) -> None:
         row = {state: number for number, state in enumerate(states)}
         column = {action.name: number for number, action in enumerate(actions)}
         counts = [[0] * len(actions) for _ in states]
@@ -90,9 +88,7 @@ def _read_examples(
             examples.append((state, action))
     except csv.Error as error:
         # The inner reader has counted the line that failed, the outer one has not.
-        raise ConfigurationError(
-            f"{_FIELD}: {path}:{reader.reader.line_num}", str(error), "well-formed CSV"
-        ) from error
+        raise ConfigurationError(f"{_FIELD}: {path}:{reader.reader.line_num}", str(error), "well-formed CSV") from error
     if not examples:
         raise ConfigurationError(f"{_FIELD}: {path}", "no examples", "at least one line below the header")
     return tuple(examples)

@@ -37,9 +37,7 @@ class TemperatureSchedule:
 
     def __post_init__(self) -> None:
         if not (isfinite(self.initial) and self.initial >= 0.0):
-            raise ConfigurationError(
-                "policy.temperature.initial", self.initial, "a finite number, 0 or above"
-            )
+            raise ConfigurationError("policy.temperature.initial", self.initial, "a finite number, 0 or above")
         if not 0.0 < self.decay <= 1.0:
             raise ConfigurationError("policy.temperature.decay", self.decay, "a number above 0 and at most 1")
         if not 0.0 <= self.floor <= self.initial:

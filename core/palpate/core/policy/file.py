@@ -117,9 +117,7 @@ class PolicyDocument:
                 os.fsync(stream.fileno())
             os.replace(temporary, path)
         except OSError as error:
-            raise OutputError(
-                str(path), f"cannot be written ({error.strerror})", "name a writable place"
-            ) from error
+            raise OutputError(str(path), f"cannot be written ({error.strerror})", "name a writable place") from error
         finally:
             with contextlib.suppress(OSError):
                 temporary.unlink(missing_ok=True)
@@ -145,9 +143,7 @@ class PolicyDocument:
             PolicyFileError: Naming the first difference.
         """
         _check_same_names("states", self.states, states)
-        _check_same_names(
-            "actions", [mine.name for mine in self.actions], [action.name for action in actions]
-        )
+        _check_same_names("actions", [mine.name for mine in self.actions], [action.name for action in actions])
         for number, (mine, action) in enumerate(zip(self.actions, actions, strict=True)):
             wanted_mm = ActionEntry.of(action).displacement_mm
             if not all(map(_same_length, mine.displacement_mm, wanted_mm)):
@@ -177,17 +173,13 @@ def _read_names(where: str, raw: list[Any]) -> tuple[str, ...]:
     return names
 
 
-def _read_table(
-    raw: list[Any], states: tuple[str, ...], actions: list[str], has_learner: bool
-) -> tuple[TableRow, ...]:
+def _read_table(raw: list[Any], states: tuple[str, ...], actions: list[str], has_learner: bool) -> tuple[TableRow, ...]:
     """Rows in any order; each state exactly once."""
     rows: dict[str, TableRow] = {}
     for number, entry in enumerate(raw):
         row = TableRow.read(f"table[{number}]", entry, actions, has_learner)
         if row.state not in states or row.state in rows:
-            raise PolicyFileError(
-                f"table[{number}].state", row.state, "each of the states once, and no other"
-            )
+            raise PolicyFileError(f"table[{number}].state", row.state, "each of the states once, and no other")
         rows[row.state] = row
     missing = [state for state in states if state not in rows]
     if missing:

@@ -31,9 +31,7 @@ class MixedPolicy(Policy):
 
     def __init__(self, states: Sequence[str], parts: Sequence[Policy]) -> None:
         self.states, self.parts = tuple(states), tuple(parts)
-        orphans = [
-            name for state, name in enumerate(self.states) if not any(p.serves(state) for p in self.parts)
-        ]
+        orphans = [name for state, name in enumerate(self.states) if not any(p.serves(state) for p in self.parts)]
         if orphans:
             accepted = "a part that serves each state: add entries, or a learner as the last part"
             raise ConfigurationError("policy.mixed", ", ".join(orphans), accepted)

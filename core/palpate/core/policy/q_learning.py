@@ -55,13 +55,9 @@ class QParameters:
         if not 0.0 <= self.gamma <= 1.0:
             raise ConfigurationError("policy.gamma", self.gamma, "a number from 0 to 1")
         if self.alpha_visits is not None and not (isfinite(self.alpha_visits) and self.alpha_visits > 0.0):
-            raise ConfigurationError(
-                "policy.alpha_visits", self.alpha_visits, "a finite number above 0, or none"
-            )
+            raise ConfigurationError("policy.alpha_visits", self.alpha_visits, "a finite number above 0, or none")
         if not 0.0 <= self.alpha_floor <= self.alpha:
-            raise ConfigurationError(
-                "policy.alpha_floor", self.alpha_floor, f"from 0 to alpha, {self.alpha:g}"
-            )
+            raise ConfigurationError("policy.alpha_floor", self.alpha_floor, f"from 0 to alpha, {self.alpha:g}")
         if not isfinite(self.initial_value):
             raise ConfigurationError("policy.initial_value", self.initial_value, "a finite number")
 
@@ -121,9 +117,7 @@ class QLearning(Policy):
         if frozen_temperature is None:
             frozen_temperature = temperature.floor
         elif not (isfinite(frozen_temperature) and frozen_temperature >= 0.0):
-            raise ConfigurationError(
-                "policy.frozen_temperature", frozen_temperature, "a finite number, 0 or above"
-            )
+            raise ConfigurationError("policy.frozen_temperature", frozen_temperature, "a finite number, 0 or above")
         self._frozen_temperature = frozen_temperature
         self._temperature = frozen_temperature if frozen else temperature.at(0)
         self._q = [[float(initial_value)] * len(self.actions) for _ in self.states]

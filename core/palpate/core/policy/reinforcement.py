@@ -93,9 +93,7 @@ class InternalEffort(Reinforcement):
         if self.per_action == 0.0 and self.per_N_s == 0.0:
             raise ConfigurationError("reinforcement.per_N_s", self.per_N_s, "below 0 where per_action is 0")
         if not (isfinite(self.free_force_N) and self.free_force_N >= 0.0):
-            raise ConfigurationError(
-                "reinforcement.free_force_N", self.free_force_N, "a finite force from 0 N up"
-            )
+            raise ConfigurationError("reinforcement.free_force_N", self.free_force_N, "a finite force from 0 N up")
 
     def __call__(self, outcome: ActionOutcome) -> float:
         """The cost of the action and of its impulse above the free force."""

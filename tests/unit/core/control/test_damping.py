@@ -78,6 +78,11 @@ def test_it_yields_to_a_push_from_any_side() -> None:
     assert law.velocity_m_s(ORIGIN, ORIGIN, (0.0, 0.0, -9.0)) == pytest.approx((0.0, 0.0, -0.01))
 
 
+def test_the_nominal_force_counts_on_every_axis() -> None:
+    law = DampingControl(400.0, (1.0, -2.0, -5.0), 1.0, 5e3, PERIOD_S)
+    assert law.velocity_m_s(ORIGIN, ORIGIN, (3.0, 3.0, 3.0)) == pytest.approx((5e-3, 12.5e-3, 20e-3))
+
+
 def test_the_speed_limit_keeps_the_direction() -> None:
     law = DampingControl(100.0, ORIGIN, 0.01, 5e3, PERIOD_S)
     velocity = law.velocity_m_s(ORIGIN, ORIGIN, (3.0, 0.0, -4.0))

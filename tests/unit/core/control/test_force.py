@@ -82,8 +82,8 @@ def test_a_speed_limit_must_make_sense() -> None:
 
 
 def test_it_yields_to_the_force_beyond_the_target_on_every_axis() -> None:
-    law = ForceControl(1e-3, 0.0, (2.0, 0.0, -5.0), 1.0, 1e4, PERIOD_S)
-    assert law.velocity_m_s(ORIGIN, ORIGIN, (5.0, -1.0, -5.0)) == pytest.approx((3e-3, -1e-3, 0.0))
+    law = ForceControl(1e-3, 0.0, (2.0, 1.0, -5.0), 1.0, 1e4, PERIOD_S)
+    assert law.velocity_m_s(ORIGIN, ORIGIN, (5.0, -1.0, -9.0)) == pytest.approx((3e-3, -2e-3, -4e-3))
 
 
 def test_the_speed_limit_keeps_the_direction() -> None:
@@ -96,9 +96,9 @@ def test_the_speed_limit_keeps_the_direction() -> None:
 def test_the_proportional_part_answers_the_change() -> None:
     p = 1e-5
     law = ForceControl(1e-9, p, ORIGIN, 1.0, 1e4, PERIOD_S)
-    law.velocity_m_s(ORIGIN, ORIGIN, (1.0, 0.0, 0.0))
-    vx, _, _ = law.velocity_m_s(ORIGIN, ORIGIN, (4.0, 0.0, 0.0))
-    assert vx * PERIOD_S == pytest.approx(3.0 * p, rel=1e-3)
+    law.velocity_m_s(ORIGIN, ORIGIN, (1.0, 2.0, 3.0))
+    velocity = law.velocity_m_s(ORIGIN, ORIGIN, (4.0, 1.0, 5.0))
+    assert [v * PERIOD_S for v in velocity] == pytest.approx([3.0 * p, -1.0 * p, 2.0 * p], rel=1e-3)
 
 
 def test_a_new_contact_does_not_begin_with_a_kick() -> None:

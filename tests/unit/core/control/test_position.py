@@ -31,7 +31,7 @@ def test_it_arrives_without_overshoot_for_every_accepted_gain(gain: float, speed
 
 def test_the_way_to_a_far_target_is_straight() -> None:
     law = PositionControl(70.0, 0.02, PERIOD_S)
-    velocity = law.velocity_m_s((0.001, 0.0, -0.003), (0.031, 0.04, -0.003), NO_FORCE)
+    velocity = law.velocity_m_s((0.001, -0.002, -0.003), (0.031, 0.038, -0.003), NO_FORCE)
     assert hypot(*velocity) == pytest.approx(0.02)
     assert velocity == pytest.approx((0.012, 0.016, 0.0))
 

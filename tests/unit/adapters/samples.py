@@ -1,0 +1,59 @@
+"""What several of these tests need: trials that were never run, and a quick simulated run."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+from palpate.adapters.composition import ReadyPose, find_ready_pose
+from palpate.adapters.config import RunConfig
+from palpate.adapters.experiment import ScoredTrial
+from palpate.adapters.results import TrialRow
+from palpate.core.policy import Observation
+from palpate.core.task_config import TaskConfig
+from palpate.core.trial import DecisionRecord, Outcome, TrialReport, TrialSetup
+from palpate.simulation.cell import Truth
+
+QUICK = RunConfig(task=TaskConfig(time_limit_s=1.0))
+
+
+@cache
+def ready_pose() -> ReadyPose:
+    """The ready pose of the default arm and goal."""
+    return find_ready_pose(RunConfig())
+
+
+def scored_trial(index: int, *, success: bool = True, decisions: int = 2) -> ScoredTrial:
+    """A trial with figures that tell it from others."""
+    report = TrialReport(
+        TrialSetup(index, 7, (0.001 * index, -0.002)),
+        outcome=Outcome.INSERTED if success else Outcome.TIME_LIMIT,
+        exploration_time_s=0.5 + index,
+        actions=decisions,
+        peak_force_N=5.5,
+        ticks=300 + index,
+        decisions=[
+            DecisionRecord(100 + 14 * k, "x+ y0", "x+ y0", "-x", "learned", -1.0 if k else None)
+            for k in range(decisions)
+        ],
+        temperature=5.0,
+    )
+    return ScoredTrial(report, Truth((1e-4, -2e-4, 0.0), (1e-4, -2e-4, 0.01), 0.01, 6.25), success)
+
+
+def trial_rows(*times_s: float, success: bool = True) -> list[TrialRow]:
+    """Lines of ``trials.csv`` that differ in number and time only."""
+    plain = TrialRow.of(scored_trial(0, success=success))
+    return [replace(plain, trial=k, exploration_time_s=time) for k, time in enumerate(times_s)]
+
+
+def observation(
+    x_m: float = 0.0,
+    y_m: float = 0.0,
+    *,
+    torque_Nm: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    action_number: int = 0,
+) -> Observation:
+    """What a policy sees with the tip commanded to (x, y)."""
+    # The measured tip lies elsewhere, so that who confuses the two is found out.
+    return Observation(0, (9.0, 9.0, 9.0), (x_m, y_m, 0.0), (0.0, 0.0, -5.0), torque_Nm, action_number)
