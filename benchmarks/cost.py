@@ -13,9 +13,11 @@ import argparse
 import subprocess
 import sys
 import time
+from itertools import pairwise
 
 import mujoco
 import numpy as np
+
 from palpate.adapters.composition import SimulatedRig, build_perception, build_task, find_ready_pose
 from palpate.adapters.config import scenario
 from palpate.adapters.experiment import run_scored_trial
@@ -119,7 +121,7 @@ def tick_without_physics(trials: int) -> None:
             marks.clear()
             run_scored_trial(config, rig, task, k)
             # From the end of one physics tick to the begin of the next: read, filter, kinematics, symbols, command.
-            whole += [b[0] - a[1] for a, b in zip(marks, marks[1:], strict=False)]
+            whole += [b[0] - a[1] for a, b in pairwise(marks)]
     for name, values in (("whole tick (ports and core)", whole), ("core alone", task.durations)):
         us = np.array(values) * 1e6
         median, high = np.quantile(us, [0.5, 0.999])

@@ -17,6 +17,7 @@ from multiprocessing import Pool
 from pathlib import Path
 
 import numpy as np
+
 from palpate.adapters.composition import SimulatedRig, build_perception, build_task, find_ready_pose
 from palpate.adapters.config import scenario
 from palpate.adapters.experiment import run_scored_trial

@@ -13,11 +13,11 @@ from functools import partial
 
 import mujoco
 import numpy as np
-from tests.integration.physics.bench import OFFSETS_M, Bench, headings, quiet, rms
 
 from palpate.adapters.config import RunConfig
 from palpate.core.arms import ARMS
 from palpate.simulation.cell_config import ComplianceConfig, PegConfig
+from tests.integration.physics.bench import OFFSETS_M, Bench, headings, quiet, rms
 
 FLAT_M = 6e-3
 

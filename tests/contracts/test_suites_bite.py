@@ -308,9 +308,7 @@ class TaresOnConfigure(FakeForceSensor):
 
     def read(self) -> WrenchSample:
         sample = super().read()
-        return replace(
-            sample, force_N=tuple(f - zero for f, zero in zip(sample.force_N, self.zero_N, strict=True))
-        )
+        return replace(sample, force_N=tuple(f - zero for f, zero in zip(sample.force_N, self.zero_N, strict=True)))
 
 
 class TaresOnActivate(TaresOnConfigure):
@@ -657,9 +655,7 @@ def test_a_violation_says_what_was_seen_and_what_is_wanted() -> None:
     with pytest.raises(ContractViolation) as caught:
         suite.test_pressing_on_the_tip_gives_negative_fz()
     assert caught.value.clause == "sign"
-    assert str(caught.value) == (
-        "sign: observed Fz changed by +10.000 N; the contract wants a negative change of Fz"
-    )
+    assert str(caught.value) == ("sign: observed Fz changed by +10.000 N; the contract wants a negative change of Fz")
     assert isinstance(caught.value, AssertionError)
 
 

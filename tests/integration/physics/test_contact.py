@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from tests.integration.physics.bench import OFFSETS_M, Bench, headings, quiet
 
 from palpate.core.arms import ARMS
 from palpate.simulation.cell_config import ComplianceConfig
+from tests.integration.physics.bench import OFFSETS_M, Bench, headings, quiet
 
 FLAT_M = 6e-3
 """So far beside the hole the plate carries the peg on both sides of its axis, and it rests flat."""

@@ -5,8 +5,6 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 import pytest
-from tests.integration.physics.bench import ready_pose
-from tests.integration.physics.trials import random_walk
 
 from palpate.adapters.composition import SimulatedRig
 from palpate.adapters.config import RunConfig
@@ -14,6 +12,8 @@ from palpate.core.arms import ARMS
 from palpate.core.trial import Outcome
 from palpate.simulation.cell_config import CellConfig, PegConfig
 from palpate.simulation.cross_section import SIDES
+from tests.integration.physics.bench import ready_pose
+from tests.integration.physics.trials import random_walk
 
 SECTIONS = ("round", *SIDES)
 

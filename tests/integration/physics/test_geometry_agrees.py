@@ -7,12 +7,12 @@ import xml.etree.ElementTree as ET
 import mujoco
 import numpy as np
 import pytest
-from tests.integration.physics.bench import ready_pose
 
 from palpate.adapters.composition import SimulatedRig
 from palpate.adapters.config import RunConfig
 from palpate.core.arms import ARMS, arm_named
 from palpate.core.kinematics import Kinematics, ToolGeometry
+from tests.integration.physics.bench import ready_pose
 
 
 @pytest.mark.parametrize("arm", ARMS)

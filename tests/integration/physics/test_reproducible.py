@@ -8,10 +8,10 @@ import sys
 from dataclasses import replace
 
 import pytest
-from tests.integration.physics.trials import digests
 
 from palpate.adapters.config import RunConfig
 from palpate.core.arms import ARMS
+from tests.integration.physics.trials import digests
 
 
 def short_run(arm: str) -> RunConfig:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from math import cos, sin
 
 import pytest
-from tests.integration.physics.bench import OFFSETS_M, Bench, headings, quiet, rms
 
 from palpate.core.arms import ARMS
 from palpate.simulation.cell_config import ComplianceConfig
+from tests.integration.physics.bench import OFFSETS_M, Bench, headings, quiet, rms
 
 
 @pytest.mark.parametrize("arm", ARMS)

@@ -6,13 +6,12 @@ import hashlib
 from collections.abc import Sequence
 from typing import Any
 
-from tests.integration.physics.bench import ready_pose
-
 from palpate.adapters.composition import SimulatedRig, build_perception, build_task, task_actions
 from palpate.adapters.config import RunConfig
 from palpate.core.cycle import Ports, run_trial
 from palpate.core.policy import RandomWalkPolicy
 from palpate.core.trial import TrialReport, TrialSetup
+from tests.integration.physics.bench import ready_pose
 
 
 class _Tapped:

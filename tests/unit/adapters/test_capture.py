@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from tests.unit.adapters.samples import ready_pose
 
 from palpate.adapters.capture import capture_half_width_m
 from palpate.adapters.config import RunConfig
+from tests.unit.adapters.samples import ready_pose
 
 PRECISION_M = 4e-5
 

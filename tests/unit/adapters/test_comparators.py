@@ -7,10 +7,10 @@ from math import atan2, cos, hypot, pi, sin
 
 import numpy as np
 import pytest
-from tests.unit.adapters.samples import observation
 
 from palpate.adapters.comparators import Comparator, Omniscient, Spiral, StraightPass, TorqueFollowing
 from palpate.core.policy import Policy, Transition, compass_actions
+from tests.unit.adapters.samples import observation
 
 ACTIONS = compass_actions(0.5e-3)
 PITCH_M = 0.36e-3

@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.unit.adapters.samples import QUICK, ready_pose
 
 from palpate.adapters.composition import (
     SimulatedRig,
@@ -24,6 +23,7 @@ from palpate.core.policy import ActionOutcome
 from palpate.core.task_config import N_PER_KGF, GoalConfig, TaskConfig
 from palpate.core.task_frame import goal_in_base
 from palpate.core.values import CommandReason, JointCommand
+from tests.unit.adapters.samples import QUICK, ready_pose
 
 
 @pytest.mark.parametrize("arm", ["zebra-zero", "ur5"])

@@ -8,12 +8,12 @@ from math import inf, nan
 from typing import Any
 
 import pytest
-from tests.unit.adapters.samples import ready_pose
 
 from palpate.adapters.composition import require_usable
 from palpate.adapters.config import SCENARIOS, RunConfig, scenario
 from palpate.adapters.toml_config import overlay
 from palpate.core.errors import ConfigurationError
+from tests.unit.adapters.samples import ready_pose
 
 
 def table_of(field: str, value: Any) -> dict[str, Any]:

@@ -7,13 +7,13 @@ from math import hypot
 from typing import Any
 
 import pytest
-from tests.unit.adapters.samples import scored_trial
 
 from palpate.adapters import experiment
 from palpate.adapters.config import RunConfig
 from palpate.adapters.experiment import run_scored_trial, trial_setup
 from palpate.core.trial import Outcome
 from palpate.simulation.cell import Truth
+from tests.unit.adapters.samples import scored_trial
 
 
 def test_a_setup_depends_on_seed_and_number_alone() -> None:

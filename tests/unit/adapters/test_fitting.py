@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.unit.adapters.samples import QUICK, ready_pose
 
 from palpate.adapters.composition import SimulatedRig
 from palpate.adapters.config import PerceptionConfig, RunConfig
@@ -18,6 +17,7 @@ from palpate.adapters.results import RunFolder
 from palpate.adapters.session import Trainer, run_policy
 from palpate.core.perception import Perception, perception_to_dict
 from palpate.core.policy import PolicyDocument
+from tests.unit.adapters.samples import QUICK, ready_pose
 
 STAGES = {
     "pca+clusters": PerceptionConfig(features="pca", symbols="clusters", symbol_count=6, fit_trials=2),

@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from matplotlib.image import imread
-from tests.unit.adapters.samples import trial_rows
 
 from palpate.adapters.plots import learning_curve
 from palpate.adapters.results import TrialRow
+from tests.unit.adapters.samples import trial_rows
 
 SIZE = (504, 960, 3)
 

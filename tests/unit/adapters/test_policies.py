@@ -9,9 +9,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.unit.adapters.samples import observation
 
-from palpate.adapters.composition import build_perception, task_actions
+from palpate.adapters.composition import build_perception
 from palpate.adapters.config import LearningConfig, PerceptionConfig, RunConfig
 from palpate.adapters.policies import (
     COMPARATORS,
@@ -25,6 +24,7 @@ from palpate.core.errors import ConfigurationError, PolicyFileError
 from palpate.core.perception import perception_to_dict
 from palpate.core.policy import Policy, PolicyDocument, QLearning, document_of, learner_of
 from palpate.core.task_config import N_PER_KGF, TaskConfig
+from tests.unit.adapters.samples import observation
 
 DEFAULT = RunConfig()
 

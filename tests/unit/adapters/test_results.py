@@ -7,10 +7,10 @@ import os
 from pathlib import Path
 
 import pytest
-from tests.unit.adapters.samples import scored_trial
 
 from palpate.adapters.results import RUN_FILES, RunFolder, TrialRow
 from palpate.core.errors import OutputError
+from tests.unit.adapters.samples import scored_trial
 
 
 @pytest.fixture

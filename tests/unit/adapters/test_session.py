@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
-from tests.unit.adapters.samples import QUICK, ready_pose, scored_trial
 
 from palpate.adapters.composition import SimulatedRig, build_perception, task_actions
 from palpate.adapters.policies import comparator
@@ -33,6 +32,7 @@ from palpate.core.policy import (
     TemperatureSchedule,
 )
 from palpate.core.trial import Event, Outcome
+from tests.unit.adapters.samples import QUICK, ready_pose, scored_trial
 
 FILES = ("trials.csv", "decisions.csv", "checkpoint.json", "policy.json")
 

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.unit.adapters.samples import trial_rows
 
 from palpate.adapters.statistics import (
     bootstrap_interval,
@@ -19,6 +18,7 @@ from palpate.adapters.statistics import (
     summary_of,
     wilson_interval,
 )
+from tests.unit.adapters.samples import trial_rows
 
 
 @given(st.lists(st.floats(0.0, 100.0), max_size=60), st.integers(1, 30))

@@ -9,7 +9,6 @@ from itertools import pairwise
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.unit.core.fake_world import FakeWorld, FollowTorque, Pit, build_task
 
 from palpate.adapters.fake import FakeClock
 from palpate.core.cycle import Ports, run_trial, tick_time_ns
@@ -18,6 +17,7 @@ from palpate.core.lifecycle import Life
 from palpate.core.task_config import CONTROL_RATE_HZ
 from palpate.core.trial import Outcome, TrialSetup
 from palpate.core.values import CommandReason, JointCommand, Snapshot, Validity
+from tests.unit.core.fake_world import FakeWorld, FollowTorque, Pit, build_task
 
 SETUP = TrialSetup(0, 1, (1e-3, 1e-3))
 HOLE = Pit(0.0, 0.0)

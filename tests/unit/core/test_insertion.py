@@ -12,16 +12,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.unit.core.fake_world import (
-    ACTIONS,
-    WEIGHT_AND_BIAS_N,
-    WEIGHT_AND_BIAS_NM,
-    FakeWorld,
-    FollowTorque,
-    Pit,
-    Steps,
-    build_task,
-)
 
 from palpate.core.cycle import run_trial
 from palpate.core.errors import DeviceError
@@ -39,6 +29,16 @@ from palpate.core.values import (
     Validity,
     Vector3,
     WrenchSample,
+)
+from tests.unit.core.fake_world import (
+    ACTIONS,
+    WEIGHT_AND_BIAS_N,
+    WEIGHT_AND_BIAS_NM,
+    FakeWorld,
+    FollowTorque,
+    Pit,
+    Steps,
+    build_task,
 )
 
 HOLE = Pit(1.2e-3, -0.7e-3)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pinocchio as pin
 import pytest
-from tests.unit.core.fake_world import ready_pose
 
 from palpate.core.arms import arm_named
 from palpate.core.insertion import PERIOD_S
@@ -14,6 +13,7 @@ from palpate.core.task_config import GoalConfig
 from palpate.core.task_frame import goal_in_base
 from palpate.core.tip_motion import TipMotion
 from palpate.core.values import AppliedCommand, CommandReason, JointVector, Vector3
+from tests.unit.core.fake_world import ready_pose
 
 ARMS = ("zebra-zero", "ur5")
 STILL: Vector3 = (0.0, 0.0, 0.0)

@@ -39,7 +39,7 @@ class TrainOptions:
     policy: str = "q-learning"
     """q-learning, or a policy file to go on learning from."""
     resume: bool = False
-    """Go on with the run in --out where it stopped, with the same random streams."""
+    """Go on with the run in --out where it stopped, with its settings and the same random streams."""
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,7 @@ def parse(kind: type[T], command: str, arguments: Sequence[str]) -> T:
         ConfigurationError: Something on the command line or in the file cannot be used; one line says what.
     """
     default: Any = None
-    if "run" in {f for f in kind.__dataclass_fields__}:  # type: ignore[attr-defined]
+    if "run" in kind.__dataclass_fields__:  # type: ignore[attr-defined]
         default = kind(run=_base(arguments))  # type: ignore[call-arg]
     output = io.StringIO()
     try:
@@ -113,7 +113,7 @@ def parse(kind: type[T], command: str, arguments: Sequence[str]) -> T:
 def _base(arguments: Sequence[str]) -> RunConfig:
     """What the flags start from: the scenario, named on the command line or in the file, and the file over it."""
     table: dict[str, Any] = {}
-    path = _value_of("--config", arguments)
+    path = _value_of("--config", arguments) or _resumed_run(arguments)
     if path:
         table = read_toml(Path(path))
         table.pop("run", None)
@@ -121,6 +121,15 @@ def _base(arguments: Sequence[str]) -> RunConfig:
     if not isinstance(name, str):
         raise ConfigurationError("scenario", name, "a name")
     return overlay(scenario(name), {**table, "scenario": name})
+
+
+def _resumed_run(arguments: Sequence[str]) -> str:
+    """With ``--resume``, the settings that the run in ``--out`` began with."""
+    if "--resume" not in arguments:
+        return ""
+    folder = _value_of("--out", arguments) or f"runs/{_value_of('--scenario', arguments) or 'paper'}"
+    path = Path(folder) / "run.toml"
+    return str(path) if path.exists() else ""
 
 
 def _value_of(flag: str, arguments: Sequence[str]) -> str:

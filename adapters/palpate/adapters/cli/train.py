@@ -69,8 +69,7 @@ def train(options: TrainOptions) -> int:
         trainer.save_policy()
     _finish(config, folder, options.trials)
     if trainer.interrupted:
-        again = ["palpate", "train", "--resume", "--config", str(folder.path / "run.toml")]
-        again += ["--out", str(folder.path), "--trials", str(options.trials), "--policy", options.policy]
+        again = f"palpate train --resume --out {folder.path} --trials {options.trials}"
         _say(f"ended after {trainer.next_trial} of {options.trials} trials; go on with: {shlex.join(again)}")
         return 130
     return 0
@@ -90,7 +89,7 @@ def _require_same(options: TrainOptions, folder: RunFolder) -> None:
             "a setting that was not there",
         )
         raise ConfigurationError(
-            "resume", line, f"the configuration that the run began with: add --config {folder.path}/run.toml"
+            "resume", line, f"the configuration that the run began with, {folder.path}/run.toml"
         )
 
 
@@ -139,8 +138,8 @@ def _finish(config: RunConfig, folder: RunFolder, trials: int) -> None:
     if rows:
         times = [row.exploration_time_s for row in rows]
         _say(
-            f"{len(rows)} trials, mean time {sum(times[:WINDOW]) / len(times[:WINDOW]):.2f} s in the first {WINDOW} and "
-            f"{sum(times[-WINDOW:]) / len(times[-WINDOW:]):.2f} s in the last {WINDOW}; "
+            f"{len(rows)} trials, mean time {sum(times[:WINDOW]) / len(times[:WINDOW]):.2f} s in the first {WINDOW} "
+            f"and {sum(times[-WINDOW:]) / len(times[-WINDOW:]):.2f} s in the last {WINDOW}; "
             f"success in the last {WINDOW}: {sum(r.success for r in rows[-WINDOW:])} of {len(rows[-WINDOW:])}"
         )
         _say(f"look at {folder.path / 'learning_curve.png'}, or: palpate show {folder.path / 'policy.json'}")

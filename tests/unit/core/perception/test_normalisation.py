@@ -9,9 +9,7 @@ from palpate.core.perception.normalisation import Normalisation
 def test_fit_agrees_with_scikit_learn() -> None:
     table = np.random.default_rng(1).normal([5.0, -3e-3, 100.0], [1e-3, 2.0, 1e4], size=(200, 3))
     fitted = Normalisation.fit(table)
-    np.testing.assert_allclose(
-        fitted.apply(table), StandardScaler().fit_transform(table), rtol=1e-12, atol=1e-12
-    )
+    np.testing.assert_allclose(fitted.apply(table), StandardScaler().fit_transform(table), rtol=1e-12, atol=1e-12)
 
 
 @pytest.mark.parametrize("constant", [0.0, 0.1, -1e9])
@@ -35,8 +33,6 @@ def test_equal_numbers_are_equal_objects_whatever_sequence_they_came_in() -> Non
         ((float("nan"),), (1.0,), r"perception\.normalisation\.offset"),
     ],
 )
-def test_unusable_numbers_are_refused(
-    offset: tuple[float, ...], gain: tuple[float, ...], message: str
-) -> None:
+def test_unusable_numbers_are_refused(offset: tuple[float, ...], gain: tuple[float, ...], message: str) -> None:
     with pytest.raises(ConfigurationError, match=message):
         Normalisation(offset, gain)

@@ -42,9 +42,7 @@ def test_the_output_is_scipys(order: int, part: float, seed: int) -> None:
     processor = SignalProcessor(140.0, part * 140.0, order)
     processor.reset(ZERO)
     sections = scipy.signal.butter(order, part * 140.0, fs=140.0, output="sos")
-    np.testing.assert_allclose(
-        run(processor, table), scipy.signal.sosfilt(sections, table, axis=0), atol=1e-9
-    )
+    np.testing.assert_allclose(run(processor, table), scipy.signal.sosfilt(sections, table, axis=0), atol=1e-9)
 
 
 def test_the_gain_at_the_papers_cutoff_is_minus_3_db() -> None:
@@ -59,9 +57,7 @@ def test_the_gain_at_the_papers_cutoff_is_minus_3_db() -> None:
 @ORDERS
 @settings(deadline=None)
 @given(raw=reading, cutoff_Hz=st.floats(0.01, 69.9))
-def test_after_a_reset_a_constant_passes_unchanged_to_the_last_bit(
-    order: int, raw: Wrench, cutoff_Hz: float
-) -> None:
+def test_after_a_reset_a_constant_passes_unchanged_to_the_last_bit(order: int, raw: Wrench, cutoff_Hz: float) -> None:
     processor = SignalProcessor(140.0, cutoff_Hz, order)
     processor.reset(raw)
     assert all(processor.update(raw) == raw for _ in range(20))

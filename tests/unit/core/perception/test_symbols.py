@@ -10,9 +10,7 @@ from palpate.core.perception.symbols import GatedThresholds, Symboliser, Thresho
 
 MM = 1e-3
 KGF_MM = 9.80665e-3
-PAPER = GatedThresholds.of(
-    {"x": (-MM, MM), "y": (-MM, MM)}, {"tx": (-KGF_MM, KGF_MM), "ty": (-KGF_MM, KGF_MM)}
-)
+PAPER = GatedThresholds.of({"x": (-MM, MM), "y": (-MM, MM)}, {"tx": (-KGF_MM, KGF_MM), "ty": (-KGF_MM, KGF_MM)})
 
 
 def above(value: float) -> float:
@@ -67,9 +65,7 @@ def test_mirrored_values_lie_in_mirrored_bands(value: float, sizes: list[float])
     stage = Thresholds.of({"x": [-t for t in reversed(sizes)] + sizes})
     last = len(stage.symbols) - 1
     assert stage.symbol((value,)) + stage.symbol((-value,)) == last
-    assert stage.symbol((value,)) == len(sizes) + sum(value > t for t in sizes) - sum(
-        value < -t for t in sizes
-    )
+    assert stage.symbol((value,)) == len(sizes) + sum(value > t for t in sizes) - sum(value < -t for t in sizes)
 
 
 def test_the_first_feature_leads() -> None:

@@ -13,9 +13,7 @@ def test_eight_directions_are_named_by_the_axes_they_move_along():
     assert [a.name for a in actions] == ["+x", "+x+y", "+y", "-x+y", "-x", "-x-y", "-y", "+x-y"]
     for action in actions:
         for axis, moved in zip("xy", action.displacement_m, strict=True):
-            sign = {f"+{axis}": 1, f"-{axis}": -1}.get(
-                next((s + axis for s in "+-" if s + axis in action.name), ""), 0
-            )
+            sign = {f"+{axis}": 1, f"-{axis}": -1}.get(next((s + axis for s in "+-" if s + axis in action.name), ""), 0)
             assert (moved > 0) - (moved < 0) == sign
 
 
@@ -41,9 +39,7 @@ def test_directions_are_equally_spaced_and_equally_long(step_m, directions):
         assert action.displacement_m == pytest.approx(wanted, abs=1e-14)
 
 
-@pytest.mark.parametrize(
-    ("directions", "names"), [(2, ["0deg", "180deg"]), (4, ["0deg", "90deg", "180deg", "270deg"])]
-)
+@pytest.mark.parametrize(("directions", "names"), [(2, ["0deg", "180deg"]), (4, ["0deg", "90deg", "180deg", "270deg"])])
 def test_other_numbers_of_directions_are_named_by_angle(directions, names):
     assert [a.name for a in compass_actions(0.001, directions)] == names
 

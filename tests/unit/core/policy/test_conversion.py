@@ -89,10 +89,7 @@ def test_rows_say_which_knowledge_decides_and_what_was_learned_there(tmp_path):
         assert row.visits == sum(q.visits[state]) > 0
     assert document.table[0].value == max(q.q[0])
     assert document.table[1].value == q.q[1][5]
-    assert (
-        document_of(policy_from(document, STATES, ACTIONS), created_with={"palpate": "0"}, perception={})
-        == document
-    )
+    assert document_of(policy_from(document, STATES, ACTIONS), created_with={"palpate": "0"}, perception={}) == document
 
 
 @pytest.mark.parametrize("kind", [ProgrammedPolicy, ExamplesPolicy])

@@ -28,9 +28,7 @@ def document(q=(0.0,) * 8, visits=(0,) * 8, learner=True, **settings) -> PolicyD
     second = TableRow("b", "programmed", "-x", 4, tuple(q), tuple(visits))
     parameters = QParameters(alpha=0.3, gamma=1.0, temperature=TemperatureSchedule(5.0, 0.96, 0.1))
     if not learner:
-        first, second = (
-            replace(r, q=None, visits_per_action=None, source="examples") for r in (first, second)
-        )
+        first, second = (replace(r, q=None, visits_per_action=None, source="examples") for r in (first, second))
     made = PolicyDocument(
         created_with={"palpate": "0.1.0"},
         perception={"thresholds_mm": [-1.0, 1.0]},

@@ -22,9 +22,7 @@ def observation(state: int) -> Observation:
 
 
 def learner(states=STATES, **settings) -> QLearning:
-    return QLearning(
-        states, TWO, **({"alpha": 1.0, "temperature": TemperatureSchedule(2.0, 0.5, 0.5)} | settings)
-    )
+    return QLearning(states, TWO, **({"alpha": 1.0, "temperature": TemperatureSchedule(2.0, 0.5, 0.5)} | settings))
 
 
 class Spy(Policy):

@@ -1,0 +1,143 @@
+"""A training run that was ended or killed goes on as if it had not been."""
+
+from __future__ import annotations
+
+import shlex
+import shutil
+import signal
+import subprocess
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from tests.integration.command_line import (
+    QUICK,
+    command,
+    files_in,
+    finished_trials,
+    refusal,
+    results_in,
+    succeed,
+    wait_until,
+)
+
+
+@contextmanager
+def training(out: Path) -> Iterator[subprocess.Popen[str]]:
+    """A training that goes on for a long time, with its first trials done."""
+    process = subprocess.Popen(
+        command("train", *QUICK, "--trials", 200, "--out", out),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        wait_until(lambda: finished_trials(out) >= 2, process)
+        yield process
+    finally:
+        process.kill()
+        process.communicate()
+
+
+@pytest.fixture(scope="module")
+def straight(tmp_path_factory: pytest.TempPathFactory) -> Callable[[int], dict[str, bytes]]:
+    """Results of an uninterrupted run of so many trials."""
+    path = tmp_path_factory.mktemp("straight")
+
+    def results(trials: int) -> dict[str, bytes]:
+        out = path / str(trials)
+        if not out.exists():
+            succeed("train", *QUICK, "--trials", trials, "--out", out)
+        return results_in(out)
+
+    return results
+
+
+def test_ctrl_c_ends_in_order_and_the_message_tells_how_to_go_on(
+    tmp_path: Path, straight: Callable[[int], dict[str, bytes]]
+) -> None:
+    out = tmp_path / "a run"  # the space is a trap for whoever prints the command to go on with
+    with training(out) as process:
+        process.send_signal(signal.SIGINT)
+        printed, complaint = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "Traceback" not in complaint
+    done = finished_trials(out)
+    assert f"ended after {done} of 200 trials" in printed
+    assert (out / "trials.csv").read_text().endswith("\n")
+    assert not list(out.glob(".*"))
+    # What is there is what a run of so many trials leaves, but for the summary, which says that it is not finished.
+    left = results_in(out)
+    assert b'"finished": false' in left.pop("summary.json")
+    expected = straight(done)
+    expected.pop("summary.json")
+    assert left == expected
+
+    palpate, *again = shlex.split(printed.split("go on with: ")[1])
+    assert palpate == "palpate"
+    again[again.index("--trials") + 1] = str(done + 1)
+    succeed(*again)
+    assert results_in(out) == straight(done + 1)
+
+
+def test_a_run_that_was_killed_goes_on_as_if_it_had_not(
+    tmp_path: Path, straight: Callable[[int], dict[str, bytes]]
+) -> None:
+    out = tmp_path / "run"
+    with training(out) as process:
+        process.send_signal(signal.SIGKILL)
+        process.wait(timeout=60)
+    # Whenever the blow came: make sure that a line is left in part.
+    with (out / "trials.csv").open("a") as stream:
+        stream.write("3,time lim")
+    trials = finished_trials(out) + 1
+    succeed("train", "--resume", "--config", out / "run.toml", "--out", out, "--trials", trials)
+    assert results_in(out) == straight(trials)
+
+
+def test_a_finished_run_can_be_extended(tmp_path: Path, trained: Path) -> None:
+    out = tmp_path / "run"
+    succeed("train", *QUICK, "--trials", 1, "--out", out)
+    succeed("train", *QUICK, "--resume", "--trials", 3, "--out", out)
+    assert results_in(out) == results_in(trained)
+
+
+def test_a_run_that_reached_its_trials_is_left_alone(tmp_path: Path, trained: Path) -> None:
+    out = Path(shutil.copytree(trained, tmp_path / "run"))
+    succeed("train", *QUICK, "--resume", "--trials", 3, "--out", out)
+    assert files_in(out) == files_in(trained)
+
+
+@pytest.mark.parametrize(
+    ("words", "reason"),
+    [
+        ((*QUICK, "--seed", "1"), "seed = 1 (was seed = 0)"),
+        ((), "time_limit_s = 20.0 (was time_limit_s = 2.0)"),
+        ((*QUICK, "--learning.alpha-visits", "5"), "alpha_visits"),
+        ((*QUICK, "--policy", "policy.json"), "policy = 'policy.json' is refused: 'q-learning'"),
+    ],
+)
+def test_another_configuration_is_refused(trained: Path, words: tuple[str, ...], reason: str) -> None:
+    before = files_in(trained)
+    assert reason in refusal("train", "--resume", *words, "--trials", 4, "--out", trained)
+    assert files_in(trained) == before
+
+
+def test_what_is_no_run_cannot_go_on(tmp_path: Path) -> None:
+    (tmp_path / "empty").mkdir()
+    for out in (tmp_path / "empty", tmp_path / "missing"):
+        line = refusal("train", "--resume", "--trials", 4, "--out", out)
+        assert "checkpoint.json" in line
+        assert "begin a new run" in line
+    assert [path.name for path in tmp_path.rglob("*")] == ["empty"]
+
+
+def test_a_damaged_checkpoint_is_refused(trained: Path, tmp_path: Path) -> None:
+    out = Path(shutil.copytree(trained, tmp_path / "run"))
+    text = (out / "checkpoint.json").read_text()
+    (out / "checkpoint.json").write_text(text[: len(text) // 2])
+    before = files_in(out)
+    assert "checkpoint.json" in refusal("train", "--resume", *QUICK, "--trials", 4, "--out", out)
+    assert files_in(out) == before
