@@ -69,7 +69,7 @@ def train(options: TrainOptions) -> int:
         trainer.save_policy()
     _finish(config, folder, options.trials)
     if trainer.interrupted:
-        again = f"palpate train --resume --out {folder.path} --trials {options.trials}"
+        again = ["palpate", "train", "--resume", "--out", str(folder.path), "--trials", str(options.trials)]
         _say(f"ended after {trainer.next_trial} of {options.trials} trials; go on with: {shlex.join(again)}")
         return 130
     return 0
