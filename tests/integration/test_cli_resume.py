@@ -6,7 +6,7 @@ import shlex
 import shutil
 import signal
 import subprocess
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -25,10 +25,10 @@ from tests.integration.command_line import (
 
 
 @contextmanager
-def training(out: Path) -> Iterator[subprocess.Popen[str]]:
+def training(out: Path, *words: object) -> Iterator[subprocess.Popen[str]]:
     """A training that goes on for a long time, with its first trials done."""
     process = subprocess.Popen(
-        command("train", *QUICK, "--trials", 200, "--out", out),
+        command("train", *QUICK, *words, "--trials", 200, "--out", out),
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
@@ -41,25 +41,17 @@ def training(out: Path) -> Iterator[subprocess.Popen[str]]:
         process.communicate()
 
 
-@pytest.fixture(scope="module")
-def straight(tmp_path_factory: pytest.TempPathFactory) -> Callable[[int], dict[str, bytes]]:
+def straight(out: Path, trials: int, *words: object) -> dict[str, bytes]:
     """Results of an uninterrupted run of so many trials."""
-    path = tmp_path_factory.mktemp("straight")
-
-    def results(trials: int) -> dict[str, bytes]:
-        out = path / str(trials)
-        if not out.exists():
-            succeed("train", *QUICK, "--trials", trials, "--out", out)
-        return results_in(out)
-
-    return results
+    succeed("train", *QUICK, *words, "--trials", trials, "--out", out)
+    return results_in(out)
 
 
-def test_ctrl_c_ends_in_order_and_the_message_tells_how_to_go_on(
-    tmp_path: Path, straight: Callable[[int], dict[str, bytes]]
-) -> None:
-    out = tmp_path / "a run"  # the space is a trap for whoever prints the command to go on with
-    with training(out) as process:
+def test_ctrl_c_ends_in_order_and_the_message_tells_how_to_go_on(tmp_path: Path, trained: Path) -> None:
+    # The space, and a policy to begin from, are traps for whoever prints the command to go on with.
+    out = tmp_path / "a run"
+    words = ("--policy", trained / "policy.json")
+    with training(out, *words) as process:
         process.send_signal(signal.SIGINT)
         printed, complaint = process.communicate(timeout=60)
     assert process.returncode == 130
@@ -71,7 +63,7 @@ def test_ctrl_c_ends_in_order_and_the_message_tells_how_to_go_on(
     # What is there is what a run of so many trials leaves, but for the summary, which says that it is not finished.
     left = results_in(out)
     assert b'"finished": false' in left.pop("summary.json")
-    expected = straight(done)
+    expected = straight(tmp_path / "ended", done, *words)
     expected.pop("summary.json")
     assert left == expected
 
@@ -79,12 +71,10 @@ def test_ctrl_c_ends_in_order_and_the_message_tells_how_to_go_on(
     assert palpate == "palpate"
     again[again.index("--trials") + 1] = str(done + 1)
     succeed(*again)
-    assert results_in(out) == straight(done + 1)
+    assert results_in(out) == straight(tmp_path / "one more", done + 1, *words)
 
 
-def test_a_run_that_was_killed_goes_on_as_if_it_had_not(
-    tmp_path: Path, straight: Callable[[int], dict[str, bytes]]
-) -> None:
+def test_a_run_that_was_killed_goes_on_as_if_it_had_not(tmp_path: Path) -> None:
     out = tmp_path / "run"
     with training(out) as process:
         process.send_signal(signal.SIGKILL)
@@ -93,30 +83,31 @@ def test_a_run_that_was_killed_goes_on_as_if_it_had_not(
     with (out / "trials.csv").open("a") as stream:
         stream.write("3,time lim")
     trials = finished_trials(out) + 1
-    succeed("train", "--resume", "--config", out / "run.toml", "--out", out, "--trials", trials)
-    assert results_in(out) == straight(trials)
+    succeed("train", "--resume", "--out", out, "--trials", trials)
+    assert results_in(out) == straight(tmp_path / "straight", trials)
 
 
 def test_a_finished_run_can_be_extended(tmp_path: Path, trained: Path) -> None:
     out = tmp_path / "run"
     succeed("train", *QUICK, "--trials", 1, "--out", out)
-    succeed("train", *QUICK, "--resume", "--trials", 3, "--out", out)
+    succeed("train", "--resume", "--trials", 3, "--out", out)
     assert results_in(out) == results_in(trained)
 
 
 def test_a_run_that_reached_its_trials_is_left_alone(tmp_path: Path, trained: Path) -> None:
     out = Path(shutil.copytree(trained, tmp_path / "run"))
-    succeed("train", *QUICK, "--resume", "--trials", 3, "--out", out)
+    # Naming the settings again is allowed as long as they are the same.
+    succeed("train", *QUICK, "--config", out / "run.toml", "--resume", "--trials", 3, "--out", out)
     assert files_in(out) == files_in(trained)
 
 
 @pytest.mark.parametrize(
     ("words", "reason"),
     [
-        ((*QUICK, "--seed", "1"), "seed = 1 (was seed = 0)"),
-        ((), "time_limit_s = 20.0 (was time_limit_s = 2.0)"),
-        ((*QUICK, "--learning.alpha-visits", "5"), "alpha_visits"),
-        ((*QUICK, "--policy", "policy.json"), "policy = 'policy.json' is refused: 'q-learning'"),
+        (("--seed", "1"), "seed = 1 (was seed = 0)"),
+        (("--task.time-limit-s", "3"), "time_limit_s = 3.0 (was time_limit_s = 2.0)"),
+        (("--learning.alpha-visits", "5"), "alpha_visits"),
+        (("--policy", "policy.json"), "policy = 'policy.json' is refused: 'q-learning'"),
     ],
 )
 def test_another_configuration_is_refused(trained: Path, words: tuple[str, ...], reason: str) -> None:

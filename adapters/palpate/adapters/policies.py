@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import fields, replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Final
@@ -19,6 +20,7 @@ from palpate.core.policy import (
     PolicyDocument,
     ProgrammedPolicy,
     QLearning,
+    QParameters,
     RandomWalkPolicy,
     TemperatureSchedule,
     load_examples,
@@ -66,6 +68,18 @@ def comparator(name: str, config: RunConfig, hole_m: Hole) -> Policy:
     return makers[name]()
 
 
+def learning_parameters(config: RunConfig) -> QParameters:
+    """The learner's parameters."""
+    learning = config.learning
+    return QParameters(
+        alpha=learning.alpha,
+        gamma=learning.gamma,
+        temperature=TemperatureSchedule(learning.temperature, learning.temperature_decay, learning.temperature_floor),
+        alpha_visits=learning.alpha_visits,
+        alpha_floor=learning.alpha_floor,
+    )
+
+
 def learning_policy(config: RunConfig, perception: Perception) -> Policy:
     """Q-learning from scratch, with the programmed and the example states of the configuration beside it."""
     learning, actions = config.learning, task_actions(config)
@@ -80,19 +94,9 @@ def learning_policy(config: RunConfig, perception: Perception) -> Policy:
         # The core does not know under which name the setting is written in the configuration.
         field = error.field.replace("policy.", "learning.", 1)
         raise ConfigurationError(field, error.value, error.accepted) from error
-    parts.append(
-        QLearning(
-            perception.states,
-            actions,
-            alpha=learning.alpha,
-            gamma=learning.gamma,
-            temperature=TemperatureSchedule(
-                learning.temperature, learning.temperature_decay, learning.temperature_floor
-            ),
-            alpha_visits=learning.alpha_visits,
-            alpha_floor=learning.alpha_floor,
-        )
-    )
+    parameters = learning_parameters(config)
+    settings = {f.name: getattr(parameters, f.name) for f in fields(parameters)}
+    parts.append(QLearning(perception.states, actions, **settings))
     return parts[0] if len(parts) == 1 else MixedPolicy(perception.states, parts)
 
 
@@ -125,7 +129,9 @@ def perception_of(document: PolicyDocument, config: RunConfig, configured: Perce
 
 
 def loaded_policy(document: PolicyDocument, config: RunConfig, perception: Perception, *, frozen: bool) -> Policy:
-    """The policy of a file, frozen or ready to learn on."""
+    """The policy of a file: frozen as it is, or ready to learn on with the parameters of the configuration."""
+    if not frozen and document.learner is not None:
+        document = replace(document, learner=replace(document.learner, parameters=learning_parameters(config)))
     return policy_from(document, perception.states, task_actions(config), frozen=frozen)
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import contextlib
 import difflib
 import io
+import os
 import re
 import sys
 from collections.abc import Sequence
@@ -129,7 +130,8 @@ def _resumed_run(arguments: Sequence[str]) -> str:
         return ""
     folder = _value_of("--out", arguments) or f"runs/{_value_of('--scenario', arguments) or 'paper'}"
     path = Path(folder) / "run.toml"
-    return str(path) if path.exists() else ""
+    # Not Path.exists, which raises where it may not look.
+    return str(path) if os.path.exists(path) else ""
 
 
 def _value_of(flag: str, arguments: Sequence[str]) -> str:

@@ -70,6 +70,8 @@ def train(options: TrainOptions) -> int:
     _finish(config, folder, options.trials)
     if trainer.interrupted:
         again = ["palpate", "train", "--resume", "--out", str(folder.path), "--trials", str(options.trials)]
+        if document is not None:
+            again += ["--policy", options.policy]
         _say(f"ended after {trainer.next_trial} of {options.trials} trials; go on with: {shlex.join(again)}")
         return 130
     return 0
@@ -88,9 +90,7 @@ def _require_same(options: TrainOptions, folder: RunFolder) -> None:
             (f"{b} (was {a})" for a, b in zip(old, new, strict=False) if a != b),
             "a setting that was not there",
         )
-        raise ConfigurationError(
-            "resume", line, f"the configuration that the run began with, {folder.path}/run.toml"
-        )
+        raise ConfigurationError("resume", line, f"the configuration that the run began with, {folder.path}/run.toml")
 
 
 def _announce(config: RunConfig, folder: RunFolder, trials: int, first: int) -> None:

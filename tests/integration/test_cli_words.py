@@ -1,0 +1,206 @@
+"""Help, versions, and calls that make no sense: one line each, that says what would."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from importlib.metadata import version
+from pathlib import Path
+
+import pytest
+
+from palpate.adapters.cli.main import main
+from tests.integration.command_line import files_in, palpate, refusal, succeed
+
+LONG = "x" * 300
+"""A name longer than any file system takes."""
+
+
+@pytest.mark.parametrize(
+    ("command", "flags"),
+    [
+        ("train", ("--scenario", "--arm", "--seed", "--trials", "--policy", "--out", "--config", "--resume")),
+        ("run", ("--scenario", "--arm", "--seed", "--trials", "--policy", "--out", "--config")),
+        ("compare", ("--scenario", "--arm", "--seed", "--trials", "--policy", "--out", "--config")),
+        ("show", ()),
+    ],
+)
+def test_every_command_explains_itself(command: str, flags: tuple[str, ...]) -> None:
+    printed = succeed(command, "--help")
+    assert f"palpate {command}" in printed
+    assert set(flags) <= set(re.findall(r"--[\w-]+", printed))
+
+
+@pytest.mark.parametrize("words", [(), ("--help",), ("-h",)])
+def test_palpate_alone_lists_its_commands(words: tuple[str, ...]) -> None:
+    printed = succeed(*words)
+    for command in ("train", "run", "compare", "show", "version"):
+        assert f"\n  {command} " in printed
+
+
+@pytest.mark.parametrize("word", ["version", "--version"])
+def test_versions(word: str) -> None:
+    lines = succeed(word).splitlines()
+    assert lines[0] == f"palpate {version('palpate')}"
+    assert f"mujoco {version('mujoco')}" in lines
+
+
+def test_the_installed_command_is_this_one() -> None:
+    script = Path(sys.executable).with_name("palpate")
+    done = subprocess.run([script, "version"], capture_output=True, text=True, timeout=60, check=True)
+    assert done.stdout == succeed("version")
+
+
+@pytest.fixture
+def desk(tmp_path: Path) -> Path:
+    """A folder with all kinds of files that do not do."""
+    texts = {
+        "unknown.toml": "[task]\nstepp_mm = 1.0\n",
+        "unknown_table.toml": "[tusk]\nstep_mm = 1.0\n",
+        "broken.toml": "a = [",
+        "type.toml": 'seed = "one"\n',
+        "table.toml": "task = 3\n",
+        "negative.toml": "[cell.peg]\nclearance_mm = -0.1\n",
+        "nan.toml": "[cell.peg]\nclearance_mm = nan\n",
+        "scenario.toml": 'scenario = "dark"\n',
+        "programmed.toml": '[learning.programmed]\nnowhere = "+x"\n',
+        "a_file": "",
+    }
+    for name, text in texts.items():
+        (tmp_path / name).write_text(text)
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    ("words", "named", "accepted"),
+    [
+        # Words that nobody knows.
+        ("frobnicate", "frobnicate", "train, run, compare, show, version"),
+        ("train --trails 3", "--trails", "did you mean --trials?"),
+        ("train --cell.peg.clearence-mm 1", "--cell.peg.clearence-mm", "did you mean --cell.peg.clearance-mm?"),
+        ("train --config unknown.toml", "task.stepp_mm", "did you mean task.step_mm?"),
+        ("train --config unknown_table.toml", "tusk", "did you mean task?"),
+        ("train --scenario dark", "scenario = 'dark'", "one of paper, blind"),
+        ("train --config scenario.toml", "scenario = 'dark'", "one of paper, blind"),
+        ("train --arm puma", "arm = 'puma'", "one of zebra-zero, ur5"),
+        ("run", "policy", "a policy file, or one of omniscient"),
+        ("run --policy magic", "policy = 'magic'", "a policy file, or one of omniscient"),
+        ("show", "palpate show", "policy file"),
+        # Numbers out of range.
+        ("train --cell.peg.clearance-mm -0.1", "cell.peg.clearance_mm = -0.1", "from 0.001 to 5"),
+        ("train --config negative.toml", "cell.peg.clearance_mm = -0.1", "from 0.001 to 5"),
+        ("train --cell.peg.clearance-mm nan", "cell.peg.clearance_mm = nan", "from 0.001 to 5"),
+        ("train --config nan.toml", "cell.peg.clearance_mm = nan", "from 0.001 to 5"),
+        ("train --task.time-limit-s inf", "task.time_limit_s = inf", "from 0.1 to 3600"),
+        ("train --task.step-mm 1e300", "task.step_mm = 1e+300", "from 0.01 to 5"),
+        ("train --perception.cutoff-Hz 70", "perception.cutoff_Hz = 70.0", "below half the control rate, 70"),
+        ("train --perception.cutoff-Hz 1e6", "perception.cutoff_Hz", "below half the control rate, 70"),
+        ("train --task.start-uncertainty-mm 5", "task.start_uncertainty_mm = 5.0", "outside the exploration area"),
+        ("train --task.goal.x-mm 1900", "task.goal", "zebra-zero reaches"),
+        ("run --policy torque --arm ur5 --task.goal.x-mm 1900", "task.goal", "ur5 reaches"),
+        ("train --control.damping-N-s-per-m 1", "control.damping_N_s_per_m = 1.0", "at least"),
+        ("run --policy torque --control.position-gain-per-s 1e9", "control.position_gain_per_s", "from 0.001"),
+        ("compare --control.position-gain-per-s 1e9", "control.position_gain_per_s", "from 0.001"),
+        ("train --trials 0", "trials = 0", "from 1 to"),
+        ("run --policy torque --trials 0", "trials = 0", "from 1 to"),
+        ("compare --trials -3", "trials = -3", "from 1 to"),
+        ("train --trials 99999999999999999999", "trials", "from 1 to"),
+        ("train --seed -1", "seed = -1", "from 0 to"),
+        ("train --seed 99999999999999999999", "seed", "from 0 to"),
+        # Things of another type.
+        ("train --config type.toml", "seed = 'one'", "int"),
+        ("train --config table.toml", "task = 3", "a table"),
+        ("train --seed one", "--seed", "int"),
+        ("train --trials 1.5", "--trials", "int"),
+        ("train --perception.calibration 1 2", "--perception.calibration", "6 values"),
+        ("train --out", "--out", "Expected 1"),
+        # Files and folders.
+        ("train --config missing.toml", "missing.toml", "a readable file"),
+        ("train --config broken.toml", "broken.toml", "a TOML file"),
+        ("train --config .", "config = '.'", "a readable file"),
+        (f"train --config {LONG}", "config = 'xxx", "a readable file"),
+        ("train --policy missing.json", "missing.json", "a readable file"),
+        ("run --policy missing.json", "missing.json", "a policy file, or one of omniscient"),
+        ("run --policy .", "policy file = '.'", "a readable file"),
+        ("run --policy a_file", "a_file", "JSON"),
+        (f"run --policy {LONG}", "policy = 'xxx", "a policy file, or one of omniscient"),
+        ("compare --policy missing.json", "missing.json", "a policy file, or one of omniscient"),
+        ("show missing.json", "missing.json", "a readable file"),
+        ("train --out a_file", "a_file", "name another folder"),
+        ("run --policy torque --out a_file", "a_file", "name another folder"),
+        ("compare --out a_file", "a_file", "name another folder"),
+        ("train --out a_file/run", "a_file/run", "name another folder"),
+        (f"train --out {LONG}", LONG, "name another folder"),
+        ("train --learning.examples missing.csv", "learning.examples = 'missing.csv'", "a readable CSV file"),
+        ("train --config programmed.toml", "learning.programmed = 'nowhere'", "a state of this task: x- y-"),
+    ],
+)
+def test_what_cannot_be_used_is_named_in_one_line(
+    desk: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    words: str,
+    named: str,
+    accepted: str,
+) -> None:
+    # In this process, because there are many; below, some of them in one of their own.
+    monkeypatch.chdir(desk)
+    before = files_in(desk)
+    assert main(words.split()) == 2
+    printed, complaint = capsys.readouterr()
+    assert printed == ""
+    (line,) = complaint.splitlines()
+    assert line.startswith("palpate: ")
+    assert named in line
+    assert accepted in line
+    # A refused call leaves nothing that would be in the way of the next one.
+    assert files_in(desk) == before
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "frobnicate",
+        "train --trails 3",
+        "train --cell.peg.clearance-mm -0.1",
+        "train --task.goal.x-mm 1900",
+        "run --policy missing.json",
+        "compare --trials 0",
+        "show a_file",
+    ],
+)
+def test_the_process_says_so_too(desk: Path, words: str) -> None:
+    before = files_in(desk)
+    refusal(*words.split(), cwd=desk)
+    assert files_in(desk) == before
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "train --out locked/run",
+        "train --out locked",
+        "train --out locked --resume",
+        "train --config locked/run.toml",
+        "train --policy locked/policy.json",
+        "run --policy locked/policy.json",
+        "show locked/policy.json",
+    ],
+)
+def test_a_folder_without_permission_is_refused(desk: Path, words: str) -> None:
+    locked = desk / "locked"
+    locked.mkdir(mode=0)
+    if os.access(locked, os.X_OK):
+        pytest.skip("root may go everywhere")
+    try:
+        assert "locked" in refusal(*words.split(), cwd=desk)
+    finally:
+        locked.chmod(0o700)
+
+
+def test_help_is_not_an_error_even_with_other_words() -> None:
+    done = palpate("train", "--seed", "3", "--help")
+    assert done.returncode == 0
+    assert done.stderr == ""
