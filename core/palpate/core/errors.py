@@ -117,4 +117,5 @@ class FaultLatchedError(DeviceError):
 
 def _shown(value: object) -> str:
     text = repr(value)
-    return text if len(text) <= 80 else text[:77] + "..."
+    # Both ends: a long path tells most at its end.
+    return text if len(text) <= 100 else f"{text[:48]}...{text[-48:]}"

@@ -3,11 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from math import cos, pi, sin
 
+import numpy as np
 import pytest
 
+from palpate.adapters import capture
 from palpate.adapters.capture import capture_half_width_m
+from palpate.adapters.composition import SimulatedRig
 from palpate.adapters.config import RunConfig
+from palpate.core.cycle import Ports
+from palpate.core.insertion import InsertionTask
+from palpate.core.trial import TrialSetup
 from tests.unit.adapters.samples import ready_pose
 
 PRECISION_M = 4e-5
@@ -36,3 +43,31 @@ def test_the_scenario_does_not_matter(usual_m: float) -> None:
     # The hole lies where the passes are aimed, and no noise decides.
     blind = replace(RunConfig(), cell=replace(RunConfig().cell, hole_uncertainty_mm=3.0), seed=9)
     assert width_m(blind) == usual_m
+
+
+def test_the_width_is_an_average_over_all_directions(monkeypatch: pytest.MonkeyPatch) -> None:
+    passes: list[tuple[float, float]] = []
+
+    def record(rig: SimulatedRig, task: InsertionTask, heading_rad: float, precision_m: float) -> float:
+        passes.append((heading_rad, precision_m))
+        return 1e-4 * len(passes)
+
+    monkeypatch.setattr(capture, "_widest_pass", record)
+    assert capture_half_width_m(RunConfig(), ready_pose(), headings=5) == pytest.approx(3e-4)
+    headings = [heading for heading, _ in passes]
+    assert np.diff(headings) == pytest.approx(2 * pi / 5)
+
+
+def test_the_pass_goes_by_at_the_distance_it_says(monkeypatch: pytest.MonkeyPatch) -> None:
+    starts: list[tuple[float, float]] = []
+
+    def record(task: InsertionTask, ports: Ports, setup: TrialSetup) -> None:
+        starts.append(setup.start_m)
+
+    monkeypatch.setattr(capture, "run_trial", record)
+    # No pass that is not run ends in the hole: the bisection goes down to nothing.
+    assert capture_half_width_m(RunConfig(), ready_pose(), headings=1, precision_m=1e-4) == 0.0
+    along = np.array([cos(pi / 2), sin(pi / 2)])  # a quarter of the spacing off, here of a whole turn
+    across = np.array([-along[1], along[0]])
+    assert np.array(starts) @ along == pytest.approx(-2e-3)
+    assert np.array(starts) @ across == pytest.approx([1e-3 / 2**k for k in range(len(starts))])

@@ -9,12 +9,15 @@ from typing import Any
 
 import pytest
 
+from palpate.adapters import fitting
 from palpate.adapters.composition import SimulatedRig
 from palpate.adapters.config import PerceptionConfig, RunConfig
+from palpate.adapters.experiment import ScoredTrial, run_scored_trial
 from palpate.adapters.fitting import configured_perception, fitted_perception, needs_fitting
 from palpate.adapters.policies import learning_policy, loaded_policy, perception_of
 from palpate.adapters.results import RunFolder
 from palpate.adapters.session import Trainer, run_policy
+from palpate.core.insertion import InsertionTask
 from palpate.core.perception import Perception, perception_to_dict
 from palpate.core.policy import PolicyDocument
 from tests.unit.adapters.samples import QUICK, ready_pose
@@ -53,6 +56,19 @@ def test_what_must_be_fitted_is_not_configured(stages: str) -> None:
 def test_fitting_depends_on_the_seed_alone(stages: str) -> None:
     assert perception_to_dict(fit(config_of(stages))) == fitted(stages)
     assert perception_to_dict(fit(replace(config_of(stages), seed=1))) != fitted(stages)
+
+
+def test_fitting_shares_no_random_stream_with_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    trials: list[int] = []
+
+    def record(config: RunConfig, rig: SimulatedRig, task: InsertionTask, trial: int) -> ScoredTrial:
+        trials.append(trial)
+        return run_scored_trial(config, rig, task, trial)
+
+    monkeypatch.setattr(fitting, "run_scored_trial", record)
+    fit(config_of("channels+random"))
+    assert len(set(trials)) == 2
+    assert min(trials) >= 1_000_000  # no run has so many trials of its own
 
 
 @each_stage
