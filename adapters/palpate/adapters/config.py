@@ -82,17 +82,17 @@ class LearningConfig:
 
     alpha: float = 0.3
     """Learning rate."""
-    alpha_visits: float | None = None
-    """Visits that halve the learning rate of a state-action pair; none keeps it constant."""
-    alpha_floor: float = 0.02
+    alpha_visits: float = 50.0
+    """Visits that halve the learning rate of a state-action pair; 0 keeps it constant."""
+    alpha_floor: float = 0.05
     """The learning rate never falls below this."""
     gamma: float = 1.0
     """Discount."""
     temperature: float = 5.0
     """Boltzmann temperature of the first trial."""
-    temperature_decay: float = 0.96
+    temperature_decay: float = 0.95
     """Its factor from trial to trial."""
-    temperature_floor: float = 0.3
+    temperature_floor: float = 0.2
     """It never falls below this: states are aliased, and a greedy policy would loop in them."""
     reinforcement: str = "action-penalty"
     """action-penalty: -1 per action; effort: force beyond the pressing force costs too."""
@@ -106,8 +106,7 @@ class LearningConfig:
     def __post_init__(self) -> None:
         require_in("learning.alpha", self.alpha, 1e-6, 1.0)
         require_in("learning.alpha_floor", self.alpha_floor, 0.0, self.alpha)
-        if self.alpha_visits is not None:
-            require_in("learning.alpha_visits", self.alpha_visits, 1e-3, 1e9)
+        require_in("learning.alpha_visits", self.alpha_visits, 0.0, 1e9)
         require_in("learning.gamma", self.gamma, 0.0, 1.0)
         require_in("learning.temperature", self.temperature, 1e-9, 1e6)
         require_in("learning.temperature_decay", self.temperature_decay, 1e-3, 1.0)

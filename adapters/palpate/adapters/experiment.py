@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import dist
 
 from palpate.adapters.composition import SimulatedRig
 from palpate.adapters.config import RunConfig
@@ -15,6 +16,7 @@ from palpate.simulation.cell import Truth
 
 FULL_DEPTH_TOLERANCE_M = 5e-5
 """A peg within this of the depth asked for is at full depth."""
+_IN_HOLE_M = 1e-3
 
 
 @dataclass(frozen=True)
@@ -24,7 +26,7 @@ class ScoredTrial:
     Attributes:
         report: The core's own account, from port data.
         truth: What really happened.
-        success: Inserted to full depth with the true peak force below the limit.
+        success: Inserted to full depth, in the hole and not beside the plate, the true peak force below the limit.
     """
 
     report: TrialReport
@@ -49,6 +51,7 @@ def run_scored_trial(config: RunConfig, rig: SimulatedRig, task: InsertionTask, 
     truth = rig.truth()
     success = (
         report.outcome is Outcome.INSERTED
+        and dist(truth.tip_in_task_m[:2], truth.hole_in_task_m[:2]) < _IN_HOLE_M
         and truth.depth_m >= config.task.insertion_depth_mm * 1e-3 - FULL_DEPTH_TOLERANCE_M
         and truth.peak_force_N < config.task.max_force_N
     )

@@ -28,8 +28,9 @@ from palpate.core.policy import (
 )
 from palpate.core.task_config import N_PER_KGF
 
-SPIRAL_PITCH_M: Final = 0.36e-3
-"""Distance between the turns: a little under twice the capture width of the default cell (docs/results.md)."""
+SPIRAL_PITCH_M: Final = 0.30e-3
+"""Distance between the turns: 1.7 times the capture half-width of the default cell (docs/results.md), because chords
+between the points of a spiral leave wider gaps than its turns."""
 OMNISCIENT_SPEED_M_S: Final = 0.01
 
 Hole = Callable[[], Sequence[float]]
@@ -75,7 +76,7 @@ def learning_parameters(config: RunConfig) -> QParameters:
         alpha=learning.alpha,
         gamma=learning.gamma,
         temperature=TemperatureSchedule(learning.temperature, learning.temperature_decay, learning.temperature_floor),
-        alpha_visits=learning.alpha_visits,
+        alpha_visits=learning.alpha_visits or None,
         alpha_floor=learning.alpha_floor,
     )
 

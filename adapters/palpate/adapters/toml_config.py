@@ -8,7 +8,6 @@ import json
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
-from types import NoneType, UnionType
 from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 
 from palpate.core.errors import ConfigurationError
@@ -67,33 +66,26 @@ def to_toml(config: Any, prefix: str = "") -> str:
         if dataclasses.is_dataclass(value):
             name = f"{prefix}{f.name}"
             tables.append(f"\n[{name}]\n{to_toml(value, name + '.')}")
-        elif value is not None:
+        else:
             lines.append(f"{f.name} = {_literal(value)}\n")
     return "".join(lines) + "".join(tables)
 
 
 def _converted(name: str, value: Any, kind: Any) -> Any:
-    options = get_args(kind) if get_origin(kind) is UnionType or isinstance(kind, UnionType) else (kind,)
-    for option in options:
-        if option is float and isinstance(value, (int, float)) and not isinstance(value, bool):
-            return float(value)
-        if option is int and isinstance(value, int) and not isinstance(value, bool):
-            return value
-        if option is str and isinstance(value, str):
-            return value
-        if option is bool and isinstance(value, bool):
-            return value
-        if get_origin(option) is tuple and isinstance(value, list):
-            items = [i for i in get_args(option) if i is not Ellipsis]
-            if len(items) == 1 or len(items) == len(value):
-                kinds = items if len(items) > 1 else items * len(value)
-                return tuple(
-                    _converted(f"{name}[{i}]", v, k) for i, (v, k) in enumerate(zip(value, kinds, strict=True))
-                )
-        if get_origin(option) is dict and isinstance(value, Mapping):
-            return {str(k): _converted(f"{name}.{k}", v, get_args(option)[1]) for k, v in value.items()}
-    wanted = " or ".join(getattr(o, "__name__", str(o)) for o in options if o is not NoneType)
-    raise ConfigurationError(name, value, f"a value of type {wanted}")
+    if kind is float and isinstance(value, (int, float)) and not isinstance(value, bool):
+        return float(value)
+    if kind is int and isinstance(value, int) and not isinstance(value, bool):
+        return value
+    if kind in (str, bool) and isinstance(value, kind):
+        return value
+    if get_origin(kind) is tuple and isinstance(value, list):
+        items = [i for i in get_args(kind) if i is not Ellipsis]
+        if len(items) == 1 or len(items) == len(value):
+            kinds = items if len(items) > 1 else items * len(value)
+            return tuple(_converted(f"{name}[{i}]", v, k) for i, (v, k) in enumerate(zip(value, kinds, strict=True)))
+    if get_origin(kind) is dict and isinstance(value, Mapping):
+        return {str(k): _converted(f"{name}.{k}", v, get_args(kind)[1]) for k, v in value.items()}
+    raise ConfigurationError(name, value, f"a value of type {getattr(kind, '__name__', kind)}")
 
 
 def _literal(value: Any) -> str:

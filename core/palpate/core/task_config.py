@@ -42,7 +42,7 @@ class TaskConfig:
     """Half the side of the square that the peg may explore."""
     area_centre: str = "goal"
     """goal: the square is centred at the nominal goal; start: at the trial's start, as the paper puts it."""
-    step_mm: float = 0.5
+    step_mm: float = 0.7
     """Length of one exploratory step."""
     ticks_per_action: int = 14
     """Control ticks per action at 140 Hz: ten actions a second."""

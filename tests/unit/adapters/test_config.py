@@ -90,7 +90,7 @@ def test_no_count_may_be_unbounded(field: str, value: int) -> None:
         ("learning.alpha", 0.0),
         ("learning.alpha", 1.1),
         ("learning.alpha_floor", 0.31),  # above alpha itself
-        ("learning.alpha_visits", 0.0),
+        ("learning.alpha_visits", -1.0),
         ("learning.gamma", 1.01),
         ("learning.temperature", 0.0),
         ("learning.temperature_decay", 1.01),

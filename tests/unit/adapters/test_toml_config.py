@@ -39,11 +39,6 @@ def test_a_configuration_comes_back_from_its_text(config: RunConfig) -> None:
     assert overlay(RunConfig(), loads(to_toml(config))) == config
 
 
-def test_what_is_none_is_left_out() -> None:
-    assert "alpha_visits" not in to_toml(LearningConfig(alpha_visits=None))
-    assert "alpha_visits = 3.0" in to_toml(LearningConfig(alpha_visits=3.0))
-
-
 @given(name=st.text(), action=st.text())
 def test_any_text_comes_back(name: str, action: str) -> None:
     learning = LearningConfig(programmed={name: action}, examples=name)
