@@ -7,7 +7,7 @@ from math import cos, pi, sin
 
 from palpate.adapters.comparators import StraightPass
 from palpate.adapters.composition import ReadyPose, SimulatedRig, build_perception, build_task
-from palpate.adapters.config import RunConfig
+from palpate.adapters.config import PerceptionConfig, RunConfig
 from palpate.core.cycle import run_trial
 from palpate.core.insertion import InsertionTask
 from palpate.core.trial import TrialSetup
@@ -26,13 +26,13 @@ def capture_half_width_m(
 ) -> float:
     """Largest distance from the hole's centre at which a pass still ends in the hole, averaged over headings.
 
-    The peg is put down 2 mm before the hole and moves straight past it at a steady speed, with the core's own
+    The peg is put down 2 mm before the hole and moves straight past it, with the core's own
     control, over the same ports; the distance of the pass is found by bisection. Sensor noise is off.
 
     Args:
         config: The run's configuration; its hole lies at the nominal goal here.
         ready: Its ready pose.
-        speed_m_s: Speed of the pass.
+        speed_m_s: Mean speed of the pass: each action moves for four fifths of its time.
         headings: Number of directions of passing.
         precision_m: The bisection ends at this width.
     """
@@ -45,7 +45,13 @@ def capture_half_width_m(
         area_half_width_mm=10.0,
         time_limit_s=(_APPROACH_M + _PAST_M) / speed_m_s + 2 * action_s,
     )
-    config = RunConfig(arm=config.arm, task=task_config, cell=cell, control=config.control)
+    signal = replace(
+        PerceptionConfig(),
+        cutoff_Hz=config.perception.cutoff_Hz,
+        filter_order=config.perception.filter_order,
+        calibration=config.perception.calibration,
+    )
+    config = RunConfig(arm=config.arm, task=task_config, cell=cell, perception=signal, control=config.control)
     policy = StraightPass(speed_m_s * action_s)
     task = build_task(config, ready, build_perception(config), policy)
     total = 0.0

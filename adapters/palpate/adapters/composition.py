@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from dataclasses import dataclass
 from math import sqrt
 from types import TracebackType
@@ -192,14 +193,15 @@ class SimulatedRig:
         return self.cell.truth()
 
     def __enter__(self) -> Self:
-        for device in (self._sensor, self._encoder, self._arm):
-            device.configure()
-            device.activate()
+        with ExitStack() as opened:
+            for device in (self._sensor, self._encoder, self._arm):
+                opened.enter_context(device)
+            # All are open: from here on closing them is __exit__'s affair, in the reverse order.
+            self._opened = opened.pop_all()
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self._arm.stop()
-        for device in (self._arm, self._encoder, self._sensor):
-            device.close()
+        self._opened.close()

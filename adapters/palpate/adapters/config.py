@@ -134,6 +134,19 @@ class RunConfig:
     def __post_init__(self) -> None:
         require_one_of("scenario", self.scenario, tuple(SCENARIOS))
         require_in("seed", self.seed, 0, 2**63 - 1)
+        if self.cell.hole_height_error_mm > self.task.ready_height_mm - 0.5:
+            raise ConfigurationError(
+                "cell.hole_height_error_mm",
+                self.cell.hole_height_error_mm,
+                f"at least 0.5 mm less than task.ready_height_mm = {self.task.ready_height_mm:g}, or trials begin"
+                " inside the plate",
+            )
+        if self.cell.peg.hole_depth_mm < self.task.insertion_depth_mm:
+            raise ConfigurationError(
+                "cell.peg.hole_depth_mm",
+                self.cell.peg.hole_depth_mm,
+                f"at least task.insertion_depth_mm = {self.task.insertion_depth_mm:g}, or no trial can succeed",
+            )
 
 
 SCENARIOS: Final[dict[str, str]] = {

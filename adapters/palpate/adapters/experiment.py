@@ -8,6 +8,7 @@ from math import dist
 from palpate.adapters.composition import SimulatedRig
 from palpate.adapters.config import RunConfig
 from palpate.core.cycle import run_trial
+from palpate.core.errors import DeviceError
 from palpate.core.insertion import InsertionTask
 from palpate.core.randomness import Purpose, generator
 from palpate.core.task_frame import draw_in_disc
@@ -16,7 +17,7 @@ from palpate.simulation.cell import Truth
 
 FULL_DEPTH_TOLERANCE_M = 5e-5
 """A peg within this of the depth asked for is at full depth."""
-_IN_HOLE_M = 1e-3
+_BESIDE_M = 1e-3
 
 
 @dataclass(frozen=True)
@@ -51,8 +52,18 @@ def run_scored_trial(config: RunConfig, rig: SimulatedRig, task: InsertionTask, 
     truth = rig.truth()
     success = (
         report.outcome is Outcome.INSERTED
-        and dist(truth.tip_in_task_m[:2], truth.hole_in_task_m[:2]) < _IN_HOLE_M
+        and dist(truth.tip_in_task_m[:2], truth.hole_in_task_m[:2]) < _BESIDE_M + config.cell.peg.clearance_mm * 1e-3
         and truth.depth_m >= config.task.insertion_depth_mm * 1e-3 - FULL_DEPTH_TOLERANCE_M
         and truth.peak_force_N < config.task.max_force_N
     )
     return ScoredTrial(report, truth, success)
+
+
+def require_sound(scored: ScoredTrial) -> None:
+    """Refuse to go on after a trial whose data cannot be trusted.
+
+    Raises:
+        DeviceError: A sensor failed, or the arm was stopped.
+    """
+    if scored.report.outcome in (Outcome.SENSOR_FAULT, Outcome.STOPPED):
+        raise DeviceError("rig", f"trial {scored.report.setup.index}: {scored.report.events[-1].detail}")

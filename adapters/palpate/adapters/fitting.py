@@ -8,7 +8,7 @@ import numpy as np
 
 from palpate.adapters.composition import ReadyPose, SimulatedRig, build_perception, build_task, task_actions
 from palpate.adapters.config import PerceptionConfig, RunConfig
-from palpate.adapters.experiment import run_scored_trial
+from palpate.adapters.experiment import require_sound, run_scored_trial
 from palpate.core.perception import (
     Clusters,
     FeatureExtractor,
@@ -41,8 +41,8 @@ def fitted_perception(config: RunConfig, ready: ReadyPose, rig: SimulatedRig) ->
     """Collect samples by random walks and fit the stages to them."""
     p = config.perception
     samples = _collect(config, ready, rig)
-    seed = int(generator(config.seed, Purpose.FITTING).integers(2**31))
-    extractor = _extractor(p, samples, seed)
+    extractor = _extractor(p, samples, _seed(config, Purpose.FITTING))
+    seed = _seed(config, Purpose.PARTITION)
     features = np.array([extractor.extract(tuple(row)) for row in samples])
     symboliser: Symboliser
     if p.symbols == "random":
@@ -52,6 +52,10 @@ def fitted_perception(config: RunConfig, ready: ReadyPose, rig: SimulatedRig) ->
     else:
         symboliser = Clusters.fit(features, p.symbol_count, seed, features=extractor.names)
     return Perception(extractor, symboliser, IdentityState(symboliser.symbols))
+
+
+def _seed(config: RunConfig, purpose: Purpose) -> int:
+    return int(generator(config.seed, purpose).integers(2**31))
 
 
 def _extractor(p: PerceptionConfig, samples: Sequence[tuple[float, ...]], seed: int) -> FeatureExtractor:
@@ -68,7 +72,7 @@ def _collect(config: RunConfig, ready: ReadyPose, rig: SimulatedRig) -> list[tup
     plain = RunConfig(task=config.task)
     task = build_task(config, ready, build_perception(plain), walk)
     for k in range(config.perception.fit_trials):
-        run_scored_trial(config, rig, task, FIRST_FITTING_TRIAL + k)
+        require_sound(run_scored_trial(config, rig, task, FIRST_FITTING_TRIAL + k))
     return walk.samples
 
 

@@ -19,7 +19,8 @@ from palpate.adapters.experiment import ScoredTrial
 from palpate.core.errors import OutputError
 
 RUN_FILES: Final = (
-    "run.toml", "trials.csv", "decisions.csv", "checkpoint.json", "policy.json", "summary.json", "compare.csv",
+    "run.toml", "trials.csv", "decisions.csv", "checkpoint.json", "policy.json", "summary.json", "learning_curve.png",
+    "compare.csv", "compare.txt",
 )  # fmt: skip
 _DECISION_COLUMNS: Final = (
     "trial", "tick", "symbol", "state", "action", "source", "reinforcement", "temperature",
@@ -46,11 +47,16 @@ class TrialRow:
     temperature: float | None
 
     @classmethod
-    def of(cls, scored: ScoredTrial) -> TrialRow:
-        """The line for a trial. Force and depth are the truth, for scoring; the core's own force stands beside."""
+    def of(cls, scored: ScoredTrial, first: int = 0) -> TrialRow:
+        """The line for a trial. Force and depth are the truth, for scoring; the core's own force stands beside.
+
+        Args:
+            scored: The trial.
+            first: Index of the trial that is number 0.
+        """
         report, truth = scored.report, scored.truth
         return cls(
-            trial=report.setup.index,
+            trial=report.setup.index - first,
             outcome="unknown" if report.outcome is None else report.outcome.value,
             success=scored.success,
             exploration_time_s=round(report.exploration_time_s, 6),
@@ -140,9 +146,9 @@ class RunFolder:
         """Write a JSON file whole."""
         self.write_text(name, json.dumps(content, indent=1) + "\n")
 
-    def append_trial(self, scored: ScoredTrial) -> None:
-        """Add a finished trial to ``trials.csv`` and its decisions to ``decisions.csv``."""
-        row = TrialRow.of(scored)
+    def append_trial(self, scored: ScoredTrial, first: int = 0) -> None:
+        """Add a finished trial to ``trials.csv`` and ``decisions.csv``; ``first`` as in ``TrialRow.of``."""
+        row = TrialRow.of(scored, first)
         report = scored.report
         self._append("trials.csv", tuple(f.name for f in dataclasses.fields(TrialRow)), [dataclasses.astuple(row)])
         self._append(
@@ -185,7 +191,10 @@ class RunFolder:
             if path.exists():
                 lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
                 whole = [line for line in lines if line.endswith("\n")]
-                kept = [line for line in whole[1:] if int(line.split(",", 1)[0]) < trials]
+                try:
+                    kept = [line for line in whole[1:] if int(line.split(",", 1)[0]) < trials]
+                except ValueError as error:
+                    raise OutputError(str(path), f"is damaged ({error})", "mend it or begin a new run") from error
                 self.write_text(name, "".join(whole[:1] + kept))
 
     def _append(self, name: str, columns: Sequence[str], rows: Sequence[Sequence[Any]]) -> None:

@@ -12,16 +12,18 @@ from typing import Any, Final
 
 from palpate.adapters.composition import ReadyPose, SimulatedRig, build_task
 from palpate.adapters.config import RunConfig
-from palpate.adapters.experiment import ScoredTrial, run_scored_trial
+from palpate.adapters.experiment import ScoredTrial, require_sound, run_scored_trial
 from palpate.adapters.policies import made_with
 from palpate.adapters.results import RunFolder, TrialRow
 from palpate.adapters.toml_config import to_toml
-from palpate.core.errors import ConfigurationError, DeviceError, OutputError
+from palpate.core.errors import ConfigurationError, OutputError
 from palpate.core.insertion import InsertionTask
 from palpate.core.perception import Perception, perception_from_dict, perception_to_dict
 from palpate.core.policy import Policy, document_of, learner_of
 from palpate.core.trial import Outcome
 
+FIRST_EVALUATION_TRIAL: Final = 500_000
+"""Trials that evaluate are numbered from here for their random streams: never the ones that a policy was trained on."""
 CHECKPOINT_SCHEMA: Final = "palpate.checkpoint/1"
 
 
@@ -147,7 +149,10 @@ def resume_learner(checkpoint: Checkpoint, policy: Policy) -> None:
     learner = learner_of(policy)
     if learner is None:
         raise ConfigurationError("policy", type(policy).__name__, "a policy with a learner")
-    learner.set_state(checkpoint.learner)
+    try:
+        learner.set_state(checkpoint.learner)
+    except (KeyError, TypeError, ValueError) as error:
+        raise OutputError("checkpoint.json", f"holds no state of this learner ({error})", "begin a new run") from error
 
 
 def checkpoint_perception(checkpoint: Checkpoint) -> Perception:
@@ -176,23 +181,15 @@ def run_policy(
 
     with interrupting(end):
         for trial in range(trials):
-            scored = run_scored_trial(config, rig, task, trial)
-            if ended:
+            scored = run_scored_trial(config, rig, task, FIRST_EVALUATION_TRIAL + trial)
+            if scored.report.outcome is Outcome.INTERRUPTED:
                 break
             require_sound(scored)
-            rows.append(TrialRow.of(scored))
+            rows.append(TrialRow.of(scored, FIRST_EVALUATION_TRIAL))
             on_trial(scored)
+            if ended:
+                break
     return rows
-
-
-def require_sound(scored: ScoredTrial) -> None:
-    """Refuse to go on after a trial whose data cannot be trusted.
-
-    Raises:
-        DeviceError: A sensor failed.
-    """
-    if scored.report.outcome is Outcome.SENSOR_FAULT:
-        raise DeviceError("rig", f"trial {scored.report.setup.index}: {scored.report.events[-1].detail}")
 
 
 @contextmanager

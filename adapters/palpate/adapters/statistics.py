@@ -69,7 +69,8 @@ def learning_summary(rows: Sequence[TrialRow]) -> dict[str, Any]:
         if len(part) == last - first + 1:
             windows[f"mean_s_{first}_{last}"] = round(sum(r.exploration_time_s for r in part) / len(part), 4)
     if "mean_s_126_150" in windows:
-        windows["speed_up"] = round(windows["mean_s_1_25"] / windows["mean_s_126_150"], 3)
+        late_s = windows["mean_s_126_150"]
+        windows["speed_up"] = round(windows["mean_s_1_25"] / late_s, 3) if late_s > 0.0 else None
         late = rows[125:]
         windows["success_from_126"] = _share(sum(r.success for r in late), len(late))
     return windows

@@ -89,6 +89,12 @@ class Explorer:
         """The running action led into the hole."""
         self._settle(next_state=None)
 
+    def gave_up(self, position_m: Vector3, force_N: Vector3, torque_Nm: Vector3) -> None:
+        """The trial ended without the goal: the running action leads to whatever state this is."""
+        if self._pending is not None:
+            _, state = self._perception.observe((*position_m, *force_N, *torque_Nm))
+            self._settle(next_state=state)
+
     def _settle(self, next_state: int | None) -> None:
         if self._pending is None:
             return

@@ -9,7 +9,7 @@ encoders' depth corrected by force over stiffness.
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import sqrt
+from math import dist, sqrt
 from typing import Final
 
 from palpate.core.control import ControlLaw, DampingControl, ForceControl, HybridControl, PositionControl
@@ -24,6 +24,8 @@ from palpate.core.trial import Event, Outcome, Phase, TrialReport, TrialSetup
 from palpate.core.values import CommandReason, JointCommand, Snapshot, Validity, Vector3
 
 PERIOD_S: Final = 1.0 / CONTROL_RATE_HZ
+_START_TICKS: Final = 60 * CONTROL_RATE_HZ
+"""An arm that has not reached its start by then never will."""
 _LOST_TICKS: Final = 4
 """So many unfiltered samples without contact mean that it is lost; the filtered force lags by 60 ms."""
 _STALL_TICKS: Final = CONTROL_RATE_HZ // 2
@@ -67,6 +69,7 @@ class InsertionTask:
         self._ready_z_m = -task.ready_height_mm * 1e-3
         self._depth_m = task.insertion_depth_mm * 1e-3
         self._tolerance_m = task.depth_tolerance_mm * 1e-3
+        self._surface_slack_m = task.surface_uncertainty_mm * 1e-3
         self._free_motion: ControlLaw
         self._press: ControlLaw
         self._inserting: ControlLaw
@@ -113,6 +116,7 @@ class InsertionTask:
         self._tick = 0
         self._countdown = 0
         self._tared = False
+        self._first_force_N: Vector3 = (0.0, 0.0, 0.0)
         self._bias_sum = [0.0] * 6
         self._explore_start = 0
         self._lost_ticks = 0
@@ -138,6 +142,9 @@ class InsertionTask:
         if snapshot.applied is not None and snapshot.applied.reason is not CommandReason.AS_ASKED:
             self.report.clamped_ticks += 1
             self._motion.adopt(snapshot.applied)
+            if snapshot.applied.reason is CommandReason.STOPPED:
+                self._end(Outcome.STOPPED, "the arm was stopped from outside")
+                return self._motion.move((0.0, 0.0, 0.0))
         # A limit that a sample shows may be exceeded further by the truth: saturation ends the trial too.
         if snapshot.wrench.validity is not Validity.VALID or snapshot.joints.validity is not Validity.VALID:
             self._end(
@@ -147,6 +154,8 @@ class InsertionTask:
             return self._motion.move((0.0, 0.0, 0.0))
         self._snapshot = snapshot
         self._measurement.update(snapshot)
+        if self._tick > _START_TICKS and self.phase in (Phase.LIFT, Phase.TRANSFER):
+            self._end(Outcome.NO_CONTACT, f"the start was not reached in {_START_TICKS // CONTROL_RATE_HZ} s")
         if self._interrupted and (self.phase is not Phase.EXPLORE or self._countdown <= 1):
             self._end(Outcome.INTERRUPTED, "on request")
         proceed = self._within_force_limit() and not self.done
@@ -165,9 +174,16 @@ class InsertionTask:
         return self.phase is Phase.DONE
 
     def _within_force_limit(self) -> bool:
-        if not self._tared:
-            return True
         x, y, z = self._measurement.force_N
+        if not self._tared:
+            # Weight and offset are not known yet: what counts is the change since the trial began.
+            if self._tick == 0:
+                self._first_force_N = (x, y, z)
+            force = dist((x, y, z), self._first_force_N)
+            if force > self._task.max_force_N:
+                self._end(Outcome.FORCE_LIMIT, f"{force:.2f} N more than at the start, before taring")
+                return False
+            return True
         force = sqrt(x * x + y * y + z * z)
         if force > self.report.peak_force_N:
             self.report.peak_force_N = force
@@ -212,7 +228,8 @@ class InsertionTask:
         depth = self._tip_depth_m()
         if self._in_contact():
             self._explore_start = self._tick
-            if depth >= self._depth_m - self._tolerance_m:
+            if depth >= self._depth_m - self._tolerance_m - self._surface_slack_m:
+                # The surface was never touched, so its height is known only as well as the plate was set up.
                 self._event("hole", "the approach went straight into it")
                 self._end_inserted(depth)
                 return 0.0, 0.0, 0.0
@@ -327,6 +344,9 @@ class InsertionTask:
 
     def _end(self, outcome: Outcome, detail: str) -> None:
         self.report.outcome = outcome
+        if outcome in (Outcome.TIME_LIMIT, Outcome.JAMMED, Outcome.FORCE_LIMIT):
+            # No goal, but it did cost: an action that always ends a trial like this must not look as good as new.
+            self._explorer.gave_up(self._measurement.position_m, *self._measurement.filtered_wrench_at_tip())
         if self.report.depth_m == 0.0:
             self.report.depth_m = max(self._tip_depth_m() - self._surface_m, 0.0)
         if self._explore_start:

@@ -56,6 +56,8 @@ class TaskConfig:
     """Depth to be reached."""
     depth_tolerance_mm: float = 0.2
     """How far the estimated depth may fall short: encoders, force noise and contact height enter it."""
+    surface_uncertainty_mm: float = 0.5
+    """How far the plate's height may differ from what is believed; it matters where the peg never touches the plate."""
     max_force_N: float = 30.0
     """A measured force above this ends the trial at once; one whose true peak is above it is no success."""
     ready_height_mm: float = 3.0
@@ -77,6 +79,7 @@ class TaskConfig:
         require_in("task.press_kgf", self.press_kgf, 0.02, 10.0)
         require_in("task.insertion_depth_mm", self.insertion_depth_mm, 0.5, 60.0)
         require_in("task.depth_tolerance_mm", self.depth_tolerance_mm, 0.01, 5.0)
+        require_in("task.surface_uncertainty_mm", self.surface_uncertainty_mm, 0.0, 5.0)
         require_in("task.max_force_N", self.max_force_N, 1.0, 500.0)
         require_in("task.ready_height_mm", self.ready_height_mm, 0.5, 100.0)
         require_in("task.travel_speed_mm_s", self.travel_speed_mm_s, 1.0, 100.0)

@@ -27,6 +27,7 @@ class Outcome(enum.Enum):
     FORCE_LIMIT = "force limit"
     NO_CONTACT = "no contact"
     SENSOR_FAULT = "sensor fault"
+    STOPPED = "stopped from outside"
     INTERRUPTED = "interrupted"
 
 
@@ -62,7 +63,7 @@ class Event:
 
 @dataclass(frozen=True, slots=True)
 class DecisionRecord:
-    """One choice of an action, and the reinforcement that the action before it earned.
+    """One choice of an action, and the reinforcement that it then earned.
 
     Attributes:
         tick: Control tick of the trial.
@@ -70,7 +71,7 @@ class DecisionRecord:
         state: Name of the state.
         action: Name of the action chosen.
         source: Which knowledge chose it.
-        reinforcement: What the action then earned; None while it is not known (or the trial ended in it).
+        reinforcement: What the action then earned; None while it is not known, or when it was interrupted.
     """
 
     tick: int

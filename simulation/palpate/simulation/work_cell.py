@@ -7,7 +7,7 @@ cylinder on a flat plate gives torque directions that are wrong by tens of degre
 
 from __future__ import annotations
 
-from math import cos, sin, sqrt
+from math import cos, pi, sin, sqrt
 from typing import Final
 
 import mujoco
@@ -240,7 +240,10 @@ def _add_plate(spec: mujoco.MjSpec, config: CellConfig, goal_in_base: pin.SE3, r
     depth = peg.hole_depth_mm * 1e-3
     half_thickness = (depth + 0.005) / 2
     # Two rings: short boxes at the rim keep MuJoCo's bounding volumes tight, which halves the cost of a step.
-    for boxes, start, end in ((peg.wall_boxes, 0.0, _RIM_M), (peg.wall_boxes // 2, _RIM_M, reach_m)):
+    # The outer ring has fewer, broader ones, and begins far enough inside the inner ring to leave no slit.
+    outer_boxes = peg.wall_boxes // 2
+    slit = 0.0 if hole.sides else (hole.apothem_m + _RIM_M) * (1.0 - cos(pi / outer_boxes))
+    for boxes, start, end in ((peg.wall_boxes, 0.0, _RIM_M), (outer_boxes, _RIM_M - slit, reach_m)):
         half_radial = (end - start + 0.0002) / 2
         for wall in CrossSection(hole.sides, hole.apothem_m + start).walls(boxes, end - start):
             c, s = cos(wall.heading_rad), sin(wall.heading_rad)

@@ -41,10 +41,29 @@ def test_the_file_wins_over_the_preset(toml: str) -> None:
 
 
 def test_flags_win_over_the_file(toml: str) -> None:
-    found = config(f"--config={toml}", "--seed", "6", "--task.step-mm", "0.3", "--scenario", "paper")
-    assert (found.scenario, found.seed, found.task.step_mm) == ("paper", 6, 0.3)
+    found = config(f"--config={toml}", "--seed", "6", "--task.step-mm", "0.3")
+    assert (found.seed, found.task.step_mm) == (6, 0.3)
     # Not of the flags but of the file: it still counts.
     assert found.cell.hole_uncertainty_mm == 2.0
+
+
+def test_a_scenario_other_than_the_file_s_is_refused(toml: str) -> None:
+    # The file's settings would win over the preset's, and the scenario would be so in name only.
+    with pytest.raises(ConfigurationError, match="'blind', as in"):
+        config("--config", toml, "--scenario", "paper")
+
+
+def test_of_two_scenarios_the_last_counts_with_its_settings() -> None:
+    found = config("--scenario", "paper", "--scenario", "blind")
+    assert (found.scenario, found.cell.hole_uncertainty_mm) == ("blind", 3.0)
+
+
+def test_a_run_toml_repeats_trials_and_policy_of_the_same_command(tmp_path: Path) -> None:
+    path = tmp_path / "run.toml"
+    path.write_text('[run]\ncommand = "compare"\ntrials = 7\npolicy = ["a", "b"]\n')
+    again = parse(CompareOptions, "compare", ["--config", str(path)])
+    assert (again.trials, again.policy) == (7, ("a", "b"))
+    assert parse(RunOptions, "run", ["--config", str(path)]).trials == RunOptions().trials
 
 
 def test_all_commands_take_the_same_settings(toml: str) -> None:

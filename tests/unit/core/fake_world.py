@@ -39,6 +39,7 @@ from palpate.core.policy import (
     Decision,
     Observation,
     Policy,
+    Reinforcement,
     Transition,
     compass_actions,
 )
@@ -58,13 +59,14 @@ ACTIONS = compass_actions(0.5e-3)
 
 @dataclass(frozen=True)
 class Pit:
-    """Where the plate lies deeper, within a radius; all in m, task frame. One with walls holds the tip."""
+    """Where the plate lies deeper, within a radius; in m, task frame. One with walls holds the tip, with friction."""
 
     x_m: float
     y_m: float
     depth_m: float = 0.010
     radius_m: float = 0.3e-3
     walls: bool = True
+    friction_N: float = 0.0
 
 
 @cache
@@ -99,6 +101,7 @@ class FakeWorld:
         ports: The four ports.
         pits: The hole and other places where the plate lies deeper.
         height_m: The plate's surface below the nominal plane; inf takes the plate away.
+        slope: How much deeper it is for each m along x.
         spoil: What befalls each force sample on its way; None for nothing.
         tip_m: Where the tip was when the sensor was last read, task frame.
         force_N: Contact force on the tip then, task frame.
@@ -106,7 +109,7 @@ class FakeWorld:
 
     def __init__(self, *pits: Pit, height_m: float = 0.0, start_m: Vector3 = (0.0, 0.0, -3e-3)) -> None:
         self.clock = FakeClock()
-        self.pits, self.height_m = pits, height_m
+        self.pits, self.height_m, self.slope = pits, height_m, 0.0
         self.spoil: Callable[[WrenchSample], WrenchSample] | None = None
         self.tip_m: Vector3 = (0.0, 0.0, 0.0)
         self.force_N: Vector3 = (0.0, 0.0, 0.0)
@@ -156,15 +159,16 @@ class FakeWorld:
 
     def _contact(self, x: float, y: float, z: float) -> tuple[Array, Array]:
         """Force on the tip and torque about it, task frame."""
-        if z <= self.height_m:
+        height = self.height_m + self.slope * x
+        if z <= height:
             self._inside = None
         elif self._inside is None or not self._inside.walls:
             self._inside = next((p for p in self.pits if hypot(p.x_m - x, p.y_m - y) <= p.radius_m), None)
         pit = self._inside
-        push = STIFFNESS_N_PER_M * max(z - self.height_m - (pit.depth_m if pit else 0.0), 0.0)
+        push = STIFFNESS_N_PER_M * max(z - height - (pit.depth_m if pit else 0.0), 0.0)
         if pit is None or not pit.walls:
             return np.array([0.0, 0.0, -push]), self._cue(x, y, push)
-        across = LATERAL_N_PER_M
+        push, across = max(push, pit.friction_N), LATERAL_N_PER_M
         return np.array([across * (pit.x_m - x), across * (pit.y_m - y), -push]), np.zeros(3)
 
     def _cue(self, x: float, y: float, push: float) -> Array:
@@ -235,7 +239,12 @@ def paper_perception() -> Perception:
     return Perception(SelectedChannels(("x", "y", "tx", "ty")), symboliser, IdentityState(symboliser.symbols))
 
 
-def build_task(policy: Policy, task: TaskConfig | None = None, control: ControlConfig | None = None) -> InsertionTask:
+def build_task(
+    policy: Policy,
+    task: TaskConfig | None = None,
+    control: ControlConfig | None = None,
+    reinforcement: Reinforcement | None = None,
+) -> InsertionTask:
     """The core over the zebra-zero, with every part its own."""
     arm, goal = arm_named("zebra-zero"), goal_in_base(GoalConfig())
     _, rotation = ready_pose()
@@ -244,5 +253,5 @@ def build_task(policy: Policy, task: TaskConfig | None = None, control: ControlC
         control or ControlConfig(),
         Measurement(Kinematics(arm, TOOL), goal, SignalProcessor(CONTROL_RATE_HZ, 4.0)),
         TipMotion(Kinematics(arm, TOOL), goal, np.array(rotation), PERIOD_S),
-        Explorer(paper_perception(), policy, ActionPenalty(), PERIOD_S),
+        Explorer(paper_perception(), policy, reinforcement or ActionPenalty(), PERIOD_S),
     )

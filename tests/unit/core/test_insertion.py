@@ -13,11 +13,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from palpate.core.control import ForceControl
 from palpate.core.cycle import run_trial
-from palpate.core.errors import DeviceError
+from palpate.core.errors import ConfigurationError, DeviceError
 from palpate.core.explorer import Explorer
 from palpate.core.insertion import PERIOD_S, InsertionTask
-from palpate.core.policy import Transition
+from palpate.core.policy import ActionOutcome, Transition
 from palpate.core.randomness import Purpose, generator
 from palpate.core.task_config import N_PER_KGF, ControlConfig, TaskConfig
 from palpate.core.trial import Outcome, Phase, TrialReport, TrialSetup
@@ -170,6 +171,22 @@ def test_exploration_presses_steadily_and_acts_ten_times_a_second(good: Trial) -
     assert np.hypot(*steps.T) == pytest.approx(np.full(len(steps), 0.5e-3), rel=0.02)
 
 
+def test_the_peg_stays_where_it_landed_until_the_first_choice(good: Trial) -> None:
+    (contact,) = good.events("contact")
+    first = good.report.decisions[0].tick
+    for tick in range(contact.tick, first + 1):
+        assert good.tips[tick][:2] == pytest.approx(START, abs=1e-6)
+
+
+def test_a_step_ends_where_the_reaction_is_lost(good: Trial) -> None:
+    (lost,) = good.events("contact lost")
+    threshold = -0.1 * N_PER_KGF
+    pressed = [tick for tick in good.in_phase(Phase.EXPLORE) if good.forces[tick][2] < threshold]
+    assert lost.tick - pressed[-1] == 4  # unfiltered samples in a row, the fourth decides
+    still = [good.tips[tick][:2] for tick in range(pressed[-1] + 2, lost.tick + 1)]
+    assert np.ptp(still, axis=0).max() < 1e-7
+
+
 def test_a_step_is_slow_and_steady_and_over_before_the_torque_is_read(good: Trial) -> None:
     for record in good.report.decisions[1:]:
         way = np.diff([good.tips[tick][:2] for tick in range(record.tick - 14, record.tick + 1)], axis=0)
@@ -220,6 +237,25 @@ def test_the_lateral_force_in_the_hole_is_regulated_away(good: Trial) -> None:
     across = [hypot(*good.forces[tick][:2]) for tick in insertion]
     assert max(across) > 5.0  # the peg fell in beside the middle
     assert across[-1] < 0.1
+    speeds = np.diff([good.tips[tick][:2] for tick in insertion], axis=0) / PERIOD_S
+    assert np.hypot(*speeds.T).max() < 5.0e-3 * (1 + 1e-3)
+
+
+def test_the_effort_of_each_action_is_what_was_felt() -> None:
+    outcomes: list[ActionOutcome] = []
+
+    def note(outcome: ActionOutcome) -> float:
+        outcomes.append(outcome)
+        return -1.0
+
+    policy = FollowTorque()
+    trial = Trial(FakeWorld(HOLE), policy, task=build_task(policy, reinforcement=note))
+    assert len(outcomes) == trial.report.actions
+    for outcome in outcomes[1:-1]:
+        assert outcome.duration_s == pytest.approx(0.1)
+        assert outcome.mean_force_N == pytest.approx(PRESS_N, rel=0.05)
+        assert outcome.peak_force_N == pytest.approx(PRESS_N, rel=0.05)
+        assert outcome.distance_m == pytest.approx(0.5e-3, rel=0.1)
 
 
 def test_the_report_adds_up(good: Trial) -> None:
@@ -302,6 +338,40 @@ def test_an_arm_that_stands_deep_is_lifted_straight_up_first() -> None:
     assert trial.report.outcome is Outcome.INSERTED
 
 
+def test_what_the_sensor_does_while_the_arm_comes_to_rest_is_not_tared_in() -> None:
+    world = FakeWorld(HOLE)
+    reads = iter(range(10_000))
+
+    def ring(sample: WrenchSample) -> WrenchSample:
+        # Until 26 ticks after the arm has arrived, as in the good trial.
+        return replace(sample, force_N=_sum(sample.force_N, (3.0, 2.0, 1.0))) if next(reads) <= 16 + 26 else sample
+
+    world.spoil = ring
+    trial = Trial(world)
+    assert trial.events("phase")[1].tick == 16
+    numbers = [float(word) for word in trial.events("tare")[0].detail.split()[:3]]
+    assert numbers == pytest.approx(WEIGHT_AND_BIAS_N, rel=1e-5)
+
+
+def test_a_tilted_plate_is_not_taken_for_a_hole() -> None:
+    world = FakeWorld(FAR_AWAY)
+    world.slope = 0.05
+    policy = Steps(displacements_m=[EAST] * 14)
+    trial = Trial(world, policy, (-3e-3, 0.0), TaskConfig(time_limit_s=2.0))
+    assert trial.report.outcome is Outcome.TIME_LIMIT
+    assert trial.tips[-1][0] > 3.4e-3  # more than 0.3 mm lower than where it began, as deep as a drop
+    assert Phase.INSERT not in trial.phases
+
+
+def test_a_peg_that_sinks_against_friction_has_found_the_hole() -> None:
+    # The wall goes on pushing back with more than the contact threshold.
+    trial = Trial(FakeWorld(replace(HOLE, friction_N=2.0)))
+    assert trial.report.outcome is Outcome.INSERTED
+    assert trial.events("contact lost") == []
+    assert len(trial.events("sunk below the surface")) == 1
+    assert trial.report.depth_m == pytest.approx(0.010, abs=2.5e-4)  # contact and depth: the tolerance is enough
+
+
 def test_a_big_weight_is_no_contact_force() -> None:
     # 50 N are above the limit; they are there before the tare, and are gone with it.
     world = FakeWorld(HOLE)
@@ -332,6 +402,22 @@ def test_a_false_drop_goes_back_to_exploration() -> None:
     assert 6 <= trial.report.actions <= 7
 
 
+def test_a_false_drop_does_not_stop_the_clock() -> None:
+    dent = Pit(1e-3, 0.0, depth_m=0.25e-3, walls=False)
+    config = TaskConfig(contact_kgf=0.45, time_limit_s=2.5)
+    trial = Trial(FakeWorld(dent), Steps(displacements_m=[EAST] * 3), (0.0, 0.0), config)
+    assert len(trial.events("false drop")) == 1
+    assert trial.report.outcome is Outcome.TIME_LIMIT
+    assert trial.report.exploration_time_s == pytest.approx(2.5)
+
+
+def test_the_force_law_starts_afresh_in_each_hole(monkeypatch: pytest.MonkeyPatch) -> None:
+    resets: list[ForceControl] = []
+    monkeypatch.setattr(ForceControl, "reset", lambda law: resets.append(law))
+    trial = Trial(FakeWorld(HOLE))
+    assert len(resets) == len(trial.events("contact lost")) == 1
+
+
 def test_the_peg_stays_inside_the_exploration_area() -> None:
     policy = Steps(displacements_m=[EAST] * 12 + [(0.0, -0.5e-3)] * 12)
     trial = Trial(FakeWorld(FAR_AWAY), policy, (0.0, 0.0), TaskConfig(time_limit_s=3.0))
@@ -349,10 +435,10 @@ def test_the_time_limit_ends_the_exploration() -> None:
     assert trial.report.exploration_time_s == pytest.approx(1.5)
     assert trial.report.actions == len(trial.report.decisions) == 14
     assert trial.events("end")[0].detail == "time limit: 1.5 s"
-    # The last action never came to its end: nothing is learned from it, and it is not the goal.
+    # The last action cost like any other, and it is not the goal.
     assert [t.next_state for t in trial.policy.learned].count(None) == 0
-    assert len(trial.policy.learned) == 13
-    assert trial.report.decisions[-1].reinforcement is None
+    assert len(trial.policy.learned) == 14
+    assert trial.report.decisions[-1].reinforcement == -1.0
     assert trial.report.depth_m == pytest.approx(0.0, abs=2e-5)
     assert trial.stopped
 
@@ -363,7 +449,7 @@ def test_a_hole_that_is_not_deep_enough_is_a_jam() -> None:
     assert trial.report.depth_m == pytest.approx(5e-3, abs=5e-5)
     (lost,) = trial.events("contact lost")
     assert trial.report.exploration_time_s == pytest.approx((lost.tick - trial.events("contact")[0].tick) * PERIOD_S)
-    assert trial.report.ticks - lost.tick > 3 * 140
+    assert 3 * 140 < trial.report.ticks - lost.tick < 4 * 140
     assert all(t.next_state is not None for t in trial.policy.learned)
     assert trial.stopped
 
@@ -389,7 +475,7 @@ def test_without_a_plate_there_is_no_contact() -> None:
     assert trial.stopped
 
 
-def test_an_arm_that_does_not_follow_ends_the_approach() -> None:
+def test_an_arm_that_is_stopped_from_outside_ends_the_trial() -> None:
     world = FakeWorld(HOLE)
 
     def stop(tick: int, snapshot: Snapshot) -> Snapshot:
@@ -398,10 +484,38 @@ def test_an_arm_that_does_not_follow_ends_the_approach() -> None:
         return snapshot
 
     trial = Trial(world, on_step=stop)
+    assert trial.report.outcome is Outcome.STOPPED
+    # The command of tick 90 is the first that is not applied; the snapshot after it tells.
+    assert trial.report.ticks == 92
+    assert trial.stopped
+
+
+def test_a_start_that_is_never_reached_ends_the_trial() -> None:
+    world = FakeWorld(HOLE)
+    world.arm._max_step_rad = 1e-9
+    trial = Trial(world)
     assert trial.report.outcome is Outcome.NO_CONTACT
-    assert trial.report.ticks < 600
-    assert trial.report.clamped_ticks == trial.report.ticks - 91
-    assert trial.commands[-1].position_rad == pytest.approx(trial.snapshots[-1].joints.position_rad, abs=PERIOD_S)
+
+
+def test_a_wedged_peg_is_noticed_before_the_sensor_is_tared() -> None:
+    world = FakeWorld(HOLE)
+    reads = iter(range(10_000))
+    world.spoil = lambda sample: replace(
+        sample, force_N=_sum(sample.force_N, (0.0, 0.0, 31.0 if next(reads) >= 5 else 0.0))
+    )
+    trial = Trial(world)
+    assert trial.report.outcome is Outcome.FORCE_LIMIT
+    assert trial.report.ticks == 6
+    assert trial.phases[-2] in (Phase.LIFT, Phase.TRANSFER)
+    assert trial.stopped
+
+
+def test_an_action_that_ends_in_a_jam_is_learned_as_a_cost() -> None:
+    trial = Trial(FakeWorld(replace(HOLE, depth_m=5e-3)))
+    assert trial.report.outcome is Outcome.JAMMED
+    assert len(trial.policy.learned) == len(trial.report.decisions)
+    assert trial.policy.learned[-1].next_state is not None
+    assert trial.report.decisions[-1].reinforcement == -1.0
 
 
 def test_the_force_limit_ends_the_trial_in_the_same_tick() -> None:
@@ -546,10 +660,14 @@ def test_an_interrupt_lets_the_running_action_end(when: int, good: Trial) -> Non
 
 
 def test_gains_are_checked_against_the_stiffness_when_the_task_is_made() -> None:
-    with pytest.raises(ValueError, match=r"control\.damping_N_s_per_m"):
-        build_task(FollowTorque(), control=ControlConfig(axial_stiffness_N_per_mm=50.0))
-    with pytest.raises(ValueError, match=r"control\.force_integral_m_per_N_s"):
-        build_task(FollowTorque(), control=ControlConfig(lateral_stiffness_N_per_mm=4e3))
+    # B = 400 N s/m bears 28 N/mm, and k_i = 0.00025 m/(N s) bears 560 N/mm.
+    build_task(FollowTorque(), control=ControlConfig(axial_stiffness_N_per_mm=27.9, lateral_stiffness_N_per_mm=559.0))
+    with pytest.raises(ConfigurationError) as axial:
+        build_task(FollowTorque(), control=ControlConfig(axial_stiffness_N_per_mm=28.1))
+    assert axial.value.field == "control.damping_N_s_per_m"
+    with pytest.raises(ConfigurationError) as lateral:
+        build_task(FollowTorque(), control=ControlConfig(lateral_stiffness_N_per_mm=561.0))
+    assert lateral.value.field == "control.force_integral_m_per_N_s"
 
 
 def test_the_core_runs_without_mujoco() -> None:

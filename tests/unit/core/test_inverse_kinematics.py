@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.core.arms import ARMS, ArmDescription, arm_named
@@ -208,10 +208,10 @@ def test_a_step_within_the_velocity_limits_is_not_called_limited(bench: Bench) -
     np.testing.assert_allclose(step.q_rad, asked, atol=1e-12)
 
 
-def test_the_velocity_limit_keeps_the_direction(bench: Bench) -> None:
-    target = bench.shifted(bench.posture, 0.04, -0.02, 0.03)
-    error = pin.log6(bench.tip(bench.posture).actInv(target)).vector
-    whole = np.linalg.solve(bench.look.tip_jacobian(bench.posture), error)
+@pytest.mark.parametrize("excess", [1.01, 1.5, 20.0])
+def test_the_velocity_limit_keeps_the_direction(bench: Bench, excess: float) -> None:
+    whole = excess * bench.reach * np.array([1.0, -0.5, 0.2, 0.7, -0.9, 0.3])
+    target = bench.tip(bench.posture) * pin.exp6(bench.look.tip_jacobian(bench.posture) @ whole)
     step = bench.inverse.step(bench.posture, target)
     dq = step.q_rad - bench.posture
     assert step.limited
@@ -219,6 +219,7 @@ def test_the_velocity_limit_keeps_the_direction(bench: Bench) -> None:
     np.testing.assert_allclose(dq / np.linalg.norm(dq), whole / np.linalg.norm(whole), atol=1e-9)
 
 
+@settings(deadline=None)
 @given(
     angles=st.lists(st.floats(0.0, 1.0), min_size=6, max_size=6),
     twist=st.lists(st.floats(-0.5, 0.5), min_size=6, max_size=6),
@@ -250,6 +251,27 @@ def test_near_a_singularity_steps_stay_small(arm: ArmDescription, direction: tup
         assert np.isfinite(step.q_rad).all()
         # 0.1 mm with a damping of 0.1 can ask for 1e-4 / (2 x 0.1) rad at most; near the edge of the region more.
         assert np.abs(step.q_rad - q).max() < 2e-3
+
+
+@pytest.mark.parametrize("direction", [(1, 0, 0), (0, 1, 0), (0, 0, -1)])
+def test_damping_sets_in_gently(zebra: Bench, direction: tuple[int, int, int]) -> None:
+    def manipulability(bend: float) -> float:
+        return abs(float(np.linalg.det(zebra.look.tip_jacobian(elbow(bend)))))
+
+    def elbow(bend: float) -> Array:
+        return np.array([0.0, 0.3, -bend, 0.2, 0.4, 0.1])
+
+    low, high = 0.0, 0.5
+    for _ in range(60):  # the bend of the elbow at which the damping begins
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if manipulability(middle) < 2e-4 else (low, middle)
+    steps = []
+    for bend in (0.99 * high, 1.01 * high):
+        q = elbow(bend)
+        steps.append(zebra.inverse.step(q, zebra.shifted(q, *(1e-5 * np.array(direction)))))
+    assert [step.limited for step in steps] == [True, False]
+    damped, free = (step.q_rad - elbow(bend) for step, bend in zip(steps, (0.99 * high, 1.01 * high), strict=True))
+    assert np.linalg.norm(damped - free) < 0.05 * np.linalg.norm(free)
 
 
 def test_an_arm_leaves_a_singularity_towards_its_target(zebra: Bench) -> None:
@@ -298,3 +320,14 @@ def test_an_arm_of_seven_joints_is_served_too(tmp_path: Path) -> None:
         @ pin.log6(bench.tip(bench.posture).actInv(target)).vector
     )
     np.testing.assert_allclose(step.q_rad - bench.posture, shortest, atol=1e-9)
+    # With one joint at its limit the other six still get there, and it is said that a limit was met.
+    q = bench.posture.copy()
+    q[1] = bench.look.upper_rad[1]
+    beyond = q.copy()
+    beyond[1] += 1e-4
+    others = np.delete(bench.look.tip_jacobian(q), 1, axis=1)
+    assert abs(np.linalg.det(others)) > 2e-4
+    step = bench.inverse.step(q, bench.tip(beyond))
+    assert step.limited
+    assert step.q_rad[1] == q[1]
+    np.testing.assert_allclose(bench.tip(step.q_rad).translation, bench.tip(beyond).translation, atol=1e-6)

@@ -79,7 +79,7 @@ def test_the_joint_limits_are_those_of_the_table() -> None:
 
 
 def test_the_tool_sits_on_the_flange_along_its_axis() -> None:
-    tool = ToolGeometry(0.03, 0.14)
+    tool = ToolGeometry()  # sensor 0.03 m beyond the flange, tip 0.14 m beyond that
     kinematics, bare = Kinematics(ZEBRA, tool), Kinematics(ZEBRA, NO_TOOL)
     for q in random_angles(kinematics, 20):
         kinematics.update(q)

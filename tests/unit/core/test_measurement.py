@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.core.arms import arm_named
@@ -80,6 +80,7 @@ def test_the_tare_takes_weight_and_bias_away_at_once() -> None:
     assert torque == pytest.approx(NONE, abs=1e-14)
 
 
+@settings(deadline=None)
 @given(forces)
 def test_the_force_is_in_the_task_frame_and_without_lag(force: Vector3) -> None:
     measurement = build()
@@ -116,6 +117,7 @@ def test_friction_at_the_tip_makes_no_torque_there_although_the_sensor_sees_one(
     assert torque == pytest.approx(NONE, abs=1e-10)
 
 
+@settings(deadline=None)
 @given(forces, st.tuples(*[st.floats(-0.1, 0.1)] * 3))
 def test_a_torque_about_the_tip_comes_through_whatever_the_force(force: Vector3, torque: Vector3) -> None:
     measurement = build()

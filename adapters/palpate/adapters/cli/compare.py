@@ -31,21 +31,20 @@ def compare(options: CompareOptions) -> int:
     require_usable(config, ready)
     folder.create()
     folder.write_text("run.toml", run_toml(config, "compare", trials=options.trials, policy=list(options.policy)))
-    width_mm = round(capture_half_width_m(config, ready) * 1e3, 4)
     summaries: dict[str, dict[str, Any]] = {}
     finished = True
     for policy in chosen:
         rows, finished = run_named(policy, config, ready, options.trials)
         if rows:
-            # Two runs may have folders of the same name.
-            summaries[policy.name if policy.label in summaries else policy.label] = summary_of(rows)
+            # Two runs may have folders of the same name, or one of a comparator's.
+            taken = policy.label in summaries or (policy.label in COMPARATORS and policy.name not in COMPARATORS)
+            summaries[policy.name if taken else policy.label] = summary_of(rows)
         if not finished:
             break
+    width_mm = round(capture_half_width_m(config, ready) * 1e3, 4) if finished else None
     table = comparison_table(summaries)
-    foot = (
-        f"{config.arm}, scenario {config.scenario}, seed {config.seed}, {options.trials} trials each; measured capture "
-        f"half-width {width_mm:.3f} mm at 5 mm/s\n"
-    )
+    foot = f"{config.arm}, scenario {config.scenario}, seed {config.seed}, {options.trials} trials each"
+    foot += "; ended early\n" if width_mm is None else f"; capture half-width {width_mm:.3f} mm at 5 mm/s on average\n"
     folder.write_text("compare.txt", table + foot)
     folder.write_text("compare.csv", _csv(summaries, width_mm))
     folder.write_json("summary.json", {"capture_half_width_mm": width_mm, "finished": finished, "policies": summaries})
@@ -77,7 +76,7 @@ def _aligned(lines: Sequence[Sequence[str]]) -> str:
     )
 
 
-def _csv(summaries: Mapping[str, Mapping[str, Any]], width_mm: float) -> str:
+def _csv(summaries: Mapping[str, Mapping[str, Any]], width_mm: float | None) -> str:
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     columns = ("success", "median_s", "p95_s")

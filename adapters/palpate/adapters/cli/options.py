@@ -38,7 +38,7 @@ class TrainOptions:
     config: str = ""
     """TOML file with any of the settings below (a run.toml too); flags win over it."""
     policy: str = "q-learning"
-    """q-learning, or a policy file to go on learning from."""
+    """q-learning, or a policy file to go on learning from (its Q values; exploration begins anew)."""
     resume: bool = False
     """Go on with the run in --out where it stopped, with its settings and the same random streams."""
 
@@ -89,7 +89,11 @@ def parse(kind: type[T], command: str, arguments: Sequence[str]) -> T:
     """
     default: Any = None
     if "run" in kind.__dataclass_fields__:  # type: ignore[attr-defined]
-        default = kind(run=_base(arguments))  # type: ignore[call-arg]
+        config, facts = _base(arguments)
+        # A run.toml also says how many trials the same command ran, and with which policy.
+        told = facts if facts.get("command") == command else {}
+        known = {name: _frozen(told[name]) for name in ("trials", "policy") if name in told}
+        default = kind(run=config, **known)  # type: ignore[call-arg]
     output = io.StringIO()
     try:
         with contextlib.redirect_stdout(output), contextlib.redirect_stderr(output):
@@ -111,17 +115,30 @@ def parse(kind: type[T], command: str, arguments: Sequence[str]) -> T:
     return result
 
 
-def _base(arguments: Sequence[str]) -> RunConfig:
-    """What the flags start from: the scenario, named on the command line or in the file, and the file over it."""
+def _frozen(value: Any) -> Any:
+    return tuple(value) if isinstance(value, list) else value
+
+
+def _base(arguments: Sequence[str]) -> tuple[RunConfig, dict[str, Any]]:
+    """What the flags start from: the scenario, named on the command line or in the file, and the file over it.
+
+    Returns:
+        The configuration, and the table ``[run]`` of the file.
+    """
     table: dict[str, Any] = {}
+    facts: dict[str, Any] = {}
     path = _value_of("--config", arguments) or _resumed_run(arguments)
     if path:
         table = read_toml(Path(path))
-        table.pop("run", None)
-    name = _value_of("--scenario", arguments) or table.get("scenario", "paper")
+        facts = table.pop("run", {})
+    named, written = _value_of("--scenario", arguments), table.get("scenario")
+    if named and written is not None and named != written:
+        # The file's settings would win over the other scenario's and leave it in name only.
+        raise ConfigurationError("scenario", named, f"{written!r}, as in {path}, or a file that names no scenario")
+    name = named or ("paper" if written is None else written)
     if not isinstance(name, str):
         raise ConfigurationError("scenario", name, "a name")
-    return overlay(scenario(name), {**table, "scenario": name})
+    return overlay(scenario(name), {**table, "scenario": name}), facts if isinstance(facts, dict) else {}
 
 
 def _resumed_run(arguments: Sequence[str]) -> str:
@@ -135,12 +152,13 @@ def _resumed_run(arguments: Sequence[str]) -> str:
 
 
 def _value_of(flag: str, arguments: Sequence[str]) -> str:
+    value = ""
     for i, word in enumerate(arguments):
         if word == flag and i + 1 < len(arguments):
-            return arguments[i + 1]
-        if word.startswith(flag + "="):
-            return word.split("=", 1)[1]
-    return ""
+            value = arguments[i + 1]
+        elif word.startswith(flag + "="):
+            value = word.split("=", 1)[1]
+    return value
 
 
 def _one_line(boxed: str) -> str:

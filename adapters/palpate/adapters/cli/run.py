@@ -22,7 +22,7 @@ from palpate.adapters.fitting import configured_perception
 from palpate.adapters.plots import learning_curve
 from palpate.adapters.policies import COMPARATORS, comparator, loaded_policy, perception_of
 from palpate.adapters.results import RunFolder, TrialRow
-from palpate.adapters.session import run_policy, run_toml
+from palpate.adapters.session import FIRST_EVALUATION_TRIAL, run_policy, run_toml
 from palpate.adapters.statistics import summary_of
 from palpate.core.checks import require_in
 from palpate.core.errors import ConfigurationError
@@ -105,7 +105,7 @@ def run_named(
 
         def done(scored: ScoredTrial) -> None:
             if folder is not None:
-                folder.append_trial(scored)
+                folder.append_trial(scored, FIRST_EVALUATION_TRIAL)
             bar.update()
 
         rows = run_policy(config, ready, rig, chosen.perception, policy, trials, done)

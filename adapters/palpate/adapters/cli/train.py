@@ -14,13 +14,13 @@ from palpate.adapters.config import RunConfig
 from palpate.adapters.experiment import ScoredTrial
 from palpate.adapters.fitting import configured_perception, fitted_perception
 from palpate.adapters.plots import learning_curve
-from palpate.adapters.policies import learning_policy, loaded_policy, perception_of
+from palpate.adapters.policies import learning_policy, loaded_policy, made_with, perception_of
 from palpate.adapters.results import RunFolder
 from palpate.adapters.session import Checkpoint, Trainer, checkpoint_perception, resume_learner, run_toml
 from palpate.adapters.statistics import WINDOW, learning_summary, moving_average, summary_of
 from palpate.adapters.toml_config import overlay, read_toml, to_toml
 from palpate.core.checks import require_in
-from palpate.core.errors import ConfigurationError
+from palpate.core.errors import ConfigurationError, OutputError
 from palpate.core.policy import PolicyDocument
 from palpate.core.task_frame import reachable_share
 
@@ -37,6 +37,11 @@ def train(options: TrainOptions) -> int:
     else:
         folder.require_free()
     document = None if options.policy == "q-learning" else PolicyDocument.load(Path(options.policy))
+    if document is not None and (config.learning.programmed or config.learning.examples):
+        raise ConfigurationError(
+            "learning.programmed", config.learning.programmed or config.learning.examples,
+            "nothing programmed and no examples beside --policy FILE, which brings its own",
+        )  # fmt: skip
     ready = find_ready_pose(config)
     perception = configured_perception(config)
     if document is not None:
@@ -61,6 +66,10 @@ def train(options: TrainOptions) -> int:
         folder.create()
         if checkpoint is not None:
             folder.truncate(first)
+            if len(folder.read_trials()) != first:
+                raise OutputError(
+                    str(folder.path / "trials.csv"), f"does not hold the {first} finished trials", "begin a new run"
+                )
         else:
             folder.write_text("run.toml", run_toml(config, "train", trials=options.trials, policy=options.policy))
         trainer.checkpoint()
@@ -80,9 +89,13 @@ def train(options: TrainOptions) -> int:
 def _require_same(options: TrainOptions, folder: RunFolder) -> None:
     config = options.run
     table = read_toml(folder.path / "run.toml")
-    policy = table.pop("run", {}).get("policy")
-    if policy != options.policy:
-        raise ConfigurationError("policy", options.policy, f"{policy!r}, with which the run began")
+    facts = table.pop("run", {})
+    if facts.get("policy") != options.policy:
+        raise ConfigurationError("policy", options.policy, f"{facts.get('policy')!r}, with which the run began")
+    for name, version in made_with().items():
+        began = facts.get("versions", {}).get(name)
+        if began != version:
+            raise ConfigurationError(f"run.versions.{name}", version, f"{began!r}, with which the run began")
     saved = overlay(RunConfig(), table)
     if saved != config:
         old, new = to_toml(saved).splitlines(), to_toml(config).splitlines()

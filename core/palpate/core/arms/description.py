@@ -22,7 +22,6 @@ class ArmDescription:
         flange_frame: Name of the URDF frame that carries the sensor, z out of the arm.
         posture_rad: A comfortable elbow posture, (6,); inverse kinematics starts from it and so picks its branch.
         encoder_step_rad: Joint angle per encoder count, (6,).
-        acceleration_limit_rad_s2: Joint acceleration that the servos allow, the same for all joints.
         servo_stiffness_Nm_per_rad: Simulated joint servo stiffness, (6,).
         servo_armature_kg_m2: Simulated motor inertia seen at the joint, (6,).
         evidence: Where the figures come from, and which of them are assumed.
@@ -33,7 +32,6 @@ class ArmDescription:
     flange_frame: str
     posture_rad: tuple[float, ...]
     encoder_step_rad: tuple[float, ...]
-    acceleration_limit_rad_s2: float
     servo_stiffness_Nm_per_rad: tuple[float, ...]
     servo_armature_kg_m2: tuple[float, ...]
     evidence: str
@@ -64,7 +62,6 @@ ZEBRA_ZERO: Final = ArmDescription(
     posture_rad=(0.0, 1.17, -1.42, 0.0, 0.55, 0.0),
     # 192 000 counts a turn on joints 1 to 3; the wrist base ratio of 69 332 stands for the coupled wrist joints.
     encoder_step_rad=(2 * pi / 192_000,) * 3 + (2 * pi / 69_332,) * 3,
-    acceleration_limit_rad_s2=19.0,
     servo_stiffness_Nm_per_rad=(2e4, 2e4, 2e4, 4e3, 4e3, 4e3),
     servo_armature_kg_m2=(2.0, 2.0, 2.0, 0.4, 0.4, 0.4),
     evidence="geometry and counts: public ROS 2 port of the arm; servo stiffness, armature and masses: assumed",
@@ -76,7 +73,6 @@ UR5: Final = ArmDescription(
     flange_frame="tool0",
     posture_rad=(0.0, -1.6, 2.0, -1.97, -1.57, 0.0),
     encoder_step_rad=(2 * pi / 131_072,) * 6,
-    acceleration_limit_rad_s2=15.0,
     servo_stiffness_Nm_per_rad=(2e4, 2e4, 2e4, 4e3, 4e3, 4e3),
     servo_armature_kg_m2=(2.0, 2.0, 2.0, 0.4, 0.4, 0.4),
     evidence="geometry and limits: example-robot-data; encoder step, servo stiffness and armature: assumed",

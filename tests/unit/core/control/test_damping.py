@@ -6,7 +6,7 @@ from collections import deque
 from math import hypot, inf, nan
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.core.control import DampingControl
@@ -35,6 +35,7 @@ def pressed(stiffness: float, margin: float, delay: int, speed: float, ticks: in
     return forces
 
 
+@settings(deadline=None)
 @given(stiffnesses, margins)
 def test_pressing_settles_at_the_nominal_force_without_overshoot(stiffness: float, margin: float) -> None:
     forces = pressed(stiffness, margin, delay=0, speed=1.0, ticks=600)
@@ -42,6 +43,7 @@ def test_pressing_settles_at_the_nominal_force_without_overshoot(stiffness: floa
     assert min(forces) >= -5.0 - 1e-9
 
 
+@settings(deadline=None)
 @given(stiffnesses, margins)
 def test_pressing_settles_with_two_ticks_of_lag_and_a_speed_limit(stiffness: float, margin: float) -> None:
     forces = pressed(stiffness, margin, delay=2, speed=0.02, ticks=2000)

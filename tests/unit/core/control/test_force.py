@@ -6,7 +6,7 @@ from collections import deque
 from math import hypot, inf, nan
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.core.control import ForceControl
@@ -36,6 +36,7 @@ def on_a_spring(law: ForceControl, stiffness: float, ticks: int, delay: int = 0)
     return forces
 
 
+@settings(deadline=None)
 @given(stiffness=stiffnesses, p=st.floats(0.0, 1.0), i=st.floats(0.05, 1.0))
 def test_the_force_settles_for_every_accepted_gain(stiffness: float, p: float, i: float) -> None:
     proportional = 0.5 * p / stiffness
@@ -46,6 +47,7 @@ def test_the_force_settles_for_every_accepted_gain(stiffness: float, p: float, i
     assert max(abs(force - 2.0) for force in forces) <= 7.0 * (1 + 1e-9)  # never farther than at first
 
 
+@settings(deadline=None)
 @given(stiffness=stiffnesses, i=st.floats(0.05, 0.5))
 def test_the_force_settles_with_a_tick_of_lag_and_a_speed_limit(stiffness: float, i: float) -> None:
     law = ForceControl(i * highest_integral(stiffness, 0.0), 0.0, TARGET, 5e-3, stiffness, PERIOD_S)

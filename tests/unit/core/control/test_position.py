@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import hypot, inf, nan
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.core.control import PositionControl
@@ -16,6 +16,7 @@ PERIOD_S = 1.0 / 140
 NO_FORCE: Vector3 = (0.0, 0.0, 0.0)
 
 
+@settings(deadline=None)
 @given(gain=st.floats(1.0, 140.0), speed=st.floats(1e-3, 0.1), distance=st.floats(-5e-3, 5e-3))
 def test_it_arrives_without_overshoot_for_every_accepted_gain(gain: float, speed: float, distance: float) -> None:
     law = PositionControl(gain, speed, PERIOD_S)
