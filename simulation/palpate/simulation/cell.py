@@ -20,6 +20,7 @@ from palpate.simulation.work_cell import PLATE_REACH_M, build_work_cell
 
 Array: TypeAlias = npt.NDArray[np.float64]
 
+_NS: Final = 1_000_000_000
 _NOISE_BLOCK: Final = 512
 _PEAK_BLOCK: Final = 4096
 _HISTORY_HEADER: Final = 2  # MuJoCo puts two words (period and cursor) before a sensor's sample times
@@ -57,6 +58,7 @@ class WorkCell:
         model: The MuJoCo model.
         data: Its state.
         ticks: Control ticks since construction; resets do not turn time back.
+        time_ns: The time of that tick, exact and rounded down to whole nanoseconds.
     """
 
     def __init__(
@@ -82,15 +84,17 @@ class WorkCell:
         )
         self.data = mujoco.MjData(self.model)
         self.joints = kinematics.joints
-        self.ticks = 0
+        self.ticks = self.time_ns = 0
+        self._rate_Hz = rate_Hz
         self._goal = goal_in_base.copy()
         self._ready: Array = ready_rad.copy()
         self._plate = self.model.body("plate").id
         share = config.sensor.encoder_counts_share
-        self._encoder_step = tuple(step * share for step in kinematics.arm.encoder_step_rad)
+        self._encoder_step: Array | None = np.array(kinematics.arm.encoder_step_rad) * share if share else None
         start = int(self.model.sensor_historyadr[0]) + _HISTORY_HEADER + config.substeps
         # Views into MuJoCo's memory, which stays where it is.
         self._wrench: Array = self.data.sensordata[:6]
+        self._ctrl: Array = self.data.ctrl
         self._qpos: Array = self.data.qpos[: self.joints]
         self._force_history: Array = self.data.history[start : start + 3 * config.substeps]
         self._peak_rows: Array = np.empty((_PEAK_BLOCK, 3 * config.substeps))
@@ -116,6 +120,7 @@ class WorkCell:
         """One control tick of physics under the present set-points."""
         mujoco.mj_step(self.model, self.data, nstep=self.config.substeps)
         self.ticks += 1
+        self.time_ns = self.ticks * _NS // self._rate_Hz
         if self._peak_count == _PEAK_BLOCK:
             self._fold_peaks()
         self._peak_rows[self._peak_count] = self._force_history
@@ -123,19 +128,21 @@ class WorkCell:
 
     def command(self, position_rad: JointVector) -> None:
         """New servo set-points, (n,)."""
-        self.data.ctrl[:] = position_rad
+        self._ctrl[:] = position_rad
 
     def measure_wrench(self) -> list[float]:
         """Wrench of the world on the tool (force, torque), (6,), sensor frame: weight, bias and noise included.
 
         MuJoCo reports the force from child to parent body; the world's force on the tool is its negative.
         """
-        return [n - w for n, w in zip(next(self._noise), self._wrench.tolist(), strict=True)]
+        wrench: list[float] = (next(self._noise) - self._wrench).tolist()
+        return wrench
 
     def measure_joints(self) -> JointVector:
         """Joint angles as the encoders count them, (n,) rad."""
-        angles = self._qpos.tolist()
-        return tuple(round(a / s) * s if s else a for a, s in zip(angles, self._encoder_step, strict=True))
+        if self._encoder_step is None:
+            return self.joint_angles()
+        return tuple((np.rint(self._qpos / self._encoder_step) * self._encoder_step).tolist())
 
     def joint_angles(self) -> JointVector:
         """Exact joint angles, (n,) rad: for the servos, which do not depend on the host's encoders."""
@@ -159,10 +166,10 @@ class WorkCell:
             self._peak_square = max(self._peak_square, float(np.einsum("ij,ij->i", forces, forces).max()))
             self._peak_count = 0
 
-    def _noise_samples(self, rng: np.random.Generator) -> Iterator[list[float]]:
+    def _noise_samples(self, rng: np.random.Generator) -> Iterator[Array]:
         """Bias and white noise, drawn in blocks because single draws cost more than the samples' use."""
         sensor = self.config.sensor
         bias = rng.standard_normal(6) * ([sensor.force_bias_N] * 3 + [sensor.torque_bias_Nm] * 3)
         spread = np.array([sensor.force_noise_N] * 3 + [sensor.torque_noise_Nm] * 3)
         while True:
-            yield from (rng.standard_normal((_NOISE_BLOCK, 6)) * spread + bias).tolist()
+            yield from rng.standard_normal((_NOISE_BLOCK, 6)) * spread + bias
