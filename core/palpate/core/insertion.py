@@ -158,7 +158,7 @@ class InsertionTask:
             self._end(Outcome.NO_CONTACT, f"the start was not reached in {_START_TICKS // CONTROL_RATE_HZ} s")
         if self._interrupted and (self.phase is not Phase.EXPLORE or self._countdown <= 1):
             self._end(Outcome.INTERRUPTED, "on request")
-        proceed = self._within_force_limit() and not self.done
+        proceed = not self.done and self._within_force_limit()
         return self._motion.move(self._handlers[self.phase]() if proceed else (0.0, 0.0, 0.0))
 
     def interrupt(self) -> None:

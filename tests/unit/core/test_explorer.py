@@ -251,6 +251,27 @@ def test_the_goal_is_reached_once() -> None:
     assert len([entry for entry in bench.entries if isinstance(entry, Transition)]) == 1
 
 
+def test_giving_up_is_learned_as_an_ordinary_transition() -> None:
+    bench = Bench()
+    bench.decide(-2e-3)
+    bench.feel(1.0, 1.0)
+    bench.explorer.gave_up((2e-3, 0.0, 0.0), NONE, NONE)
+    assert bench.entries[-1] == Transition(1, 0, -1.0, 2)
+    assert bench.counter.seen == [0, 2]  # the state in which it ended was looked at
+    assert bench.explorer.decisions[-1].reinforcement == -1.0
+    assert len(bench.explorer.decisions) == 1  # and no further choice was made
+    bench.explorer.gave_up(NONE, NONE, NONE)
+    bench.explorer.reached_goal()
+    assert len(bench.meter.outcomes) == 1
+
+
+def test_giving_up_before_the_first_choice_is_no_lesson() -> None:
+    bench = Bench()
+    bench.explorer.gave_up(NONE, NONE, NONE)
+    assert bench.counter.seen == []
+    assert bench.entries[1:] == []
+
+
 def test_a_new_trial_forgets_the_old_one() -> None:
     bench = Bench()
     bench.decide(-2e-3)

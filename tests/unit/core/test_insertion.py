@@ -490,6 +490,29 @@ def test_an_arm_that_is_stopped_from_outside_ends_the_trial() -> None:
     assert trial.stopped
 
 
+def test_an_arm_that_does_not_follow_ends_the_approach() -> None:
+    world = FakeWorld(HOLE)
+
+    def jam_the_servos(tick: int, snapshot: Snapshot) -> Snapshot:
+        world.arm._max_step_rad = 0.0 if tick >= 90 else PERIOD_S
+        return snapshot
+
+    trial = Trial(world, on_step=jam_the_servos)
+    assert trial.report.outcome is Outcome.NO_CONTACT
+    assert trial.report.ticks < 600
+    assert trial.report.clamped_ticks == trial.report.ticks - 91
+    here = np.array(trial.snapshots[-1].joints.position_rad)
+    assert np.abs(np.array(trial.commands[-1].position_rad) - here).max() <= PERIOD_S * (1 + 1e-9)
+
+
+@pytest.mark.parametrize(("depth_mm", "slack_mm", "inserted"), [(9.4, 0.5, True), (9.4, 0.3, False), (9.85, 0.0, True)])
+def test_without_a_touch_the_surface_is_known_only_roughly(depth_mm: float, slack_mm: float, inserted: bool) -> None:
+    hole = Pit(*START, depth_m=depth_mm * 1e-3)
+    config = TaskConfig(surface_uncertainty_mm=slack_mm, time_limit_s=0.5)
+    trial = Trial(FakeWorld(hole), Steps(), config=config)
+    assert (trial.report.outcome is Outcome.INSERTED) is inserted
+
+
 def test_a_start_that_is_never_reached_ends_the_trial() -> None:
     world = FakeWorld(HOLE)
     world.arm._max_step_rad = 1e-9
@@ -654,6 +677,21 @@ def test_an_interrupt_lets_the_running_action_end(when: int, good: Trial) -> Non
     assert (last - contact.tick) % 14 == 0
     assert len(trial.report.decisions) == (last - contact.tick) // 14 - 1  # no further choice was made
     assert trial.commands[:-1] == good.commands[:last]
+
+
+def test_a_trial_ends_for_one_reason_only() -> None:
+    task = build_task(FollowTorque())
+    heavy = (0.0, 0.0, -31.0)
+
+    def interrupt_and_hit(tick: int, s: Snapshot) -> Snapshot:
+        if tick < 100:
+            return s
+        task.interrupt()
+        return replace(s, wrench=replace(s.wrench, force_N=_sum(s.wrench.force_N, heavy)))
+
+    trial = Trial(FakeWorld(HOLE), task=task, on_step=interrupt_and_hit)
+    assert trial.report.outcome is Outcome.INTERRUPTED
+    assert len(trial.events("end")) == 1
 
 
 # Configuration and independence.

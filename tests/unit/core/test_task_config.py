@@ -35,6 +35,7 @@ OUT_OF_RANGE: dict[str, list[Any]] = {
     "press_kgf": [0.01, 11.0],
     "insertion_depth_mm": [0.4, 61.0],
     "depth_tolerance_mm": [0.0, 6.0],
+    "surface_uncertainty_mm": [-0.1, 5.1],
     "max_force_N": [0.5, 501.0],
     "ready_height_mm": [0.4, 101.0],
     "travel_speed_mm_s": [0.5, 101.0],
