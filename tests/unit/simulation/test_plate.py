@@ -1,0 +1,53 @@
+"""The plate is closed everywhere round the hole, and nothing of it is inside the hole."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+import pytest
+
+from palpate.simulation.cell_config import CellConfig, PegConfig
+from palpate.simulation.cross_section import CrossSection
+from palpate.simulation.work_cell import PLATE_REACH_M
+from tests.unit.simulation.test_work_cell import cell_of
+
+
+def walls(model: mujoco.MjModel) -> list[tuple[np.ndarray, float, np.ndarray]]:
+    """Centre, heading and half sizes of the boxes whose top is the plate's surface, in the plate's plane."""
+    found = []
+    for geom in np.flatnonzero(model.geom_bodyid == model.body("plate").id):
+        position, size = model.geom_pos[geom], model.geom_size[geom]
+        if abs(position[2] - size[2]) < 1e-9:
+            w, _, _, z = model.geom_quat[geom]
+            found.append((position[:2], 2 * np.arctan2(z, w), size[:2]))
+    return found
+
+
+def covered(points: np.ndarray, model: mujoco.MjModel) -> np.ndarray:
+    """Whether each point of the plane lies on some wall."""
+    hit = np.zeros(len(points), dtype=bool)
+    for centre, heading, half in walls(model):
+        c, s = np.cos(heading), np.sin(heading)
+        local = (points - centre) @ np.array([[c, -s], [s, c]])
+        hit |= (np.abs(local) <= half).all(axis=1)
+    return hit
+
+
+@pytest.mark.parametrize(
+    ("shape", "boxes", "diameter_mm"),
+    [("round", 16, 29.0), ("round", 24, 29.0), ("round", 48, 29.0), ("round", 64, 50.0), ("round", 48, 100.0)]
+    + [(shape, 48, 29.0) for shape in ("triangle", "square", "hexagon")],
+)
+def test_the_surface_has_no_slits_and_the_hole_is_free(shape: str, boxes: int, diameter_mm: float) -> None:
+    peg = PegConfig(cross_section=shape, wall_boxes=boxes, diameter_mm=diameter_mm)
+    model = cell_of(CellConfig(peg=peg)).model
+    sides = CrossSection.named(shape, 1.0).sides or boxes
+    apothem = (diameter_mm / 2 + peg.clearance_mm) * 1e-3
+    angles = np.linspace(0.0, 2 * np.pi, 721)
+    # Distance of the hole's edge from its axis, heading by heading: the outline is a polygon in either case.
+    within = (angles + np.pi / sides) % (2 * np.pi / sides) - np.pi / sides
+    edge = apothem / np.cos(within)
+    directions = np.column_stack((np.cos(angles), np.sin(angles)))
+    for beyond_m in np.arange(1e-5, PLATE_REACH_M, 1e-4):
+        assert covered(directions * (edge + beyond_m)[:, None], model).all(), beyond_m
+    assert not covered(directions * (edge - 1e-6)[:, None], model).any()
