@@ -101,6 +101,13 @@ def learning_policy(config: RunConfig, perception: Perception) -> Policy:
     return parts[0] if len(parts) == 1 else MixedPolicy(perception.states, parts)
 
 
+def perception_settings(config: RunConfig, perception: Perception) -> dict[str, Any]:
+    """What a policy file says of the way from raw signals to its states."""
+    p = config.perception
+    signal = {"cutoff_Hz": p.cutoff_Hz, "order": p.filter_order, "calibration": list(p.calibration)}
+    return {**perception_to_dict(perception), "signal": signal}
+
+
 def perception_of(document: PolicyDocument, config: RunConfig, configured: Perception | None) -> Perception:
     """The perception that a policy file was made with, checked against the run's.
 
@@ -113,19 +120,20 @@ def perception_of(document: PolicyDocument, config: RunConfig, configured: Perce
         PolicyFileError: They differ.
     """
     try:
-        own = perception_from_dict(dict(document.perception))
+        own = perception_from_dict({key: value for key, value in document.perception.items() if key != "signal"})
     except ConfigurationError as error:
         raise PolicyFileError("policy", "perception", f"a readable perception ({error})") from error
     if configured is not None:
         document.check_matches(configured.states, task_actions(config))
-        theirs = perception_to_dict(configured)
-        if dict(document.perception) != theirs:
-            where, mine, wanted = _first_difference(document.perception, theirs)
-            raise PolicyFileError(
-                f"policy.perception.{where}",
-                mine,
-                f"{wanted!r}, as the run is configured (or use --config with the run.toml beside the policy)",
-            )
+    # Stages that had to be fitted are the file's; what the configuration tells must be the same in both.
+    theirs = perception_settings(config, own if configured is None else configured)
+    if dict(document.perception) != theirs:
+        where, mine, wanted = _first_difference(document.perception, theirs)
+        raise PolicyFileError(
+            f"policy.perception.{where}",
+            mine,
+            f"{wanted!r}, as the run is configured (or use --config with the run.toml beside the policy)",
+        )
     return own
 
 

@@ -13,7 +13,7 @@ from typing import Any, Final
 from palpate.adapters.composition import ReadyPose, SimulatedRig, build_task
 from palpate.adapters.config import RunConfig
 from palpate.adapters.experiment import ScoredTrial, require_sound, run_scored_trial
-from palpate.adapters.policies import made_with
+from palpate.adapters.policies import made_with, perception_settings
 from palpate.adapters.results import RunFolder, TrialRow
 from palpate.adapters.toml_config import to_toml
 from palpate.core.errors import ConfigurationError, OutputError
@@ -136,7 +136,8 @@ class Trainer:
 
     def save_policy(self) -> None:
         """Write ``policy.json``."""
-        document = document_of(self._policy, created_with=made_with(), perception=self._perception_dict)
+        settings = perception_settings(self._config, self._perception)
+        document = document_of(self._policy, created_with=made_with(), perception=settings)
         document.save(self._folder.path / "policy.json")
 
     def _request_end(self) -> None:

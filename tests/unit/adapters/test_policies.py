@@ -19,9 +19,9 @@ from palpate.adapters.policies import (
     loaded_policy,
     made_with,
     perception_of,
+    perception_settings,
 )
 from palpate.core.errors import ConfigurationError, PolicyFileError
-from palpate.core.perception import perception_to_dict
 from palpate.core.policy import Policy, PolicyDocument, QLearning, document_of, learner_of
 from palpate.core.task_config import N_PER_KGF, TaskConfig
 from tests.unit.adapters.samples import observation
@@ -32,7 +32,7 @@ DEFAULT = RunConfig()
 def document(config: RunConfig = DEFAULT) -> PolicyDocument:
     perception = build_perception(config)
     policy = learning_policy(config, perception)
-    return document_of(policy, created_with=made_with(), perception=perception_to_dict(perception))
+    return document_of(policy, created_with=made_with(), perception=perception_settings(config, perception))
 
 
 def no_hole() -> Sequence[float]:
@@ -164,3 +164,9 @@ def test_a_file_whose_perception_makes_no_sense_is_refused() -> None:
 def test_versions_that_results_depend_on() -> None:
     assert made_with()["mujoco"] == version("mujoco")
     assert set(made_with()) == {"palpate", "numpy", "scipy", "pin", "mujoco"}
+
+
+def test_a_policy_learned_behind_another_filter_is_refused() -> None:
+    slower = replace(DEFAULT, perception=PerceptionConfig(cutoff_Hz=2.0))
+    with pytest.raises(PolicyFileError, match=r"policy\.perception\.signal\.cutoff_Hz"):
+        perception_of(document(), slower, build_perception(slower))
