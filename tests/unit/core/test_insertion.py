@@ -363,6 +363,15 @@ def test_a_tilted_plate_is_not_taken_for_a_hole() -> None:
     assert Phase.INSERT not in trial.phases
 
 
+def test_a_dent_is_not_taken_for_the_surface() -> None:
+    # Too shallow to lose contact; depth goes on counting from the plate round it.
+    dent = Pit(0.5e-3, 0.0, depth_m=0.2e-3, walls=False)
+    trial = Trial(FakeWorld(dent), Steps(displacements_m=[EAST]), (0.0, 0.0), TaskConfig(time_limit_s=2.0))
+    assert trial.report.outcome is Outcome.TIME_LIMIT
+    assert Phase.INSERT not in trial.phases
+    assert trial.report.depth_m == pytest.approx(0.2e-3, abs=2e-5)
+
+
 def test_a_peg_that_sinks_against_friction_has_found_the_hole() -> None:
     # The wall goes on pushing back with more than the contact threshold.
     trial = Trial(FakeWorld(replace(HOLE, friction_N=2.0)))
