@@ -24,8 +24,6 @@ from palpate.core.trial import Event, Outcome, Phase, TrialReport, TrialSetup
 from palpate.core.values import CommandReason, JointCommand, Snapshot, Validity, Vector3
 
 PERIOD_S: Final = 1.0 / CONTROL_RATE_HZ
-_START_TICKS: Final = 60 * CONTROL_RATE_HZ
-"""An arm that has not reached its start by then never will."""
 _LOST_TICKS: Final = 4
 """So many unfiltered samples without contact mean that it is lost; the filtered force lags by 60 ms."""
 _STALL_TICKS: Final = CONTROL_RATE_HZ // 2
@@ -154,8 +152,6 @@ class InsertionTask:
             return self._motion.move((0.0, 0.0, 0.0))
         self._snapshot = snapshot
         self._measurement.update(snapshot)
-        if self._tick > _START_TICKS and self.phase in (Phase.LIFT, Phase.TRANSFER):
-            self._end(Outcome.NO_CONTACT, f"the start was not reached in {_START_TICKS // CONTROL_RATE_HZ} s")
         if self._interrupted and (self.phase is not Phase.EXPLORE or self._countdown <= 1):
             self._end(Outcome.INTERRUPTED, "on request")
         proceed = not self.done and self._within_force_limit()
