@@ -20,17 +20,27 @@ def test_a_trained_policy_runs_and_does_not_learn(trained: Path, tmp_path: Path)
     assert "2 trials" in printed
     assert {path.name for path in out.iterdir()} == {
         "run.toml", "trials.csv", "decisions.csv", "policy.json", "summary.json", "learning_curve.png",
+        "logs",
     }  # fmt: skip
+    assert sorted(path.name for path in (out / "logs").iterdir()) == ["trial-00000.mcap", "trial-00001.mcap"]
     assert finished_trials(out) == 2
     assert (out / "policy.json").read_bytes() == policy.read_bytes()
     summary = json.loads((out / "summary.json").read_text())
     assert (summary["policy"], summary["trials"], summary["finished"]) == (str(policy), 2, True)
 
 
-def test_a_comparator_runs_without_leaving_anything(tmp_path: Path) -> None:
-    printed = succeed("run", "--policy", "omniscient", "--trials", 1, cwd=tmp_path)
-    assert "success 100.0%" in printed
-    assert list(tmp_path.iterdir()) == []
+def test_without_a_folder_named_each_run_gets_one_of_its_own(tmp_path: Path) -> None:
+    for number in (1, 2):
+        printed = succeed("run", "--policy", "omniscient", "--trials", 1, cwd=tmp_path)
+        assert "success 100.0%" in printed
+        assert f"saved in runs/paper-run-00{number}" in printed
+    assert sorted(path.name for path in (tmp_path / "runs").iterdir()) == ["paper-run-001", "paper-run-002"]
+
+
+def test_recording_can_be_switched_off(tmp_path: Path) -> None:
+    out = tmp_path / "run"
+    succeed("run", *QUICK, "--policy", "torque", "--trials", 1, "--out", out, "--recording.no-enabled")
+    assert not (out / "logs").exists()
 
 
 def test_the_other_arm_inserts_too() -> None:

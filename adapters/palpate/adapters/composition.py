@@ -6,7 +6,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from math import sqrt
 from types import TracebackType
-from typing import Self
+from typing import Any, Final, Self
 
 import numpy as np
 import pinocchio as pin
@@ -55,6 +55,23 @@ class ReadyPose:
 
     q_rad: Array
     tip_rotation: Array
+
+
+SIMULATOR: Final = "simulator"
+"""The kind of world that a simulated rig is."""
+
+
+@dataclass(frozen=True)
+class World:
+    """What the ports lead to, as far as a log must know it.
+
+    Attributes:
+        kind: ``simulator``, or the name of something else.
+        facts: What it takes to set it up again for this trial, and its truth where it knows it; plain JSON values.
+    """
+
+    kind: str
+    facts: dict[str, Any]
 
 
 def wander_m(config: RunConfig) -> float:
@@ -178,6 +195,7 @@ class SimulatedRig:
             tuple(kinematics.upper_rad.tolist()),
             tuple(kinematics.velocity_limit_rad_s.tolist()),
         )
+        self._model_sha256 = self.cell.model_sha256()
         self.ports = Ports(clock, self._sensor, self._encoder, self._arm)
 
     def prepare(self, trial: int) -> None:
@@ -187,6 +205,17 @@ class SimulatedRig:
         self.cell.reset(self._seed, trial)
         self._sensor.activate()
         self._arm.activate()
+
+    def world(self) -> World:
+        """What a log must know of the trial that was just prepared, to set this cell up for it again."""
+        return World(
+            SIMULATOR,
+            {
+                "ticks": self.cell.ticks,
+                "model_sha256": self._model_sha256,
+                "hole_in_task_m": list(self.truth().hole_in_task_m),
+            },
+        )
 
     def truth(self) -> Truth:
         """What really happened; for scoring and comparators only."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from math import isfinite
 from typing import Final
 
-from palpate.core.checks import require_in, require_one_of
+from palpate.core.checks import require_in, require_one_of, require_whole
 from palpate.core.errors import ConfigurationError
 from palpate.core.perception.channels import CHANNELS
 from palpate.core.task_config import CONTROL_RATE_HZ, ControlConfig, TaskConfig
@@ -116,6 +116,25 @@ class LearningConfig:
 
 
 @dataclass(frozen=True)
+class RecordingConfig:
+    """The flight recorder. Recording changes nothing that is learned or measured."""
+
+    enabled: bool = True
+    """Record every trial, one log each, in the folder logs of the run's folder."""
+    when_full: str = "wait"
+    """Writer behind and queue full: wait (right where time waits too, in a simulator), or drop and count."""
+    queue_kB: int = 4096
+    """Size of the queue before the writer."""
+    on_trouble: str = "report"
+    """Full queue or full disk: report it and go on, or stop the trial."""
+
+    def __post_init__(self) -> None:
+        require_one_of("recording.when_full", self.when_full, ("wait", "drop"))
+        require_whole("recording.queue_kB", self.queue_kB, 16, 1_000_000)
+        require_one_of("recording.on_trouble", self.on_trouble, ("report", "stop"))
+
+
+@dataclass(frozen=True)
 class RunConfig:
     """Everything that a run depends on, apart from package versions."""
 
@@ -130,6 +149,7 @@ class RunConfig:
     perception: PerceptionConfig = field(default_factory=PerceptionConfig)
     control: ControlConfig = field(default_factory=ControlConfig)
     learning: LearningConfig = field(default_factory=LearningConfig)
+    recording: RecordingConfig = field(default_factory=RecordingConfig)
 
     def __post_init__(self) -> None:
         require_one_of("scenario", self.scenario, tuple(SCENARIOS))

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import dist
+from typing import Any
 
 from palpate.adapters.composition import SimulatedRig
 from palpate.adapters.config import RunConfig
+from palpate.adapters.recording.trials import TrialRecorder
 from palpate.core.cycle import run_trial
 from palpate.core.errors import DeviceError
 from palpate.core.insertion import InsertionTask
@@ -45,11 +47,41 @@ def trial_setup(config: RunConfig, trial: int) -> TrialSetup:
     return TrialSetup(trial, config.seed, start)
 
 
-def run_scored_trial(config: RunConfig, rig: SimulatedRig, task: InsertionTask, trial: int) -> ScoredTrial:
-    """Prepare the world, run one trial over the ports, and score it."""
+def run_scored_trial(
+    config: RunConfig,
+    rig: SimulatedRig,
+    task: InsertionTask,
+    trial: int,
+    recorder: TrialRecorder | None = None,
+    first: int = 0,
+) -> ScoredTrial:
+    """Prepare the world, run one trial over the ports, and score it.
+
+    Args:
+        config: The run's configuration.
+        rig: The world and its ports.
+        task: The core.
+        trial: Index of the trial, for its random streams.
+        recorder: Records it; it already knows what the trials are trials of.
+        first: Index of the trial that is number 0 in the run's own count.
+    """
     rig.prepare(trial)
-    report = run_trial(task, rig.ports, trial_setup(config, trial))
-    truth = rig.truth()
+    setup, ports = trial_setup(config, trial), rig.ports
+    if recorder is None:
+        return score(config, run_trial(task, ports, setup), rig.truth())
+    ports = recorder.begin(setup, ports, rig.world(), trial - first)
+    try:
+        report = run_trial(task, ports, setup)
+    except BaseException as error:
+        recorder.fail(task.report, error)
+        raise
+    scored = score(config, report, rig.truth())
+    recorder.end(report, truth_fields(scored))
+    return scored
+
+
+def score(config: RunConfig, report: TrialReport, truth: Truth) -> ScoredTrial:
+    """Hold the core's account against the truth."""
     success = (
         report.outcome is Outcome.INSERTED
         and dist(truth.tip_in_task_m[:2], truth.hole_in_task_m[:2]) < _BESIDE_M + config.cell.peg.clearance_mm * 1e-3
@@ -57,6 +89,17 @@ def run_scored_trial(config: RunConfig, rig: SimulatedRig, task: InsertionTask, 
         and truth.peak_force_N < config.task.max_force_N
     )
     return ScoredTrial(report, truth, success)
+
+
+def truth_fields(scored: ScoredTrial) -> dict[str, Any]:
+    """What of a log's end record only the truth can fill."""
+    return {
+        "success": scored.success,
+        "true_peak_force_N": scored.truth.peak_force_N,
+        "true_depth_m": scored.truth.depth_m,
+        "true_tip_in_task_m": scored.truth.tip_in_task_m,
+        "true_hole_in_task_m": scored.truth.hole_in_task_m,
+    }
 
 
 def require_sound(scored: ScoredTrial) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields, replace
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Final
 
@@ -142,11 +141,6 @@ def loaded_policy(document: PolicyDocument, config: RunConfig, perception: Perce
     if not frozen and document.learner is not None:
         document = replace(document, learner=replace(document.learner, parameters=learning_parameters(config)))
     return policy_from(document, perception.states, task_actions(config), frozen=frozen)
-
-
-def made_with() -> dict[str, str]:
-    """Versions that results depend on."""
-    return {name: version(name) for name in ("palpate", "numpy", "scipy", "pin", "mujoco")}
 
 
 def _first_difference(a: Any, b: Any, where: str = "") -> tuple[str, Any, Any]:

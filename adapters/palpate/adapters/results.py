@@ -1,7 +1,8 @@
 """The folder that a run leaves behind. Nothing in it is ever lost to an error: files are replaced whole.
 
 ``run.toml`` (resolved configuration and versions), ``trials.csv``, ``decisions.csv``, ``policy.json``,
-``summary.json``, ``learning_curve.png``; ``checkpoint.json`` is what ``--resume`` goes on from.
+``summary.json``, ``learning_curve.png``; ``checkpoint.json`` is what ``--resume`` goes on from; ``logs`` holds the
+recording of each trial.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from palpate.core.errors import OutputError
 
 RUN_FILES: Final = (
     "run.toml", "trials.csv", "decisions.csv", "checkpoint.json", "policy.json", "summary.json", "learning_curve.png",
-    "compare.csv", "compare.txt",
+    "compare.csv", "compare.txt", "logs",
 )  # fmt: skip
 _DECISION_COLUMNS: Final = (
     "trial", "tick", "symbol", "state", "action", "source", "reinforcement", "temperature",
@@ -87,6 +88,14 @@ class TrialRow:
             else:
                 values[f.name] = float(text) if text else None
         return cls(**values)
+
+
+def next_free_folder(stem: str) -> RunFolder:
+    """The first folder ``stem-001``, ``stem-002``, ... that is not there yet."""
+    number = 1
+    while os.path.lexists(f"{stem}-{number:03d}"):
+        number += 1
+    return RunFolder(Path(f"{stem}-{number:03d}"))
 
 
 class RunFolder:

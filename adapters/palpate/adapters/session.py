@@ -13,7 +13,9 @@ from typing import Any, Final
 from palpate.adapters.composition import ReadyPose, SimulatedRig, build_task
 from palpate.adapters.config import RunConfig
 from palpate.adapters.experiment import ScoredTrial, require_sound, run_scored_trial
-from palpate.adapters.policies import made_with, perception_settings
+from palpate.adapters.policies import perception_settings
+from palpate.adapters.provenance import made_with
+from palpate.adapters.recording.trials import TrialRecorder
 from palpate.adapters.results import RunFolder, TrialRow
 from palpate.adapters.toml_config import to_toml
 from palpate.core.errors import ConfigurationError, OutputError
@@ -89,6 +91,7 @@ class Trainer:
         perception: From signals to states.
         policy: Has a learner.
         next_trial: The first trial to run.
+        recorder: Records every trial; None records none.
     """
 
     def __init__(
@@ -100,6 +103,7 @@ class Trainer:
         perception: Perception,
         policy: Policy,
         next_trial: int = 0,
+        recorder: TrialRecorder | None = None,
     ) -> None:
         learner = learner_of(policy)
         if learner is None:
@@ -108,6 +112,9 @@ class Trainer:
         self._perception, self._policy, self._learner = perception, policy, learner
         self._perception_dict = perception_to_dict(perception)
         self._task = build_task(config, ready, perception, policy)
+        self._recorder = recorder
+        if recorder is not None:
+            recorder.of("train", config, ready, self._task, perception, policy, frozen=False)
         self.next_trial = next_trial
         self.interrupted = False
 
@@ -120,7 +127,7 @@ class Trainer:
         with interrupting(self._request_end):
             while self.next_trial < trials and not self.interrupted:
                 before = self._learner.get_state()
-                scored = run_scored_trial(self._config, self._rig, self._task, self.next_trial)
+                scored = run_scored_trial(self._config, self._rig, self._task, self.next_trial, self._recorder)
                 if scored.report.outcome is Outcome.INTERRUPTED:
                     self._learner.set_state(before)
                     break
@@ -161,6 +168,23 @@ def checkpoint_perception(checkpoint: Checkpoint) -> Perception:
     return perception_from_dict(checkpoint.perception)
 
 
+@dataclass(frozen=True)
+class Recorded:
+    """How the trials of a policy are recorded.
+
+    Attributes:
+        recorder: Records them.
+        command: The command that runs.
+        comparator: Name of the policy, if no policy file can hold it.
+        subfolder: Where in the recorder's folder the logs go.
+    """
+
+    recorder: TrialRecorder
+    command: str
+    comparator: str = ""
+    subfolder: str = ""
+
+
 def run_policy(
     config: RunConfig,
     ready: ReadyPose,
@@ -169,9 +193,16 @@ def run_policy(
     policy: Policy,
     trials: int,
     on_trial: Callable[[ScoredTrial], None],
+    recorded: Recorded | None = None,
 ) -> list[TrialRow]:
     """Run a policy that does not learn; returns early on Ctrl-C with the trials that were finished."""
+    recorder = None if recorded is None else recorded.recorder
     task: InsertionTask = build_task(config, ready, perception, policy)
+    if recorded is not None:
+        recorded.recorder.of(
+            recorded.command, config, ready, task, perception, policy,
+            name=recorded.comparator, subfolder=recorded.subfolder,
+        )  # fmt: skip
     rows: list[TrialRow] = []
     ended = False
 
@@ -182,7 +213,9 @@ def run_policy(
 
     with interrupting(end):
         for trial in range(trials):
-            scored = run_scored_trial(config, rig, task, FIRST_EVALUATION_TRIAL + trial)
+            scored = run_scored_trial(
+                config, rig, task, FIRST_EVALUATION_TRIAL + trial, recorder, FIRST_EVALUATION_TRIAL
+            )
             if scored.report.outcome is Outcome.INTERRUPTED:
                 break
             require_sound(scored)

@@ -9,6 +9,7 @@
     │   └── PolicyFileError         a policy file of another kind, schema or state space
     ├── UsageError                  a command line that says nothing sensible: the operator's
     ├── OutputError                 writing there would lose what is already on disk
+    ├── LogError                    a recorded trial that cannot be read, or not be replayed
     ├── LifecycleError              a port was used in the wrong order: the caller's fault
     ├── CommandError                a command that no arm may execute: the caller's fault
     └── DeviceError                 the device's fault
@@ -64,6 +65,19 @@ class OutputError(PalpateError):
     def __init__(self, path: str, problem: str, remedy: str) -> None:
         self.path = path
         super().__init__(f"{path}: {problem}; {remedy}")
+
+
+class LogError(PalpateError):
+    """A recorded trial cannot be used.
+
+    Attributes:
+        path: The file.
+        where: Offset, message or tick; empty when it is the whole file.
+    """
+
+    def __init__(self, path: str, where: str, problem: str, remedy: str) -> None:
+        self.path, self.where = path, where
+        super().__init__(f"{path}: {where + ': ' if where else ''}{problem}; {remedy}")
 
 
 class LifecycleError(PalpateError, RuntimeError):

@@ -24,6 +24,8 @@ from palpate.core.trial import Event, Outcome, Phase, TrialReport, TrialSetup
 from palpate.core.values import CommandReason, JointCommand, Snapshot, Validity, Vector3
 
 PERIOD_S: Final = 1.0 / CONTROL_RATE_HZ
+INTERRUPT: Final = "interrupt"
+"""Name of the event that tells when an interruption was first seen."""
 _LOST_TICKS: Final = 4
 """So many unfiltered samples without contact mean that it is lost; the filtered force lags by 60 ms."""
 _STALL_TICKS: Final = CONTROL_RATE_HZ // 2
@@ -107,7 +109,8 @@ class InsertionTask:
         """Prepare for a trial; the next ``step`` is its first tick."""
         self._explorer.begin(setup.index, generator(setup.seed, Purpose.POLICY, setup.index))
         self._measurement.reset()
-        self.report = TrialReport(setup, temperature=self._explorer.temperature)
+        # The lists are the living ones: whoever looks on sees a decision as it is made.
+        self.report = TrialReport(setup, temperature=self._explorer.temperature, decisions=self._explorer.decisions)
         self.phase = Phase.LIFT
         self._area = ExplorationArea.of(self._task, setup.start_m)
         self._target_m: Vector3 = (0.0, 0.0, 0.0)
@@ -124,6 +127,7 @@ class InsertionTask:
         self._surface_m = 0.0
         self._best_depth_m = 0.0
         self._last_progress = 0
+        self._interrupt_noted = False
 
     def step(self, snapshot: Snapshot) -> JointCommand:
         """One control tick: what was sensed in, what the arm shall do out.
@@ -152,8 +156,8 @@ class InsertionTask:
             return self._motion.move((0.0, 0.0, 0.0))
         self._snapshot = snapshot
         self._measurement.update(snapshot)
-        if self._interrupted and (self.phase is not Phase.EXPLORE or self._countdown <= 1):
-            self._end(Outcome.INTERRUPTED, "on request")
+        if self._interrupted:
+            self._wind_up()
         proceed = not self.done and self._within_force_limit()
         return self._motion.move(self._handlers[self.phase]() if proceed else (0.0, 0.0, 0.0))
 
@@ -165,9 +169,22 @@ class InsertionTask:
         self._interrupted = True
 
     @property
+    def filter_state(self) -> list[float]:
+        """Tare and memory of the wrench filter; after :meth:`begin` what a trial starts with."""
+        return self._measurement.filter_state
+
+    @property
     def done(self) -> bool:
         """Whether the trial has ended."""
         return self.phase is Phase.DONE
+
+    def _wind_up(self) -> None:
+        if not self._interrupt_noted:
+            # A replay must interrupt the trial at this very tick.
+            self._interrupt_noted = True
+            self._event(INTERRUPT, "requested")
+        if self.phase is not Phase.EXPLORE or self._countdown <= 1:
+            self._end(Outcome.INTERRUPTED, "on request")
 
     def _within_force_limit(self) -> bool:
         x, y, z = self._measurement.force_N
@@ -347,7 +364,6 @@ class InsertionTask:
             self.report.depth_m = max(self._tip_depth_m() - self._surface_m, 0.0)
         if self._explore_start:
             self.report.exploration_time_s = self._exploration_s()
-        self.report.decisions = self._explorer.decisions
         self.report.actions = len(self._explorer.decisions)
         self._event("end", f"{outcome.value}: {detail}")
         self.phase = Phase.DONE

@@ -46,6 +46,11 @@ class Measurement:
         self._signal.tare(bias)
         self._signal.reset(bias)
 
+    @property
+    def filter_state(self) -> list[float]:
+        """Tare and memory of the filter."""
+        return self._signal.get_state()
+
     def update(self, snapshot: Snapshot) -> None:
         """Take in one tick."""
         kinematics = self._kinematics

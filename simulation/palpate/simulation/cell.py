@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final, TypeAlias
@@ -147,6 +148,12 @@ class WorkCell:
     def joint_angles(self) -> JointVector:
         """Exact joint angles, (n,) rad: for the servos, which do not depend on the host's encoders."""
         return tuple(self._qpos.tolist())
+
+    def model_sha256(self) -> str:
+        """Digest of the compiled model as it stands, the plate's place included."""
+        buffer = np.empty(mujoco.mj_sizeModel(self.model), np.uint8)
+        mujoco.mj_saveModel(self.model, None, buffer)
+        return hashlib.sha256(buffer.tobytes()).hexdigest()
 
     def truth(self) -> Truth:
         """The true state of the trial so far."""

@@ -17,10 +17,10 @@ from palpate.adapters.policies import (
     comparator,
     learning_policy,
     loaded_policy,
-    made_with,
     perception_of,
     perception_settings,
 )
+from palpate.adapters.provenance import made_with
 from palpate.core.errors import ConfigurationError, PolicyFileError
 from palpate.core.policy import Policy, PolicyDocument, QLearning, document_of, learner_of
 from palpate.core.task_config import N_PER_KGF, TaskConfig

@@ -6,14 +6,17 @@ import csv
 import io
 import sys
 from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
 from palpate.adapters.capture import capture_half_width_m
 from palpate.adapters.cli.options import CompareOptions
+from palpate.adapters.cli.recording import report_troubles
 from palpate.adapters.cli.run import ChosenPolicy, run_named
 from palpate.adapters.composition import find_ready_pose, require_usable
 from palpate.adapters.policies import COMPARATORS
+from palpate.adapters.recording.trials import LOG_FOLDER, TrialRecorder
 from palpate.adapters.results import RunFolder
 from palpate.adapters.session import run_toml
 from palpate.adapters.statistics import summary_of
@@ -33,14 +36,22 @@ def compare(options: CompareOptions) -> int:
     folder.write_text("run.toml", run_toml(config, "compare", trials=options.trials, policy=list(options.policy)))
     summaries: dict[str, dict[str, Any]] = {}
     finished = True
-    for policy in chosen:
-        rows, finished = run_named(policy, config, ready, options.trials)
-        if rows:
+    with ExitStack() as opened:
+        recorder = TrialRecorder.into(folder.path / LOG_FOLDER, config.recording)
+        if recorder is not None:
+            opened.enter_context(recorder)
+        for number, policy in enumerate(chosen):
             # Two runs may have folders of the same name, or one of a comparator's.
             taken = policy.label in summaries or (policy.label in COMPARATORS and policy.name not in COMPARATORS)
-            summaries[policy.name if taken else policy.label] = summary_of(rows)
-        if not finished:
-            break
+            logs = f"{policy.label}-{number}" if taken else policy.label
+            rows, finished = run_named(
+                policy, config, ready, options.trials, recorder=recorder, command="compare", subfolder=logs
+            )
+            if rows:
+                summaries[policy.name if taken else policy.label] = summary_of(rows)
+            if not finished:
+                break
+    report_troubles(recorder)
     width_mm = round(capture_half_width_m(config, ready) * 1e3, 4) if finished else None
     table = comparison_table(summaries)
     foot = f"{config.arm}, scenario {config.scenario}, seed {config.seed}, {options.trials} trials each"

@@ -53,7 +53,7 @@ class RunOptions:
     trials: int = 50
     """Number of trials."""
     out: str = ""
-    """Folder for the results; none are written if not given. It must not hold a run already."""
+    """Folder for the results; runs/SCENARIO-run-001 or the next number if not given. It must not hold a run yet."""
     config: str = ""
     """TOML file with any of the settings below (a run.toml too); flags win over it."""
 

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import os
 import sys
+from contextlib import ExitStack
 from pathlib import Path
 
 from tqdm import tqdm
 
 from palpate.adapters.cli.options import RunOptions
+from palpate.adapters.cli.recording import report_troubles
 from palpate.adapters.composition import (
     ReadyPose,
     SimulatedRig,
@@ -21,8 +23,9 @@ from palpate.adapters.experiment import ScoredTrial
 from palpate.adapters.fitting import configured_perception
 from palpate.adapters.plots import learning_curve
 from palpate.adapters.policies import COMPARATORS, comparator, loaded_policy, perception_of
-from palpate.adapters.results import RunFolder, TrialRow
-from palpate.adapters.session import FIRST_EVALUATION_TRIAL, run_policy, run_toml
+from palpate.adapters.recording.trials import LOG_FOLDER, TrialRecorder
+from palpate.adapters.results import RunFolder, TrialRow, next_free_folder
+from palpate.adapters.session import FIRST_EVALUATION_TRIAL, Recorded, run_policy, run_toml
 from palpate.adapters.statistics import summary_of
 from palpate.core.checks import require_in
 from palpate.core.errors import ConfigurationError
@@ -36,28 +39,31 @@ def run(options: RunOptions) -> int:
     config = options.run
     if not options.policy:
         raise ConfigurationError("policy", "", f"a policy file, or one of {', '.join(COMPARATORS)}")
-    folder = RunFolder(Path(options.out)) if options.out else None
-    if folder is not None:
-        folder.require_free()
+    folder = RunFolder(Path(options.out)) if options.out else next_free_folder(f"runs/{config.scenario}-run")
+    folder.require_free()
     chosen = ChosenPolicy(options.policy, config)
     ready = find_ready_pose(config)
     require_usable(config, ready)
-    if folder is not None:
-        folder.create()
-        folder.write_text("run.toml", run_toml(config, "run", trials=options.trials, policy=options.policy))
-    rows, finished = run_named(chosen, config, ready, options.trials, folder)
+    folder.create()
+    folder.write_text("run.toml", run_toml(config, "run", trials=options.trials, policy=options.policy))
+    with ExitStack() as opened:
+        recorder = TrialRecorder.into(folder.path / LOG_FOLDER, config.recording)
+        if recorder is not None:
+            opened.enter_context(recorder)
+        rows, finished = run_named(chosen, config, ready, options.trials, folder=folder, recorder=recorder)
+    report_troubles(recorder)
     summary = {"policy": options.policy, "scenario": config.scenario, "arm": config.arm, **summary_of(rows)}
-    if folder is not None:
-        folder.write_json("summary.json", {**summary, "finished": finished})
-        folder.write_bytes("learning_curve.png", learning_curve(rows, f"{options.policy}, {config.scenario}"))
-        if chosen.document is not None:
-            chosen.document.save(folder.path / "policy.json")
+    folder.write_json("summary.json", {**summary, "finished": finished})
+    folder.write_bytes("learning_curve.png", learning_curve(rows, f"{options.policy}, {config.scenario}"))
+    if chosen.document is not None:
+        chosen.document.save(folder.path / "policy.json")
     low, high = summary["success_95"]
     sys.stdout.write(
         f"{options.policy}, {config.arm}, scenario {config.scenario}, seed {config.seed}: {len(rows)} trials\n"
         f"success {summary['success']:.1%} (95 % interval {low:.1%} to {high:.1%})\n"
         f"time median {summary['median_s']:.2f} s, 95th percentile {summary['p95_s']:.2f} s\n"
         f"peak force {summary['peak_force_N']:.1f} N; outcomes {summary['outcomes']}\n"
+        f"saved in {folder.path}\n"
     )
     return 0 if finished else 130
 
@@ -91,9 +97,28 @@ class ChosenPolicy:
 
 
 def run_named(
-    chosen: ChosenPolicy, config: RunConfig, ready: ReadyPose, trials: int, folder: RunFolder | None = None
+    chosen: ChosenPolicy,
+    config: RunConfig,
+    ready: ReadyPose,
+    trials: int,
+    *,
+    folder: RunFolder | None = None,
+    recorder: TrialRecorder | None = None,
+    command: str = "run",
+    subfolder: str = "",
 ) -> tuple[list[TrialRow], bool]:
-    """Run trials with progress on the terminal; returns the finished ones and whether these are all."""
+    """Run trials with progress on the terminal; returns the finished ones and whether these are all.
+
+    Args:
+        chosen: The policy.
+        config: The run's configuration.
+        ready: The ready pose.
+        trials: Number of trials.
+        folder: Where the trials are noted; None notes them nowhere.
+        recorder: Records them; None records none.
+        command: The command that runs, for the logs.
+        subfolder: Where in the recorder's folder the logs go.
+    """
     with (
         SimulatedRig(config, ready) as rig,
         tqdm(total=trials, unit="trial", desc=chosen.label, file=sys.stderr) as bar,
@@ -102,11 +127,13 @@ def run_named(
             policy = comparator(chosen.name, config, lambda: rig.truth().hole_in_task_m)
         else:
             policy = loaded_policy(chosen.document, config, chosen.perception, frozen=True)
+        name = chosen.name if chosen.document is None else ""
+        recorded = None if recorder is None else Recorded(recorder, command, name, subfolder)
 
         def done(scored: ScoredTrial) -> None:
             if folder is not None:
                 folder.append_trial(scored, FIRST_EVALUATION_TRIAL)
             bar.update()
 
-        rows = run_policy(config, ready, rig, chosen.perception, policy, trials, done)
+        rows = run_policy(config, ready, rig, chosen.perception, policy, trials, done, recorded)
     return rows, len(rows) == trials

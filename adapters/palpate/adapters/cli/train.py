@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import shlex
 import sys
+from contextlib import ExitStack
 from pathlib import Path
 
 from tqdm import tqdm
 
 from palpate.adapters.cli.options import TrainOptions
-from palpate.adapters.composition import SimulatedRig, find_ready_pose
+from palpate.adapters.cli.recording import report_troubles
+from palpate.adapters.composition import SimulatedRig, find_ready_pose, require_usable
 from palpate.adapters.config import RunConfig
 from palpate.adapters.experiment import ScoredTrial
 from palpate.adapters.fitting import configured_perception, fitted_perception
 from palpate.adapters.plots import learning_curve
-from palpate.adapters.policies import learning_policy, loaded_policy, made_with, perception_of
+from palpate.adapters.policies import learning_policy, loaded_policy, perception_of
+from palpate.adapters.provenance import made_with
+from palpate.adapters.recording.trials import LOG_FOLDER, TrialRecorder, set_aside
 from palpate.adapters.results import RunFolder
 from palpate.adapters.session import Checkpoint, Trainer, checkpoint_perception, resume_learner, run_toml
 from palpate.adapters.statistics import WINDOW, learning_summary, moving_average, summary_of
@@ -49,7 +53,8 @@ def train(options: TrainOptions) -> int:
     if checkpoint is not None:
         perception = checkpoint_perception(checkpoint)
 
-    with SimulatedRig(config, ready) as rig:
+    with ExitStack() as opened:
+        rig = opened.enter_context(SimulatedRig(config, ready))
         if perception is None:
             _say(f"fitting perception on {config.perception.fit_trials} random-walk trials")
             perception = fitted_perception(config, ready, rig)
@@ -61,11 +66,16 @@ def train(options: TrainOptions) -> int:
         if checkpoint is not None:
             resume_learner(checkpoint, policy)
             first = checkpoint.next_trial
-        trainer = Trainer(config, folder, ready, rig, perception, policy, first)
         # Only now is every setting known to be good: a refused one must not leave a folder that is in the way.
+        require_usable(config, ready)
         folder.create()
+        recorder = TrialRecorder.into(folder.path / LOG_FOLDER, config.recording)
+        if recorder is not None:
+            opened.enter_context(recorder)
+        trainer = Trainer(config, folder, ready, rig, perception, policy, first, recorder)
         if checkpoint is not None:
             folder.truncate(first)
+            set_aside(folder.path / LOG_FOLDER, first)
             if len(folder.read_trials()) != first:
                 raise OutputError(
                     str(folder.path / "trials.csv"), f"does not hold the {first} finished trials", "begin a new run"
@@ -76,6 +86,7 @@ def train(options: TrainOptions) -> int:
         _announce(config, folder, options.trials, first)
         _with_progress(trainer, options.trials, first, folder)
         trainer.save_policy()
+    report_troubles(recorder)
     _finish(config, folder, options.trials)
     if trainer.interrupted:
         again = ["palpate", "train", "--resume", "--out", str(folder.path), "--trials", str(options.trials)]

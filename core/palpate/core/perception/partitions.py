@@ -118,7 +118,7 @@ class Clusters(NearestPrototype):
         seed = integer("perception.seed", seed, 0)
         normalisation = Normalisation.fit(table)
         from sklearn.cluster import KMeans
-        from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
+        from threadpoolctl import threadpool_limits
 
         # Several threads add up in the order in which they finish, which moves the last bits.
         with threadpool_limits(limits=1):

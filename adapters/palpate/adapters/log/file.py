@@ -1,0 +1,163 @@
+"""Writes one log file. Light to import, because the writer process does little else."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from typing import Any, Final, Protocol
+
+from mcap.writer import CompressionType, Writer
+
+CHUNK_NS: Final = 250_000_000
+"""Greatest span of trial time in one chunk: what a kill can cost, with what is still on its way to the writer."""
+
+
+class ByteStream(Protocol):
+    """What a log is written to."""
+
+    def write(self, data: bytes, /) -> int:
+        """Write all of it."""
+
+    def tell(self) -> int:
+        """Bytes written so far."""
+
+    def flush(self) -> None:
+        """Keep nothing back."""
+
+
+class LogFile:
+    """One log in the making: soundly closed by :meth:`finish`, readable up to its last chunk without.
+
+    Equal messages give equal bytes: chunks end by the messages' own times, and no wall clock enters.
+
+    Args:
+        stream: Where the bytes go.
+        channels: Description of schemas and channels, by :func:`describe_channels`.
+        metadata: Facts for tools that know nothing of our messages.
+        chunk_ns: Greatest span of time in one chunk.
+    """
+
+    def __init__(
+        self, stream: ByteStream, channels: list[dict[str, Any]], metadata: dict[str, str], chunk_ns: int = CHUNK_NS
+    ) -> None:
+        # Parts of the library's interface are not typed.
+        self._writer: Any = Writer(
+            stream,  # type: ignore[arg-type]
+            chunk_size=1 << 30,
+            compression=CompressionType.ZSTD,
+            enable_crcs=True,
+            enable_data_crcs=True,
+        )
+        self._chunk_ns = chunk_ns
+        self._chunk_start_ns: int | None = None
+        self.messages = 0
+        self._writer.start(profile="palpate", library="palpate")
+        for channel in channels:
+            schema = self._writer.register_schema(channel["schema"], "protobuf", bytes.fromhex(channel["data"]))
+            self._writer.register_channel(channel["topic"], "protobuf", schema, {"about": channel["about"]})
+        self._writer.add_metadata("palpate", metadata)
+
+    def add(self, channel: int, time_ns: int, payload: bytes) -> None:
+        """Add a message; a chunk that is old enough is written out."""
+        if self._chunk_start_ns is None:
+            self._chunk_start_ns = time_ns
+        elif time_ns - self._chunk_start_ns >= self._chunk_ns:
+            self._writer.flush()
+            self._chunk_start_ns = time_ns
+        self._writer.add_message(channel, time_ns, payload, time_ns, self.messages)
+        self.messages += 1
+
+    def finish(self) -> None:
+        """Write the rest, the index and the checksums."""
+        self._writer.finish()
+
+
+def describe_channels() -> list[dict[str, Any]]:
+    """Schemas and channels of our logs, as plain data that can be handed to another process."""
+    from palpate.adapters.log.schema import CHANNELS, PACKAGE, descriptor_set
+
+    return [
+        {
+            "topic": kind.topic,
+            "schema": f"{PACKAGE}.{kind.message}",
+            "data": descriptor_set(kind.message).hex(),
+            "about": kind.about,
+        }
+        for kind in CHANNELS
+    ]
+
+
+class NewFile:
+    """A file that did not exist before, written without a buffer: what is written is the system's, not ours.
+
+    A full disk does not end it: a reserve is given up, what is being written then still fits, and ``trouble`` says
+    that no more should come.
+
+    Args:
+        path: Must not exist.
+        reserve: Path for the reserve; None keeps none.
+        reserve_bytes: Its size.
+
+    Raises:
+        FileExistsError: Something of that name is there already.
+        OSError: The file cannot be made.
+    """
+
+    def __init__(self, path: Path, reserve: Path | None = None, reserve_bytes: int = 1 << 18) -> None:
+        self.path = path
+        self._fd = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o666)
+        self._size = 0
+        self._reserve: Path | None = None
+        self.trouble: str | None = None
+        if reserve is not None:
+            try:
+                reserve.write_bytes(bytes(reserve_bytes))
+                self._reserve = reserve
+            except OSError:
+                # Not even the reserve fits: the first chunk will tell.
+                reserve.unlink(missing_ok=True)
+
+    def write(self, data: bytes, /) -> int:
+        """Write all of it, or leave the file as it was."""
+        try:
+            self._write_all(data)
+        except OSError as error:
+            self.trouble = self.trouble or f"cannot be written ({error.strerror})"
+            os.ftruncate(self._fd, self._size)
+            os.lseek(self._fd, self._size, os.SEEK_SET)
+            if self._reserve is None:
+                raise
+            self._give_up_reserve()
+            self._write_all(data)
+        self._size += len(data)
+        return len(data)
+
+    def tell(self) -> int:
+        """Bytes written so far."""
+        return self._size
+
+    def flush(self) -> None:
+        """Nothing is kept back."""
+
+    def close(self) -> None:
+        """Close the file; twice too."""
+        if self._fd >= 0:
+            os.close(self._fd)
+            self._fd = -1
+        self._give_up_reserve()
+
+    def _write_all(self, data: bytes) -> None:
+        view = memoryview(data)
+        while view:
+            view = view[os.write(self._fd, view) :]
+
+    def _give_up_reserve(self) -> None:
+        if self._reserve is not None:
+            self._reserve.unlink(missing_ok=True)
+            self._reserve = None
+
+
+def dump_json(value: Any) -> str:
+    """JSON in one line; floats keep every bit."""
+    return json.dumps(value, separators=(",", ":"), ensure_ascii=False)

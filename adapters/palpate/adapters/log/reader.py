@@ -1,0 +1,352 @@
+"""Reads one log whole, and trusts none of it: every byte of a sound file is covered by a checksum that is checked."""
+
+from __future__ import annotations
+
+import json
+import struct
+import zlib
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from io import BytesIO
+from pathlib import Path
+from typing import Any, Final
+
+from mcap.data_stream import ReadDataStream
+from mcap.opcode import Opcode
+from mcap.records import Channel, Chunk, DataEnd, Footer, Header
+from mcap.stream_reader import get_chunk_data_stream
+from mcap.writer import MCAP0_MAGIC
+
+from palpate.adapters.log.records import (
+    CallEntry,
+    DecisionEntry,
+    EndRecord,
+    EventEntry,
+    LossEntry,
+    ReinforcementEntry,
+    StartRecord,
+    decode_call,
+    decode_record,
+)
+from palpate.adapters.log.schema import (
+    BY_ID,
+    BY_TOPIC,
+    DECISION,
+    END,
+    EVENT,
+    RECORDER,
+    REINFORCEMENT,
+    SCHEMA,
+    START,
+    TICK,
+)
+from palpate.adapters.log.tick_layout import FullLayout, TickRecord, decode_tick, layout_of
+from palpate.core.errors import LogError
+
+_HEAD: Final = struct.Struct("<BQ")
+_MESSAGE: Final = struct.Struct("<HIQQ")
+_MESSAGE_OPCODE: Final = int(Opcode.MESSAGE)
+_CHANNEL_OPCODE: Final = int(Opcode.CHANNEL)
+_RECOVER: Final = "palpate log recover writes a sound file of what is left"
+
+
+@dataclass(frozen=True, slots=True)
+class RawMessage:
+    """One message as it lies in the file."""
+
+    channel: int
+    time_ns: int
+    payload: bytes
+
+
+@dataclass
+class TrialLog:
+    """One trial's log, decoded but for its ticks.
+
+    Attributes:
+        path: The file.
+        size_bytes: Its size.
+        start: What the trial started with.
+        ticks: The tick messages, still as bytes.
+        calls: Further port calls, in order.
+        decisions: In order.
+        reinforcements: In order.
+        events: In order.
+        losses: What the recorder could not keep.
+        end: What it came to; None when the log ends before the trial did.
+        raw_bytes: Size of all messages before compression.
+    """
+
+    path: str
+    size_bytes: int
+    start: StartRecord
+    ticks: list[bytes] = field(default_factory=list)
+    calls: list[CallEntry] = field(default_factory=list)
+    decisions: list[DecisionEntry] = field(default_factory=list)
+    reinforcements: list[ReinforcementEntry] = field(default_factory=list)
+    events: list[EventEntry] = field(default_factory=list)
+    losses: list[LossEntry] = field(default_factory=list)
+    end: EndRecord | None = None
+    raw_bytes: int = 0
+
+    def records(self) -> Iterator[TickRecord]:
+        """The ticks, decoded one by one.
+
+        Raises:
+            LogError: One is not a tick.
+        """
+        layout: FullLayout | None = None
+        for number, payload in enumerate(self.ticks):
+            if layout is not None:
+                record = layout.unpack(payload)
+                if record is not None:
+                    yield record
+                    continue
+            try:
+                record = decode_tick(payload)
+            except Exception as error:
+                raise LogError(self.path, f"message {number} of /tick", f"is no tick ({error})", _RECOVER) from error
+            layout = layout_of(record) or layout
+            yield record
+
+
+def read_log(path: str | Path) -> TrialLog:
+    """Read a sound log.
+
+    Raises:
+        LogError: It is none: missing, empty, foreign, damaged, torn, of another schema, not one whole trial.
+    """
+    data = _bytes_of(path)
+    messages = list(sound_messages(str(path), data))
+    return assemble(str(path), data, messages)
+
+
+def sound_messages(path: str, data: bytes) -> Iterator[RawMessage]:
+    """The messages of a sound file, every checksum checked.
+
+    Raises:
+        LogError: The file is not sound; the messages before that are not to be trusted as a whole.
+    """
+    offset = require_mcap(path, data)
+    channels = ChannelMap(path)
+    ended, summary_start = False, 0
+    for opcode, start, body in outer_records(path, data, offset):
+        offset = start + _HEAD.size + len(body)
+        if opcode == Opcode.DATA_END and not ended:
+            ended, summary_start = True, offset
+            # Zero says that the file's writer made no checksum; ours does.
+            expected = _decoded(path, start, DataEnd, body).data_section_crc
+            if expected not in (0, zlib.crc32(data[:start])):
+                raise _damaged(path, start, "the checksum of the data section is wrong")
+        elif opcode == Opcode.FOOTER:
+            footer = _decoded(path, start, Footer, body)
+            # The checksum covers the summary and the footer up to the checksum itself, its last four bytes.
+            if not ended or footer.summary_crc not in (0, zlib.crc32(data[summary_start : offset - 4])):
+                raise _damaged(path, start, "the checksum of the summary is wrong")
+            break
+        elif not ended:
+            yield from channels.messages(opcode, start, body)
+    else:
+        remedy = f"the recording was cut short; {_RECOVER}"
+        raise LogError(path, f"offset {offset}", "the file ends without its footer", remedy)
+    tail = data[offset:]
+    if tail[: len(MCAP0_MAGIC)] != MCAP0_MAGIC:
+        raise _damaged(path, offset, "the closing magic bytes are wrong")
+    rest = offset + len(MCAP0_MAGIC)
+    if data[rest:].startswith(MCAP0_MAGIC):
+        raise LogError(path, f"offset {rest}", "another log begins here: two files were joined", "cut it there")
+    if rest != len(data):
+        raise _damaged(path, rest, f"{len(data) - rest} bytes follow the end of the log")
+
+
+def outer_records(path: str, data: bytes, offset: int) -> Iterator[tuple[int, int, bytes]]:
+    """Opcode, offset and body of the file's records, up to the footer or the end of the data.
+
+    Raises:
+        LogError: A record is longer than what is left of the file.
+    """
+    while offset < len(data):
+        if offset + _HEAD.size > len(data):
+            raise LogError(path, f"offset {offset}", "the file ends within a record", _RECOVER)
+        opcode, length = _HEAD.unpack_from(data, offset)
+        end = offset + _HEAD.size + length
+        if end > len(data):
+            raise LogError(path, f"offset {offset}", "the file ends within a record, or is damaged here", _RECOVER)
+        yield opcode, offset, data[offset + _HEAD.size : end]
+        if opcode == Opcode.FOOTER:
+            return
+        offset = end
+
+
+class ChannelMap:
+    """Which channel of a file is which of ours: by topic, because tools that rewrite a file number them anew."""
+
+    def __init__(self, path: str) -> None:
+        self._path = path
+        self._ours: dict[int, int] = {}
+
+    def messages(self, opcode: int, offset: int, body: bytes) -> Iterator[RawMessage]:
+        """The messages in one record of the file: in a chunk, or by themselves.
+
+        Raises:
+            LogError: It is damaged.
+        """
+        if opcode == Opcode.CHUNK:
+            data = self._unpacked(offset, body)
+            at = 0
+            while at < len(data):
+                if at + _HEAD.size > len(data):
+                    raise _damaged(self._path, offset, "a chunk ends within a record")
+                inner, length = _HEAD.unpack_from(data, at)
+                at += _HEAD.size
+                if at + length > len(data) or (inner == _MESSAGE_OPCODE and length < _MESSAGE.size):
+                    raise _damaged(self._path, offset, "a chunk ends within a record")
+                if inner == _MESSAGE_OPCODE:
+                    channel, _, time_ns, _ = _MESSAGE.unpack_from(data, at)
+                    if channel in self._ours:
+                        yield RawMessage(self._ours[channel], time_ns, data[at + _MESSAGE.size : at + length])
+                elif inner == _CHANNEL_OPCODE:
+                    self._learn(offset, data[at : at + length])
+                at += length
+        elif opcode == _CHANNEL_OPCODE:
+            self._learn(offset, body)
+        elif opcode == _MESSAGE_OPCODE and len(body) >= _MESSAGE.size:
+            channel, _, time_ns, _ = _MESSAGE.unpack_from(body)
+            if channel in self._ours:
+                yield RawMessage(self._ours[channel], time_ns, body[_MESSAGE.size :])
+
+    def _learn(self, offset: int, body: bytes) -> None:
+        channel = _decoded(self._path, offset, Channel, body)
+        if channel.topic in BY_TOPIC and channel.message_encoding == "protobuf":
+            self._ours[channel.id] = BY_TOPIC[channel.topic].id
+
+    def _unpacked(self, offset: int, body: bytes) -> bytes:
+        chunk = _decoded(self._path, offset, Chunk, body)
+        try:
+            stream, length = get_chunk_data_stream(chunk, validate_crc=True)
+            return bytes(stream.read(length))
+        except Exception as error:
+            # Besides its own errors, those of two compression libraries.
+            raise _damaged(self._path, offset, f"a chunk cannot be unpacked ({error})") from error
+
+
+def assemble(path: str, data: bytes, messages: list[RawMessage]) -> TrialLog:
+    """Make a trial of a log's messages.
+
+    Raises:
+        LogError: They are not those of one trial, or of another schema.
+    """
+    if not messages:
+        who = _writer_of(data)
+        raise LogError(path, "", f"holds no messages of palpate's ({who})", "name a log that palpate recorded")
+    start = _start_of(path, messages)
+    log = TrialLog(path, len(data), start, raw_bytes=sum(len(m.payload) for m in messages))
+    log.ticks = [m.payload for m in messages if m.channel == TICK.id]
+    for number, message in enumerate(messages):
+        if message.channel == TICK.id:
+            continue
+        kind = BY_ID[message.channel]
+        try:
+            _file_in(log, message)
+        except Exception as error:
+            where = f"message {number} on {kind.topic}"
+            raise LogError(path, where, f"is no {kind.message} ({error})", "it was not written by palpate") from error
+        if kind is START and number:
+            raise LogError(path, f"message {number}", "a second trial begins here", "one log holds one trial")
+    return log
+
+
+def first_tick_problem(log: TrialLog) -> tuple[int, int] | None:
+    """The first place where ticks are missing: the tick that is expected, and the one that is there instead."""
+    expected = 0
+    for record in log.records():
+        if record.tick != expected:
+            return expected, record.tick
+        expected += 1
+    return None
+
+
+def _file_in(log: TrialLog, message: RawMessage) -> None:
+    if message.channel == DECISION.id:
+        log.decisions.append(decode_record("Decision", DecisionEntry, message.payload))
+    elif message.channel == REINFORCEMENT.id:
+        log.reinforcements.append(decode_record("Reinforcement", ReinforcementEntry, message.payload))
+    elif message.channel == EVENT.id:
+        log.events.append(decode_record("Event", EventEntry, message.payload))
+    elif message.channel == RECORDER.id:
+        log.losses.append(decode_record("Recorder", LossEntry, message.payload))
+    elif message.channel == END.id:
+        log.end = decode_record("End", EndRecord, message.payload)
+    elif message.channel != START.id:
+        log.calls.append(decode_call(message.payload))
+
+
+def _start_of(path: str, messages: list[RawMessage]) -> StartRecord:
+    first = messages[0]
+    if first.channel != START.id:
+        raise LogError(path, "", "does not begin with what the trial started with", "it cannot be replayed")
+    try:
+        made: Any = decode_record("Start", _Version, first.payload)
+    except Exception as error:
+        raise LogError(
+            path, "message 0", f"is no start of a trial ({error})", "it was not written by palpate"
+        ) from error
+    if made.schema != SCHEMA:
+        raise LogError(
+            path, "", f"has schema {made.schema!r}", f"this palpate reads {SCHEMA!r}; use the one that wrote it"
+        )
+    try:
+        return decode_record("Start", StartRecord, first.payload)
+    except Exception as error:
+        raise LogError(
+            path, "message 0", f"lacks what a trial starts with ({error})", "it cannot be replayed"
+        ) from error
+
+
+@dataclass(frozen=True)
+class _Version:
+    schema: str
+
+
+def _bytes_of(path: str | Path) -> bytes:
+    try:
+        return Path(path).read_bytes()
+    except OSError as error:
+        raise LogError(str(path), "", f"cannot be read ({error.strerror})", "name a log that is there") from error
+
+
+def require_mcap(path: str, data: bytes) -> int:
+    """Make sure that this is an MCAP file at all; returns where its records begin.
+
+    Raises:
+        LogError: It is empty, or something else.
+    """
+    if not data:
+        raise LogError(path, "", "is empty", "nothing was recorded; delete it")
+    if not data.startswith(MCAP0_MAGIC):
+        raise LogError(path, "offset 0", "is no MCAP file", "name a log that palpate recorded")
+    return len(MCAP0_MAGIC)
+
+
+def _writer_of(data: bytes) -> str:
+    try:
+        header = Header.read(ReadDataStream(BytesIO(data[len(MCAP0_MAGIC) + _HEAD.size :])))
+    except Exception:
+        return "without a readable header"
+    return f"written by {header.library!r}, profile {header.profile!r}"
+
+
+def _decoded(path: str, offset: int, kind: Any, body: bytes) -> Any:
+    try:
+        return kind.read(ReadDataStream(BytesIO(body)))
+    except Exception as error:
+        raise _damaged(path, offset, f"a {kind.__name__} record cannot be read ({error})") from error
+
+
+def _damaged(path: str, offset: int, problem: str) -> LogError:
+    return LogError(path, f"offset {offset}", f"is damaged: {problem}", _RECOVER)
+
+
+def learner_of_json(text: str) -> dict[str, Any] | None:
+    """A learner's state from its text; None where nothing learns."""
+    return dict(json.loads(text)) if text else None

@@ -1,0 +1,229 @@
+"""The sparse messages of a log as plain values; the tick, which is not sparse, is in :mod:`.tick_layout`.
+
+Attributes are named, and mean, what the schema says: see :data:`palpate.adapters.log.schema.MESSAGES`.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any, TypeVar
+
+from palpate.adapters.log.schema import MESSAGES, encode, message_class
+from palpate.adapters.log.tick_layout import (
+    applied_from,
+    command_fields,
+    joint_fields,
+    joints_from,
+    wrench_fields,
+    wrench_from,
+)
+from palpate.core.values import AppliedCommand, JointSample, JointVector, WrenchSample
+
+R = TypeVar("R")
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class StartRecord:
+    """All that a trial starts with, so that it can be replayed alone.
+
+    Attributes:
+        schema: Version of the log's schema.
+        command: The command that ran: train, run, compare, what-if.
+        config_toml: The resolved configuration.
+        arm: Name of the arm.
+        model_sha256: Digest of the arm's kinematic model.
+        core_sha256: Digest of the core's source.
+        seed: The run's seed.
+        trial: Index of the trial; with the seed it gives every random stream.
+        start_m: Where the trial starts above the plate, (2,), task frame.
+        ready_rad: The ready pose, (n,).
+        tip_rotation: Orientation that the tool keeps, (9,) row by row, base frame.
+        perception_json: Stages of perception, fitted ones with what was fitted.
+        policy: ``document``, or the name of a comparator.
+        policy_json: The policy document, if it is one.
+        frozen: Whether the policy was kept from learning.
+        learner_json: The learner's state as the trial began; empty where nothing learns.
+        perception_state: What the state identifier remembers.
+        filter_state: Tare and memory of the wrench filter.
+        generator_json: State of the policy's random generator.
+        temperature: Temperature of the exploration; None for a policy without one.
+        world: ``simulator``, or what else the ports led to.
+        world_json: What it takes to set up that world again, and its truth where it knows it.
+        versions_json: Versions of palpate and of what the numbers depend on.
+        processor_json: What of the processor the last bits may depend on.
+        derived_from: The log that a what-if came from; empty for a recording.
+    """
+
+    schema: str
+    command: str
+    config_toml: str
+    arm: str
+    model_sha256: str
+    core_sha256: str
+    seed: int
+    trial: int
+    start_m: tuple[float, ...]
+    ready_rad: tuple[float, ...]
+    tip_rotation: tuple[float, ...]
+    perception_json: str
+    policy: str
+    policy_json: str = ""
+    frozen: bool = False
+    learner_json: str = ""
+    perception_state: tuple[float, ...] = ()
+    filter_state: tuple[float, ...] = ()
+    generator_json: str = ""
+    temperature: float | None = None
+    world: str = ""
+    world_json: str = ""
+    versions_json: str = ""
+    processor_json: str = ""
+    derived_from: str = ""
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class DecisionEntry:
+    """One choice of an action."""
+
+    tick: int
+    number: int
+    symbol: str
+    state: str
+    action: str
+    source: str
+    temperature: float | None = None
+    counterfactual: bool = False
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class ReinforcementEntry:
+    """What the decision of that number earned."""
+
+    tick: int
+    number: int
+    reinforcement: float
+    counterfactual: bool = False
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class EventEntry:
+    """Something that happened."""
+
+    tick: int
+    name: str
+    detail: str = ""
+    counterfactual: bool = False
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class LossEntry:
+    """What the recorder could not keep, and why."""
+
+    tick: int
+    problem: str
+    text: str = ""
+    dropped_messages: int = 0
+    first_dropped_tick: int | None = None
+    last_dropped_tick: int | None = None
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class EndRecord:
+    """What a trial came to, and the learner after it. ``true_...`` is the simulator's truth; None on an arm."""
+
+    tick: int
+    outcome: str = ""
+    exploration_time_s: float = 0.0
+    actions: int = 0
+    peak_force_N: float = 0.0
+    depth_m: float = 0.0
+    ticks: int = 0
+    clamped_ticks: int = 0
+    learner_json: str = ""
+    success: bool | None = None
+    true_peak_force_N: float | None = None
+    true_depth_m: float | None = None
+    true_tip_in_task_m: tuple[float, ...] = ()
+    true_hole_in_task_m: tuple[float, ...] = ()
+    error: str = ""
+    text: str = ""
+    counterfactual: bool = False
+
+
+@dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
+class CallEntry:
+    """A port call that is not the first of its kind in its tick, or not one of a tick's four."""
+
+    tick: int
+    port: str
+    call: str
+    time_ns: int | None = None
+    wrench: WrenchSample | None = None
+    joints: JointSample | None = None
+    asked_rad: JointVector | None = None
+    applied: AppliedCommand | None = None
+    error: str = ""
+    text: str = ""
+
+
+def encode_record(message: str, record: Any) -> bytes:
+    """The record as protobuf bytes. Defaults of optional text and flags are left out."""
+    fields: dict[str, Any] = {}
+    for field in dataclasses.fields(record):
+        value = getattr(record, field.name)
+        if value is not None and not (field.default is not dataclasses.MISSING and value == field.default):
+            fields[field.name] = value
+    return encode(message, **fields)
+
+
+def decode_record(message: str, kind: type[R], payload: bytes) -> R:
+    """The record back from its bytes.
+
+    Raises:
+        google.protobuf.message.DecodeError: These are not the bytes of such a message.
+        TypeError: A field that must be there is not.
+    """
+    made: Any = message_class(message)()
+    made.ParseFromString(payload)
+    known = {name: field_kind for name, field_kind, _ in MESSAGES[message]}
+    fields: dict[str, Any] = {}
+    for field in dataclasses.fields(kind):  # type: ignore[arg-type]
+        if known[field.name].endswith("[]"):
+            fields[field.name] = tuple(getattr(made, field.name))
+        elif made.HasField(field.name):
+            fields[field.name] = getattr(made, field.name)
+    return kind(**fields)
+
+
+def encode_call(record: CallEntry) -> bytes:
+    """The call as protobuf bytes."""
+    return encode(
+        "Call",
+        tick=record.tick,
+        port=record.port,
+        call=record.call,
+        time_ns=record.time_ns,
+        wrench=wrench_fields(record.wrench),
+        joints=joint_fields(record.joints),
+        error=record.error or None,
+        text=record.text or None,
+        **command_fields(record.asked_rad, record.applied),
+    )
+
+
+def decode_call(payload: bytes) -> CallEntry:
+    """The call back from its bytes."""
+    made: Any = message_class("Call")()
+    made.ParseFromString(payload)
+    return CallEntry(
+        tick=made.tick,
+        port=made.port,
+        call=made.call,
+        time_ns=made.time_ns if made.HasField("time_ns") else None,
+        wrench=wrench_from(made),
+        joints=joints_from(made),
+        asked_rad=tuple(made.asked_rad) or None,
+        applied=applied_from(made),
+        error=made.error,
+        text=made.text,
+    )

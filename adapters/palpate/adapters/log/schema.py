@@ -1,0 +1,273 @@
+"""The schema of a trial's log: protobuf messages, one MCAP channel each, described once and built at run time.
+
+Numbers that must come back bit for bit are ``double`` and ``sfixed64``: a fixed width on the wire, NaN and -0.0
+kept. Everything is SI and says so in its name. Every field is optional in the protobuf sense: what was not there
+is absent, not zero. Field numbers are never used again for something else; a new field means no new version, a
+changed meaning does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from typing import Any, Final
+
+from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
+from google.protobuf.message import Message
+
+from palpate.core.values import CommandReason, Validity, WrenchKind
+
+SCHEMA: Final = "palpate.log/1"
+PROFILE: Final = "palpate"
+"""MCAP profile of our files."""
+PACKAGE: Final = "palpate.log"
+
+ENUMS: Final[Mapping[str, tuple[tuple[Any, ...], str]]] = {
+    "Validity": ((Validity.VALID, Validity.SATURATED, Validity.STALE, Validity.INVALID), "VALIDITY_"),
+    "Kind": ((WrenchKind.RAW, WrenchKind.TARED, WrenchKind.GRAVITY_COMPENSATED), "KIND_"),
+    "Reason": (
+        (
+            CommandReason.AS_ASKED,
+            CommandReason.POSITION_LIMIT,
+            CommandReason.VELOCITY_LIMIT,
+            CommandReason.STOPPED,
+        ),
+        "REASON_",
+    ),
+}
+"""Enumerations: the members in the order of their numbers, and what their names begin with in the schema."""
+
+_VECTOR: Final = "double[]"
+"""A packed vector of doubles: of constant length in a run, hence of constant width."""
+
+MESSAGES: Final[Mapping[str, tuple[tuple[str, str, int], ...]]] = {
+    "Wrench": (
+        ("force_N", _VECTOR, 1),
+        ("torque_Nm", _VECTOR, 2),
+        ("source_time_ns", "sfixed64", 3),
+        ("receive_time_ns", "sfixed64", 4),
+        ("sequence", "sfixed64", 5),
+        ("validity", "Validity", 6),
+        ("kind", "Kind", 7),
+        ("frame", "string", 8),
+    ),
+    "Joints": (
+        ("position_rad", _VECTOR, 1),
+        ("source_time_ns", "sfixed64", 2),
+        ("receive_time_ns", "sfixed64", 3),
+        ("sequence", "sfixed64", 4),
+        ("validity", "Validity", 5),
+    ),
+    "Tick": (
+        ("tick", "sfixed64", 1),
+        ("time_ns", "sfixed64", 2),
+        ("deadline_ns", "sfixed64", 3),
+        ("wrench", "Wrench", 4),
+        ("joints", "Joints", 5),
+        ("asked_rad", _VECTOR, 6),
+        ("applied_rad", _VECTOR, 7),
+        ("reason", "Reason", 8),
+        ("counterfactual", "bool", 9),
+    ),
+    "Call": (
+        ("tick", "sfixed64", 1),
+        ("port", "string", 2),
+        ("call", "string", 3),
+        ("time_ns", "sfixed64", 4),
+        ("wrench", "Wrench", 5),
+        ("joints", "Joints", 6),
+        ("asked_rad", _VECTOR, 7),
+        ("applied_rad", _VECTOR, 8),
+        ("reason", "Reason", 9),
+        ("error", "string", 10),
+        ("text", "string", 11),
+    ),
+    "Decision": (
+        ("tick", "sfixed64", 1),
+        ("number", "sfixed64", 2),
+        ("symbol", "string", 3),
+        ("state", "string", 4),
+        ("action", "string", 5),
+        ("source", "string", 6),
+        ("temperature", "double", 7),
+        ("counterfactual", "bool", 8),
+    ),
+    "Reinforcement": (
+        ("tick", "sfixed64", 1),
+        ("number", "sfixed64", 2),
+        ("reinforcement", "double", 3),
+        ("counterfactual", "bool", 4),
+    ),
+    "Event": (
+        ("tick", "sfixed64", 1),
+        ("name", "string", 2),
+        ("detail", "string", 3),
+        ("counterfactual", "bool", 4),
+    ),
+    "Recorder": (
+        ("tick", "sfixed64", 1),
+        ("problem", "string", 2),
+        ("text", "string", 3),
+        ("dropped_messages", "sfixed64", 4),
+        ("first_dropped_tick", "sfixed64", 5),
+        ("last_dropped_tick", "sfixed64", 6),
+    ),
+    "Start": (
+        ("schema", "string", 1),
+        ("command", "string", 2),
+        ("config_toml", "string", 3),
+        ("arm", "string", 4),
+        ("model_sha256", "string", 5),
+        ("core_sha256", "string", 6),
+        ("seed", "sfixed64", 7),
+        ("trial", "sfixed64", 8),
+        ("start_m", _VECTOR, 9),
+        ("ready_rad", _VECTOR, 10),
+        ("tip_rotation", _VECTOR, 11),
+        ("perception_json", "string", 12),
+        ("policy", "string", 13),
+        ("policy_json", "string", 14),
+        ("frozen", "bool", 15),
+        ("learner_json", "string", 16),
+        ("perception_state", _VECTOR, 17),
+        ("filter_state", _VECTOR, 18),
+        ("generator_json", "string", 19),
+        ("temperature", "double", 20),
+        ("world", "string", 21),
+        ("world_json", "string", 22),
+        ("versions_json", "string", 23),
+        ("processor_json", "string", 24),
+        ("derived_from", "string", 25),
+    ),
+    "End": (
+        ("tick", "sfixed64", 1),
+        ("outcome", "string", 2),
+        ("exploration_time_s", "double", 3),
+        ("actions", "sfixed64", 4),
+        ("peak_force_N", "double", 5),
+        ("depth_m", "double", 6),
+        ("ticks", "sfixed64", 7),
+        ("clamped_ticks", "sfixed64", 8),
+        ("learner_json", "string", 9),
+        ("success", "bool", 10),
+        ("true_peak_force_N", "double", 11),
+        ("true_depth_m", "double", 12),
+        ("true_tip_in_task_m", _VECTOR, 13),
+        ("true_hole_in_task_m", _VECTOR, 14),
+        ("error", "string", 15),
+        ("text", "string", 16),
+        ("counterfactual", "bool", 17),
+    ),
+}
+"""Field name, kind and number of each message."""
+
+
+@dataclass(frozen=True)
+class ChannelKind:
+    """One channel of a log.
+
+    Attributes:
+        id: Number of the channel in every file of ours.
+        topic: Its name.
+        message: Name of its message type.
+        about: One line for whoever opens the file, with units and frames.
+    """
+
+    id: int
+    topic: str
+    message: str
+    about: str
+
+
+START = ChannelKind(1, "/start", "Start", "all that the trial starts with; lengths in m in the task frame")
+TICK = ChannelKind(
+    2,
+    "/tick",
+    "Tick",
+    "one message per control tick: samples, command asked and applied. Wrench: of the world on the tool, in the"
+    " frame it names, N and N m; joints in rad; times in ns of the run's clock",
+)
+CALL = ChannelKind(3, "/call", "Call", "port calls beyond the one of each per tick: further reads, stop, errors")
+DECISION = ChannelKind(4, "/decision", "Decision", "symbol, state and action chosen; temperature of the exploration")
+REINFORCEMENT = ChannelKind(5, "/reinforcement", "Reinforcement", "what the decision of that number then earned")
+EVENT = ChannelKind(6, "/event", "Event", "contact, tare, phases, hole, faults, the end")
+RECORDER = ChannelKind(7, "/recorder", "Recorder", "what the recorder lost, and why")
+END = ChannelKind(8, "/end", "End", "what the trial came to, and the learner after it; depths in m")
+
+CHANNELS: Final = (START, TICK, CALL, DECISION, REINFORCEMENT, EVENT, RECORDER, END)
+BY_ID: Final = {kind.id: kind for kind in CHANNELS}
+BY_TOPIC: Final = {kind.topic: kind for kind in CHANNELS}
+
+_SCALARS: Final = {"double": 1, "sfixed64": 16, "bool": 8, "string": 9}  # protobuf's own numbers of its types
+_MESSAGE, _ENUM = 11, 14
+_OPTIONAL, _REPEATED = 1, 3
+
+
+def enum_number(kind: str, member: Any) -> int:
+    """The number of a member of an enumeration of the schema."""
+    return ENUMS[kind][0].index(member)
+
+
+def enum_member(kind: str, number: int) -> Any:
+    """The member with that number."""
+    return ENUMS[kind][0][number]
+
+
+@cache
+def descriptor_set(message: str) -> bytes:
+    """The serialised ``FileDescriptorSet`` that an MCAP schema of this message holds: all that readers need."""
+    files = descriptor_pb2.FileDescriptorSet()
+    files.file.append(_file(message))
+    return bytes(files.SerializeToString(deterministic=True))
+
+
+@cache
+def message_class(message: str) -> type[Message]:
+    """The class of a message, by protobuf itself."""
+    pool = descriptor_pool.DescriptorPool()
+    pool.Add(_file(message))
+    made: type[Message] = message_factory.GetMessageClass(pool.FindMessageTypeByName(f"{PACKAGE}.{message}"))
+    return made
+
+
+def encode(message: str, **fields: Any) -> bytes:
+    """A message by protobuf; None leaves a field out."""
+    made: Any = message_class(message)(**{name: value for name, value in fields.items() if value is not None})
+    return bytes(made.SerializeToString(deterministic=True))
+
+
+def _file(message: str) -> descriptor_pb2.FileDescriptorProto:
+    """A file with this message and what it refers to. Syntax proto2: every field knows whether it was there."""
+    file = descriptor_pb2.FileDescriptorProto(name=f"palpate/log/{message}.proto", package=PACKAGE, syntax="proto2")
+    wanted, done = [message], []
+    while wanted:
+        name = wanted.pop(0)
+        if name in done:
+            continue
+        done.append(name)
+        if name in ENUMS:
+            members, prefix = ENUMS[name]
+            enum = file.enum_type.add(name=name)
+            for number, member in enumerate(members):
+                enum.value.add(name=f"{prefix}{member.name}", number=number)
+            continue
+        made = file.message_type.add(name=name)
+        for field, kind, number in MESSAGES[name]:
+            made.field.append(_field(field, kind, number))
+            if kind not in _SCALARS and kind != _VECTOR:
+                wanted.append(kind)
+    return file
+
+
+def _field(name: str, kind: str, number: int) -> descriptor_pb2.FieldDescriptorProto:
+    field = descriptor_pb2.FieldDescriptorProto(name=name, number=number, label=_OPTIONAL)
+    if kind == _VECTOR:
+        field.type, field.label = _SCALARS["double"], _REPEATED
+        field.options.packed = True
+    elif kind in _SCALARS:
+        field.type = _SCALARS[kind]
+    else:
+        field.type = _ENUM if kind in ENUMS else _MESSAGE
+        field.type_name = f".{PACKAGE}.{kind}"
+    return field

@@ -1,0 +1,54 @@
+"""What results depend on besides the configuration: versions, source, arm model, processor."""
+
+from __future__ import annotations
+
+import hashlib
+import platform
+from functools import cache
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import palpate.core
+from palpate.core.arms import arm_named
+from palpate.core.kinematics import ToolGeometry
+
+
+def made_with() -> dict[str, str]:
+    """Versions that results depend on."""
+    return {name: version(name) for name in ("palpate", "numpy", "scipy", "pin", "mujoco")}
+
+
+@cache
+def core_sha256() -> str:
+    """Digest of the core's source: equal digests, equal core."""
+    digest = hashlib.sha256()
+    root = Path(str(palpate.core.__file__)).parent
+    for path in sorted(root.rglob("*.py")):
+        digest.update(path.relative_to(root).as_posix().encode() + b"\0" + path.read_bytes())
+    return digest.hexdigest()
+
+
+@cache
+def arm_sha256(name: str) -> str:
+    """Digest of what the kinematics are made of: the arm's URDF, where the tool is on it, and its encoders."""
+    arm = arm_named(name)
+    facts = repr((arm.flange_frame, arm.encoder_step_rad, ToolGeometry())).encode()
+    return hashlib.sha256(arm.find_urdf().read_bytes() + b"\0" + facts).hexdigest()
+
+
+@cache
+def processor() -> dict[str, Any]:
+    """What the last bits of sines, exponentials and matrix products may depend on."""
+    from threadpoolctl import threadpool_info
+
+    simd: Any = np.show_config(mode="dicts")
+    found = simd.get("SIMD Extensions", {}) if isinstance(simd, dict) else {}
+    return {
+        "machine": platform.machine(),
+        "simd": sorted({*found.get("baseline", []), *found.get("found", [])}),
+        "blas": sorted({str(i.get("architecture")) for i in threadpool_info() if i.get("user_api") == "blas"}),
+        "libc": " ".join(platform.libc_ver()),
+    }
