@@ -5,13 +5,14 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 RUN ?= runs/paper
 
-.PHONY: help setup train test lint clean
+.PHONY: help setup train test lint golden clean
 
 help:
 	@echo "make setup   create .venv and install pinned dependencies (does nothing when nothing changed)"
 	@echo "make train   learn the paper's insertion, 350 trials; the result is left in $(RUN)"
 	@echo "make test    style, types, layering and all tests"
 	@echo "make lint    style, types and layering only"
+	@echo "make golden  record the logs in tests/golden anew, after a change that is meant to change behaviour"
 
 setup: $(STAMP)
 
@@ -32,6 +33,9 @@ lint: setup
 
 test: lint
 	$(BIN)/pytest -n 2
+
+golden: setup
+	$(BIN)/python tests/golden/record.py
 
 clean:
 	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache

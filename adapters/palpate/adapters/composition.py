@@ -6,13 +6,14 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from math import sqrt
 from types import TracebackType
-from typing import Any, Final, Self
+from typing import Self
 
 import numpy as np
 import pinocchio as pin
 
 from palpate.adapters.config import RunConfig
 from palpate.adapters.mujoco_ports import MujocoArm, MujocoClock, MujocoForceSensor, MujocoJointEncoder
+from palpate.adapters.rig import SIMULATOR, Rig, World
 from palpate.core.arms import arm_named
 from palpate.core.cycle import Ports
 from palpate.core.explorer import Explorer
@@ -55,23 +56,6 @@ class ReadyPose:
 
     q_rad: Array
     tip_rotation: Array
-
-
-SIMULATOR: Final = "simulator"
-"""The kind of world that a simulated rig is."""
-
-
-@dataclass(frozen=True)
-class World:
-    """What the ports lead to, as far as a log must know it.
-
-    Attributes:
-        kind: ``simulator``, or the name of something else.
-        facts: What it takes to set it up again for this trial, and its truth where it knows it; plain JSON values.
-    """
-
-    kind: str
-    facts: dict[str, Any]
 
 
 def wander_m(config: RunConfig) -> float:
@@ -167,7 +151,7 @@ def require_usable(config: RunConfig, ready: ReadyPose) -> None:
     build_task(config, ready, build_perception(RunConfig(task=config.task)), walk)
 
 
-class SimulatedRig:
+class SimulatedRig(Rig):
     """The MuJoCo work cell with its four ports. A context manager: on exit every device is closed.
 
     Attributes:
@@ -216,6 +200,15 @@ class SimulatedRig:
                 "hole_in_task_m": list(self.truth().hole_in_task_m),
             },
         )
+
+    @property
+    def clock_ticks(self) -> int:
+        """Control ticks on the simulator's clock."""
+        return self.cell.ticks
+
+    def set_clock_ticks(self, ticks: int) -> None:
+        """Set the simulator's clock."""
+        self.cell.set_ticks(ticks)
 
     def truth(self) -> Truth:
         """What really happened; for scoring and comparators only."""

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from math import dist
 from typing import Any
 
-from palpate.adapters.composition import SimulatedRig
 from palpate.adapters.config import RunConfig
 from palpate.adapters.recording.trials import TrialRecorder
+from palpate.adapters.rig import Rig
 from palpate.core.cycle import run_trial
 from palpate.core.errors import DeviceError
 from palpate.core.insertion import InsertionTask
@@ -28,12 +28,13 @@ class ScoredTrial:
 
     Attributes:
         report: The core's own account, from port data.
-        truth: What really happened.
-        success: Inserted to full depth, in the hole and not beside the plate, the true peak force below the limit.
+        truth: What really happened; None where nobody knows.
+        success: Inserted to full depth, in the hole and not beside the plate, the true peak force below the limit;
+            without a truth, what the core takes for it.
     """
 
     report: TrialReport
-    truth: Truth
+    truth: Truth | None
     success: bool
 
 
@@ -49,7 +50,7 @@ def trial_setup(config: RunConfig, trial: int) -> TrialSetup:
 
 def run_scored_trial(
     config: RunConfig,
-    rig: SimulatedRig,
+    rig: Rig,
     task: InsertionTask,
     trial: int,
     recorder: TrialRecorder | None = None,
@@ -80,8 +81,10 @@ def run_scored_trial(
     return scored
 
 
-def score(config: RunConfig, report: TrialReport, truth: Truth) -> ScoredTrial:
+def score(config: RunConfig, report: TrialReport, truth: Truth | None) -> ScoredTrial:
     """Hold the core's account against the truth."""
+    if truth is None:
+        return ScoredTrial(report, None, report.outcome is Outcome.INSERTED)
     success = (
         report.outcome is Outcome.INSERTED
         and dist(truth.tip_in_task_m[:2], truth.hole_in_task_m[:2]) < _BESIDE_M + config.cell.peg.clearance_mm * 1e-3
@@ -93,6 +96,8 @@ def score(config: RunConfig, report: TrialReport, truth: Truth) -> ScoredTrial:
 
 def truth_fields(scored: ScoredTrial) -> dict[str, Any]:
     """What of a log's end record only the truth can fill."""
+    if scored.truth is None:
+        return {"success": scored.success}
     return {
         "success": scored.success,
         "true_peak_force_N": scored.truth.peak_force_N,

@@ -6,9 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from palpate.adapters.composition import ReadyPose, SimulatedRig, build_perception, build_task, task_actions
+from palpate.adapters.composition import ReadyPose, build_perception, build_task, task_actions
 from palpate.adapters.config import PerceptionConfig, RunConfig
 from palpate.adapters.experiment import require_sound, run_scored_trial
+from palpate.adapters.rig import Rig
 from palpate.core.perception import (
     Clusters,
     FeatureExtractor,
@@ -37,7 +38,7 @@ def configured_perception(config: RunConfig) -> Perception | None:
     return None if needs_fitting(config) else build_perception(config)
 
 
-def fitted_perception(config: RunConfig, ready: ReadyPose, rig: SimulatedRig) -> Perception:
+def fitted_perception(config: RunConfig, ready: ReadyPose, rig: Rig) -> Perception:
     """Collect samples by random walks and fit the stages to them."""
     p = config.perception
     samples = _collect(config, ready, rig)
@@ -66,7 +67,7 @@ def _extractor(p: PerceptionConfig, samples: Sequence[tuple[float, ...]], seed: 
     return SelectedChannels(p.channels)
 
 
-def _collect(config: RunConfig, ready: ReadyPose, rig: SimulatedRig) -> list[tuple[float, ...]]:
+def _collect(config: RunConfig, ready: ReadyPose, rig: Rig) -> list[tuple[float, ...]]:
     """Measurement vectors (in the order of ``CHANNELS``) at the decisions of random walks."""
     walk = _Recorder(task_actions(config))
     plain = RunConfig(task=config.task)

@@ -18,7 +18,12 @@ from palpate.core.kinematics import ToolGeometry
 
 def made_with() -> dict[str, str]:
     """Versions that results depend on."""
-    return {name: version(name) for name in ("palpate", "numpy", "scipy", "pin", "mujoco")}
+    return dict(_versions())
+
+
+@cache
+def _versions() -> tuple[tuple[str, str], ...]:
+    return tuple((name, version(name)) for name in ("palpate", "numpy", "scipy", "pin", "mujoco"))
 
 
 @cache

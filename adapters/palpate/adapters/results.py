@@ -30,7 +30,7 @@ _DECISION_COLUMNS: Final = (
 
 @dataclasses.dataclass(frozen=True)
 class TrialRow:
-    """One line of ``trials.csv``."""
+    """One line of ``trials.csv``. Where nobody knows the hole, its columns are empty."""
 
     trial: int
     outcome: str
@@ -42,33 +42,36 @@ class TrialRow:
     depth_mm: float
     start_x_mm: float
     start_y_mm: float
-    hole_x_mm: float
-    hole_y_mm: float
+    hole_x_mm: float | None
+    hole_y_mm: float | None
     ticks: int
     temperature: float | None
 
     @classmethod
     def of(cls, scored: ScoredTrial, first: int = 0) -> TrialRow:
-        """The line for a trial. Force and depth are the truth, for scoring; the core's own force stands beside.
+        """The line for a trial. Force and depth are the truth, if there is one; the core's own force stands beside.
 
         Args:
             scored: The trial.
             first: Index of the trial that is number 0.
         """
         report, truth = scored.report, scored.truth
+        peak_N, depth_m = (
+            (report.peak_force_N, report.depth_m) if truth is None else (truth.peak_force_N, truth.depth_m)
+        )
         return cls(
             trial=report.setup.index - first,
             outcome="unknown" if report.outcome is None else report.outcome.value,
             success=scored.success,
             exploration_time_s=round(report.exploration_time_s, 6),
             actions=report.actions,
-            peak_force_N=round(truth.peak_force_N, 6),
+            peak_force_N=round(known.peak_force_N, 6),
             measured_peak_force_N=round(report.peak_force_N, 6),
-            depth_mm=round(truth.depth_m * 1e3, 6),
+            depth_mm=round(known.depth_m * 1e3, 6),
             start_x_mm=round(report.setup.start_m[0] * 1e3, 6),
             start_y_mm=round(report.setup.start_m[1] * 1e3, 6),
-            hole_x_mm=round(truth.hole_in_task_m[0] * 1e3, 6) + 0.0,
-            hole_y_mm=round(truth.hole_in_task_m[1] * 1e3, 6) + 0.0,
+            hole_x_mm=None if truth is None else round(truth.hole_in_task_m[0] * 1e3, 6) + 0.0,
+            hole_y_mm=None if truth is None else round(truth.hole_in_task_m[1] * 1e3, 6) + 0.0,
             ticks=report.ticks,
             temperature=report.temperature,
         )

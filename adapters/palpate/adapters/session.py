@@ -10,13 +10,14 @@ from dataclasses import dataclass
 from types import FrameType
 from typing import Any, Final
 
-from palpate.adapters.composition import ReadyPose, SimulatedRig, build_task
+from palpate.adapters.composition import ReadyPose, build_task
 from palpate.adapters.config import RunConfig
 from palpate.adapters.experiment import ScoredTrial, require_sound, run_scored_trial
 from palpate.adapters.policies import perception_settings
 from palpate.adapters.provenance import made_with
 from palpate.adapters.recording.trials import TrialRecorder
 from palpate.adapters.results import RunFolder, TrialRow
+from palpate.adapters.rig import Rig
 from palpate.adapters.toml_config import to_toml
 from palpate.core.errors import ConfigurationError, OutputError
 from palpate.core.insertion import InsertionTask
@@ -37,11 +38,13 @@ class Checkpoint:
         next_trial: Trials before this one are finished.
         learner: The learner's state after them.
         perception: The perception in use, which may have been fitted.
+        clock_ticks: Control ticks on the world's clock, which goes on from there.
     """
 
     next_trial: int
     learner: dict[str, Any]
     perception: dict[str, Any]
+    clock_ticks: int
 
     def save(self, folder: RunFolder) -> None:
         """Write it into the folder, whole."""
@@ -52,6 +55,7 @@ class Checkpoint:
                 "next_trial": self.next_trial,
                 "learner": self.learner,
                 "perception": self.perception,
+                "clock_ticks": self.clock_ticks,
             },
         )
 
@@ -67,7 +71,12 @@ class Checkpoint:
             content = json.loads(path.read_text(encoding="utf-8"))
             if content["schema"] != CHECKPOINT_SCHEMA:
                 raise OutputError(str(path), f"has schema {content['schema']!r}", f"{CHECKPOINT_SCHEMA!r} is needed")
-            return cls(int(content["next_trial"]), dict(content["learner"]), dict(content["perception"]))
+            return cls(
+                int(content["next_trial"]),
+                dict(content["learner"]),
+                dict(content["perception"]),
+                int(content["clock_ticks"]),
+            )
         except (OSError, ValueError, KeyError, TypeError) as error:
             raise OutputError(str(path), f"is no checkpoint to resume from ({error})", "begin a new run") from error
 
@@ -99,7 +108,7 @@ class Trainer:
         config: RunConfig,
         folder: RunFolder,
         ready: ReadyPose,
-        rig: SimulatedRig,
+        rig: Rig,
         perception: Perception,
         policy: Policy,
         next_trial: int = 0,
@@ -139,7 +148,8 @@ class Trainer:
 
     def checkpoint(self) -> None:
         """Save what a resumed run starts from."""
-        Checkpoint(self.next_trial, self._learner.get_state(), self._perception_dict).save(self._folder)
+        ticks = self._rig.clock_ticks
+        Checkpoint(self.next_trial, self._learner.get_state(), self._perception_dict, ticks).save(self._folder)
 
     def save_policy(self) -> None:
         """Write ``policy.json``."""
@@ -188,7 +198,7 @@ class Recorded:
 def run_policy(
     config: RunConfig,
     ready: ReadyPose,
-    rig: SimulatedRig,
+    rig: Rig,
     perception: Perception,
     policy: Policy,
     trials: int,

@@ -23,9 +23,17 @@ class Ports:
     arm: ArmCommand
 
 
-def tick_time_ns(start_ns: int, tick: int) -> int:
-    """Time of a control tick: counted from the start, so that rounding never adds up."""
-    return start_ns + tick * _NS // CONTROL_RATE_HZ
+def tick_time_ns(start_ns: int, slot: int) -> int:
+    """When a slot of the control schedule begins: counted from the start, so that rounding never adds up."""
+    return start_ns + slot * _NS // CONTROL_RATE_HZ
+
+
+def next_slot(start_ns: int, slot: int, time_ns: int) -> int:
+    """The slot for the tick after one that ran in ``slot`` and found the time to be ``time_ns``.
+
+    A tick that comes late takes its turn; slots that went by meanwhile are left out and never made up for in a burst.
+    """
+    return max(slot + 1, (time_ns - start_ns) * CONTROL_RATE_HZ // _NS + 1)
 
 
 def run_trial(task: InsertionTask, ports: Ports, setup: TrialSetup) -> TrialReport:
@@ -35,15 +43,16 @@ def run_trial(task: InsertionTask, ports: Ports, setup: TrialSetup) -> TrialRepo
     """
     clock, sensor, encoder, arm = ports.clock, ports.force_sensor, ports.joint_encoder, ports.arm
     applied: AppliedCommand | None = None
-    tick = 0
+    tick = slot = 0
     try:
         task.begin(setup)
         start_ns = clock.now_ns()
         while not task.done:
-            clock.sleep_until(tick_time_ns(start_ns, tick))
-            snapshot = Snapshot(tick, clock.now_ns(), sensor.read(), encoder.read(), applied)
+            clock.sleep_until(tick_time_ns(start_ns, slot))
+            time_ns = clock.now_ns()
+            snapshot = Snapshot(tick, time_ns, sensor.read(), encoder.read(), applied)
             applied = arm.send(task.step(snapshot))
-            tick += 1
+            tick, slot = tick + 1, next_slot(start_ns, slot, time_ns)
     finally:
         arm.stop()
     return task.report

@@ -127,6 +127,11 @@ class WorkCell:
         self._peak_rows[self._peak_count] = self._force_history
         self._peak_count += 1
 
+    def set_ticks(self, ticks: int) -> None:
+        """Set the clock, so that a trial can be run again at the time at which it once ran."""
+        self.ticks = ticks
+        self.time_ns = ticks * _NS // self._rate_Hz
+
     def command(self, position_rad: JointVector) -> None:
         """New servo set-points, (n,)."""
         self._ctrl[:] = position_rad

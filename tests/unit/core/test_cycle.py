@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from palpate.adapters.fake import FakeClock
-from palpate.core.cycle import Ports, run_trial, tick_time_ns
+from palpate.core.cycle import Ports, next_slot, run_trial, tick_time_ns
 from palpate.core.errors import DeviceError, LifecycleError
 from palpate.core.lifecycle import Life
 from palpate.core.task_config import CONTROL_RATE_HZ
@@ -101,7 +101,7 @@ def test_a_snapshot_tells_what_became_of_the_command_before() -> None:
         assert later.joints.position_rad == command.position_rad
 
 
-def test_late_ticks_are_caught_up_with() -> None:
+def test_slots_missed_are_left_out_and_the_schedule_keeps_its_phase() -> None:
     world = FakeWorld(HOLE)
     watch = Watch(world)
 
@@ -112,10 +112,21 @@ def test_late_ticks_are_caught_up_with() -> None:
     watch.on_step = dawdle
     with world:
         assert run(world, watch) is Outcome.INSERTED
-    lateness = [s.time_ns - tick_time_ns(0, s.tick) for s in watch.snapshots]
-    assert lateness[:11] == [0] * 11
-    assert lateness[11] > 0
-    assert lateness[15:] == [0] * len(lateness[15:])  # phase is kept: nothing shifts the schedule
+    times = [s.time_ns for s in watch.snapshots]
+    assert times[:11] == [tick_time_ns(0, tick) for tick in range(11)]
+    # The tick after the delay comes at once, in the slot that is running; no burst makes up for those that went by.
+    assert tick_time_ns(0, 13) < times[11] <= tick_time_ns(0, 14)
+    assert times[12:] == [tick_time_ns(0, tick + 2) for tick in range(12, len(times))]
+    assert [s.tick for s in watch.snapshots] == list(range(len(times)))
+
+
+@given(start=st.integers(0, 2**40), slot=st.integers(0, 10**6), late_ns=st.integers(0, 10**10))
+def test_the_next_slot_is_the_first_that_has_not_begun(start: int, slot: int, late_ns: int) -> None:
+    now = tick_time_ns(start, slot) + late_ns
+    following = next_slot(start, slot, now)
+    assert following > slot
+    assert tick_time_ns(start, following) >= now
+    assert following == slot + 1 or tick_time_ns(start, following - 1) <= now
 
 
 class UnwellError(Exception):

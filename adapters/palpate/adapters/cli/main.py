@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Sequence
 
-from palpate.core.errors import ConfigurationError, OutputError, PalpateError, UsageError
+from palpate.core.errors import ConfigurationError, LogError, OutputError, PalpateError, UsageError
 
 HELP = """usage: palpate COMMAND [OPTIONS]
 
@@ -16,6 +16,8 @@ commands:
   run       run a trained policy, or a comparator, without learning
   compare   table of hand-written strategies and trained policies on the same trials
   show      print what a policy file knows
+  replay    feed recorded trials back through the core; every command and decision must be equal
+  log       look at recorded trials: info, plot, export, recover
   version   versions of palpate and of what its results depend on
 
 palpate COMMAND --help tells the options of each. To begin: palpate train
@@ -34,6 +36,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "run": _run,
         "compare": _compare,
         "show": _show,
+        "replay": _replay,
+        "log": _log,
         "version": _version,
     }
     if not words or words[0] in ("-h", "--help"):
@@ -45,7 +49,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if words[0] not in commands:
             raise UsageError(f"{words[0]} is no command of palpate; there are {', '.join(commands)}")
         return commands[words[0]](words[1:])
-    except (ConfigurationError, UsageError, OutputError) as error:
+    except (ConfigurationError, UsageError, OutputError, LogError) as error:
         return _fail(error, 2)
     except PalpateError as error:
         return _fail(error, 1)
@@ -100,6 +104,21 @@ def _show(words: Sequence[str]) -> int:
     from palpate.adapters.cli.show import show
 
     return show(options)
+
+
+def _replay(words: Sequence[str]) -> int:
+    from palpate.adapters.cli.options import ReplayOptions, parse
+
+    options = parse(ReplayOptions, "replay", words)
+    from palpate.adapters.cli.replay import replay
+
+    return replay(options)
+
+
+def _log(words: Sequence[str]) -> int:
+    from palpate.adapters.cli.log import log
+
+    return log(words)
 
 
 def _version(words: Sequence[str]) -> int:

@@ -81,6 +81,35 @@ class ShowOptions:
     """The policy file."""
 
 
+@dataclass(frozen=True)
+class ReplayOptions:
+    """Feed recorded trials back through the core and compare every command and decision, bit by bit.
+
+    Exit code 0: all equal; 1: something differs; 2: a log or an option cannot be used. With --policy, --set or --config
+    it is a what-if: 1 then says that the trial would have gone otherwise, and all that follows the first other command
+    is marked counterfactual.
+    """
+
+    logs: Annotated[tuple[str, ...], tyro.conf.Positional] = ()
+    """Logs, folders with logs in or below them, or patterns in quotes."""
+    policy: str = ""
+    """What if: another policy; a policy file, or omniscient, torque, spiral-10, spiral-5, random."""
+    set: Annotated[tuple[str, ...], tyro.conf.UseAppendAction] = ()
+    """What if: a setting, as in --set task.max_force_N=20; may be given several times."""
+    config: str = ""
+    """What if: the settings of this TOML file (a run.toml too) instead of the log's."""
+    continue_in_mujoco: bool = False
+    """What if: let the simulator go on from the first other command (for logs that came from it)."""
+    out: str = ""
+    """Folder for the logs of a what-if; it must not be there yet."""
+    strict: bool = False
+    """Let a log from another processor fail when its last bits differ."""
+    jobs: int = 0
+    """Processes; 0 takes one per core."""
+    verbose: bool = False
+    """A line for every log, also where there are many."""
+
+
 def parse(kind: type[T], command: str, arguments: Sequence[str]) -> T:
     """The options on a command line, over those of ``--config``, over those of the scenario.
 

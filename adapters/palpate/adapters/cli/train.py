@@ -65,6 +65,7 @@ def train(options: TrainOptions) -> int:
         first = 0
         if checkpoint is not None:
             resume_learner(checkpoint, policy)
+            rig.set_clock_ticks(checkpoint.clock_ticks)
             first = checkpoint.next_trial
         # Only now is every setting known to be good: a refused one must not leave a folder that is in the way.
         require_usable(config, ready)

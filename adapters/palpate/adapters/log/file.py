@@ -5,12 +5,15 @@ from __future__ import annotations
 import json
 import os
 from pathlib import Path
-from typing import Any, Final, Protocol
+from tempfile import TemporaryFile
+from typing import IO, Any, Final, Protocol
 
 from mcap.writer import CompressionType, Writer
 
 CHUNK_NS: Final = 250_000_000
 """Greatest span of trial time in one chunk: what a kill can cost, with what is still on its way to the writer."""
+CHUNK_BYTES: Final = 1 << 20
+"""Greatest size of a chunk before compression, should time stand still."""
 
 
 class ByteStream(Protocol):
@@ -29,7 +32,8 @@ class ByteStream(Protocol):
 class LogFile:
     """One log in the making: soundly closed by :meth:`finish`, readable up to its last chunk without.
 
-    Equal messages give equal bytes: chunks end by the messages' own times, and no wall clock enters.
+    Equal messages give equal bytes: chunks end by the messages' own times, and no wall clock enters. The first
+    message, what the trial starts with, is a chunk of its own: it is in the file before anything can happen.
 
     Args:
         stream: Where the bytes go.
@@ -44,7 +48,7 @@ class LogFile:
         # Parts of the library's interface are not typed.
         self._writer: Any = Writer(
             stream,  # type: ignore[arg-type]
-            chunk_size=1 << 30,
+            chunk_size=CHUNK_BYTES,
             compression=CompressionType.ZSTD,
             enable_crcs=True,
             enable_data_crcs=True,
@@ -60,13 +64,16 @@ class LogFile:
 
     def add(self, channel: int, time_ns: int, payload: bytes) -> None:
         """Add a message; a chunk that is old enough is written out."""
-        if self._chunk_start_ns is None:
-            self._chunk_start_ns = time_ns
-        elif time_ns - self._chunk_start_ns >= self._chunk_ns:
+        time_ns = max(time_ns, 0)  # the format knows no time before zero
+        # Either way: a message may be older than the one before it.
+        if self._chunk_start_ns is None or abs(time_ns - self._chunk_start_ns) >= self._chunk_ns:
             self._writer.flush()
             self._chunk_start_ns = time_ns
         self._writer.add_message(channel, time_ns, payload, time_ns, self.messages)
         self.messages += 1
+        if self.messages == 1:
+            self._writer.flush()
+            self._chunk_start_ns = None
 
     def finish(self) -> None:
         """Write the rest, the index and the checksums."""
@@ -96,27 +103,25 @@ class NewFile:
 
     Args:
         path: Must not exist.
-        reserve: Path for the reserve; None keeps none.
-        reserve_bytes: Its size.
+        reserve_bytes: Size of the reserve; 0 keeps none.
+
+    Attributes:
+        path: The file.
+        trouble: Why no more should come; None while all is well.
 
     Raises:
         FileExistsError: Something of that name is there already.
         OSError: The file cannot be made.
     """
 
-    def __init__(self, path: Path, reserve: Path | None = None, reserve_bytes: int = 1 << 18) -> None:
+    def __init__(self, path: Path, reserve_bytes: int = 0) -> None:
         self.path = path
         self._fd = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o666)
         self._size = 0
-        self._reserve: Path | None = None
         self.trouble: str | None = None
-        if reserve is not None:
-            try:
-                reserve.write_bytes(bytes(reserve_bytes))
-                self._reserve = reserve
-            except OSError:
-                # Not even the reserve fits: the first chunk will tell.
-                reserve.unlink(missing_ok=True)
+        self._reserve: IO[bytes] | None = None
+        if reserve_bytes:
+            self._keep_reserve(reserve_bytes)
 
     def write(self, data: bytes, /) -> int:
         """Write all of it, or leave the file as it was."""
@@ -124,8 +129,6 @@ class NewFile:
             self._write_all(data)
         except OSError as error:
             self.trouble = self.trouble or f"cannot be written ({error.strerror})"
-            os.ftruncate(self._fd, self._size)
-            os.lseek(self._fd, self._size, os.SEEK_SET)
             if self._reserve is None:
                 raise
             self._give_up_reserve()
@@ -149,12 +152,28 @@ class NewFile:
 
     def _write_all(self, data: bytes) -> None:
         view = memoryview(data)
-        while view:
-            view = view[os.write(self._fd, view) :]
+        try:
+            while view:
+                view = view[os.write(self._fd, view) :]
+        except OSError:
+            os.ftruncate(self._fd, self._size)
+            os.lseek(self._fd, self._size, os.SEEK_SET)
+            raise
+
+    def _keep_reserve(self, size: int) -> None:
+        """A file without a name: it is gone, and its room free, as soon as we are, however we end."""
+        try:
+            self._reserve = TemporaryFile(dir=self.path.parent, buffering=0)
+            left = size
+            while left > 0:
+                left -= self._reserve.write(bytes(left))
+        except OSError:
+            # Not even the reserve fits: the first chunk will tell.
+            self._give_up_reserve()
 
     def _give_up_reserve(self) -> None:
         if self._reserve is not None:
-            self._reserve.unlink(missing_ok=True)
+            self._reserve.close()
             self._reserve = None
 
 

@@ -11,10 +11,11 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any, Final
 
+import lz4.frame  # type: ignore[import-untyped]
+import zstandard
 from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, DataEnd, Footer, Header
-from mcap.stream_reader import get_chunk_data_stream
 from mcap.writer import MCAP0_MAGIC
 
 from palpate.adapters.log.records import (
@@ -47,6 +48,8 @@ _HEAD: Final = struct.Struct("<BQ")
 _MESSAGE: Final = struct.Struct("<HIQQ")
 _MESSAGE_OPCODE: Final = int(Opcode.MESSAGE)
 _CHANNEL_OPCODE: Final = int(Opcode.CHANNEL)
+_MOST_BYTES: Final = 1 << 29
+"""What a log may hold unpacked: some three hours. A damaged or made-up file may claim any size."""
 _RECOVER: Final = "palpate log recover writes a sound file of what is left"
 
 
@@ -184,6 +187,7 @@ class ChannelMap:
     def __init__(self, path: str) -> None:
         self._path = path
         self._ours: dict[int, int] = {}
+        self._bytes = 0
 
     def messages(self, opcode: int, offset: int, body: bytes) -> Iterator[RawMessage]:
         """The messages in one record of the file: in a chunk, or by themselves.
@@ -210,7 +214,9 @@ class ChannelMap:
                 at += length
         elif opcode == _CHANNEL_OPCODE:
             self._learn(offset, body)
-        elif opcode == _MESSAGE_OPCODE and len(body) >= _MESSAGE.size:
+        elif opcode == _MESSAGE_OPCODE:
+            if len(body) < _MESSAGE.size:
+                raise _damaged(self._path, offset, "a message is shorter than its head")
             channel, _, time_ns, _ = _MESSAGE.unpack_from(body)
             if channel in self._ours:
                 yield RawMessage(self._ours[channel], time_ns, body[_MESSAGE.size :])
@@ -221,13 +227,33 @@ class ChannelMap:
             self._ours[channel.id] = BY_TOPIC[channel.topic].id
 
     def _unpacked(self, offset: int, body: bytes) -> bytes:
-        chunk = _decoded(self._path, offset, Chunk, body)
+        chunk: Chunk = _decoded(self._path, offset, Chunk, body)
+        size = chunk.uncompressed_size
+        self._bytes += size
+        if self._bytes > _MOST_BYTES:
+            raise _damaged(self._path, offset, f"a chunk claims {size} bytes, more than any log of ours holds")
         try:
-            stream, length = get_chunk_data_stream(chunk, validate_crc=True)
-            return bytes(stream.read(length))
+            data = _decompressed(chunk)
         except Exception as error:
-            # Besides its own errors, those of two compression libraries.
+            # Whatever two compression libraries may raise.
             raise _damaged(self._path, offset, f"a chunk cannot be unpacked ({error})") from error
+        if len(data) != size:
+            raise _damaged(self._path, offset, "a chunk is not as long as it claims")
+        if chunk.uncompressed_crc not in (0, zlib.crc32(data)):
+            raise _damaged(self._path, offset, "the checksum of a chunk is wrong")
+        return data
+
+
+def _decompressed(chunk: Chunk) -> bytes:
+    """Never more than one byte beyond what the chunk claims, whatever is in there."""
+    most = chunk.uncompressed_size + 1
+    if chunk.compression == "zstd":
+        return zstandard.ZstdDecompressor().stream_reader(chunk.data).read(most)
+    if chunk.compression == "lz4":
+        return bytes(lz4.frame.LZ4FrameDecompressor().decompress(chunk.data, max_length=most))
+    if chunk.compression == "":
+        return chunk.data
+    raise ValueError(f"unknown compression {chunk.compression!r}")
 
 
 def assemble(path: str, data: bytes, messages: list[RawMessage]) -> TrialLog:

@@ -14,6 +14,8 @@ from palpate.adapters.log.tick_layout import (
     command_fields,
     joint_fields,
     joints_from,
+    require_fields,
+    require_texts,
     wrench_fields,
     wrench_from,
 )
@@ -167,11 +169,12 @@ class CallEntry:
 
 
 def encode_record(message: str, record: Any) -> bytes:
-    """The record as protobuf bytes. Defaults of optional text and flags are left out."""
+    """The record as protobuf bytes. Defaults of optional text, flags and whole numbers are left out."""
     fields: dict[str, Any] = {}
     for field in dataclasses.fields(record):
         value = getattr(record, field.name)
-        if value is not None and not (field.default is not dataclasses.MISSING and value == field.default):
+        # A float is equal to its default and still another one: -0.0.
+        if value is not None and (isinstance(value, float) or value != field.default):
             fields[field.name] = value
     return encode(message, **fields)
 
@@ -182,14 +185,19 @@ def decode_record(message: str, kind: type[R], payload: bytes) -> R:
     Raises:
         google.protobuf.message.DecodeError: These are not the bytes of such a message.
         TypeError: A field that must be there is not.
+        ValueError: A text is none.
     """
     made: Any = message_class(message)()
     made.ParseFromString(payload)
+    require_texts(made, message)
     known = {name: field_kind for name, field_kind, _ in MESSAGES[message]}
     fields: dict[str, Any] = {}
     for field in dataclasses.fields(kind):  # type: ignore[arg-type]
         if known[field.name].endswith("[]"):
-            fields[field.name] = tuple(getattr(made, field.name))
+            # A packed vector that is empty is not on the wire: then the default, if there is one.
+            values = tuple(getattr(made, field.name))
+            if values:
+                fields[field.name] = values
         elif made.HasField(field.name):
             fields[field.name] = getattr(made, field.name)
     return kind(**fields)
@@ -212,9 +220,16 @@ def encode_call(record: CallEntry) -> bytes:
 
 
 def decode_call(payload: bytes) -> CallEntry:
-    """The call back from its bytes."""
+    """The call back from its bytes.
+
+    Raises:
+        google.protobuf.message.DecodeError: These are not the bytes of such a message.
+        ValueError: A field that must be there is not, or a text is none.
+    """
     made: Any = message_class("Call")()
     made.ParseFromString(payload)
+    require_fields(made, "tick", "port", "call")
+    require_texts(made, "Call")
     return CallEntry(
         tick=made.tick,
         port=made.port,

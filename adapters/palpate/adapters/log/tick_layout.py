@@ -13,6 +13,7 @@ from functools import lru_cache
 from typing import Any, Final
 
 from palpate.adapters.log.schema import ENUMS, MESSAGES, encode, enum_member, enum_number, message_class
+from palpate.core.errors import CommandError
 from palpate.core.values import (
     AppliedCommand,
     CommandReason,
@@ -70,6 +71,10 @@ def decode_tick(payload: bytes, layout: FullLayout | None = None) -> TickRecord:
     Args:
         payload: The message.
         layout: The layout that most ticks of the log have; the result does not depend on it.
+
+    Raises:
+        google.protobuf.message.DecodeError: These are not the bytes of such a message.
+        ValueError: A field that must be there is not, or has a value that it cannot have.
     """
     if layout is not None:
         record = layout.unpack(payload)
@@ -77,6 +82,7 @@ def decode_tick(payload: bytes, layout: FullLayout | None = None) -> TickRecord:
             return record
     made: Any = message_class("Tick")()
     made.ParseFromString(payload)
+    require_fields(made, "tick")
     return TickRecord(
         tick=made.tick,
         time_ns=made.time_ns if made.HasField("time_ns") else None,
@@ -178,7 +184,8 @@ class FullLayout:
                 v[asked_at:applied_at],
                 AppliedCommand(v[applied_at:reason_at], _REASON[v[reason_at]]),
             )
-        except IndexError:
+        except (IndexError, CommandError):
+            # No such member, or not finite and yet not marked so: protobuf's way tells what is wrong.
             return None
 
 
@@ -281,6 +288,28 @@ def _varint(value: int) -> bytes:
 # By protobuf itself: sparse messages, and ticks in which something is missing.
 
 
+def require_fields(made: Any, *names: str) -> None:
+    """Refuse a message without these fields. An enumeration's number that we do not know counts as not there.
+
+    Raises:
+        ValueError: One is missing.
+    """
+    for name in names:
+        if not made.HasField(name):
+            raise ValueError(f"{name} is missing, or is none that is known")
+
+
+def require_texts(made: Any, message: str) -> None:
+    """Refuse a message with text that is no UTF-8; protobuf would hand it over as bytes.
+
+    Raises:
+        ValueError: There is some.
+    """
+    for name, kind, _ in MESSAGES[message]:
+        if kind == "string" and isinstance(getattr(made, name), bytes):
+            raise ValueError(f"{name} is no text")
+
+
 def wrench_fields(sample: WrenchSample | None) -> dict[str, Any] | None:
     """A force sample as the fields of its message."""
     if sample is None:
@@ -302,6 +331,8 @@ def wrench_from(made: Any) -> WrenchSample | None:
     if not made.HasField("wrench"):
         return None
     w = made.wrench
+    require_fields(w, "source_time_ns", "receive_time_ns", "sequence", "validity", "kind", "frame")
+    require_texts(w, "Wrench")
     (fx, fy, fz), (tx, ty, tz) = w.force_N, w.torque_Nm
     times = (w.source_time_ns, w.receive_time_ns, w.sequence)
     validity, kind = enum_member("Validity", w.validity), enum_member("Kind", w.kind)
@@ -326,6 +357,7 @@ def joints_from(made: Any) -> JointSample | None:
     if not made.HasField("joints"):
         return None
     j = made.joints
+    require_fields(j, "source_time_ns", "receive_time_ns", "sequence", "validity")
     validity = enum_member("Validity", j.validity)
     return JointSample(tuple(j.position_rad), j.source_time_ns, j.receive_time_ns, j.sequence, validity)
 
@@ -341,8 +373,9 @@ def command_fields(asked_rad: JointVector | None, applied: AppliedCommand | None
 
 def applied_from(made: Any) -> AppliedCommand | None:
     """The applied command in a message that may hold one."""
-    if not made.HasField("reason"):
+    if not made.HasField("reason") and not made.applied_rad:
         return None
+    require_fields(made, "reason")
     return AppliedCommand(tuple(made.applied_rad), enum_member("Reason", made.reason))
 
 

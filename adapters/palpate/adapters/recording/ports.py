@@ -8,7 +8,7 @@ from palpate.adapters.recording.recorder import FlightRecorder
 from palpate.core.cycle import Ports
 from palpate.core.errors import PalpateError
 from palpate.core.ports import ArmCommand, Clock, ForceSensor, JointEncoder
-from palpate.core.values import AppliedCommand, JointCommand, JointSample, WrenchSample
+from palpate.core.values import AppliedCommand, JointCommand, JointSample, JointVector, WrenchSample
 
 
 class RecordedClock(Clock):
@@ -49,13 +49,14 @@ class RecordedDevice(DeviceDecorator):
         super().acknowledge_fault()
         self._tell("acknowledge_fault", text=cause or "")
 
-    def _failed(self, call: str, error: PalpateError) -> None:
-        self._tell(call, error=type(error).__name__, text=str(error))
+    def _failed(self, call: str, error: PalpateError, asked_rad: JointVector | None = None) -> None:
+        self._tell(call, error=type(error).__name__, text=str(error), asked_rad=asked_rad)
 
-    def _tell(self, call: str, *, error: str = "", text: str = "") -> None:
-        recorder = self._recorder
-        if recorder.recording:
-            recorder.call(CallEntry(tick=recorder.tick, port=self.PORT, call=call, error=error, text=text))
+    def _tell(self, call: str, *, error: str = "", text: str = "", asked_rad: JointVector | None = None) -> None:
+        if self._recorder.recording:
+            tick = self._recorder.tick
+            entry = CallEntry(tick=tick, port=self.PORT, call=call, asked_rad=asked_rad, error=error, text=text)
+            self._recorder.call(entry)
 
 
 class RecordedForceSensor(RecordedDevice, ForceSensor):
@@ -116,14 +117,18 @@ class RecordedArm(RecordedDevice, ArmCommand):
         try:
             applied = self._arm.send(command)
         except PalpateError as error:
-            self._failed("send", error)
+            self._failed("send", error, command.position_rad)
             raise
         self._recorder.sent(command, applied)
         return applied
 
     def stop(self) -> None:
         """See :class:`ArmCommand`. The arm first, then the log."""
-        self._arm.stop()
+        try:
+            self._arm.stop()
+        except PalpateError as error:
+            self._failed("stop", error)
+            raise
         self._tell("stop")
 
 

@@ -2,37 +2,37 @@
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Callable
-from typing import Final, Protocol
+from typing import Final
 
 from palpate.adapters.log.records import (
     CallEntry,
-    DecisionEntry,
     EndRecord,
-    EventEntry,
     LossEntry,
-    ReinforcementEntry,
     StartRecord,
     encode_call,
     encode_record,
 )
-from palpate.adapters.log.schema import CALL, DECISION, END, EVENT, RECORDER, REINFORCEMENT, START, TICK
+from palpate.adapters.log.schema import (
+    CALL,
+    END,
+    RECORDER,
+    START,
+    TICK,
+    ChannelKind,
+)
 from palpate.adapters.log.tick_layout import TickRecord, encode_tick, full_layout
-from palpate.adapters.recording.sinks import FRAME, MESSAGE, Opening, Sink
+from palpate.adapters.recording.follower import HasReport, ReportFollower
+from palpate.adapters.recording.frames import message_frame
+from palpate.adapters.recording.sinks import Opening, Sink
 from palpate.core.errors import DeviceError, LogError
-from palpate.core.trial import TrialReport
 from palpate.core.values import AppliedCommand, JointCommand, JointSample, WrenchSample
 
-_BATCH_TICKS: Final = 14
-"""Ticks handed over at once, a tenth of a second: one system call for all of them."""
-
-
-class HasReport(Protocol):
-    """Whoever runs the trial."""
-
-    @property
-    def report(self) -> TrialReport:
-        """The account of the trial so far."""
+_BATCH: Final = 14
+"""Messages handed over at once, a tenth of a second of ticks: one system call for all of them."""
+_UNFIT: Final = (ValueError, TypeError, OverflowError, struct.error)
+"""What packing raises for a value that the schema cannot hold, such as a number of more than 64 bits."""
 
 
 class FlightRecorder:
@@ -48,7 +48,6 @@ class FlightRecorder:
         self.troubles: list[str] = []
         self.dropped_messages = 0
         self._recording = False
-        self._task: HasReport | None = None
         self._clear()
 
     def _clear(self) -> None:
@@ -59,9 +58,11 @@ class FlightRecorder:
         self._joints: JointSample | None = None
         self._asked: JointCommand | None = None
         self._applied: AppliedCommand | None = None
-        self._events = self._decisions = self._settled = 0
+        self._follower: ReportFollower | None = None
         self._batch: list[bytes] = []
+        self._batch_tick = -1
         self._lost: LossEntry | None = None
+        self._lost_ns = 0
         self._start: Callable[[], StartRecord] | None = None
 
     @property
@@ -83,21 +84,23 @@ class FlightRecorder:
         if self._recording:
             raise LogError(str(opening.path), "", "the log before is still open", "end it first")
         self._clear()
-        self._task, self._start = task, start
         self._sink.open(opening)
+        self._follower, self._start = ReportFollower(task), start
         self._recording = True
 
-    def end(self, record: EndRecord) -> None:
-        """Close the log with what the trial came to."""
+    def end(self, record: EndRecord | None) -> None:
+        """Close the log with what the trial came to; with None it ends before the trial does."""
         if not self._recording:
             return
-        self._recording = False
         self._begun()
         self._finish_tick()
         self._follow(final=True)
-        self._message(END.id, encode_record("End", record))
-        self._sink.close(b"".join(self._batch))
-        self._batch = []
+        if record is not None:
+            self._keep(END, encode_record, END.message, record)
+        self._recording = False
+        self._mark_loss()
+        batch, self._batch = self._batch, []
+        self._sink.close(b"".join(batch))
         self._ask_sink()
 
     @property
@@ -160,22 +163,27 @@ class FlightRecorder:
             self._finish_tick()
         else:
             asked_rad, applied_rad = command.position_rad, applied.position_rad
-            layout = full_layout(len(asked_rad), len(joints.position_rad), len(applied_rad), wrench.frame)
-            payload = layout.pack(
-                self._tick, time_ns, self._deadline_ns, wrench, joints, asked_rad, applied_rad, applied.reason
-            )
-            self._batch.append(FRAME.pack(MESSAGE, TICK.id, time_ns, len(payload)) + payload)
+            try:
+                layout = full_layout(len(asked_rad), len(joints.position_rad), len(applied_rad), wrench.frame)
+                payload = layout.pack(
+                    self._tick, time_ns, self._deadline_ns, wrench, joints, asked_rad, applied_rad, applied.reason
+                )
+                self._message(TICK.id, payload)
+            except _UNFIT as error:
+                self._refuse(TICK, error)
             self._open_tick = False
             self._wrench = self._joints = self._time_ns = None
         self._follow()
-        if len(self._batch) >= _BATCH_TICKS:
+        if len(self._batch) >= _BATCH:
             self._hand_over()
+        if self._stop and self.troubles:
+            raise DeviceError("flight recorder", self.troubles[-1])
 
     def call(self, entry: CallEntry) -> None:
         """A port call that no tick message holds."""
         if self._recording:
             self._begun()
-            self._message(CALL.id, encode_call(entry))
+            self._keep(CALL, encode_call, entry)
 
     # Inside.
 
@@ -183,7 +191,8 @@ class FlightRecorder:
         """At the first word from any port: the task has begun, and what the trial starts with is known."""
         if self._start is not None:
             start, self._start = self._start, None
-            self._message(START.id, encode_record("Start", start()))
+            self._keep(START, encode_record, START.message, start())
+            self._hand_over(vital=True)
 
     def _finish_tick(self) -> None:
         """Keep a tick in which not everything happened."""
@@ -193,77 +202,71 @@ class FlightRecorder:
             record = TickRecord(
                 self._tick, self._time_ns, self._deadline_ns, self._wrench, self._joints, asked, self._applied
             )
-            self._message(TICK.id, encode_tick(record))
+            self._keep(TICK, encode_tick, record)
             self._time_ns = self._wrench = self._joints = self._asked = self._applied = None
 
     def _follow(self, *, final: bool = False) -> None:
         """Take over what the task has newly reported."""
-        if self._task is None:
-            return
-        report = self._task.report
-        if len(report.events) > self._events:
-            for event in report.events[self._events :]:
-                entry = EventEntry(tick=event.tick, name=event.name, detail=event.detail)
-                self._message(EVENT.id, encode_record("Event", entry))
-            self._events = len(report.events)
-        if len(report.decisions) > self._decisions or (final and self._settled < self._decisions):
-            self._follow_decisions(report)
+        if self._follower is not None:
+            for kind, record in self._follower.news(self._tick, final=final):
+                self._keep(kind, encode_record, kind.message, record)
 
-    def _follow_decisions(self, report: TrialReport) -> None:
-        for number, decision in enumerate(report.decisions[self._settled :], start=self._settled):
-            if number >= self._decisions:
-                chosen = DecisionEntry(
-                    tick=decision.tick,
-                    number=number,
-                    symbol=decision.symbol,
-                    state=decision.state,
-                    action=decision.action,
-                    source=decision.source,
-                    temperature=report.temperature,
-                )
-                self._message(DECISION.id, encode_record("Decision", chosen))
-            if decision.reinforcement is not None:
-                earned = ReinforcementEntry(tick=self._tick, number=number, reinforcement=decision.reinforcement)
-                self._message(REINFORCEMENT.id, encode_record("Reinforcement", earned))
-                self._settled = number + 1
-        self._decisions = len(report.decisions)
+    def _keep(self, kind: ChannelKind, encode: Callable[..., bytes], *record: object) -> None:
+        try:
+            self._message(kind.id, encode(*record))
+        except _UNFIT as error:
+            self._refuse(kind, error)
+        if len(self._batch) >= _BATCH:
+            self._hand_over()
 
     def _message(self, channel: int, payload: bytes) -> None:
-        self._batch.append(FRAME.pack(MESSAGE, channel, self._now_ns, len(payload)) + payload)
+        if not self._batch:
+            self._batch_tick = self._tick
+        self._batch.append(message_frame(channel, self._now_ns, payload))
 
-    def _hand_over(self) -> None:
+    def _refuse(self, kind: ChannelKind, error: Exception) -> None:
+        """Recording does not end what it records: what cannot be packed is lost, and told."""
+        if self._lost is None:
+            self.troubles.append(f"a message on {kind.topic} at tick {self._tick} cannot be packed ({error})")
+        self._lose(1, self._tick, "cannot be packed")
+
+    def _hand_over(self, *, vital: bool = False) -> None:
+        first = self._batch_tick
+        self._mark_loss()
         batch, self._batch = self._batch, []
-        if self._lost is not None:
-            # There is room again, or so it seems: first of all the log must tell what it lacks.
-            mark = encode_record("Recorder", self._lost)
-            batch.insert(0, FRAME.pack(MESSAGE, RECORDER.id, self._now_ns, len(mark)) + mark)
-        if self._sink.put(b"".join(batch)):
+        taken, told = self._sink.put(b"".join(batch), vital=vital), self._ask_sink()
+        if taken:
             self._lost = None
-        else:
-            self._lose(len(batch))
-        self._ask_sink()
-        if self._stop and self.troubles:
-            raise DeviceError("flight recorder", self.troubles[-1])
-
-    def _lose(self, messages: int) -> None:
-        before = self._lost
-        known = 0 if before is None else before.dropped_messages
+            return
+        if self._lost is None and not told:
+            self.troubles.append(f"the writer is behind and the queue is full: messages are lost from tick {first} on")
         # The mark itself was in the batch, if there was one.
-        lost = messages - (before is not None)
-        self.dropped_messages += lost
-        first = self._tick - _BATCH_TICKS + 1 if before is None else before.first_dropped_tick
+        self._lose(len(batch) - (self._lost is not None), first, "queue full")
+
+    def _mark_loss(self) -> None:
+        """There is room again, or so it seems: first of all the log must tell what it lacks."""
+        if self._lost is not None:
+            self._batch.insert(0, message_frame(RECORDER.id, self._lost_ns, encode_record("Recorder", self._lost)))
+
+    def _lose(self, messages: int, first_tick: int, problem: str) -> None:
+        before = self._lost
+        self.dropped_messages += messages
+        self._lost_ns = self._now_ns
+        if before is not None:
+            messages += before.dropped_messages
+            problem, first_tick = before.problem, before.first_dropped_tick or 0
         self._lost = LossEntry(
             tick=self._tick,
-            problem="queue full",
-            text="the writer was behind",
-            dropped_messages=known + lost,
-            first_dropped_tick=first,
+            problem=problem,
+            text=f"{messages} messages are missing, from tick {first_tick} to {self._tick}",
+            dropped_messages=messages,
+            first_dropped_tick=first_tick,
             last_dropped_tick=self._tick,
         )
-        if before is None:
-            self.troubles.append(f"the writer is behind and the queue is full: messages are lost from tick {first} on")
 
-    def _ask_sink(self) -> None:
-        trouble = self._sink.trouble()
-        if trouble is not None:
+    def _ask_sink(self) -> bool:
+        """Take over what it has to tell; whether that was anything."""
+        told = len(self.troubles)
+        while (trouble := self._sink.trouble()) is not None:
             self.troubles.append(trouble)
+        return len(self.troubles) > told

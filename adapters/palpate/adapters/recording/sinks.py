@@ -6,22 +6,22 @@ import fcntl
 import json
 import os
 import select
-import struct
 import subprocess
 import sys
 from abc import abstractmethod
 from collections import deque
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final, Protocol
+from typing import IO, Any, Final, Protocol, cast
 
 from palpate.adapters.log.file import LogFile, describe_channels
+from palpate.adapters.recording.frames import CLOSE, OPEN, QUIT, frame, messages_in
 from palpate.core.errors import OutputError
 
-FRAME: Final = struct.Struct("<cBqI")
-"""Kind of frame, channel, time, length of what follows."""
-OPEN, MESSAGE, CLOSE = b"O", b"M", b"C"
 _PIPE_BYTES: Final = 1 << 20
+_READ_BYTES: Final = 1 << 16
+PATIENCE_S: Final = 60.0
+"""A writer that has taken nothing for so long, although there is much to take, or has not even started, is given up."""
 
 
 @dataclass(frozen=True)
@@ -49,8 +49,13 @@ class Sink(Protocol):
         """
 
     @abstractmethod
-    def put(self, frames: bytes) -> bool:
-        """Take frames; False when there is no room, and then none of them is taken."""
+    def put(self, frames: bytes, *, vital: bool = False) -> bool:
+        """Take frames; False when they are lost, all of them.
+
+        Args:
+            frames: Whole frames.
+            vital: Without these the log is worth nothing: take them even when there is no room.
+        """
 
     @abstractmethod
     def close(self, frames: bytes) -> None:
@@ -58,11 +63,11 @@ class Sink(Protocol):
 
     @abstractmethod
     def trouble(self) -> str | None:
-        """What went wrong since it was last asked."""
+        """The oldest of what went wrong and was not told yet; None when everything was."""
 
     @abstractmethod
     def shut(self) -> str | None:
-        """Finish everything; returns what went wrong since ``trouble`` was last asked."""
+        """Finish everything; returns as ``trouble`` does, which tells the rest."""
 
 
 class MemorySink(Sink):
@@ -81,7 +86,7 @@ class MemorySink(Sink):
         stream = _Buffer()
         self._open = (LogFile(stream, describe_channels(), opening.metadata), stream)
 
-    def put(self, frames: bytes) -> bool:
+    def put(self, frames: bytes, *, vital: bool = False) -> bool:
         """See :class:`Sink`."""
         if self._open is not None:
             for channel, time_ns, payload in messages_in(frames):
@@ -112,79 +117,105 @@ class ProcessSink(Sink):
     compresses fights the loop for the interpreter (measured: docs/results.md).
 
     Args:
-        queue_bytes: Frames that may wait here beyond what the pipe holds.
+        queue_bytes: Frames that may wait here beyond what the pipe holds. An empty queue takes anything.
         patient: When the queue is full, wait for the writer instead of refusing: for a world whose time waits too.
+        patience_s: How long to wait, here and when everything is shut, for a writer that takes nothing at all.
     """
 
-    def __init__(self, *, queue_bytes: int, patient: bool) -> None:
+    def __init__(self, *, queue_bytes: int, patient: bool, patience_s: float = PATIENCE_S) -> None:
         self._queue: deque[memoryview] = deque()
-        self._queued, self._room, self._patient = 0, queue_bytes, patient
+        self._queued, self._room, self._patient, self._patience_s = 0, queue_bytes, patient, patience_s
         self._reports = b""
-        self._failed: str | None = None
-        self._awaited = 0
-        command = [sys.executable, "-m", "palpate.adapters.recording.writer"]
+        self._troubles: deque[str] = deque()
+        self._path = ""
+        self._ready = self._gone = self._shut = False
+        # Not with this folder's modules before the library's; and in a process group of its own, because Ctrl-C is
+        # for the run: the run decides when it ends, and the log is to tell of it.
+        command = [sys.executable, "-P", "-m", "palpate.adapters.recording.writer"]
+        pipe = subprocess.PIPE
         try:
-            self._process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, bufsize=0)
+            self._process = subprocess.Popen(command, stdin=pipe, stdout=pipe, bufsize=0, process_group=0)
         except OSError as error:
             remedy = "mend that, or switch recording off"
             raise OutputError("log writer", f"cannot be started ({error.strerror})", remedy) from error
-        pipe, answers = self._process.stdin, self._process.stdout
-        if pipe is None or answers is None:
-            raise OutputError("log writer", "has no pipes", "this cannot happen")
-        self._pipe, self._answers = pipe.fileno(), answers.fileno()
+        # Both are there, because pipes were asked for.
+        self._stdin = cast(IO[bytes], self._process.stdin)
+        self._stdout = cast(IO[bytes], self._process.stdout)
+        self._pipe, self._answers = self._stdin.fileno(), self._stdout.fileno()
         os.set_blocking(self._pipe, False)
         os.set_blocking(self._answers, False)
         _enlarge(self._pipe)
-        self._enqueue(_frame(OPEN, json.dumps(describe_channels()).encode()))
+        self._enqueue(frame(OPEN, json.dumps(describe_channels()).encode()))
+
+    @property
+    def process_id(self) -> int:
+        """The writer's."""
+        return self._process.pid
 
     def open(self, opening: Opening) -> None:
-        """See :class:`Sink`."""
-        told = {"path": str(opening.path), "metadata": opening.metadata}
-        self._enqueue(_frame(OPEN, json.dumps(told).encode()))
+        """See :class:`Sink`. The first time, waits until the writer runs."""
+        # The writer stays in the folder where it was started.
+        self._path = os.path.abspath(opening.path)
+        self._await_writer()
+        if self._gone:
+            self._troubles.append(f"{self._path}: is not recorded, because the log writer is gone")
+        told = {"path": self._path, "metadata": opening.metadata}
+        self._enqueue(frame(OPEN, json.dumps(told).encode()))
         self._push()
 
-    def put(self, frames: bytes) -> bool:
+    def put(self, frames: bytes, *, vital: bool = False) -> bool:
         """See :class:`Sink`."""
         self._push()
-        if self._queued + len(frames) > self._room:
+        # An empty queue takes anything: else a batch larger than the queue would never get through.
+        if self._queued and self._queued + len(frames) > self._room and not vital:
             if not self._patient:
                 return False
             self._drain(self._room - len(frames))
         self._enqueue(frames)
         self._push()
-        return True
+        return not self._gone
 
     def close(self, frames: bytes) -> None:
         """See :class:`Sink`. What still waits is written while the next trial runs."""
         self._enqueue(frames)
-        self._enqueue(_frame(CLOSE, b""))
-        self._awaited += 1
+        self._enqueue(frame(CLOSE))
         self._push()
 
     def trouble(self) -> str | None:
         """See :class:`Sink`."""
         self._listen()
-        failed, self._failed = self._failed, None
-        return failed
+        return self._troubles.popleft() if self._troubles else None
 
     def shut(self) -> str | None:
-        """See :class:`Sink`."""
-        self._drain(0)
-        self._process.stdin.close()  # type: ignore[union-attr]
-        os.set_blocking(self._answers, True)
-        while True:
-            answer = os.read(self._answers, 1 << 16)
-            if not answer:
-                break
-            self._reports += answer
-        code = self._process.wait()
-        self._process.stdout.close()  # type: ignore[union-attr]
-        if code and self._failed is None:
-            self._failed = f"the log writer ended with code {code}"
+        """See :class:`Sink`. The writer is gone then, one way or the other."""
+        if not self._shut:
+            # Said, and not only shown by the pipe's end: a fork of this process may hold that open.
+            self._enqueue(frame(QUIT))
+            self._push()
+            self._drain(0)
+            self._stdin.close()
+            while self._listen():
+                if not select.select([self._answers], [], [], self._patience_s)[0]:
+                    self._give_up(f"does not end; killed after {self._patience_s:g} s")
+            self._shut = True
+            self._stdout.close()
+            code = self._process.wait()
+            if code and not self._gone:
+                self._troubles.append(f"the log writer ended with code {code}")
+            # What comes now goes nowhere, and above all not into whatever was given the number of our pipe.
+            self._gone = True
         return self.trouble()
 
+    def _await_writer(self) -> None:
+        while not self._ready and not self._gone:
+            heard = select.select([self._answers], [], [], PATIENCE_S)[0]
+            if not heard or (not self._listen() and not self._ready):
+                self._give_up("does not start")
+                remedy = "what it printed tells more; mend that, or switch recording off"
+                raise OutputError("log writer", "does not start", remedy)
+
     def _enqueue(self, frames: bytes) -> None:
-        if frames:
+        if frames and not self._gone:
             self._queue.append(memoryview(frames))
             self._queued += len(frames)
 
@@ -197,9 +228,7 @@ class ProcessSink(Sink):
             except BlockingIOError:
                 return
             except OSError as error:
-                self._failed = self._failed or f"the log writer is gone ({error.strerror})"
-                queue.clear()
-                self._queued = 0
+                self._give_up(f"is gone ({error.strerror})")
                 return
             self._queued -= done
             if done == len(queue[0]):
@@ -208,33 +237,40 @@ class ProcessSink(Sink):
                 queue[0] = queue[0][done:]
 
     def _drain(self, most: int) -> None:
+        """Wait until the pipe has taken so much that no more than this is left."""
         while self._queued > max(most, 0):
-            select.select([], [self._pipe], [])
+            # A writer whose reports nobody takes in would wait for us in turn.
+            self._listen()
+            if not select.select([], [self._pipe], [], self._patience_s)[1]:
+                self._give_up(f"has taken nothing for {self._patience_s:g} s and was killed")
             self._push()
 
-    def _listen(self) -> None:
-        """Take in what the writer has reported: one line of JSON for each log that it had trouble with."""
+    def _give_up(self, why: str) -> None:
+        """Go on without the writer. It is reported once, here, and at each log that is not recorded for it."""
+        if not self._gone:
+            self._gone = True
+            self._troubles.append(f"{self._path or 'recording'}: the log writer {why}")
+            self._process.kill()
+        self._queue.clear()
+        self._queued = 0
+
+    def _listen(self) -> bool:
+        """Take in what the writer has to say, in lines of JSON; False when it has said its last word."""
+        if self._shut:
+            return False
         try:
-            while answer := os.read(self._answers, 1 << 16):
+            while answer := os.read(self._answers, _READ_BYTES):
                 self._reports += answer
-        except (BlockingIOError, ValueError, OSError):
-            # Nothing there, or closed already.
-            pass
+            alive = False
+        except BlockingIOError:
+            alive = True
         *lines, self._reports = self._reports.split(b"\n")
         for line in lines:
             told = json.loads(line)
-            self._failed = self._failed or f"{told['path']}: {told['problem']}"
-
-
-def messages_in(frames: bytes) -> list[tuple[int, int, bytes]]:
-    """Channel, time and payload of the message frames."""
-    found, at = [], 0
-    while at < len(frames):
-        _, channel, time_ns, length = FRAME.unpack_from(frames, at)
-        at += FRAME.size
-        found.append((channel, time_ns, frames[at : at + length]))
-        at += length
-    return found
+            self._ready = True
+            if told["problem"]:
+                self._troubles.append(f"{told['path']}: {told['problem']}")
+        return alive
 
 
 class _Buffer:
@@ -251,10 +287,6 @@ class _Buffer:
         return len(self.data)
 
     def flush(self) -> None: ...
-
-
-def _frame(kind: bytes, content: bytes) -> bytes:
-    return FRAME.pack(kind, 0, 0, len(content)) + content
 
 
 def _enlarge(pipe: int) -> None:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, Self
 
-from palpate.adapters.composition import ReadyPose, World
+from palpate.adapters.composition import ReadyPose
 from palpate.adapters.config import RecordingConfig, RunConfig
 from palpate.adapters.log.file import dump_json
 from palpate.adapters.log.records import EndRecord, StartRecord
@@ -18,6 +18,7 @@ from palpate.adapters.provenance import arm_sha256, core_sha256, made_with, proc
 from palpate.adapters.recording.ports import recorded
 from palpate.adapters.recording.recorder import FlightRecorder
 from palpate.adapters.recording.sinks import Opening, ProcessSink, Sink
+from palpate.adapters.rig import World
 from palpate.adapters.toml_config import to_toml
 from palpate.core.cycle import Ports
 from palpate.core.errors import OutputError
@@ -43,6 +44,7 @@ class TrialRecorder:
     def __init__(self, sink: Callable[[], Sink], folder: Path, config: RecordingConfig) -> None:
         self._make_sink, self._folder, self._config = sink, folder, config
         self._subject: _Subject | None = None
+        self._setup: TrialSetup | None = None
 
     @classmethod
     def into(cls, folder: Path, config: RecordingConfig) -> TrialRecorder | None:
@@ -53,18 +55,18 @@ class TrialRecorder:
         return cls(lambda: ProcessSink(queue_bytes=room, patient=patient), folder, config)
 
     def __enter__(self) -> Self:
-        try:
-            self._folder.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise OutputError(str(self._folder), f"cannot be made ({error.strerror})", "name another folder") from error
+        _make_folder(self._folder)
         self._sink = self._make_sink()
         self.flight = FlightRecorder(self._sink, stop_on_trouble=self._config.on_trouble == "stop")
         return self
 
     def __exit__(self, *_: object) -> None:
+        # A log that is still open lacks its end, but nothing before.
+        self.flight.end(None)
         trouble = self._sink.shut()
-        if trouble is not None:
+        while trouble is not None:
             self.flight.troubles.append(trouble)
+            trouble = self._sink.trouble()
 
     @property
     def troubles(self) -> list[str]:
@@ -123,7 +125,7 @@ class TrialRecorder:
                 "derived_from": derived_from,
             },
         )
-        self._subject.folder.mkdir(parents=True, exist_ok=True)
+        _make_folder(self._subject.folder)
 
     def begin(self, setup: TrialSetup, ports: Ports, world: World, number: int) -> Ports:
         """Open the log of a trial; returns the ports to run it over.
@@ -147,6 +149,7 @@ class TrialRecorder:
             "trial": str(setup.index),
             "versions": subject.constant["versions_json"],
         }
+        self._setup = setup
         self.flight.begin(Opening(path, metadata), subject.task, lambda: subject.start(setup, world))
         return recorded(ports, self.flight)
 
@@ -162,6 +165,9 @@ class TrialRecorder:
 
     def fail(self, report: TrialReport, error: BaseException) -> None:
         """Close the log of a trial that an error ended."""
+        if self._setup is not None and report.setup is not self._setup:
+            # The task did not even begin: this is the report of the trial before.
+            report = TrialReport(self._setup)
         learner = "" if self._subject is None else self._subject.learner_json()
         self.flight.end(end_of(report, learner_json=learner, error=type(error).__name__, text=str(error)))
 
@@ -197,6 +203,13 @@ def set_aside(folder: Path, first: int) -> list[Path]:
                 attempt += 1
             moved.append(path.rename(f"{path}{CUT_SHORT}{attempt}"))
     return moved
+
+
+def _make_folder(path: Path) -> None:
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputError(str(path), f"cannot be made ({error.strerror})", "name another folder") from error
 
 
 @dataclass(frozen=True)

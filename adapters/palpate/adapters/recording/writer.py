@@ -7,35 +7,41 @@ from __future__ import annotations
 
 import json
 import signal
-import struct
 import sys
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, Final
 
 from palpate.adapters.log.file import LogFile, NewFile
+from palpate.adapters.recording.frames import CLOSE, FRAME, MESSAGE, QUIT
 
-_FRAME = struct.Struct("<cBqI")
+TICK_CHANNEL: Final = 2
+"""That of the schema, which is not imported for its number: it would slow down the start."""
+
+RESERVE_BYTES: Final = 1 << 18
+"""Kept back from the disk for the end of a log: the chunk under way, the index and the checksums."""
 
 
 class Writer:
-    """Writes one log after the other.
+    """Writes one log after the other. Trouble with one log does not end it: others may follow.
 
     Args:
-        report: Takes a line about a log that could not be written as it should.
+        report: Takes path and problem of a log that could not be written as it should.
     """
 
-    def __init__(self, report: Any) -> None:
+    def __init__(self, report: Callable[[str, str], None]) -> None:
         self._report = report
         self._channels: list[dict[str, Any]] | None = None
         self._file: NewFile | None = None
         self._log: LogFile | None = None
         self._path = ""
+        self._last_tick = b""
 
     def take(self, kind: bytes, channel: int, time_ns: int, payload: bytes) -> None:
         """Do what one frame says."""
-        if kind == b"M":
+        if kind == MESSAGE:
             self._message(channel, time_ns, payload)
-        elif kind == b"C":
+        elif kind == CLOSE:
             self.finish()
         elif self._channels is None:
             self._channels = json.loads(payload)
@@ -48,58 +54,67 @@ class Writer:
         self._log = self._file = None
         if file is None:
             return
+        before = file.trouble
         try:
             if log is not None:
                 log.finish()
-        except OSError as error:
-            self._tell(f"cannot be finished ({error.strerror})")
+            if file.trouble != before:
+                self._tell(f"{file.trouble}; the reserve took its end")
+        except Exception as error:
+            self._tell(f"cannot be finished ({_reason(error)})")
         finally:
             file.close()
 
     def _open(self, told: dict[str, Any]) -> None:
         self.finish()
-        self._path = told["path"]
-        path = Path(self._path)
+        self._path, self._last_tick = told["path"], b""
         try:
-            self._file = NewFile(path, path.with_name(".reserve"))
+            self._file = NewFile(Path(self._path), RESERVE_BYTES)
             self._log = LogFile(self._file, self._channels or [], told["metadata"])
-        except OSError as error:
-            self._tell(f"cannot be made ({error.strerror})")
+        except Exception as error:
+            self._tell(f"cannot be made ({_reason(error)})")
 
     def _message(self, channel: int, time_ns: int, payload: bytes) -> None:
-        if self._log is None or self._file is None:
+        log, file = self._log, self._file
+        if log is None or file is None:
             return
+        if channel == TICK_CHANNEL:
+            self._last_tick = payload
         try:
-            self._log.add(channel, time_ns, payload)
-        except OSError as error:
-            self._tell(f"cannot be written ({error.strerror})")
+            log.add(channel, time_ns, payload)
+            if file.trouble is not None:
+                # What is written so far still fits into the reserve; this is the time to end soundly, with a mark.
+                self._mark(log, time_ns, file.trouble)
+        except Exception as error:
+            # The library is in the middle of something: what is on disk stays as it is, up to its last whole chunk.
+            self._tell(f"cannot be written ({_reason(error)}); nothing after that is kept")
             self._log = None
+            self.finish()
             return
-        if self._file.trouble is not None:
-            # What is written so far still fits into the reserve; this is the time to end soundly, with a mark.
-            self._tell(self._file.trouble)
-            self._mark(time_ns, self._file.trouble)
+        if file.trouble is not None:
+            self._tell(f"{file.trouble}; nothing after that is kept")
             self.finish()
 
-    def _mark(self, time_ns: int, problem: str) -> None:
+    def _mark(self, log: LogFile, time_ns: int, problem: str) -> None:
         from palpate.adapters.log.schema import RECORDER, encode
+        from palpate.adapters.log.tick_layout import decode_tick
 
-        if self._log is not None:
-            text = "nothing after this was kept"
-            self._log.add(RECORDER.id, time_ns, encode("Recorder", tick=0, problem=problem, text=text))
+        tick = decode_tick(self._last_tick).tick if self._last_tick else -1
+        text = "nothing after this is kept"
+        log.add(RECORDER.id, time_ns, encode("Recorder", tick=tick, problem=problem, text=text))
 
     def _tell(self, problem: str) -> None:
-        self._report(json.dumps({"path": self._path, "problem": problem}))
+        self._report(self._path, problem)
 
 
-def serve(source: BinaryIO, report: Any) -> None:
+def serve(source: BinaryIO, report: Callable[[str, str], None]) -> None:
     """Write what the source says, to its end."""
     writer = Writer(report)
     try:
-        while head := _exactly(source, _FRAME.size):
-            kind, channel, time_ns, length = _FRAME.unpack(head)
+        while head := _exactly(source, FRAME.size):
+            kind, channel, time_ns, length = FRAME.unpack(head)
             payload = _exactly(source, length)
-            if len(payload) < length:
+            if kind == QUIT or len(payload) < length:
                 break
             writer.take(kind, channel, time_ns, payload)
     finally:
@@ -107,25 +122,31 @@ def serve(source: BinaryIO, report: Any) -> None:
 
 
 def _exactly(source: BinaryIO, length: int) -> bytes:
-    """So many bytes, or none or fewer at the end."""
+    """So many bytes, or none when the end comes first."""
     data = source.read(length) if length else b""
-    return data if len(data) == length or length == 0 else b""
+    return data if len(data) == length else b""
+
+
+def _reason(error: Exception) -> str:
+    return str(getattr(error, "strerror", None) or error or type(error).__name__)
 
 
 def main() -> None:
     """Serve standard input."""
-    # Ctrl-C reaches the whole group: the run decides when it ends, and the log is to tell of it.
+    # Whoever wants an end asks the run for it; it ends us by ending our input.
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.SIG_IGN)
 
-    def report(line: str) -> None:
+    def report(path: str, problem: str) -> None:
         try:
-            sys.stdout.write(line + "\n")
+            sys.stdout.write(json.dumps({"path": path, "problem": problem}) + "\n")
             sys.stdout.flush()
         except OSError:
             # Nobody listens any more.
             return
 
+    # Nothing to report, but by this the run knows that we are there.
+    report("", "")
     serve(sys.stdin.buffer, report)
 
 

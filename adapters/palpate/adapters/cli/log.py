@@ -1,0 +1,161 @@
+"""``palpate log``: look at recorded trials, and bring them into other formats."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Final
+
+from palpate.adapters.cli.log_options import ExportOptions, InfoOptions, PlotOptions, RecoverOptions
+from palpate.adapters.cli.options import parse
+from palpate.core.checks import require_one_of, require_whole
+from palpate.core.errors import ConfigurationError, LogError, UsageError
+
+_HELP: Final = """usage: palpate log COMMAND [OPTIONS]
+
+Look at recorded trials.
+
+commands:
+  info      what logs hold: what of, how fast, how whole, and what came of it
+  plot      a picture of one trial over time
+  export    the same data as CSV files, or as a LeRobot dataset
+  recover   a sound log of what is left of a torn or damaged one
+
+palpate log COMMAND --help tells the options of each. Logs are the .mcap files in the folder logs of a run.
+"""
+_MOST_FPS: Final = 10_000
+
+
+def log(words: Sequence[str]) -> int:
+    """Run a subcommand of ``palpate log``.
+
+    Returns:
+        0: done; 2: one of the logs cannot be used.
+
+    Raises:
+        LogError: The only log cannot be used.
+        UsageError: There is no such command, or no log is named.
+        ConfigurationError: An option cannot be used.
+        OutputError: Something is in the way of the result.
+    """
+    commands: dict[str, Callable[[Sequence[str]], int]] = {
+        "info": _info,
+        "plot": _plot,
+        "export": _export,
+        "recover": _recover,
+    }
+    if not words or words[0] in ("-h", "--help"):
+        sys.stdout.write(_HELP)
+        return 0
+    if words[0] not in commands:
+        raise UsageError(f"{words[0]} is no command of palpate log; there are {', '.join(commands)}")
+    return commands[words[0]](words[1:])
+
+
+def _info(words: Sequence[str]) -> int:
+    options = parse(InfoOptions, "log info", words)
+    _require_files(options.files, "info")
+    import dataclasses
+
+    from palpate.adapters.log.info import info_of
+    from palpate.adapters.log.info_text import describe, table
+    from palpate.adapters.log.json_text import finite
+    from palpate.adapters.log.reader import read_log
+
+    infos = []
+    for name in options.files:
+        try:
+            infos.append(info_of(read_log(name)))
+        except LogError as error:
+            # One bad log must not hide the others.
+            sys.stderr.write(f"palpate: {' '.join(str(error).split())}\n")
+    if options.json:
+        told = finite([dataclasses.asdict(info) for info in infos])
+        sys.stdout.write(json.dumps(told, indent=2, ensure_ascii=False, allow_nan=False) + "\n")
+    elif len(options.files) == 1:
+        sys.stdout.write("".join(describe(info) for info in infos))
+    elif infos:
+        sys.stdout.write(table(infos))
+    return 0 if len(infos) == len(options.files) else 2
+
+
+def _plot(words: Sequence[str]) -> int:
+    options = parse(PlotOptions, "log plot", words)
+    from palpate.adapters.log.placing import new_file, require_no_file
+    from palpate.adapters.log.reader import read_log
+
+    out = Path(options.out or Path(options.file).with_suffix(".png"))
+    trial = read_log(options.file)
+    require_no_file(out)
+    from palpate.adapters.log.plot import timeline
+
+    picture = timeline(trial)
+    with new_file(out) as passing:
+        passing.write_bytes(picture)
+    sys.stdout.write(f"drawn in {out}\n")
+    return 0
+
+
+def _export(words: Sequence[str]) -> int:
+    options = parse(ExportOptions, "log export", words)
+    _require_files(options.files, "export")
+    require_one_of("to", options.to, ("csv", "lerobot"))
+    if not options.out:
+        raise ConfigurationError("out", options.out, "a folder for the result")
+    if options.fps is not None and options.to == "csv":
+        raise ConfigurationError("fps", options.fps, "nothing with --to csv, which keeps every tick as it was")
+    paths = [Path(name) for name in options.files]
+    _require_different(paths)
+    out = Path(options.out)
+    if options.to == "csv":
+        from palpate.adapters.log.export_csv import export_csv
+
+        folders = export_csv(paths, out)
+        sys.stdout.write(f"{len(folders)} trial{'s' * (len(folders) > 1)} as CSV in {out}\n")
+        return 0
+    from palpate.core.task_config import CONTROL_RATE_HZ
+
+    fps = CONTROL_RATE_HZ if options.fps is None else options.fps
+    require_whole("fps", fps, 1, _MOST_FPS)
+    from palpate.adapters.log.export_lerobot import export_lerobot
+
+    frames = export_lerobot(paths, out, fps)
+    sys.stdout.write(f"{len(paths)} episode{'s' * (len(paths) > 1)}, {frames} frames at {fps} Hz in {out}\n")
+    return 0
+
+
+def _recover(words: Sequence[str]) -> int:
+    options = parse(RecoverOptions, "log recover", words)
+    from palpate.adapters.log.recover import recover
+
+    path = Path(options.file)
+    out = Path(options.out) if options.out else path.with_name(f"{path.stem}.recovered.mcap")
+    made = recover(path, out)
+    if made is None:
+        sys.stdout.write(f"{path} is sound: there is nothing to recover\n")
+        return 0
+    lost = f"{made.lost_bytes} of {made.size_bytes} bytes could not be used"
+    lost += "" if made.ended else ", and what the trial came to is lost"
+    sys.stdout.write(
+        f"{path}: {made.reason}\n"
+        f"kept {made.ticks} ticks, {made.seconds:.3f} s, {made.messages} messages; {lost}\n"
+        f"written to {made.path}\n"
+    )
+    return 0
+
+
+def _require_files(files: Sequence[str], command: str) -> None:
+    if not files:
+        raise UsageError(f"palpate log {command} needs a log; name one or more .mcap files")
+
+
+def _require_different(paths: Sequence[Path]) -> None:
+    seen: set[str] = set()
+    for path in paths:
+        real = os.path.realpath(path)
+        if real in seen:
+            raise UsageError(f"{path} is named twice; name each log once")
+        seen.add(real)

@@ -1,0 +1,54 @@
+"""Command-line options of ``palpate log``. Light to import, as :mod:`.options` is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+import tyro
+
+Files = Annotated[tuple[str, ...], tyro.conf.Positional]
+
+
+@dataclass(frozen=True)
+class InfoOptions:
+    """Tell what logs hold: what of, how fast, how whole, and what came of it."""
+
+    files: Files = ()
+    """The logs; a page for one, a table for several."""
+    json: bool = False
+    """Everything about every log, as a JSON list."""
+
+
+@dataclass(frozen=True)
+class PlotOptions:
+    """Draw a trial over time: forces, torques, position, states, actions, events."""
+
+    file: Annotated[str, tyro.conf.Positional]
+    """The log."""
+    out: str = ""
+    """The picture, a PNG file that is not there yet; beside the log if not given."""
+
+
+@dataclass(frozen=True)
+class ExportOptions:
+    """Write logs in another format: csv keeps every bit, lerobot resamples to frames of a fixed rate."""
+
+    files: Files = ()
+    """The logs."""
+    to: str = ""
+    """csv, or lerobot (LeRobotDataset v3.0, one episode a log)."""
+    out: str = ""
+    """Folder for the result; it must be new or empty."""
+    fps: int | None = None
+    """Frames per second, for lerobot only; 140, the control rate, if not given."""
+
+
+@dataclass(frozen=True)
+class RecoverOptions:
+    """Write a sound log of what is left of a torn or damaged one."""
+
+    file: Annotated[str, tyro.conf.Positional]
+    """The torn or damaged log; it is not changed."""
+    out: str = ""
+    """The sound log, a file that is not there yet; NAME.recovered.mcap beside it if not given."""

@@ -1,0 +1,162 @@
+"""``palpate replay``."""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
+
+from tqdm import tqdm
+
+from palpate.adapters.cli.options import ReplayOptions
+from palpate.adapters.config import RunConfig
+from palpate.adapters.policies import COMPARATORS
+from palpate.adapters.replay.batch import find_logs, learning_problems, replay_files
+from palpate.adapters.replay.engine import Replay, Verdict
+from palpate.adapters.replay.rebuild import Changes, parse_setting
+from palpate.adapters.toml_config import overlay, read_toml
+from palpate.core.checks import require_in
+from palpate.core.errors import ConfigurationError, LogError
+from palpate.core.policy import PolicyDocument
+from palpate.core.task_config import CONTROL_RATE_HZ
+
+_FEW: Final = 20
+"""So many logs get a line each; of more only those that are not equal do."""
+_MOST_TOLD: Final = 10
+
+
+def replay(options: ReplayOptions) -> int:
+    """Replay and report; returns the exit code."""
+    if not options.logs:
+        raise LogError("palpate replay", "", "no log was named", "name logs, folders of logs, or patterns in quotes")
+    require_in("jobs", options.jobs, 0, 1024)
+    changes = read_changes(options)
+    paths = find_logs(options.logs)
+    jobs = min(options.jobs or os.cpu_count() or 1, -(-len(paths) // 2))
+    began = time.perf_counter()
+    replays: list[Replay] = []
+    with tqdm(total=len(paths), unit="log", file=sys.stderr, disable=len(paths) < 2, leave=False) as bar:
+        for part in replay_files(paths, changes, jobs, in_mujoco=options.continue_in_mujoco):
+            replays += part
+            bar.update(len(part))
+    seconds = time.perf_counter() - began
+    report(replays, changes, verbose=options.verbose, strict=options.strict)
+    problems = [] if changes.any else _report_learning(replays)
+    ticks = sum(one.ticks for one in replays)
+    sys.stdout.write(
+        f"{ticks} ticks, {ticks / CONTROL_RATE_HZ:.1f} s of trials in {seconds:.1f} s"
+        f" with {jobs} process{'es' if jobs > 1 else ''}\n"
+    )
+    return exit_code(replays, problems, strict=options.strict)
+
+
+def read_changes(options: ReplayOptions) -> Changes:
+    """What the options say shall be otherwise than recorded.
+
+    Raises:
+        ConfigurationError: It cannot be.
+    """
+    for setting in options.set:
+        overlay(RunConfig(), parse_setting(setting))
+    config = None
+    if options.config:
+        table = read_toml(Path(options.config))
+        table.pop("run", None)
+        config = overlay(RunConfig(), table)
+    policy: PolicyDocument | str | None = None
+    if options.policy in COMPARATORS:
+        policy = options.policy
+    elif options.policy:
+        if not os.path.exists(options.policy):
+            accepted = f"a policy file, or one of {', '.join(COMPARATORS)}"
+            raise ConfigurationError("policy", options.policy, accepted)
+        policy = PolicyDocument.load(Path(options.policy))
+    changes = Changes(options.set, config, policy, options.policy)
+    if (options.continue_in_mujoco or options.out) and not changes.any:
+        flag = "--continue-in-mujoco" if options.continue_in_mujoco else "--out"
+        raise ConfigurationError(flag, True, "a what-if: --policy, --set or --config beside it")
+    return changes
+
+
+def exit_code(replays: Sequence[Replay], problems: Sequence[str], *, strict: bool) -> int:
+    """0: all equal; 1: something differs; 2: nothing differs, but a log could not be replayed."""
+    verdicts = {one.verdict for one in replays}
+    if Verdict.DIVERGED in verdicts or problems or (strict and Verdict.NOT_BIT_COMPARABLE in verdicts):
+        return 1
+    return 2 if Verdict.REFUSED in verdicts else 0
+
+
+def report(replays: Sequence[Replay], changes: Changes, *, verbose: bool, strict: bool) -> None:
+    """Write the table, and what is to be said of those that are not equal."""
+    every = verbose or len(replays) <= _FEW
+    shown = [one for one in replays if every or one.verdict is not Verdict.EQUAL]
+    if shown:
+        sys.stdout.write(table(shown, changes))
+    told = [one for one in shown if one.verdict is not Verdict.EQUAL or one.note]
+    for one in told[:_MOST_TOLD]:
+        sys.stdout.write(explanation(one, changes, strict=strict))
+    if len(told) > _MOST_TOLD:
+        sys.stdout.write(f"and {len(told) - _MOST_TOLD} more that are not equal\n")
+    counts = ((verdict, sum(one.verdict is verdict for one in replays)) for verdict in Verdict)
+    equal = sum(one.verdict is Verdict.EQUAL for one in replays)
+    names = {Verdict.DIVERGED: "would have gone otherwise"} if changes.any else {}
+    others = "".join(
+        f", {n} {names.get(verdict, verdict.value)}" for verdict, n in counts if n and verdict is not Verdict.EQUAL
+    )
+    sys.stdout.write(f"{equal} of {len(replays)} equal in every bit{others}\n")
+
+
+def table(replays: Sequence[Replay], changes: Changes) -> str:
+    """One line a log."""
+    lines = [("log", "ticks", "recorded", "replayed", "result")]
+    for one in replays:
+        result = one.verdict.value
+        if changes.any and one.counterfactual_from is not None:
+            result = f"counterfactual from tick {one.counterfactual_from}"
+        outcomes = (one.recorded_outcome or "-", one.replayed_outcome or "-")
+        lines.append((one.path, str(one.ticks) if one.ticks else "-", *outcomes, result))
+    widths = [max(len(line[column]) for line in lines) for column in range(len(lines[0]))]
+    return "".join(
+        "  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)).rstrip() + "\n" for line in lines
+    )
+
+
+def explanation(one: Replay, changes: Changes, *, strict: bool) -> str:
+    """What differs, and why as far as it is known; one line."""
+    if one.verdict is Verdict.REFUSED:
+        return f"{one.problem}\n"
+    text = f"{one.path}: "
+    if one.first is not None:
+        text += str(one.first)
+        if one.differences > 1:
+            text += f" (and {one.differences - 1} more)"
+        causes = [*_changes_told(changes), *one.causes]
+        text += (
+            f"; known to be other: {', '.join(causes)}" if causes else "; no cause is known: same code, same versions"
+        )
+        if one.verdict is Verdict.NOT_BIT_COMPARABLE:
+            text += "; decisions are equal and numbers within 1e-9" + (" (--strict: a failure)" if strict else "")
+    if one.note:
+        text += ("; " if one.first is not None else "") + one.note
+    return text + "\n"
+
+
+def _changes_told(changes: Changes) -> list[str]:
+    told = list(changes.settings)
+    if changes.policy is not None:
+        told.append(f"policy {changes.policy_name}")
+    if changes.config is not None:
+        told.append("the configuration given")
+    return told
+
+
+def _report_learning(replays: Sequence[Replay]) -> list[str]:
+    links, problems = learning_problems(replays)
+    for problem in problems:
+        sys.stdout.write(f"learning: {problem}\n")
+    if links and not problems:
+        sys.stdout.write("learning: each trial begins with the values that the one before ended with\n")
+    return problems

@@ -1,0 +1,196 @@
+"""A picture of one trial over time. Matplotlib is imported only when one is drawn."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterable, Sequence
+from typing import Any, Final
+
+import numpy as np
+
+from palpate.adapters.log.reader import TrialLog
+from palpate.adapters.log.series import Series, series_of
+
+# Colours that people with any colour vision can tell apart (Okabe and Ito).
+_XYZ: Final = ("#0072b2", "#d55e00", "#009e73")
+_JOINTS: Final = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000")
+_PHASES: Final = {
+    "lift": "#e8e8e8", "transfer": "#cfe2f3", "settle": "#d9ead3", "approach": "#fff2cc",
+    "explore": "#f9cb9c", "insert": "#b4d8c8",
+}  # fmt: skip
+_EVENTS: Final = ("tare", "contact", "contact lost", "sunk below the surface", "false drop", "hole", "interrupt", "end")
+_WIDTH_IN: Final = 13.0
+
+
+def timeline(log: TrialLog) -> bytes:
+    """Forces, torques, tip position, states, actions, phases and events over one time axis, as a PNG.
+
+    Raises:
+        LogError: The log has nothing to draw, or its configuration cannot be used.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    series = series_of(log)
+    altered = bool(np.any(np.nan_to_num(series.altered_mrad) != 0.0))
+    states, actions = _distinct(d.state for d in log.decisions), _distinct(d.action for d in log.decisions)
+    symbols = _distinct(d.symbol for d in log.decisions)
+    # When nothing identifies states from history, symbol and state are the same, and one strip tells both.
+    apart = any(d.symbol != d.state for d in log.decisions)
+    heights = [2.0, 2.0, 2.2]
+    heights += [1.2] * altered
+    strips = [("state" if apart else "symbol\n= state", states, "state")] if states else []
+    strips = ([("symbol", symbols, "symbol")] if apart else []) + strips
+    strips += [("action", actions, "action")] if actions else []
+    heights += [max(0.35 + 0.17 * len(names), 0.75) for _, names, _ in strips] + [0.4]
+
+    figure = Figure(figsize=(_WIDTH_IN, sum(heights) + 1.6), dpi=110, layout="constrained")
+    FigureCanvasAgg(figure)
+    panels: Any = figure.subplots(len(heights), 1, sharex=True, height_ratios=heights, squeeze=False)[:, 0]
+    rest = list(panels)
+    _forces(rest.pop(0), series)
+    _torques(rest.pop(0), series)
+    _position(rest.pop(0), series, log)
+    if altered:
+        _altered(rest.pop(0), series)
+    for title, names, attribute in strips:
+        _strip(rest.pop(0), log, series, title, names, attribute)
+    _phases(rest.pop(0), log, series)
+    _events(panels, log, series)
+    _gaps(panels, series)
+    figure.align_ylabels(panels)
+    panels[-1].set_xlabel("time since the first tick [s]")
+    panels[0].set_xlim(0.0, max(float(series.time_s[-1]), 1e-3) * 1.005)
+    figure.suptitle(_title(log, series, altered), fontsize=10)
+    buffer = io.BytesIO()
+    # Without a date and a version in it, equal logs give equal pictures.
+    figure.savefig(buffer, format="png", metadata={"Software": None})
+    return buffer.getvalue()
+
+
+def _forces(axes: Any, series: Series) -> None:
+    for i, name in enumerate(("Fx", "Fy", "Fz")):
+        axes.plot(series.time_s, series.wrench[:, i], color=_XYZ[i], linewidth=0.9, label=name)
+    _dress(axes, "force [N]\nsensor frame")
+
+
+def _torques(axes: Any, series: Series) -> None:
+    for i, name in enumerate(("Tx", "Ty", "Tz")):
+        axes.plot(series.time_s, series.wrench[:, 3 + i], color=_XYZ[i], linewidth=0.9, label=name)
+    _dress(axes, "torque [N m]\nsensor frame")
+
+
+def _position(axes: Any, series: Series, log: TrialLog) -> None:
+    for i, name in enumerate("xyz"):
+        axes.plot(series.time_s, series.tip_mm[:, i], color=_XYZ[i], linewidth=1.3, label=name)
+    hole = () if log.end is None else log.end.true_hole_in_task_m[:2]
+    for i, value in enumerate(hole):
+        label = "true hole, x and y" if i == 0 else None
+        axes.axhline(value * 1e3, color=_XYZ[i], linewidth=0.8, linestyle=(i, (2, 2)), alpha=0.7, label=label)
+    _dress(axes, "tip [mm]\ntask frame, z into the hole")
+
+
+def _altered(axes: Any, series: Series) -> None:
+    for joint, values in enumerate(series.altered_mrad.T):
+        if np.any(np.nan_to_num(values) != 0.0):
+            colour = _JOINTS[joint % len(_JOINTS)]
+            axes.plot(series.time_s, values, color=colour, linewidth=1.0, label=f"joint {joint + 1}")
+    _dress(axes, "applied less\nasked [mrad]")
+
+
+def _dress(axes: Any, label: str) -> None:
+    axes.set_ylabel(label, fontsize=9)
+    axes.grid(alpha=0.25)
+    axes.margins(y=0.08)
+    axes.tick_params(labelsize=8)
+    # Beside the panel: inside it would lie on the lines sooner or later.
+    axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=8, frameon=False)
+
+
+def _strip(axes: Any, log: TrialLog, series: Series, title: str, names: Sequence[str], attribute: str) -> None:
+    """A row for each name, with a bar from each decision to the next."""
+    changes = [d.tick for d in log.decisions]
+    ends = [*changes[1:], _end_of_decisions(log, series, changes[-1])]
+    for row, name in enumerate(names):
+        bars = [
+            (_time_of(series, a), _time_of(series, b) - _time_of(series, a))
+            for d, a, b in zip(log.decisions, changes, ends, strict=True)
+            if getattr(d, attribute) == name
+        ]
+        colour = _JOINTS[0] if attribute == "action" else _JOINTS[3]
+        axes.broken_barh(bars, (row - 0.4, 0.8), facecolor=colour, edgecolor="white", linewidth=0.5, alpha=0.8)
+    axes.set_yticks(range(len(names)), names, fontsize=7)
+    axes.set_ylim(len(names) - 0.5, -0.5)
+    axes.set_ylabel(title, fontsize=9)
+    axes.grid(alpha=0.25)
+
+
+def _end_of_decisions(log: TrialLog, series: Series, last: int) -> int:
+    """Where the last action ended: with the phase, or with the log."""
+    later = [event.tick for event in log.events if event.tick > last and event.name in ("phase", "end")]
+    return min(later, default=last + series.config.task.ticks_per_action)
+
+
+def _phases(axes: Any, log: TrialLog, series: Series) -> None:
+    phases = [(event.tick, event.detail) for event in log.events if event.name == "phase"]
+    if not phases or phases[0][0] > 0:
+        phases.insert(0, (0, "lift"))
+    ends = [_time_of(series, tick) for tick, _ in phases[1:]] + [float(series.time_s[-1])]
+    for (tick, name), end_s in zip(phases, ends, strict=True):
+        start_s = _time_of(series, tick)
+        axes.axvspan(start_s, end_s, color=_PHASES.get(name, "#dddddd"))
+        # About what fits: a letter of this size takes a thirteenth of an inch.
+        if (end_s - start_s) / max(float(series.time_s[-1]), 1e-9) * _WIDTH_IN * 0.8 > len(name) / 13 + 0.05:
+            axes.text((start_s + end_s) / 2, 0.5, name, ha="center", va="center", fontsize=8)
+    axes.set_yticks([])
+    axes.set_ylim(0.0, 1.0)
+    axes.set_ylabel("phase", fontsize=9)
+
+
+def _events(panels: Any, log: TrialLog, series: Series) -> None:
+    named: dict[int, list[str]] = {}
+    for event in log.events:
+        if event.name in _EVENTS:
+            named.setdefault(event.tick, []).append(event.name)
+    top = panels[0]
+    for tick, names in named.items():
+        time_s = _time_of(series, tick)
+        for axes in panels:
+            axes.axvline(time_s, color="#444444", linewidth=0.8, linestyle="--", alpha=0.7)
+        top.annotate(
+            ", ".join(names), (time_s, 1.0), xycoords=("data", "axes fraction"), xytext=(0, 3),
+            textcoords="offset points", rotation=40, ha="left", va="bottom", fontsize=8, color="#222222",
+        )  # fmt: skip
+
+
+def _gaps(panels: Any, series: Series) -> None:
+    for row in np.flatnonzero(series.ticks < 0):
+        for axes in panels:
+            axes.axvspan(series.time_s[row - 1], series.time_s[row + 1], color="#bbbbbb", alpha=0.5)
+
+
+def _time_of(series: Series, tick: int) -> float:
+    """When a tick was, in seconds since the first; of one that the log lacks, by its neighbours."""
+    there = series.ticks >= 0
+    return float(np.interp(tick, series.ticks[there], series.time_s[there]))
+
+
+def _title(log: TrialLog, series: Series, altered: bool) -> str:
+    start, end, config = log.start, log.end, series.config
+    first = f"{start.command}, {start.arm}, scenario {config.scenario}, seed {start.seed}, trial {start.trial}"
+    if end is None:
+        came = "the log ends before the trial did"
+    elif end.error:
+        came = f"ended by {end.error}"
+    else:
+        came = f"{end.outcome}, exploration {end.exploration_time_s:.2f} s, {end.actions} actions"
+        came += {True: ", success", False: ", no success", None: ""}[end.success]
+    missing = int(np.sum(series.ticks < 0))
+    notes = [f"tared by {series.tare.origin}"]
+    notes.append("commands not always applied as asked" if altered else "all commands applied as asked")
+    notes += [f"{missing} gap{'s' * (missing > 1)} with missing ticks, in grey"] * (missing > 0)
+    return f"{first}: {came}\n{'; '.join(notes)}"
+
+
+def _distinct(names: Iterable[str]) -> list[str]:
+    return sorted(set(names))

@@ -1,0 +1,140 @@
+"""A trial's ticks as arrays over time, with the tip's position in the task frame."""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from palpate.adapters.config import RunConfig
+from palpate.adapters.log.info import NS
+from palpate.adapters.log.reader import TrialLog
+from palpate.adapters.log.tare import Tare, tare_of
+from palpate.adapters.log.tick_layout import TickRecord
+from palpate.adapters.toml_config import overlay
+from palpate.core.errors import ConfigurationError, LogError, PalpateError
+from palpate.core.values import JointVector, Validity
+
+Array: TypeAlias = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Series:
+    """Arrays of one row a tick; NaN where something was not there, or where ticks are missing before.
+
+    Attributes:
+        config: The trial's configuration.
+        ticks: Tick numbers, (n,); -1 in a row that stands for missing ticks.
+        time_s: Time since the first tick, (n,).
+        wrench: Force in N and torque in N m, tared, in the samples' own frame, (n, 6).
+        tip_mm: Tip by the encoders, (n, 3), task frame.
+        altered_mrad: Command applied minus command asked, (n, joints).
+        tare: What was taken from the wrench.
+    """
+
+    config: RunConfig
+    ticks: npt.NDArray[np.int64]
+    time_s: Array
+    wrench: Array
+    tip_mm: Array
+    altered_mrad: Array
+    tare: Tare
+
+
+def config_of(log: TrialLog) -> RunConfig:
+    """The configuration that a trial ran with.
+
+    Raises:
+        LogError: The log holds none that this palpate can use.
+    """
+    try:
+        return overlay(RunConfig(), tomllib.loads(log.start.config_toml))
+    except (tomllib.TOMLDecodeError, ConfigurationError) as error:
+        raise LogError(
+            log.path, "start.config_toml", f"is no configuration of this palpate ({error})", "use the one that wrote it"
+        ) from error
+
+
+def series_of(log: TrialLog) -> Series:
+    """The ticks of a log as arrays.
+
+    Raises:
+        LogError: It has no ticks with a time, or a part of it is not what it should be.
+    """
+    config = config_of(log)
+    records = [record for record in log.records() if record.time_ns is not None]
+    if not records:
+        raise LogError(log.path, "", "has no tick with a time", "there is nothing to draw")
+    tare = tare_of(log, records)
+    joints = max(len(record.asked_rad or ()) for record in records)
+    tip = _Tip(log, config)
+    rows: list[tuple[float, ...]] = []
+    first_ns, before = records[0].time_ns or 0, records[0].tick
+    nothing = (np.nan,) * (9 + joints)
+    for record in records:
+        time_s = ((record.time_ns or 0) - first_ns) * NS
+        if record.tick > before + 1 and rows:
+            # A row without values breaks the lines where ticks are missing.
+            rows.append((-1.0, (rows[-1][1] + time_s) / 2, *nothing))
+        before = record.tick
+        rows.append((float(record.tick), time_s, *_wrench(record, tare), *tip.at(record), *_altered(record, joints)))
+    table = np.array(rows)
+    return Series(
+        config=config,
+        ticks=table[:, 0].astype(np.int64),
+        time_s=table[:, 1],
+        wrench=table[:, 2:8],
+        tip_mm=table[:, 8:11],
+        altered_mrad=table[:, 11:],
+        tare=tare,
+    )
+
+
+class _Tip:
+    """Forward kinematics of the arm that the log names."""
+
+    def __init__(self, log: TrialLog, config: RunConfig) -> None:
+        from palpate.core.arms import arm_named
+        from palpate.core.kinematics import Kinematics, ToolGeometry
+        from palpate.core.task_frame import goal_in_base
+
+        try:
+            self._kinematics = Kinematics(arm_named(config.arm), ToolGeometry())
+        except PalpateError as error:
+            raise LogError(
+                log.path,
+                "start.arm",
+                f"its arm's model cannot be used ({error})",
+                "mend that, or use the palpate that wrote it",
+            ) from error
+        self._base_in_task = goal_in_base(config.task.goal).inverse()
+
+    def at(self, record: TickRecord) -> tuple[float, float, float]:
+        q = None if record.joints is None else _trusted(record.joints.position_rad, record.joints.validity)
+        if q is None or len(q) != self._kinematics.joints:
+            return (np.nan,) * 3
+        self._kinematics.update(q)
+        x, y, z = self._base_in_task.act(self._kinematics.tip_position_m) * 1e3
+        return float(x), float(y), float(z)
+
+
+def _trusted(values: JointVector, validity: Validity) -> JointVector | None:
+    return None if validity is Validity.INVALID else values
+
+
+def _wrench(record: TickRecord, tare: Tare) -> tuple[float, ...]:
+    sample = record.wrench
+    if sample is None or sample.validity is Validity.INVALID:
+        return (np.nan,) * 6
+    raw = (*sample.force_N, *sample.torque_Nm)
+    return tuple(value - zero for value, zero in zip(raw, tare.bias, strict=True))
+
+
+def _altered(record: TickRecord, joints: int) -> tuple[float, ...]:
+    asked, applied = record.asked_rad, record.applied
+    if asked is None or applied is None or not len(asked) == len(applied.position_rad) == joints:
+        return (np.nan,) * joints
+    return tuple((b - a) * 1e3 for a, b in zip(asked, applied.position_rad, strict=True))

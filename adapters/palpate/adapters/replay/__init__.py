@@ -1,0 +1,1 @@
+"""Recorded trials fed back through the unmodified core, and every output held against what was recorded."""

@@ -1,0 +1,124 @@
+"""Many logs: found by file, folder and glob, replayed by several processes, each log by itself."""
+
+from __future__ import annotations
+
+import glob
+import os
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+from pathlib import Path
+
+from joblib import Parallel, delayed
+
+from palpate.adapters.log.reader import read_log
+from palpate.adapters.replay.engine import Replay, Verdict, replay, values_digest
+from palpate.adapters.replay.rebuild import Changes, Rebuilder
+from palpate.core.errors import LogError, PalpateError
+from palpate.core.policy import PolicyDocument
+
+_MOST_PER_TASK = 16
+
+
+def find_logs(names: Sequence[str]) -> list[Path]:
+    """The logs that files, folders (with all below them) and glob patterns name; sorted, each once.
+
+    Raises:
+        LogError: A name leads to none.
+    """
+    found: dict[Path, None] = {}
+    for name in names:
+        if os.path.isdir(name):
+            below = sorted(Path(name).rglob("*.mcap"))
+            if not below:
+                raise LogError(name, "", "holds no logs", "name a folder with .mcap files in it or below it")
+            found.update(dict.fromkeys(below))
+        elif os.path.lexists(name):
+            found[Path(name)] = None
+        else:
+            matches = sorted(Path(match) for match in glob.glob(name, recursive=True))
+            if not matches:
+                raise LogError(name, "", "is not there", "name a log, a folder of logs, or a pattern in quotes")
+            for match in matches:
+                found.update(dict.fromkeys(find_logs([str(match)])))
+    return list(found)
+
+
+def replay_file(path: Path, rebuilder: Rebuilder, *, in_mujoco: bool = False) -> Replay:
+    """Replay one log; what is wrong with it is the result, not an error."""
+    try:
+        return replay(read_log(path), rebuilder, in_mujoco=in_mujoco)
+    except LogError as error:
+        return Replay(str(path), Verdict.REFUSED, problem=" ".join(str(error).split()))
+    except PalpateError as error:
+        return Replay(str(path), Verdict.REFUSED, problem=f"{path}: {' '.join(str(error).split())}")
+
+
+def replay_files(
+    paths: Sequence[Path], changes: Changes, jobs: int, *, in_mujoco: bool = False
+) -> Iterator[list[Replay]]:
+    """Replay logs in their order, some at a time; the results do not depend on the number of processes.
+
+    Args:
+        paths: The logs.
+        changes: What shall be otherwise than recorded.
+        jobs: Number of processes; 1 stays in this one.
+        in_mujoco: Let the simulator go on from the first command that is not the recorded one.
+    """
+    size = max(1, min(_MOST_PER_TASK, -(-len(paths) // (4 * jobs))))
+    parts = [list(paths[i : i + size]) for i in range(0, len(paths), size)]
+    if jobs == 1:
+        rebuilder = Rebuilder(changes)
+        yield from ([replay_file(path, rebuilder, in_mujoco=in_mujoco) for path in part] for part in parts)
+        return
+    tasks = (delayed(_replay_part)(part, changes, in_mujoco) for part in parts)
+    yield from Parallel(n_jobs=jobs, return_as="generator")(tasks)
+
+
+def _replay_part(paths: Sequence[Path], changes: Changes, in_mujoco: bool) -> list[Replay]:
+    rebuilder = Rebuilder(changes)
+    return [replay_file(path, rebuilder, in_mujoco=in_mujoco) for path in paths]
+
+
+def learning_problems(replays: Sequence[Replay]) -> tuple[int, list[str]]:
+    """Whether the trials of each training run hand on what was learned, and its policy file holds it.
+
+    Returns:
+        How many hand-overs from trial to trial were looked at, and what is wrong.
+    """
+    runs: dict[tuple[Path, str], list[Replay]] = {}
+    for one in replays:
+        if one.lesson is not None:
+            runs.setdefault((Path(one.path).parent, one.lesson.run), []).append(one)
+    problems: list[str] = []
+    for (folder, _), trials in runs.items():
+        trials.sort(key=lambda one: one.lesson.trial if one.lesson else 0)
+        problems += _broken_links(trials)
+        # Only what was learned last is in the policy file.
+        if Path(trials[-1].path) == max(folder.glob("trial-*.mcap"), default=None):
+            problems += _policy_problem(folder, trials[-1])
+    return sum(len(trials) - 1 for trials in runs.values()), problems
+
+
+def _broken_links(trials: Sequence[Replay]) -> Iterator[str]:
+    for one, other in pairwise(trials):
+        if one.lesson is None or other.lesson is None or other.lesson.trial != one.lesson.trial + 1:
+            continue
+        if one.lesson.after != other.lesson.before:
+            yield f"{other.path}: does not begin with the values that trial {one.lesson.trial} ended with"
+
+
+def _policy_problem(folder: Path, last: Replay) -> Iterator[str]:
+    path = folder.parent / "policy.json"
+    if last.lesson is None or not path.is_file():
+        return
+    try:
+        document = PolicyDocument.load(path)
+    except PalpateError as error:
+        yield " ".join(str(error).split())
+        return
+    learned = {
+        "q": [list(row.q or ()) for row in document.table],
+        "visits": [list(row.visits_per_action or ()) for row in document.table],
+    }
+    if values_digest(learned) != last.lesson.after:
+        yield f"{path}: does not hold the values that trial {last.lesson.trial} ended with"

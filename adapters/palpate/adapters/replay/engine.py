@@ -1,0 +1,242 @@
+"""Replays one log: the unmodified core on the recorded inputs, every output held against the recorded one."""
+
+from __future__ import annotations
+
+import enum
+import hashlib
+import json
+from collections.abc import Mapping
+from contextlib import ExitStack
+from dataclasses import dataclass
+from typing import Any, Final
+
+from palpate.adapters.experiment import ScoredTrial
+from palpate.adapters.log.reader import TrialLog, learner_of_json
+from palpate.adapters.log.records import DecisionEntry
+from palpate.adapters.provenance import arm_sha256, core_sha256, made_with, processor
+from palpate.adapters.replay.compare import compare_learners, compare_reports, compare_start, decisions_of
+from palpate.adapters.replay.handover import continue_in_mujoco
+from palpate.adapters.replay.rebuild import Rebuilder, Rebuilt
+from palpate.adapters.replay.tape import (
+    Difference,
+    Differences,
+    ReplayArm,
+    ReplayClock,
+    ReplayForceSensor,
+    ReplayJointEncoder,
+    Tape,
+    TapeEndError,
+)
+from palpate.core.cycle import Ports, run_trial
+from palpate.core.errors import LogError
+from palpate.core.insertion import INTERRUPT
+
+
+class Verdict(enum.Enum):
+    """What a replay came to."""
+
+    EQUAL = "equal"
+    NOT_BIT_COMPARABLE = "not bit-comparable"
+    DIVERGED = "DIVERGED"
+    REFUSED = "NOT REPLAYABLE"
+
+
+@dataclass(frozen=True)
+class Lesson:
+    """What a trial taught, to be held against the trials before and after.
+
+    Attributes:
+        run: Digest of what the trials of one run have in common.
+        trial: Index of the trial in its run.
+        before: Digest of the learned values as it began.
+        after: Digest of the learned values as it ended.
+    """
+
+    run: str
+    trial: int
+    before: str
+    after: str
+
+
+@dataclass(frozen=True)
+class Replay:
+    """One log, replayed.
+
+    Attributes:
+        path: The log.
+        verdict: Equal in every bit, or not.
+        ticks: Control ticks replayed.
+        recorded_outcome: How the trial ended.
+        replayed_outcome: How the core ends it now; empty while it would go on.
+        first: The first difference.
+        differences: How many there are.
+        causes: Known reasons why there may be differences.
+        note: What else should be known.
+        decisions: The core's decisions now, for a what-if.
+        problem: Why the log cannot be replayed.
+        counterfactual_from: Tick of the first command that is not the recorded one: from there on the recorded
+            samples are no answer to what the core does. None when all commands are equal.
+        lesson: For a trial that taught something: its place in the course of learning.
+    """
+
+    path: str
+    verdict: Verdict
+    ticks: int = 0
+    recorded_outcome: str = ""
+    replayed_outcome: str = ""
+    first: Difference | None = None
+    differences: int = 0
+    causes: tuple[str, ...] = ()
+    note: str = ""
+    decisions: tuple[DecisionEntry, ...] = ()
+    problem: str = ""
+    counterfactual_from: int | None = None
+    lesson: Lesson | None = None
+
+
+_STILL_RUNNING: Final = "still running"
+
+
+def replay(log: TrialLog, rebuilder: Rebuilder, *, in_mujoco: bool = False) -> Replay:
+    """Replay one log.
+
+    Args:
+        log: The recorded trial.
+        rebuilder: Rebuilds the core, with changes if it is a what-if.
+        in_mujoco: Let the simulator go on from the first command that is not the recorded one.
+
+    Raises:
+        LogError: It cannot be replayed.
+        ConfigurationError: A change does not fit.
+    """
+    tape = Tape(log)
+    rebuilt = rebuilder.rebuild(log)
+    interrupts = {event.tick for event in log.events if event.name == INTERRUPT}
+
+    def at_tick(tick: int) -> None:
+        if tick in interrupts:
+            rebuilt.task.interrupt()
+
+    tape.at_tick = at_tick if interrupts else None
+    if in_mujoco:
+        note = _went_on(log, continue_in_mujoco(tape, rebuilt))
+    else:
+        note = _ending(tape, rebuilt, run_over(tape, rebuilt))
+    report = rebuilt.task.report
+    decisions = decisions_of(report)
+    left = tape.differences.first_command_tick is not None
+    if not (in_mujoco and left):
+        if not rebuilder.what_if:
+            compare_start(tape.differences, log, rebuilt)
+        compare_reports(tape.differences, log, report, decisions)
+        if log.end is not None and not rebuilder.what_if:
+            compare_learners(tape.differences, log.end, rebuilt)
+    return Replay(
+        path=log.path,
+        verdict=_verdict(tape.differences, log),
+        ticks=tape.tick + 1,
+        recorded_outcome="" if log.end is None else log.end.outcome or log.end.error,
+        replayed_outcome="" if report.outcome is None else report.outcome.value,
+        first=tape.differences.first,
+        differences=tape.differences.count,
+        causes=known_causes(log, rebuilt) if tape.differences.count else (),
+        note=note,
+        decisions=tuple(decisions),
+        counterfactual_from=tape.differences.first_command_tick,
+        lesson=_lesson(log),
+    )
+
+
+def run_over(tape: Tape, rebuilt: Rebuilt) -> BaseException | None:
+    """Run the core over the tape; returns what ended it, if it did not end by itself."""
+    sensor, encoder, arm = ReplayForceSensor(tape), ReplayJointEncoder(tape), ReplayArm(tape)
+    with ExitStack() as opened:
+        for device in (sensor, encoder, arm):
+            opened.enter_context(device)
+        try:
+            run_trial(rebuilt.task, Ports(ReplayClock(tape), sensor, encoder, arm), rebuilt.setup)
+        except LogError:
+            raise
+        except Exception as error:
+            return error
+    return None
+
+
+def _went_on(log: TrialLog, scored: ScoredTrial) -> str:
+    """What came of a trial that went on in the simulator, beside what was recorded."""
+    report, end = scored.report, log.end
+    now = "" if report.outcome is None else report.outcome.value
+    text = f"in the simulator: {now} after {report.exploration_time_s:.2f} s of exploration"
+    text += "" if scored.truth is None else f", true peak {scored.truth.peak_force_N:.1f} N"
+    if end is not None:
+        text += f" (recorded: {end.outcome} after {end.exploration_time_s:.2f} s"
+        text += "" if end.true_peak_force_N is None else f", {end.true_peak_force_N:.1f} N"
+        text += ")"
+    return text
+
+
+def _ending(tape: Tape, rebuilt: Rebuilt, error: BaseException | None) -> str:
+    """Hold the way in which the trial ended against the recorded one."""
+    end = tape.log.end
+    tick, differences = tape.tick, tape.differences
+    if isinstance(error, TapeEndError):
+        if end is None:
+            return f"the log ends at tick {len(tape.log.ticks) - 1}, before the trial did"
+        if end.error:
+            return f"the recording was ended by {end.error} at tick {len(tape.log.ticks) - 1}"
+        differences.add(Difference(tick, "/end", "outcome", end.outcome, _STILL_RUNNING), gross=True)
+    elif error is not None:
+        told = "" if end is None else f"{end.error}: {end.text}"
+        if told != f"{type(error).__name__}: {error}":
+            now = f"{type(error).__name__}: {error}"
+            differences.add(Difference(tick, "/end", "error", told or None, now), gross=True)
+    elif tape.sends.left:
+        outcome = rebuilt.task.report.outcome
+        now = "" if outcome is None else outcome.value
+        recorded = _STILL_RUNNING if end is None else f"{end.ticks} ticks"
+        differences.add(Difference(tick, "/end", "ticks", recorded, f"{tick + 1} ticks, {now}"), gross=True)
+    return ""
+
+
+def known_causes(log: TrialLog, rebuilt: Rebuilt) -> tuple[str, ...]:
+    """What is different from the time of the recording, as far as the log can tell."""
+    start, causes = log.start, []
+    recorded: dict[str, str] = json.loads(start.versions_json or "{}")
+    for name, version in made_with().items():
+        if recorded.get(name) != version:
+            causes.append(f"{name} {version} (recorded with {recorded.get(name)})")
+    if start.core_sha256 != core_sha256():
+        causes.append("the core's code is not the one that recorded")
+    if start.model_sha256 != arm_sha256(rebuilt.config.arm):
+        causes.append(f"the model of the arm {rebuilt.config.arm} is not the one that recorded")
+    if _other_processor(log):
+        causes.append("another processor")
+    return tuple(causes)
+
+
+def _other_processor(log: TrialLog) -> bool:
+    recorded: Any = json.loads(log.start.processor_json or "{}")
+    return bool(recorded != processor())
+
+
+def _verdict(differences: Differences, log: TrialLog) -> Verdict:
+    if not differences.count:
+        return Verdict.EQUAL
+    if differences.first_gross is None and _other_processor(log):
+        return Verdict.NOT_BIT_COMPARABLE
+    return Verdict.DIVERGED
+
+
+def _lesson(log: TrialLog) -> Lesson | None:
+    start, end = learner_of_json(log.start.learner_json), log.end
+    if start is None or log.start.frozen or end is None or not end.learner_json:
+        return None
+    after = learner_of_json(end.learner_json)
+    common = (log.start.config_toml, log.start.perception_json, log.start.policy_json)
+    run = hashlib.sha256(repr(common).encode()).hexdigest()
+    return None if after is None else Lesson(run, log.start.trial, values_digest(start), values_digest(after))
+
+
+def values_digest(learner: Mapping[str, Any]) -> str:
+    """Digest of what a learner has learned: values and visits, to the last bit."""
+    return hashlib.sha256(json.dumps([learner["q"], learner["visits"]]).encode()).hexdigest()

@@ -1,0 +1,155 @@
+"""A what-if that goes on in the simulator from the first command that is not the recorded one.
+
+The simulator's state at that tick is not read from the log but reached again: from the trial's start the simulator gets
+the recorded commands, which up to there are also the core's own. MuJoCo is deterministic, so this restores all of it -
+integration state, sensor history, noise, contacts - and every sample on the way is held against the recorded one, so
+that nobody needs to take it on trust.
+"""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+from palpate.adapters.composition import SimulatedRig
+from palpate.adapters.decorator import DeviceDecorator
+from palpate.adapters.experiment import ScoredTrial, score
+from palpate.adapters.log.reader import TrialLog
+from palpate.adapters.replay.rebuild import Rebuilt, log_config
+from palpate.adapters.replay.tape import Tape, same_bits
+from palpate.adapters.rig import SIMULATOR
+from palpate.core.cycle import Ports, run_trial
+from palpate.core.errors import LogError
+from palpate.core.ports import ArmCommand, Clock, ForceSensor, JointEncoder
+from palpate.core.values import AppliedCommand, JointCommand, JointSample, WrenchSample
+
+
+def continue_in_mujoco(tape: Tape, rebuilt: Rebuilt) -> ScoredTrial:
+    """Run the trial in the simulator, on the recorded path for as long as the core gives the recorded commands.
+
+    Raises:
+        LogError: The log did not come from the simulator, or this simulator does not give its samples again.
+    """
+    log = tape.log
+    facts = _simulator_facts(log)
+    config = log_config(log)
+    with SimulatedRig(config, rebuilt.ready) as rig:
+        rig.set_clock_ticks(facts["ticks"])
+        rig.prepare(rebuilt.setup.index)
+        world = rig.world().facts
+        if world["model_sha256"] != facts.get("model_sha256"):
+            problem = "this simulator's model is not the one that recorded"
+            raise LogError(
+                log.path, "/start", problem, "use the versions that recorded it, or leave --continue-in-mujoco"
+            )
+        path = _Path(tape)
+        inner = rig.ports
+        ports = Ports(
+            _Clock(inner.clock, path),
+            _ForceSensor(inner.force_sensor, path),
+            _JointEncoder(inner.joint_encoder, path),
+            _Arm(inner.arm, path),
+        )
+        report = run_trial(rebuilt.task, ports, rebuilt.setup)
+        return score(rebuilt.config, report, rig.truth())
+
+
+def _simulator_facts(log: TrialLog) -> dict[str, Any]:
+    if log.start.world != SIMULATOR:
+        raise LogError(
+            log.path, "", f"came from {log.start.world or 'an unknown world'!r}", "only the simulator can go on"
+        )
+    facts: Any = json.loads(log.start.world_json)
+    if not isinstance(facts, dict) or not isinstance(facts.get("ticks"), int):
+        raise LogError(log.path, "/start", "does not say at which time the simulator was", "it was altered")
+    return facts
+
+
+class _Path:
+    """The recorded path, followed until the core leaves it."""
+
+    def __init__(self, tape: Tape) -> None:
+        self.tape = tape
+
+    @property
+    def left(self) -> bool:
+        """Whether a command was not the recorded one."""
+        return self.tape.differences.first_command_tick is not None
+
+    def require(self, same: bool, what: str) -> None:
+        """Make sure that the simulator gave what was recorded.
+
+        Raises:
+            LogError: It did not.
+        """
+        if not same:
+            tick = max(self.tape.tick, 0)
+            problem = f"this simulator gives another {what} than was recorded, under the same commands"
+            remedy = "another processor or other versions recorded it; replay it without --continue-in-mujoco"
+            raise LogError(self.tape.log.path, f"tick {tick}", problem, remedy)
+
+
+class _Clock(Clock):
+    def __init__(self, clock: Clock, path: _Path) -> None:
+        self._clock, self._path = clock, path
+
+    def now_ns(self) -> int:
+        now = self._clock.now_ns()
+        if not self._path.left:
+            self._path.require(now == self._path.tape.clock.next(), "time")
+        return now
+
+    def sleep_until(self, deadline_ns: int) -> None:
+        path = self._path
+        path.tape.tick += 1
+        if not path.left:
+            path.tape.check_deadline(deadline_ns)
+        if path.tape.at_tick is not None:
+            path.tape.at_tick(path.tape.tick)
+        self._clock.sleep_until(deadline_ns)
+
+
+class _ForceSensor(DeviceDecorator, ForceSensor):
+    def __init__(self, sensor: ForceSensor, path: _Path) -> None:
+        super().__init__(sensor)
+        self._sensor, self._path = sensor, path
+
+    def read(self) -> WrenchSample:
+        sample = self._sensor.read()
+        if not self._path.left:
+            recorded = self._path.tape.wrenches.next()
+            same = same_bits((*sample.force_N, *sample.torque_Nm), (*recorded.force_N, *recorded.torque_Nm))
+            self._path.require(same and sample.sequence == recorded.sequence, "wrench")
+        return sample
+
+
+class _JointEncoder(DeviceDecorator, JointEncoder):
+    def __init__(self, encoder: JointEncoder, path: _Path) -> None:
+        super().__init__(encoder)
+        self._encoder, self._path = encoder, path
+
+    def read(self) -> JointSample:
+        sample = self._encoder.read()
+        if not self._path.left:
+            recorded = self._path.tape.joints.next()
+            self._path.require(same_bits(sample.position_rad, recorded.position_rad), "joint angle")
+        return sample
+
+
+class _Arm(DeviceDecorator, ArmCommand):
+    def __init__(self, arm: ArmCommand, path: _Path) -> None:
+        super().__init__(arm)
+        self._arm, self._path = arm, path
+
+    def send(self, command: JointCommand) -> AppliedCommand:
+        path = self._path
+        recorded = None if path.left else path.tape.sends.next()
+        if recorded is not None:
+            path.tape.check_command(recorded, command.position_rad)
+        applied = self._arm.send(command)
+        if recorded is not None and not path.left:
+            path.require(same_bits(applied.position_rad, recorded.applied.position_rad), "applied command")
+        return applied
+
+    def stop(self) -> None:
+        self._arm.stop()

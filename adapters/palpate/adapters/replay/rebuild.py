@@ -1,0 +1,216 @@
+"""From what a log says that a trial started with back to the objects that ran it."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+
+from palpate.adapters.composition import ReadyPose, build_task
+from palpate.adapters.config import RunConfig
+from palpate.adapters.log.reader import TrialLog, learner_of_json
+from palpate.adapters.policies import comparator, loaded_policy
+from palpate.adapters.toml_config import overlay
+from palpate.core.errors import ConfigurationError, LogError, PalpateError
+from palpate.core.insertion import InsertionTask
+from palpate.core.perception import Perception, perception_from_dict
+from palpate.core.policy import Policy, PolicyDocument, learner_of
+from palpate.core.trial import TrialSetup
+
+_OUTSIDE: Final = ("cell", "recording")
+"""Settings of the world and of the recorder: what was recorded does not change with them."""
+
+
+@dataclass(frozen=True)
+class Rebuilt:
+    """The core as it was when the trial began.
+
+    Attributes:
+        config: The configuration, changes included.
+        setup: The trial's setup.
+        ready: The ready pose.
+        task: Ready to run the trial.
+        perception: From signals to states.
+        policy: In the state in which the trial began.
+    """
+
+    config: RunConfig
+    setup: TrialSetup
+    ready: ReadyPose
+    task: InsertionTask
+    perception: Perception
+    policy: Policy
+
+
+@dataclass(frozen=True)
+class Changes:
+    """What a replay shall do otherwise than the recording.
+
+    Attributes:
+        settings: ``name=value`` pairs over the log's configuration.
+        config: A whole configuration instead of the log's.
+        policy: Another policy: a document or the name of a comparator.
+        policy_name: How to call it.
+    """
+
+    settings: tuple[str, ...] = ()
+    config: RunConfig | None = None
+    policy: PolicyDocument | str | None = None
+    policy_name: str = ""
+
+    @property
+    def any(self) -> bool:
+        """Whether there are any."""
+        return bool(self.settings) or self.config is not None or self.policy is not None
+
+
+def log_config(log: TrialLog) -> RunConfig:
+    """The configuration that a trial was recorded with.
+
+    Raises:
+        LogError: This version cannot read it.
+    """
+    try:
+        return overlay(RunConfig(), tomllib.loads(log.start.config_toml))
+    except (tomllib.TOMLDecodeError, ConfigurationError) as error:
+        problem = f"its configuration cannot be read ({error})"
+        raise LogError(log.path, "", problem, "use the version of palpate that recorded it") from error
+
+
+def changed_config(log: TrialLog, changes: Changes) -> RunConfig:
+    """The configuration to replay with.
+
+    Raises:
+        ConfigurationError: A change cannot be made.
+        LogError: The log was recorded with another arm.
+    """
+    recorded = log_config(log)
+    config = recorded
+    if changes.config is not None:
+        config = changes.config
+        if config.arm != recorded.arm:
+            remedy = f"the configuration's arm is {config.arm!r}; replay with the log's own"
+            raise LogError(log.path, "", f"was recorded with the arm {recorded.arm!r}", remedy)
+    for setting in changes.settings:
+        config = overlay(config, parse_setting(setting))
+    return config
+
+
+def parse_setting(setting: str) -> dict[str, Any]:
+    """The nested table that ``name.of.field=value`` says.
+
+    Raises:
+        ConfigurationError: It is not of that form, or changes nothing that a replay depends on.
+    """
+    name, equals, text = setting.partition("=")
+    parts = name.strip().split(".")
+    if not equals or not all(parts):
+        raise ConfigurationError("--set", setting, "name.of.field=value, as in task.max_force_N=20")
+    if parts[0] in _OUTSIDE or parts in (["arm"], ["scenario"]):
+        accepted = "a setting of the core; the recorded world stays what it was"
+        raise ConfigurationError("--set", setting, accepted)
+    try:
+        value = tomllib.loads(f"value = {text.strip()}")["value"]
+    except tomllib.TOMLDecodeError:
+        # Text need not be quoted.
+        value = text.strip()
+    table: dict[str, Any] = {parts[-1]: value}
+    for part in reversed(parts[:-1]):
+        table = {part: table}
+    return table
+
+
+class Rebuilder:
+    """Rebuilds the core for one log after the other, and keeps what they have in common.
+
+    Args:
+        changes: What shall be otherwise.
+    """
+
+    def __init__(self, changes: Changes | None = None) -> None:
+        self._changes = changes or Changes()
+        self._key: object = None
+        self._kept: tuple[RunConfig, ReadyPose, Perception, Policy, InsertionTask] | None = None
+
+    @property
+    def what_if(self) -> bool:
+        """Whether anything is changed."""
+        return self._changes.any
+
+    def rebuild(self, log: TrialLog) -> Rebuilt:
+        """The core as it was when the trial of this log began.
+
+        Raises:
+            LogError: The log does not say all that it takes.
+            ConfigurationError: A change does not fit.
+        """
+        start = log.start
+        # An interruption leaves its trace in a task, so those are not used again.
+        interrupted = any(event.name == "interrupt" for event in log.events)
+        key = (
+            start.config_toml, start.perception_json, start.policy, start.policy_json, start.frozen,
+            start.ready_rad, start.tip_rotation, start.world_json if start.policy != "document" else "",
+        )  # fmt: skip
+        if self._kept is None or key != self._key:
+            self._kept, self._key = self._build(log), key
+        config, ready, perception, policy, task = self._kept
+        if interrupted:
+            self._kept = None
+        try:
+            perception.set_state(start.perception_state)
+            learner, state = learner_of(policy), learner_of_json(start.learner_json)
+            if learner is not None and state is not None and self._changes.policy is None:
+                learner.set_state(state)
+        except (PalpateError, KeyError, TypeError, ValueError) as error:
+            raise LogError(log.path, "/start", f"its learner cannot be set up ({error})", "it was altered") from error
+        setup = TrialSetup(start.trial, self._seed(log, config), _pair(log, start.start_m))
+        return Rebuilt(config, setup, ready, task, perception, policy)
+
+    def _seed(self, log: TrialLog, config: RunConfig) -> int:
+        changed = any(setting.partition("=")[0].strip() == "seed" for setting in self._changes.settings)
+        return config.seed if changed else log.start.seed
+
+    def _build(self, log: TrialLog) -> tuple[RunConfig, ReadyPose, Perception, Policy, InsertionTask]:
+        config = changed_config(log, self._changes)
+        start = log.start
+        try:
+            rotation = np.array(start.tip_rotation).reshape(3, 3)
+            ready = ReadyPose(np.array(start.ready_rad), rotation)
+            perception = perception_from_dict(json.loads(start.perception_json))
+            world: Mapping[str, Any] = json.loads(start.world_json or "{}")
+        except (PalpateError, KeyError, TypeError, ValueError) as error:
+            raise LogError(log.path, "/start", f"cannot be rebuilt ({error})", "it was altered") from error
+        perception, policy = self._policy(log, config, perception, world)
+        return config, ready, perception, policy, build_task(config, ready, perception, policy)
+
+    def _policy(
+        self, log: TrialLog, config: RunConfig, perception: Perception, world: Mapping[str, Any]
+    ) -> tuple[Perception, Policy]:
+        other = self._changes.policy
+        if isinstance(other, PolicyDocument):
+            own = perception_from_dict({key: value for key, value in other.perception.items() if key != "signal"})
+            return own, loaded_policy(other, config, own, frozen=True)
+        if other is not None or log.start.policy != "document":
+            return perception, comparator(other or log.start.policy, config, lambda: _hole(log, world))
+        try:
+            document = PolicyDocument.from_json_text(log.start.policy_json)
+        except PalpateError as error:
+            raise LogError(log.path, "/start", f"its policy cannot be read ({error})", "it was altered") from error
+        return perception, loaded_policy(document, config, perception, frozen=log.start.frozen)
+
+
+def _hole(log: TrialLog, world: Mapping[str, Any]) -> Sequence[float]:
+    hole = world.get("hole_in_task_m")
+    if not isinstance(hole, list) or len(hole) != 3:
+        raise LogError(log.path, "/start", "does not say where the hole was", "only the omniscient policy needs that")
+    return hole
+
+
+def _pair(log: TrialLog, values: Sequence[float]) -> tuple[float, float]:
+    if len(values) != 2:
+        raise LogError(log.path, "/start", f"start_m has {len(values)} numbers", "two are needed; it was altered")
+    return values[0], values[1]

@@ -1,0 +1,376 @@
+"""The four ports over a recorded trial: inputs come from the log, outputs are held against it."""
+
+from __future__ import annotations
+
+import struct
+from collections import defaultdict, deque
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Final, Generic, TypeVar
+
+from palpate.adapters.log.reader import TrialLog
+from palpate.adapters.log.records import CallEntry
+from palpate.core import errors
+from palpate.core.errors import CommandError, LogError, PalpateError
+from palpate.core.lifecycle import Life, ManagedDevice
+from palpate.core.ports import ArmCommand, Clock, ForceSensor, JointEncoder
+from palpate.core.values import (
+    AppliedCommand,
+    CommandReason,
+    JointCommand,
+    JointSample,
+    JointVector,
+    WrenchSample,
+)
+
+T = TypeVar("T")
+
+
+class TapeEndError(PalpateError):
+    """The core asked for more than was recorded.
+
+    Attributes:
+        port: Which port it asked.
+    """
+
+    def __init__(self, port: str) -> None:
+        self.port = port
+        super().__init__(f"the recording of {port} ends here")
+
+
+@dataclass(frozen=True, slots=True)
+class Difference:
+    """One output of the core that is not what was recorded.
+
+    Attributes:
+        tick: Control tick.
+        channel: Topic of the log.
+        field: Which field of the message.
+        recorded: What the log holds.
+        replayed: What the core gave now.
+    """
+
+    tick: int
+    channel: str
+    field: str
+    recorded: object
+    replayed: object
+
+    def __str__(self) -> str:
+        return f"tick {self.tick}, {self.channel} {self.field}: recorded {self.recorded}, replayed {self.replayed}"
+
+
+class Differences:
+    """Collects what differs: the first, and the first that is more than a matter of the last bits.
+
+    Attributes:
+        first: The first difference.
+        first_gross: The first that is beyond the tolerance of :func:`close_enough`.
+        first_command_tick: Tick of the first command that differs.
+        count: How many there are.
+    """
+
+    def __init__(self) -> None:
+        self.first_command_tick: int | None = None
+        self.first: Difference | None = None
+        self.first_gross: Difference | None = None
+        self.count = 0
+
+    def add(self, difference: Difference, *, gross: bool) -> None:
+        """Take note of one."""
+        self.count += 1
+        if self.first is None or difference.tick < self.first.tick:
+            self.first = difference
+        if gross and (self.first_gross is None or difference.tick < self.first_gross.tick):
+            self.first_gross = difference
+
+
+RELATIVE: Final = 1e-9
+"""Numbers this close may come from another processor's last bits."""
+_ABSOLUTE: Final = 1e-12
+
+
+def close_enough(a: float, b: float) -> bool:
+    """Whether two numbers differ by no more than another processor may make them differ."""
+    return abs(a - b) <= max(RELATIVE * max(abs(a), abs(b)), _ABSOLUTE)
+
+
+def same_bits(a: Iterable[float], b: Iterable[float]) -> bool:
+    """Whether two vectors are equal bit by bit: -0.0 is not 0.0, and a NaN is itself."""
+    x, y = tuple(a), tuple(b)
+    return len(x) == len(y) and struct.pack(f"{len(x)}d", *x) == struct.pack(f"{len(y)}d", *y)
+
+
+@dataclass(frozen=True, slots=True)
+class Raised:
+    """A port call that failed.
+
+    Attributes:
+        kind: Name of the error's class.
+        text: Its message.
+    """
+
+    kind: str
+    text: str
+
+    def again(self) -> PalpateError:
+        """The error, made anew."""
+        kind = getattr(errors, self.kind, PalpateError)
+        made: PalpateError = kind.__new__(kind)
+        Exception.__init__(made, self.text)
+        return made
+
+
+@dataclass(frozen=True, slots=True)
+class Sent:
+    """A command as recorded."""
+
+    tick: int
+    asked_rad: JointVector
+    applied: AppliedCommand
+
+
+class Track(Generic[T]):
+    """What one port gave, call by call.
+
+    Args:
+        port: Its name, for messages.
+        load: Brings what the next tick holds; False when there is no more.
+    """
+
+    def __init__(self, port: str, load: Callable[[], bool]) -> None:
+        self._port, self._load = port, load
+        self._items: deque[T | Raised] = deque()
+        self.append = self._items.append
+
+    def next(self) -> T:
+        """The next one; what failed fails again.
+
+        Raises:
+            TapeEndError: There is no more.
+        """
+        items = self._items
+        while not items:
+            if not self._load():
+                raise TapeEndError(self._port)
+        item = items.popleft()
+        if isinstance(item, Raised):
+            raise item.again()
+        return item
+
+    @property
+    def left(self) -> bool:
+        """Whether there is more."""
+        while not self._items:
+            if not self._load():
+                return False
+        return True
+
+    def refused(self) -> None:
+        """The call is refused here, as it was when it was recorded: pass over that refusal."""
+        if self.left and isinstance(self._items[0], Raised):
+            self._items.popleft()
+
+
+class Tape:
+    """A recorded trial, port by port; ticks are decoded as they are needed.
+
+    Args:
+        log: The trial.
+
+    Attributes:
+        tick: The tick that is under way in the replay; -1 before the first.
+        differences: Outputs that are not what was recorded.
+        at_tick: Called as each tick begins, with its number.
+    """
+
+    def __init__(self, log: TrialLog) -> None:
+        self.log = log
+        self.tick = -1
+        self.differences = Differences()
+        self.at_tick: Callable[[int], None] | None = None
+        self.clock: Track[int] = Track("clock", self._load)
+        self.deadlines: Track[int] = Track("clock", self._load)
+        self.wrenches: Track[WrenchSample] = Track("force_sensor", self._load)
+        self.joints: Track[JointSample] = Track("joint_encoder", self._load)
+        self.sends: Track[Sent] = Track("arm", self._load)
+        self._calls: dict[int, list[CallEntry]] = defaultdict(list)
+        for call in log.calls:
+            self._calls[call.tick].append(call)
+        self._records = log.records()
+        self._loaded = 0
+        self._add_calls(self._calls.get(-1, ()))
+
+    def _load(self) -> bool:
+        """Bring what the next tick holds; False when there is none.
+
+        Raises:
+            LogError: Ticks are missing, so that the trial cannot be replayed.
+        """
+        record = next(self._records, None)
+        if record is None:
+            return False
+        tick = record.tick
+        if tick != self._loaded:
+            self._refuse_gap(self._loaded, tick)
+        self._loaded += 1
+        if record.deadline_ns is not None:
+            self.deadlines.append(record.deadline_ns)
+        if record.time_ns is not None:
+            self.clock.append(record.time_ns)
+        if record.wrench is not None:
+            self.wrenches.append(record.wrench)
+        if record.joints is not None:
+            self.joints.append(record.joints)
+        if record.asked_rad is not None and record.applied is not None:
+            self.sends.append(Sent(tick, record.asked_rad, record.applied))
+        if tick in self._calls:
+            self._add_calls(self._calls[tick])
+        return True
+
+    def _refuse_gap(self, expected: int, tick: int) -> None:
+        if expected == 0:
+            where, problem = f"tick {tick}", f"the first {tick} ticks are missing"
+        else:
+            where, problem = f"tick {expected}", f"ticks {expected} to {tick - 1} are missing"
+        lost = "; ".join(f"{loss.problem}: {loss.text}" for loss in self.log.losses)
+        remedy = "a trial can only be replayed whole" + (f" (the recorder noted: {lost})" if lost else "")
+        raise LogError(self.log.path, where, problem, remedy)
+
+    def _add_calls(self, calls: Iterable[CallEntry]) -> None:
+        for call in calls:
+            if call.call == "now_ns" and call.time_ns is not None:
+                self.clock.append(call.time_ns)
+            elif call.call == "read" and call.port == "force_sensor":
+                self.wrenches.append(Raised(call.error, call.text) if call.wrench is None else call.wrench)
+            elif call.call == "read" and call.port == "joint_encoder":
+                self.joints.append(Raised(call.error, call.text) if call.joints is None else call.joints)
+            elif call.call == "send":
+                if call.asked_rad is None or call.applied is None:
+                    self.sends.append(Raised(call.error, call.text))
+                else:
+                    self.sends.append(Sent(call.tick, call.asked_rad, call.applied))
+
+    def check_command(self, sent: Sent, asked_rad: JointVector) -> None:
+        """Hold a command against the recorded one."""
+        recorded = sent.asked_rad
+        # Most are equal, and this is the cheapest exact way to see it: only zeros have two bit patterns.
+        if asked_rad != recorded or (0.0 in asked_rad and not same_bits(asked_rad, recorded)):
+            self._command_differs(sent.tick, "asked_rad", recorded, asked_rad)
+        applied = sent.applied
+        if applied.reason is CommandReason.AS_ASKED and (
+            applied.position_rad != recorded or (0.0 in recorded and not same_bits(applied.position_rad, recorded))
+        ):
+            # The log contradicts itself: a command that was applied as asked is the command that was asked for.
+            self._command_differs(sent.tick, "applied_rad", applied.position_rad, recorded)
+
+    def _command_differs(self, tick: int, field: str, recorded: JointVector, replayed: JointVector) -> None:
+        if self.differences.first_command_tick is None:
+            self.differences.first_command_tick = tick
+        if len(recorded) != len(replayed):
+            self.differences.add(Difference(tick, "/tick", field, recorded, replayed), gross=True)
+            return
+        for joint, (a, b) in enumerate(zip(recorded, replayed, strict=True)):
+            if not same_bits((a,), (b,)):
+                difference = Difference(tick, "/tick", f"{field}[{joint}]", a, b)
+                self.differences.add(difference, gross=not close_enough(a, b))
+
+    def check_deadline(self, deadline_ns: int) -> None:
+        """Hold the end of a sleep against the recorded one."""
+        recorded = self.deadlines.next()
+        if recorded != deadline_ns:
+            difference = Difference(self.tick, "/tick", "deadline_ns", recorded, deadline_ns)
+            self.differences.add(difference, gross=True)
+
+
+class ReplayClock(Clock):
+    """The recorded time, reading by reading.
+
+    Args:
+        tape: The recorded trial.
+    """
+
+    def __init__(self, tape: Tape) -> None:
+        self._tape = tape
+
+    def now_ns(self) -> int:
+        """What the clock said at this call."""
+        return self._tape.clock.next()
+
+    def sleep_until(self, deadline_ns: int) -> None:
+        """A tick begins: no time passes."""
+        tape = self._tape
+        tape.tick += 1
+        tape.check_deadline(deadline_ns)
+        if tape.at_tick is not None:
+            tape.at_tick(tape.tick)
+
+
+class ReplayForceSensor(ManagedDevice, ForceSensor):
+    """The recorded force samples, call by call."""
+
+    def __init__(self, tape: Tape) -> None:
+        super().__init__("recorded force sensor")
+        self._track, self._next = tape.wrenches, tape.wrenches.next
+
+    def read(self) -> WrenchSample:
+        """See :class:`ForceSensor`."""
+        if self._life is not Life.ACTIVE:
+            self._track.refused()
+            self._require_active("read()")
+        return self._next()
+
+
+class ReplayJointEncoder(ManagedDevice, JointEncoder):
+    """The recorded joint samples, call by call."""
+
+    def __init__(self, tape: Tape) -> None:
+        super().__init__("recorded encoders")
+        self._track, self._next = tape.joints, tape.joints.next
+
+    def read(self) -> JointSample:
+        """See :class:`JointEncoder`."""
+        if self._life is not Life.ACTIVE:
+            self._track.refused()
+            self._require_active("read()")
+        return self._next()
+
+
+class ReplayArm(ManagedDevice, ArmCommand):
+    """Answers a command as the arm did when it was recorded; a command that differs is noted.
+
+    After the first difference nobody knows what the arm would have done: what was asked counts as applied, unless
+    the arm was held back or stopped at that time.
+    """
+
+    def __init__(self, tape: Tape) -> None:
+        super().__init__("recorded arm")
+        self._tape = tape
+        self._stopped = False
+        self._held: JointVector = ()
+
+    def send(self, command: JointCommand) -> AppliedCommand:
+        """See :class:`ArmCommand`."""
+        tape, asked = self._tape, command.position_rad
+        if self._life is not Life.ACTIVE:
+            tape.sends.refused()
+            self._require_active("send()")
+        if self._stopped and not tape.sends.left:
+            return AppliedCommand(self._held, CommandReason.STOPPED)
+        sent = tape.sends.next()
+        if len(asked) != len(sent.asked_rad):
+            raise CommandError(f"the arm has {len(sent.asked_rad)} joints, the command has another number", len(asked))
+        tape.check_command(sent, asked)
+        applied = sent.applied
+        if applied.reason is CommandReason.AS_ASKED and tape.differences.first_command_tick is not None:
+            applied = AppliedCommand(asked)
+        self._held = applied.position_rad
+        return applied
+
+    def stop(self) -> None:
+        """See :class:`ArmCommand`; there is nothing to bring to rest."""
+        if self._life is Life.ACTIVE:
+            self._stopped = True
+
+    def _on_activate(self) -> None:
+        self._stopped = False

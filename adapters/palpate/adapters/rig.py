@@ -1,0 +1,66 @@
+"""What trials run on: the four ports, and what is around them. A simulator or real devices; trials cannot tell."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Any, Final, Protocol, Self
+
+from palpate.core.cycle import Ports
+from palpate.simulation.cell import Truth
+
+SIMULATOR: Final = "simulator"
+"""The kind of world that a simulated rig is."""
+
+
+@dataclass(frozen=True)
+class World:
+    """What the ports lead to, as far as a log must know it.
+
+    Attributes:
+        kind: ``simulator``, or the name of a rig.
+        facts: What it takes to set it up again for this trial, and its truth where it knows it; plain JSON values.
+    """
+
+    kind: str
+    facts: dict[str, Any]
+
+
+class Rig(Protocol):
+    """A context manager: on exit the arm is stopped and every device closed.
+
+    Attributes:
+        ports: What the core runs over.
+    """
+
+    ports: Ports
+
+    @abstractmethod
+    def prepare(self, trial: int) -> None:
+        """Make ready for a trial: what is not in the core's hands, and free the arm from its last stop."""
+
+    @abstractmethod
+    def world(self) -> World:
+        """What a log must know of the trial that was just prepared."""
+
+    @abstractmethod
+    def truth(self) -> Truth | None:
+        """What really happened, for scoring and comparators only; None where nobody knows."""
+
+    @property
+    @abstractmethod
+    def clock_ticks(self) -> int:
+        """Control ticks on the clock of a world whose time can be set; 0 where it cannot."""
+
+    @abstractmethod
+    def set_clock_ticks(self, ticks: int) -> None:
+        """Go on from this time, where time can be set."""
+
+    @abstractmethod
+    def __enter__(self) -> Self: ...
+
+    @abstractmethod
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None: ...

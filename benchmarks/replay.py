@@ -1,0 +1,214 @@
+"""Replay: a whole training run bit for bit, whether the gate bites, and how fast it is.
+
+    python -m benchmarks.replay              a run of 350 trials, 1000 mutants of each kind (some minutes)
+    python -m benchmarks.replay --quick      20 trials, 100 mutants of each kind
+    python -m benchmarks.replay --run DIR    a run that is there already
+
+The floor of the speed: reading and decoding the same logs, and the core's bare step on the same snapshots, in the same
+process, without ports, comparison and everything else.
+"""
+
+from __future__ import annotations
+
+import argparse
+import random
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import palpate.core
+from palpate.adapters.log.reader import RawMessage, read_log
+from palpate.adapters.log.tick_layout import TickRecord
+from palpate.adapters.replay.batch import replay_file
+from palpate.adapters.replay.engine import Replay, Verdict
+from palpate.adapters.replay.rebuild import Rebuilder
+from palpate.core.task_config import CONTROL_RATE_HZ
+from palpate.core.values import Snapshot
+from tests.log_surgery import Change, changed, indices, messages_of, one_ulp, write_log
+
+PALPATE = [sys.executable, "-m", "palpate.adapters.cli.main"]
+
+
+def whole_run(run: Path) -> None:
+    """Replay every log in fresh processes, by one and by two workers."""
+    outputs = []
+    for jobs in (1, 2):
+        done = subprocess.run(
+            [*PALPATE, "replay", str(run), "--jobs", str(jobs), "--verbose"],
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        lines = done.stdout.splitlines()
+        print(f"fresh process, {jobs} worker{'s' * (jobs > 1)}: exit code {done.returncode}; " + "; ".join(lines[-3:]))
+        outputs.append(re.sub(r"in .* s with .*", "", done.stdout))
+    print(f"both say the same: {outputs[0] == outputs[1]}", flush=True)
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of mutant: which channel, what is changed, and which field must be named."""
+
+    name: str
+    topic: str
+    make: Callable[[random.Random], tuple[Change, str]]
+
+
+def _vector(field: str, length: int) -> Callable[[random.Random], tuple[Change, str]]:
+    def make(rng: random.Random) -> tuple[Change, str]:
+        place = rng.randrange(length)
+        return one_ulp(field, place, rng.random() < 0.5), f"{field}[{place}]"
+
+    return make
+
+
+def _scalar(field: str) -> Callable[[random.Random], tuple[Change, str]]:
+    return lambda rng: (one_ulp(field, None, rng.random() < 0.5), field)
+
+
+OUTPUTS = (
+    Kind("command asked", "/tick", _vector("asked_rad", 6)),
+    Kind("command applied", "/tick", _vector("applied_rad", 6)),
+    Kind("decision's temperature", "/decision", _scalar("temperature")),
+    Kind("decision's reinforcement", "/reinforcement", _scalar("reinforcement")),
+)
+
+
+def _inner(message: str, field: str, length: int) -> Callable[[random.Random], tuple[Change, str]]:
+    def make(rng: random.Random) -> tuple[Change, str]:
+        place, upwards = rng.randrange(length), rng.random() < 0.5
+        return lambda made: one_ulp(field, place, upwards)(getattr(made, message)), ""
+
+    return make
+
+
+INPUTS = (
+    Kind("force sample", "/tick", _inner("wrench", "force_N", 3)),
+    Kind("torque sample", "/tick", _inner("wrench", "torque_Nm", 3)),
+    Kind("joint sample", "/tick", _inner("joints", "position_rad", 6)),
+)
+
+
+def mutants(logs: list[Path], count: int) -> None:
+    """One number changed by one unit in the last place, checksums valid: is it found, where it is?"""
+    rng, rebuilder = random.Random(0), Rebuilder()
+    taken = rng.sample(logs, min(10, len(logs)))
+    apart = {log: messages_of(log) for log in taken}
+    for kind in OUTPUTS:
+        results = Counter[str]()
+        for _ in range(count):
+            messages = apart[rng.choice(taken)]
+            index = rng.choice(indices(messages, kind.topic))
+            change, field = kind.make(rng)
+            one = _replayed(changed(messages, index, change), rebuilder)
+            tick = _tick_of(messages[index])
+            results["caught"] += one.verdict is Verdict.DIVERGED
+            where = one.first is not None and (one.first.tick, one.first.channel, one.first.field)
+            results["right tick and field"] += where == (tick, kind.topic, field)
+        print(f"{kind.name} changed by one ulp, {count} times: {dict(results)}", flush=True)
+    for kind in INPUTS:
+        altered = 0
+        for _ in range(count):
+            messages = apart[rng.choice(taken)]
+            index = rng.choice(indices(messages, kind.topic))
+            one = _replayed(changed(messages, index, kind.make(rng)[0]), rebuilder)
+            altered += one.verdict is not Verdict.EQUAL
+        print(f"{kind.name} changed by one ulp, {count} times: alters an output in {altered}", flush=True)
+
+
+def _replayed(messages: list[RawMessage], rebuilder: Rebuilder) -> Replay:
+    with tempfile.TemporaryDirectory() as folder:
+        return replay_file(write_log(Path(folder) / "mutant.mcap", messages), rebuilder)
+
+
+def _tick_of(message: RawMessage) -> int:
+    found: list[int] = []
+    changed([message], 0, lambda made: found.append(made.tick))
+    return found[0]
+
+
+def changed_core(log: Path) -> None:
+    """A gain in the source of the core, changed by one part in 10^12: does the gate, run on that source, fail?"""
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Path(folder) / "palpate" / "core"
+        shutil.copytree(Path(str(palpate.core.__file__)).parent, copy)
+        source = copy / "control" / "damping.py"
+        text = source.read_text()
+        gain = "1.0 / damping_N_s_per_m"
+        if gain not in text:
+            raise SystemExit(f"{source.name} no longer says {gain}")
+        source.write_text(text.replace(gain, f"(1.0 + 1e-12) * {gain}"))
+        done = subprocess.run(
+            [*PALPATE, "replay", str(log)], capture_output=True, text=True, check=False, env={"PYTHONPATH": folder}
+        )
+        print(f"gate on the changed core: exit code {done.returncode}")
+        print("\n".join(line for line in done.stdout.splitlines() if "/tick" in line))
+
+
+def speed(logs: list[Path]) -> None:
+    """Times real time on one core, and the same work without ports and comparison."""
+    rebuilder = Rebuilder()
+    replay_file(logs[0], rebuilder)
+    began = time.perf_counter()
+    ticks = sum(replay_file(path, rebuilder).ticks for path in logs)
+    whole = time.perf_counter() - began
+    decoding = stepping = 0.0
+    for path in logs:
+        began = time.perf_counter()
+        log = read_log(path)
+        records = list(log.records())
+        decoding += time.perf_counter() - began
+        rebuilt = rebuilder.rebuild(log)
+        snapshots = _snapshots(records)
+        rebuilt.task.begin(rebuilt.setup)
+        step = rebuilt.task.step
+        began = time.perf_counter()
+        for snapshot in snapshots:
+            step(snapshot)
+        stepping += time.perf_counter() - began
+    real = ticks / CONTROL_RATE_HZ
+    print(f"{len(logs)} logs, {ticks} ticks, {real:.0f} s of trials replayed in {whole:.2f} s on one core")
+    print(f"{real / whole:.0f} times real time (at least 80, aim 200); {whole / ticks * 1e6:.1f} us a tick")
+    floor = decoding + stepping
+    print(f"floor: decoding {decoding / ticks * 1e6:.1f} us and the core's step {stepping / ticks * 1e6:.1f} us a tick")
+    print(f"replay over floor: {whole / floor:.2f}; the floor itself is {real / floor:.0f} times real time", flush=True)
+
+
+def _snapshots(records: list[TickRecord]) -> list[Snapshot]:
+    snapshots, applied = [], None
+    for r in records:
+        if r.wrench is None or r.joints is None or r.time_ns is None:
+            raise SystemExit(f"tick {r.tick} is not whole")
+        snapshots.append(Snapshot(r.tick, r.time_ns, r.wrench, r.joints, applied))
+        applied = r.applied
+    return snapshots
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--quick", action="store_true")
+    parser.add_argument("--run", type=Path)
+    options = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        run = options.run
+        if run is None:
+            run = Path(folder) / "run"
+            trials = "20" if options.quick else "350"
+            call = [*PALPATE, "train", "--trials", trials, "--seed", "300", "--out", str(run)]
+            subprocess.run(call, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        logs = sorted((run / "logs").glob("*.mcap"))
+        whole_run(run)
+        speed(logs)
+        changed_core(logs[-1])
+        mutants(logs, 100 if options.quick else 1000)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,28 @@
+"""The gate: recorded trials come out of the core again as they were recorded."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from palpate.adapters.cli.replay import explanation
+from palpate.adapters.replay.batch import replay_file
+from palpate.adapters.replay.engine import Verdict
+from palpate.adapters.replay.rebuild import Changes, Rebuilder
+from tests.golden.record import RECORDINGS
+
+GOLDEN = Path(__file__).parents[1] / "golden"
+
+
+@pytest.mark.parametrize("name", RECORDINGS)
+def test_golden_log_replays(name: str) -> None:
+    one = replay_file(GOLDEN / f"{name}.mcap", Rebuilder())
+    told = explanation(one, Changes(), strict=False)
+    assert one.verdict in (Verdict.EQUAL, Verdict.NOT_BIT_COMPARABLE), told
+
+
+def test_there_are_no_others_and_they_are_small() -> None:
+    logs = sorted(GOLDEN.glob("*.mcap"))
+    assert [log.stem for log in logs] == sorted(RECORDINGS)
+    assert sum(log.stat().st_size for log in logs) < 500_000

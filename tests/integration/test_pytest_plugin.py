@@ -1,0 +1,60 @@
+"""``pytest --palpate-logs DIR`` in a repository of its own."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.integration.test_golden_logs import GOLDEN
+from tests.log_surgery import changed, indices, messages_of, one_ulp, write_log
+
+
+def run_pytest(laboratory: Path, *words: object) -> subprocess.CompletedProcess[str]:
+    call = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", *map(str, words)]
+    return subprocess.run(call, cwd=laboratory, capture_output=True, text=True, check=False, timeout=120)
+
+
+@pytest.fixture
+def laboratory(tmp_path: Path) -> Path:
+    """Someone's repository with two recorded trials and no tests of its own."""
+    (tmp_path / "trials").mkdir()
+    for name in ("train-paper", "torque-ur5"):
+        shutil.copy(GOLDEN / f"{name}.mcap", tmp_path / "trials")
+    return tmp_path
+
+
+def test_every_log_is_a_test(laboratory: Path) -> None:
+    done = run_pytest(laboratory, "--palpate-logs", "trials", "-v")
+    assert done.returncode == 0, done.stdout
+    assert "2 passed" in done.stdout
+    assert "trials/train-paper.mcap PASSED" in done.stdout
+
+
+def test_logs_stand_beside_other_tests_and_can_be_chosen(laboratory: Path) -> None:
+    (laboratory / "test_own.py").write_text("def test_own():\n    pass\n")
+    assert "3 passed" in run_pytest(laboratory, "--palpate-logs", "trials").stdout
+    assert "1 passed" in run_pytest(laboratory).stdout
+    assert "1 passed, 2 deselected" in run_pytest(laboratory, "--palpate-logs", "trials", "-k", "ur5").stdout
+
+
+def test_a_trial_that_differs_fails_in_one_line(laboratory: Path) -> None:
+    messages = messages_of(GOLDEN / "torque-ur5.mcap")
+    altered = changed(messages, indices(messages, "/tick")[20], one_ulp("asked_rad", 1))
+    write_log(laboratory / "trials" / "altered.mcap", altered)
+    (laboratory / "trials" / "torn.mcap").write_bytes((GOLDEN / "torque-ur5.mcap").read_bytes()[:5000])
+    done = run_pytest(laboratory, "--palpate-logs", "trials")
+    assert done.returncode == 1
+    assert "2 failed, 2 passed" in done.stdout
+    assert "altered.mcap: tick 20, /tick asked_rad[1]: recorded" in done.stdout
+    assert "torn.mcap: " in done.stdout
+    assert "Traceback" not in done.stdout
+
+
+def test_a_folder_that_is_not_there_is_a_wrong_call(laboratory: Path) -> None:
+    done = run_pytest(laboratory, "--palpate-logs", "nowhere")
+    assert done.returncode == 4
+    assert "--palpate-logs: nowhere: is not there" in done.stderr

@@ -1,0 +1,72 @@
+"""Takes logs apart, changes one thing, and puts them together again with valid checksums."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from math import inf, nextafter
+from pathlib import Path
+from typing import Any
+
+from palpate.adapters.log.file import LogFile, NewFile, describe_channels
+from palpate.adapters.log.reader import RawMessage, sound_messages
+from palpate.adapters.log.schema import BY_ID, BY_TOPIC, message_class
+
+Change = Callable[[Any], None]
+
+
+def messages_of(path: Path) -> list[RawMessage]:
+    """All messages of a sound log."""
+    return list(sound_messages(str(path), path.read_bytes()))
+
+
+def write_log(path: Path, messages: Sequence[RawMessage]) -> Path:
+    """A sound log of these messages."""
+    file = NewFile(path)
+    log = LogFile(file, describe_channels(), {})
+    for message in messages:
+        log.add(message.channel, message.time_ns, message.payload)
+    log.finish()
+    file.close()
+    return path
+
+
+def indices(messages: Sequence[RawMessage], topic: str) -> list[int]:
+    """Where the messages of a channel are."""
+    return [i for i, message in enumerate(messages) if message.channel == BY_TOPIC[topic].id]
+
+
+def changed(messages: Sequence[RawMessage], index: int, change: Change) -> list[RawMessage]:
+    """The messages, with one of them changed."""
+    message = messages[index]
+    made: Any = message_class(BY_ID[message.channel].message)()
+    made.ParseFromString(message.payload)
+    change(made)
+    copy = list(messages)
+    copy[index] = replace(message, payload=made.SerializeToString(deterministic=True))
+    return copy
+
+
+def one_ulp(field: str, place: int | None = None, upwards: bool = True) -> Change:
+    """A change of a number by one unit in the last place; of one number of a vector, if a place is given."""
+    towards = inf if upwards else -inf
+
+    def change(made: Any) -> None:
+        if place is None:
+            setattr(made, field, nextafter(getattr(made, field), towards))
+        else:
+            values = getattr(made, field)
+            values[place] = nextafter(values[place], towards)
+
+    return change
+
+
+def in_start(**fields: Any) -> Change:
+    """Other values for fields of the start; those that end in ``_json`` are written as JSON."""
+
+    def change(made: Any) -> None:
+        for name, value in fields.items():
+            setattr(made, name, json.dumps(value) if name.endswith("_json") else value)
+
+    return change

@@ -1,0 +1,92 @@
+"""Small logs made for a test: everything in them is said by the test itself."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from palpate.adapters.config import scenario
+from palpate.adapters.log.file import LogFile, NewFile, describe_channels
+from palpate.adapters.log.records import (
+    CallEntry,
+    DecisionEntry,
+    EndRecord,
+    EventEntry,
+    LossEntry,
+    ReinforcementEntry,
+    StartRecord,
+    encode_call,
+    encode_record,
+)
+from palpate.adapters.log.schema import BY_TOPIC, SCHEMA
+from palpate.adapters.log.tick_layout import TickRecord, encode_tick
+from palpate.adapters.toml_config import to_toml
+from palpate.core.values import AppliedCommand, JointSample, WrenchSample
+
+PERIOD_NS = 1_000_000_000 // 140
+POSTURE = (0.0, 1.0752755, -1.4561609, 0.0, 0.6101755, 0.0)
+"""The zebra-zero above its goal."""
+
+
+def start(**changes: Any) -> StartRecord:
+    """What a trial of the paper's scenario starts with."""
+    record = StartRecord(
+        schema=SCHEMA, command="train", config_toml=to_toml(scenario("paper")), arm="zebra-zero", model_sha256="",
+        core_sha256="", seed=7, trial=3, start_m=(0.001, 0.0), ready_rad=POSTURE,
+        tip_rotation=(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0), perception_json="{}",
+        policy="document", world="simulator", versions_json='{"palpate":"0.1.0"}',
+    )  # fmt: skip
+    return replace(record, **changes)
+
+
+def tick(number: int, **changes: Any) -> TickRecord:
+    """A whole tick; the numbers in it tell its own number."""
+    now = number * PERIOD_NS
+    record = TickRecord(
+        tick=number,
+        time_ns=now,
+        deadline_ns=now,
+        wrench=WrenchSample((0.1 * number, -1.0, 3.0), (0.01, 0.02, 0.03), now - 2_000_000, now, number),
+        joints=JointSample(tuple(q + 1e-4 * number for q in POSTURE), now, now, number),
+        asked_rad=POSTURE,
+        applied=AppliedCommand(POSTURE),
+    )
+    return replace(record, **changes)
+
+
+def write_log(
+    path: Path,
+    ticks: Sequence[TickRecord],
+    *,
+    begin: StartRecord | None = None,
+    others: Sequence[CallEntry | DecisionEntry | ReinforcementEntry | EventEntry | LossEntry] = (),
+    end: EndRecord | None = None,
+) -> Path:
+    """A sound log with these messages; those besides the ticks come when their tick does."""
+    kinds = {
+        DecisionEntry: "Decision", ReinforcementEntry: "Reinforcement", EventEntry: "Event", LossEntry: "Recorder",
+    }  # fmt: skip
+    file = NewFile(path)
+    log = LogFile(file, describe_channels(), {})
+
+    def add(topic: str, at: int, payload: bytes) -> None:
+        log.add(BY_TOPIC[topic].id, max(at, 0) * PERIOD_NS, payload)
+
+    add("/start", 0, encode_record("Start", begin or start()))
+    left = sorted(others, key=lambda entry: entry.tick)
+    for record in ticks:
+        add("/tick", record.tick, encode_tick(record))
+        while left and left[0].tick <= record.tick:
+            entry = left.pop(0)
+            if isinstance(entry, CallEntry):
+                add("/call", record.tick, encode_call(entry))
+            else:
+                name = kinds[type(entry)]
+                add(f"/{name.lower()}", record.tick, encode_record(name, entry))
+    if end is not None:
+        add("/end", ticks[-1].tick if ticks else 0, encode_record("End", end))
+    log.finish()
+    file.close()
+    return path

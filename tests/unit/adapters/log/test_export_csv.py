@@ -1,0 +1,151 @@
+"""Logs as CSV: every bit of every number."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import struct
+import tomllib
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from palpate.adapters.config import RunConfig, scenario
+from palpate.adapters.log.export_csv import export_csv
+from palpate.adapters.log.records import (
+    CallEntry,
+    DecisionEntry,
+    EndRecord,
+    EventEntry,
+    LossEntry,
+    ReinforcementEntry,
+)
+from palpate.adapters.toml_config import overlay
+from palpate.core.errors import LogError, OutputError
+from palpate.core.values import AppliedCommand, CommandReason, Validity, WrenchSample
+from tests.unit.adapters.log.made_logs import PERIOD_NS, POSTURE, start, tick, write_log
+
+AWKWARD = (0.1 + 0.2, -0.0, 5e-324, 1.7976931348623157e308, math.pi, 1 / 3)
+
+
+def rows(path: Path) -> list[dict[str, str]]:
+    with path.open(newline="", encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
+def bits(value: float) -> bytes:
+    return struct.pack("<d", value)
+
+
+def test_every_number_reads_back_to_the_bit(tmp_path: Path) -> None:
+    wrench = WrenchSample(AWKWARD[:3], AWKWARD[3:], 2**62 + 1, 2**62 + 3, 2**53 + 1)  # type: ignore[arg-type]
+    first = tick(0, wrench=wrench, asked_rad=AWKWARD, applied=AppliedCommand(AWKWARD[::-1], CommandReason.STOPPED))
+    out = tmp_path / "out"
+    assert export_csv([write_log(tmp_path / "a.mcap", [first, tick(1)])], out) == [out]
+    row = rows(out / "ticks.csv")[0]
+    found = [row[name] for name in ("force_x_N", "force_y_N", "force_z_N", "torque_x_Nm", "torque_y_Nm", "torque_z_Nm")]
+    assert [bits(float(text)) for text in found] == [bits(v) for v in AWKWARD]
+    assert [bits(float(row[f"asked_{i}_rad"])) for i in range(1, 7)] == [bits(v) for v in AWKWARD]
+    assert [bits(float(row[f"applied_{i}_rad"])) for i in range(1, 7)] == [bits(v) for v in AWKWARD[::-1]]
+    assert int(row["wrench_source_time_ns"]) == 2**62 + 1
+    assert int(row["wrench_receive_time_ns"]) == 2**62 + 3
+    assert int(row["wrench_sequence"]) == 2**53 + 1
+    assert (row["wrench_validity"], row["wrench_kind"], row["wrench_frame"]) == ("valid", "raw", "sensor")
+    assert row["reason"] == "arm is stopped"
+    second = rows(out / "ticks.csv")[1]
+    assert int(second["tick"]) == 1
+    assert int(second["time_ns"]) == int(second["joints_source_time_ns"]) == PERIOD_NS
+    assert float(second["joint_2_rad"]) == POSTURE[1] + 1e-4
+
+
+def test_what_was_not_there_is_an_empty_cell(tmp_path: Path) -> None:
+    nan = WrenchSample((math.nan, math.inf, 0.0), (0.0, 0.0, 0.0), 0, 0, 0, Validity.INVALID)
+    export_csv(
+        [write_log(tmp_path / "a.mcap", [tick(0, wrench=nan), tick(1, wrench=None, asked_rad=None, applied=None)])],
+        tmp_path / "out",
+    )
+    first, second = rows(tmp_path / "out" / "ticks.csv")
+    assert math.isnan(float(first["force_x_N"]))
+    assert float(first["force_y_N"]) == math.inf
+    assert first["wrench_validity"] == "invalid"
+    empty = {name for name, text in second.items() if text == ""}
+    assert {"force_x_N", "wrench_sequence", "asked_1_rad", "applied_6_rad", "reason"} <= empty
+    assert not empty & {"tick", "time_ns", "joint_1_rad", "joints_validity"}
+
+
+def test_everything_else_of_a_trial(tmp_path: Path) -> None:
+    others = [
+        DecisionEntry(
+            tick=1, number=0, symbol="x+ y0", state='a "b", c', action="-x", source="learned", temperature=4.5
+        ),
+        DecisionEntry(tick=2, number=1, symbol="x+ y0", state="s", action="+y", source="learned"),
+        ReinforcementEntry(tick=2, number=0, reinforcement=-1.25),
+        EventEntry(tick=1, name="contact", detail="surface, at 1 mm\nor so"),
+        CallEntry(tick=2, port="arm", call="send", asked_rad=POSTURE, error="DeviceError", text="gone"),
+        LossEntry(tick=2, problem="queue full", text="slow", dropped_messages=3, first_dropped_tick=1),
+    ]
+    end = EndRecord(tick=2, outcome="inserted", learner_json='{"q":[1]}', depth_m=math.nan)
+    begin = start(generator_json='{"state":340282366920938463463374607431768211455}')
+    path = write_log(tmp_path / "a.mcap", [tick(0), tick(1), tick(2)], others=others, end=end, begin=begin)
+    out = tmp_path / "out"
+    export_csv([path], out)
+    first, second = rows(out / "decisions.csv")
+    assert (first["state"], first["action"], first["temperature"]) == ('a "b", c', "-x", "4.5")
+    assert (first["reinforcement"], first["reinforcement_tick"]) == ("-1.25", "2")
+    assert (second["number"], second["reinforcement"], second["temperature"]) == ("1", "", "")
+    assert rows(out / "events.csv") == [
+        {"tick": "1", "name": "contact", "detail": "surface, at 1 mm\nor so", "counterfactual": "False"}
+    ]
+    (call,) = rows(out / "calls.csv")
+    assert (call["port"], call["error"], call["force_x_N"], float(call["asked_2_rad"])) == (
+        "arm", "DeviceError", "", POSTURE[1],
+    )  # fmt: skip
+    (loss,) = rows(out / "recorder.csv")
+    assert (loss["dropped_messages"], loss["first_dropped_tick"], loss["last_dropped_tick"]) == ("3", "1", "")
+    told = json.loads((out / "start.json").read_text())
+    assert (told["log"], told["seed"], told["ready_rad"]) == (str(path), 7, list(POSTURE))
+    assert told["generator"]["state"] == 2**128 - 1
+    assert overlay(RunConfig(), tomllib.loads((out / "config.toml").read_text())) == scenario("paper")
+    ended = json.loads((out / "end.json").read_text())
+    assert (ended["outcome"], ended["learner"], ended["depth_m"]) == ("inserted", {"q": [1]}, None)
+
+
+def test_a_log_without_an_end(tmp_path: Path) -> None:
+    export_csv([write_log(tmp_path / "a.mcap", [tick(0)])], tmp_path / "out")
+    assert not (tmp_path / "out" / "end.json").exists()
+
+
+def test_several_logs_get_a_folder_each(tmp_path: Path) -> None:
+    paths = []
+    for folder in ("one", "two"):
+        (tmp_path / folder).mkdir()
+        begin = start(trial=len(paths))
+        paths.append(write_log(tmp_path / folder / "trial-00000.mcap", [tick(0)], begin=begin))
+    out = tmp_path / "out"
+    folders = export_csv(paths, out)
+    assert folders == [out / "trial-00000", out / "trial-00000-2"]
+    assert [json.loads((f / "start.json").read_text())["trial"] for f in folders] == [0, 1]
+
+
+def test_one_bad_log_and_nothing_is_written(tmp_path: Path) -> None:
+    good = write_log(tmp_path / "a.mcap", [tick(0)])
+    bad = tmp_path / "b.mcap"
+    bad.write_bytes(good.read_bytes()[:-30])
+    with pytest.raises(LogError, match=r"b\.mcap"):
+        export_csv([good, bad], tmp_path / "out")
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["a.mcap", "b.mcap"]
+
+
+def test_texts_that_are_no_json(tmp_path: Path) -> None:
+    path = write_log(tmp_path / "a.mcap", [tick(0)], begin=replace(start(), learner_json="{"))
+    with pytest.raises(LogError, match=r"start\.learner_json"):
+        export_csv([path], tmp_path / "out")
+    assert [p.name for p in tmp_path.iterdir()] == ["a.mcap"]
+
+
+def test_a_folder_that_holds_something_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(OutputError, match="holds something"):
+        export_csv([write_log(tmp_path / "a.mcap", [tick(0)])], tmp_path)
+    assert [p.name for p in tmp_path.iterdir()] == ["a.mcap"]

@@ -1,0 +1,222 @@
+"""A picture of one trial, and the numbers that are drawn in it."""
+
+from __future__ import annotations
+
+import math
+import struct
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import matplotlib.image
+import numpy as np
+import pytest
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from palpate.adapters.config import scenario
+from palpate.adapters.log.plot import timeline
+from palpate.adapters.log.reader import TrialLog, read_log
+from palpate.adapters.log.records import DecisionEntry, EndRecord, EventEntry
+from palpate.adapters.log.series import series_of
+from palpate.adapters.log.tare import tare_of
+from palpate.adapters.log.tick_layout import TickRecord
+from palpate.core.arms import arm_named
+from palpate.core.errors import LogError
+from palpate.core.kinematics import Kinematics, ToolGeometry
+from palpate.core.task_frame import goal_in_base
+from palpate.core.values import AppliedCommand, CommandReason, JointSample, Validity, WrenchSample
+from tests.unit.adapters.log.made_logs import PERIOD_NS, POSTURE, start, tick, write_log
+
+TARE = EventEntry(tick=20, name="tare", detail="0.5 -1 2.5 N, 0.01 0.02 -3e-05 N m, sensor frame")
+
+
+def log(path: Path, ticks: list[TickRecord], **more: Any) -> TrialLog:
+    return read_log(write_log(path / "a.mcap", ticks, **more))
+
+
+class Drawn:
+    """What was drawn last: panels by the beginning of their label."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        save = Figure.savefig
+
+        def keep(figure: Figure, *words: Any, **more: Any) -> None:
+            self.figure = figure
+            save(figure, *words, **more)
+
+        monkeypatch.setattr(Figure, "savefig", keep)
+
+    def panel(self, label: str) -> Axes:
+        (found,) = [axes for axes in self.figure.axes if axes.get_ylabel().startswith(label)]
+        return found
+
+    @property
+    def labels(self) -> list[str]:
+        return [axes.get_ylabel().split("\n")[0] for axes in self.figure.axes]
+
+    @property
+    def texts(self) -> list[str]:
+        return [text.get_text() for axes in self.figure.axes for text in axes.texts]
+
+
+@pytest.fixture
+def drawn(monkeypatch: pytest.MonkeyPatch) -> Drawn:
+    return Drawn(monkeypatch)
+
+
+def size_of(png: bytes) -> tuple[int, int]:
+    assert png.startswith(b"\x89PNG")
+    width, height = struct.unpack(">II", png[16:24])
+    return width, height
+
+
+def test_the_tare_event_is_taken_from_the_wrench(tmp_path: Path) -> None:
+    trial = log(tmp_path, [tick(k) for k in range(30)], others=[TARE])
+    series = series_of(trial)
+    assert series.tare.bias == (0.5, -1.0, 2.5, 0.01, 0.02, -3e-05)
+    assert "tick 20" in series.tare.origin
+    assert series.wrench[4] == pytest.approx([0.4 - 0.5, 0.0, 0.5, 0.0, 0.0, 0.03003])
+
+
+def test_without_a_tare_event_the_mean_at_rest_serves(tmp_path: Path) -> None:
+    phases = [EventEntry(tick=10, name="phase", detail="settle"), EventEntry(tick=20, name="phase", detail="approach")]
+    wrong = EventEntry(tick=20, name="tare", detail="a b c N, d e f N m, sensor frame")
+    bad = replace(tick(12).wrench, validity=Validity.STALE, force_N=(99.0, 0, 0))  # type: ignore[type-var]
+    ticks = [tick(12, wrench=bad) if k == 12 else tick(k) for k in range(30)]
+    trial = log(tmp_path, ticks, others=[*phases, wrong])
+    tare = tare_of(trial, list(trial.records()))
+    expected = sum(0.1 * k for k in range(10, 20) if k != 12) / 9
+    assert tare.bias == pytest.approx((expected, -1.0, 3.0, 0.01, 0.02, 0.03))
+    assert "mean of the settle phase, 9 samples" in tare.origin
+
+
+def test_without_either_the_wrench_stays_raw(tmp_path: Path) -> None:
+    series = series_of(log(tmp_path, [tick(0), tick(1)]))
+    assert series.wrench[1] == pytest.approx([0.1, -1.0, 3.0, 0.01, 0.02, 0.03])
+    assert "raw" in series.tare.origin
+
+
+def test_the_tip_is_where_the_kinematics_say_in_the_task_frame(tmp_path: Path) -> None:
+    series = series_of(log(tmp_path, [tick(0), tick(5)]))
+    kinematics = Kinematics(arm_named("zebra-zero"), ToolGeometry())
+    goal = goal_in_base(scenario("paper").task.goal)
+    for row, number in ((0, 0), (2, 5)):
+        kinematics.update(tuple(q + 1e-4 * number for q in POSTURE))
+        expected = goal.rotation.T @ (kinematics.tip_position_m - goal.translation)
+        assert series.tip_mm[row] == pytest.approx(expected * 1e3, abs=1e-9)
+    # The posture is that above the goal, 3 mm up.
+    assert series.tip_mm[0] == pytest.approx([0.0, 0.0, -3.0], abs=0.01)
+
+
+def test_missing_ticks_break_the_lines(tmp_path: Path) -> None:
+    series = series_of(log(tmp_path, [tick(k) for k in (0, 1, 5, 6)]))
+    assert series.ticks.tolist() == [0, 1, -1, 5, 6]
+    assert np.isnan(series.wrench[2]).all()
+    assert np.isnan(series.tip_mm[2]).all()
+    assert series.time_s[2] == pytest.approx(3 * PERIOD_NS * 1e-9)
+    assert not np.isnan(series.wrench[[0, 1, 3, 4]]).any()
+
+
+def test_samples_that_are_invalid_or_missing_are_not_drawn(tmp_path: Path) -> None:
+    nan = WrenchSample((math.nan,) * 3, (0.0,) * 3, 0, 0, 1, Validity.INVALID)  # type: ignore[arg-type]
+    bad = JointSample((math.nan,) * 6, 0, 0, 2, Validity.INVALID)
+    ticks = [
+        tick(0),
+        tick(1, wrench=nan),
+        tick(2, joints=bad),
+        tick(3, wrench=None, joints=None),
+        tick(4, time_ns=None),
+    ]
+    series = series_of(log(tmp_path, ticks))
+    assert series.ticks.tolist() == [0, 1, 2, 3]
+    assert np.isnan(series.wrench).all(axis=1).tolist() == [False, True, False, True]
+    assert np.isnan(series.tip_mm).all(axis=1).tolist() == [False, False, True, True]
+
+
+def test_what_is_drawn(tmp_path: Path, drawn: Drawn) -> None:
+    others = [
+        EventEntry(tick=0, name="phase", detail="settle"),
+        TARE,
+        EventEntry(tick=20, name="phase", detail="explore"),
+        EventEntry(tick=20, name="contact", detail="surface"),
+        DecisionEntry(tick=30, number=0, symbol="x+ y0", state="x+ y0", action="-x", source="learned"),
+        DecisionEntry(tick=44, number=1, symbol="x0 y0", state="x0 y0", action="-x", source="learned"),
+        EventEntry(tick=58, name="phase", detail="insert"),
+        EventEntry(tick=99, name="hole", detail="found"),
+        EventEntry(tick=99, name="end", detail="inserted"),
+    ]
+    end = EndRecord(tick=99, outcome="inserted", success=True, true_hole_in_task_m=(0.002, -0.001, 0.0))
+    trial = log(tmp_path, [tick(k) for k in range(100)], others=others, end=end)
+    picture = timeline(trial)
+    width, height = size_of(picture)
+    assert width > 1000 < height
+    assert drawn.labels == ["force [N]", "torque [N m]", "tip [mm]", "symbol", "action", "phase"]
+    series = series_of(trial)
+    for label, values in (("force", series.wrench[:, :3]), ("torque", series.wrench[:, 3:])):
+        lines = [line.get_ydata() for line in drawn.panel(label).lines[:3]]
+        assert np.array_equal(np.array(lines).T, values)
+    tip = drawn.panel("tip")
+    assert np.array_equal(np.array([line.get_ydata() for line in tip.lines[:3]]).T, series.tip_mm)
+    assert [line.get_ydata()[0] for line in tip.lines[3:5]] == [2.0, -1.0]
+    assert {"tare, contact", "hole, end", "settle", "explore", "insert"} <= set(drawn.texts)
+    assert [text.get_text() for text in drawn.panel("action").get_yticklabels()] == ["-x"]
+    (bars,) = drawn.panel("action").collections
+    spans = [sorted({x for x, _ in path.vertices}) for path in bars.get_paths()]
+    times = np.array(spans) / (PERIOD_NS * 1e-9)
+    assert times == pytest.approx(np.array([[30, 44], [44, 58]]), abs=1e-3)
+    title = drawn.figure.get_suptitle()
+    assert "inserted" in title
+    assert "tare event at tick 20" in title
+    assert "all commands applied as asked" in title
+
+
+def test_the_picture_is_not_blank_and_equal_logs_give_equal_ones(tmp_path: Path) -> None:
+    trial = log(tmp_path, [tick(k) for k in range(100)], others=[TARE])
+    (tmp_path / "a.png").write_bytes(timeline(trial))
+    pixels = matplotlib.image.imread(tmp_path / "a.png")
+    assert len(np.unique(pixels.reshape(-1, pixels.shape[-1]), axis=0)) > 50
+    assert timeline(trial) == (tmp_path / "a.png").read_bytes()
+
+
+def test_altered_commands_get_a_panel(tmp_path: Path, drawn: Drawn) -> None:
+    limited = AppliedCommand((POSTURE[0] + 0.002, *POSTURE[1:]), CommandReason.VELOCITY_LIMIT)
+    timeline(log(tmp_path, [tick(0), tick(1, applied=limited), tick(2)]))
+    panel = drawn.panel("applied less")
+    assert [text.get_text() for text in panel.get_legend().get_texts()] == ["joint 1"]
+    assert panel.lines[0].get_ydata() == pytest.approx([0.0, 2.0, 0.0])
+    assert "not always applied as asked" in drawn.figure.get_suptitle()
+
+
+def test_symbol_and_state_are_drawn_apart_where_they_differ(tmp_path: Path, drawn: Drawn) -> None:
+    made = DecisionEntry(tick=1, number=0, symbol="x+ y0", state="3", action="-x", source="learned")
+    timeline(log(tmp_path, [tick(k) for k in range(20)], others=[made]))
+    assert drawn.labels[3:] == ["symbol", "state", "action", "phase"]
+
+
+def test_gaps_are_grey_and_told(tmp_path: Path, drawn: Drawn) -> None:
+    timeline(log(tmp_path, [tick(k) for k in (0, 1, 5, 6)]))
+    assert "1 gap with missing ticks" in drawn.figure.get_suptitle()
+    assert "the log ends before the trial did" in drawn.figure.get_suptitle()
+    (span,) = drawn.panel("force").patches
+    assert span.get_x() == pytest.approx(PERIOD_NS * 1e-9)  # type: ignore[attr-defined]
+
+
+def test_one_tick_can_be_drawn(tmp_path: Path) -> None:
+    end = EndRecord(tick=0, error="DeviceError", text="gone")
+    assert size_of(timeline(log(tmp_path, [tick(0)], end=end)))
+
+
+@pytest.mark.parametrize(
+    ("ticks", "begin", "complaint"),
+    [
+        ([], start(), "no tick with a time"),
+        ([tick(0, time_ns=None)], start(), "no tick with a time"),
+        ([tick(0)], start(config_toml="a = ["), "start.config_toml"),
+        ([tick(0)], start(config_toml='arm = "puma"\n'), "start.arm"),
+        ([tick(0)], start(config_toml="[task]\nunheard_of = 1\n"), "start.config_toml"),
+    ],
+)
+def test_logs_that_cannot_be_drawn(tmp_path: Path, ticks: list[TickRecord], begin: Any, complaint: str) -> None:
+    with pytest.raises(LogError, match=complaint):
+        timeline(log(tmp_path, ticks, begin=begin))

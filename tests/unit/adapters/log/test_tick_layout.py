@@ -1,0 +1,212 @@
+"""The precompiled tick is, byte for byte, what protobuf makes of it."""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import replace
+from math import isfinite
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from palpate.adapters.log.schema import ENUMS, encode, message_class
+from palpate.adapters.log.tick_layout import (
+    TickRecord,
+    command_fields,
+    decode_tick,
+    encode_tick,
+    full_layout,
+    joint_fields,
+    layout_of,
+    wrench_fields,
+)
+from palpate.core.values import AppliedCommand, CommandReason, JointSample, Validity, WrenchKind, WrenchSample
+from tests.unit.adapters.recording.crafted import tick_record
+
+Draw = Any
+
+
+def double(bits: int) -> float:
+    return float(struct.unpack("<d", struct.pack("<Q", bits))[0])
+
+
+NAN_WITH_PAYLOAD = double(0xFFF8DEADBEEF1234)
+SPECIAL = (0.0, -0.0, 5e-324, 1.7976931348623157e308, double(0x7FF0 << 48), double(0xFFF0 << 48), NAN_WITH_PAYLOAD)
+doubles = st.one_of(st.sampled_from(SPECIAL), st.integers(0, 2**64 - 1).map(double))
+longs = st.one_of(st.sampled_from((0, -1, 2**63 - 1, -(2**63))), st.integers(-(2**63), 2**63 - 1))
+frames = st.text(max_size=40).filter(lambda text: text.isprintable() or not text)
+
+
+def vectors(size: int) -> st.SearchStrategy[tuple[float, ...]]:
+    return st.tuples(*[doubles] * size)
+
+
+@st.composite
+def wrenches(draw: Draw) -> WrenchSample:
+    force, torque, validity = draw(vectors(3)), draw(vectors(3)), draw(st.sampled_from(Validity))
+    if not isfinite(sum(force) + sum(torque)) or not isfinite(sum(force + torque)):
+        validity = Validity.INVALID
+    kind = draw(st.sampled_from(WrenchKind))
+    return WrenchSample(force, torque, draw(longs), draw(longs), draw(longs), validity, kind, draw(frames))
+
+
+@st.composite
+def joint_samples(draw: Draw) -> JointSample:
+    position, validity = draw(st.integers(1, 9).flatmap(vectors)), draw(st.sampled_from(Validity))
+    if not isfinite(sum(position)):
+        validity = Validity.INVALID
+    return JointSample(position, draw(longs), draw(longs), draw(longs), validity)
+
+
+@st.composite
+def applied_commands(draw: Draw) -> AppliedCommand:
+    return AppliedCommand(draw(st.integers(1, 9).flatmap(vectors)), draw(st.sampled_from(CommandReason)))
+
+
+@st.composite
+def ticks(draw: Draw) -> TickRecord:
+    asked = draw(st.integers(1, 9).flatmap(vectors))
+    times = draw(longs), draw(longs), draw(longs)
+    return TickRecord(*times, draw(wrenches()), draw(joint_samples()), asked, draw(applied_commands()))
+
+
+OPTIONAL = ("time_ns", "deadline_ns", "wrench", "joints", "asked_rad", "applied")
+
+
+@st.composite
+def partial_ticks(draw: Draw) -> TickRecord:
+    missing = draw(st.sets(st.sampled_from(OPTIONAL)))
+    return replace(draw(ticks()), counterfactual=draw(st.booleans()), **dict.fromkeys(missing))
+
+
+def by_protobuf(record: TickRecord) -> bytes:
+    return encode(
+        "Tick",
+        tick=record.tick,
+        time_ns=record.time_ns,
+        deadline_ns=record.deadline_ns,
+        wrench=wrench_fields(record.wrench),
+        joints=joint_fields(record.joints),
+        counterfactual=record.counterfactual or None,
+        **command_fields(record.asked_rad, record.applied),
+    )
+
+
+def bits(record: TickRecord) -> Any:
+    """Comparable where floats are not: NaN differs from itself, and -0.0 does not from 0.0."""
+
+    def plain(value: Any) -> Any:
+        if isinstance(value, float):
+            return struct.pack("<d", value)
+        if isinstance(value, tuple):
+            return tuple(plain(item) for item in value)
+        if hasattr(value, "__slots__"):
+            return type(value), tuple(plain(getattr(value, name)) for name in value.__slots__)
+        return value
+
+    return plain(record)
+
+
+@given(ticks())
+def test_the_fast_way_writes_what_protobuf_writes(record: TickRecord) -> None:
+    assert encode_tick(record) == by_protobuf(record)
+
+
+@given(ticks())
+def test_every_bit_comes_back_either_way(record: TickRecord) -> None:
+    payload = encode_tick(record)
+    assert bits(decode_tick(payload)) == bits(record)
+    assert bits(decode_tick(payload, layout_of(record))) == bits(record)
+
+
+@given(partial_ticks())
+def test_what_was_missing_is_missing_again(record: TickRecord) -> None:
+    payload = encode_tick(record)
+    assert payload == by_protobuf(record)
+    assert bits(decode_tick(payload)) == bits(record)
+
+
+@given(partial_ticks(), ticks())
+def test_another_layout_does_not_change_what_is_read(record: TickRecord, other: TickRecord) -> None:
+    assert bits(decode_tick(encode_tick(record), layout_of(other))) == bits(record)
+
+
+@pytest.mark.parametrize("joints", range(1, 10))
+@pytest.mark.parametrize("frame", ["", "sensor", "f" * 127, "f" * 128, "f" * 300, "Spitze über Werkstück"])
+def test_lengths_beyond_one_byte(joints: int, frame: str) -> None:
+    record = tick_record(3, joints)
+    assert record.wrench is not None
+    record = replace(record, wrench=replace(record.wrench, frame=frame))
+    payload = encode_tick(record)
+    assert payload == by_protobuf(record)
+    assert decode_tick(payload, layout_of(record)) == record
+
+
+def test_the_commanded_angles_lie_where_the_layout_says() -> None:
+    record = tick_record(3, 9)
+    layout = layout_of(record)
+    assert layout is not None
+    part = encode_tick(record)[layout.asked_offset : layout.asked_offset + layout.asked_length]
+    assert struct.unpack("<9d", part) == record.asked_rad
+
+
+def test_a_tick_that_lacks_something_has_no_layout() -> None:
+    assert layout_of(replace(tick_record(0), wrench=None)) is None
+
+
+def test_an_unknown_enumeration_number_is_no_reading() -> None:
+    # Protobuf hides a number that it does not know, and its default would be VALID.
+    record = tick_record(3)
+    payload, layout = encode_tick(record), layout_of(record)
+    marks = {"validity": b"\x30\x00\x38\x00", "kind": b"\x38\x00\x42", "reason": b"\x40\x00"}
+    for name, mark in marks.items():
+        for unknown in (4, 77, 127):
+            at = payload.rindex(mark)
+            broken = payload[: at + 1] + bytes([unknown]) + payload[at + 2 :]
+            for way in (None, layout):
+                with pytest.raises(ValueError, match=name):
+                    decode_tick(broken, way)
+
+
+@pytest.mark.parametrize("way", ["fast", "protobuf"])
+def test_a_sample_that_is_not_finite_and_not_marked_so_is_refused(way: str) -> None:
+    record = tick_record(3)
+    layout = full_layout(6, 6, 6, "sensor")
+    payload = encode_tick(record).replace(struct.pack("<d", -5.0), struct.pack("<d", float("nan")))
+    with pytest.raises(ValueError, match="INVALID"):
+        decode_tick(payload, layout if way == "fast" else None)
+
+
+@pytest.mark.parametrize("field", ["tick", "validity", "kind", "frame", "sequence", "force_N", "reason"])
+def test_a_message_without_a_field_that_must_be_there_is_refused(field: str) -> None:
+    made: Any = message_class("Tick").FromString(encode_tick(tick_record(3)))
+    (made if field in ("tick", "reason") else made.wrench).ClearField(field)
+    with pytest.raises(ValueError, match=r"is missing|unpack"):
+        decode_tick(made.SerializeToString())
+
+
+@given(st.binary(max_size=400))
+def test_no_bytes_make_the_fast_way_fail(payload: bytes) -> None:
+    layout = full_layout(6, 6, 6, "sensor")
+    filled = payload.ljust(layout.size, b"\0")[: layout.size]
+    assert layout.unpack(payload) is None or len(payload) == layout.size
+    layout.unpack(filled)
+
+
+@given(st.integers(0, 8 * full_layout(6, 6, 6, "sensor").size - 1))
+def test_a_flipped_bit_is_read_alike_both_ways_or_refused_both_ways(bit: int) -> None:
+    payload = bytearray(encode_tick(tick_record(3)))
+    payload[bit // 8] ^= 1 << bit % 8
+    results = []
+    for layout in (None, full_layout(6, 6, 6, "sensor")):
+        try:
+            results.append(bits(decode_tick(bytes(payload), layout)))
+        except Exception as error:
+            results.append(type(error))
+    assert results[0] == results[1]
+
+
+def test_all_members_of_all_enumerations_fit_the_one_byte_they_get() -> None:
+    assert all(len(members) < 128 for members, _ in ENUMS.values())

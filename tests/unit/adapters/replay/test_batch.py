@@ -1,0 +1,60 @@
+"""Finding logs, and holding the trials of a run against each other."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from palpate.adapters.replay.batch import find_logs, learning_problems, replay_files
+from palpate.adapters.replay.engine import Lesson, Replay, Verdict
+from palpate.adapters.replay.rebuild import Changes
+from palpate.core.errors import LogError
+
+GOLDEN = Path(__file__).parents[3] / "golden"
+
+
+def test_files_folders_and_patterns_once_each(tmp_path: Path) -> None:
+    for name in ("b.mcap", "a.mcap", "deep/c.mcap", "notes.txt", "d.mcap.cut-short-1"):
+        path = tmp_path / name
+        path.parent.mkdir(exist_ok=True)
+        path.write_bytes(b"")
+    names = [str(tmp_path / "b.mcap"), str(tmp_path), str(tmp_path / "*.mcap")]
+    assert [path.name for path in find_logs(names)] == ["b.mcap", "a.mcap", "c.mcap"]
+    # What is named outright is taken, whatever it is called.
+    assert len(find_logs([str(tmp_path / "notes.txt")])) == 1
+
+
+@pytest.mark.parametrize("name", ["missing.mcap", "none-*.mcap", ""])
+def test_a_name_that_leads_nowhere(tmp_path: Path, name: str) -> None:
+    with pytest.raises(LogError):
+        find_logs([str(tmp_path / name)])
+
+
+def test_logs_come_in_order_whatever_the_number_of_processes() -> None:
+    paths = sorted(GOLDEN.glob("t*.mcap"))
+    one = [replay.path for part in replay_files(paths, Changes(), 1) for replay in part]
+    two = [replay.path for part in replay_files(paths, Changes(), 2) for replay in part]
+    assert one == two == [str(path) for path in paths]
+
+
+def lesson(trial: int, before: str, after: str, *, run: str = "r", folder: str = "logs") -> Replay:
+    path = f"{folder}/trial-{trial:05d}.mcap"
+    return Replay(path, Verdict.EQUAL, lesson=Lesson(run, trial, before, after))
+
+
+def test_what_is_learned_is_handed_on() -> None:
+    links, problems = learning_problems([lesson(1, "b", "c"), lesson(0, "a", "b"), lesson(2, "c", "d")])
+    assert (links, problems) == (2, [])
+
+
+def test_a_broken_hand_over_is_told() -> None:
+    _, problems = learning_problems([lesson(0, "a", "b"), lesson(1, "x", "c")])
+    assert problems == ["logs/trial-00001.mcap: does not begin with the values that trial 0 ended with"]
+
+
+def test_trials_that_do_not_follow_each_other_prove_nothing() -> None:
+    runs = [lesson(0, "a", "b"), lesson(2, "c", "d"), lesson(1, "p", "q", run="other"), lesson(1, "u", "v", folder="o")]
+    assert learning_problems(runs) == (1, [])
+    assert learning_problems([replace(lesson(0, "a", "b"), lesson=None)]) == (0, [])

@@ -1,0 +1,178 @@
+"""The ports over a recorded trial, call by call."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from palpate.adapters.log.reader import TrialLog
+from palpate.adapters.log.records import CallEntry, LossEntry, StartRecord
+from palpate.adapters.log.tick_layout import TickRecord, encode_tick
+from palpate.adapters.replay.tape import (
+    ReplayArm,
+    ReplayClock,
+    ReplayForceSensor,
+    ReplayJointEncoder,
+    Tape,
+    TapeEndError,
+    close_enough,
+    same_bits,
+)
+from palpate.core.errors import CommandError, DeviceError, LifecycleError, LogError
+from palpate.core.values import AppliedCommand, CommandReason, JointCommand, JointSample, WrenchSample
+
+START = StartRecord(
+    schema="palpate.log/1", command="test", config_toml="", arm="", model_sha256="", core_sha256="", seed=0, trial=0,
+    start_m=(0.0, 0.0), ready_rad=(), tip_rotation=(), perception_json="", policy="",
+)  # fmt: skip
+
+
+def tick(
+    number: int, *, asked: tuple[float, ...] = (0.5, 0.0), reason: CommandReason = CommandReason.AS_ASKED
+) -> TickRecord:
+    applied = asked if reason is CommandReason.AS_ASKED else tuple(a / 2 for a in asked)
+    time_ns = 10 * number
+    return TickRecord(
+        number,
+        time_ns,
+        time_ns,
+        WrenchSample((1.0, 2.0, float(number)), (0.0, 0.0, 0.0), time_ns, time_ns, number),
+        JointSample((float(number), 1.0), time_ns, time_ns, number),
+        asked,
+        AppliedCommand(applied, reason),
+    )
+
+
+def log_of(*ticks: TickRecord, calls: tuple[CallEntry, ...] = (), losses: tuple[LossEntry, ...] = ()) -> TrialLog:
+    return TrialLog("a.mcap", 0, START, [encode_tick(t) for t in ticks], list(calls), losses=list(losses))
+
+
+def arm_over(tape: Tape) -> ReplayArm:
+    arm = ReplayArm(tape)
+    arm.configure()
+    arm.activate()
+    return arm
+
+
+def test_samples_come_in_their_order_and_further_reads_of_a_tick_after_its_first() -> None:
+    again = CallEntry(tick=0, port="force_sensor", call="read", wrench=replace(tick(0).wrench or None, sequence=77))  # type: ignore[type-var]
+    tape = Tape(log_of(tick(0), tick(1), calls=(again,)))
+    with ReplayForceSensor(tape) as sensor, ReplayJointEncoder(tape) as encoder:
+        assert [sensor.read().sequence for _ in range(3)] == [0, 77, 1]
+        assert [encoder.read().position_rad for _ in range(2)] == [(0.0, 1.0), (1.0, 1.0)]
+        with pytest.raises(TapeEndError, match="force_sensor"):
+            sensor.read()
+
+
+def test_the_clock_reads_as_it_did() -> None:
+    before = CallEntry(tick=-1, port="clock", call="now_ns", time_ns=3)
+    clock = ReplayClock(Tape(log_of(tick(0), tick(1), calls=(before,))))
+    assert clock.now_ns() == 3
+    clock.sleep_until(0)
+    assert clock.now_ns() == 0
+    clock.sleep_until(10)
+    assert clock.now_ns() == 10
+
+
+def test_a_port_that_failed_fails_again_with_the_same_words() -> None:
+    broken = replace(tick(1), wrench=None, joints=None, asked_rad=None, applied=None)
+    call = CallEntry(tick=1, port="force_sensor", call="read", error="DeviceError", text="JR3: cable pulled")
+    tape = Tape(log_of(tick(0), broken, calls=(call,)))
+    with ReplayForceSensor(tape) as sensor:
+        sensor.read()
+        with pytest.raises(DeviceError, match=r"^JR3: cable pulled$"):
+            sensor.read()
+
+
+def test_an_equal_command_is_answered_as_it_was() -> None:
+    tape = Tape(log_of(tick(0), tick(1, reason=CommandReason.VELOCITY_LIMIT)))
+    arm = arm_over(tape)
+    assert arm.send(JointCommand((0.5, 0.0))) == AppliedCommand((0.5, 0.0))
+    assert arm.send(JointCommand((0.5, 0.0))) == AppliedCommand((0.25, 0.0), CommandReason.VELOCITY_LIMIT)
+    assert tape.differences.count == 0
+
+
+@pytest.mark.parametrize("other", [(0.5, -0.0), (0.5000000000000001, 0.0)])
+def test_another_bit_is_another_command(other: tuple[float, float]) -> None:
+    tape = Tape(log_of(tick(0), tick(1)))
+    arm = arm_over(tape)
+    # From then on nobody knows what the arm would have done: it is taken to do as asked.
+    assert arm.send(JointCommand(other)).position_rad == other
+    first = tape.differences.first
+    assert first is not None
+    assert (first.tick, first.channel) == (0, "/tick")
+    assert first.field in {"asked_rad[0]", "asked_rad[1]"}
+    assert tape.differences.first_command_tick == 0
+    assert tape.differences.first_gross is None
+    assert arm.send(JointCommand((3.0, 3.0))) == AppliedCommand((3.0, 3.0))
+
+
+def test_a_command_applied_as_asked_must_be_the_one_asked_for() -> None:
+    forged = replace(tick(0), applied=AppliedCommand((0.5, -0.0)))
+    tape = Tape(log_of(forged))
+    arm_over(tape).send(JointCommand((0.5, 0.0)))
+    assert tape.differences.first is not None
+    assert tape.differences.first.field == "applied_rad[1]"
+
+
+def test_another_number_of_joints_is_refused() -> None:
+    with pytest.raises(CommandError, match="2 joints"):
+        arm_over(Tape(log_of(tick(0)))).send(JointCommand((1.0,)))
+
+
+def test_after_stop_the_arm_holds() -> None:
+    tape = Tape(log_of(tick(0)))
+    arm = arm_over(tape)
+    arm.send(JointCommand((0.5, 0.0)))
+    arm.stop()
+    arm.stop()
+    assert arm.send(JointCommand((9.0, 9.0))) == AppliedCommand((0.5, 0.0), CommandReason.STOPPED)
+
+
+def test_ports_that_are_not_active_refuse() -> None:
+    tape = Tape(log_of(tick(0)))
+    for use in (ReplayForceSensor(tape).read, ReplayJointEncoder(tape).read):
+        with pytest.raises(LifecycleError):
+            use()
+    with pytest.raises(LifecycleError):
+        ReplayArm(tape).send(JointCommand((0.0, 0.0)))
+
+
+@pytest.mark.parametrize(
+    ("numbers", "line"),
+    [
+        ((5, 6), "tick 5: the first 5 ticks are missing"),
+        ((0, 1, 4), "tick 2: ticks 2 to 3 are missing"),
+    ],
+)
+def test_missing_ticks_are_told(numbers: tuple[int, ...], line: str) -> None:
+    lost = LossEntry(tick=4, problem="queue full", text="the writer was behind", dropped_messages=2)
+    clock = ReplayClock(Tape(log_of(*map(tick, numbers), losses=(lost,))))
+    readings = (clock.now_ns() for _ in numbers)
+    with pytest.raises(LogError) as told:
+        list(readings)
+    assert line in str(told.value)
+    assert "queue full" in str(told.value)
+
+
+def test_a_sleep_until_another_time_is_a_difference() -> None:
+    tape = Tape(log_of(tick(0)))
+    ReplayClock(tape).sleep_until(1)
+    assert tape.differences.first is not None
+    assert tape.differences.first.field == "deadline_ns"
+
+
+@pytest.mark.parametrize(
+    ("a", "b", "close"),
+    [(1.0, 1.0 + 1e-10, True), (1.0, 1.0 + 1e-8, False), (0.0, 1e-13, True), (0.0, 1e-9, False)],
+)
+def test_what_another_processor_may_do(a: float, b: float, close: bool) -> None:
+    assert close_enough(a, b) is close
+
+
+def test_bits_are_compared_not_values() -> None:
+    nan = float("nan")
+    assert same_bits((nan,), (nan,))
+    assert not same_bits((0.0,), (-0.0,))
+    assert not same_bits((0.0,), (0.0, 0.0))
