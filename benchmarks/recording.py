@@ -162,7 +162,8 @@ def compare(trials: int, *, paced: bool) -> None:
         median, high = np.quantile(us, [0.5, 0.999])
         share = "" if paced else f"wall time {100 * (whole / floor - 1):+5.1f} %, "
         print(
-            f"  {way:12s} {share}tick median {median:5.1f} us, 99.9th percentile {high:6.0f} us, worst {us.max():7.0f} us"
+            f"  {way:12s} {share}tick median {median:5.1f} us, 99.9th percentile {high:6.0f} us,"
+            f" worst {us.max():7.0f} us"
         )
     base = np.array(benches["none"].seconds)
     other = np.array(benches["process"].seconds)
@@ -172,7 +173,8 @@ def compare(trials: int, *, paced: bool) -> None:
             [np.mean(np.random.default_rng(k).choice(ratios, len(ratios))) for k in range(1000)], [0.025, 0.975]
         )
         print(
-            f"  process against none, trial by trial: mean ratio {ratios.mean():.3f} [{low:.3f}, {high:.3f}] (at most 1.08)"
+            f"  process against none, trial by trial: mean ratio {ratios.mean():.3f}"
+            f" [{low:.3f}, {high:.3f}] (at most 1.08)"
         )
 
 

@@ -41,6 +41,11 @@ def training(out: Path, *words: object) -> Iterator[subprocess.Popen[str]]:
         process.communicate()
 
 
+def logs_in(out: Path) -> dict[str, bytes]:
+    """The recordings of the finished trials."""
+    return {path.name: path.read_bytes() for path in (out / "logs").glob("*.mcap")}
+
+
 def straight(out: Path, trials: int, *words: object) -> dict[str, bytes]:
     """Results of an uninterrupted run of so many trials."""
     succeed("train", *QUICK, *words, "--trials", trials, "--out", out)
@@ -85,6 +90,9 @@ def test_a_run_that_was_killed_goes_on_as_if_it_had_not(tmp_path: Path) -> None:
     trials = finished_trials(out) + 1
     succeed("train", "--resume", "--out", out, "--trials", trials)
     assert results_in(out) == straight(tmp_path / "straight", trials)
+    # The recordings are the same too; what the killed trial recorded is kept beside.
+    assert logs_in(out) == logs_in(tmp_path / "straight")
+    assert f"{trials} of {trials} equal" in succeed("replay", out)
 
 
 def test_a_finished_run_can_be_extended(tmp_path: Path, trained: Path) -> None:

@@ -56,9 +56,7 @@ class TrialRow:
             first: Index of the trial that is number 0.
         """
         report, truth = scored.report, scored.truth
-        peak_N, depth_m = (
-            (report.peak_force_N, report.depth_m) if truth is None else (truth.peak_force_N, truth.depth_m)
-        )
+        known = report if truth is None else truth
         return cls(
             trial=report.setup.index - first,
             outcome="unknown" if report.outcome is None else report.outcome.value,

@@ -135,10 +135,11 @@ class Trainer:
         """
         with interrupting(self._request_end):
             while self.next_trial < trials and not self.interrupted:
-                before = self._learner.get_state()
+                before, ticks = self._learner.get_state(), self._rig.clock_ticks
                 scored = run_scored_trial(self._config, self._rig, self._task, self.next_trial, self._recorder)
                 if scored.report.outcome is Outcome.INTERRUPTED:
                     self._learner.set_state(before)
+                    self._rig.set_clock_ticks(ticks)
                     break
                 require_sound(scored)
                 self._folder.append_trial(scored)
@@ -162,8 +163,9 @@ class Trainer:
         self._task.interrupt()
 
 
-def resume_learner(checkpoint: Checkpoint, policy: Policy) -> None:
-    """Put a policy's learner to where the checkpoint left it."""
+def resume_from(checkpoint: Checkpoint, policy: Policy, rig: Rig) -> None:
+    """Put a policy's learner, and the world's clock, to where the checkpoint left them."""
+    rig.set_clock_ticks(checkpoint.clock_ticks)
     learner = learner_of(policy)
     if learner is None:
         raise ConfigurationError("policy", type(policy).__name__, "a policy with a learner")

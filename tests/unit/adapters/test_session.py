@@ -17,7 +17,7 @@ from palpate.adapters.session import (
     Trainer,
     interrupting,
     require_sound,
-    resume_learner,
+    resume_from,
     run_policy,
     run_toml,
 )
@@ -56,12 +56,12 @@ def trained(folder: RunFolder, trials: int, *, interrupt_at: int = 0) -> Trainer
     perception = build_perception(QUICK)
     policy = CtrlC(perception.states, task_actions(QUICK), interrupt_at)
     first = 0
-    if (folder.path / "checkpoint.json").exists():
-        checkpoint = Checkpoint.load(folder)
-        resume_learner(checkpoint, policy)
-        first = checkpoint.next_trial
-        folder.truncate(first)
     with SimulatedRig(QUICK, ready_pose()) as rig:
+        if (folder.path / "checkpoint.json").exists():
+            checkpoint = Checkpoint.load(folder)
+            resume_from(checkpoint, policy, rig)
+            first = checkpoint.next_trial
+            folder.truncate(first)
         trainer = Trainer(QUICK, folder, ready_pose(), rig, perception, policy, first)
         trainer.train(trials, lambda scored: None)
         trainer.checkpoint()

@@ -20,7 +20,7 @@ from palpate.adapters.policies import learning_policy, loaded_policy, perception
 from palpate.adapters.provenance import made_with
 from palpate.adapters.recording.trials import LOG_FOLDER, TrialRecorder, set_aside
 from palpate.adapters.results import RunFolder
-from palpate.adapters.session import Checkpoint, Trainer, checkpoint_perception, resume_learner, run_toml
+from palpate.adapters.session import Checkpoint, Trainer, checkpoint_perception, resume_from, run_toml
 from palpate.adapters.statistics import WINDOW, learning_summary, moving_average, summary_of
 from palpate.adapters.toml_config import overlay, read_toml, to_toml
 from palpate.core.checks import require_in
@@ -64,8 +64,7 @@ def train(options: TrainOptions) -> int:
             policy = learning_policy(config, perception)
         first = 0
         if checkpoint is not None:
-            resume_learner(checkpoint, policy)
-            rig.set_clock_ticks(checkpoint.clock_ticks)
+            resume_from(checkpoint, policy, rig)
             first = checkpoint.next_trial
         # Only now is every setting known to be good: a refused one must not leave a folder that is in the way.
         require_usable(config, ready)

@@ -101,7 +101,8 @@ class TrialRecorder:
             subfolder: Where in the folder the logs go.
             derived_from: The log of which the trials are a what-if.
         """
-        document = None if name else document_of(policy, created_with={}, perception={})
+        # What it has learned is in the learner's state, trial by trial.
+        document = None if name else document_of(policy, created_with={}, perception={}).unlearned()
         self._subject = _Subject(
             folder=self._folder / subfolder,
             task=task,

@@ -12,13 +12,14 @@ import contextlib
 import json
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from math import isclose
 from pathlib import Path
 from typing import Any, Final
 
 from palpate.core.errors import OutputError, PolicyFileError
 from palpate.core.policy.actions import Action
+from palpate.core.policy.base import LEARNED
 from palpate.core.policy.entries import ActionEntry, LearnerEntry, TableRow
 from palpate.core.policy.parsing import parse_json, plain_json, read_list, read_object, read_text
 
@@ -135,6 +136,17 @@ class PolicyDocument:
             raise PolicyFileError("policy file", str(path), f"a readable file in UTF-8 ({error})") from error
         except PolicyFileError as error:
             raise PolicyFileError(f"{path}: {error.field}", error.value, error.accepted) from error
+
+    def unlearned(self) -> PolicyDocument:
+        """The same policy before it learned anything: what was programmed and set up, with initial values."""
+        if self.learner is None:
+            return self
+        initial, actions = self.learner.parameters.initial_value, self.actions
+        rows = []
+        for row in self.table:
+            blank = replace(row, q=(initial,) * len(actions), visits_per_action=(0,) * len(actions))
+            rows.append(replace(blank, action=actions[0].name, best=0) if row.source == LEARNED else blank)
+        return replace(self, table=tuple(rows), learner=replace(self.learner, trials_learned=0))
 
     def check_matches(self, states: Sequence[str], actions: Sequence[Action]) -> None:
         """Refuse to serve a task with other states or actions.
