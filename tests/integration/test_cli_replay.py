@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 from mcap.writer import Writer
 
+from palpate.adapters.log.reader import read_log
 from tests.integration.command_line import (
     QUICK,
     command,
@@ -197,6 +198,7 @@ def test_a_batch_goes_on_past_bad_logs_and_sums_up(mixed_bag: Path) -> None:
         (("LOG", "--policy", "nobody"), "a policy file, or one of omniscient"),
         (("LOG", "--config", "none.toml"), "none.toml"),
         (("LOG", "--continue-in-mujoco"), "a what-if"),
+        (("LOG", "--out", "somewhere"), "a what-if"),
         (("LOG", "--jobs", "-1"), "jobs = -1"),
         (("LOG", "--speed", "2"), "--speed is not an option"),
     ],
@@ -258,6 +260,33 @@ def test_the_simulator_goes_on_from_the_first_other_command(trained: Path) -> No
     # Where nothing is other, the simulator gives the recorded trial again, every sample held against the log.
     same = succeed("replay", log, "--set", "task.max_force_N=300", "--continue-in-mujoco")
     assert "1 of 1 equal" in same
+
+
+def test_a_what_if_leaves_logs_that_say_what_they_are(trained: Path, tmp_path: Path) -> None:
+    log, out = trained / "logs" / "trial-00001.mcap", tmp_path / "out"
+    for words in (("--set", "task.max_force_N=5.2"), ("--policy", "torque", "--continue-in-mujoco")):
+        done = palpate("replay", log, *words, "--out", out)
+        assert done.returncode == 1
+        tick = int(done.stdout.split("counterfactual from tick ")[1].split()[0])
+        made = read_log(out / "trial-00001.mcap")
+        assert made.start.derived_from == str(log)
+        assert [record.counterfactual for record in made.records()] == [
+            number >= tick for number in range(len(made.ticks))
+        ]
+        assert all(entry.counterfactual == (entry.tick >= tick) for entry in made.decisions + made.events)
+        assert made.end is not None
+        assert made.end.counterfactual
+        # What the changed core did is reproducible like anything else, and the log is not overwritten.
+        assert "1 of 1 equal" in succeed("replay", out)
+        assert "is there already" in refusal("replay", log, *words, "--out", out)
+        shutil.rmtree(out)
+
+
+def test_what_ifs_of_logs_of_one_name_get_names_of_their_own(trained: Path, tmp_path: Path) -> None:
+    twin = Path(shutil.copytree(trained / "logs", tmp_path / "twin"))
+    words = ("--set", "task.max_force_N=300", "--out", tmp_path / "out")
+    succeed("replay", trained / "logs", twin, *words)
+    assert len(list((tmp_path / "out").glob("*.mcap"))) == 6
 
 
 def test_the_simulator_does_not_go_on_from_what_it_did_not_record(trained: Path, tmp_path: Path) -> None:

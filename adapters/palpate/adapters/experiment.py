@@ -7,7 +7,7 @@ from math import dist
 from typing import Any
 
 from palpate.adapters.config import RunConfig
-from palpate.adapters.recording.trials import TrialRecorder
+from palpate.adapters.recording.trials import TrialRecorder, trial_name
 from palpate.adapters.rig import Rig
 from palpate.core.cycle import run_trial
 from palpate.core.errors import DeviceError
@@ -70,7 +70,7 @@ def run_scored_trial(
     setup, ports = trial_setup(config, trial), rig.ports
     if recorder is None:
         return score(config, run_trial(task, ports, setup), rig.truth())
-    ports = recorder.begin(setup, ports, rig.world(), trial - first)
+    ports = recorder.begin(setup, ports, rig.world(), trial_name(trial - first))
     try:
         report = run_trial(task, ports, setup)
     except BaseException as error:

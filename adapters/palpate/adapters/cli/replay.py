@@ -14,12 +14,12 @@ from tqdm import tqdm
 from palpate.adapters.cli.options import ReplayOptions
 from palpate.adapters.config import RunConfig
 from palpate.adapters.policies import COMPARATORS
-from palpate.adapters.replay.batch import find_logs, learning_problems, replay_files
+from palpate.adapters.replay.batch import WhatIf, find_logs, learning_problems, replay_files
 from palpate.adapters.replay.engine import Replay, Verdict
 from palpate.adapters.replay.rebuild import Changes, parse_setting
 from palpate.adapters.toml_config import overlay, read_toml
 from palpate.core.checks import require_in
-from palpate.core.errors import ConfigurationError, LogError
+from palpate.core.errors import ConfigurationError, LogError, OutputError
 from palpate.core.policy import PolicyDocument
 from palpate.core.task_config import CONTROL_RATE_HZ
 
@@ -35,16 +35,21 @@ def replay(options: ReplayOptions) -> int:
     require_in("jobs", options.jobs, 0, 1024)
     changes = read_changes(options)
     paths = find_logs(options.logs)
+    out = Path(options.out) if options.out else None
+    if out is not None and os.path.lexists(out):
+        raise OutputError(options.out, "is there already", "name another folder with --out")
     jobs = min(options.jobs or os.cpu_count() or 1, -(-len(paths) // 2))
     began = time.perf_counter()
     replays: list[Replay] = []
     with tqdm(total=len(paths), unit="log", file=sys.stderr, disable=len(paths) < 2, leave=False) as bar:
-        for part in replay_files(paths, changes, jobs, in_mujoco=options.continue_in_mujoco):
+        for part in replay_files(paths, WhatIf(changes, options.continue_in_mujoco, out), jobs):
             replays += part
             bar.update(len(part))
     seconds = time.perf_counter() - began
     report(replays, changes, verbose=options.verbose, strict=options.strict)
     problems = [] if changes.any else _report_learning(replays)
+    if out is not None:
+        sys.stdout.write(f"logs of what came of it are in {out}\n")
     ticks = sum(one.ticks for one in replays)
     sys.stdout.write(
         f"{ticks} ticks, {ticks / CONTROL_RATE_HZ:.1f} s of trials in {seconds:.1f} s"

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from dataclasses import replace
+from typing import Protocol, TypeAlias
 
 from palpate.adapters.log.records import DecisionEntry, EventEntry, ReinforcementEntry
 from palpate.adapters.log.schema import DECISION, EVENT, REINFORCEMENT, ChannelKind
 from palpate.core.trial import TrialReport
+
+_Entry: TypeAlias = EventEntry | DecisionEntry | ReinforcementEntry
 
 
 class HasReport(Protocol):
@@ -29,14 +32,15 @@ class ReportFollower:
         self._events, self._decisions = len(self._report.events), len(self._report.decisions)
         self._settled = self._decisions
 
-    def news(self, tick: int, *, final: bool = False) -> list[tuple[ChannelKind, object]]:
+    def news(self, tick: int, *, final: bool = False, counterfactual: bool = False) -> list[tuple[ChannelKind, object]]:
         """Records of what was reported since this was last asked, each with its channel.
 
         Args:
             tick: The tick that is under way.
             final: It is not asked again: what a decision earned is told even if none came after it.
+            counterfactual: Mark the records as no observation.
         """
-        report, found = self._task.report, list[tuple[ChannelKind, object]]()
+        report, found = self._task.report, list[tuple[ChannelKind, _Entry]]()
         if report is not self._report:
             self._report = report
             self._events = self._decisions = self._settled = 0
@@ -46,9 +50,11 @@ class ReportFollower:
             self._events = len(report.events)
         if len(report.decisions) > self._decisions or (final and self._settled < self._decisions):
             self._follow_decisions(report, tick, found)
-        return found
+        if counterfactual:
+            return [(kind, replace(entry, counterfactual=True)) for kind, entry in found]
+        return [*found]
 
-    def _follow_decisions(self, report: TrialReport, tick: int, found: list[tuple[ChannelKind, object]]) -> None:
+    def _follow_decisions(self, report: TrialReport, tick: int, found: list[tuple[ChannelKind, _Entry]]) -> None:
         for number, decision in enumerate(report.decisions[self._settled :], start=self._settled):
             if number >= self._decisions:
                 chosen = DecisionEntry(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Final
 
 from palpate.adapters.log.records import (
@@ -64,19 +65,27 @@ class FlightRecorder:
         self._lost: LossEntry | None = None
         self._lost_ns = 0
         self._start: Callable[[], StartRecord] | None = None
+        self._counterfactual: Callable[[], bool] | None = None
 
     @property
     def recording(self) -> bool:
         """Whether a log is open."""
         return self._recording
 
-    def begin(self, opening: Opening, task: HasReport, start: Callable[[], StartRecord]) -> None:
+    def begin(
+        self,
+        opening: Opening,
+        task: HasReport,
+        start: Callable[[], StartRecord],
+        counterfactual: Callable[[], bool] | None = None,
+    ) -> None:
         """Open a log.
 
         Args:
             opening: Which file.
             task: Its report is read as the trial goes on.
             start: Gives what the trial started with; asked at the first port call, when the task has begun.
+            counterfactual: For a what-if: whether the trial has left the recorded path, and messages are to say so.
 
         Raises:
             LogError: One is open already.
@@ -85,7 +94,7 @@ class FlightRecorder:
             raise LogError(str(opening.path), "", "the log before is still open", "end it first")
         self._clear()
         self._sink.open(opening)
-        self._follower, self._start = ReportFollower(task), start
+        self._follower, self._start, self._counterfactual = ReportFollower(task), start, counterfactual
         self._recording = True
 
     def end(self, record: EndRecord | None) -> None:
@@ -96,7 +105,7 @@ class FlightRecorder:
         self._finish_tick()
         self._follow(final=True)
         if record is not None:
-            self._keep(END, encode_record, END.message, record)
+            self._keep(END, encode_record, END.message, replace(record, counterfactual=self._off_path()))
         self._recording = False
         self._mark_loss()
         batch, self._batch = self._batch, []
@@ -158,7 +167,7 @@ class FlightRecorder:
             self.call(
                 CallEntry(tick=self._tick, port="arm", call="send", asked_rad=command.position_rad, applied=applied)
             )
-        elif wrench is None or joints is None or time_ns is None:
+        elif wrench is None or joints is None or time_ns is None or self._off_path():
             self._asked, self._applied = command, applied
             self._finish_tick()
         else:
@@ -200,15 +209,19 @@ class FlightRecorder:
             self._open_tick = False
             asked = None if self._asked is None else self._asked.position_rad
             record = TickRecord(
-                self._tick, self._time_ns, self._deadline_ns, self._wrench, self._joints, asked, self._applied
-            )
+                self._tick, self._time_ns, self._deadline_ns, self._wrench, self._joints, asked, self._applied,
+                self._off_path(),
+            )  # fmt: skip
             self._keep(TICK, encode_tick, record)
             self._time_ns = self._wrench = self._joints = self._asked = self._applied = None
+
+    def _off_path(self) -> bool:
+        return self._counterfactual is not None and self._counterfactual()
 
     def _follow(self, *, final: bool = False) -> None:
         """Take over what the task has newly reported."""
         if self._follower is not None:
-            for kind, record in self._follower.news(self._tick, final=final):
+            for kind, record in self._follower.news(self._tick, final=final, counterfactual=self._off_path()):
                 self._keep(kind, encode_record, kind.message, record)
 
     def _keep(self, kind: ChannelKind, encode: Callable[..., bytes], *record: object) -> None:

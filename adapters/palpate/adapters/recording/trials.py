@@ -128,19 +128,27 @@ class TrialRecorder:
         )
         _make_folder(self._subject.folder)
 
-    def begin(self, setup: TrialSetup, ports: Ports, world: World, number: int) -> Ports:
+    def begin(
+        self,
+        setup: TrialSetup,
+        ports: Ports,
+        world: World,
+        name: str,
+        counterfactual: Callable[[], bool] | None = None,
+    ) -> Ports:
         """Open the log of a trial; returns the ports to run it over.
 
         Args:
             setup: The trial's setup.
             ports: The ports as they are.
             world: What they lead to.
-            number: Number of the trial in the run's own count, for the file's name.
+            name: Name of the file, without its ending.
+            counterfactual: For a what-if: whether it has left the recorded path.
         """
         subject = self._subject
         if subject is None:
             raise OutputError(str(self._folder), "it is not known what is to be recorded", "call of() first")
-        path = subject.folder / f"trial-{number:05d}.mcap"
+        path = subject.folder / f"{name}.mcap"
         metadata = {
             "schema": SCHEMA,
             "command": subject.constant["command"],
@@ -151,7 +159,7 @@ class TrialRecorder:
             "versions": subject.constant["versions_json"],
         }
         self._setup = setup
-        self.flight.begin(Opening(path, metadata), subject.task, lambda: subject.start(setup, world))
+        self.flight.begin(Opening(path, metadata), subject.task, lambda: subject.start(setup, world), counterfactual)
         return recorded(ports, self.flight)
 
     def end(self, report: TrialReport, truth: dict[str, Any]) -> None:
@@ -171,6 +179,11 @@ class TrialRecorder:
             report = TrialReport(self._setup)
         learner = "" if self._subject is None else self._subject.learner_json()
         self.flight.end(end_of(report, learner_json=learner, error=type(error).__name__, text=str(error)))
+
+
+def trial_name(number: int) -> str:
+    """Name of the log of a trial, by its number in the run's own count."""
+    return f"trial-{number:05d}"
 
 
 def end_of(report: TrialReport, **others: Any) -> EndRecord:

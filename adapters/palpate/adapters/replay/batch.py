@@ -5,15 +5,20 @@ from __future__ import annotations
 import glob
 import os
 from collections.abc import Iterator, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
 
 from joblib import Parallel, delayed
 
+from palpate.adapters.config import RecordingConfig
 from palpate.adapters.log.reader import read_log
+from palpate.adapters.recording.trials import TrialRecorder
 from palpate.adapters.replay.engine import Replay, Verdict, replay, values_digest
 from palpate.adapters.replay.rebuild import Changes, Rebuilder
-from palpate.core.errors import LogError, PalpateError
+from palpate.adapters.replay.what_if import WhatIfRecording
+from palpate.core.errors import LogError, OutputError, PalpateError
 from palpate.core.policy import PolicyDocument
 
 _MOST_PER_TASK = 16
@@ -43,40 +48,74 @@ def find_logs(names: Sequence[str]) -> list[Path]:
     return list(found)
 
 
-def replay_file(path: Path, rebuilder: Rebuilder, *, in_mujoco: bool = False) -> Replay:
+def replay_file(
+    path: Path, rebuilder: Rebuilder, *, in_mujoco: bool = False, recording: WhatIfRecording | None = None
+) -> Replay:
     """Replay one log; what is wrong with it is the result, not an error."""
     try:
-        return replay(read_log(path), rebuilder, in_mujoco=in_mujoco)
+        return replay(read_log(path), rebuilder, in_mujoco=in_mujoco, recording=recording)
     except LogError as error:
         return Replay(str(path), Verdict.REFUSED, problem=" ".join(str(error).split()))
     except PalpateError as error:
         return Replay(str(path), Verdict.REFUSED, problem=f"{path}: {' '.join(str(error).split())}")
 
 
-def replay_files(
-    paths: Sequence[Path], changes: Changes, jobs: int, *, in_mujoco: bool = False
-) -> Iterator[list[Replay]]:
+@dataclass(frozen=True)
+class WhatIf:
+    """How a batch is replayed otherwise than recorded.
+
+    Attributes:
+        changes: What shall be otherwise; nothing for a plain replay.
+        in_mujoco: Let the simulator go on from the first command that is not the recorded one.
+        out: Folder for logs of what came of it; None writes none.
+    """
+
+    changes: Changes = field(default_factory=Changes)
+    in_mujoco: bool = False
+    out: Path | None = None
+
+
+def replay_files(paths: Sequence[Path], what_if: WhatIf, jobs: int) -> Iterator[list[Replay]]:
     """Replay logs in their order, some at a time; the results do not depend on the number of processes.
 
     Args:
         paths: The logs.
-        changes: What shall be otherwise than recorded.
+        what_if: What shall be otherwise than recorded.
         jobs: Number of processes; 1 stays in this one.
-        in_mujoco: Let the simulator go on from the first command that is not the recorded one.
     """
     size = max(1, min(_MOST_PER_TASK, -(-len(paths) // (4 * jobs))))
-    parts = [list(paths[i : i + size]) for i in range(0, len(paths), size)]
+    named = list(zip(paths, _names(paths), strict=True))
+    parts = [named[i : i + size] for i in range(0, len(named), size)]
     if jobs == 1:
-        rebuilder = Rebuilder(changes)
-        yield from ([replay_file(path, rebuilder, in_mujoco=in_mujoco) for path in part] for part in parts)
+        rebuilder = Rebuilder(what_if.changes)
+        yield from (_replay_part(part, what_if, rebuilder) for part in parts)
         return
-    tasks = (delayed(_replay_part)(part, changes, in_mujoco) for part in parts)
-    yield from Parallel(n_jobs=jobs, return_as="generator")(tasks)
+    yield from Parallel(n_jobs=jobs, return_as="generator")(delayed(_replay_part)(part, what_if) for part in parts)
 
 
-def _replay_part(paths: Sequence[Path], changes: Changes, in_mujoco: bool) -> list[Replay]:
-    rebuilder = Rebuilder(changes)
-    return [replay_file(path, rebuilder, in_mujoco=in_mujoco) for path in paths]
+def _replay_part(part: Sequence[tuple[Path, str]], what_if: WhatIf, rebuilder: Rebuilder | None = None) -> list[Replay]:
+    rebuilder = rebuilder or Rebuilder(what_if.changes)
+    with ExitStack() as opened:
+        recorder = None if what_if.out is None else TrialRecorder.into(what_if.out, RecordingConfig())
+        if recorder is not None:
+            opened.enter_context(recorder)
+        replays = [
+            replay_file(path, rebuilder, in_mujoco=what_if.in_mujoco, recording=WhatIfRecording(recorder, name))
+            for path, name in part
+        ]
+    if recorder is not None and recorder.troubles:
+        raise OutputError(str(what_if.out), recorder.troubles[0], "nothing was overwritten")
+    return replays
+
+
+def _names(paths: Sequence[Path]) -> list[str]:
+    """A name for the what-if of each log: its own, made unique where logs of several folders share one."""
+    taken: dict[str, int] = {}
+    names = []
+    for path in paths:
+        number = taken[path.stem] = taken.get(path.stem, 0) + 1
+        names.append(path.stem if number == 1 else f"{path.stem}-{number}")
+    return names
 
 
 def learning_problems(replays: Sequence[Replay]) -> tuple[int, list[str]]:

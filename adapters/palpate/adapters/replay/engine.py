@@ -27,6 +27,8 @@ from palpate.adapters.replay.tape import (
     Tape,
     TapeEndError,
 )
+from palpate.adapters.replay.what_if import WhatIfRecording
+from palpate.adapters.rig import World
 from palpate.core.cycle import Ports, run_trial
 from palpate.core.errors import LogError
 from palpate.core.insertion import INTERRUPT
@@ -97,19 +99,22 @@ class Replay:
 _STILL_RUNNING: Final = "still running"
 
 
-def replay(log: TrialLog, rebuilder: Rebuilder, *, in_mujoco: bool = False) -> Replay:
+def replay(
+    log: TrialLog, rebuilder: Rebuilder, *, in_mujoco: bool = False, recording: WhatIfRecording | None = None
+) -> Replay:
     """Replay one log.
 
     Args:
         log: The recorded trial.
         rebuilder: Rebuilds the core, with changes if it is a what-if.
         in_mujoco: Let the simulator go on from the first command that is not the recorded one.
+        recording: Records what comes of a what-if.
 
     Raises:
         LogError: It cannot be replayed.
         ConfigurationError: A change does not fit.
     """
-    tape = Tape(log)
+    tape, recording = Tape(log), recording or WhatIfRecording()
     rebuilt = rebuilder.rebuild(log)
     interrupts = {event.tick for event in log.events if event.name == INTERRUPT}
 
@@ -119,9 +124,9 @@ def replay(log: TrialLog, rebuilder: Rebuilder, *, in_mujoco: bool = False) -> R
 
     tape.at_tick = at_tick if interrupts else None
     if in_mujoco:
-        note = _went_on(log, continue_in_mujoco(tape, rebuilt))
+        note = _went_on(log, continue_in_mujoco(tape, rebuilt, recording))
     else:
-        note = _ending(tape, rebuilt, run_over(tape, rebuilt))
+        note = _ending(tape, rebuilt, run_over(tape, rebuilt, recording))
     report = rebuilt.task.report
     decisions = decisions_of(report)
     left = tape.differences.first_command_tick is not None
@@ -147,14 +152,16 @@ def replay(log: TrialLog, rebuilder: Rebuilder, *, in_mujoco: bool = False) -> R
     )
 
 
-def run_over(tape: Tape, rebuilt: Rebuilt) -> BaseException | None:
+def run_over(tape: Tape, rebuilt: Rebuilt, recording: WhatIfRecording) -> BaseException | None:
     """Run the core over the tape; returns what ended it, if it did not end by itself."""
     sensor, encoder, arm = ReplayForceSensor(tape), ReplayJointEncoder(tape), ReplayArm(tape)
     with ExitStack() as opened:
         for device in (sensor, encoder, arm):
             opened.enter_context(device)
+        ports = Ports(ReplayClock(tape), sensor, encoder, arm)
         try:
-            run_trial(rebuilt.task, Ports(ReplayClock(tape), sensor, encoder, arm), rebuilt.setup)
+            with recording.of(tape, rebuilt, World("recording", {})) as recorded:
+                run_trial(rebuilt.task, recorded(ports), rebuilt.setup)
         except LogError:
             raise
         except Exception as error:
@@ -229,7 +236,7 @@ def _verdict(differences: Differences, log: TrialLog) -> Verdict:
 
 def _lesson(log: TrialLog) -> Lesson | None:
     start, end = learner_of_json(log.start.learner_json), log.end
-    if start is None or log.start.frozen or end is None or not end.learner_json:
+    if start is None or log.start.frozen or log.start.derived_from or end is None or not end.learner_json:
         return None
     after = learner_of_json(end.learner_json)
     common = (log.start.config_toml, log.start.perception_json, log.start.policy_json)

@@ -13,10 +13,11 @@ from typing import Any
 
 from palpate.adapters.composition import SimulatedRig
 from palpate.adapters.decorator import DeviceDecorator
-from palpate.adapters.experiment import ScoredTrial, score
+from palpate.adapters.experiment import ScoredTrial, score, truth_fields
 from palpate.adapters.log.reader import TrialLog
 from palpate.adapters.replay.rebuild import Rebuilt, log_config
 from palpate.adapters.replay.tape import Tape, same_bits
+from palpate.adapters.replay.what_if import WhatIfRecording
 from palpate.adapters.rig import SIMULATOR
 from palpate.core.cycle import Ports, run_trial
 from palpate.core.errors import LogError
@@ -24,8 +25,13 @@ from palpate.core.ports import ArmCommand, Clock, ForceSensor, JointEncoder
 from palpate.core.values import AppliedCommand, JointCommand, JointSample, WrenchSample
 
 
-def continue_in_mujoco(tape: Tape, rebuilt: Rebuilt) -> ScoredTrial:
+def continue_in_mujoco(tape: Tape, rebuilt: Rebuilt, recording: WhatIfRecording) -> ScoredTrial:
     """Run the trial in the simulator, on the recorded path for as long as the core gives the recorded commands.
+
+    Args:
+        tape: The recorded trial.
+        rebuilt: The core, changed.
+        recording: Records what comes of it.
 
     Raises:
         LogError: The log did not come from the simulator, or this simulator does not give its samples again.
@@ -50,8 +56,11 @@ def continue_in_mujoco(tape: Tape, rebuilt: Rebuilt) -> ScoredTrial:
             _JointEncoder(inner.joint_encoder, path),
             _Arm(inner.arm, path),
         )
-        report = run_trial(rebuilt.task, ports, rebuilt.setup)
-        return score(rebuilt.config, report, rig.truth())
+        with recording.of(tape, rebuilt, rig.world()) as recorded:
+            report = run_trial(rebuilt.task, recorded(ports), rebuilt.setup)
+            scored = score(rebuilt.config, report, rig.truth())
+            recording.truth = truth_fields(scored)
+        return scored
 
 
 def _simulator_facts(log: TrialLog) -> dict[str, Any]:

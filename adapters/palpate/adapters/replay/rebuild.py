@@ -36,6 +36,8 @@ class Rebuilt:
         task: Ready to run the trial.
         perception: From signals to states.
         policy: In the state in which the trial began.
+        comparator: Name of the policy, if no policy file can hold it.
+        frozen: Whether the policy is kept from learning.
     """
 
     config: RunConfig
@@ -44,6 +46,8 @@ class Rebuilt:
     task: InsertionTask
     perception: Perception
     policy: Policy
+    comparator: str
+    frozen: bool
 
 
 @dataclass(frozen=True)
@@ -168,7 +172,11 @@ class Rebuilder:
         except (PalpateError, KeyError, TypeError, ValueError) as error:
             raise LogError(log.path, "/start", f"its learner cannot be set up ({error})", "it was altered") from error
         setup = TrialSetup(start.trial, self._seed(log, config), _pair(log, start.start_m))
-        return Rebuilt(config, setup, ready, task, perception, policy)
+        other = self._changes.policy
+        name = log.start.policy if other is None else other if isinstance(other, str) else "document"
+        comparator_name = "" if name == "document" else name
+        frozen = log.start.frozen or other is not None
+        return Rebuilt(config, setup, ready, task, perception, policy, comparator_name, frozen)
 
     def _seed(self, log: TrialLog, config: RunConfig) -> int:
         changed = any(setting.partition("=")[0].strip() == "seed" for setting in self._changes.settings)

@@ -7,9 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from palpate.adapters.replay.batch import find_logs, learning_problems, replay_files
+from palpate.adapters.replay.batch import WhatIf, find_logs, learning_problems, replay_files
 from palpate.adapters.replay.engine import Lesson, Replay, Verdict
-from palpate.adapters.replay.rebuild import Changes
 from palpate.core.errors import LogError
 
 GOLDEN = Path(__file__).parents[3] / "golden"
@@ -34,8 +33,8 @@ def test_a_name_that_leads_nowhere(tmp_path: Path, name: str) -> None:
 
 def test_logs_come_in_order_whatever_the_number_of_processes() -> None:
     paths = sorted(GOLDEN.glob("t*.mcap"))
-    one = [replay.path for part in replay_files(paths, Changes(), 1) for replay in part]
-    two = [replay.path for part in replay_files(paths, Changes(), 2) for replay in part]
+    one = [replay.path for part in replay_files(paths, WhatIf(), 1) for replay in part]
+    two = [replay.path for part in replay_files(paths, WhatIf(), 2) for replay in part]
     assert one == two == [str(path) for path in paths]
 
 

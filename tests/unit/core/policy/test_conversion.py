@@ -125,3 +125,20 @@ def test_another_task_is_refused(tmp_path):
 def test_what_no_file_can_express_is_refused(policy, says):
     with pytest.raises(PolicyFileError, match=says):
         document_of(policy, created_with={}, perception={})
+
+
+def test_a_policy_before_it_learned_is_the_same_whatever_it_learned_since():
+    q = learner(5, initial_value=-0.5)
+    document = document_of(mixture(q), created_with={}, perception={})
+    fresh = document.unlearned()
+    assert fresh.learner.trials_learned == 0
+    assert {value for row in fresh.table for value in row.q} == {-0.5}
+    assert {count for row in fresh.table for count in row.visits_per_action} == {0}
+    # What was programmed or came from examples stays.
+    assert [row.source for row in fresh.table] == [row.source for row in document.table]
+    assert fresh == fresh.unlearned() == PolicyDocument.from_json_text(fresh.to_json_text())
+    wander(q, range(5, 20), seed=2)
+    assert document_of(mixture(q), created_with={}, perception={}).unlearned() == fresh
+    programmed = ProgrammedPolicy(STATES, ACTIONS, dict.fromkeys(STATES, "+x"))
+    only = document_of(programmed, created_with={}, perception={})
+    assert only.unlearned() == only
