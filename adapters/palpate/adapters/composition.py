@@ -5,6 +5,7 @@ from __future__ import annotations
 from contextlib import ExitStack
 from dataclasses import dataclass
 from math import sqrt
+from pathlib import Path
 from types import TracebackType
 from typing import Self
 
@@ -12,8 +13,10 @@ import numpy as np
 import pinocchio as pin
 
 from palpate.adapters.config import RunConfig
+from palpate.adapters.hardware_rig import HardwareRig
 from palpate.adapters.mujoco_ports import MujocoArm, MujocoClock, MujocoForceSensor, MujocoJointEncoder
 from palpate.adapters.rig import SIMULATOR, Rig, World
+from palpate.adapters.rig_file import RigFile
 from palpate.core.arms import arm_named
 from palpate.core.cycle import Ports
 from palpate.core.explorer import Explorer
@@ -149,6 +152,17 @@ def require_usable(config: RunConfig, ready: ReadyPose) -> None:
     """
     walk = RandomWalkPolicy(task_actions(config))
     build_task(config, ready, build_perception(RunConfig(task=config.task)), walk)
+
+
+def open_rig(config: RunConfig, ready: ReadyPose, rig_file: str) -> Rig:
+    """The rig that trials run on, not yet entered: the simulator, or the devices of a rig file.
+
+    Raises:
+        ConfigurationError: The rig file or a setting in it cannot be used.
+    """
+    if not rig_file:
+        return SimulatedRig(config, ready)
+    return HardwareRig(RigFile.load(Path(rig_file)), config, tuple(ready.q_rad.tolist()))
 
 
 class SimulatedRig(Rig):

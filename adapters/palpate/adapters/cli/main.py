@@ -12,13 +12,14 @@ HELP = """usage: palpate COMMAND [OPTIONS]
 A robot arm learns contact tasks by touch.
 
 commands:
-  train     learn an insertion by trial; leaves a folder with policy, trials and learning curve
-  run       run a trained policy, or a comparator, without learning
-  compare   table of hand-written strategies and trained policies on the same trials
-  show      print what a policy file knows
-  replay    feed recorded trials back through the core; every command and decision must be equal
-  log       look at recorded trials: info, plot, export, recover
-  version   versions of palpate and of what its results depend on
+  train          learn an insertion by trial; leaves a folder with policy, trials and learning curve
+  run            run a trained policy, or a comparator, without learning
+  compare        table of hand-written strategies and trained policies on the same trials
+  show           print what a policy file knows
+  replay         feed recorded trials back through the core; every command and decision must be equal
+  log            look at recorded trials: info, plot, export, recover
+  check-adapter  try the contract of a port on an adapter of your own
+  version        versions of palpate and of what its results depend on
 
 palpate COMMAND --help tells the options of each. To begin: palpate train
 """
@@ -38,6 +39,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "show": _show,
         "replay": _replay,
         "log": _log,
+        "check-adapter": _check_adapter,
         "version": _version,
     }
     if not words or words[0] in ("-h", "--help"):
@@ -119,6 +121,15 @@ def _log(words: Sequence[str]) -> int:
     from palpate.adapters.cli.log import log
 
     return log(words)
+
+
+def _check_adapter(words: Sequence[str]) -> int:
+    from palpate.adapters.cli.options import CheckAdapterOptions, parse
+
+    options = parse(CheckAdapterOptions, "check-adapter", words)
+    from palpate.adapters.cli.check_adapter import check_adapter
+
+    return check_adapter(options)
 
 
 def _version(words: Sequence[str]) -> int:

@@ -39,6 +39,8 @@ class TrainOptions:
     """TOML file with any of the settings below (a run.toml too); flags win over it."""
     policy: str = "q-learning"
     """q-learning, or a policy file to go on learning from (its Q values; exploration begins anew)."""
+    rig: str = ""
+    """Rig file: train on its devices instead of in the simulator."""
     resume: bool = False
     """Go on with the run in --out where it stopped, with its settings and the same random streams."""
 
@@ -52,6 +54,8 @@ class RunOptions:
     """A policy file, or omniscient, torque, spiral-10, spiral-5, random."""
     trials: int = 50
     """Number of trials."""
+    rig: str = ""
+    """Rig file: run on its devices instead of in the simulator."""
     out: str = ""
     """Folder for the results; runs/SCENARIO-run-001 or the next number if not given. It must not hold a run yet."""
     config: str = ""
@@ -108,6 +112,17 @@ class ReplayOptions:
     """Processes; 0 takes one per core."""
     verbose: bool = False
     """A line for every log, also where there are many."""
+
+
+@dataclass(frozen=True)
+class CheckAdapterOptions:
+    """Try the contract of a port on an adapter of your own, clause by clause.
+
+    Exit code 0: every clause that applies is kept; 1: one is broken; 2: the name leads to nothing that can be tried.
+    """
+
+    adapter: Annotated[str, tyro.conf.Positional]
+    """package.module:Name - a contract suite, a function that makes a rig, or a force sensor or clock."""
 
 
 def parse(kind: type[T], command: str, arguments: Sequence[str]) -> T:

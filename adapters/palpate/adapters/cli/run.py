@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
 
 from tqdm import tqdm
 
 from palpate.adapters.cli.options import RunOptions
-from palpate.adapters.cli.recording import report_troubles
+from palpate.adapters.cli.recording import recording_for, report_troubles
 from palpate.adapters.composition import (
     ReadyPose,
-    SimulatedRig,
     build_perception,
     find_ready_pose,
+    open_rig,
     require_usable,
 )
 from palpate.adapters.config import RunConfig
@@ -25,6 +26,7 @@ from palpate.adapters.plots import learning_curve
 from palpate.adapters.policies import COMPARATORS, comparator, loaded_policy, perception_of
 from palpate.adapters.recording.trials import LOG_FOLDER, TrialRecorder
 from palpate.adapters.results import RunFolder, TrialRow, next_free_folder
+from palpate.adapters.rig import Rig
 from palpate.adapters.session import FIRST_EVALUATION_TRIAL, Recorded, run_policy, run_toml
 from palpate.adapters.statistics import summary_of
 from palpate.core.checks import require_in
@@ -41,16 +43,22 @@ def run(options: RunOptions) -> int:
         raise ConfigurationError("policy", "", f"a policy file, or one of {', '.join(COMPARATORS)}")
     folder = RunFolder(Path(options.out)) if options.out else next_free_folder(f"runs/{config.scenario}-run")
     folder.require_free()
+    if options.policy == "omniscient" and options.rig:
+        raise ConfigurationError(
+            "policy", options.policy, "a policy that need not know where the hole is, on a real rig"
+        )
     chosen = ChosenPolicy(options.policy, config)
     ready = find_ready_pose(config)
     require_usable(config, ready)
     folder.create()
     folder.write_text("run.toml", run_toml(config, "run", trials=options.trials, policy=options.policy))
     with ExitStack() as opened:
-        recorder = TrialRecorder.into(folder.path / LOG_FOLDER, config.recording)
+        recorder = TrialRecorder.into(folder.path / LOG_FOLDER, recording_for(config, options.rig))
         if recorder is not None:
             opened.enter_context(recorder)
-        rows, finished = run_named(chosen, config, ready, options.trials, folder=folder, recorder=recorder)
+        rows, finished = run_named(
+            chosen, config, ready, options.trials, folder=folder, recorder=recorder, rig_file=options.rig
+        )
     report_troubles(recorder)
     summary = {"policy": options.policy, "scenario": config.scenario, "arm": config.arm, **summary_of(rows)}
     folder.write_json("summary.json", {**summary, "finished": finished})
@@ -96,6 +104,18 @@ class ChosenPolicy:
             self.perception = perception_of(self.document, config, configured_perception(config))
 
 
+def true_hole_m(rig: Rig) -> Sequence[float]:
+    """Where the hole really is.
+
+    Raises:
+        ConfigurationError: Nobody knows.
+    """
+    truth = rig.truth()
+    if truth is None:
+        raise ConfigurationError("policy", "omniscient", "a policy that need not know where the hole is, on a real rig")
+    return truth.hole_in_task_m
+
+
 def run_named(
     chosen: ChosenPolicy,
     config: RunConfig,
@@ -106,6 +126,7 @@ def run_named(
     recorder: TrialRecorder | None = None,
     command: str = "run",
     subfolder: str = "",
+    rig_file: str = "",
 ) -> tuple[list[TrialRow], bool]:
     """Run trials with progress on the terminal; returns the finished ones and whether these are all.
 
@@ -118,13 +139,14 @@ def run_named(
         recorder: Records them; None records none.
         command: The command that runs, for the logs.
         subfolder: Where in the recorder's folder the logs go.
+        rig_file: The devices to run on; the simulator if it is empty.
     """
     with (
-        SimulatedRig(config, ready) as rig,
+        open_rig(config, ready, rig_file) as rig,
         tqdm(total=trials, unit="trial", desc=chosen.label, file=sys.stderr) as bar,
     ):
         if chosen.document is None:
-            policy = comparator(chosen.name, config, lambda: rig.truth().hole_in_task_m)
+            policy = comparator(chosen.name, config, lambda: true_hole_m(rig))
         else:
             policy = loaded_policy(chosen.document, config, chosen.perception, frozen=True)
         name = chosen.name if chosen.document is None else ""

@@ -10,8 +10,8 @@ from pathlib import Path
 from tqdm import tqdm
 
 from palpate.adapters.cli.options import TrainOptions
-from palpate.adapters.cli.recording import report_troubles
-from palpate.adapters.composition import SimulatedRig, find_ready_pose, require_usable
+from palpate.adapters.cli.recording import recording_for, report_troubles
+from palpate.adapters.composition import find_ready_pose, open_rig, require_usable
 from palpate.adapters.config import RunConfig
 from palpate.adapters.experiment import ScoredTrial
 from palpate.adapters.fitting import configured_perception, fitted_perception
@@ -54,7 +54,7 @@ def train(options: TrainOptions) -> int:
         perception = checkpoint_perception(checkpoint)
 
     with ExitStack() as opened:
-        rig = opened.enter_context(SimulatedRig(config, ready))
+        rig = opened.enter_context(open_rig(config, ready, options.rig))
         if perception is None:
             _say(f"fitting perception on {config.perception.fit_trials} random-walk trials")
             perception = fitted_perception(config, ready, rig)
@@ -69,7 +69,7 @@ def train(options: TrainOptions) -> int:
         # Only now is every setting known to be good: a refused one must not leave a folder that is in the way.
         require_usable(config, ready)
         folder.create()
-        recorder = TrialRecorder.into(folder.path / LOG_FOLDER, config.recording)
+        recorder = TrialRecorder.into(folder.path / LOG_FOLDER, recording_for(config, options.rig))
         if recorder is not None:
             opened.enter_context(recorder)
         trainer = Trainer(config, folder, ready, rig, perception, policy, first, recorder)

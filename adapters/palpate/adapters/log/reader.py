@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import lz4.frame  # type: ignore[import-untyped]
 import zstandard
@@ -53,8 +53,7 @@ _MOST_BYTES: Final = 1 << 29
 _RECOVER: Final = "palpate log recover writes a sound file of what is left"
 
 
-@dataclass(frozen=True, slots=True)
-class RawMessage:
+class RawMessage(NamedTuple):
     """One message as it lies in the file."""
 
     channel: int

@@ -6,7 +6,7 @@ import struct
 from collections import defaultdict, deque
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import Final, Generic, TypeVar
+from typing import Final, Generic, NamedTuple, TypeVar
 
 from palpate.adapters.log.reader import TrialLog
 from palpate.adapters.log.records import CallEntry
@@ -121,8 +121,7 @@ class Raised:
         return made
 
 
-@dataclass(frozen=True, slots=True)
-class Sent:
+class Sent(NamedTuple):
     """A command as recorded."""
 
     tick: int
