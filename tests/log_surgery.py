@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from math import inf, nextafter
 from pathlib import Path
 from typing import Any
@@ -44,7 +43,7 @@ def changed(messages: Sequence[RawMessage], index: int, change: Change) -> list[
     made.ParseFromString(message.payload)
     change(made)
     copy = list(messages)
-    copy[index] = replace(message, payload=made.SerializeToString(deterministic=True))
+    copy[index] = message._replace(payload=made.SerializeToString(deterministic=True))
     return copy
 
 

@@ -34,6 +34,8 @@ from palpate.core.errors import ConfigurationError
 from palpate.core.perception import Perception
 from palpate.core.policy import PolicyDocument
 
+_NOBODY_KNOWS = "a policy that need not know where the hole is, on a real rig"
+
 
 def run(options: RunOptions) -> int:
     """Run a policy and print what came of it; returns the exit code."""
@@ -112,7 +114,7 @@ def true_hole_m(rig: Rig) -> Sequence[float]:
     """
     truth = rig.truth()
     if truth is None:
-        raise ConfigurationError("policy", "omniscient", "a policy that need not know where the hole is, on a real rig")
+        raise ConfigurationError("policy", "omniscient", _NOBODY_KNOWS)
     return truth.hole_in_task_m
 
 

@@ -188,7 +188,7 @@ def test_any_bit_flipped_under_valid_checksums_raises_nothing_else() -> None:
             at = chance.randrange(len(content))
             payload = bytearray(content[at].payload)
             payload[chance.randrange(len(payload))] ^= 1 << chance.randrange(8)
-            content[at] = replace(content[at], payload=bytes(payload))
+            content[at] = content[at]._replace(payload=bytes(payload))
         with suppress(LogError):
             read(log_bytes(content))
 
