@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from operator import le, sub
 from typing import Final
 
+from palpate.core.command_limits import CommandLimiter
 from palpate.core.errors import CommandError
 from palpate.core.lifecycle import Life, ManagedDevice
 from palpate.core.ports import ArmCommand, Clock, ForceSensor, JointEncoder
@@ -96,12 +96,8 @@ class MujocoArm(ManagedDevice, ArmCommand):
     ) -> None:
         super().__init__("simulated arm")
         self._cell = cell
-        self._reach = tuple(v / CONTROL_RATE_HZ for v in velocity_limit_rad_s)
-        self._least_reach = min(self._reach)
-        self._lower, self._upper = lower_rad, upper_rad
+        self._limiter = CommandLimiter(lower_rad, upper_rad, velocity_limit_rad_s, CONTROL_RATE_HZ)
         self._held: JointVector = ()
-        self._tick = -1
-        self._base: JointVector = ()
         self._stopped = False
 
     def send(self, command: JointCommand) -> AppliedCommand:
@@ -109,21 +105,14 @@ class MujocoArm(ManagedDevice, ArmCommand):
         if self._life is not Life.ACTIVE:
             self._require_active("send()")
         asked = command.position_rad
-        if len(asked) != len(self._reach):
-            raise CommandError(f"the arm has {len(self._reach)} joints, the command has another number", len(asked))
+        if len(asked) != self._limiter.joints:
+            raise CommandError(f"the arm has {self._limiter.joints} joints, the command has another number", len(asked))
         if self._stopped:
             return AppliedCommand(self._held, CommandReason.STOPPED)
-        if self._tick != self._cell.ticks:
-            # Limits count from what was held when the tick began, so that a newer command of one tick just wins.
-            self._tick, self._base = self._cell.ticks, self._held
-        applied, reason = asked, CommandReason.AS_ASKED
-        # Nearly every command is well inside all limits, and this is the cheapest way to see it.
-        inside = all(map(le, self._lower, asked)) and all(map(le, asked, self._upper))
-        if not inside or max(map(abs, map(sub, asked, self._base))) > self._least_reach:
-            applied, reason = self._limited(asked)
-        self._held = applied
-        self._cell.command(applied)
-        return AppliedCommand(applied, reason)
+        applied = self._limiter.limited(asked, self._cell.ticks)
+        self._held = applied.position_rad
+        self._cell.command(applied.position_rad)
+        return applied
 
     def stop(self) -> None:
         """Hold the arm where it stands."""
@@ -131,27 +120,14 @@ class MujocoArm(ManagedDevice, ArmCommand):
             self._stopped = True
             self._hold_here()
 
-    def _limited(self, asked: JointVector) -> tuple[JointVector, CommandReason]:
-        reason = CommandReason.AS_ASKED
-        applied = []
-        for value, base, reach, low, high in zip(asked, self._base, self._reach, self._lower, self._upper, strict=True):
-            slow = min(max(value, base - reach), base + reach)
-            inside = min(max(slow, low), high)
-            if inside != slow:
-                reason = CommandReason.POSITION_LIMIT
-            elif slow != value and reason is CommandReason.AS_ASKED:
-                reason = CommandReason.VELOCITY_LIMIT
-            applied.append(inside)
-        return tuple(applied), reason
-
     def _hold_here(self) -> None:
         self._held = self._cell.joint_angles()
         self._cell.command(self._held)
 
     def _on_activate(self) -> None:
         self._stopped = False
-        self._tick = -1
         self._hold_here()
+        self._limiter.start(self._held)
 
     def _on_deactivate(self) -> None:
         self._hold_here()
