@@ -32,6 +32,13 @@ class ReportFollower:
         self._events, self._decisions = len(self._report.events), len(self._report.decisions)
         self._settled = self._decisions
 
+    @property
+    def has_news(self) -> bool:
+        """Whether anything was reported since it was last asked; cheap, for it is asked every tick."""
+        report = self._task.report
+        known = len(report.events) == self._events and len(report.decisions) == self._decisions
+        return not known or report is not self._report
+
     def news(self, tick: int, *, final: bool = False, counterfactual: bool = False) -> list[tuple[ChannelKind, object]]:
         """Records of what was reported since this was last asked, each with its channel.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Final
+from typing import Final, TypeAlias
 
 from palpate.adapters.log.records import (
     CallEntry,
@@ -36,6 +36,10 @@ _UNFIT: Final = (ValueError, TypeError, OverflowError, struct.error)
 """What packing raises for a value that the schema cannot hold, such as a number of more than 64 bits."""
 
 
+_WholeTick: TypeAlias = tuple[int, int, int, WrenchSample, JointSample, JointCommand, AppliedCommand]
+"""Tick, time, deadline, and what passed the ports: a tick in which everything happened, not packed yet."""
+
+
 class FlightRecorder:
     """One log after the other, trial by trial. It packs and queues; the sink does the rest.
 
@@ -60,7 +64,7 @@ class FlightRecorder:
         self._asked: JointCommand | None = None
         self._applied: AppliedCommand | None = None
         self._follower: ReportFollower | None = None
-        self._batch: list[bytes] = []
+        self._batch: list[bytes | _WholeTick] = []
         self._batch_tick = -1
         self._lost: LossEntry | None = None
         self._lost_ns = 0
@@ -107,9 +111,7 @@ class FlightRecorder:
         if record is not None:
             self._keep(END, encode_record, END.message, replace(record, counterfactual=self._off_path()))
         self._recording = False
-        self._mark_loss()
-        batch, self._batch = self._batch, []
-        self._sink.close(b"".join(batch))
+        self._sink.close(b"".join(self._packed()))
         self._ask_sink()
 
     @property
@@ -122,8 +124,10 @@ class FlightRecorder:
     def slept(self, deadline_ns: int) -> None:
         """The loop begins a tick: it slept until then."""
         if self._recording:
-            self._begun()
-            self._finish_tick()
+            if self._start is not None:
+                self._begun()
+            if self._open_tick:
+                self._finish_tick()
             self._tick += 1
             self._open_tick = True
             self._deadline_ns = deadline_ns
@@ -167,22 +171,18 @@ class FlightRecorder:
             self.call(
                 CallEntry(tick=self._tick, port="arm", call="send", asked_rad=command.position_rad, applied=applied)
             )
-        elif wrench is None or joints is None or time_ns is None or self._off_path():
+        elif wrench is None or joints is None or time_ns is None or self._counterfactual is not None:
             self._asked, self._applied = command, applied
             self._finish_tick()
         else:
-            asked_rad, applied_rad = command.position_rad, applied.position_rad
-            try:
-                layout = full_layout(len(asked_rad), len(joints.position_rad), len(applied_rad), wrench.frame)
-                payload = layout.pack(
-                    self._tick, time_ns, self._deadline_ns, wrench, joints, asked_rad, applied_rad, applied.reason
-                )
-                self._message(TICK.id, payload)
-            except _UNFIT as error:
-                self._refuse(TICK, error)
+            # Packed later, many at once: in the loop's gaps between physics every line of code runs on cold caches.
+            if not self._batch:
+                self._batch_tick = self._tick
+            self._batch.append((self._tick, time_ns, self._deadline_ns, wrench, joints, command, applied))
             self._open_tick = False
             self._wrench = self._joints = self._time_ns = None
-        self._follow()
+        if self._follower is not None and self._follower.has_news:
+            self._follow()
         if len(self._batch) >= _BATCH:
             self._hand_over()
         if self._stop and self.troubles:
@@ -228,7 +228,7 @@ class FlightRecorder:
         try:
             self._message(kind.id, encode(*record))
         except _UNFIT as error:
-            self._refuse(kind, error)
+            self._refuse(kind, error, self._tick)
         if len(self._batch) >= _BATCH:
             self._hand_over()
 
@@ -237,31 +237,49 @@ class FlightRecorder:
             self._batch_tick = self._tick
         self._batch.append(message_frame(channel, self._now_ns, payload))
 
-    def _refuse(self, kind: ChannelKind, error: Exception) -> None:
+    def _refuse(self, kind: ChannelKind, error: Exception, tick: int) -> None:
         """Recording does not end what it records: what cannot be packed is lost, and told."""
         if self._lost is None:
-            self.troubles.append(f"a message on {kind.topic} at tick {self._tick} cannot be packed ({error})")
-        self._lose(1, self._tick, "cannot be packed")
+            self.troubles.append(f"a message on {kind.topic} at tick {tick} cannot be packed ({error})")
+        self._lose(1, tick, tick, "cannot be packed")
 
     def _hand_over(self, *, vital: bool = False) -> None:
-        first = self._batch_tick
-        self._mark_loss()
-        batch, self._batch = self._batch, []
-        taken, told = self._sink.put(b"".join(batch), vital=vital), self._ask_sink()
+        first, frames = self._batch_tick, self._packed()
+        if not frames:
+            return
+        taken, told = self._sink.put(b"".join(frames), vital=vital), self._ask_sink()
         if taken:
             self._lost = None
             return
         if self._lost is None and not told:
             self.troubles.append(f"the writer is behind and the queue is full: messages are lost from tick {first} on")
-        # The mark itself was in the batch, if there was one.
-        self._lose(len(batch) - (self._lost is not None), first, "queue full")
+        # The mark itself was among them, if there was one.
+        self._lose(len(frames) - (self._lost is not None), first, self._tick, "queue full")
 
-    def _mark_loss(self) -> None:
-        """There is room again, or so it seems: first of all the log must tell what it lacks."""
+    def _packed(self) -> list[bytes]:
+        """The frames of the batch, which is empty then; a mark of what is lost before them, if anything is."""
+        batch, self._batch = self._batch, []
+        frames: list[bytes] = []
+        for item in batch:
+            if isinstance(item, bytes):
+                frames.append(item)
+                continue
+            tick, time_ns, deadline_ns, wrench, joints, command, applied = item
+            asked_rad, applied_rad = command.position_rad, applied.position_rad
+            try:
+                layout = full_layout(len(asked_rad), len(joints.position_rad), len(applied_rad), wrench.frame)
+                payload = layout.pack(
+                    tick, time_ns, deadline_ns, wrench, joints, asked_rad, applied_rad, applied.reason
+                )
+                frames.append(message_frame(TICK.id, time_ns, payload))
+            except _UNFIT as error:
+                self._refuse(TICK, error, tick)
         if self._lost is not None:
-            self._batch.insert(0, message_frame(RECORDER.id, self._lost_ns, encode_record("Recorder", self._lost)))
+            # There is room again, or so it seems: first of all the log must tell what it lacks.
+            frames.insert(0, message_frame(RECORDER.id, self._lost_ns, encode_record("Recorder", self._lost)))
+        return frames
 
-    def _lose(self, messages: int, first_tick: int, problem: str) -> None:
+    def _lose(self, messages: int, first_tick: int, last_tick: int, problem: str) -> None:
         before = self._lost
         self.dropped_messages += messages
         self._lost_ns = self._now_ns
@@ -269,12 +287,12 @@ class FlightRecorder:
             messages += before.dropped_messages
             problem, first_tick = before.problem, before.first_dropped_tick or 0
         self._lost = LossEntry(
-            tick=self._tick,
+            tick=last_tick,
             problem=problem,
-            text=f"{messages} messages are missing, from tick {first_tick} to {self._tick}",
+            text=f"{messages} messages are missing, from tick {first_tick} to {last_tick}",
             dropped_messages=messages,
             first_dropped_tick=first_tick,
-            last_dropped_tick=self._tick,
+            last_dropped_tick=last_tick,
         )
 
     def _ask_sink(self) -> bool:

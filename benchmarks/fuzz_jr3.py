@@ -1,0 +1,116 @@
+"""Coverage-guided fuzzing of the JR3 codecs: no input may raise, grow memory, or depend on how it was cut.
+
+    python -m benchmarks.fuzz_jr3 --seconds 600 --codec can
+    python -m benchmarks.fuzz_jr3 --seconds 600 --codec uart --corpus DIR
+
+Needs atheris, which is no dependency of the project (``pip install atheris`` into any environment). New inputs go to
+the folder given, otherwise to one that is thrown away; the small corpus in tests/fuzz is only read. A failure ends the
+run with a traceback and leaves the input in a file named crash-*.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+from palpate.drivers.jr3.codec_can import CanDecoder, CanFrame, FrameKind
+from palpate.drivers.jr3.codec_uart import MAX_FRAME, UartParser
+from palpate.drivers.jr3.counter import FrameCounter
+from palpate.drivers.jr3.joiner import PairJoiner
+from palpate.drivers.jr3.messages import Ack, Forces, Message, Moments, Reading
+from palpate.drivers.jr3.scaling import FullScales, Scaling
+
+CORPUS = Path(__file__).parents[1] / "tests" / "fuzz"
+PERIOD_US = 10_000
+_KINDS = tuple(FrameKind)
+_SCALING = Scaling(FullScales((115, 111, 185), (56, 52, 61)))
+
+
+def require(condition: bool, what: str) -> None:
+    if not condition:
+        raise AssertionError(what)
+
+
+def check_messages(messages: list[Message]) -> None:
+    """What every message promises, whatever it was made of."""
+    counter, last = FrameCounter(PERIOD_US), 0
+    for message in messages:
+        if isinstance(message, Reading):
+            require(0 <= message.counter <= 0xFFFF, "counter of 16 bits")
+            sequence = counter.accept(message.counter)
+            require(sequence is None or sequence > last, "the sequence increases")
+            last = last if sequence is None else sequence
+            force_N, torque_Nm = _SCALING.wrench(message)
+            require(max(map(abs, force_N)) <= 2 * 185 and max(map(abs, torque_Nm)) <= 2 * 6.1, "twice full scale")
+        elif isinstance(message, Ack):
+            require(len(message.scales) in (0, 3, 6), "length of full scales")
+
+
+def can_once(data: bytes) -> list[Message]:
+    """Frames of 3 bytes (kind and length, identifier) and a payload, through decoder and joiner."""
+    decoder, joiner = CanDecoder(1), PairJoiner()
+    messages: list[Message] = []
+    frames, at = 0, 0
+    while at + 3 <= len(data):
+        size = data[at] & 0x0F
+        can_id = int.from_bytes(data[at + 1 : at + 3], "big")
+        frame = CanFrame(can_id, data[at + 3 : at + 3 + size], _KINDS[(data[at] >> 4) % len(_KINDS)])
+        at += 3 + size
+        frames += 1
+        message = decoder.decode(frame)
+        whole = joiner.add(message) if isinstance(message, Forces | Moments) else message
+        if whole is not None:
+            messages.append(whole)
+    seen = decoder.counts
+    counted = seen.good + seen.other_node + seen.host_ops + seen.wrong_length + seen.wrong_state + seen.odd_kind
+    require(counted == frames, "every frame is counted once")
+    check_messages(messages)
+    return messages
+
+
+def uart_once(data: bytes) -> list[Message]:
+    """A byte that says how to cut and what is expected, and a stream, whole and cut."""
+    if not data:
+        return []
+    size, stream = 1 + (data[0] >> 1), data[1:]
+    whole, split = UartParser(), UartParser()
+    whole.expect_scales = split.expect_scales = bool(data[0] & 1)
+    messages = whole.feed(stream)
+    heard: list[Message] = []
+    for at in range(0, len(stream), size):
+        heard += split.feed(stream[at : at + size])
+        require(split.pending < MAX_FRAME, "bounded memory")
+    require(heard == messages and split.counts == whole.counts, "the same for every chunking")
+    check_messages(messages)
+    return messages
+
+
+CODECS: dict[str, Callable[[bytes], list[Message]]] = {"can": can_once, "uart": uart_once}
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--codec", choices=sorted(CODECS), required=True)
+    parser.add_argument("--seconds", type=int, default=600)
+    parser.add_argument("--corpus", type=Path, help="where new inputs go")
+    arguments = parser.parse_args()
+    import atheris  # type: ignore[import-not-found, unused-ignore]
+
+    once = CODECS[arguments.codec]
+    for function in (CanDecoder.decode, UartParser.feed, UartParser._frame_size, UartParser._ack_size, PairJoiner.add):  # noqa: SLF001
+        owner = {"decode": CanDecoder, "add": PairJoiner}.get(function.__name__, UartParser)
+        setattr(owner, function.__name__, atheris.instrument_func(function))
+    FrameCounter.accept = atheris.instrument_func(FrameCounter.accept)  # type: ignore[method-assign]
+    with tempfile.TemporaryDirectory() as scratch:
+        new = arguments.corpus or Path(scratch)
+        folders = [str(new), str(CORPUS / f"jr3_{arguments.codec}")]
+        limits = [f"-max_total_time={arguments.seconds}", "-max_len=256", "-print_final_stats=1"]
+        atheris.Setup([sys.argv[0], *folders, *limits], lambda data: once(data) and None)
+        atheris.Fuzz()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,83 @@
+"""Helpers that wait, for whoever has nothing else to do: they poll with a clock and a sleep that they are given."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection
+from dataclasses import dataclass
+
+from palpate.drivers.errors import SilentError
+from palpate.drivers.jr3.device import Jr3
+from palpate.drivers.jr3.phases import Phase
+from palpate.drivers.jr3.statistics import Identity
+
+
+@dataclass(frozen=True, slots=True)
+class Pace:
+    """How to wait.
+
+    Attributes:
+        clock_ns: Monotonic clock in ns.
+        sleep: Takes seconds.
+        interval_s: Time between polls, in s.
+    """
+
+    clock_ns: Callable[[], int]
+    sleep: Callable[[float], None]
+    interval_s: float = 0.002
+
+
+def start_up(device: Jr3, pace: Pace, timeout_s: float = 30.0) -> None:
+    """Open a sensor and wait until it streams.
+
+    Args:
+        device: Closed, silent or faulted.
+        pace: How to wait.
+        timeout_s: Longest wait, in s. CALC: a board on a serial line that still boots needs up to 15 s.
+
+    Raises:
+        DriverError: It does not stream; which one says why.
+    """
+    device.open()
+    _wait(device, pace, {Phase.STREAMING}, timeout_s)
+
+
+def identify(device: Jr3, pace: Pace, timeout_s: float = 30.0) -> Identity:
+    """Ask a board for its full scales, without touching a stream that runs.
+
+    Raises:
+        DriverError: It does not tell; which one says why.
+    """
+    device.open(stream=False)
+    _wait(device, pace, {Phase.IDENTIFIED}, timeout_s)
+    return device.identity
+
+
+def zero(device: Jr3, pace: Pace, timeout_s: float = 30.0) -> None:
+    """Zero a sensor that streams and wait until that is done; samples meanwhile are dropped.
+
+    Raises:
+        DriverError: It is not streaming, or does not answer.
+    """
+    device.zero(pace.clock_ns())
+    _wait(device, pace, {Phase.STREAMING}, timeout_s)
+
+
+def shut_down(device: Jr3, pace: Pace, timeout_s: float = 10.0) -> None:
+    """Stop the stream and wait until the board has taken that, or has not answered; does nothing when closed."""
+    if device.phase is not Phase.CLOSED:
+        device.stop()
+        _wait(device, pace, {Phase.CLOSED, Phase.FAULTED}, timeout_s)
+
+
+def _wait(device: Jr3, pace: Pace, goals: Collection[Phase], timeout_s: float) -> None:
+    deadline_ns = pace.clock_ns() + round(timeout_s * 1e9)
+    while True:
+        now_ns = pace.clock_ns()
+        device.poll(now_ns)
+        if device.phase in goals:
+            return
+        device.check()
+        if now_ns >= deadline_ns:
+            problem = f"still {device.phase.value} after {timeout_s:g} s"
+            raise SilentError("JR3", problem, "check cable and power, or wait longer")
+        pace.sleep(pace.interval_s)

@@ -1,0 +1,160 @@
+"""CAN frames to messages and back: no input or output, no clock, no state but counters.
+
+FACT (README of jr3-mbed-firmware-can): 1 Mbit/s, 11-bit identifiers made of operation + node, little-endian payloads.
+What does not fit is counted and dropped, never raised: a bus is shared, and a foreign frame is no error. The controller
+has checked the CRC of 15 bits already, so what arrives damaged passed it, or was damaged between controller and host.
+"""
+
+from __future__ import annotations
+
+import enum
+import struct
+from dataclasses import dataclass
+
+from palpate.drivers.errors import RefusedError
+from palpate.drivers.jr3.messages import Ack, Bootup, Forces, Moments, Op, Request
+
+BITRATE = 1_000_000
+"""Bit/s. FACT: the firmware's configuration."""
+
+_NODE_MASK, _OP_MASK = 0x07F, 0x780
+_ACK, _FORCES, _MOMENTS, _BOOTUP = 0x100, 0x600, 0x680, 0x700
+_COMMANDS = {
+    Op.START: 0x200,
+    Op.STOP: 0x280,
+    Op.ZERO: 0x300,
+    Op.SET_FILTER: 0x380,
+    Op.GET_STATE: 0x400,
+    Op.GET_FORCE_SCALES: 0x480,
+    Op.GET_MOMENT_SCALES: 0x500,
+    Op.RESET: 0x580,
+}
+_READING, _SCALES = struct.Struct("<3hH"), struct.Struct("<3H")
+_READY, _NOT_INITIALISED = 0, 1
+
+
+class FrameKind(enum.Enum):
+    """What sort of CAN frame; only DATA can be ours."""
+
+    DATA = "data"
+    EXTENDED = "29-bit identifier"
+    REMOTE = "remote"
+    ERROR = "error"
+    FD = "CAN FD"
+
+
+@dataclass(frozen=True, slots=True)
+class CanFrame:
+    """A frame as the codec sees it, without a time.
+
+    Attributes:
+        can_id: Identifier.
+        data: Payload. Its real length counts, whatever the interface claimed.
+        kind: What sort of frame.
+    """
+
+    can_id: int
+    data: bytes = b""
+    kind: FrameKind = FrameKind.DATA
+
+
+@dataclass(slots=True)
+class CanCounts:
+    """What a decoder has seen.
+
+    Attributes:
+        good: Frames decoded.
+        other_node: Frames of other nodes; normal on a shared bus.
+        host_ops: Commands to our node. If the bus does not echo ours, there is another master.
+        wrong_length: Our node and a known operation, but not its length; a CANopen heartbeat looks like this.
+        wrong_state: Acknowledgements with a state byte that is not documented.
+        odd_kind: Error, remote, extended and FD frames.
+    """
+
+    good: int = 0
+    other_node: int = 0
+    host_ops: int = 0
+    wrong_length: int = 0
+    wrong_state: int = 0
+    odd_kind: int = 0
+
+
+def encode_can(request: Request, node: int) -> CanFrame:
+    """Make the frame of a request.
+
+    Args:
+        request: Command and arguments.
+        node: Node number of the board, 1 to 127.
+
+    Raises:
+        RefusedError: The command does not exist on this wire, or an argument does not fit its field.
+    """
+    op = _COMMANDS.get(request.op)
+    if op is None or not 1 <= node <= _NODE_MASK:
+        raise RefusedError("JR3 on CAN", f"cannot send {request.op.value!r} to node {node}", "nodes are 1 to 127")
+    return CanFrame(op + node, pack_arguments(request))
+
+
+def pack_arguments(request: Request) -> bytes:
+    """Payload of a request; the same on both wires.
+
+    FACT (jr3-mbed-firmware-can main.cpp): the cut-off is 16 bits, and the period of START 32 bits after it.
+
+    Raises:
+        RefusedError: An argument does not fit its field.
+    """
+    try:
+        if request.op is Op.START:
+            return struct.pack("<HI", request.cutoff_cHz, request.period_us)
+        if request.op is Op.SET_FILTER:
+            return struct.pack("<H", request.cutoff_cHz)
+    except struct.error as error:
+        values = f"cut-off {request.cutoff_cHz} (16 bits) and period {request.period_us} (32 bits)"
+        raise RefusedError("JR3", f"{values} do not fit their fields", "check the settings") from error
+    return b""
+
+
+class CanDecoder:
+    """Decodes the frames of one node.
+
+    Args:
+        node: Node number of the board, 1 to 127.
+
+    Attributes:
+        counts: What was seen so far.
+    """
+
+    def __init__(self, node: int) -> None:
+        self.counts = CanCounts()
+        self._node = node
+
+    def decode(self, frame: CanFrame) -> Ack | Forces | Moments | Bootup | None:
+        """What a frame says; None when it is not ours or makes no sense (see :attr:`counts`)."""
+        if frame.kind is not FrameKind.DATA or not 0 <= frame.can_id <= _OP_MASK | _NODE_MASK:
+            self.counts.odd_kind += 1
+            return None
+        if frame.can_id & _NODE_MASK != self._node:
+            self.counts.other_node += 1
+            return None
+        op, data = frame.can_id & _OP_MASK, frame.data
+        if op in (_FORCES, _MOMENTS) and len(data) == _READING.size:
+            x, y, z, counter = _READING.unpack(data)
+            self.counts.good += 1
+            return Forces((x, y, z), counter) if op == _FORCES else Moments((x, y, z), counter)
+        if op == _ACK and len(data) in (1, 1 + _SCALES.size):
+            return self._ack(data)
+        if op == _BOOTUP and not data:
+            self.counts.good += 1
+            return Bootup()
+        if op in (_ACK, _FORCES, _MOMENTS, _BOOTUP):
+            self.counts.wrong_length += 1
+        else:
+            self.counts.host_ops += 1
+        return None
+
+    def _ack(self, data: bytes) -> Ack | None:
+        if data[0] not in (_READY, _NOT_INITIALISED):
+            self.counts.wrong_state += 1
+            return None
+        self.counts.good += 1
+        return Ack(data[0] == _READY, _SCALES.unpack_from(data, 1) if len(data) > 1 else ())

@@ -1,0 +1,296 @@
+"""The conversation with the board, advanced by polling: no thread, no clock, no waiting."""
+
+from __future__ import annotations
+
+from palpate.drivers.errors import DriverError, SettingError, StateError
+from palpate.drivers.jr3 import verdicts
+from palpate.drivers.jr3.exchange import Exchange
+from palpate.drivers.jr3.messages import Ack, Op, Reading, Request
+from palpate.drivers.jr3.phases import FLOWING, READABLE, REQUESTS, TRANSITIONS, Cue, Phase
+from palpate.drivers.jr3.sample import Jr3Sample
+from palpate.drivers.jr3.sampling import Sampler, Zero
+from palpate.drivers.jr3.scaling import FullScales
+from palpate.drivers.jr3.settings import Jr3Settings, settling_ns
+from palpate.drivers.jr3.statistics import Identity, Jr3Statistics
+from palpate.drivers.jr3.wires import Wire
+
+FIRST_READING_NS = 500_000_000
+"""Longest wait for the first reading after START, in ns. Assumed."""
+
+ZEROING_WAIT_NS = 100_000_000
+"""Shortest wait before zeroing, in ns. FACT: yarp-devices waits 0.1 s."""
+
+MAX_BOOTS = 5
+"""Restarts in a row, without a reading between them, that are borne. Assumed."""
+
+
+class Jr3:
+    """One JR3 behind one board.
+
+    Nothing here tares by itself: the board's zero is set only by :meth:`zero`, and starting the stream removes an older
+    one. (FACT: revisions of Jr3Controller.cpp up to 765f784 zero at every START. No host can prevent that; a sensor
+    that carries a tool and reads zero right after :meth:`open` has such firmware.)
+
+    Args:
+        wire: Link and codec.
+        settings: Filter, rate and signs.
+
+    Attributes:
+        phase: Where the conversation stands.
+        failure: Why it is FAULTED; None otherwise.
+
+    Raises:
+        SettingError: The wire cannot carry as many readings.
+    """
+
+    def __init__(self, wire: Wire, settings: Jr3Settings | None = None) -> None:
+        self._settings = settings = Jr3Settings() if settings is None else settings
+        if settings.period_us < wire.timing.min_period_us:
+            problem = f"{settings.period_us} us between readings is too short"
+            raise SettingError(wire.name, problem, f"choose {wire.timing.min_period_us} us or more on this wire")
+        self.phase = Phase.CLOSED
+        self.failure: DriverError | None = None
+        self._wire, self._exchange = wire, Exchange()
+        self._cutoff_cHz, self._period_us = wire.feasible(settings.cutoff_cHz, settings.period_us)
+        self._settling_ns = settling_ns(self._cutoff_cHz)
+        self._sampler = Sampler(self._period_us, self._settling_ns, settings.signs)
+        self._stream = self._heard = self._started = False
+        self._fences = self._boots = self._boots_in_row = self._unasked = 0
+        self._raw_scales: tuple[int, ...] = ()
+        self._zero_at_ns = 0
+
+    @property
+    def latest(self) -> Jr3Sample | None:
+        """The newest sample; None before the first one."""
+        return self._sampler.latest
+
+    @property
+    def zero_state(self) -> Zero:
+        """What became of the board's zero."""
+        return self._sampler.zero_state
+
+    @property
+    def zero_lost(self) -> bool:
+        """Whether a zero that was set on request is gone: readings have jumped by it. Until acknowledged."""
+        return self._sampler.zero_state is Zero.LOST
+
+    @property
+    def after_boot(self) -> bool:
+        """Whether the board restarted in mid-run. Until acknowledged."""
+        return self._sampler.after_boot
+
+    @property
+    def identity(self) -> Identity:
+        """All by which the board can be told from another; StateError before the full scales have been read."""
+        full_scales = self._sampler.full_scales
+        if full_scales is None:
+            raise StateError(self._wire.name, "has not been asked yet", "open it and poll first")
+        return Identity(self._wire.name, full_scales, self._cutoff_cHz * 0.01, self._period_us)
+
+    def open(self, *, stream: bool = True) -> None:
+        """Begin to talk; :meth:`poll` does the rest. Also the way out of FAULTED, SILENT and IDENTIFIED.
+
+        Args:
+            stream: False to ask for state and full scales only and to leave a running stream alone.
+
+        Raises:
+            StateError: It is open already.
+        """
+        self._wish(Cue.ASKED_TO_OPEN)
+        self.failure, self._stream, self._heard, self._started = None, stream, False, False
+        self._fences, self._boots_in_row = self._wire.timing.attempts, 0
+        self._wire.forget()
+
+    def zero(self, now_ns: int) -> None:
+        """Have the board take what it reads, filtered, as its new zero; to be asked for with nothing touching the tool.
+
+        It waits five time constants of the filter first, and is done when ``phase`` is STREAMING again. FACT: the board
+        then emits one all-zero reading, which is dropped; STOP, START and a restart of the board lose the zero.
+
+        Args:
+            now_ns: Monotonic time, the same clock as for :meth:`poll`.
+
+        Raises:
+            StateError: It is not streaming.
+        """
+        self._wish(Cue.ASKED_TO_ZERO)
+        self._zero_at_ns = now_ns + max(self._settling_ns, ZEROING_WAIT_NS)
+
+    def stop(self) -> None:
+        """Stop the stream; poll until ``phase`` is CLOSED. Loses the zero (FACT). StateError when it is closed."""
+        self._wish(Cue.ASKED_TO_STOP)
+
+    def acknowledge(self) -> None:
+        """Say that the loss of the zero and the restart of the board have been seen; samples are no longer marked."""
+        self._sampler.acknowledge()
+
+    def age_ns(self, now_ns: int) -> int | None:
+        """Time since the newest sample in ns; None before the first one."""
+        return None if self.latest is None else now_ns - self.latest.receive_time_ns
+
+    def check(self) -> None:
+        """Raise what is wrong now.
+
+        Raises:
+            SilentError: No new reading for ``stall_periods``; a reading ends that by itself.
+            DriverError: The conversation has failed (``failure``); only :meth:`open` leads on.
+        """
+        if self.failure is not None:
+            raise self.failure
+        if self.phase is Phase.SILENT:
+            raise verdicts.no_reading(self._wire.name, self._settings.stall_ns, self._wire.counts())
+
+    def poll(self, now_ns: int) -> list[Jr3Sample]:
+        """Take what has arrived, and do what is due. Never raises for what device or wire do: see :meth:`check`.
+
+        Args:
+            now_ns: Monotonic time in ns.
+
+        Returns:
+            New samples, oldest first.
+        """
+        samples: list[Jr3Sample] = []
+        if self.phase in (Phase.CLOSED, Phase.FAULTED):
+            return samples
+        try:
+            for message in self._wire.receive():
+                if isinstance(message, Reading):
+                    sample = self._read(message, now_ns)
+                    if sample is not None:
+                        samples.append(sample)
+                elif isinstance(message, Ack):
+                    self._answered(message, now_ns)
+                else:
+                    self._booted()
+            self._do_due(now_ns)
+        except DriverError as error:
+            self._fail(error, Cue.LINK_LOST)
+        return samples
+
+    def statistics(self) -> Jr3Statistics:
+        """Counters since the driver was made."""
+        trips_ms = [trip * 1e-6 for trip in self._exchange.round_trips_ns()]
+        sampler, counter = self._sampler, self._sampler.counter
+        return Jr3Statistics(
+            wire=self._wire.counts(),
+            samples=sampler.samples,
+            rate_Hz=sampler.rate_Hz,
+            duplicates=counter.duplicates,
+            doubted=counter.doubted,
+            gaps=counter.gaps,
+            missed=counter.missed,
+            restarts=counter.restarts,
+            boots=self._boots,
+            unasked=self._unasked,
+            zero_readings=sampler.zero_readings,
+            timeouts=self._exchange.timeouts,
+            strays=self._exchange.strays,
+            round_trip_min_ms=trips_ms[0] if trips_ms else None,
+            round_trip_median_ms=trips_ms[len(trips_ms) // 2] if trips_ms else None,
+            round_trip_max_ms=trips_ms[-1] if trips_ms else None,
+        )
+
+    def _wish(self, cue: Cue) -> None:
+        if not self._advance(cue):
+            problem = f"cannot be {cue.value} while {self.phase.value}"
+            raise StateError(self._wire.name, problem, "poll it until it is in another phase")
+
+    def _advance(self, cue: Cue) -> bool:
+        after = TRANSITIONS.get((self.phase, cue))
+        if after is None:
+            return False
+        self.phase = after
+        self._exchange.cancel()
+        if after in REQUESTS:
+            self._ask(REQUESTS[after])
+        elif after is Phase.READING_SCALES:
+            self._raw_scales = ()
+            self._ask(self._wire.scale_ops[0])
+        return True
+
+    def _ask(self, op: Op) -> None:
+        timing = self._wire.timing
+        attempts = timing.ping_attempts if self.phase is Phase.PINGING else timing.attempts
+        if self.phase is Phase.READING_SCALES:
+            # Not repeated as it is: the answers for forces and moments look alike, so that a late one could be taken
+            # for the other. The state is asked first again; its short answer cannot overtake a late long one.
+            attempts = 1
+        self._exchange.begin(Request(op, self._cutoff_cHz, self._period_us), attempts, timing.ack_timeout_ns)
+
+    def _answered(self, ack: Ack, now_ns: int) -> None:
+        self._heard = True
+        if self._exchange.answer(ack, now_ns) is None:
+            return
+        if self.phase is Phase.READING_SCALES:
+            self._scales_read(ack.scales)
+            return
+        if self.phase is Phase.STARTING:
+            self._started = True
+            self._sampler.started(now_ns)
+        elif self.phase is Phase.ZEROING:
+            self._sampler.zeroed(now_ns)
+        elif self.phase in (Phase.STOPPING, Phase.LEAVING):
+            self._sampler.lose_zero()
+        self._advance(Cue.DONE)
+
+    def _scales_read(self, scales: tuple[int, ...]) -> None:
+        self._raw_scales += scales
+        if len(self._raw_scales) < 6:
+            self._ask(self._wire.scale_ops[1])
+            return
+        fx, fy, fz, mx, my, mz = self._raw_scales
+        self._sampler.scale_by(FullScales((fx, fy, fz), (mx, my, mz)))
+        self._advance(Cue.DONE if self._stream else Cue.ALL_ASKED)
+
+    def _booted(self) -> None:
+        self._heard = True
+        self._boots += 1
+        self._boots_in_row += 1
+        self._wire.forget()
+        self._sampler.lose_zero()
+        self._sampler.after_boot |= self._started
+        if self._boots_in_row > MAX_BOOTS:
+            self._fail(verdicts.too_many_boots(self._wire.name, self._boots_in_row))
+        elif self._advance(Cue.BOOTED):
+            self._fences = self._wire.timing.attempts
+
+    def _read(self, reading: Reading, now_ns: int) -> Jr3Sample | None:
+        if self.phase not in READABLE:
+            self._unasked += 1
+            return None
+        sample = self._sampler.take(reading, now_ns, zeroing=self.phase is Phase.ZEROING)
+        if sample is not None:
+            self._boots_in_row = 0
+            if self.phase in (Phase.AWAITING, Phase.SILENT):
+                self._advance(Cue.READ)
+        return sample
+
+    def _do_due(self, now_ns: int) -> None:
+        if self.phase is Phase.SETTLING and now_ns >= self._zero_at_ns:
+            self._advance(Cue.SETTLED)
+        patience_ns = self._settings.stall_ns
+        if self.phase is Phase.AWAITING:
+            patience_ns = max(patience_ns, FIRST_READING_NS)
+        if self.phase in FLOWING and now_ns - self._sampler.last_new_ns > patience_ns:
+            self._sampler.counter.resume()
+            self._wire.forget()
+            self._advance(Cue.STALLED)
+        if self._exchange.exhausted(now_ns):
+            self._give_up()
+        request = self._exchange.request
+        if request is not None and self._exchange.due(now_ns):
+            self._wire.send(request)
+
+    def _give_up(self) -> None:
+        if self.phase is Phase.READING_SCALES and self._fences > 0:
+            self._fences -= 1
+            self._advance(Cue.RETRIED)
+        elif self.phase is Phase.LEAVING:
+            self._advance(Cue.GAVE_UP)
+        else:
+            name, doing, refused = self._wire.name, self.phase.value, self._exchange.refused
+            self._fail(verdicts.no_answer(name, doing, self._wire.counts(), refused=refused, heard=self._heard))
+
+    def _fail(self, error: DriverError, cue: Cue = Cue.GAVE_UP) -> None:
+        if self._advance(cue):
+            self.failure = error

@@ -1,0 +1,146 @@
+"""Readings made samples: what is new, what it means, and what must be said with it."""
+
+from __future__ import annotations
+
+import enum
+from collections import deque
+
+from palpate.drivers.jr3.counter import FrameCounter
+from palpate.drivers.jr3.messages import Reading
+from palpate.drivers.jr3.sample import Jr3Sample
+from palpate.drivers.jr3.scaling import (
+    FULL_SCALE_COUNTS,
+    NEAR_SATURATION_COUNTS,
+    SATURATION_COUNTS,
+    FullScales,
+    Scaling,
+    Signs,
+    peak_counts,
+)
+
+_ZERO_PERIODS = 5
+_RATE_SAMPLES = 256
+
+
+class Zero(enum.Enum):
+    """What became of the board's own zero."""
+
+    NONE = "never set"
+    HELD = "set on request"
+    LOST = "was set and is gone"
+
+
+class Sampler:
+    """Makes samples and remembers what marks they bear.
+
+    Args:
+        period_us: Time between readings as the board is told, in microseconds.
+        settling_ns: Time that the board's filter needs, in ns.
+        signs: Of the axes.
+
+    Attributes:
+        counter: Of the board's frames.
+        full_scales: As the board reports them; None before.
+        zero_state: What became of the board's zero.
+        after_boot: Whether the board restarted in mid-run, until acknowledged.
+        latest: The newest sample; None before the first one.
+        samples: Number of samples made.
+        zero_readings: Number of all-zero readings dropped after a zeroing.
+        last_new_ns: When a new reading last came.
+    """
+
+    def __init__(self, period_us: int, settling_ns: int, signs: Signs) -> None:
+        self.counter = FrameCounter(period_us)
+        self.full_scales: FullScales | None = None
+        self.zero_state = Zero.NONE
+        self.after_boot = False
+        self.latest: Jr3Sample | None = None
+        self.samples = self.zero_readings = self.last_new_ns = 0
+        self._signs, self._settling_ns = signs, settling_ns
+        self._zero_window_ns = _ZERO_PERIODS * period_us * 1000
+        self._scaling: Scaling | None = None
+        self._settled_at_ns = 0
+        self._zero_until_ns: int | None = None
+        self._times_ns: deque[int] = deque(maxlen=_RATE_SAMPLES)
+
+    @property
+    def rate_Hz(self) -> float:
+        """Rate of the newest samples; 0 when there are fewer than two."""
+        times = self._times_ns
+        elapsed_ns = times[-1] - times[0] if times else 0
+        return (len(times) - 1) * 1e9 / elapsed_ns if elapsed_ns else 0.0
+
+    def scale_by(self, full_scales: FullScales) -> None:
+        """Use these full scales from now on."""
+        self.full_scales, self._scaling = full_scales, Scaling(full_scales, self._signs)
+
+    def started(self, now_ns: int) -> None:
+        """The board has started a stream; its filter begins at 0."""
+        self.counter.restart()
+        self.last_new_ns, self._settled_at_ns = now_ns, now_ns + self._settling_ns
+
+    def zeroed(self, now_ns: int) -> None:
+        """The board has taken a zero; FACT: exactly one reading of zeros follows, or has just come."""
+        self.zero_state = Zero.HELD
+        self._settled_at_ns = now_ns + self._settling_ns
+        self._zero_until_ns = now_ns + self._zero_window_ns
+
+    def lose_zero(self) -> None:
+        """The board has lost its zero, if it had one."""
+        if self.zero_state is Zero.HELD:
+            self.zero_state = Zero.LOST
+
+    def acknowledge(self) -> None:
+        """Marks of what was lost end here."""
+        self.after_boot = False
+        if self.zero_state is Zero.LOST:
+            self.zero_state = Zero.NONE
+
+    def take(self, reading: Reading, now_ns: int, *, zeroing: bool) -> Jr3Sample | None:
+        """Make a sample of a reading.
+
+        Args:
+            reading: From the wire.
+            now_ns: Time of the poll.
+            zeroing: Whether the board has been asked for a zero and has not answered yet.
+
+        Returns:
+            The sample; None when the reading is no news, in doubt, or the mark of a zeroing.
+        """
+        if self._scaling is None:
+            return None
+        restarts = self.counter.restarts
+        sequence = self.counter.accept(reading.counter)
+        if sequence is None:
+            return None
+        if self.counter.restarts > restarts:
+            self.lose_zero()
+            self._settled_at_ns = now_ns + self._settling_ns
+        self.last_new_ns = now_ns
+        peak = peak_counts(reading)
+        if peak == 0 and self._is_mark_of_zeroing(now_ns, zeroing):
+            self.zero_readings += 1
+            return None
+        force_N, torque_Nm = self._scaling.wrench(reading)
+        self.samples += 1
+        self._times_ns.append(now_ns)
+        self.latest = Jr3Sample(
+            force_N,
+            torque_Nm,
+            reading.counter,
+            sequence,
+            now_ns,
+            over_range=peak > FULL_SCALE_COUNTS,
+            near_saturated=peak > NEAR_SATURATION_COUNTS,
+            saturated=peak >= SATURATION_COUNTS,
+            settling=now_ns < self._settled_at_ns,
+            after_boot=self.after_boot,
+            zero_lost=self.zero_state is Zero.LOST,
+        )
+        return self.latest
+
+    def _is_mark_of_zeroing(self, now_ns: int, zeroing: bool) -> bool:
+        if zeroing:
+            return True
+        until_ns, self._zero_until_ns = self._zero_until_ns, None
+        return until_ns is not None and now_ns <= until_ns

@@ -1,0 +1,98 @@
+"""What an emulated JR3 sensor is like: full scales, times, errors and faults."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+FULL_SCALE_COUNTS = 16384
+"""Counts of a load of one full scale. FACT: comedi jr3_pci.h."""
+
+LARGEST_COUNTS = 32767
+"""Where the signed 16-bit reading saturates, about two full scales. FACT: comedi jr3_pci.h."""
+
+WRIST_FULL_SCALES = (115, 111, 185, 56, 52, 61)
+"""Fx, Fy, Fz in N and Mx, My, Mz in 0.1 N m. FACT: example of jr3-mbed-firmware-can can-plotter.py."""
+
+ASSUMED_NOISE_SHARE = 0.0005
+"""Standard deviation of the noise of an acquisition as a share of full scale. assumed: no data sheet says."""
+
+ASSUMED_DRIFT_SHARE_PER_s = 0.001 / 600.0
+"""Drift of the zero as a share of full scale a second, 0.1 % in ten minutes. assumed: no data sheet says."""
+
+_TENTHS = np.array([1.0, 1.0, 1.0, 10.0, 10.0, 10.0])
+_MIRRORED = np.array([-1.0, 1.0, 1.0, -1.0, 1.0, 1.0])
+
+
+@dataclass(frozen=True, slots=True)
+class Jr3Config:
+    """One sensor with its board.
+
+    Attributes:
+        full_scales: Fx, Fy, Fz in N, then Mx, My, Mz in 0.1 N m; unsigned 16-bit each.
+        boot_ns: Time from power to the first look at the wire, ns. FACT: 2 s in jr3-mbed-firmware-can main.cpp, 5 s
+            in jr3-mbed-firmware-uart.
+        eeprom_ns: Time to read the sensor's 256 calibration bytes, ns. CALC: one byte in each acquisition.
+        shortest_period_ns: Fastest the wire carries samples, ns; a shorter period asked for is stretched to it. CALC:
+            two CAN frames of 111 bits at 1 Mbit/s.
+        left_handed: Whether the axes are left-handed, so that Fx and Mx change sign. FACT: yarp-devices Jr3Pci.
+        connected: Whether a sensor is plugged into the board at power-up.
+        noise_share: Standard deviation of white noise on each acquisition, as a share of full scale.
+        drift_share_per_s: Drift of each axis, up or down, as a share of full scale a second.
+    """
+
+    full_scales: tuple[int, int, int, int, int, int] = WRIST_FULL_SCALES
+    boot_ns: int = 2_000_000_000
+    eeprom_ns: int = 32_896_000
+    shortest_period_ns: int = 222_000
+    left_handed: bool = True
+    connected: bool = True
+    noise_share: float = 0.0
+    drift_share_per_s: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Refuse what no board could hold.
+
+        Raises:
+            ValueError: If a full scale is no positive unsigned 16-bit number, or a time or an error is negative.
+        """
+        if len(self.full_scales) != 6 or not all(1 <= scale <= 0xFFFF for scale in self.full_scales):
+            raise ValueError(f"full_scales: six numbers from 1 to 65535 expected, got {self.full_scales}")
+        if self.boot_ns < 0 or self.eeprom_ns < 0 or self.shortest_period_ns <= 0:
+            raise ValueError("boot_ns and eeprom_ns must not be negative, shortest_period_ns must be positive")
+        if self.noise_share < 0.0 or self.drift_share_per_s < 0.0:
+            raise ValueError("noise_share and drift_share_per_s must not be negative")
+
+    def counts(self, wrench: npt.ArrayLike) -> npt.NDArray[np.float64]:
+        """Turn a true wrench into counts along the sensor's axes, neither rounded nor saturated.
+
+        Args:
+            wrench: Fx, Fy, Fz in N and Mx, My, Mz in N m, in right-handed axes.
+
+        Returns:
+            Six counts.
+        """
+        loads: npt.NDArray[np.float64] = np.asarray(wrench, dtype=np.float64) * _TENTHS
+        scaled: npt.NDArray[np.float64] = loads * FULL_SCALE_COUNTS / np.array(self.full_scales)
+        return scaled * _MIRRORED if self.left_handed else scaled
+
+
+@dataclass(frozen=True, slots=True)
+class Jr3Faults:
+    """What goes wrong with a sensor; nothing by default.
+
+    Attributes:
+        silent: The node hears and works, but nothing it sends reaches the wire.
+        saturated_axes: Indices, 0 (Fx) to 5 (Mz), of inputs stuck at the end of their range.
+        gap_probability: Chance that acquisitions are lost before a sample is sent.
+        gap_acquisitions: How many are lost then; the frame counter jumps by them.
+        moments_lost: Chance that a FORCES frame is not followed by its MOMENTS frame (CAN only).
+    """
+
+    silent: bool = False
+    saturated_axes: frozenset[int] = frozenset()
+    gap_probability: float = 0.0
+    gap_acquisitions: int = 100
+    moments_lost: float = 0.0

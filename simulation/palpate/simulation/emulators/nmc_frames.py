@@ -1,0 +1,188 @@
+"""What travels to and from an NMC module: command frames, checksums, status items, bit names.
+
+Sources: the public NMC library in ``libnmc/`` of brendandburns/ros2_zebra_zero (commit 6a558d7), the Logosol LS-231SE
+and LS-173AP manuals (a PIC-SERVO-compatible command set), the byte vectors in the tests of PyLabRobot's VSpin driver.
+"""
+
+from __future__ import annotations
+
+import enum
+from dataclasses import dataclass
+from typing import Final
+
+HEADER: Final = 0xAA
+"""First byte of every command (FACT, libnmc); it does not count for the checksum."""
+TICK_NS: Final = 512_000
+"""Shortest servo tick (FACT, PIC-SERVO: 0.512 ms)."""
+POWER_UP_BAUD: Final = 19_200
+"""Rate after power-up or hard reset, 8N1 (FACT, libnmc)."""
+_CLOCK_Hz: Final = 20_000_000
+_DIVISORS: Final = {63: 19_200, 64: 19_200, 20: 57_600, 21: 57_600, 10: 115_200, 5: 230_400}
+
+
+class Command(enum.IntEnum):
+    """Low nibble of the command byte (FACT, libnmc)."""
+
+    RESET_POS = 0x0
+    SET_ADDR = 0x1
+    DEF_STAT = 0x2
+    READ_STAT = 0x3
+    LOAD_TRAJ = 0x4
+    START_MOVE = 0x5
+    SET_GAIN = 0x6
+    STOP_MOTOR = 0x7
+    IO_CTRL = 0x8
+    SET_HOMING = 0x9
+    SET_BAUD = 0xA
+    CLEAR_BITS = 0xB
+    SAVE_AS_HOME = 0xC
+    ADD_PATHPOINT = 0xD
+    NOP = 0xE
+    HARD_RESET = 0xF
+
+
+class Item(enum.IntFlag):
+    """Status items in the order in which they are sent; the mask of DEF_STAT and READ_STAT (FACT, libnmc)."""
+
+    POSITION = 0x01
+    ANALOG = 0x02
+    VELOCITY = 0x04
+    AUXILIARY = 0x08
+    HOME = 0x10
+    IDENTITY = 0x20
+    POSITION_ERROR = 0x40
+    PATH_POINTS = 0x80
+
+
+class Status(enum.IntFlag):
+    """Bits of the status byte (FACT, libnmc)."""
+
+    MOVE_DONE = 0x01
+    CHECKSUM_ERROR = 0x02
+    OVERCURRENT = 0x04
+    POWER_ON = 0x08
+    POSITION_ERROR = 0x10
+    LIMIT1 = 0x20
+    LIMIT2 = 0x40
+    HOMING = 0x80
+
+
+class Auxiliary(enum.IntFlag):
+    """Bits of the auxiliary status byte (FACT, libnmc)."""
+
+    INDEX = 0x01
+    POSITION_WRAP = 0x02
+    SERVO_ON = 0x04
+    ACCELERATED = 0x08
+    SLEWED = 0x10
+    SERVO_OVERRUN = 0x20
+    PATH_MODE = 0x40
+
+
+class Load(enum.IntFlag):
+    """Control byte of LOAD_TRAJ (FACT, libnmc)."""
+
+    POSITION = 0x01
+    VELOCITY = 0x02
+    ACCELERATION = 0x04
+    PWM = 0x08
+    SERVO = 0x10
+    VELOCITY_PROFILE = 0x20
+    REVERSE = 0x40
+    NOW = 0x80
+
+
+class Stop(enum.IntFlag):
+    """Control byte of STOP_MOTOR (FACT, libnmc)."""
+
+    AMPLIFIER = 0x01
+    MOTOR_OFF = 0x02
+    ABRUPT = 0x04
+    SMOOTH = 0x08
+    HERE = 0x10
+    ADVANCED = 0x20
+
+
+class Homing(enum.IntFlag):
+    """Control byte of SET_HOMING (FACT, libnmc)."""
+
+    LIMIT1 = 0x01
+    LIMIT2 = 0x02
+    MOTOR_OFF = 0x04
+    INDEX = 0x08
+    ABRUPT = 0x10
+    SMOOTH = 0x20
+    POSITION_ERROR = 0x40
+    OVERCURRENT = 0x80
+
+
+class Output(enum.IntFlag):
+    """Control byte of IO_CTRL, as far as it changes what a module does (FACT, libnmc)."""
+
+    OFF_AT_LIMIT = 0x04
+    ABRUPT_AT_LIMIT = 0x08
+    FAST_PATH = 0x40
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """One complete command.
+
+    Attributes:
+        address: A module's own (0 to 0x7F) or a group's (0x80 to 0xFF).
+        command: Command code.
+        data: Up to 15 bytes.
+        intact: Whether the checksum is right.
+    """
+
+    address: int
+    command: Command
+    data: bytes
+    intact: bool
+
+
+class FrameParser:
+    """Finds command frames in a stream of bytes.
+
+    There is no time-out between bytes, as in the firmware: a partial frame waits for the rest. Enough zeros complete
+    any partial frame (with a wrong checksum, as a rule) and are skipped after it, since a zero is not a header; that
+    is why hosts resynchronise with 20 or 30 of them (FACT, libnmc).
+    """
+
+    def __init__(self) -> None:
+        self._pending = bytearray()
+
+    def push(self, byte: int) -> Frame | None:
+        """Take one byte; returns the frame that it completes."""
+        pending = self._pending
+        if not pending and byte != HEADER:
+            return None
+        pending.append(byte)
+        if len(pending) < 4 or len(pending) < 4 + (pending[2] >> 4):
+            return None
+        frame = Frame(
+            address=pending[1],
+            command=Command(pending[2] & 0x0F),
+            data=bytes(pending[3:-1]),
+            intact=sum(pending[1:-1]) & 0xFF == pending[-1],
+        )
+        pending.clear()
+        return frame
+
+    def reset(self) -> None:
+        """Forget a partial frame."""
+        self._pending.clear()
+
+
+def sealed(body: bytes) -> bytes:
+    """A reply: its bytes and their sum modulo 256 (FACT, libnmc)."""
+    return body + bytes([sum(body) & 0xFF])
+
+
+def baud_of_divisor(divisor: int) -> int:
+    """Line rate that SET_BAUD's byte selects.
+
+    The divisors which public hosts use give their nominal rates (FACT: libnmc 63, 20, 10; another driver 64, 21, 10
+    and 5 for 230400); others follow the usual UART formula with a 20 MHz clock (assumed).
+    """
+    return _DIVISORS.get(divisor, _CLOCK_Hz // (16 * (divisor + 1)))

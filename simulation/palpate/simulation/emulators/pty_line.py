@@ -1,0 +1,67 @@
+"""A pseudo-terminal that stands for a serial port."""
+
+from __future__ import annotations
+
+import os
+import select
+import termios
+import tty
+from typing import Final
+
+_OUTPUT_SPEED: Final = 5  # place in what tcgetattr returns
+_SPEEDS: Final = {
+    getattr(termios, name): int(name[1:])
+    for name in dir(termios)
+    if name[0] == "B" and name[1:].isdigit() and name != "B0"
+}
+_UNKNOWN_BAUD: Final = 1
+_TOLERANCE: Final = 0.04  # half a bit over ten is 5 %, and both ends have their share (assumed)
+
+
+class PtyLine:
+    """A raw pseudo-terminal; the device has the master, the host opens the slave's path.
+
+    The slave is kept open here too: a master whose slave nobody has open cannot be read, and a host may come and go.
+
+    Args:
+        baud: Rate to preset, so that a host which never sets one is understood.
+
+    Attributes:
+        master: File descriptor, non-blocking.
+        path: Path of the slave.
+    """
+
+    def __init__(self, baud: int) -> None:
+        self.master, self._slave = os.openpty()
+        tty.setraw(self._slave)
+        attributes = termios.tcgetattr(self._slave)
+        attributes[4:6] = [getattr(termios, f"B{baud}", termios.B38400)] * 2
+        termios.tcsetattr(self._slave, termios.TCSANOW, attributes)
+        os.set_blocking(self.master, False)
+        self.path = os.ttyname(self._slave)
+
+    def host_baud(self) -> int:
+        """Rate that the host has set; 1 for a rate without a name."""
+        return _SPEEDS.get(termios.tcgetattr(self._slave)[_OUTPUT_SPEED], _UNKNOWN_BAUD)
+
+    def read(self, size: int) -> bytes:
+        """What the host has written; nothing if nothing is there."""
+        try:
+            return os.read(self.master, size)
+        except BlockingIOError:
+            return b""
+
+    def write(self, data: bytes) -> None:
+        """Hand bytes to the host; what its full buffer cannot take is lost, as in a UART without handshake."""
+        if select.select([], [self.master], [], 0.0)[1]:
+            os.write(self.master, data)
+
+    def close(self) -> None:
+        """Hang up."""
+        os.close(self.master)
+        os.close(self._slave)
+
+
+def same_rate(host_baud: int, device_baud: int) -> bool:
+    """Whether two ends of a line understand each other."""
+    return abs(host_baud - device_baud) <= _TOLERANCE * device_baud

@@ -1,0 +1,106 @@
+"""A bus without threads and without real time: what the host sends reaches emulated drives at once, and back."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from palpate.drivers.cia402.arm import Cia402Arm
+from palpate.drivers.cia402.link import CanLink
+from palpate.drivers.cia402.settings import ArmSettings, JointDrive
+from palpate.simulation.emulators.can_frame import CanFrame
+from palpate.simulation.emulators.canopen_node import CanopenDrive
+from palpate.simulation.emulators.plant import IdealPlant
+
+SCALE = 10_000.0
+NODES = (1, 2, 3, 4, 5, 6)
+PERIOD_NS = 1_000_000_000 // 140
+
+
+class FakeNotifier:
+    def __init__(self) -> None:
+        self.exception: Exception | None = None
+        self.stopped = False
+
+
+class FakeNetwork:
+    """Looks like ``canopen.Network`` as far as the driver uses it."""
+
+    def __init__(self, nodes: list[CanopenDrive]) -> None:
+        self.nodes = nodes
+        self.subscribers: dict[int, list[Callable[[int, bytearray, float], None]]] = {}
+        self.notifier = FakeNotifier()
+        self.now_ns = 1_000_000
+        self.sent: list[tuple[int, bytes]] = []
+        self.broken: Exception | None = None
+
+    def subscribe(self, can_id: int, callback: Callable[[int, bytearray, float], None]) -> None:
+        self.subscribers.setdefault(can_id, []).append(callback)
+
+    def unsubscribe(self, can_id: int) -> None:
+        del self.subscribers[can_id]
+
+    def send_message(self, can_id: int, data: bytes, remote: bool = False) -> None:
+        if self.broken is not None:
+            raise self.broken
+        self.sent.append((can_id, bytes(data)))
+        for node in self.nodes:
+            self.deliver(node.feed(can_id, bytes(data), self.now_ns))
+
+    def deliver(self, frames: list[CanFrame]) -> None:
+        for frame in frames:
+            for callback in self.subscribers.get(frame.arbitration_id, []):
+                callback(frame.arbitration_id, bytearray(frame.data), 0.0)
+
+    def clock(self) -> int:
+        self.now_ns += 1_000
+        return self.now_ns
+
+    def sleep(self, duration_s: float) -> None:
+        self.wait_until(self.now_ns + round(duration_s * 1e9))
+
+    def wait_until(self, end_ns: int) -> None:
+        while self.now_ns < end_ns:
+            self.now_ns = min(end_ns, self.now_ns + 500_000)
+            for node in self.nodes:
+                self.deliver(node.advance(self.now_ns))
+
+    def disconnect(self) -> None:
+        self.notifier.stopped = True
+
+
+class Bench:
+    """Six emulated drives and the arm that drives them."""
+
+    def __init__(self, **settings: Any) -> None:
+        self.plant = IdealPlant()
+        self.drives = [CanopenDrive(node, self.plant, axis) for axis, node in enumerate(NODES)]
+        self.network = FakeNetwork(self.drives)
+        self.network.sleep(0.05)
+        self.settings = ArmSettings(joints=joints(), sdo_timeout_s=0.01, **settings)
+        self.arm = Cia402Arm(CanLink(self.network), self.settings, now_ns=self.network.clock, sleep=self.network.sleep)
+
+    def enabled(self) -> Bench:
+        self.arm.configure()
+        self.arm.enable()
+        return self
+
+    def cycle(self, setpoint: float | tuple[float, ...] | None = None, times: int = 1) -> Any:
+        asked = (setpoint,) * 6 if isinstance(setpoint, float) else setpoint
+        for _ in range(times):
+            # Time goes on to the next tick, not by a period after however long the last one took.
+            self.network.wait_until(-(-self.network.now_ns // PERIOD_NS) * PERIOD_NS)
+            measured = self.arm.cycle(asked)
+        return measured
+
+    def words(self) -> list[int]:
+        """Controlwords sent to the first drive, in order, without repetitions."""
+        words = [int.from_bytes(data[:2], "little") for can_id, data in self.network.sent if can_id == 0x201]
+        return [word for i, word in enumerate(words) if i == 0 or words[i - 1] != word]
+
+
+def joints(scale: float = SCALE) -> tuple[JointDrive, ...]:
+    return tuple(
+        JointDrive(node=node, counts_per_rad=scale, lower_rad=-1.0, upper_rad=1.0, velocity_rad_per_s=1.0)
+        for node in NODES
+    )

@@ -1,0 +1,310 @@
+from __future__ import annotations
+
+from fractions import Fraction
+from math import nan
+from typing import Any
+
+import pytest
+
+from palpate.drivers.cia402.limits import AppliedReason
+from palpate.drivers.cia402.measured import ArmState
+from palpate.drivers.cia402.profile import DriveState, Mode
+from palpate.drivers.errors import DeviceFaultError, RefusedError, SilentError, StateError, WiringError
+from palpate.simulation.emulators.canopen_state import PowerState
+from tests.unit.drivers.cia402.bench import SCALE, Bench
+
+modes = pytest.mark.parametrize("mode", list(Mode))
+
+
+def test_setting_up_gives_no_power() -> None:
+    bench = Bench()
+    bench.arm.configure()
+    assert bench.arm.state is ArmState.CONFIGURED
+    assert {drive.machine.state for drive in bench.drives} == {PowerState.SWITCH_ON_DISABLED}
+    measured = bench.cycle(times=10)
+    assert measured.states == (DriveState.SWITCH_ON_DISABLED,) * 6
+    assert measured.applied is None
+
+
+def test_who_the_drives_are() -> None:
+    bench = Bench()
+    assert bench.arm.identities == ()
+    bench.arm.configure()
+    assert [i.node for i in bench.arm.identities] == [1, 2, 3, 4, 5, 6]
+    second = bench.arm.identities[1]
+    assert (second.vendor, second.product, second.serial, second.name) == (0x3E7, 0x402, 0x1002, "EMU1")
+
+
+def test_a_drive_left_under_power_by_a_dead_program_is_stopped_first() -> None:
+    bench = Bench(host_watchdog_ms=0).enabled()
+    again = Bench()
+    again.drives = again.network.nodes = bench.drives
+    again.network.now_ns = bench.network.now_ns
+    assert bench.drives[0].machine.state is PowerState.ENABLED
+    again.arm.configure()
+    assert {drive.machine.state for drive in bench.drives} == {PowerState.SWITCH_ON_DISABLED}
+
+
+@modes
+def test_enabling_goes_step_by_step_and_moves_nothing(mode: Mode) -> None:
+    bench = Bench(mode=mode)
+    for axis in range(6):
+        bench.plant.set_motor_counts(axis, 1000.0 * axis - 2000.0)
+    start = [bench.plant.motor_counts(axis) for axis in range(6)]
+    bench.arm.configure()
+    bench.network.sent.clear()
+    bench.arm.enable()
+    assert bench.words() == [0x00, 0x06, 0x07, 0x0F]
+    assert bench.arm.state is ArmState.ENABLED
+    bench.cycle(times=50)
+    assert [bench.plant.motor_counts(axis) for axis in range(6)] == start
+
+
+def test_a_joint_outside_its_limits_is_not_enabled() -> None:
+    bench = Bench()
+    bench.plant.set_motor_counts(2, 1.1 * SCALE)
+    bench.arm.configure()
+    with pytest.raises(StateError, match="drive 3"):
+        bench.arm.enable()
+    assert bench.arm.state is ArmState.CONFIGURED
+    bench.plant.set_motor_counts(2, 0.0)
+    bench.arm.enable()
+
+
+@pytest.mark.parametrize("rate", [Fraction(140), Fraction(70), Fraction(35), Fraction(140, 3)])
+@modes
+def test_the_arm_goes_where_it_was_told(mode: Mode, rate: Fraction) -> None:
+    bench = Bench(mode=mode, rate_Hz=rate, host_watchdog_ms=500).enabled()
+    goal = (0.006, -0.006, 0.005, 0.0, 0.001, -0.001)
+    for _ in range(30):
+        bench.network.sleep(float(1 / rate) - 20e-6)
+        measured = bench.arm.cycle(goal)
+        assert measured.applied is not None
+        assert measured.applied.reason is AppliedReason.AS_ASKED
+    assert measured.position_rad == pytest.approx(goal, abs=2 / SCALE)
+    assert measured.fresh == (True,) * 6
+    assert measured.answered_ns >= measured.sync_ns
+
+
+@modes
+def test_a_ramp_is_followed(mode: Mode) -> None:
+    bench = Bench(mode=mode).enabled()
+    for tick in range(140):
+        measured = bench.cycle(0.5 * tick / 140)
+    # CSV is behind by the steady error of its position loop.
+    assert measured.position_rad[0] == pytest.approx(0.5, abs=0.02)
+    for _ in range(20):
+        measured = bench.cycle(0.5)
+    assert measured.position_rad[0] == pytest.approx(0.5, abs=2 / SCALE)
+
+
+def test_what_is_measured_does_not_depend_on_the_set_point_of_its_cycle() -> None:
+    bench = Bench().enabled()
+    before = bench.cycle()
+    assert bench.cycle(0.005).position_rad == before.position_rad
+    assert bench.cycle(0.005).position_rad != before.position_rad
+
+
+def test_without_a_set_point_the_last_one_holds() -> None:
+    bench = Bench().enabled()
+    bench.cycle(0.005)
+    assert bench.cycle(times=5).position_rad == pytest.approx((0.005,) * 6)
+
+
+def test_limits_are_applied_and_told() -> None:
+    bench = Bench().enabled()
+    fast = bench.cycle(0.5)
+    assert fast.applied.reason is AppliedReason.VELOCITY_LIMIT
+    assert fast.applied.position_rad == pytest.approx((1 / 140,) * 6)
+    reasons = [bench.cycle(1.5).applied.reason for _ in range(150)]
+    assert reasons[-1] is AppliedReason.POSITION_LIMIT
+    assert bench.cycle().position_rad == pytest.approx((1.0,) * 6)
+
+
+def test_asking_what_would_be_applied_sends_nothing() -> None:
+    bench = Bench().enabled()
+    sent = len(bench.network.sent)
+    assert bench.arm.limited((0.005,) * 6).reason is AppliedReason.AS_ASKED
+    assert bench.arm.limited((0.5,) * 6).reason is AppliedReason.VELOCITY_LIMIT
+    assert len(bench.network.sent) == sent
+
+
+@pytest.mark.parametrize("bad", [(nan,) * 6, (0.0,) * 5, (0.0,) * 7])
+def test_what_no_drive_may_get_is_refused_and_nothing_is_sent(bad: tuple[float, ...]) -> None:
+    bench = Bench().enabled()
+    sent = len(bench.network.sent)
+    with pytest.raises(RefusedError):
+        bench.arm.cycle(bad)
+    assert len(bench.network.sent) == sent
+    assert bench.arm.state is ArmState.ENABLED
+
+
+@modes
+def test_stopping_slows_down_smoothly_and_holds(mode: Mode) -> None:
+    bench = Bench(mode=mode, quick_stop_rad_per_s2=5.0).enabled()
+    for tick in range(1, 71):
+        bench.cycle(0.5 * tick / 70)
+    bench.arm.stop()
+    assert bench.arm.state is ArmState.STOPPED
+    path = [bench.cycle(0.5).position_rad[0] for _ in range(60)]
+    steps = [b - a for a, b in zip(path, path[1:], strict=False)]
+    assert all(0.0 <= step <= 1.05 / 140 for step in steps)
+    assert all(after <= before + 2 / SCALE for before, after in zip(steps, steps[1:], strict=False))
+    # From 1 rad/s at 5 rad/s2: 0.1 rad further, after 0.2 s.
+    assert path[-1] - path[0] == pytest.approx(0.1, abs=0.012)
+    assert path[30:] == [path[-1]] * 30
+
+
+def test_after_a_stop_nothing_is_applied_until_enabled_anew() -> None:
+    bench = Bench().enabled()
+    bench.cycle(0.005)
+    bench.arm.stop()
+    for _ in range(3):
+        measured = bench.cycle(0.004)
+        assert measured.applied.reason is AppliedReason.STOPPED
+        assert measured.applied.position_rad != (0.004,) * 6
+    bench.cycle(times=10)
+    assert bench.cycle().states == (DriveState.QUICK_STOP,) * 6
+    bench.arm.disable()
+    assert bench.arm.state is ArmState.CONFIGURED
+    bench.arm.enable()
+    here = bench.cycle().position_rad
+    assert bench.cycle(tuple(q + 0.001 for q in here)).applied.reason is AppliedReason.AS_ASKED
+
+
+def test_stopping_works_in_every_state_and_twice() -> None:
+    bench = Bench()
+    bench.arm.stop()
+    bench.arm.configure()
+    bench.arm.stop()
+    assert bench.arm.state is ArmState.CONFIGURED
+    bench.arm.enable()
+    bench.arm.stop()
+    bench.arm.stop()
+    assert bench.arm.state is ArmState.STOPPED
+    bench.drives[0].fail(0x2310)
+    with pytest.raises(DeviceFaultError):
+        bench.cycle(times=2)
+    bench.arm.stop()
+    assert bench.arm.state is ArmState.FAULTED
+    bench.arm.close()
+    bench.arm.stop()
+    assert bench.arm.state is ArmState.CLOSED
+
+
+def test_stopping_works_when_the_bus_is_gone() -> None:
+    bench = Bench().enabled()
+    bench.network.broken = OSError("no such device")
+    bench.arm.stop()
+    bench.arm.stop()
+    with pytest.raises(SilentError, match="no such device"):
+        bench.cycle()
+    bench.arm.stop()
+    bench.arm.close()
+    assert bench.arm.state is ArmState.CLOSED
+
+
+def test_an_interruption_stops_the_arm(monkeypatch: pytest.MonkeyPatch) -> None:
+    bench = Bench().enabled()
+    send = bench.network.send_message
+
+    def interrupted(can_id: int, data: bytes, remote: bool = False) -> None:
+        monkeypatch.undo()
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(bench.network, "send_message", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        bench.cycle(0.005)
+    assert bench.network.send_message == send
+    assert bench.arm.state is ArmState.STOPPED
+    assert {drive.machine.state for drive in bench.drives} == {PowerState.QUICK_STOP}
+
+
+def test_closing_takes_the_power_away_without_alarm() -> None:
+    bench = Bench().enabled()
+    bench.cycle(0.005, times=5)
+    bench.arm.close()
+    bench.arm.close()
+    bench.network.sleep(1.0)
+    assert {drive.machine.state for drive in bench.drives} == {PowerState.SWITCH_ON_DISABLED}
+    assert [drive.objects[0x1001] for drive in bench.drives] == [0] * 6
+    assert 0x181 not in bench.network.subscribers
+
+
+def test_a_host_that_dies_leaves_an_arm_at_rest() -> None:
+    bench = Bench(mode=Mode.CSV).enabled()
+    for tick in range(1, 30):
+        bench.cycle(0.5 * tick / 140)
+    bench.network.sleep(1.0)
+    assert {drive.machine.state for drive in bench.drives} == {PowerState.QUICK_STOP}
+    before = bench.plant.motor_counts(0)
+    bench.network.sleep(1.0)
+    assert bench.plant.motor_counts(0) == before
+
+
+@pytest.mark.parametrize(
+    "request_", ["enable", "cycle", "disable", "acknowledge", "configure"], ids=lambda name: str(name)
+)
+def test_out_of_order_is_refused(request_: str) -> None:
+    bench = Bench()
+    if request_ == "configure":
+        bench.arm.configure()
+    with pytest.raises(StateError):
+        getattr(bench.arm, request_)()
+
+
+def test_a_set_point_needs_power() -> None:
+    bench = Bench()
+    bench.arm.configure()
+    with pytest.raises(StateError):
+        bench.cycle(0.0)
+
+
+def test_a_drive_that_is_not_there_is_named() -> None:
+    bench = Bench()
+    bench.drives[3].faults.silent = True
+    with pytest.raises(WiringError, match="drive 4"):
+        bench.arm.configure()
+    bench.drives[3].faults.silent = False
+    bench.arm.configure()
+
+
+def test_another_device_in_a_drives_place_is_refused() -> None:
+    bench = Bench()
+    bench.drives[1].objects[0x1000] = 0x0001_0191
+    with pytest.raises(WiringError, match="drive 2: is a device of profile 401"):
+        bench.arm.configure()
+
+
+def test_a_drive_without_watchdog_is_refused_unless_told() -> None:
+    def without_watchdog(bench: Bench) -> Bench:
+        for drive in bench.drives:
+            del drive.objects._entries[0x1016, 1], drive.objects._entries[0x1016, 0]
+            drive.objects.sub = _sub_without_watchdog(drive.objects.sub)  # type: ignore[method-assign]
+        return bench
+
+    with pytest.raises(DeviceFaultError, match="0x1016:01"):
+        without_watchdog(Bench()).arm.configure()
+    without_watchdog(Bench(host_watchdog_ms=0)).arm.configure()
+
+
+def _sub_without_watchdog(sub: Any) -> Any:
+    return lambda index, subindex: 0 if index == 0x1016 else sub(index, subindex)
+
+
+def test_figures_for_the_doctor() -> None:
+    bench = Bench().enabled()
+    bench.drives[2].faults.drop_tpdos = 1
+    measured = bench.cycle()
+    assert measured.fresh == (True, True, False, True, True, True)
+    bench.drives[4].faults.duplicate_tpdos = 1
+    bench.drives[5].faults.malformed_tpdos = 1
+    bench.cycle(times=20)
+    figures = bench.arm.statistics()
+    assert figures.cycles == measured.sequence + 20
+    assert 0.0 < figures.round_trip_min_s <= figures.round_trip_median_s <= figures.round_trip_p99_s
+    assert figures.round_trip_p99_s <= figures.round_trip_max_s < 0.01
+    assert [n.missed for n in figures.nodes] == [0, 0, 1, 0, 0, 1]
+    assert [n.duplicates for n in figures.nodes] == [0, 0, 0, 0, 1, 0]
+    assert [n.malformed for n in figures.nodes] == [0, 0, 0, 0, 0, 1]
+    assert all(0.049 < n.longest_heartbeat_gap_s < 0.06 for n in figures.nodes)

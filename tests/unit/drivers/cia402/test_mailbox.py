@@ -1,0 +1,93 @@
+from __future__ import annotations
+
+from palpate.drivers.cia402.mailbox import Mailbox
+
+
+class Clock:
+    def __init__(self) -> None:
+        self.now_ns = 0
+
+    def __call__(self) -> int:
+        return self.now_ns
+
+
+def box() -> tuple[Mailbox, Clock]:
+    clock = Clock()
+    return Mailbox((1, 2), 6, clock), clock
+
+
+def tpdo(mailbox: Mailbox, node: int, data: bytes = bytes(6)) -> None:
+    mailbox.on_tpdo(0x180 + node, bytearray(data), 0.0)
+
+
+def test_waiting_ends_when_all_have_answered() -> None:
+    mailbox, clock = box()
+    mailbox.begin()
+    tpdo(mailbox, 1)
+    tpdo(mailbox, 2, b"\x27\x02\x78\x56\x34\x12")
+    first, second = mailbox.wait(clock.now_ns + 10**12)
+    assert (first.answers, second.answers) == (1, 1)
+    assert second.tpdo == b"\x27\x02\x78\x56\x34\x12"
+
+
+def test_waiting_ends_at_the_deadline() -> None:
+    mailbox, clock = box()
+    mailbox.begin()
+    tpdo(mailbox, 1)
+    assert [b.answers for b in mailbox.wait(clock.now_ns)] == [1, 0]
+
+
+def test_late_and_double_answers_are_counted() -> None:
+    mailbox, clock = box()
+    mailbox.begin()
+    tpdo(mailbox, 1)
+    tpdo(mailbox, 1)
+    mailbox.wait(clock.now_ns)
+    tpdo(mailbox, 2)
+    first, second = mailbox.look()
+    assert (first.duplicates, first.late) == (1, 0)
+    assert (second.duplicates, second.late) == (0, 1)
+
+
+def test_malformed_frames_are_counted_and_change_nothing() -> None:
+    mailbox, clock = box()
+    mailbox.begin()
+    tpdo(mailbox, 1, bytes(5))
+    mailbox.on_heartbeat(0x701, bytearray(b"\x05\x05"), 0.0)
+    mailbox.on_emcy(0x081, bytearray(b"\x00\x10\x01"), 0.0)
+    first = mailbox.wait(clock.now_ns)[0]
+    assert (first.malformed, first.answers, first.tpdo, first.nmt_state, first.active) == (3, 0, None, None, ())
+
+
+def test_heartbeats_boots_and_gaps() -> None:
+    mailbox, clock = box()
+    for time_ns, state in ((100, 0x7F), (250, 0x05), (300, 0x85), (301, 0x00)):
+        clock.now_ns = time_ns
+        mailbox.on_heartbeat(0x702, bytearray([state]), 0.0)
+        seen = mailbox.look()[1]
+        assert seen.nmt_state == state & 0x7F
+        assert seen.heartbeat_ns == time_ns
+    assert (seen.longest_gap_ns, seen.boots) == (150, 1)
+    mailbox.start_over()
+    again = mailbox.look()[1]
+    assert (again.boots, again.nmt_state, again.longest_gap_ns) == (0, None, 150)
+
+
+def test_an_emergency_stays_until_the_node_takes_it_back() -> None:
+    mailbox, _ = box()
+    mailbox.on_emcy(0x081, bytearray(b"\x11\x86\x21\x01\x02\x03\x04\x05"), 0.0)
+    first = mailbox.look()[0]
+    assert [(e.code, e.register, e.vendor) for e in first.active] == [(0x8611, 0x21, b"\x01\x02\x03\x04\x05")]
+    mailbox.on_emcy(0x081, bytearray(b"\x07\x00\x00\x00\x00\x00\x00\x00"), 0.0)
+    first = mailbox.look()[0]
+    assert (first.active, first.emergencies) == ((), 1)
+    assert [e.code for e in mailbox.emergencies()] == [0x8611, 0x0007]
+
+
+def test_a_flood_of_emergencies_does_not_grow_without_end() -> None:
+    mailbox, _ = box()
+    for _ in range(1000):
+        mailbox.on_emcy(0x081, bytearray(b"\x00\x10\x01\x00\x00\x00\x00\x00"), 0.0)
+    assert mailbox.look()[0].emergencies == 1000
+    assert len(mailbox.look()[0].active) <= 65
+    assert len(mailbox.emergencies()) == 64

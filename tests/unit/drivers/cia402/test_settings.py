@@ -1,0 +1,129 @@
+from __future__ import annotations
+
+from fractions import Fraction
+from math import nan
+from typing import Any
+
+import pytest
+
+from palpate.drivers.cia402.budget import BusBudget, frame_bits
+from palpate.drivers.cia402.identifiers import collisions, require_no_collision
+from palpate.drivers.cia402.settings import ArmSettings, JointDrive
+from palpate.drivers.errors import SettingError
+from tests.unit.drivers.cia402.bench import joints
+
+
+@pytest.mark.parametrize(("size", "plain", "worst"), [(8, 111, 135), (6, 95, 115), (1, 55, 65), (0, 47, 55)])
+def test_bits_of_a_frame(size: int, plain: int, worst: int) -> None:
+    assert frame_bits(size, stuffed=False) == plain
+    assert frame_bits(size) == worst
+
+
+def test_the_budget_of_six_drives() -> None:
+    budget = BusBudget(6, 1_000_000, 0.05)
+    assert budget.bits_per_cycle() == 12 * 115 + 55
+    assert budget.bits_per_cycle(stuffed=False) == 12 * 95 + 47
+    # 80 % of the bus, less seven heartbeats of 65 bits twenty times a second.
+    assert budget.highest_rate_Hz() == pytest.approx((800_000 - 7 * 65 * 20) / 1435)
+    budget.require(Fraction(140))
+
+
+def test_a_rate_that_does_not_fit_is_refused_with_the_numbers() -> None:
+    with pytest.raises(SettingError, match=r"1435 bits.*125000 bit/s.*63\.3 cycles/s.*140/3 Hz would fit"):
+        BusBudget(6, 125_000, 0.05).require(Fraction(140))
+    BusBudget(6, 125_000, 0.05).require(Fraction(140, 3))
+    with pytest.raises(SettingError, match="faster bus"):
+        BusBudget(6, 10_000, 0.05).require(Fraction(10))
+
+
+@pytest.mark.parametrize("rate", [Fraction(100), Fraction(280), Fraction(0), Fraction(-140)])
+def test_a_rate_that_is_no_whole_fraction_is_refused(rate: Fraction) -> None:
+    with pytest.raises(SettingError, match="no whole fraction"):
+        BusBudget(6, 1_000_000, 0.05).require(rate)
+
+
+def test_other_devices_take_their_share() -> None:
+    assert BusBudget(6, 1_000_000, 0.05, (8, 8)).bits_per_cycle() == 1435 + 270
+
+
+def test_a_sensor_on_a_node_of_its_own_is_welcome() -> None:
+    require_no_collision((1, 2, 3, 4, 5, 6, 126), 7)
+
+
+def test_a_sensor_on_a_node_of_a_drive_is_refused() -> None:
+    found = {c.identifier: (c.canopen, c.jr3) for c in collisions([3], 3)}
+    assert found[0x183] == ("TPDO1 of node 3", "START_SYNC")
+    assert found[0x203] == ("RPDO1 of node 3", "START_ASYNC")
+    assert found[0x583] == ("SDO answer of node 3", "RESET")
+    assert found[0x603] == ("SDO request of node 3", "FORCES")
+    assert found[0x703] == ("heartbeat of node 3", "BOOTUP")
+    assert 0x083 not in found  # the sensor's SYNC has no node number, so EMCY is free
+    with pytest.raises(SettingError, match="0x583 is SDO answer of node 3 and the sensor's RESET"):
+        require_no_collision([3], 3)
+
+
+@pytest.mark.parametrize("node", [0, 128])
+def test_a_sensor_on_no_node_is_refused(node: int) -> None:
+    with pytest.raises(SettingError):
+        require_no_collision([1], node)
+
+
+def test_counts_and_angles() -> None:
+    joint = JointDrive(
+        node=1, counts_per_rad=-1000.0, lower_rad=-1.0, upper_rad=2.0, velocity_rad_per_s=1.0, zero_counts=50
+    )
+    assert joint.counts(0.1) == -50
+    assert joint.angle_rad(-50) == pytest.approx(0.1)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"node": 0},
+        {"node": 128},
+        {"counts_per_rad": 0.0},
+        {"counts_per_rad": nan},
+        {"lower_rad": 2.0},
+        {"lower_rad": nan},
+        {"velocity_rad_per_s": 0.0},
+        {"zero_counts": 2**31},
+        {"counts_per_rad": 1e10},
+    ],
+)
+def test_a_joint_that_cannot_work_is_refused(wrong: dict[str, Any]) -> None:
+    good: dict[str, Any] = {
+        "node": 1,
+        "counts_per_rad": 1e4,
+        "lower_rad": -1.0,
+        "upper_rad": 1.0,
+        "velocity_rad_per_s": 1.0,
+    }
+    with pytest.raises(SettingError):
+        JointDrive(**(good | wrong))
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"joints": ()},
+        {"joints": joints() + joints()},
+        {"host_node": 3},
+        {"host_node": 200},
+        {"jr3_node": 4},
+        {"bitrate": 0},
+        {"bitrate": 125_000},
+        {"answer_share": 0.0},
+        {"csv_gain": 1.5},
+        {"velocity_margin": 0.5},
+        {"pose_margin_rad": nan},
+        {"heartbeat_timeout_ms": 40},
+        {"heartbeat_ms": 0},
+        {"missed_cycles": 0},
+        {"host_watchdog_ms": 10},
+        {"host_watchdog_ms": -1},
+        {"quick_stop_rad_per_s2": nan},
+    ],
+)
+def test_an_arm_that_cannot_work_is_refused(wrong: dict[str, Any]) -> None:
+    with pytest.raises(SettingError):
+        ArmSettings(**({"joints": joints()} | wrong))

@@ -1,0 +1,100 @@
+"""A scripted board at the other end of a fake link, and a clock that stands still unless told."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable
+
+from palpate.drivers.errors import SilentError
+from palpate.drivers.jr3.blocking import Pace
+from palpate.drivers.jr3.codec_can import CanFrame
+from palpate.drivers.jr3.device import Jr3
+from palpate.drivers.jr3.phases import Phase
+from palpate.drivers.jr3.sample import Jr3Sample
+from palpate.drivers.jr3.settings import Jr3Settings
+from palpate.drivers.jr3.wires import CanWire
+
+MS = 1_000_000
+FORCES_N, MOMENTS_DNM = (115, 111, 185), (56, 52, 61)
+OPS = {0x200: "start", 0x280: "stop", 0x300: "zero", 0x400: "state", 0x480: "force scales", 0x500: "moment scales"}
+
+
+def forces(counter: int, x: int = 0, y: int = 0, z: int = 1000, node: int = 1) -> CanFrame:
+    return CanFrame(0x600 + node, struct.pack("<3hH", x, y, z, counter))
+
+
+def moments(counter: int, x: int = 0, y: int = 0, z: int = 0, node: int = 1) -> CanFrame:
+    return CanFrame(0x680 + node, struct.pack("<3hH", x, y, z, counter))
+
+
+class FakeCanLink:
+    """Answers as the board of node 1 would, unless told otherwise.
+
+    ``mute`` names requests that are not answered, ``state`` is what acknowledgements say, ``answer`` may replace them.
+    """
+
+    def __init__(self) -> None:
+        self.garbled = self.bus_offs = self.send_failures = 0
+        self.inbox: list[CanFrame] = []
+        self.asked: list[str] = []
+        self.mute: set[str] = set()
+        self.state = 0
+        self.broken = False
+        self.answer: Callable[[str], list[CanFrame] | None] = lambda _: None
+
+    def receive(self) -> list[CanFrame]:
+        if self.broken:
+            raise SilentError("fake", "cable pulled", "plug it in")
+        frames, self.inbox = self.inbox, []
+        return frames
+
+    def send(self, frame: CanFrame) -> bool:
+        name = OPS[frame.can_id & 0x780]
+        self.asked.append(name)
+        if name in self.mute:
+            return True
+        scripted = self.answer(name)
+        self.inbox += self.ack(name) if scripted is None else scripted
+        return True
+
+    def ack(self, name: str) -> list[CanFrame]:
+        scales = {"force scales": FORCES_N, "moment scales": MOMENTS_DNM}.get(name, ())
+        return [CanFrame(0x101, bytes([self.state]) + struct.pack(f"<{len(scales)}H", *scales))]
+
+
+class Bench:
+    """A sensor on a fake link, with a clock of its own."""
+
+    def __init__(self, settings: Jr3Settings | None = None) -> None:
+        self.link = FakeCanLink()
+        self.device = Jr3(CanWire(self.link), settings or Jr3Settings(cutoff_Hz=50.0, period_us=10_000))
+        self.now_ns = 1_000 * MS
+        self.counter = 0
+
+    @property
+    def pace(self) -> Pace:
+        return Pace(lambda: self.now_ns, self.sleep)
+
+    def sleep(self, seconds: float) -> None:
+        self.now_ns += round(seconds * 1e9)
+
+    def poll(self, after_ms: float = 1.0) -> list[Jr3Sample]:
+        self.now_ns += round(after_ms * MS)
+        return self.device.poll(self.now_ns)
+
+    def polls(self, times: int, after_ms: float = 1.0) -> list[Jr3Sample]:
+        return [sample for _ in range(times) for sample in self.poll(after_ms)]
+
+    def read(self, z: int = 1000, step: int = 78) -> list[Jr3Sample]:
+        """The board's next reading, 10 ms later."""
+        self.counter = (self.counter + step) % 0x10000
+        self.link.inbox += [forces(self.counter, z=z), moments(self.counter)]
+        return self.poll(10.0)
+
+    def streaming(self) -> Bench:
+        self.device.open()
+        self.polls(8)
+        assert self.device.phase is Phase.AWAITING
+        self.read()
+        assert self.device.phase is Phase.STREAMING
+        return self

@@ -1,0 +1,108 @@
+"""CAN frames: golden ones, every field of every message, and anything at all."""
+
+from __future__ import annotations
+
+import struct
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from palpate.drivers.errors import RefusedError
+from palpate.drivers.jr3.codec_can import CanDecoder, CanFrame, FrameKind, encode_can
+from palpate.drivers.jr3.messages import Ack, Bootup, Forces, Moments, Op, Request
+
+COUNTS = st.tuples(*[st.integers(-32768, 32767)] * 3)
+U16 = st.integers(0, 0xFFFF)
+
+
+def test_the_start_of_the_firmwares_readme() -> None:
+    # cansend can0 201#C80010270000: node 1, asynchronous, 2 Hz, 10 ms.
+    frame = encode_can(Request(Op.START, cutoff_cHz=200, period_us=10_000), 1)
+    assert frame == CanFrame(0x201, bytes.fromhex("C80010270000"))
+
+
+@pytest.mark.parametrize(
+    ("request_", "can_id", "data"),
+    [
+        (Request(Op.STOP), 0x282, ""),
+        (Request(Op.ZERO), 0x302, ""),
+        (Request(Op.SET_FILTER, cutoff_cHz=1025), 0x382, "0104"),
+        (Request(Op.GET_STATE), 0x402, ""),
+        (Request(Op.GET_FORCE_SCALES), 0x482, ""),
+        (Request(Op.GET_MOMENT_SCALES), 0x502, ""),
+        (Request(Op.RESET), 0x582, ""),
+    ],
+)
+def test_every_command(request_: Request, can_id: int, data: str) -> None:
+    assert encode_can(request_, 2) == CanFrame(can_id, bytes.fromhex(data))
+
+
+@pytest.mark.parametrize(
+    ("request_", "node"),
+    [
+        (Request(Op.GET_SCALES), 1),
+        (Request(Op.STOP), 0),
+        (Request(Op.STOP), 128),
+        (Request(Op.START, cutoff_cHz=65536), 1),
+        (Request(Op.START, period_us=-1), 1),
+        (Request(Op.SET_FILTER, cutoff_cHz=-1), 1),
+    ],
+)
+def test_what_no_board_may_get(request_: Request, node: int) -> None:
+    with pytest.raises(RefusedError):
+        encode_can(request_, node)
+
+
+def test_golden_answers() -> None:
+    decoder = CanDecoder(1)
+    assert decoder.decode(CanFrame(0x101, b"\0")) == Ack(True)
+    assert decoder.decode(CanFrame(0x101, b"\1")) == Ack(False)
+    assert decoder.decode(CanFrame(0x101, bytes.fromhex("0073006F00B900"))) == Ack(True, (115, 111, 185))
+    assert decoder.decode(CanFrame(0x601, bytes.fromhex("0100FFFF0080FFFF"))) == Forces((1, -1, -32768), 65535)
+    assert decoder.decode(CanFrame(0x681, bytes.fromhex("FF7F000001000200"))) == Moments((32767, 0, 1), 2)
+    assert decoder.decode(CanFrame(0x701)) == Bootup()
+    assert decoder.counts.good == 6
+
+
+@given(COUNTS, COUNTS, U16, st.integers(1, 127))
+def test_readings_come_back(force: tuple[int, ...], moment: tuple[int, ...], counter: int, node: int) -> None:
+    decoder = CanDecoder(node)
+    assert decoder.decode(CanFrame(0x600 + node, struct.pack("<3hH", *force, counter))) == Forces(force, counter)
+    assert decoder.decode(CanFrame(0x680 + node, struct.pack("<3hH", *moment, counter))) == Moments(moment, counter)
+
+
+@pytest.mark.parametrize(
+    ("frame", "counted"),
+    [
+        (CanFrame(0x701, b"\x05"), "wrong_length"),  # a CANopen heartbeat
+        (CanFrame(0x601, bytes(7)), "wrong_length"),
+        (CanFrame(0x681, b""), "wrong_length"),
+        (CanFrame(0x101, bytes(2)), "wrong_length"),
+        (CanFrame(0x101, b"\x02"), "wrong_state"),
+        (CanFrame(0x602, bytes(8)), "other_node"),
+        (CanFrame(0x080), "other_node"),
+        (CanFrame(0x281), "host_ops"),
+        (CanFrame(0x601, bytes(8), FrameKind.ERROR), "odd_kind"),
+        (CanFrame(0x601, bytes(8), FrameKind.EXTENDED), "odd_kind"),
+        (CanFrame(0x601, b"", FrameKind.REMOTE), "odd_kind"),
+        (CanFrame(0x601, bytes(8), FrameKind.FD), "odd_kind"),
+        (CanFrame(0x801 + 0x600, bytes(8)), "odd_kind"),
+    ],
+)
+def test_what_is_not_ours_is_counted(frame: CanFrame, counted: str) -> None:
+    decoder = CanDecoder(1)
+    assert decoder.decode(frame) is None
+    assert getattr(decoder.counts, counted) == 1
+    assert decoder.counts.good == 0
+
+
+@given(st.integers(-1, 1 << 29), st.binary(max_size=64), st.sampled_from(FrameKind))
+def test_no_frame_raises_and_each_is_counted_once(can_id: int, data: bytes, kind: FrameKind) -> None:
+    decoder = CanDecoder(1)
+    decoder.decode(CanFrame(can_id, data, kind))
+    counts = decoder.counts
+    assert (
+        counts.good + counts.other_node + counts.host_ops + counts.wrong_length + counts.wrong_state + (counts.odd_kind)
+        == 1
+    )

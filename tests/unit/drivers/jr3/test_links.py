@@ -1,0 +1,199 @@
+"""The links: python-can and pyserial objects that behave, misbehave and vanish."""
+
+from __future__ import annotations
+
+import errno
+import os
+import pty
+import tty
+from collections.abc import Callable
+from typing import Any
+
+import can
+import pytest
+import serial
+
+from palpate.drivers.errors import SilentError
+from palpate.drivers.jr3.codec_can import CanFrame, FrameKind
+from palpate.drivers.jr3.links import MAX_BYTES, MAX_FRAMES, CanLink, UartLink
+
+
+class ScriptedBus:
+    """Gives what is in the script: a message, None, or an exception to raise."""
+
+    def __init__(self, *script: Any) -> None:
+        self.script = list(script)
+        self.flushed = 0
+
+    def recv(self, timeout: float) -> Any:
+        assert timeout == 0.0
+        step = self.script.pop(0) if self.script else None
+        if isinstance(step, Exception):
+            raise step
+        return step
+
+    def send(self, message: can.Message) -> None:
+        self.recv(0.0)
+
+    def flush(self) -> None:
+        self.flushed += 1
+
+
+def link_to(*script: Any) -> CanLink:
+    return CanLink(ScriptedBus(*script))  # type: ignore[arg-type]
+
+
+def caused(error: Exception, cause: Exception) -> Exception:
+    error.__cause__ = cause
+    return error
+
+
+def test_a_virtual_bus() -> None:
+    with (
+        can.Bus(interface="virtual", channel="jr3-links") as ours,
+        can.Bus(interface="virtual", channel="jr3-links") as board,
+    ):
+        link = CanLink(ours)
+        assert link.receive() == []
+        assert link.send(CanFrame(0x401))
+        heard = board.recv(1.0)
+        assert heard is not None
+        assert (heard.arbitration_id, heard.dlc, heard.is_extended_id) == (0x401, 0, False)
+        board.send(can.Message(arbitration_id=0x601, data=bytes(8), is_extended_id=False))
+        board.send(can.Message(arbitration_id=0x601, data=bytes(8), is_extended_id=True))
+        board.send(can.Message(arbitration_id=0x601, is_remote_frame=True, dlc=8, is_extended_id=False))
+        board.send(can.Message(arbitration_id=0x601, data=bytes(8), is_fd=True, is_extended_id=False))
+        kinds = [frame.kind for frame in link.receive()]
+        assert kinds == [FrameKind.DATA, FrameKind.EXTENDED, FrameKind.REMOTE, FrameKind.FD]
+
+
+def test_bus_off_is_counted() -> None:
+    link = link_to(can.Message(arbitration_id=0x40, is_error_frame=True, dlc=8, data=bytes(8), is_extended_id=False))
+    assert link.receive() == [CanFrame(0x40, bytes(8), FrameKind.ERROR)]
+    assert link.bus_offs == 1
+
+
+@pytest.mark.parametrize("error", [ValueError("bad hex"), IndexError("short line")])
+def test_a_malformed_line_does_not_end_the_reception(error: Exception) -> None:
+    good = can.Message(arbitration_id=0x701, is_extended_id=False)
+    link = link_to(error, error, good)
+    assert link.receive() == [CanFrame(0x701)]
+    assert link.garbled == 2
+
+
+def test_a_line_that_is_not_text_is_flushed() -> None:
+    poisoned = caused(can.CanOperationError("read"), UnicodeDecodeError("utf-8", b"\xff", 0, 1, "bad"))
+    link = link_to(poisoned, can.Message(arbitration_id=0x701, is_extended_id=False))
+    assert link.receive() == [CanFrame(0x701)]
+    assert link.garbled == 1
+    assert link._bus.flushed == 1  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        can.CanOperationError("down", errno.ENETDOWN),
+        caused(can.CanOperationError("read"), OSError(errno.EIO, "gone")),
+        OSError(errno.ENODEV, "gone"),
+        serial.SerialException("gone"),
+        TypeError("port closed"),
+    ],
+)
+def test_an_interface_that_is_gone(error: Exception) -> None:
+    with pytest.raises(SilentError, match="interface fails"):
+        link_to(error).receive()
+
+
+def test_a_full_queue_passes_but_a_dead_interface_does_not() -> None:
+    link = link_to(can.CanOperationError("Transmit buffer full"))
+    assert not link.send(CanFrame(0x401))
+    assert link.send_failures == 1
+    with pytest.raises(SilentError):
+        link_to(OSError(errno.ENODEV, "gone")).send(CanFrame(0x401))
+
+
+def test_a_flood_is_taken_in_portions() -> None:
+    link = link_to(*[can.Message(arbitration_id=0x701, is_extended_id=False)] * (MAX_FRAMES + 3))
+    assert len(link.receive()) == MAX_FRAMES
+    assert len(link.receive()) == 3
+
+
+def test_slcan_survives_what_would_end_a_receive_thread() -> None:
+    master, slave = pty.openpty()
+    tty.setraw(slave)
+    bus = can.Bus(interface="slcan", channel=os.ttyname(slave), sleep_after_open=0)
+    try:
+        link = CanLink(bus)
+        for line in (b"t1014ZZ\r", b"t1\r", b"t\r", b"\xff\xfe\r", b"t60180100\r"):
+            os.write(master, line)
+        for _ in range(8):
+            link.receive()
+        os.write(master, b"t7010\r")
+        frames: list[CanFrame] = []
+        while not frames:
+            frames = link.receive()
+        assert frames[-1].can_id == 0x701
+        assert link.garbled >= 4
+    finally:
+        bus.shutdown()
+        os.close(master)
+        os.close(slave)
+
+
+class ScriptedPort:
+    """A port that gives scripted chunks."""
+
+    timeout: float | None = 1.0
+    write_timeout: float | None = None
+
+    def __init__(self, *script: bytes | Exception) -> None:
+        self.script = list(script)
+        self.written = b""
+
+    def read(self, size: int, /) -> bytes:
+        step = self.script.pop(0) if self.script else b""
+        if isinstance(step, Exception):
+            raise step
+        self.script[:0] = [step[size:]] if len(step) > size else []
+        return step[:size]
+
+    def write(self, data: bytes, /) -> int:
+        self.read(1)
+        self.written += data
+        return len(data)
+
+
+def test_a_port_is_made_non_blocking_and_read_until_nothing_waits() -> None:
+    port = ScriptedPort(b"a", b"b", b"c", b"", b"d")
+    link = UartLink(port)
+    assert port.timeout == 0.0
+    assert [link.receive(), link.receive(), link.receive()] == [b"abc", b"d", b""]
+    assert len(UartLink(ScriptedPort(bytes(MAX_BYTES + 7))).receive()) == MAX_BYTES
+    assert link.send(b"<06>")
+    assert port.written == b"<06>"
+
+
+@pytest.mark.parametrize("error", [serial.SerialException("unplugged"), OSError(5, "gone"), TypeError("closed")])
+@pytest.mark.parametrize("use", [UartLink.receive, lambda link: link.send(b"<06>")])
+def test_a_port_that_is_gone(error: Exception, use: Callable[[UartLink], object]) -> None:
+    with pytest.raises(SilentError, match="port fails"):
+        use(UartLink(ScriptedPort(error)))
+
+
+def test_a_real_pseudo_terminal() -> None:
+    master, slave = pty.openpty()
+    tty.setraw(slave)
+    with serial.serial_for_url(os.ttyname(slave), baudrate=115200) as port:
+        link = UartLink(port)
+        assert link.receive() == b""
+        os.write(master, b"<10>")
+        received = b""
+        while len(received) < 4:
+            received += link.receive()
+        assert received == b"<10>"
+        link.send(b"<06>")
+        assert os.read(master, 4) == b"<06>"
+        os.close(slave)
+        os.close(master)
+        with pytest.raises(SilentError):
+            link.receive()

@@ -1,0 +1,261 @@
+"""The conversation: from the first ping to the first reading, on both wires, and its end."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import pytest
+
+from palpate.drivers.errors import (
+    DeviceFaultError,
+    GarbledError,
+    SettingError,
+    SilentError,
+    StateError,
+    WiringError,
+)
+from palpate.drivers.jr3.blocking import identify, shut_down, start_up, zero
+from palpate.drivers.jr3.codec_can import CanFrame
+from palpate.drivers.jr3.device import Jr3
+from palpate.drivers.jr3.phases import TRANSITIONS, Cue, Phase
+from palpate.drivers.jr3.sampling import Zero
+from palpate.drivers.jr3.scaling import FullScales
+from palpate.drivers.jr3.settings import Jr3Settings
+from palpate.drivers.jr3.wires import CanWire, UartWire
+from tests.unit.drivers.jr3.board import FORCES_N, MOMENTS_DNM, MS, Bench, FakeCanLink, forces, moments
+
+
+def test_the_order_of_requests() -> None:
+    bench = Bench().streaming()
+    assert bench.link.asked == ["state", "force scales", "moment scales", "stop", "start"]
+    assert bench.device.identity.full_scales == FullScales(FORCES_N, MOMENTS_DNM)
+    assert bench.device.zero_state is Zero.NONE
+
+
+def test_only_one_request_is_in_flight() -> None:
+    bench = Bench()
+    bench.link.mute = {"force scales"}
+    bench.device.open()
+    bench.polls(100)
+    assert bench.link.asked == ["state", "force scales"]
+
+
+def test_a_late_acknowledgement_counts_once() -> None:
+    bench = Bench()
+    bench.link.mute = {"state"}
+    bench.device.open()
+    bench.polls(260)
+    assert bench.link.asked == ["state", "state"]
+    bench.link.inbox += bench.link.ack("state") * 2
+    bench.link.mute = set()
+    bench.polls(9)
+    assert bench.link.asked == ["state", "state", "force scales", "moment scales", "stop", "start"]
+    statistics = bench.device.statistics()
+    assert (statistics.timeouts, statistics.strays) == (1, 1)
+
+
+def test_a_late_answer_for_forces_is_not_taken_for_moments() -> None:
+    bench = Bench()
+    bench.link.mute = {"force scales"}
+    bench.device.open()
+    while len(bench.link.asked) < 3:
+        bench.poll()
+    assert bench.link.asked == ["state", "force scales", "state"]
+    # Both answers come at once: the late long one and the short one that was asked for.
+    bench.link.inbox = bench.link.ack("force scales") + bench.link.ack("state")
+    bench.link.mute = set()
+    bench.polls(9)
+    assert bench.device.identity.full_scales == FullScales(FORCES_N, MOMENTS_DNM)
+
+
+def test_nobody_there() -> None:
+    bench = Bench()
+    bench.link.mute = {"state"}
+    with pytest.raises(WiringError, match="nobody answers"):
+        start_up(bench.device, bench.pace)
+    assert bench.link.asked == ["state"] * 16
+    assert bench.device.phase is Phase.FAULTED
+
+
+def test_nothing_but_garbage() -> None:
+    bench = Bench()
+    bench.link.answer = lambda _: [CanFrame(0x101, b"\x07")]
+    with pytest.raises(GarbledError):
+        start_up(bench.device, bench.pace)
+
+
+@pytest.mark.parametrize("request_name", ["stop", "start", "moment scales"])
+def test_a_board_that_falls_silent_while_it_is_set_up(request_name: str) -> None:
+    bench = Bench()
+    bench.link.mute = {request_name}
+    with pytest.raises(SilentError, match="no answer"):
+        start_up(bench.device, bench.pace)
+    assert bench.link.asked.count(request_name) in (3, 4)
+
+
+def test_full_scales_of_a_sensor_that_is_not_initialised_are_ignored() -> None:
+    bench = Bench()
+    stale = CanFrame(0x101, b"\x01" + b"\xff" * 6)
+    answers = {"force scales": [stale]}
+    bench.link.answer = lambda name: answers.pop(name, None)
+    bench.device.open()
+    bench.polls(280)
+    assert bench.device.identity.full_scales == FullScales(FORCES_N, MOMENTS_DNM)
+
+
+def test_a_board_that_boots_meanwhile_is_waited_for() -> None:
+    bench = Bench()
+    bench.link.state = 1
+    bench.device.open()
+    bench.polls(1000)
+    assert bench.device.phase is Phase.PINGING
+    bench.link.state = 0
+    bench.polls(260)
+    assert bench.device.phase is Phase.AWAITING
+    assert bench.device.statistics().timeouts == 0
+
+
+def test_a_board_without_a_sensor() -> None:
+    bench = Bench()
+    bench.link.state = 1
+    with pytest.raises(DeviceFaultError, match="not initialised"):
+        start_up(bench.device, bench.pace)
+
+
+def test_a_full_scale_of_zero() -> None:
+    bench = Bench()
+    bench.link.answer = lambda name: [CanFrame(0x101, bytes(7))] if name == "force scales" else None
+    with pytest.raises(DeviceFaultError, match="full scales"):
+        start_up(bench.device, bench.pace)
+
+
+def test_a_stream_that_never_begins() -> None:
+    bench = Bench()
+    with pytest.raises(SilentError, match="no new reading"):
+        start_up(bench.device, bench.pace)
+
+
+def test_readings_of_an_older_stream_are_not_ours() -> None:
+    bench = Bench()
+    bench.device.open()
+    assert bench.read() == []
+    assert bench.device.statistics().unasked == 1
+
+
+def test_identifying_leaves_a_stream_alone() -> None:
+    bench = Bench()
+    identity = identify(bench.device, bench.pace)
+    assert bench.link.asked == ["state", "force scales", "moment scales"]
+    assert (identity.name, identity.cutoff_Hz, identity.period_us) == ("JR3 on CAN, node 1", 50.0, 10_000)
+    bench.device.open()
+    assert bench.device.phase is Phase.PINGING
+
+
+def test_blocking_helpers() -> None:
+    bench = Bench()
+    sleep = bench.sleep
+
+    def sleep_and_stream(seconds: float) -> None:
+        sleep(seconds)
+        if "start" in bench.link.asked:
+            bench.counter += 16
+            bench.link.inbox += [forces(bench.counter), moments(bench.counter)]
+
+    pace = dataclasses.replace(bench.pace, sleep=sleep_and_stream)
+    start_up(bench.device, pace)
+    zero(bench.device, pace)
+    assert bench.device.zero_state is Zero.HELD
+    assert bench.device.statistics().rate_Hz == pytest.approx(500.0, rel=0.01)
+    trip = bench.device.statistics().round_trip_max_ms
+    assert trip == pytest.approx(2.0)
+    shut_down(bench.device, pace)
+    shut_down(bench.device, pace)
+    assert bench.device.phase is Phase.CLOSED
+
+
+def test_a_wait_has_an_end() -> None:
+    bench = Bench()
+    bench.link.mute = {"state"}
+    with pytest.raises(SilentError, match="still asking for the state"):
+        start_up(bench.device, bench.pace, timeout_s=1.0)
+
+
+def test_leaving_a_board_that_does_not_answer() -> None:
+    bench = Bench().streaming()
+    bench.link.mute = {"stop"}
+    shut_down(bench.device, bench.pace)
+    assert bench.device.phase is Phase.CLOSED
+
+
+def test_wishes_out_of_order_are_refused() -> None:
+    bench = Bench()
+    for wish in (bench.device.stop, lambda: bench.device.zero(0), lambda: bench.device.identity):
+        with pytest.raises(StateError):
+            wish()
+    bench.streaming()
+    with pytest.raises(StateError):
+        bench.device.open()
+
+
+@pytest.mark.parametrize(("cue", "phase"), [(cue, phase) for cue in Cue for phase in Phase])
+def test_the_table_never_leads_into_the_dark(cue: Cue, phase: Phase) -> None:
+    after = TRANSITIONS.get((phase, cue))
+    if phase is Phase.CLOSED:
+        assert after in (None, Phase.PINGING)
+    if after is Phase.FAULTED:
+        assert cue in (Cue.GAVE_UP, Cue.LINK_LOST)
+    if phase is not Phase.CLOSED and cue is Cue.ASKED_TO_STOP:
+        assert after in (Phase.LEAVING, Phase.CLOSED) or phase is Phase.LEAVING
+
+
+class FakeByteLink:
+    """The board on a serial line: takes a second for each command, as the firmware does."""
+
+    def __init__(self) -> None:
+        self.send_failures = 0
+        self.inbox = b""
+        self.written: list[bytes] = []
+
+    def receive(self) -> bytes:
+        data, self.inbox = self.inbox, b""
+        return data
+
+    def send(self, frame: bytes) -> bool:
+        self.written.append(frame)
+        scales = bytes.fromhex("3E003E003E003E003E003E00") if frame == b"<07>" else b""
+        self.inbox += b"<01\x00" + scales + b">"
+        return True
+
+
+def test_the_serial_line() -> None:
+    link = FakeByteLink()
+    device = Jr3(UartWire(link), Jr3Settings(cutoff_Hz=0.6, period_us=0x3E00))
+    device.open()
+    now_ns = 0
+    for _ in range(5):
+        device.poll(now_ns := now_ns + 1000 * MS)
+    # 60 and 15872 would hold delimiters.
+    assert link.written == [b"<06>", b"<07>", b"<03>", b"<02\x3b\x00\xff\x3d\x00\x00>"]
+    link.inbox = b"noise<09" + bytes(10) + b"\x01\x00\x05\x00>"
+    (sample,) = device.poll(now_ns + 10 * MS)
+    assert sample.torque_Nm == (0.0, 0.0, 62 / 163840)
+    assert device.identity.full_scales == FullScales((62, 62, 62), (62, 62, 62))
+    assert device.statistics().wire.garbage == 5
+
+
+def test_a_serial_board_gets_2_5_seconds() -> None:
+    link = FakeByteLink()
+    device = Jr3(UartWire(link))
+    device.open()
+    device.poll(0)
+    link.inbox = b""
+    device.poll(2499 * MS)
+    assert len(link.written) == 1
+    device.poll(2500 * MS)
+    assert len(link.written) == 2
+
+
+@pytest.mark.parametrize(("wire", "period_us"), [("can", 500), ("uart", 1500)])
+def test_more_readings_than_the_wire_carries(wire: str, period_us: int) -> None:
+    with pytest.raises(SettingError, match="or more on this wire"):
+        Jr3(CanWire(FakeCanLink()) if wire == "can" else UartWire(FakeByteLink()), Jr3Settings(period_us=period_us))

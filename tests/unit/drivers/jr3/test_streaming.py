@@ -1,0 +1,238 @@
+"""The conversation: samples, the board's zero, restarts, silence and pulled cables."""
+
+from __future__ import annotations
+
+import pytest
+
+from palpate.drivers.errors import (
+    DeviceFaultError,
+    SilentError,
+)
+from palpate.drivers.jr3.blocking import shut_down
+from palpate.drivers.jr3.codec_can import CanFrame
+from palpate.drivers.jr3.device import MAX_BOOTS
+from palpate.drivers.jr3.phases import Phase
+from palpate.drivers.jr3.sampling import Zero
+from palpate.drivers.jr3.settings import Jr3Settings
+from tests.unit.drivers.jr3.board import MS, Bench, forces, moments
+
+BOOTUP = CanFrame(0x701)
+
+
+def test_a_sample() -> None:
+    bench = Bench().streaming()
+    bench.polls(4, 5.0)
+    (sample,) = bench.read(z=-16384, step=78 * 3)
+    assert sample.force_N == (0.0, 0.0, -185.0)
+    assert sample.torque_Nm == (0.0, 0.0, 0.0)
+    assert (sample.counter, sample.receive_time_ns) == (78 * 4, bench.now_ns)
+    assert sample == bench.device.latest
+    assert bench.device.age_ns(bench.now_ns + 5) == 5
+    assert not any((sample.over_range, sample.near_saturated, sample.saturated, sample.after_boot, sample.zero_lost))
+
+
+def test_bootup_in_mid_run_starts_anew_and_tells_that_the_zero_is_gone() -> None:
+    bench = Bench().streaming()
+    _zeroed(bench)
+    last = bench.device.latest
+    bench.link.asked.clear()
+    bench.link.inbox.append(BOOTUP)
+    bench.poll()
+    assert bench.device.phase is Phase.PINGING
+    assert bench.device.zero_lost
+    bench.polls(8)
+    bench.counter = 0
+    (sample,) = bench.read()
+    assert bench.link.asked == ["state", "force scales", "moment scales", "stop", "start"]
+    assert sample.zero_lost
+    assert sample.after_boot
+    assert sample.settling
+    assert last is not None
+    assert sample.sequence == last.sequence + 1
+    bench.device.acknowledge()
+    (sample,) = bench.read()
+    assert not sample.zero_lost
+    assert not sample.after_boot
+    assert bench.device.statistics().boots == 1
+
+
+def test_bootup_before_the_first_start_is_no_event() -> None:
+    bench = Bench()
+    bench.link.mute = {"state"}
+    bench.device.open()
+    bench.polls(100)
+    bench.link.inbox.append(BOOTUP)
+    bench.link.mute = set()
+    bench.polls(9)
+    (sample,) = bench.read()
+    assert not sample.after_boot
+
+
+def test_a_board_that_keeps_restarting() -> None:
+    bench = Bench().streaming()
+    for _ in range(MAX_BOOTS + 1):
+        bench.link.inbox.append(BOOTUP)
+        bench.polls(2)
+    with pytest.raises(DeviceFaultError, match="restarted"):
+        bench.device.check()
+
+
+def test_restarts_with_readings_between_are_borne() -> None:
+    bench = Bench().streaming()
+    for _ in range(MAX_BOOTS + 1):
+        bench.link.inbox.append(BOOTUP)
+        bench.polls(8)
+        assert len(bench.read()) == 1
+    bench.device.check()
+
+
+def test_no_half_of_a_reading_survives_a_restart() -> None:
+    bench = Bench().streaming()
+    bench.link.inbox += [forces(156), BOOTUP]
+    bench.polls(8)
+    bench.link.inbox += [moments(156)]
+    assert bench.poll() == []
+
+
+def _zeroed(bench: Bench) -> None:
+    bench.device.zero(bench.now_ns)
+    while bench.device.phase is not Phase.STREAMING:
+        bench.read()
+
+
+def test_zeroing_waits_for_the_filter() -> None:
+    bench = Bench(Jr3Settings(cutoff_Hz=2.0, period_us=10_000)).streaming()
+    asked_ns = bench.now_ns
+    bench.device.zero(asked_ns)
+    while "zero" not in bench.link.asked:
+        assert len(bench.read()) == 1
+    assert bench.now_ns - asked_ns >= 398 * MS
+    assert bench.device.zero_state is Zero.NONE
+    bench.read()
+    assert bench.device.zero_state is Zero.HELD
+    assert bench.device.phase is Phase.STREAMING
+
+
+def test_the_reading_that_marks_a_zeroing_is_dropped_once() -> None:
+    bench = Bench(Jr3Settings(cutoff_Hz=0.0, period_us=10_000)).streaming()
+    assert len(bench.read(z=0)) == 1
+    _zeroed(bench)
+    assert bench.read(z=0) == []
+    assert len(bench.read(z=0)) == 1
+    assert bench.device.statistics().zero_readings == 1
+
+
+def test_a_zero_reading_long_after_is_a_sample() -> None:
+    bench = Bench().streaming()
+    _zeroed(bench)
+    for _ in range(6):
+        bench.read()
+    assert len(bench.read(z=0)) == 1
+
+
+def test_nothing_zeroes_by_itself() -> None:
+    bench = Bench().streaming()
+    for _ in range(200):
+        bench.read()
+    shut_down(bench.device, bench.pace)
+    start = Bench().streaming()
+    assert "zero" not in bench.link.asked + start.link.asked
+
+
+def test_stop_and_start_lose_the_zero() -> None:
+    bench = Bench().streaming()
+    _zeroed(bench)
+    shut_down(bench.device, bench.pace)
+    assert bench.device.phase is Phase.CLOSED
+    assert bench.device.zero_lost
+    bench.device.open()
+    bench.polls(8)
+    (sample,) = bench.read()
+    assert sample.zero_lost
+    _zeroed(bench)
+    assert not bench.device.zero_lost
+
+
+def test_a_counter_that_goes_back_means_a_lost_zero() -> None:
+    bench = Bench().streaming()
+    bench.counter = 20_000
+    bench.read()
+    bench.read()
+    _zeroed(bench)
+    bench.counter = 0
+    assert bench.read() == []
+    (sample,) = bench.read()
+    assert sample.zero_lost
+    assert bench.device.statistics().restarts == 1
+
+
+def test_samples_are_settling_after_a_start() -> None:
+    bench = Bench(Jr3Settings(cutoff_Hz=2.0, period_us=10_000)).streaming()
+    flags = [bench.read()[0].settling for _ in range(60)]
+    assert flags[0]
+    assert not flags[-1]
+    assert flags == sorted(flags, reverse=True)
+
+
+@pytest.mark.parametrize(
+    ("counts", "flags"),
+    [(16384, "000"), (16385, "100"), (-16385, "100"), (26215, "110"), (-32752, "111"), (32767, "111")],
+)
+def test_saturation(counts: int, flags: str) -> None:
+    (sample,) = Bench().streaming().read(z=counts)
+    assert f"{sample.over_range:d}{sample.near_saturated:d}{sample.saturated:d}" == flags
+
+
+def test_forces_without_moments_make_no_sample() -> None:
+    bench = Bench().streaming()
+    bench.link.inbox += [forces(156), forces(234), moments(234), moments(234)]
+    assert [sample.counter for sample in bench.poll(20.0)] == [234]
+    assert bench.device.statistics().wire.orphans == 1
+
+
+def test_a_repeated_reading_is_no_news() -> None:
+    bench = Bench().streaming()
+    bench.link.inbox += [forces(156), moments(156), forces(156), moments(156)]
+    assert len(bench.poll()) == 1
+    assert bench.device.statistics().duplicates == 1
+
+
+def test_silence_and_the_end_of_it() -> None:
+    bench = Bench().streaming()
+    bench.polls(200)
+    bench.device.check()
+    bench.polls(2)
+    assert bench.device.phase is Phase.SILENT
+    with pytest.raises(SilentError, match="no new reading for 200 ms"):
+        bench.device.check()
+    assert len(bench.read()) == 1
+    bench.device.check()
+    assert bench.device.phase is Phase.STREAMING
+
+
+def test_a_frozen_counter_is_silence() -> None:
+    bench = Bench().streaming()
+    for _ in range(50):
+        bench.read(step=0)
+    assert bench.device.phase is Phase.SILENT
+
+
+def test_cable_pulled_and_plugged() -> None:
+    bench = Bench().streaming()
+    bench.link.broken = True
+    assert bench.poll() == []
+    assert bench.device.phase is Phase.FAULTED
+    with pytest.raises(SilentError, match="cable pulled"):
+        bench.device.check()
+    bench.link.broken = False
+    bench.device.open()
+    bench.polls(8)
+    bench.read()
+    bench.device.check()
+
+
+def test_polling_never_raises() -> None:
+    bench = Bench().streaming()
+    bench.link.inbox += [CanFrame(0x601, bytes(3)), CanFrame(0x101, b"\x09"), CanFrame(0x781)]
+    bench.poll()
+    assert (bench.device.statistics().wire.garbage, bench.device.statistics().wire.foreign) == (2, 1)

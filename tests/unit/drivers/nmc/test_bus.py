@@ -1,0 +1,212 @@
+"""Conversations on a line where replies come late, short, twice, damaged, or not at all."""
+
+import pytest
+
+from palpate.drivers.errors import GarbledError, SilentError, StateError, WiringError
+from palpate.drivers.nmc.bus import NmcBus
+from palpate.drivers.nmc.commands import NOP, def_stat, load_traj, stop_motor
+from palpate.drivers.nmc.flags import Item, Stop, Traj
+from palpate.drivers.nmc.replies import Discarded, Reply
+from palpate.drivers.nmc.settings import BusSettings
+from palpate.drivers.nmc.startup import start
+from tests.unit.drivers.nmc.line import Line
+
+
+@pytest.fixture
+def line():
+    return Line()
+
+
+@pytest.fixture
+def bus(line):
+    bus = NmcBus(line, line.clock, line.clock.sleep, BusSettings())
+    start(bus)
+    for address in range(1, 7):
+        bus.require(address, def_stat(Item.POSITION | Item.AUX))
+    return bus
+
+
+def once(line, change):
+    """Mangles the next reply only."""
+
+    def mangle(reply):
+        line.mangle = lambda later: [(0.0, later)]
+        return change(reply)
+
+    line.mangle = mangle
+
+
+def discarded(bus):
+    return {reason: count for reason, count in bus.statistics.discarded.items() if count}
+
+
+@pytest.fixture
+def before(bus):
+    return discarded(bus)
+
+
+def new(bus, before):
+    return {k: v - before.get(k, 0) for k, v in discarded(bus).items() if v != before.get(k, 0)}
+
+
+CASES = {
+    "missing": (lambda reply: [], Discarded.MISSING),
+    "late": (lambda reply: [(0.03, reply)], Discarded.MISSING),
+    "short": (lambda reply: [(0.0, reply[:-2])], Discarded.SHORT),
+    "corrupted": (lambda reply: [(0.0, reply[:-1] + bytes((reply[-1] ^ 1,)))], Discarded.CHECKSUM),
+    "zeros": (lambda reply: [(0.0, bytes(len(reply)))], Discarded.BLANK),
+    "rejected": (
+        lambda reply: [(0.0, bytes((reply[0] | 2, *reply[1:-1], (reply[-1] + 2) % 256)))],
+        Discarded.REJECTED,
+    ),
+}
+
+
+@pytest.mark.parametrize(("change", "reason"), CASES.values(), ids=CASES)
+def test_one_bad_reply_is_counted_and_the_next_exchange_is_clean(line, bus, before, change, reason):
+    for number, module in enumerate(line.modules, start=1):
+        module.counts = module.target = 1000 * number
+    once(line, change)
+    assert bus.exchange(2, NOP) is None
+    for address in (3, 2, 1):
+        assert bus.exchange(address, NOP).position_counts == 1000 * address
+    assert new(bus, before) == {reason: 1}
+    assert bus.demands_start is None
+
+
+def test_late_reply_is_not_taken_for_the_next_ones(line, bus):
+    """The late reply of module 2 arrives while the line is being flushed, whenever that is."""
+    for delay_ms in range(20, 60, 2):
+        line.modules[1].counts = line.modules[1].target = 222
+        once(line, lambda reply, delay_ms=delay_ms: [(delay_ms * 1e-3, reply)])
+        first = bus.attempt(2, NOP)
+        second = bus.attempt(3, NOP)
+        assert isinstance(first, Discarded) or first.position_counts == 222
+        assert isinstance(second, Reply)
+        assert second.position_counts == 0
+
+
+def test_reply_in_two_parts_is_put_together(line, bus):
+    once(line, lambda reply: [(0.0, reply[:3]), (0.004, reply[3:])])
+    assert isinstance(bus.exchange(1, NOP), Reply)
+
+
+def test_reply_that_came_twice_is_flushed_and_counted(line, bus):
+    line.modules[0].counts = line.modules[0].target = 7
+    once(line, lambda reply: [(0.0, reply + reply)])
+    assert bus.exchange(1, NOP).position_counts == 7
+    assert bus.exchange(2, NOP).position_counts == 0
+    assert bus.statistics.stray_bytes == 7
+
+
+@pytest.mark.parametrize(
+    ("change", "error"),
+    [(CASES["missing"][0], SilentError), (CASES["corrupted"][0], GarbledError), (CASES["zeros"][0], GarbledError)],
+)
+def test_two_failures_in_a_row_demand_a_new_start(line, bus, change, error):
+    line.mangle = change
+    assert bus.exchange(1, NOP) is None
+    with pytest.raises(error, match="2 failures in a row"):
+        bus.exchange(2, NOP)
+    line.mangle = lambda reply: [(0.0, reply)]
+    assert bus.demands_start
+    with pytest.raises(StateError):
+        bus.exchange(1, NOP)
+    assert isinstance(bus.attempt(1, NOP), Reply)
+    start(bus)
+    assert isinstance(bus.exchange(1, NOP), Reply)
+
+
+def test_failures_of_one_module_between_good_ones_demand_a_new_start(line, bus):
+    line.modules[2].address = 0
+    assert bus.exchange(3, NOP) is None
+    assert bus.exchange(4, NOP)
+    with pytest.raises(SilentError, match="module 3"):
+        bus.exchange(3, NOP)
+
+
+def test_module_reset_in_mid_run_is_silent(line, bus):
+    line.modules[5].reset()
+    with pytest.raises(SilentError, match="module 6"):
+        bus.require(6, NOP)
+
+
+@pytest.mark.parametrize("gone", [OSError(5, "unplugged"), TypeError("closed"), ValueError("no port")])
+def test_port_that_is_gone(line, bus, gone):
+    line.gone = gone
+    for action in (
+        lambda: bus.exchange(1, NOP),
+        lambda: bus.attempt(1, NOP),
+        lambda: bus.group(stop_motor(Stop.SMOOTH)),
+        lambda: bus.resync(),
+    ):
+        with pytest.raises((SilentError, StateError), match="gone"):
+            action()
+
+
+def test_echo_is_a_wiring_error(line, bus):
+    line.is_echo = True
+    assert bus.exchange(1, NOP) is None
+    with pytest.raises(WiringError, match="the command itself came back"):
+        bus.exchange(1, NOP)
+
+
+def test_second_master_is_noticed(line, bus):
+    frame = load_traj(Traj.SERVO | Traj.START_NOW, position_counts=5).frame(2)
+    line.put(frame)
+    assert bus.exchange(1, NOP)
+    line.put(frame)
+    with pytest.raises(GarbledError, match="LOAD_TRAJ command"):
+        bus.exchange(1, NOP)
+    assert bus.statistics.stray_bytes == 2 * len(frame)
+
+
+def test_interrupted_exchange_leaves_nothing_behind(line, bus):
+    line.modules[0].counts = line.modules[0].target = 111
+    ordinary = line.read
+
+    def interrupted(size=1):
+        line.read = ordinary
+        raise KeyboardInterrupt
+
+    line.read = interrupted
+    with pytest.raises(KeyboardInterrupt):
+        bus.exchange(1, NOP)
+    assert bus.exchange(2, NOP).position_counts == 0
+
+
+def test_group_command_without_leader_has_no_answer(line, bus):
+    assert bus.group(stop_motor(Stop.AMP_ENABLE | Stop.ABRUPT)) is None
+    assert all(module.is_on for module in line.modules)
+    assert isinstance(bus.exchange(1, NOP), Reply)
+
+
+def test_sticky_bits_are_told_until_cleared(line, bus):
+    line.modules[0].overcurrent = True
+    assert bus.exchange(1, NOP).status & 4
+    assert bus.exchange(1, NOP).status & 4
+    assert not any(code == 0xB for module in line.modules for code, _ in module.seen)
+    assert not bus.clear_bits(1).status & 4
+
+
+def test_timeout_is_computed_from_the_line(line, bus):
+    assert bus.timeout_s(16) == pytest.approx(160 / 115_200 + 0.001 + 0.02)
+    begin = line.clock.ns
+    line.modules[0].address = 0
+    bus.attempt(1, NOP)
+    assert (line.clock.ns - begin) * 1e-9 == pytest.approx(line.timeout, rel=0.05)
+    assert line.timeout == pytest.approx(370 / 115_200 + 0.021)
+
+
+def test_statistics(line, bus):
+    before = bus.statistics
+    for _ in range(100):
+        bus.exchange(1, NOP)
+    after = bus.statistics
+    assert after.exchanges - before.exchanges == 100
+    assert after.wire_s - before.wire_s == pytest.approx(100 * 110 / 115_200)
+    assert after.round_trips.min_s == after.round_trips.median_s == pytest.approx(0.0005)
+    assert after.waiting_s - before.waiting_s == pytest.approx(0.05)
+    assert after.own_s == pytest.approx(0.0, abs=1e-3)
+    assert after.errors == before.errors
+    assert NmcBus(line, line.clock, line.clock.sleep, BusSettings()).statistics.round_trips is None
