@@ -127,6 +127,12 @@ class WorkCell:
         self._peak_rows[self._peak_count] = self._force_history
         self._peak_count += 1
 
+    def place(self, position_rad: JointVector) -> None:
+        """Put the arm elsewhere than at its ready pose, (n,) rad, at rest."""
+        self.data.qpos[: self.joints] = position_rad
+        self.data.ctrl[:] = position_rad
+        mujoco.mj_forward(self.model, self.data)
+
     def set_ticks(self, ticks: int) -> None:
         """Set the clock, so that a trial can be run again at the time at which it once ran."""
         self.ticks = ticks

@@ -19,6 +19,7 @@ commands:
   replay         feed recorded trials back through the core; every command and decision must be equal
   log            look at recorded trials: info, plot, export, recover
   check-adapter  try the contract of a port on an adapter of your own
+  emulate        serve the simulated cell behind emulated serial and CAN wires
   version        versions of palpate and of what its results depend on
 
 palpate COMMAND --help tells the options of each. To begin: palpate train
@@ -40,6 +41,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "replay": _replay,
         "log": _log,
         "check-adapter": _check_adapter,
+        "emulate": _emulate,
         "version": _version,
     }
     if not words or words[0] in ("-h", "--help"):
@@ -130,6 +132,15 @@ def _check_adapter(words: Sequence[str]) -> int:
     from palpate.adapters.cli.check_adapter import check_adapter
 
     return check_adapter(options)
+
+
+def _emulate(words: Sequence[str]) -> int:
+    from palpate.adapters.cli.options import EmulateOptions, parse
+
+    options = parse(EmulateOptions, "emulate", words)
+    from palpate.adapters.cli.emulate import emulate
+
+    return emulate(options)
 
 
 def _version(words: Sequence[str]) -> int:

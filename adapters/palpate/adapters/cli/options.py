@@ -125,6 +125,35 @@ class CheckAdapterOptions:
     """package.module:Name - a contract suite, a function that makes a rig, or a force sensor or clock."""
 
 
+@dataclass(frozen=True)
+class EmulateOptions:
+    """Serve the simulated work cell behind emulated wires, until Ctrl-C.
+
+    MuJoCo moves the arm; pseudo-terminals lead to its devices.
+
+    Prints a rig file; `palpate run --rig FILE` then drives the cell as it would drive the devices themselves.
+    """
+
+    arm: str = "zebra-nmc"
+    """Arm: zebra-nmc (the Zebra Zero's own serial bus) or cia402 (a refit with CAN drives)."""
+    force: str = "jr3-can"
+    """Force sensor: jr3-can or jr3-uart."""
+    rig_file: str = ""
+    """Write the rig file here; it must not be there yet."""
+    scenario: str = "paper"
+    """Scenario of the simulated cell: paper or blind."""
+    seed: int = 0
+    """Its seed: gives hole and sensor errors."""
+    baud: int = 230400
+    """Line rate of the arm's serial bus."""
+    divider: int = 1
+    """Control ticks per bus cycle."""
+    wrist_backlash_deg: float = 0.0
+    """Full gap of the wrist's gears."""
+    usb_latency_ms: float = 0.0
+    """Latency timer of an emulated USB adapter on the serial lines; 16 is usual, 1 a good setting."""
+
+
 def parse(kind: type[T], command: str, arguments: Sequence[str]) -> T:
     """The options on a command line, over those of ``--config``, over those of the scenario.
 

@@ -79,6 +79,8 @@ class Bench:
         self.network.sleep(0.05)
         self.settings = ArmSettings(joints=joints(), sdo_timeout_s=0.01, **settings)
         self.arm = Cia402Arm(CanLink(self.network), self.settings, now_ns=self.network.clock, sleep=self.network.sleep)
+        # Waiting is what lets this bus go on; the lock is re-entrant, so frames may come in meanwhile.
+        self.arm._exchange._mailbox._all_here.wait = self.network.sleep  # type: ignore[method-assign, assignment]
 
     def enabled(self) -> Bench:
         self.arm.configure()

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import itertools
 from fractions import Fraction
 from math import nan
 from typing import Any
@@ -147,9 +148,9 @@ def test_stopping_slows_down_smoothly_and_holds(mode: Mode) -> None:
     bench.arm.stop()
     assert bench.arm.state is ArmState.STOPPED
     path = [bench.cycle(0.5).position_rad[0] for _ in range(60)]
-    steps = [b - a for a, b in zip(path, path[1:], strict=False)]
+    steps = [b - a for a, b in itertools.pairwise(path)]
     assert all(0.0 <= step <= 1.05 / 140 for step in steps)
-    assert all(after <= before + 2 / SCALE for before, after in zip(steps, steps[1:], strict=False))
+    assert all(after <= before + 2 / SCALE for before, after in itertools.pairwise(steps))
     # From 1 rad/s at 5 rad/s2: 0.1 rad further, after 0.2 s.
     assert path[-1] - path[0] == pytest.approx(0.1, abs=0.012)
     assert path[30:] == [path[-1]] * 30
@@ -229,6 +230,14 @@ def test_closing_takes_the_power_away_without_alarm() -> None:
     assert {drive.machine.state for drive in bench.drives} == {PowerState.SWITCH_ON_DISABLED}
     assert [drive.objects[0x1001] for drive in bench.drives] == [0] * 6
     assert 0x181 not in bench.network.subscribers
+
+
+def test_a_dead_drive_does_not_keep_the_others_under_power() -> None:
+    bench = Bench().enabled()
+    bench.drives[2].faults.silent = True
+    bench.arm.close()
+    alive = {drive.machine.state for drive in bench.drives if drive is not bench.drives[2]}
+    assert alive == {PowerState.SWITCH_ON_DISABLED}
 
 
 def test_a_host_that_dies_leaves_an_arm_at_rest() -> None:

@@ -101,12 +101,12 @@ def test_sdo_errors_are_ours() -> None:
             data = b"\x80\x18\x10\x01" + code.to_bytes(4, "little")
             peer.send(can.Message(arbitration_id=0x586, data=data, is_extended_id=False))
 
-        can.Notifier(peer, [_OnRequest(0x606, answer_with, [0x06020000, 0x08000022, 0x06090011])])
-        assert patient.read(0x1018, 1) is None
-        with pytest.raises(DeviceFaultError, match="refuses object 0x1018:01.*0x08000022"):
-            patient.write(0x1018, 1, 0, 4)
-        with pytest.raises(DeviceFaultError, match="has no object 0x1018:01"):
-            patient.write(0x1018, 1, 0, 4)
+        with can.Notifier(peer, [_OnRequest(0x606, answer_with, [0x06020000, 0x08000022, 0x06090011])]):
+            assert patient.read(0x1018, 1) is None
+            with pytest.raises(DeviceFaultError, match=r"refuses object 0x1018:01.*0x08000022"):
+                patient.write(0x1018, 1, 0, 4)
+            with pytest.raises(DeviceFaultError, match="has no object 0x1018:01"):
+                patient.write(0x1018, 1, 0, 4)
 
 
 class _OnRequest(can.Listener):

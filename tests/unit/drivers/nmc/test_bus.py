@@ -195,7 +195,7 @@ def test_timeout_is_computed_from_the_line(line, bus):
     line.modules[0].address = 0
     bus.attempt(1, NOP)
     assert (line.clock.ns - begin) * 1e-9 == pytest.approx(line.timeout, rel=0.05)
-    assert line.timeout == pytest.approx(370 / 115_200 + 0.021)
+    assert line.timeout == pytest.approx(380 / 115_200 + 0.021)
 
 
 def test_statistics(line, bus):

@@ -115,7 +115,8 @@ def test_attach_changes_nothing():
     line = Line()
     start(bus_on(line))
     for module in line.modules:
-        module.counts, module.is_on, module.mask = 77, True, 0x1F
+        module.counts = module.target = 77
+        module.is_on, module.mask = True, 0x1F
         module.seen.clear()
     modules = attach(bus_on(line), 6)
     assert len(modules) == 6

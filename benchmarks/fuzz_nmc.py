@@ -1,0 +1,126 @@
+"""Coverage-guided fuzzing of the NMC driver and the arm on it: a device may say anything at all.
+
+    python -m benchmarks.fuzz_nmc --seconds 600 --corpus DIR
+
+Needs atheris, which is no dependency of the project (``pip install atheris`` into any environment). One input serves
+three targets: the reply decoder, the search for frames, and the whole arm on a line whose every read delivers a piece
+of the input. Nothing but a ``DriverError`` may come out, a stop must return, and an accepted reply must carry the right
+sum. New inputs go to the folder given, otherwise to one that is thrown away; the small corpus in tests/fuzz is only
+read, and starts with conversations that went well. A failure ends the run with a traceback and leaves the input in a
+file named crash-*.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+from contextlib import suppress
+from pathlib import Path
+
+CORPUS = Path(__file__).parents[1] / "tests" / "fuzz" / "nmc"
+MAX_READS = 3000
+CYCLES = 8
+
+
+def require(condition: bool, what: str) -> None:
+    if not condition:
+        raise AssertionError(what)
+
+
+class NonsenseLine:
+    """Answers every read with the next piece of the input, whose length the input says as well."""
+
+    def __init__(self, data: bytes) -> None:
+        self.baudrate, self.timeout = 9600, None
+        self.data, self.ns, self.reads = data, 0, 0
+
+    def clock_ns(self) -> int:
+        return self.ns
+
+    def sleep_s(self, duration_s: float) -> None:
+        self.ns += round(duration_s * 1e9)
+
+    @property
+    def in_waiting(self) -> int:
+        return self.data[0] & 7 if self.data and self.data[0] >= 0xF8 else 0
+
+    def read(self, size: int = 1, /) -> bytes:
+        self.reads += 1
+        if self.reads > MAX_READS:
+            raise OSError("end of the script")
+        if not self.data or self.data[0] == 0:
+            self.data = self.data[1:]
+            self.ns += round((self.timeout or 0.0) * 1e9)
+            return b""
+        if self.data[0] == 1:
+            self.data = self.data[1:]
+            raise OSError("unplugged")
+        length = min(size, self.data[0])
+        piece, self.data = self.data[1 : 1 + length], self.data[1 + length :]
+        if self.data[:1] == b"\xf7" and len(piece) == size > 1:
+            # Without help the search would hardly ever find a right sum.
+            piece, self.data = piece[:-1] + bytes((sum(piece[:-1]) & 0xFF,)), self.data[1:]
+        return piece
+
+    def write(self, data: bytes, /) -> int:
+        return len(data)
+
+    def reset_input_buffer(self) -> None:
+        pass
+
+
+def once(data: bytes) -> None:
+    """All targets on one input; raises what the driver should not have raised."""
+    # Imported here, so that atheris can instrument them first.
+    from palpate.drivers.errors import DriverError
+    from palpate.drivers.nmc.flags import Item
+    from palpate.drivers.nmc.frames import find_frame
+    from palpate.drivers.nmc.replies import Reply, decode_reply, reply_size_bytes
+    from palpate.drivers.zebra_zero.arm import ZebraZero
+    from palpate.drivers.zebra_zero.counts import HOME_RAD
+
+    mask, raw = Item(data[0] if data else 0), data[1:]
+    if isinstance(decode_reply(raw, mask), Reply):
+        size = reply_size_bytes(mask)
+        require(sum(raw[: size - 1]) & 0xFF == raw[size - 1], "an accepted reply has the right sum")
+        require(any(raw[:size]), "zeros only are no reply")
+    found = find_frame(raw)
+    require(found is None or found[1].frame(found[0]) in raw, "a frame that was found is there")
+
+    line = NonsenseLine(raw)
+    arm = ZebraZero(line, line.clock_ns, line.sleep_s)
+    try:
+        arm.connect(reset=bool(mask & 1))
+        arm.confirm_home(at_home=True)
+        arm.servo_on()
+        for step in range(CYCLES):
+            line.sleep_s(1 / 46)
+            measured = arm.cycle(tuple([q + 0.001 * step for q in HOME_RAD]))
+            require(arm.settings.limits.outside(measured.position_rad, 0.02) is None, "a pose within the limits")
+    except DriverError:
+        arm.smooth_stop()
+        if arm.fault is not None:
+            with suppress(DriverError):
+                arm.acknowledge()
+    arm.close()
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seconds", type=int, default=600)
+    parser.add_argument("--corpus", type=Path, help="where new inputs go")
+    arguments = parser.parse_args()
+    import atheris  # type: ignore[import-not-found, unused-ignore]
+
+    with atheris.instrument_imports(include=["palpate.drivers"]):
+        once(b"")
+    with tempfile.TemporaryDirectory() as scratch:
+        folders = [str(arguments.corpus or Path(scratch)), str(CORPUS)]
+        limits = [f"-max_total_time={arguments.seconds}", "-max_len=4096", "-timeout=20", "-print_final_stats=1"]
+        atheris.Setup([sys.argv[0], *folders, *limits], once)
+        atheris.Fuzz()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,5 @@
+"""An arm of CiA 402 servo drives on a CAN bus: a modern refit of the work cell's arm.
+
+There is no evidence that any Zebra Zero ever used CANopen; its only public drivers speak another protocol
+over a serial line. This package is for whoever refits such an arm, or has another one with such drives.
+"""

@@ -1,0 +1,278 @@
+"""An arm of CiA 402 drives: set up, enabled, moved cycle by cycle, stopped on every way out.
+
+One thread uses an arm. What the drives say comes in through the receive thread of the bus and is copied there
+(:mod:`palpate.drivers.cia402.mailbox`); everything else happens in the caller's own thread, in :meth:`Cia402Arm.cycle`.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import time
+from collections.abc import Callable, Iterator, Sequence
+from typing import Final
+
+from palpate.drivers.cia402.bring_up import BringUp
+from palpate.drivers.cia402.drive import DriveIdentity
+from palpate.drivers.cia402.exchange import Exchange
+from palpate.drivers.cia402.limits import Applied, AppliedReason, limited, require_sound
+from palpate.drivers.cia402.link import CanLink
+from palpate.drivers.cia402.measured import ArmState, Measured
+from palpate.drivers.cia402.profile import Command, DriveState
+from palpate.drivers.cia402.settings import ArmSettings
+from palpate.drivers.cia402.statistics import ArmStatistics
+from palpate.drivers.cia402.targets import Targets
+from palpate.drivers.cia402.watch import outside, trouble
+from palpate.drivers.errors import DeviceFaultError, DriverError, SilentError, StateError
+
+_CONTROLWORD: Final = {
+    ArmState.CONFIGURED: Command.DISABLE_VOLTAGE,
+    ArmState.ENABLED: Command.ENABLE_OPERATION,
+    ArmState.STOPPED: Command.QUICK_STOP,
+}
+_AT_REST: Final = (DriveState.QUICK_STOP, DriveState.SWITCH_ON_DISABLED)
+
+
+class Cia402Arm:
+    """The arm. It neither opens nor closes its bus: other devices may use that too.
+
+    Args:
+        link: A connected bus.
+        settings: The drives and all limits.
+        now_ns: Monotonic clock.
+        sleep: Waits that many seconds; used outside the cycle only.
+    """
+
+    def __init__(
+        self,
+        link: CanLink,
+        settings: ArmSettings,
+        *,
+        now_ns: Callable[[], int] = time.monotonic_ns,
+        sleep: Callable[[float], None] = time.sleep,
+    ) -> None:
+        self.settings = settings
+        self._link = link
+        self._now_ns = now_ns
+        self._exchange = Exchange(link, settings, now_ns)
+        self._targets = Targets(settings)
+        self._bring_up = BringUp(link, settings, self._exchange, self._targets, now_ns, sleep)
+        self._state = ArmState.NEW
+        self._fault: str | None = None
+        self._reference_rad: tuple[float, ...] = ()
+        self._cycles_since_stop = 0
+
+    @property
+    def state(self) -> ArmState:
+        """Where in its life the arm is."""
+        return self._state
+
+    @property
+    def fault(self) -> str | None:
+        """Why the arm stopped for good, or None."""
+        return self._fault
+
+    @property
+    def identities(self) -> tuple[DriveIdentity, ...]:
+        """Who the drives are; empty before :meth:`configure`."""
+        return self._bring_up.identities
+
+    def statistics(self) -> ArmStatistics:
+        """How the bus has been doing."""
+        return self._exchange.statistics()
+
+    def configure(self) -> None:
+        """Find the drives, set them up and hear each of them once. Nothing gets power.
+
+        Raises:
+            StateError: It is done already.
+            WiringError: A drive is not there, or is something else.
+            SilentError: A drive, or the bus, fell silent.
+            DeviceFaultError: A drive refuses a setting.
+        """
+        self._require("configure()", ArmState.NEW)
+        self._link.require_alive()
+        self._exchange.listen()
+        self._bring_up.identify()
+        self._bring_up.prepare()
+        self._state = ArmState.CONFIGURED
+
+    def enable(self) -> None:
+        """Put the drives under power where they are; nothing moves.
+
+        Afterwards :meth:`cycle` has to be called without long pauses: it is what keeps the drives' watchdog calm.
+
+        Raises:
+            StateError: It is not configured, or a joint stands outside its limits.
+            SilentError: A drive, or the bus, fell silent.
+            DeviceFaultError: A drive reports a fault, or does not follow.
+        """
+        self._require("enable()", ArmState.CONFIGURED)
+        with self._latching():
+            views = self._bring_up.look()
+            self._judge(None)
+        for view, joint in zip(views, self.settings.joints, strict=True):
+            if view.position_rad is None or outside(view.position_rad, joint, self.settings.pose_margin_rad):
+                problem = f"stands at {view.position_rad} rad, outside {joint.lower_rad} to {joint.upper_rad}"
+                raise StateError(f"drive {joint.node}", problem, "move the joint back by hand, or mend zero_counts")
+        with self._latching():
+            self._bring_up.watchdogs(on=True)
+            self._bring_up.walk(DriveState.ENABLED)
+        # The very place that the drives have as their target, not a newer measurement: no count of difference.
+        self._reference_rad = self._bring_up.held_rad
+        self._state = ArmState.ENABLED
+
+    def limited(self, setpoint_rad: Sequence[float]) -> Applied:
+        """What :meth:`cycle` would make of a set-point now; nothing is sent.
+
+        Raises:
+            RefusedError: The number of angles is wrong, or one is not finite.
+            StateError: The arm is not enabled.
+            DeviceFaultError: A fault waits to be acknowledged.
+        """
+        self._require("a set-point", ArmState.ENABLED, ArmState.STOPPED)
+        asked_rad = require_sound(setpoint_rad, self.settings.joints)
+        if self._state is ArmState.STOPPED:
+            return Applied(self._positions_rad(), AppliedReason.STOPPED)
+        return limited(asked_rad, self._reference_rad, self.settings.joints, self.settings.period_s)
+
+    def cycle(self, setpoint_rad: Sequence[float] | None = None) -> Measured:
+        """One cycle: write set-points, send SYNC, wait for the drives' answers.
+
+        The set-point takes effect at this SYNC, and the angles are those of the same moment, so they do not depend
+        on it. Without a set-point an enabled arm keeps its last one.
+
+        Raises:
+            RefusedError: The number of angles is wrong, or one is not finite; nothing was sent.
+            StateError: The arm is not configured, or a set-point came while it was not enabled.
+            SilentError: A drive, or the bus, is silent; the arm was stopped, and the fault is latched.
+            DeviceFaultError: A drive reports a fault or is not where it may be; stopped and latched. Again in every
+                cycle until a person acknowledges it.
+        """
+        self._require("cycle()", ArmState.CONFIGURED, ArmState.ENABLED, ArmState.STOPPED)
+        applied = None if setpoint_rad is None else self.limited(setpoint_rad)
+        views = self._exchange.views
+        if self._state is ArmState.ENABLED:
+            self._reference_rad = self._reference_rad if applied is None else applied.position_rad
+            targets = self._targets.follow(self._reference_rad, views)
+        else:
+            targets = self._targets.hold(views)
+        with self._latching():
+            self._exchange.run([_CONTROLWORD[self._state]] * len(targets), targets)
+            self._judge(self._allowed())
+        return self._measured(applied)
+
+    def stop(self) -> None:
+        """Quick-stop every drive. Never raises; works in every state, twice too, and when the bus is gone.
+
+        An enabled arm is *stopped* afterwards: it stays under power and holds still, and no set-point is applied
+        until :meth:`disable` and :meth:`enable`.
+        """
+        if self._state in (ArmState.NEW, ArmState.CLOSED):
+            return
+        if self._state is ArmState.ENABLED:
+            self._state, self._cycles_since_stop = ArmState.STOPPED, 0
+        self._exchange.shout(Command.QUICK_STOP, self._targets.hold(self._exchange.views))
+
+    def disable(self) -> None:
+        """Stop, wait for standstill, take the power away. Holding the joints is then the brakes' business.
+
+        Raises:
+            StateError: The arm is neither configured nor enabled.
+            SilentError: A drive, or the bus, fell silent.
+            DeviceFaultError: A drive reports a fault.
+        """
+        self._require("disable()", ArmState.CONFIGURED, ArmState.ENABLED, ArmState.STOPPED)
+        if self._state is ArmState.CONFIGURED:
+            return
+        self.stop()
+        with self._latching():
+            self._bring_up.come_to_rest()
+            self._bring_up.walk(DriveState.SWITCH_ON_DISABLED)
+            self._bring_up.watchdogs(on=False)
+        self._state = ArmState.CONFIGURED
+
+    def acknowledge(self) -> None:
+        """Clear a latched fault; a person's decision, never a program's.
+
+        The drives are set up anew, since one may have restarted, and get a fault-reset. They end without power.
+
+        Raises:
+            StateError: There is no fault.
+            SilentError: A drive, or the bus, is still silent; the fault stays.
+            DeviceFaultError: A drive's fault does not go away; it stays.
+        """
+        if self._state is not ArmState.FAULTED:
+            raise StateError("arm", f"there is no fault to acknowledge while it is {self._state.value}", "go on")
+        self._link.require_alive()
+        self._bring_up.prepare()
+        self._bring_up.walk(DriveState.SWITCH_ON_DISABLED, by_operator=True)
+        self._state, self._fault = ArmState.CONFIGURED, None
+
+    def close(self) -> None:
+        """Stop, take the power away as far as the bus still allows, and end all traffic; twice too. Never raises."""
+        if self._state in (ArmState.NEW, ArmState.CLOSED):
+            self._state = ArmState.CLOSED
+            return
+        self.stop()
+        if self._state is not ArmState.CONFIGURED:
+            with contextlib.suppress(DriverError):
+                self._bring_up.come_to_rest()
+        # One dead drive must not keep the others under power.
+        with contextlib.suppress(DriverError):
+            self._bring_up.shut_down()
+        self._bring_up.hang_up()
+        self._state = ArmState.CLOSED
+
+    def _require(self, request: str, *states: ArmState) -> None:
+        if self._state in states:
+            return
+        if self._state is ArmState.FAULTED:
+            raise DeviceFaultError("arm", f"{request} refused, a fault is latched: {self._fault}", "acknowledge it")
+        wanted = " or ".join(state.value for state in states)
+        raise StateError("arm", f"{request} while it is {self._state.value}", f"it has to be {wanted}")
+
+    @contextlib.contextmanager
+    def _latching(self) -> Iterator[None]:
+        """Stop the drives on every way out that is not the good one, and keep a fault until it is acknowledged."""
+        try:
+            yield
+        except DriverError as error:
+            self._state, self._fault = ArmState.FAULTED, str(error)
+            self.stop()
+            raise
+        except BaseException:
+            self.stop()
+            raise
+
+    def _allowed(self) -> tuple[DriveState, ...] | None:
+        if self._state is ArmState.ENABLED:
+            return (DriveState.ENABLED,)
+        if self._state is ArmState.STOPPED:
+            self._cycles_since_stop += 1
+            # One lost frame may keep the order from a drive for a moment, not for long.
+            heard = self._cycles_since_stop > self.settings.missed_cycles
+            return _AT_REST if heard else (*_AT_REST, DriveState.ENABLED)
+        return None
+
+    def _judge(self, allowed: tuple[DriveState, ...] | None) -> None:
+        error = trouble(self._exchange.views, self.settings, self._now_ns(), allowed)
+        if error is not None:
+            raise error
+
+    def _positions_rad(self) -> tuple[float, ...]:
+        known = [view.position_rad for view in self._exchange.views if view.position_rad is not None]
+        if len(known) != len(self.settings.joints):
+            raise SilentError("arm", "not every drive has told its position", "check the bus")
+        return tuple(known)
+
+    def _measured(self, applied: Applied | None) -> Measured:
+        views = self._exchange.views
+        return Measured(
+            position_rad=self._positions_rad(),
+            states=tuple(view.state for view in views),
+            fresh=tuple(view.missed_in_a_row == 0 for view in views),
+            sync_ns=self._exchange.sync_ns,
+            answered_ns=self._exchange.answered_ns,
+            sequence=self._exchange.sequence,
+            applied=applied,
+        )

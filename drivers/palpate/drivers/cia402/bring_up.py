@@ -1,0 +1,213 @@
+"""The slow parts of an arm's life: finding and setting up the drives, walking them from state to state."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Final
+
+from palpate.drivers.cia402.drive import DriveIdentity, arm_watchdog, identify, set_up
+from palpate.drivers.cia402.exchange import NMT_PRE_OPERATIONAL, NMT_START, Exchange
+from palpate.drivers.cia402.identifiers import SDO_ANSWER
+from palpate.drivers.cia402.link import CanLink
+from palpate.drivers.cia402.profile import Command, DriveState, Mode, command_towards
+from palpate.drivers.cia402.settings import ArmSettings
+from palpate.drivers.cia402.targets import Targets
+from palpate.drivers.cia402.watch import AxisView, trouble
+from palpate.drivers.errors import DeviceFaultError, SilentError
+
+_KEEP: Final = {
+    DriveState.ENABLED: Command.ENABLE_OPERATION,
+    DriveState.SWITCH_ON_DISABLED: Command.DISABLE_VOLTAGE,
+}
+"""What keeps a drive in the state that it has reached."""
+
+_FAULTS: Final = (DriveState.FAULT, DriveState.FAULT_REACTION)
+_STILL_CYCLES: Final = 3
+_NS: Final = 1e-9
+
+
+class BringUp:
+    """Conversations that take longer than a cycle.
+
+    Args:
+        link: The bus.
+        settings: The arm.
+        exchange: Its cyclic traffic.
+        targets: What the drives are told while nothing shall move.
+        now_ns: Monotonic clock.
+        sleep: Waits that many seconds.
+
+    Attributes:
+        identities: Who the drives are.
+    """
+
+    def __init__(
+        self,
+        link: CanLink,
+        settings: ArmSettings,
+        exchange: Exchange,
+        targets: Targets,
+        now_ns: Callable[[], int],
+        sleep: Callable[[float], None],
+    ) -> None:
+        self._settings, self._exchange, self._targets = settings, exchange, targets
+        self._now_ns, self._sleep = now_ns, sleep
+        self._link = link
+        self._objects = [link.objects(joint.node, settings.sdo_timeout_s) for joint in settings.joints]
+        self.identities: tuple[DriveIdentity, ...] = ()
+
+    @property
+    def held_rad(self) -> tuple[float, ...]:
+        """Where the drives were last told to stay."""
+        if self._settings.mode is Mode.CSP:
+            counts = self._targets.newest
+        else:
+            counts = tuple(view.counts or 0 for view in self._exchange.views)
+        return tuple(joint.angle_rad(c) for joint, c in zip(self._settings.joints, counts, strict=True))
+
+    def identify(self) -> None:
+        """Ask every drive who it is.
+
+        Raises:
+            WiringError: One does not answer, or is no drive.
+        """
+        self.identities = tuple(identify(objects) for objects in self._objects)
+
+    def prepare(self) -> None:
+        """Set all drives up, start their process data, and hear each of them.
+
+        Raises:
+            SilentError: A drive, or the bus, is silent.
+            DeviceFaultError: A drive refuses a setting.
+        """
+        self._exchange.heartbeat_on = False
+        for objects in self._objects:
+            # A drive may still be under power, left so by a program that died.
+            objects.write(0x6040, 0, Command.QUICK_STOP, 2)
+        self._exchange.command_nmt(NMT_PRE_OPERATIONAL)
+        for objects, joint in zip(self._objects, self._settings.joints, strict=True):
+            set_up(objects, joint, self._settings)
+        self._exchange.start_over()
+        self._exchange.command_nmt(NMT_START)
+        deadline_ns = self._deadline_ns()
+        # Heartbeats sent before the start would look like drives that fell out of operation.
+        while not self._exchange.all_operational():
+            if self._now_ns() > deadline_ns:
+                raise SilentError("arm", "not every drive became operational", "check power and node numbers")
+            self._sleep(self._settings.period_s)
+        self.look()
+
+    def look(self) -> tuple[AxisView, ...]:
+        """Cycles without power until all drives have answered one of them.
+
+        Raises:
+            SilentError: A drive, or the bus, is silent.
+        """
+        deadline_ns = self._deadline_ns()
+        while True:
+            begin_ns = self._now_ns()
+            views = self._run([Command.DISABLE_VOLTAGE] * len(self._objects))
+            if all(view.missed_in_a_row == 0 for view in views):
+                return views
+            if self._now_ns() > deadline_ns:
+                silent = [view.box.node for view in views if view.missed_in_a_row > 0]
+                raise SilentError("arm", f"drives {silent} send no process data", "check them and the bus load")
+            self._pause(begin_ns)
+
+    def walk(self, goal: DriveState, *, by_operator: bool = False) -> None:
+        """Lead all drives to a state, without moving them.
+
+        Raises:
+            SilentError: A drive, or the bus, fell silent.
+            DeviceFaultError: A drive is in fault, or does not get there in time.
+        """
+        deadline_ns = self._deadline_ns()
+        allowed = [state for state in DriveState if by_operator or state not in _FAULTS]
+        last: Sequence[Command] = [Command.DISABLE_VOLTAGE] * len(self._objects)
+        while True:
+            begin_ns = self._now_ns()
+            views = self._exchange.views
+            last = [self._word(view, goal, word, by_operator) for view, word in zip(views, last, strict=True)]
+            views = self._run(last)
+            # Only a drive under power can be astray; a person may just be moving the joints by hand.
+            powered = goal is DriveState.ENABLED
+            error = trouble(views, self._settings, self._now_ns(), allowed if powered else None)
+            if error is not None:
+                raise error
+            if all(view.state is goal and view.missed_in_a_row == 0 for view in views):
+                return
+            if begin_ns > deadline_ns:
+                told = ", ".join(f"{v.box.node}: {v.state.value if v.state else v.statusword}" for v in views)
+                raise DeviceFaultError("arm", f"not every drive reached '{goal.value}' ({told})", "see the drives")
+            self._pause(begin_ns)
+
+    def come_to_rest(self) -> None:
+        """Keep the quick stop up until nothing moves any more.
+
+        Raises:
+            SilentError: The bus is gone, or the joints do not come to rest in time.
+        """
+        slowest_s = max(j.velocity_rad_per_s for j in self._settings.joints) / self._settings.quick_stop_rad_per_s2
+        deadline_ns = self._deadline_ns() + int(slowest_s / _NS)
+        still = 0
+        while still < _STILL_CYCLES:
+            begin_ns = self._now_ns()
+            if begin_ns > deadline_ns:
+                raise SilentError("arm", "the joints do not come to rest", "use the emergency stop")
+            views = self._run([Command.QUICK_STOP] * len(self._objects))
+            still = still + 1 if all(self._is_still(i, view) for i, view in enumerate(views)) else 0
+            self._pause(begin_ns)
+
+    def watchdogs(self, *, on: bool) -> None:
+        """Begin to tell the drives that the host is alive, or end it without alarm.
+
+        Raises:
+            SilentError: A drive, or the bus, is silent.
+            DeviceFaultError: A drive cannot do it.
+        """
+        for objects in self._objects:
+            arm_watchdog(objects, self._settings, on=on)
+        self._exchange.heartbeat_on = on
+
+    def shut_down(self) -> None:
+        """Take the power away and end all traffic.
+
+        Raises:
+            DriverError: The bus did not let it; the drives' own watchdogs remain.
+        """
+        for _ in range(self._settings.missed_cycles):
+            begin_ns = self._now_ns()
+            self._run([Command.DISABLE_VOLTAGE] * len(self._objects))
+            self._pause(begin_ns)
+        self.watchdogs(on=False)
+        self._exchange.command_nmt(NMT_PRE_OPERATIONAL)
+
+    def hang_up(self) -> None:
+        """Hear the nodes no more."""
+        self._exchange.hush()
+        for objects in self._objects:
+            self._link.unsubscribe(SDO_ANSWER + objects.node)
+
+    def _run(self, words: Sequence[Command]) -> tuple[AxisView, ...]:
+        return self._exchange.run(words, self._targets.hold(self._exchange.views))
+
+    def _is_still(self, axis: int, view: AxisView) -> bool:
+        joint = self._settings.joints[axis]
+        moved_counts = view.speed_rad_per_s * self._settings.period_s * abs(joint.counts_per_rad)
+        return view.missed_in_a_row == 0 and moved_counts <= 1.0
+
+    def _deadline_ns(self) -> int:
+        return self._now_ns() + int(self._settings.transition_timeout_s / _NS)
+
+    def _pause(self, begin_ns: int) -> None:
+        self._sleep(max(0, self._settings.period_ns - (self._now_ns() - begin_ns)) * _NS)
+
+    @staticmethod
+    def _word(view: AxisView, goal: DriveState, last: Command, by_operator: bool) -> Command:
+        if view.state is None or view.state is goal:
+            return _KEEP[goal] if view.state is goal else Command.DISABLE_VOLTAGE
+        word = command_towards(view.state, goal, by_operator=by_operator)
+        if word is None or (word is Command.FAULT_RESET and last is Command.FAULT_RESET):
+            # Fault-reset acts on a rising edge, so it has to be taken back before it can be tried again.
+            return Command.DISABLE_VOLTAGE
+        return word

@@ -1,0 +1,138 @@
+"""Setting up one drive by SDO: who it is, which process data it sends and takes, when it stops by itself.
+
+FACT (``canopen`` 2.4.1): a PDO is set up while its identifier is marked invalid (bit 31). Standard knowledge, CiA 301
+and CiA 402-2: the objects below, their sizes and the option codes. Nothing is left to the default mapping of a maker.
+"""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import dataclass
+from typing import Final
+
+from palpate.drivers.cia402.identifiers import RPDO1, TPDO1
+from palpate.drivers.cia402.profile import Mode
+from palpate.drivers.cia402.sdo import Objects
+from palpate.drivers.cia402.settings import ArmSettings, JointDrive
+from palpate.drivers.errors import DeviceFaultError, SilentError, WiringError
+
+RPDO: Final = struct.Struct("<Hi")
+"""Controlword and target: 6040 and 607A, or 60FF."""
+
+TPDO: Final = struct.Struct("<Hi")
+"""Statusword and position: 6041 and 6064."""
+
+_RPDO1_SETTINGS: Final = 0x1400
+_RPDO1_MAPPING: Final = 0x1600
+_TPDO1_SETTINGS: Final = 0x1800
+_TPDO1_MAPPING: Final = 0x1A00
+_PREDEFINED_PDOS: Final = 4
+_INVALID: Final = 1 << 31
+_EVERY_SYNC: Final = 1
+
+_CONTROLWORD: Final = 0x6040_00_10
+_STATUSWORD: Final = 0x6041_00_10
+_POSITION: Final = 0x6064_00_20
+_TARGET: Final = {Mode.CSP: 0x607A_00_20, Mode.CSV: 0x60FF_00_20}
+
+_DRIVE_PROFILE: Final = 402
+_STAY_IN_QUICK_STOP: Final = 6
+_QUICK_STOP_WHEN_HOST_IS_LOST: Final = 3
+_TENTH_OF_MS: Final = -4
+"""Power of ten, in seconds, of the unit in which the period is told."""
+
+
+@dataclass(frozen=True, slots=True)
+class DriveIdentity:
+    """Who a drive says it is.
+
+    Attributes:
+        node: Its node number.
+        vendor: Object 0x1018:01.
+        product: 0x1018:02, or None.
+        revision: 0x1018:03, or None.
+        serial: 0x1018:04, or None.
+        name: Object 0x1008, or None.
+    """
+
+    node: int
+    vendor: int | None
+    product: int | None
+    revision: int | None
+    serial: int | None
+    name: str | None
+
+
+def identify(objects: Objects) -> DriveIdentity:
+    """Ask a drive who it is.
+
+    Raises:
+        WiringError: Nobody answers, or it is no CiA 402 drive.
+    """
+    try:
+        profile = objects.read(0x1000)
+    except SilentError as error:
+        raise WiringError(objects.name, error.problem, error.remedy) from error
+    kind = int.from_bytes(profile[:2], "little") if profile else 0
+    if kind != _DRIVE_PROFILE:
+        remedy = f"expected profile {_DRIVE_PROFILE}; check the node numbers"
+        raise WiringError(objects.name, f"is a device of profile {kind}", remedy)
+    numbers = [objects.read(0x1018, subindex) for subindex in range(1, 5)]
+    vendor, product, revision, serial = [None if n is None else int.from_bytes(n, "little") for n in numbers]
+    name = objects.read(0x1008)
+    text = None if name is None else name.rstrip(b"\0").decode("ascii", "replace")
+    return DriveIdentity(objects.node, vendor, product, revision, serial, text)
+
+
+def set_up(objects: Objects, joint: JointDrive, settings: ArmSettings) -> None:
+    """Write everything that the cycle relies on; the node must be pre-operational.
+
+    Raises:
+        SilentError: No answer.
+        DeviceFaultError: The drive refuses something, or does not take the mode.
+    """
+    arm_watchdog(objects, settings, on=False)
+    for number in range(1, _PREDEFINED_PDOS):
+        for base, first in ((_RPDO1_SETTINGS, RPDO1), (_TPDO1_SETTINGS, TPDO1)):
+            # Whatever the maker has switched on would take time on the bus that nobody has counted.
+            objects.write_if_known(base + number, 1, _INVALID | (first + 0x100 * number + joint.node), 4)
+    _map(objects, _RPDO1_SETTINGS, _RPDO1_MAPPING, RPDO1 + joint.node, (_CONTROLWORD, _TARGET[settings.mode]))
+    _map(objects, _TPDO1_SETTINGS, _TPDO1_MAPPING, TPDO1 + joint.node, (_STATUSWORD, _POSITION))
+    objects.write(0x1017, 0, settings.heartbeat_ms, 2)
+    # The drive spreads a step of its target over this time; a byte holds 140 Hz as 7.1 ms.
+    tenths_of_ms = round(settings.period_s * 1e4)
+    scale, ten_to = (tenths_of_ms, _TENTH_OF_MS) if tenths_of_ms <= 0xFF else (round(settings.period_s * 1e3), -3)
+    if objects.write_if_known(0x60C2, 1, scale, 1):
+        objects.write(0x60C2, 2, ten_to, 1)
+    objects.write(0x605A, 0, _STAY_IN_QUICK_STOP, 2)
+    objects.write(0x6085, 0, round(settings.quick_stop_rad_per_s2 * abs(joint.counts_per_rad)), 4)
+    objects.write(0x6060, 0, settings.mode, 1)
+    shown = objects.read(0x6061)
+    if shown is None or int.from_bytes(shown, "little", signed=True) != settings.mode:
+        problem = f"does not take mode {settings.mode.name} ({settings.mode.value}); it shows {shown!r}"
+        raise DeviceFaultError(objects.name, problem, "choose a mode that object 0x6502 of the drive offers")
+
+
+def arm_watchdog(objects: Objects, settings: ArmSettings, *, on: bool) -> None:
+    """Make a drive stop by itself when the host's heartbeat ends, or end that.
+
+    Monitoring begins with the first heartbeat that the drive hears (standard knowledge, CiA 301).
+
+    Raises:
+        SilentError: No answer.
+        DeviceFaultError: The drive cannot do it, though the settings ask for it.
+    """
+    if settings.host_watchdog_ms == 0:
+        return
+    objects.write(0x6007, 0, _QUICK_STOP_WHEN_HOST_IS_LOST if on else 0, 2)
+    objects.write(0x1016, 1, settings.host_node << 16 | settings.host_watchdog_ms if on else 0, 4)
+
+
+def _map(objects: Objects, settings_index: int, mapping_index: int, identifier: int, entries: tuple[int, ...]) -> None:
+    objects.write(settings_index, 1, _INVALID | identifier, 4)
+    objects.write(mapping_index, 0, 0, 1)
+    for subindex, entry in enumerate(entries, 1):
+        objects.write(mapping_index, subindex, entry, 4)
+    objects.write(mapping_index, 0, len(entries), 1)
+    objects.write(settings_index, 2, _EVERY_SYNC, 1)
+    objects.write(settings_index, 1, identifier, 4)

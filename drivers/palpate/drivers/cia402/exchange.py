@@ -1,0 +1,170 @@
+"""One cycle on the wire: set-points out, SYNC, answers in; and what the answers mean for each joint."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Final
+
+from palpate.drivers.cia402.drive import RPDO, TPDO
+from palpate.drivers.cia402.identifiers import EMCY, HEARTBEAT, NMT, RPDO1, SYNC, TPDO1
+from palpate.drivers.cia402.link import CanLink
+from palpate.drivers.cia402.mailbox import Mailbox, NodeBox
+from palpate.drivers.cia402.profile import state_of
+from palpate.drivers.cia402.settings import ArmSettings
+from palpate.drivers.cia402.statistics import ArmStatistics, Tally
+from palpate.drivers.cia402.watch import AxisView
+from palpate.drivers.errors import SilentError
+
+NMT_START: Final = 0x01
+NMT_PRE_OPERATIONAL: Final = 0x80
+
+_NMT_OPERATIONAL: Final = b"\x05"
+_HEARTBEATS_PER_WATCHDOG: Final = 3
+_NS: Final = 1e-9
+
+
+class Exchange:
+    """The cyclic traffic of all drives; no state of the arm, no decisions.
+
+    Set-points reach the bus before their SYNC only if the adapter keeps the order of frames. One that sorts its
+    transmit buffers by identifier lets SYNC, 0x080, overtake them, and they take effect one cycle later
+    (INFERENCE from how arbitration works; not measured).
+
+    Args:
+        link: The bus.
+        settings: The arm.
+        now_ns: Monotonic clock.
+
+    Attributes:
+        views: The joints as the last SYNC showed them; empty before the first.
+        sync_ns: When the last SYNC went out, which is when the drives sampled.
+        answered_ns: When the last answer to it came.
+        sequence: SYNCs sent.
+        heartbeat_on: Whether the host tells the drives that it is alive.
+    """
+
+    def __init__(self, link: CanLink, settings: ArmSettings, now_ns: Callable[[], int]) -> None:
+        self._link, self._settings, self._now_ns = link, settings, now_ns
+        self._nodes = [joint.node for joint in settings.joints]
+        self._mailbox = Mailbox(self._nodes, TPDO.size, now_ns)
+        self._tally = Tally(len(self._nodes))
+        self._deadline_ns = int(settings.period_ns * settings.answer_share)
+        self._last_heartbeat_ns = 0
+        self._unheard_until_ns: int | None = None
+        self._sampled_ns = [0] * len(self._nodes)
+        self.views: tuple[AxisView, ...] = ()
+        self.sync_ns = 0
+        self.answered_ns = 0
+        self.heartbeat_on = False
+
+    @property
+    def sequence(self) -> int:
+        """SYNCs sent."""
+        return self._tally.cycles
+
+    def listen(self) -> None:
+        """Begin to hear the nodes."""
+        for node in self._nodes:
+            self._link.subscribe(TPDO1 + node, self._mailbox.on_tpdo)
+            self._link.subscribe(HEARTBEAT + node, self._mailbox.on_heartbeat)
+            self._link.subscribe(EMCY + node, self._mailbox.on_emcy)
+
+    def hush(self) -> None:
+        """End what :meth:`listen` began."""
+        for node in self._nodes:
+            for service in (TPDO1, HEARTBEAT, EMCY):
+                self._link.unsubscribe(service + node)
+
+    def all_operational(self) -> bool:
+        """Whether each node's newest heartbeat says so."""
+        return all(box.nmt_state == _NMT_OPERATIONAL[0] for box in self._mailbox.look())
+
+    def start_over(self) -> None:
+        """Forget what was known of the drives before they were set up."""
+        self._mailbox.start_over()
+        self.views = ()
+
+    def command_nmt(self, command: int) -> None:
+        """Send an NMT command to each drive, one at a time: other devices on the bus are none of our business.
+
+        Raises:
+            SilentError: The bus does not take it.
+        """
+        for node in self._nodes:
+            self._link.send(NMT, bytes((command, node)))
+
+    def run(self, controlwords: Sequence[int], targets: Sequence[int]) -> tuple[AxisView, ...]:
+        """One cycle: write set-points, SYNC, wait for all answers until the deadline.
+
+        Args:
+            controlwords: One a drive.
+            targets: One a drive, in counts or in counts/s.
+
+        Raises:
+            SilentError: The bus is gone.
+        """
+        self._link.require_alive()
+        if self._unheard_until_ns is not None:
+            # Answers to a SYNC that nobody waited for would be taken for answers to the next.
+            self._mailbox.wait(self._unheard_until_ns)
+            self._unheard_until_ns = None
+        begin_ns = self._now_ns()
+        if self.heartbeat_on:
+            self._keep_alive(begin_ns)
+        for node, controlword, target in zip(self._nodes, controlwords, targets, strict=True):
+            self._link.send(RPDO1 + node, RPDO.pack(controlword, target))
+        self._mailbox.begin()
+        sync_ns = self._now_ns()
+        self._link.send(SYNC, b"")
+        boxes = self._mailbox.wait(sync_ns + self._deadline_ns)
+        self._tally.add(self._now_ns() - begin_ns, [box.answers > 0 for box in boxes])
+        self._read(boxes, sync_ns)
+        return self.views
+
+    def shout(self, controlword: int, targets: Sequence[int]) -> None:
+        """The same to all drives without waiting, and whatever happens: for stopping.
+
+        RPDOs are applied at the next SYNC, so one follows.
+        """
+        for node, target in zip(self._nodes, targets, strict=True):
+            # The next drive may well hear what this one does not.
+            with contextlib.suppress(SilentError):
+                self._link.send(RPDO1 + node, RPDO.pack(controlword, target))
+        self._mailbox.begin()
+        self._unheard_until_ns = self._now_ns() + self._deadline_ns
+        with contextlib.suppress(SilentError):
+            self._link.send(SYNC, b"")
+
+    def statistics(self) -> ArmStatistics:
+        """Figures so far."""
+        return self._tally.summary(self._mailbox.look(), self._mailbox.emergencies())
+
+    def _keep_alive(self, now_ns: int) -> None:
+        every_ns = self._settings.host_watchdog_ms * 1_000_000 // _HEARTBEATS_PER_WATCHDOG
+        if self._settings.host_watchdog_ms > 0 and now_ns - self._last_heartbeat_ns >= every_ns:
+            self._link.send(HEARTBEAT + self._settings.host_node, _NMT_OPERATIONAL)
+            self._last_heartbeat_ns = now_ns
+
+    def _read(self, boxes: tuple[NodeBox, ...], sync_ns: int) -> None:
+        self.sync_ns = sync_ns
+        self.answered_ns = max((box.tpdo_ns for box in boxes if box.answers > 0), default=self.answered_ns)
+        before = self.views or (None,) * len(boxes)
+        self.views = tuple(self._view(i, box, old) for i, (box, old) in enumerate(zip(boxes, before, strict=True)))
+
+    def _view(self, axis: int, box: NodeBox, old: AxisView | None) -> AxisView:
+        if box.answers == 0 or box.tpdo is None:
+            missed = 1 if old is None else old.missed_in_a_row + 1
+            if old is None:
+                return AxisView(box, None, None, None, None, 0.0, missed)
+            return replace(old, box=box, missed_in_a_row=missed)
+        statusword, counts = TPDO.unpack(box.tpdo)
+        position_rad = self._settings.joints[axis].angle_rad(counts)
+        speed = 0.0
+        if old is not None and old.position_rad is not None:
+            # Two SYNCs closer together than a period are no better known in time than a period.
+            elapsed_ns = max(self.sync_ns - self._sampled_ns[axis], self._settings.period_ns)
+            speed = abs(position_rad - old.position_rad) / (elapsed_ns * _NS)
+        self._sampled_ns[axis] = self.sync_ns
+        return AxisView(box, statusword, state_of(statusword), counts, position_rad, speed, 0)

@@ -1,0 +1,122 @@
+"""The way to the bus: one ``canopen.Network``, and what has to be known about its receive thread.
+
+``canopen`` receives in a thread of python-can. Three traps, each measured with ``canopen`` 2.4.1 and python-can 4.6.1:
+an exception in a subscriber is logged and nothing else; an error of the bus (a malformed line of a serial
+adapter, an unplugged one) ends the thread without a word, and from then on the bus merely seems quiet; sending
+goes on working meanwhile. Hence :meth:`CanLink.require_alive` in every cycle.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable
+from types import TracebackType
+from typing import Any, Final, Self, TypeAlias
+
+import canopen
+from canopen.objectdictionary import ObjectDictionary
+from canopen.sdo import SdoClient
+
+from palpate.drivers.cia402.identifiers import SDO_ANSWER, SDO_REQUEST
+from palpate.drivers.cia402.sdo import Objects
+from palpate.drivers.errors import SilentError, WiringError
+
+Subscriber: TypeAlias = Callable[[int, bytearray, float], None]
+
+_NOTIFIER_CYCLE_S: Final = 0.1
+"""How long closing may wait for the receive thread to look up."""
+
+
+class CanLink:
+    """A connected bus.
+
+    Args:
+        network: A connected ``canopen.Network``; other drivers may hang their listeners on its notifier.
+        name: The bus, as a person would call it.
+    """
+
+    def __init__(self, network: Any, name: str = "CAN bus") -> None:
+        self.network = network
+        self.name = name
+
+    @classmethod
+    def open(cls, *, interface: str, channel: str, bitrate: int, **options: object) -> Self:
+        """Connect to a bus.
+
+        Args:
+            interface: Of python-can: ``socketcan``, ``slcan``, ``virtual``, and so on.
+            channel: For example ``can0`` or ``/dev/ttyACM0``.
+            bitrate: In bit/s. python-can sets it where it can; for socketcan the operating system does.
+            options: Further options of that interface.
+
+        Raises:
+            WiringError: There is no such bus, or no permission.
+        """
+        network = canopen.Network()
+        network.NOTIFIER_CYCLE = _NOTIFIER_CYCLE_S
+        name = f"CAN bus {interface} {channel}"
+        try:
+            network.connect(interface=interface, channel=channel, bitrate=bitrate, **options)
+        except Exception as error:  # every back end has exceptions of its own, and all mean that there is no bus
+            remedy = "check the adapter, its name, and that the interface is up"
+            raise WiringError(name, f"cannot be opened: {error}", remedy) from error
+        return cls(network, name)
+
+    def objects(self, node: int, timeout_s: float) -> Objects:
+        """SDO access to one node.
+
+        ``canopen``'s own node class is left out: its EMCY handler fails on a malformed frame before any other
+        subscriber sees it, and its drive class falls back to SDO, with a warning at each read.
+        """
+        client = SdoClient(SDO_REQUEST + node, SDO_ANSWER + node, ObjectDictionary())
+        client.RESPONSE_TIMEOUT = timeout_s
+        client.network = self.network
+        self.network.subscribe(SDO_ANSWER + node, client.on_response)
+        return Objects(node, client)
+
+    def subscribe(self, identifier: int, subscriber: Subscriber) -> None:
+        """Have a function called, in the receive thread, with every frame of that identifier."""
+        self.network.subscribe(identifier, subscriber)
+
+    def unsubscribe(self, identifier: int) -> None:
+        """End all subscriptions to that identifier, if there are any."""
+        if identifier in self.network.subscribers:
+            self.network.unsubscribe(identifier)
+
+    def require_alive(self) -> None:
+        """Find out whether the receive thread still runs.
+
+        Raises:
+            SilentError: It does not: whatever comes, nobody would hear it.
+        """
+        notifier = self.network.notifier
+        error = None if notifier is None else notifier.exception
+        if notifier is None or notifier.stopped or error is not None:
+            cause = "it is closed" if error is None else f"{type(error).__name__}: {error}"
+            raise SilentError(self.name, f"receiving has ended ({cause})", "check the adapter, then open the bus anew")
+
+    def send(self, identifier: int, data: bytes) -> None:
+        """Put one frame on the bus.
+
+        Raises:
+            SilentError: The bus did not take it.
+        """
+        try:
+            self.network.send_message(identifier, data)
+        except Exception as error:  # the package raises here whatever ended its receive thread, of any type
+            remedy = "check the adapter; on socketcan a longer txqueuelen helps against full buffers"
+            raise SilentError(self.name, f"does not take frames: {type(error).__name__}: {error}", remedy) from error
+
+    def close(self) -> None:
+        """Release the bus; twice too, and when it is long gone."""
+        # A bus that is gone answers its release with the error that everybody knows by now.
+        with contextlib.suppress(Exception):
+            self.network.disconnect()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()

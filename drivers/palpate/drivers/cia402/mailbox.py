@@ -1,0 +1,182 @@
+"""What the receive thread leaves for the cycle: copies, under one lock, and no more than the newest of each.
+
+The subscribers copy and count; they decide nothing and cannot fail, because ``canopen`` would only log it.
+"""
+
+from __future__ import annotations
+
+import struct
+import threading
+from collections import deque
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+_EMCY: Final = struct.Struct("<HB5s")
+_EMCY_KEPT: Final = 64
+_NS: Final = 1e-9
+
+
+@dataclass(frozen=True, slots=True)
+class Emergency:
+    """One EMCY message.
+
+    Attributes:
+        node: Who sent it.
+        code: Error code; 0x00xx says that there is no error any more.
+        register: The error register, object 0x1001.
+        vendor: Five bytes of the maker's own.
+        time_ns: When it came.
+    """
+
+    node: int
+    code: int
+    register: int
+    vendor: bytes
+    time_ns: int
+
+    @property
+    def clears(self) -> bool:
+        """Whether it says that the errors are gone."""
+        return self.code & 0xFF00 == 0
+
+
+@dataclass(slots=True)
+class NodeBox:
+    """What is known about one node; the cycle gets copies.
+
+    Attributes:
+        node: Its number.
+        tpdo: Newest process data as they came.
+        tpdo_ns: When they came.
+        answers: Process data since the last SYNC.
+        late: Process data that came after their cycle had given up on them.
+        duplicates: Process data beyond the first within one cycle.
+        malformed: Frames of a length that does not fit.
+        heartbeat_ns: When the last heartbeat came.
+        longest_gap_ns: Longest time between two heartbeats.
+        nmt_state: What it said; None before the first one.
+        boots: Boot-up messages since the node was set up.
+        emergencies: EMCY messages that report an error, ever.
+        active: Those that the node has not yet declared gone.
+    """
+
+    node: int
+    tpdo: bytes | None = None
+    tpdo_ns: int = 0
+    answers: int = 0
+    late: int = 0
+    duplicates: int = 0
+    malformed: int = 0
+    heartbeat_ns: int = 0
+    longest_gap_ns: int = 0
+    nmt_state: int | None = None
+    boots: int = 0
+    emergencies: int = 0
+    active: tuple[Emergency, ...] = ()
+
+
+class Mailbox:
+    """The boxes of all nodes.
+
+    Args:
+        nodes: Node numbers, in the order of the joints.
+        tpdo_bytes: Length of the process data that the nodes were told to send.
+        now_ns: Monotonic clock.
+    """
+
+    def __init__(self, nodes: Sequence[int], tpdo_bytes: int, now_ns: Callable[[], int]) -> None:
+        self._boxes = {node: NodeBox(node, heartbeat_ns=now_ns()) for node in nodes}
+        self._tpdo_bytes = tpdo_bytes
+        self._now_ns = now_ns
+        self._waiting = False
+        self._missing = 0
+        self._all_here = threading.Condition()
+        self._emergencies: deque[Emergency] = deque(maxlen=_EMCY_KEPT)
+
+    def on_tpdo(self, identifier: int, data: bytearray, _timestamp: float) -> None:
+        """Subscriber of process data."""
+        time_ns = self._now_ns()
+        with self._all_here:
+            box = self._boxes[identifier & 0x7F]
+            if len(data) != self._tpdo_bytes:
+                box.malformed += 1
+                return
+            box.tpdo, box.tpdo_ns = bytes(data), time_ns
+            box.answers += 1
+            if box.answers > 1:
+                box.duplicates += 1
+            elif not self._waiting:
+                box.late += 1
+            else:
+                self._missing -= 1
+                if self._missing == 0:
+                    self._all_here.notify_all()
+
+    def on_heartbeat(self, identifier: int, data: bytearray, _timestamp: float) -> None:
+        """Subscriber of heartbeats and boot-up messages."""
+        time_ns = self._now_ns()
+        with self._all_here:
+            box = self._boxes[identifier & 0x7F]
+            if len(data) != 1:
+                box.malformed += 1
+                return
+            if box.nmt_state is not None:
+                box.longest_gap_ns = max(box.longest_gap_ns, time_ns - box.heartbeat_ns)
+            box.heartbeat_ns, box.nmt_state = time_ns, data[0] & 0x7F
+            box.boots += data[0] == 0
+
+    def on_emcy(self, identifier: int, data: bytearray, _timestamp: float) -> None:
+        """Subscriber of EMCY messages."""
+        time_ns = self._now_ns()
+        with self._all_here:
+            box = self._boxes[identifier & 0x7F]
+            if len(data) != _EMCY.size:
+                box.malformed += 1
+                return
+            code, register, vendor = _EMCY.unpack(data)
+            emergency = Emergency(box.node, code, register, vendor, time_ns)
+            self._emergencies.append(emergency)
+            if emergency.clears:
+                box.active = ()
+            else:
+                box.emergencies += 1
+                box.active = (*box.active[-_EMCY_KEPT:], emergency)
+
+    def begin(self) -> None:
+        """Right before a SYNC: from now on process data answer it."""
+        with self._all_here:
+            for box in self._boxes.values():
+                box.answers = 0
+            self._missing = len(self._boxes)
+            self._waiting = True
+
+    def wait(self, deadline_ns: int) -> tuple[NodeBox, ...]:
+        """Wait until every node has answered, or the deadline; then copies of all boxes."""
+        with self._all_here:
+            while self._missing > 0:
+                remaining_ns = deadline_ns - self._now_ns()
+                if remaining_ns <= 0:
+                    break
+                self._all_here.wait(remaining_ns * _NS)
+            self._waiting = False
+            return self._copies()
+
+    def look(self) -> tuple[NodeBox, ...]:
+        """Copies of all boxes as they are."""
+        with self._all_here:
+            return self._copies()
+
+    def emergencies(self) -> tuple[Emergency, ...]:
+        """The newest EMCY messages, oldest first."""
+        with self._all_here:
+            return tuple(self._emergencies)
+
+    def start_over(self) -> None:
+        """Forget what was said before the nodes were set up: boots, errors, NMT states; heartbeats count from now."""
+        with self._all_here:
+            for box in self._boxes.values():
+                box.boots, box.active, box.nmt_state, box.heartbeat_ns = 0, (), None, self._now_ns()
+
+    def _copies(self) -> tuple[NodeBox, ...]:
+        return tuple(replace(box) for box in self._boxes.values())

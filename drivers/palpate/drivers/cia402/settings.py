@@ -1,0 +1,167 @@
+"""How the arm's drives are set up: one record a joint, one for the arm, both checked when made."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from math import isfinite
+from typing import Final
+
+from palpate.drivers.cia402.budget import LOOP_RATE_HZ, BusBudget
+from palpate.drivers.cia402.identifiers import HIGHEST_NODE, require_no_collision
+from palpate.drivers.cia402.profile import Mode
+from palpate.drivers.errors import SettingError
+
+_INT32: Final = 2**31 - 1
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class JointDrive:
+    """One joint and the drive that turns it.
+
+    Each drive turns one joint alone; a wrist whose motors act together needs drives that decouple it, or a
+    transmission above this driver.
+
+    Attributes:
+        node: CANopen node number, 1 to 127.
+        counts_per_rad: Position counts per radian of the joint; negative where the motor turns the other way.
+        lower_rad: Lower position limit.
+        upper_rad: Upper position limit.
+        velocity_rad_per_s: Greatest joint speed.
+        zero_counts: Position counts at joint angle 0.
+
+    Raises:
+        SettingError: A value that cannot work.
+    """
+
+    node: int
+    counts_per_rad: float
+    lower_rad: float
+    upper_rad: float
+    velocity_rad_per_s: float
+    zero_counts: int = 0
+
+    def __post_init__(self) -> None:
+        self._require(1 <= self.node <= HIGHEST_NODE, f"node number {self.node}", f"use 1 to {HIGHEST_NODE}")
+        scale = self.counts_per_rad
+        self._require(
+            isfinite(scale) and scale != 0.0, f"counts_per_rad = {scale}", "give a finite figure that is not 0"
+        )
+        ordered = isfinite(self.lower_rad) and isfinite(self.upper_rad) and self.lower_rad < self.upper_rad
+        self._require(ordered, f"limits {self.lower_rad} to {self.upper_rad} rad", "give lower_rad < upper_rad")
+        speed = self.velocity_rad_per_s
+        self._require(isfinite(speed) and speed > 0.0, f"velocity_rad_per_s = {speed}", "give a positive figure")
+        most = max(abs(self.counts(self.lower_rad)), abs(self.counts(self.upper_rad)), abs(speed * scale))
+        self._require(most <= _INT32, f"{most:.0f} counts do not fit 32 bits", "lower counts_per_rad or the limits")
+
+    def counts(self, angle_rad: float) -> int:
+        """Position counts of a joint angle, to the nearest count."""
+        return round(angle_rad * self.counts_per_rad) + self.zero_counts
+
+    def angle_rad(self, counts: int) -> float:
+        """Joint angle of position counts."""
+        return (counts - self.zero_counts) / self.counts_per_rad
+
+    def _require(self, good: bool, problem: str, remedy: str) -> None:
+        if not good:
+            raise SettingError(f"drive {self.node}", problem, remedy)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ArmSettings:
+    """The arm as a whole.
+
+    Attributes:
+        joints: One drive a joint, in the order of the kinematic model.
+        mode: Cyclic synchronous position, or velocity with the position loop in this driver.
+        bitrate: Of the bus, in bit/s.
+        rate_Hz: Cycles a second: 140 or a whole fraction of it.
+        answer_share: Share of the period within which all drives must have answered a SYNC.
+        missed_cycles: Cycles in a row that a drive may leave unanswered before the arm is stopped for good.
+        heartbeat_ms: Period of each drive's heartbeat.
+        heartbeat_timeout_ms: Silence of a drive that stops the arm for good.
+        host_node: Node number of the host's own heartbeat.
+        host_watchdog_ms: Silence of the host after which each drive quick-stops by itself. 0 leaves this out: then
+            nothing stops the arm when this process dies, and in CSV it keeps its last velocity.
+        quick_stop_rad_per_s2: Deceleration of a quick stop. The default, 19, is CALC from the acceleration of 10000
+            (30557.75 counts/rad) in ``brendandburns/ros2_zebra_zero``.
+        pose_margin_rad: How far the measured pose may lie outside the limits.
+        velocity_margin: By what factor the measured velocity may exceed its limit; the times of two SYNCs jitter.
+        csv_gain: Share of the position error that CSV removes in one cycle, 0 to 1.
+        sdo_timeout_s: Longest wait for an SDO answer.
+        transition_timeout_s: Longest wait for a change of state of all drives.
+        jr3_node: Node number of a JR3 sensor on the same bus, to be checked for collisions; None without one.
+        other_frames: Payloads, in bytes, of what other devices send in each cycle.
+
+    Raises:
+        SettingError: A value that cannot work, or a rate that does not fit the bus.
+    """
+
+    joints: tuple[JointDrive, ...]
+    mode: Mode = Mode.CSP
+    bitrate: int = 1_000_000
+    rate_Hz: Fraction = Fraction(LOOP_RATE_HZ)
+    answer_share: float = 0.5
+    missed_cycles: int = 3
+    heartbeat_ms: int = 50
+    heartbeat_timeout_ms: int = 150
+    host_node: int = 126
+    host_watchdog_ms: int = 100
+    quick_stop_rad_per_s2: float = 19.0
+    pose_margin_rad: float = 0.02
+    velocity_margin: float = 1.5
+    csv_gain: float = 0.5
+    sdo_timeout_s: float = 0.3
+    transition_timeout_s: float = 2.0
+    jr3_node: int | None = None
+    other_frames: Sequence[int] = ()
+
+    def __post_init__(self) -> None:
+        nodes = [*(joint.node for joint in self.joints), self.host_node]
+        if not self.joints or len(set(nodes)) != len(nodes):
+            raise SettingError("arm", f"nodes {nodes}, the host's last", "give every drive and the host its own node")
+        if self.jr3_node is not None:
+            require_no_collision(nodes, self.jr3_node)
+        positive = {
+            "bitrate": self.bitrate,
+            "missed_cycles": self.missed_cycles,
+            "heartbeat_ms": self.heartbeat_ms,
+            "quick_stop_rad_per_s2": self.quick_stop_rad_per_s2,
+            "sdo_timeout_s": self.sdo_timeout_s,
+            "transition_timeout_s": self.transition_timeout_s,
+        }
+        checks = {f"{name} = {value}": isfinite(value) and value > 0 for name, value in positive.items()}
+        checks |= {
+            f"answer_share = {self.answer_share}": 0.0 < self.answer_share <= 0.9,
+            f"csv_gain = {self.csv_gain}": 0.0 < self.csv_gain <= 1.0,
+            f"velocity_margin = {self.velocity_margin}": isfinite(self.velocity_margin) and self.velocity_margin >= 1.0,
+            f"pose_margin_rad = {self.pose_margin_rad}": isfinite(self.pose_margin_rad) and self.pose_margin_rad >= 0.0,
+            f"heartbeat_timeout_ms = {self.heartbeat_timeout_ms}": self.heartbeat_timeout_ms > self.heartbeat_ms,
+            f"heartbeat_ms = {self.heartbeat_ms}": 0 < self.heartbeat_ms <= 0xFFFF,
+            f"host_watchdog_ms = {self.host_watchdog_ms}": 0 <= self.host_watchdog_ms <= 0xFFFF,
+            f"host_node = {self.host_node}": 1 <= self.host_node <= HIGHEST_NODE,
+        }
+        for told, good in checks.items():
+            if not good:
+                raise SettingError("arm", f"{told} cannot work", "see the meaning of this setting")
+        self.budget.require(self.rate_Hz)
+        # Three heartbeats of the host within the drives' patience, and they are sent by the cycle alone.
+        if 0 < self.host_watchdog_ms < 3 * self.period_s * 1e3:
+            problem = f"host_watchdog_ms = {self.host_watchdog_ms} is shorter than three cycles"
+            raise SettingError("arm", problem, "make it longer, or the rate higher")
+
+    @property
+    def period_s(self) -> float:
+        """Time from one cycle to the next."""
+        return float(1 / self.rate_Hz)
+
+    @property
+    def period_ns(self) -> int:
+        """The same in whole nanoseconds."""
+        return int(1_000_000_000 / self.rate_Hz)
+
+    @property
+    def budget(self) -> BusBudget:
+        """The load on the bus."""
+        return BusBudget(len(self.joints), self.bitrate, self.heartbeat_ms * 1e-3, tuple(self.other_frames))

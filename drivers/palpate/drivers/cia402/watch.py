@@ -1,0 +1,121 @@
+"""What makes the arm stop for good: everything that a cycle shows and that a person has to look at."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from palpate.drivers.cia402.mailbox import NodeBox
+from palpate.drivers.cia402.profile import DriveState
+from palpate.drivers.cia402.settings import ArmSettings, JointDrive
+from palpate.drivers.errors import DeviceFaultError, DriverError, SilentError
+
+_OPERATIONAL: Final = 0x05
+_FAULTS: Final = (DriveState.FAULT, DriveState.FAULT_REACTION)
+_MS: Final = 1_000_000
+_REMEDY: Final = "find out why, then acknowledge"
+
+
+@dataclass(frozen=True, slots=True)
+class AxisView:
+    """One joint as the last SYNC showed it.
+
+    Attributes:
+        box: What its node sent.
+        statusword: Newest statusword, or None before the first.
+        state: What it tells; None also where it fits no pattern.
+        counts: Newest position counts, or None before the first.
+        position_rad: The same as an angle, or None before the first.
+        speed_rad_per_s: Measured between the last two answers.
+        missed_in_a_row: SYNCs without an answer until now.
+    """
+
+    box: NodeBox
+    statusword: int | None
+    state: DriveState | None
+    counts: int | None
+    position_rad: float | None
+    speed_rad_per_s: float
+    missed_in_a_row: int
+
+
+def trouble(
+    views: Sequence[AxisView], settings: ArmSettings, now_ns: int, allowed: Sequence[DriveState] | None
+) -> DriverError | None:
+    """The first thing that is wrong, the most telling first, or None.
+
+    Args:
+        views: All joints.
+        settings: Limits and patience.
+        now_ns: Monotonic time.
+        allowed: States in which a drive under power may be; None while the arm shall not be under power. Then
+            neither faults of the drives nor the pose count: nothing moves.
+    """
+    axes = list(zip(views, settings.joints, strict=True))
+    for check in (_restarted, _reports, _silent):
+        for view, joint in axes:
+            for error in check(view, joint, settings, now_ns):
+                return error
+    if allowed is not None:
+        for view, joint in axes:
+            for error in (*_left(view, joint, allowed), *_astray(view, joint, settings)):
+                return error
+    return None
+
+
+def outside(position_rad: float, joint: JointDrive, margin_rad: float) -> bool:
+    """Whether a measured angle lies outside the joint's limits by more than the margin."""
+    return not joint.lower_rad - margin_rad <= position_rad <= joint.upper_rad + margin_rad
+
+
+def _restarted(view: AxisView, joint: JointDrive, _settings: ArmSettings, _now_ns: int) -> Iterator[DriverError]:
+    if view.box.boots > 0:
+        yield DeviceFaultError(f"drive {joint.node}", "has restarted by itself and forgot its set-up", _REMEDY)
+    elif view.box.nmt_state not in (None, _OPERATIONAL):
+        problem = f"is no longer operational (NMT state 0x{view.box.nmt_state:02X})"
+        yield DeviceFaultError(f"drive {joint.node}", problem, _REMEDY)
+
+
+def _reports(view: AxisView, joint: JointDrive, _settings: ArmSettings, _now_ns: int) -> Iterator[DriverError]:
+    if view.box.active:
+        worst = view.box.active[0]
+        problem = (
+            f"reports EMCY 0x{worst.code:04X} (register 0x{worst.register:02X}, maker's bytes {worst.vendor.hex()})"
+        )
+        yield DeviceFaultError(f"drive {joint.node}", problem, "look the code up in its manual, then acknowledge")
+
+
+def _silent(view: AxisView, joint: JointDrive, settings: ArmSettings, now_ns: int) -> Iterator[DriverError]:
+    silence_ms = (now_ns - view.box.heartbeat_ns) / _MS
+    if silence_ms > settings.heartbeat_timeout_ms:
+        problem = f"no heartbeat for {silence_ms:.0f} ms (limit {settings.heartbeat_timeout_ms})"
+        yield SilentError(f"drive {joint.node}", problem, "check its power and cable, then acknowledge")
+    elif view.missed_in_a_row >= settings.missed_cycles:
+        problem = f"left {view.missed_in_a_row} SYNCs in a row unanswered"
+        yield SilentError(
+            f"drive {joint.node}", problem, "check its power, its cable and the bus load, then acknowledge"
+        )
+
+
+def _left(view: AxisView, joint: JointDrive, allowed: Sequence[DriveState]) -> Iterator[DriverError]:
+    if view.statusword is None or view.state in allowed:
+        return
+    told = f"statusword 0x{view.statusword:04X}"
+    if view.state in _FAULTS:
+        yield DeviceFaultError(f"drive {joint.node}", f"is in fault ({told})", _REMEDY)
+    else:
+        state = "no known state" if view.state is None else f"'{view.state.value}'"
+        yield DeviceFaultError(f"drive {joint.node}", f"went to {state} by itself ({told})", _REMEDY)
+
+
+def _astray(view: AxisView, joint: JointDrive, settings: ArmSettings) -> Iterator[DriverError]:
+    if view.position_rad is None:
+        return
+    if outside(view.position_rad, joint, settings.pose_margin_rad):
+        problem = f"stands at {view.position_rad:.4f} rad, outside {joint.lower_rad} to {joint.upper_rad}"
+        yield DeviceFaultError(f"drive {joint.node}", problem, "move the joint back by hand, then acknowledge")
+    most = joint.velocity_rad_per_s * settings.velocity_margin
+    if view.speed_rad_per_s > most:
+        problem = f"moves at {view.speed_rad_per_s:.3f} rad/s, more than {most:.3f}"
+        yield DeviceFaultError(f"drive {joint.node}", problem, _REMEDY)

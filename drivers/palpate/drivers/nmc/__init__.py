@@ -1,0 +1,7 @@
+"""The NMC serial bus of PIC-SERVO motor controllers: codec, conversation, start-up and time budget.
+
+Marks in this package: FACT is read in the source named, CALC is arithmetic on facts, INFERENCE is judgement.
+Sources: *libnmc* is the NMC library of the public ROS 2 port brendandburns/ros2_zebra_zero; *PyLabRobot* is its
+module ``agilent/vspin/_nmc.py`` with tests; *Logosol* are the manuals of the compatible LS-231 and LS-173AP drives;
+*data sheet* is that of the PIC-SERVO SC by J. R. Kerr.
+"""

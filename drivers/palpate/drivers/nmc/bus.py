@@ -1,0 +1,283 @@
+"""The conversation with the modules: one request at a time, each with its time-out, on a line kept in step.
+
+A reply carries no address, so a late one must never be taken for the answer to the next request: after every failure
+the line is flushed, and zeros complete whatever frame a module may still be waiting for, before anything else is sent.
+What is later still than that (CALC: twice the slack, 40 ms) could be mistaken; no module is known to be so slow.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Callable
+from typing import Final
+
+from palpate.drivers.errors import DriverError, GarbledError, SilentError, StateError, WiringError
+from palpate.drivers.nmc.budget import LineTiming
+from palpate.drivers.nmc.commands import CLEAR_BITS
+from palpate.drivers.nmc.flags import Code, Item
+from palpate.drivers.nmc.frames import FRAME_OVERHEAD_BYTES, MAX_DATA_BYTES, Command, find_frame
+from palpate.drivers.nmc.replies import Discarded, Reply, decode_reply, reply_size_bytes
+from palpate.drivers.nmc.settings import POWER_UP_BAUD, BusSettings
+from palpate.drivers.nmc.statistics import BusStatistics, Counters
+from palpate.drivers.nmc.stream import ByteStream
+
+DEVICE: Final = "NMC bus"
+_RESYNC: Final = bytes(30)
+_LONGEST_BYTES: Final = FRAME_OVERHEAD_BYTES + MAX_DATA_BYTES + reply_size_bytes(Item(0xFF))
+_POLL_S: Final = 0.0002
+_ALL_ITEMS: Final = Item(0xFF)
+
+
+class NmcBus:
+    """The bus; :mod:`palpate.drivers.nmc.startup` brings it up.
+
+    Not thread-safe: one thread talks. Whatever exception a port raises means that it is gone: besides ``OSError``,
+    pyserial lets ``termios.error`` and ``TypeError`` through when an adapter is unplugged.
+
+    Args:
+        stream: The open port.
+        clock_ns: A monotonic clock, ns.
+        sleep_s: Waits so many seconds.
+        settings: How to talk.
+    """
+
+    def __init__(
+        self,
+        stream: ByteStream,
+        clock_ns: Callable[[], int],
+        sleep_s: Callable[[float], None],
+        settings: BusSettings,
+    ) -> None:
+        self.settings = settings
+        self._stream, self._clock_ns, self._sleep_s = stream, clock_ns, sleep_s
+        self._counters = Counters()
+        self._masks: defaultdict[int, Item] = defaultdict(lambda: Item(0))
+        self._failures: defaultdict[int, int] = defaultdict(int)
+        self._run = self._stray_run = 0
+        self._heard: tuple[int, Command] | None = None
+        self._demand: str | None = None
+        self._is_dirty = True
+        self.line = LineTiming(POWER_UP_BAUD, settings.adapter_latency_s, settings.turnaround_s)
+
+    @property
+    def statistics(self) -> BusStatistics:
+        """What has happened so far."""
+        return self._counters.copy()
+
+    @property
+    def demands_start(self) -> str | None:
+        """Why the bus must be started or attached to again; None while all is well."""
+        return self._demand
+
+    def timeout_s(self, size_bytes: int) -> float:
+        """How long an exchange of so many bytes, both ways together, may take."""
+        return self.line.exchange_s(size_bytes) + self.settings.slack_s
+
+    def wait_s(self, duration_s: float) -> None:
+        """Sleeps on the injected clock."""
+        self._sleep_s(duration_s)
+
+    def set_line(self, baud: int) -> None:
+        """Changes the rate of our own end.
+
+        Raises:
+            SilentError: The port is gone.
+        """
+        self.line = LineTiming(baud, self.settings.adapter_latency_s, self.settings.turnaround_s)
+        try:
+            self._stream.baudrate = baud
+            self._stream.timeout = self.timeout_s(_LONGEST_BYTES)
+        except Exception as error:
+            raise self._gone(error) from error
+        self._is_dirty = True
+
+    def forget(self) -> None:
+        """Forgets masks and failures: the modules have been reset, or are met for the first time."""
+        self._masks.clear()
+        self.forgive()
+
+    def forgive(self) -> None:
+        """Withdraws the demand for a new start; for whoever has just made one."""
+        self._failures.clear()
+        self._run = self._stray_run = 0
+        self._demand = None
+
+    def resync(self) -> None:
+        """Flushes the line and completes any frame that a module may still be waiting for.
+
+        Raises:
+            SilentError: The port is gone.
+        """
+        self._counters.resyncs += 1
+        try:
+            self._stream.reset_input_buffer()
+            self._stream.write(_RESYNC)
+            # A module may answer the frame that the zeros completed: wait that out, then flush it.
+            self._sleep_s(self.timeout_s(len(_RESYNC) + reply_size_bytes(_ALL_ITEMS)))
+            self._stream.reset_input_buffer()
+        except Exception as error:
+            raise self._gone(error) from error
+        self._is_dirty = False
+
+    def send_raw(self, data: bytes) -> None:
+        """Sends bytes to which nobody is to answer, and waits until they are out.
+
+        Raises:
+            SilentError: The port is gone.
+        """
+        try:
+            self._stream.write(data)
+        except Exception as error:
+            raise self._gone(error) from error
+        self._sleep_s(self.line.wire_s(len(data)))
+
+    def attempt(self, address: int, command: Command) -> Reply | Discarded:
+        """One try, allowed even while a new start is demanded; failures are counted but raise nothing.
+
+        Raises:
+            SilentError: The port is gone.
+        """
+        mask = self._expected(address, command)
+        frame, size = command.frame(address), reply_size_bytes(mask)
+        if self._is_dirty:
+            self.resync()
+        # Stays set if anything, Ctrl-C included, ends this exchange half way.
+        self._is_dirty = True
+        sent_ns = self._clock_ns()
+        try:
+            self._take_stray()
+            written_ns = self._clock_ns()
+            self._stream.write(frame)
+            raw = self._read(size, sent_ns + round(self.timeout_s(len(frame) + size) * 1e9))
+        except Exception as error:
+            raise self._gone(error) from error
+        read_ns = self._clock_ns()
+        result = decode_reply(raw, mask)
+        if result in (Discarded.SHORT, Discarded.CHECKSUM) and frame.startswith(raw):
+            result = Discarded.ECHO
+        self._note(address, command, result)
+        self._counters.wire_ns += self.line.wire_s(len(frame) + size) * 1e9
+        self._counters.waiting_ns += read_ns - written_ns
+        if isinstance(result, Reply):
+            self._counters.round_trips_ns.append(read_ns - written_ns)
+        self._counters.total_ns += self._clock_ns() - sent_ns
+        return result
+
+    def exchange(self, address: int, command: Command) -> Reply | None:
+        """One try of many, as in a control cycle; None when the reply was lost or thrown away.
+
+        Raises:
+            StateError: The bus demands a new start.
+            SilentError: No reply as often in a row as the settings allow, or the port is gone.
+            GarbledError: As often a reply without sense, or bytes that nobody asked for.
+            WiringError: What is sent comes back.
+        """
+        if self._demand is not None:
+            raise StateError(DEVICE, f"stopped after errors ({self._demand})", "start or attach to the bus again")
+        result = self.attempt(address, command)
+        allowed = self.settings.errors_in_a_row
+        if self._stray_run >= allowed:
+            raise self._stop(self._stray_error())
+        if isinstance(result, Reply):
+            return result
+        if max(self._failures[address], self._run) >= allowed:
+            raise self._stop(_error(address, result, allowed))
+        return None
+
+    def require(self, address: int, command: Command) -> Reply:
+        """An exchange that must succeed; it is repeated as often as the settings allow errors.
+
+        Only for commands that do no harm when they arrive twice.
+
+        Raises:
+            StateError, SilentError, GarbledError, WiringError: As :meth:`exchange`.
+        """
+        while (reply := self.exchange(address, command)) is None:
+            continue
+        return reply
+
+    def group(self, command: Command) -> Reply | Discarded | None:
+        """A command to all modules at once; only a leader answers, so None says nothing about success.
+
+        Raises:
+            SilentError: The port is gone.
+        """
+        leader = self.settings.leader
+        if leader is not None and command.is_answered:
+            self._masks[self.settings.group] = self._masks[leader]
+            return self.attempt(self.settings.group, command)
+        if self._is_dirty:
+            self.resync()
+        self.send_raw(command.frame(self.settings.group))
+        return None
+
+    def clear_bits(self, address: int) -> Reply:
+        """Clears the sticky fault bits of a module; the bus never does so by itself.
+
+        Raises:
+            StateError, SilentError, GarbledError, WiringError: As :meth:`exchange`.
+        """
+        return self.require(address, CLEAR_BITS)
+
+    def _expected(self, address: int, command: Command) -> Item:
+        if command.code in (Code.DEF_STAT, Code.READ_STAT):
+            return Item(command.data[0])
+        return self._masks[address]
+
+    def _take_stray(self) -> None:
+        waiting = self._stream.in_waiting
+        if not waiting:
+            self._stray_run = 0
+            return
+        stray = self._stream.read(waiting)
+        self._stream.reset_input_buffer()
+        self._counters.stray_bytes += len(stray)
+        self._stray_run += 1
+        self._heard = find_frame(stray)
+
+    def _read(self, size: int, deadline_ns: int) -> bytes:
+        raw = b""
+        while len(raw) < size:
+            chunk = self._stream.read(size - len(raw))
+            raw += chunk
+            if len(raw) < size and self._clock_ns() >= deadline_ns:
+                break
+            if not chunk:
+                # Some streams, sockets among them, do not block for as long as they were told.
+                self._sleep_s(_POLL_S)
+        return raw
+
+    def _note(self, address: int, command: Command, result: Reply | Discarded) -> None:
+        self._counters.exchanges += 1
+        if isinstance(result, Reply):
+            self._is_dirty = False
+            self._failures[address] = self._run = 0
+            if command.code is Code.DEF_STAT:
+                self._masks[address] = Item(command.data[0])
+            return
+        self._counters.discarded[result] += 1
+        self._failures[address] += 1
+        self._run += 1
+
+    def _stop(self, error: DriverError) -> DriverError:
+        self._demand = error.problem
+        return error
+
+    def _stray_error(self) -> GarbledError:
+        heard = "bytes that nobody asked for" if self._heard is None else f"a {self._heard[1].code.name} command"
+        problem = f"heard {heard} before {self._stray_run} requests in a row"
+        return GarbledError(DEVICE, problem, "see whether a second program or controller talks on this bus")
+
+    def _gone(self, error: Exception) -> SilentError:
+        self._is_dirty = True
+        self._demand = f"the port is gone ({error})"
+        return SilentError(DEVICE, self._demand, "plug the serial adapter in and open the port again")
+
+
+def _error(address: int, reason: Discarded, times: int) -> DriverError:
+    device, problem = f"NMC module {address}", f"{times} failures in a row, the last: {reason.value}"
+    if reason is Discarded.ECHO:
+        return WiringError(device, problem, "connect both pairs of the full-duplex bus, without loop or local echo")
+    if reason is Discarded.MISSING:
+        return SilentError(device, problem, "check its supply and cable; a module that was reset needs a new start")
+    return GarbledError(device, problem, "check cable, termination and grounding, or choose a lower baud rate")

@@ -1,0 +1,156 @@
+"""The commands of the NMC table, each as what makes a :class:`Command`. FACT: libnmc, PyLabRobot, Logosol."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Sequence
+from typing import Final
+
+from palpate.drivers.nmc.flags import Code, Homing, Item, Stop, Traj
+from palpate.drivers.nmc.frames import GROUP_BIT, Command, refused
+
+NOP: Final = Command(Code.NOP)
+"""Asks for the status and nothing else."""
+START_MOVE: Final = Command(Code.START_MOVE)
+"""Starts what LOAD_TRAJ without START_NOW has buffered."""
+CLEAR_BITS: Final = Command(Code.CLEAR_BITS)
+"""Clears the sticky fault bits."""
+SAVE_AS_HOME: Final = Command(Code.SAVE_AS_HOME)
+"""Stores the present position as the home position."""
+HARD_RESET: Final = Command(Code.HARD_RESET)
+"""Puts a module back to its state after power-up: address 0, 19200 baud, counter zero, motor off. No reply."""
+
+
+def _pack(layout: str, *values: int) -> bytes:
+    try:
+        return struct.pack(f"<{layout}", *values)
+    except struct.error as error:
+        raise refused(f"a field of {values} does not fit: {error}") from error
+
+
+def reset_pos(*, relative_to_home: bool = False) -> Command:
+    """Sets the position counter to zero, or to the distance from the stored home position."""
+    return Command(Code.RESET_POS, b"\x01" if relative_to_home else b"")
+
+
+def set_addr(address: int, group: int, *, leader: bool = False) -> Command:
+    """Gives an individual address and a group address.
+
+    Args:
+        address: Individual address, 1 to 127.
+        group: Group address, 128 to 255.
+        leader: The module is to be the only one of its group that answers a group command.
+
+    Raises:
+        RefusedError: An address is out of its range.
+    """
+    if not (1 <= address < GROUP_BIT <= group <= 0xFF):
+        raise refused(f"individual address {address} must be 1 to 127 and group address {group} 128 to 255")
+    return Command(Code.SET_ADDR, bytes((address, group & ~GROUP_BIT if leader else group)))
+
+
+def def_stat(mask: Item) -> Command:
+    """Defines the items of every reply from now on, beginning with the reply to this command."""
+    return Command(Code.DEF_STAT, _pack("B", mask))
+
+
+def read_stat(mask: Item) -> Command:
+    """Asks for these items once."""
+    return Command(Code.READ_STAT, _pack("B", mask))
+
+
+def load_traj(
+    control: Traj,
+    *,
+    position_counts: int | None = None,
+    velocity_word: int | None = None,
+    acceleration_word: int | None = None,
+    pwm: int | None = None,
+) -> Command:
+    """Loads a motion; which fields are there is added to ``control``.
+
+    Args:
+        control: SERVO, VELOCITY_PROFILE, REVERSE_OR_RELATIVE and START_NOW as wanted.
+        position_counts: Target position, s32.
+        velocity_word: Magnitude, u32, see :mod:`palpate.drivers.nmc.scaling`.
+        acceleration_word: Magnitude, u32.
+        pwm: Magnitude, u8.
+
+    Raises:
+        RefusedError: A field does not fit.
+    """
+    fields = (
+        (Traj.POSITION, "i", position_counts),
+        (Traj.VELOCITY, "I", velocity_word),
+        (Traj.ACCELERATION, "I", acceleration_word),
+        (Traj.PWM, "B", pwm),
+    )
+    control &= ~(Traj.POSITION | Traj.VELOCITY | Traj.ACCELERATION | Traj.PWM)
+    data = b""
+    for bit, layout, value in fields:
+        if value is not None:
+            control |= bit
+            data += _pack(layout, value)
+    return Command(Code.LOAD_TRAJ, _pack("B", control) + data)
+
+
+def set_gain(
+    *,
+    kp: int,
+    kd: int,
+    ki: int,
+    integration_limit: int,
+    output_limit: int,
+    current_limit: int,
+    error_limit_counts: int,
+    servo_rate_divisor: int,
+    deadband: int,
+    step_multiplier: int | None = None,
+) -> Command:
+    """Sets the servo filter: 14 data bytes, or 15 with the step multiplier that firmware 10 of the SC adds.
+
+    Raises:
+        RefusedError: A field does not fit, or the servo rate divisor is zero.
+    """
+    if servo_rate_divisor < 1:
+        raise refused("the servo rate divisor must be 1 at least")
+    data = _pack("4h2Bh2B", kp, kd, ki, integration_limit, output_limit, current_limit, error_limit_counts,
+                 servo_rate_divisor, deadband)  # fmt: skip
+    return Command(Code.SET_GAIN, data if step_multiplier is None else data + _pack("B", step_multiplier))
+
+
+def stop_motor(control: Stop, position_counts: int | None = None) -> Command:
+    """Stops the motor in the way of ``control``; ``Stop.HERE`` takes a position, s32, and nothing else does.
+
+    Raises:
+        RefusedError: The position is missing, superfluous, or does not fit.
+    """
+    if (position_counts is not None) != bool(control & Stop.HERE):
+        raise refused("STOP_MOTOR takes a position with Stop.HERE, and only then")
+    return Command(
+        Code.STOP_MOTOR, _pack("B", control) + (b"" if position_counts is None else _pack("i", position_counts))
+    )
+
+
+def io_ctrl(bits: int) -> Command:
+    """Sets the output bits and options of a module."""
+    return Command(Code.IO_CTRL, _pack("B", bits))
+
+
+def set_homing(control: Homing) -> Command:
+    """Arms the capture of the home position."""
+    return Command(Code.SET_HOMING, _pack("B", control))
+
+
+def set_baud(divisor: int) -> Command:
+    """Changes the baud rate of whoever hears it; only ever sent to a group. No reply."""
+    return Command(Code.SET_BAUD, _pack("B", divisor))
+
+
+def add_pathpoint(points: Sequence[int]) -> Command:
+    """Adds up to seven path points, each u16; none at all starts the path.
+
+    Raises:
+        RefusedError: More than seven points, or one does not fit.
+    """
+    return Command(Code.ADD_PATHPOINT, _pack(f"{len(points)}H", *points))

@@ -1,0 +1,66 @@
+"""Settings of the bus, and what is known of its baud rates."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import isfinite
+from typing import Final
+
+from palpate.drivers.errors import SettingError
+from palpate.drivers.nmc.frames import EVERYBODY, GROUP_BIT
+
+POWER_UP_BAUD: Final = 19_200
+"""FACT (libnmc): where every module is after power-up and after HARD_RESET."""
+
+BAUD_DIVISORS: Final = {19_200: 63, 57_600: 20, 115_200: 10, 230_400: 5, 250_000: 4}
+"""Data byte of SET_BAUD by baud rate.
+
+FACT (libnmc): the first three. FACT (another driver): 230 400. CALC: all of them fit 1.25 MHz / (divisor + 1) within
+3.5 %, except 230 400, which would really be 208 333 (-9.6 %): too far for a UART, unless the modules have another
+clock. INFERENCE from the same formula: 250 000, which it meets exactly.
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class BusSettings:
+    """How to talk to the modules.
+
+    Attributes:
+        baud: Rate to change to after start-up, bit/s.
+        adapter_latency_s: What the serial adapter adds to every exchange: about 0 for a UART, 0.001 for an FTDI
+            adapter in low-latency mode, 0.016 for one as it comes.
+        turnaround_s: Time a module takes before it answers. NOT FOUND, hence 0; ``palpate doctor`` measures it.
+        slack_s: What a reply may be late beyond all that, for the operating system.
+        errors_in_a_row: As many failures, at one module or on the whole bus, demand a new start. FACT (libnmc): 2.
+        reset_wait_s: Wait after HARD_RESET. INFERENCE: 0.1; the port of libnmc to Linux waits 0.1 ms by mistake.
+        max_modules: The address chain ends here at the latest. INFERENCE.
+        group: Group address of all modules, 128 to 255.
+        leader: Address of the module that answers group commands; None: nobody does.
+
+    Raises:
+        SettingError: A value that cannot work.
+    """
+
+    baud: int = 115_200
+    adapter_latency_s: float = 0.001
+    turnaround_s: float = 0.0
+    slack_s: float = 0.02
+    errors_in_a_row: int = 2
+    reset_wait_s: float = 0.1
+    max_modules: int = 31
+    group: int = EVERYBODY
+    leader: int | None = None
+
+    def __post_init__(self) -> None:
+        times = (self.adapter_latency_s, self.turnaround_s, self.slack_s, self.reset_wait_s)
+        checks = (
+            (self.baud in BAUD_DIVISORS, f"baud = {self.baud}", f"one of {', '.join(map(str, BAUD_DIVISORS))}"),
+            (all(isfinite(t) and t >= 0.0 for t in times), f"times of {times} s", "finite and not negative"),
+            (self.errors_in_a_row >= 1, f"errors_in_a_row = {self.errors_in_a_row}", "1 at least"),
+            (1 <= self.max_modules < GROUP_BIT, f"max_modules = {self.max_modules}", "1 to 127"),
+            (GROUP_BIT <= self.group <= EVERYBODY, f"group = {self.group}", "128 to 255"),
+            (self.leader is None or 1 <= self.leader <= self.max_modules, f"leader = {self.leader}", "a module"),
+        )
+        for good, found, wanted in checks:
+            if not good:
+                raise SettingError("NMC bus", found, f"must be {wanted}")

@@ -1,0 +1,200 @@
+"""Bringing the bus up: reset and address chain, or taking over modules that still run; then the baud rate.
+
+FACT (libnmc): 20 zeros, HARD_RESET to all twice, then SET_ADDR to address 0 with 1, 2, ... until nobody answers, each
+reply enabling the next module of the chain. Modules may still be at the rate of an earlier run, so the reset is sent
+at every known rate.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+from palpate.drivers.errors import SilentError, WiringError
+from palpate.drivers.nmc.bus import DEVICE, NmcBus
+from palpate.drivers.nmc.commands import HARD_RESET, read_stat, set_addr, set_baud
+from palpate.drivers.nmc.flags import Item
+from palpate.drivers.nmc.frames import EVERYBODY
+from palpate.drivers.nmc.replies import Discarded, Identity, Reply
+from palpate.drivers.nmc.settings import BAUD_DIVISORS, POWER_UP_BAUD
+
+_WAKE: Final = bytes(20)
+_RESETS: Final = 2
+_TRIES: Final = 3
+_UNADDRESSED: Final = 0
+_BAUD_SETTLE_S: Final = 0.01
+"""Wait after SET_BAUD, for the modules' and our own port. INFERENCE."""
+
+
+@dataclass(frozen=True, slots=True)
+class Module:
+    """A module that has answered.
+
+    Attributes:
+        address: Its individual address.
+        identity: Type and firmware version.
+    """
+
+    address: int
+    identity: Identity
+
+
+def start(bus: NmcBus) -> tuple[Module, ...]:
+    """Resets all modules, gives them addresses from 1, and changes to the baud rate of the settings.
+
+    Every motor goes off and every position counter to zero.
+
+    Returns:
+        The modules in the order of the chain.
+
+    Raises:
+        WiringError: Nobody answers, or only at another rate than expected, or the line echoes.
+        SilentError: A module stopped answering on the way, or the port is gone.
+        GarbledError: Nothing but nonsense.
+    """
+    for baud in _other_rates(POWER_UP_BAUD):
+        _reset_all(bus, baud)
+    bus.forget()
+    addresses = _address_chain(bus)
+    if not addresses:
+        raise _nobody(bus)
+    change_baud(bus, addresses)
+    return _identify(bus, addresses)
+
+
+def attach(bus: NmcBus, count: int) -> tuple[Module, ...] | None:
+    """Takes over modules that an earlier run has left addressed; nothing is reset and no motor changes.
+
+    Args:
+        bus: The bus.
+        count: How many modules there must be.
+
+    Returns:
+        The modules, or None when module 1 answers at no known rate: then only :func:`start` helps.
+
+    Raises:
+        SilentError: Module 1 answers but not all the others do, as after a reset of some; or the port is gone.
+        GarbledError: Nothing but nonsense from one of them.
+        WiringError: The line echoes.
+    """
+    for baud in reversed(_other_rates(bus.settings.baud)):
+        bus.set_line(baud)
+        bus.forget()
+        if isinstance(_ask(bus, 1, Item.IDENTITY, tries=2), Reply):
+            addresses = range(1, count + 1)
+            bus.forgive()
+            modules = _identify(bus, addresses)
+            if baud != bus.settings.baud:
+                change_baud(bus, addresses)
+            return modules
+    return None
+
+
+def change_baud(bus: NmcBus, addresses: range) -> None:
+    """Takes the modules to the baud rate of the settings, and makes sure that all have followed.
+
+    Raises:
+        WiringError: They stayed at another rate.
+        SilentError: One or all of them are lost.
+    """
+    baud = bus.settings.baud
+    if baud == bus.line.baud:
+        return
+    bus.send_raw(set_baud(BAUD_DIVISORS[baud]).frame(bus.settings.group))
+    bus.wait_s(_BAUD_SETTLE_S)
+    bus.set_line(baud)
+    lost = [address for address in addresses if not _answers(bus, address)]
+    if not lost:
+        bus.forgive()
+        return
+    if len(lost) == len(addresses) and (found := _find_rate(bus, addresses[0])) is not None:
+        raise WiringError(DEVICE, f"told to go to {baud} baud, the modules answer at {found}", f"set {found} baud")
+    names = ", ".join(map(str, lost))
+    problem = f"after the change to {baud} baud no answer from module {names}"
+    raise SilentError(DEVICE, problem, "start again, with a lower baud rate if this repeats")
+
+
+def _other_rates(last: int) -> tuple[int, ...]:
+    return (*(baud for baud in BAUD_DIVISORS if baud != last), last)
+
+
+def _reset_all(bus: NmcBus, baud: int) -> None:
+    bus.set_line(baud)
+    bus.send_raw(_WAKE)
+    for _ in range(_RESETS):
+        # Modules of an earlier run may belong to the group of the settings instead.
+        for group in sorted({EVERYBODY, bus.settings.group}, reverse=True):
+            bus.send_raw(HARD_RESET.frame(group))
+        bus.wait_s(bus.settings.reset_wait_s)
+
+
+def _address_chain(bus: NmcBus) -> range:
+    settings = bus.settings
+    found = 0
+    for address in range(1, settings.max_modules + 1):
+        command = set_addr(address, settings.group, leader=address == settings.leader)
+        result: Reply | Discarded = Discarded.MISSING
+        for _ in range(_TRIES):
+            result = bus.attempt(_UNADDRESSED, command)
+            if result is Discarded.ECHO:
+                raise _echo()
+            # The reply may be all that was lost, and then the same command would name the next module as well.
+            if isinstance(result, Reply) or _answers(bus, address):
+                found = address
+                break
+            if result is Discarded.MISSING:
+                break
+        if found != address:
+            break
+    bus.forgive()
+    return range(1, found + 1)
+
+
+def _answers(bus: NmcBus, address: int) -> bool:
+    # READ_STAT and not NOP: the mask of a module that was taken over is unknown.
+    return any(isinstance(bus.attempt(address, read_stat(Item(0))), Reply) for _ in range(_TRIES))
+
+
+def _ask(bus: NmcBus, address: int, items: Item, tries: int) -> Reply | Discarded:
+    result: Reply | Discarded = Discarded.MISSING
+    for _ in range(tries):
+        result = bus.attempt(address, read_stat(items))
+        if result is Discarded.ECHO:
+            raise _echo()
+        if isinstance(result, Reply):
+            break
+    return result
+
+
+def _identify(bus: NmcBus, addresses: range) -> tuple[Module, ...]:
+    modules = []
+    for address in addresses:
+        identity = bus.require(address, read_stat(Item.IDENTITY)).identity
+        if identity is not None:
+            modules.append(Module(address, identity))
+    return tuple(modules)
+
+
+def _find_rate(bus: NmcBus, address: int) -> int | None:
+    for baud in BAUD_DIVISORS:
+        bus.set_line(baud)
+        bus.forget()
+        for candidate in (address, _UNADDRESSED):
+            if isinstance(_ask(bus, candidate, Item.IDENTITY, tries=1), Reply):
+                return baud
+    return None
+
+
+def _nobody(bus: NmcBus) -> WiringError:
+    found = _find_rate(bus, 1)
+    if found is None:
+        rates = ", ".join(map(str, BAUD_DIVISORS))
+        problem = f"no module answers at any of {rates} baud"
+        return WiringError(DEVICE, problem, "check the port's name, the supply of the modules, and both pairs of wires")
+    problem = f"nobody takes an address at {POWER_UP_BAUD} baud, but somebody answers at {found}"
+    return WiringError(DEVICE, problem, "switch the modules off and on: they have not obeyed the reset")
+
+
+def _echo() -> WiringError:
+    remedy = "connect both pairs of the full-duplex bus, without loop or local echo"
+    return WiringError(DEVICE, "what is sent comes back unchanged", remedy)

@@ -1,0 +1,299 @@
+"""The arm: connect, confirm where it is, switch on, run cycles, stop. No threads; the caller's loop is the only one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from typing import Final, NoReturn, Self
+
+from palpate.drivers.errors import DeviceFaultError, DriverError, StateError, WiringError
+from palpate.drivers.nmc.bus import NmcBus
+from palpate.drivers.nmc.commands import NOP
+from palpate.drivers.nmc.frames import Command
+from palpate.drivers.nmc.startup import Module, start
+from palpate.drivers.nmc.stream import ByteStream
+from palpate.drivers.zebra_zero.counts import DEVICE, JOINTS, SixCounts, six
+from palpate.drivers.zebra_zero.faults import Fault, FaultKind
+from palpate.drivers.zebra_zero.limits import Applied, AppliedReason
+from palpate.drivers.zebra_zero.measured import ArmReport, Measured
+from palpate.drivers.zebra_zero.rounds import Rounds, Trouble, lost
+from palpate.drivers.zebra_zero.servos import AXES, GO_HOME, Servos, check_modules, setpoint, streaming_for
+from palpate.drivers.zebra_zero.setpoints import Setpoints
+from palpate.drivers.zebra_zero.settings import Streaming, ZebraZeroSettings
+from palpate.drivers.zebra_zero.states import Event, State, after
+from palpate.drivers.zebra_zero.stopping import StopOutcome, bring_to_rest
+from palpate.drivers.zebra_zero.tracking import Tracking
+
+_CYCLING: Final = (State.HOMED, State.SERVO_ON, State.STOPPED)
+_TRIPPED: Final = (FaultKind.POSITION_ERROR, FaultKind.OVERCURRENT, FaultKind.SERVO_OFF)
+"""Faults by which the firmware has switched a motor off; a stop must not switch it on again."""
+
+
+class ZebraZero:
+    """The arm on an open port. As a context manager it is closed, and so stopped, on every way out.
+
+    Not thread-safe: all belongs in one thread, only ``preview``, ``state`` and ``fault`` may be used from another.
+
+    Args:
+        stream: The open port, 8N1; the caller closes it after the arm.
+        clock_ns: Monotonic clock, ns.
+        sleep_s: Waits so many seconds.
+        settings: The arm's settings.
+    """
+
+    def __init__(
+        self,
+        stream: ByteStream,
+        clock_ns: Callable[[], int],
+        sleep_s: Callable[[float], None],
+        settings: ZebraZeroSettings | None = None,
+    ) -> None:
+        self.settings = ZebraZeroSettings() if settings is None else settings
+        self._clock_ns = clock_ns
+        self._bus = NmcBus(stream, clock_ns, sleep_s, self.settings.bus)
+        self._servos = Servos(self._bus, self.settings)
+        self._tracking, self._setpoints = Tracking(self.settings), Setpoints(self.settings)
+        self._rounds = Rounds(self._bus, self._servos, self._tracking, self.settings, clock_ns)
+        self._state = State.CLOSED
+        self._fault: Fault | None = None
+        self._modules: tuple[Module, ...] = ()
+        self._streaming = Streaming.STOP_HERE
+        self._was_reset = self._is_referenced = False
+
+    @property
+    def state(self) -> State:
+        """Where the arm is in its life."""
+        return self._state
+
+    @property
+    def fault(self) -> Fault | None:
+        """The latched fault, or None."""
+        return self._fault
+
+    @property
+    def stored_counts(self) -> SixCounts | None:
+        """Newest counter values, to be kept for :meth:`resume`; None when they mean nothing."""
+        return self._tracking.counts if self._is_referenced else None
+
+    @property
+    def report(self) -> ArmReport:
+        """Facts about the arm for a person."""
+        return ArmReport(
+            state=self._state,
+            fault=None if self._fault is None else str(self._fault),
+            modules=self._modules,
+            baud=self._bus.line.baud,
+            streaming=self._streaming,
+            budget=self.settings.budget(),
+            wanted_rate_Hz=self.settings.rate_Hz,
+            achieved_rate_Hz=self._tracking.rate_Hz,
+            statistics=self._bus.statistics,
+        )
+
+    def connect(self, *, reset: bool = False) -> None:
+        """Finds six servo modules; takes them over as they are if they still have their addresses, or resets them.
+
+        Args:
+            reset: Reset them in any case: all motors go off, and all counters to zero.
+
+        Raises:
+            StateError: Already connected.
+            WiringError: Nobody answers, or not six servo modules, or at another baud rate.
+            SilentError, GarbledError: Some answer and some do not; only nonsense; the port is gone.
+        """
+        connected = after(self._state, Event.CONNECT)
+        self._is_referenced = False
+        found = None if reset else self._servos.attach()
+        self._was_reset = found is None
+        self._modules = check_modules(start(self._bus) if found is None else found)
+        self._streaming = streaming_for(self._modules, self.settings)
+        self._tracking.begin_at(self._servos.meet())
+        self._state, self._fault = connected, None
+
+    def confirm_home(self, *, at_home: bool) -> None:
+        """Takes a person's word that the arm rests in its home pose: motors off, counters to zero.
+
+        There is no index to home to (FACT: the port), so nothing but a person can know.
+
+        Raises:
+            StateError: Out of order, or nobody confirms.
+            DriverError: The bus failed.
+        """
+        homed = after(self._state, Event.REFERENCE)
+        if at_home is not True:
+            problem = "the encoders tell angles only from the pose in which they were set to zero"
+            raise StateError(DEVICE, problem, "see that the arm rests in its home pose and confirm with at_home=True")
+        self._servos.zero()
+        self._tracking.begin_at((0, 0, 0, 0, 0, 0))
+        self._state, self._is_referenced = homed, True
+
+    def resume(self, stored_counts: Sequence[int]) -> None:
+        """Takes the counters as they are, because they are where an earlier run has left them.
+
+        Args:
+            stored_counts: ``stored_counts`` of that run, (6,).
+
+        Raises:
+            StateError: Out of order.
+            WiringError: The modules have been reset since, or the counters are elsewhere.
+        """
+        homed = after(self._state, Event.REFERENCE)
+        if self._was_reset:
+            raise WiringError(DEVICE, "the modules have been reset, so stored counters mean nothing", GO_HOME)
+        if not self._tracking.agrees(stored_counts):
+            problem = f"counters at {self._tracking.counts}, stored were {tuple(stored_counts)}"
+            raise WiringError(DEVICE, problem, GO_HOME)
+        self._state, self._is_referenced = homed, True
+
+    def servo_on(self) -> None:
+        """Lets every servo hold its motor where it stands; nothing moves.
+
+        Raises:
+            StateError: Out of order.
+            DeviceFaultError: An axis reports a fault, or the pose is beyond a limit; it is latched.
+            SilentError, GarbledError: The bus failed; latched as well.
+        """
+        enabled = after(self._state, Event.ENABLE)
+        try:
+            counts, fault = self._servos.check()
+            self._tracking.begin_at(counts)
+            self._check(fault or self._rounds.beyond_limits())
+            for axis in AXES:
+                self._check(self._servos.enable(axis))
+        except DeviceFaultError:
+            raise
+        except DriverError as error:
+            self._fail(lost(error))
+        self._setpoints.begin_at(self._tracking.position_rad, self._clock_ns())
+        self._state = enabled
+
+    def preview(self, setpoint_rad: Sequence[float]) -> Applied:
+        """What a cycle that is on time would make of the set-point now; sends nothing.
+
+        Raises:
+            RefusedError: There are not six finite angles.
+        """
+        return self._setpoints.preview(setpoint_rad) if self._state is State.SERVO_ON else self._held(setpoint_rad)
+
+    def cycle(self, setpoint_rad: Sequence[float] | None = None) -> Measured:
+        """Hands out the set-point, if any, and brings back the pose from before it: one exchange with every axis.
+
+        Call it at ``settings.rate_Hz``; called sooner, it shortens the step in proportion.
+
+        Args:
+            setpoint_rad: Wanted joint angles, (6,); None: hold.
+
+        Raises:
+            StateError: Out of order, or a set-point while the servos were never switched on.
+            RefusedError: There are not six finite angles; nothing was sent.
+            DeviceFaultError: An axis reports a fault, or the pose is beyond a limit. The arm has been stopped.
+            SilentError, GarbledError: The bus failed; a stop has been tried.
+        """
+        if self._fault is not None:
+            raise self._fault.error()
+        if self._state not in _CYCLING or (setpoint_rad is not None and self._state is State.HOMED):
+            raise StateError(DEVICE, f"cannot run a cycle while {self._state.value}", "home, and switch the servos on")
+        begin_ns = self._clock_ns()
+        applied, commands = self._plan(setpoint_rad, begin_ns)
+        is_fresh, trouble = self._rounds.run(commands)
+        if trouble is not None:
+            self._fail(trouble)
+        return self._tracking.measured(is_fresh, applied, begin_ns, self._clock_ns())
+
+    def smooth_stop(self) -> StopOutcome:
+        """Brings every motor whose servo is on to rest and keeps it there. Any time, twice too; never raises."""
+        if self._state is State.SERVO_ON:
+            self._state = after(self._state, Event.STOP)
+        on = sorted(self._servos.on)
+        outcome = bring_to_rest(self._bus, on, self.settings.stop_timeout_s, self._clock_ns, are_all=len(on) == JOINTS)
+        if outcome is StopOutcome.LINE_DEAD:
+            self._latch(Fault(FaultKind.COMMUNICATION, None, outcome.value))
+        elif outcome is StopOutcome.NOT_SEEN:
+            self._latch(Fault(FaultKind.STOP_NOT_SEEN))
+        elif outcome is StopOutcome.AT_REST:
+            self._rounds.look_once()
+        if self._state is State.STOPPING:
+            self._state = after(self._state, Event.AT_REST)
+        return outcome
+
+    def release(self) -> None:
+        """Stops, then switches every motor off; nothing holds the arm then. Also possible while faulted.
+
+        Raises:
+            StateError: Not connected.
+            SilentError: A motor did not confirm.
+        """
+        if self._state is State.CLOSED:
+            raise StateError(DEVICE, "cannot release the motors while closed", "connect first")
+        self.smooth_stop()
+        self._servos.off()
+        if self._state is State.STOPPED:
+            self._state = after(self._state, Event.RELEASE)
+
+    def acknowledge(self) -> None:
+        """Clears a latched fault and the modules' sticky bits: a person's decision.
+
+        Leads to STOPPED. Where the position may be lost, it leads to CLOSED and raises: connect again.
+
+        Raises:
+            StateError: There is no fault.
+            WiringError: The modules have been reset, or the position was never known.
+            SilentError, GarbledError: They do not answer.
+            DeviceFaultError: A fault is still there; it stays latched.
+        """
+        acknowledged = after(self._state, Event.ACKNOWLEDGE)
+        was_referenced, self._is_referenced = self._is_referenced, False
+        self._state, self._fault = after(self._state, Event.CLOSE), None
+        if not was_referenced or self._servos.attach() is None:
+            raise WiringError(DEVICE, "the position of the arm is not known any more", GO_HOME)
+        self._tracking.begin_at(self._servos.meet())
+        remaining = self._servos.clear()
+        self._is_referenced = True
+        if remaining is not None:
+            self._state, self._fault = State.FAULTED, remaining
+            raise remaining.error()
+        self._state = acknowledged
+
+    def close(self) -> None:
+        """Stops and forgets the arm; its servos go on holding it. Any time, twice too; never raises."""
+        self.smooth_stop()
+        self._servos.on.clear()
+        self._state, self._fault = after(self._state, Event.CLOSE), None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _held(self, asked_rad: Sequence[float]) -> Applied:
+        six(asked_rad)
+        return Applied(self._tracking.position_rad, AppliedReason.STOPPED)
+
+    def _plan(self, asked_rad: Sequence[float] | None, now_ns: int) -> tuple[Applied | None, tuple[Command, ...]]:
+        if asked_rad is None or self._state is not State.SERVO_ON:
+            self._setpoints.hold()
+            return None if asked_rad is None else self._held(asked_rad), (NOP,) * JOINTS
+        applied = self._setpoints.advance(asked_rad, now_ns)
+        counts = self.settings.transmission.to_counts(applied.position_rad)
+        return applied, tuple(setpoint(self._streaming, count) for count in counts)
+
+    def _check(self, fault: Fault | None) -> None:
+        if fault is not None:
+            self._fail(Trouble(fault, fault.error()))
+
+    def _fail(self, trouble: Trouble) -> NoReturn:
+        fault = trouble.fault
+        self._latch(fault)
+        if fault.kind in _TRIPPED and fault.axis is not None:
+            self._servos.on.discard(fault.axis)
+        self.smooth_stop()
+        if fault.kind is FaultKind.POWER_LOST:
+            # Nothing holds the arm anyway, and a supply that comes back must not pull it to an old set-point.
+            with suppress(DriverError):
+                self._servos.off()
+        raise trouble.error
+
+    def _latch(self, fault: Fault) -> None:
+        if self._fault is None and self._state is not State.CLOSED:
+            self._fault, self._state = fault, after(self._state, Event.FAULT)

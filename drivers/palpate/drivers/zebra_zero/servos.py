@@ -1,0 +1,219 @@
+"""The six motors: the command sequences of one axis, and which of them are on."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from palpate.drivers.errors import SilentError, WiringError
+from palpate.drivers.nmc.bus import NmcBus
+from palpate.drivers.nmc.commands import def_stat, load_traj, read_stat, reset_pos, stop_motor
+from palpate.drivers.nmc.flags import Aux, Item, ModuleType, Status, Stop, Traj
+from palpate.drivers.nmc.frames import Command
+from palpate.drivers.nmc.replies import Reply
+from palpate.drivers.nmc.scaling import acceleration_word, velocity_word
+from palpate.drivers.nmc.startup import Module, attach
+from palpate.drivers.zebra_zero.counts import DEVICE, JOINTS, SixCounts
+from palpate.drivers.zebra_zero.faults import Fault, FaultKind, fault_in
+from palpate.drivers.zebra_zero.settings import FIRMWARE_WITH_MOVING_TARGETS, Streaming, ZebraZeroSettings
+from palpate.drivers.zebra_zero.stopping import ABRUPT
+
+AXES: Final = tuple(range(1, JOINTS + 1))
+"""Module addresses; motor n is module n. FACT: the port."""
+GO_HOME: Final = "bring the arm to its home pose by hand, connect with reset=True, and confirm"
+"""What to do when the counters mean nothing."""
+_LOOK: Final = Item.POSITION | Item.AUX
+_OFF: Final = stop_motor(Stop.MOTOR_OFF)
+_STREAMED: Final = Traj.SERVO | Traj.START_NOW
+
+
+def check_modules(modules: tuple[Module, ...]) -> tuple[Module, ...]:
+    """The modules, if they are six servos.
+
+    Raises:
+        WiringError: They are not.
+    """
+    kinds = [module.identity.name for module in modules]
+    if len(modules) != JOINTS or any(module.identity.type_code != ModuleType.SERVO for module in modules):
+        raise WiringError(
+            DEVICE, f"found {len(modules)} modules ({'; '.join(kinds)})", f"connect {JOINTS} servo modules"
+        )
+    return modules
+
+
+def streaming_for(modules: tuple[Module, ...], settings: ZebraZeroSettings) -> Streaming:
+    """The way of streaming, decided by the firmware of the modules where the settings leave it open."""
+    if settings.streaming is not Streaming.BY_FIRMWARE:
+        return settings.streaming
+    is_documented = all(module.identity.version == FIRMWARE_WITH_MOVING_TARGETS for module in modules)
+    return Streaming.TRAPEZOID if is_documented else Streaming.STOP_HERE
+
+
+def setpoint(streaming: Streaming, counts: int) -> Command:
+    """The command that takes a motor to a position, nine bytes either way."""
+    if streaming is Streaming.TRAPEZOID:
+        return load_traj(_STREAMED, position_counts=counts)
+    return stop_motor(Stop.AMP_ENABLE | Stop.HERE, counts)
+
+
+class Servos:
+    """The motors of the arm; it knows positions in counts only.
+
+    Args:
+        bus: The bus, started.
+        settings: The arm's settings.
+
+    Attributes:
+        on: Axes, 1 to 6, whose servos are on as far as is known.
+    """
+
+    def __init__(self, bus: NmcBus, settings: ZebraZeroSettings) -> None:
+        self._bus, self._settings = bus, settings
+        self.on: set[int] = set()
+
+    def attach(self) -> tuple[Module, ...] | None:
+        """The modules as an earlier run has left them; None when none has kept its address.
+
+        Raises:
+            SilentError: Some have and some have not, or the port is gone.
+            WiringError: The line echoes.
+            GarbledError: Nothing but nonsense.
+        """
+        try:
+            return attach(self._bus, JOINTS)
+        except SilentError as error:
+            raise SilentError(DEVICE, f"not all modules still answer ({error})", GO_HOME) from error
+
+    def meet(self) -> SixCounts:
+        """Tells every module what to put into its replies, finds out which servos are on, and where they stand.
+
+        Raises:
+            DriverError: The bus failed.
+        """
+        counts = []
+        for axis in AXES:
+            self._bus.require(axis, def_stat(self._settings.reply_items))
+            reply = self._look(axis)
+            counts.append(_position(reply))
+            self._mark(axis, is_on=bool(reply.aux and reply.aux & Aux.SERVO_ON))
+        return _six(counts)
+
+    def zero(self) -> None:
+        """Switches every motor off and sets its counter to zero; only for an arm that rests in its home pose.
+
+        Raises:
+            DriverError: The bus failed, or a counter does not take the zero.
+        """
+        self.off()
+        for axis in AXES:
+            self._bus.require(axis, reset_pos())
+            found = _position(self._look(axis))
+            if abs(found) > self._settings.stored_tolerance_counts:
+                problem = f"motor {axis} counts {found} right after its counter was set to zero"
+                raise WiringError(DEVICE, problem, "see whether the arm moves, and whether the module is a servo")
+
+    def check(self) -> tuple[SixCounts, Fault | None]:
+        """Sends the gains and looks at every axis before anything is switched on.
+
+        Raises:
+            DriverError: The bus failed.
+        """
+        fault: Fault | None = None
+        counts = []
+        for axis in AXES:
+            self._bus.require(axis, def_stat(self._settings.reply_items))
+            self._bus.require(axis, self._settings.gains.command())
+            reply = self._look(axis)
+            counts.append(_position(reply))
+            fault = fault or fault_in(axis, reply, self._settings, should_be_on=axis in self.on)
+            if self._settings.require_power and not reply.status & Status.POWER_ON:
+                fault = fault or Fault(FaultKind.POWER_LOST, axis)
+        return _six(counts), fault
+
+    def enable(self, axis: int) -> Fault | None:
+        """Lets one servo hold its motor where it stands.
+
+        The abrupt stop makes the present position the one to be held, and the trapezoid that loads velocity and
+        acceleration for later goes to that same position; so nothing moves.
+
+        Returns:
+            What went wrong, if anything.
+
+        Raises:
+            DriverError: The bus failed.
+        """
+        was_on = axis in self.on
+        if not was_on:
+            self._bus.require(axis, _OFF)
+        # From here on it may be on, whether we hear of it or not.
+        self.on.add(axis)
+        held = _position(self._bus.require(axis, ABRUPT))
+        if not was_on:
+            # A servo that is off shows a position error; check() has found no other sticky bit.
+            self._bus.clear_bits(axis)
+        fault = fault_in(axis, self._look(axis), self._settings, should_be_on=True)
+        if fault is None:
+            self._bus.require(axis, self._profile(axis, held))
+        return fault
+
+    def off(self) -> None:
+        """Switches every motor off; nothing holds the arm then.
+
+        Raises:
+            DriverError: The bus failed.
+        """
+        lost = []
+        for axis in AXES:
+            # Not by way of require(): motors must go off even while the bus demands a new start.
+            if any(isinstance(self._bus.attempt(axis, _OFF), Reply) for _ in range(2)):
+                self.on.discard(axis)
+            else:
+                lost.append(axis)
+        if lost:
+            raise SilentError(DEVICE, f"motors {lost} did not confirm that they are off", "switch off their supply")
+
+    def clear(self) -> Fault | None:
+        """Clears the sticky bits of every module; a person's decision.
+
+        Returns:
+            What is still wrong.
+
+        Raises:
+            DriverError: The bus failed.
+        """
+        remaining: Fault | None = None
+        for axis in AXES:
+            self._bus.clear_bits(axis)
+            fault = fault_in(axis, self._look(axis), self._settings, should_be_on=axis in self.on)
+            remaining = remaining or fault
+        return remaining
+
+    def _look(self, axis: int) -> Reply:
+        return self._bus.require(axis, read_stat(_LOOK))
+
+    def _mark(self, axis: int, *, is_on: bool) -> None:
+        if is_on:
+            self.on.add(axis)
+        else:
+            self.on.discard(axis)
+
+    def _profile(self, axis: int, position_counts: int) -> Command:
+        settings, limits = self._settings, self._settings.limits
+        divisor = settings.gains.servo_rate_divisor
+        speeds = settings.transmission.motor_rates((settings.profile_margin * limits.velocity_rad_per_s,) * JOINTS)
+        rates = settings.transmission.motor_rates((settings.profile_margin * limits.acceleration_rad_per_s2,) * JOINTS)
+        return load_traj(
+            _STREAMED,
+            position_counts=position_counts,
+            velocity_word=velocity_word(speeds[axis - 1], divisor),
+            acceleration_word=acceleration_word(rates[axis - 1], divisor),
+        )
+
+
+def _position(reply: Reply) -> int:
+    # The mask had POSITION, so an accepted reply has it as well.
+    return reply.position_counts or 0
+
+
+def _six(counts: list[int]) -> SixCounts:
+    a, b, c, d, e, f = counts
+    return a, b, c, d, e, f

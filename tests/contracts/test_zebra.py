@@ -1,0 +1,95 @@
+"""The Zebra Zero adapter keeps the contracts of encoder and arm, over a pseudo-terminal, against emulated modules."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+from palpate.adapters.bus_arm import BusArm
+from palpate.adapters.monotonic_clock import MonotonicClock
+from palpate.adapters.plugins import RigContext
+from palpate.adapters.zebra_ports import make_zebra_nmc
+from palpate.core.arms import arm_named
+from palpate.core.contracts import ArmCommandContract, ArmCommandRig, JointEncoderContract, JointEncoderRig
+from palpate.core.lifecycle import Life
+from palpate.simulation.emulators.nmc_bus import NmcBus
+from palpate.simulation.emulators.nmc_joints import HOME_RAD
+from palpate.simulation.emulators.plant import IdealPlant
+from palpate.simulation.emulators.pty_server import PtyServer
+
+BAUD = 230_400
+DIVIDER = 2
+LOWER = (-3.14, -1.07, -1.70, -3.14, -3.14, -3.14)
+UPPER = (3.14, 1.70, 1.07, 3.14, 3.14, 3.14)
+SETTLE_TICKS = 20
+
+
+class Bench:
+    """An adapter and the modules that it talks to."""
+
+    def __init__(self, **settings: Any) -> None:
+        self.plant = IdealPlant()
+        self.bus = NmcBus(self.plant)
+        self.server: PtyServer[NmcBus] = PtyServer(self.bus)
+        port = self.server.start()
+        self.clock = MonotonicClock()
+        context = RigContext(self.clock, arm_named("zebra-zero"), LOWER, UPPER, (1.0,) * 6)
+        table = {"port": port, "baud": BAUD, "adapter_latency_ms": 0.0, "divider": DIVIDER, "at_home": True, **settings}
+        arm = make_zebra_nmc(table, context).arm
+        assert isinstance(arm, BusArm)
+        self.arm = arm
+
+    def advance(self, ticks: int) -> None:
+        # The arm's own ticks, one bus cycle each, and half a cycle for a machine that is late.
+        time.sleep((ticks + 0.5) * DIVIDER / 140)
+
+    def overload(self) -> None:
+        """The first motor draws too much current; returns when the adapter has noticed."""
+        with self.server.exclusive() as bus:
+            bus.modules[0].servo.overcurrent = True
+        deadline = time.monotonic() + 5.0
+        while self.arm.life is not Life.FAULTED and time.monotonic() < deadline:
+            time.sleep(0.005)
+
+    def joints_rad(self) -> tuple[float, ...]:
+        with self.server.exclusive():
+            return self.plant.joints_rad()
+
+
+class TestZebraEncoder(JointEncoderContract):
+    def make(self) -> JointEncoderRig:
+        bench = Bench()
+        return JointEncoderRig(
+            device=bench.arm,
+            clock=bench.clock,
+            advance=bench.advance,
+            max_age_ns=150_000_000,
+            joints=6,
+            expected_rad=HOME_RAD,
+            tolerance_rad=2e-4,
+            arm=bench.arm,
+            provoke_fault=bench.overload,
+            dispose=bench.server.stop,
+            runs_by_itself=True,
+        )
+
+
+class TestZebraArm(ArmCommandContract):
+    def make(self) -> ArmCommandRig:
+        bench = Bench()
+        return ArmCommandRig(
+            device=bench.arm,
+            clock=bench.clock,
+            advance=bench.advance,
+            home_rad=HOME_RAD,
+            lower_rad=LOWER,
+            upper_rad=UPPER,
+            fast_step_rad=0.1,
+            position_rad=bench.joints_rad,
+            tolerance_rad=2e-4,
+            settle_ticks=SETTLE_TICKS,
+            limit_ticks=300,
+            provoke_fault=bench.overload,
+            dispose=bench.server.stop,
+            runs_by_itself=True,
+        )
