@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from math import sqrt
 from pathlib import Path
 from types import TracebackType
-from typing import Self
+from typing import Final, Self
 
 import numpy as np
 import pinocchio as pin
@@ -45,7 +45,11 @@ from palpate.core.policy import (
 from palpate.core.task_config import CONTROL_RATE_HZ, N_PER_KGF
 from palpate.core.task_frame import goal_in_base
 from palpate.core.tip_motion import TipMotion
+from palpate.core.values import JointVector
 from palpate.simulation.cell import Truth, WorkCell
+
+APPROACH_HEIGHT_M: Final = 0.1
+"""Height above the plate by which an arm on its way to the ready pose passes."""
 
 
 @dataclass(frozen=True)
@@ -96,6 +100,19 @@ def find_ready_pose(config: RunConfig) -> ReadyPose:
             for z in (-height, config.task.insertion_depth_mm * 1e-3):
                 inverse.solve(at(x, y, z, ready.tip_rotation), free_yaw=False, seed_rad=q, field="task.goal")
     return ready
+
+
+def find_approach(config: RunConfig, ready: ReadyPose) -> tuple[JointVector, ...]:
+    """Joint poses on the way to the ready pose for an arm that comes from anywhere: well above it, then down to it.
+
+    Raises:
+        UnreachableError: The arm cannot get there.
+    """
+    inverse = InverseKinematics(Kinematics(arm_named(config.arm), ToolGeometry()), PERIOD_S)
+    goal = goal_in_base(config.task.goal)
+    above = goal.act(np.array([0.0, 0.0, -APPROACH_HEIGHT_M]))
+    q = inverse.solve(pin.SE3(ready.tip_rotation, above), free_yaw=False, seed_rad=ready.q_rad, field="task.goal")
+    return tuple(q.tolist()), tuple(ready.q_rad.tolist())
 
 
 def task_actions(config: RunConfig) -> tuple[Action, ...]:
@@ -162,7 +179,7 @@ def open_rig(config: RunConfig, ready: ReadyPose, rig_file: str) -> Rig:
     """
     if not rig_file:
         return SimulatedRig(config, ready)
-    return HardwareRig(RigFile.load(Path(rig_file)), config, tuple(ready.q_rad.tolist()))
+    return HardwareRig(RigFile.load(Path(rig_file)), config, find_approach(config, ready))
 
 
 class SimulatedRig(Rig):

@@ -58,7 +58,7 @@ class EmulationConfig:
     arm: str = "zebra-nmc"
     force: str = "jr3-can"
     baud: int = 230_400
-    divider: int = 1
+    divider: int = 2
     wrist_backlash_deg: float = 0.0
     usb_latency_ms: float = 0.0
 
@@ -91,13 +91,14 @@ class EmulatedCell:
         config: The simulated cell; trial 0 of its seed gives hole and sensor errors.
         ready: The ready pose, for the size of the plate.
         emulation: Which devices.
+        counts_file: Where the rig file lets the arm's counters be kept from run to run.
     """
 
-    def __init__(self, config: RunConfig, ready: ReadyPose, emulation: EmulationConfig) -> None:
+    def __init__(self, config: RunConfig, ready: ReadyPose, emulation: EmulationConfig, counts_file: str = "") -> None:
         if emulation.arm == "zebra-nmc" and config.arm != "zebra-zero":
             raise ConfigurationError("arm", config.arm, "zebra-zero behind the NMC bus")
         kinematics = Kinematics(arm_named(config.arm), ToolGeometry())
-        self.config, self.emulation = config, emulation
+        self.config, self.emulation, self._counts_file = config, emulation, counts_file
         self.cell = WorkCell(
             kinematics,
             config.cell,
@@ -192,6 +193,7 @@ class EmulatedCell:
                 self._entries["arm"] = {
                     "adapter": "zebra-nmc", "port": server.path, "baud": emulation.baud,
                     "adapter_latency_ms": emulation.usb_latency_ms, "divider": emulation.divider, "at_home": True,
+                    "counts_file": self._counts_file,
                 }  # fmt: skip
 
             self._serve.append(serve)

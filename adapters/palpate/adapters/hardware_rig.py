@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import ExitStack
 from math import dist
 from types import TracebackType
@@ -32,13 +33,13 @@ class HardwareRig(Rig):
     Args:
         file: What the rig is made of.
         config: The run's configuration.
-        ready_rad: The ready pose, (n,), to which the arm moves before the first trial.
+        approach_rad: Joint poses, (n,) each, by which the arm moves to the ready pose before the first trial.
 
     Attributes:
         ports: What the core runs over.
     """
 
-    def __init__(self, file: RigFile, config: RunConfig, ready_rad: JointVector) -> None:
+    def __init__(self, file: RigFile, config: RunConfig, approach_rad: Sequence[JointVector]) -> None:
         kinematics = Kinematics(arm_named(config.arm), ToolGeometry())
         context = RigContext(
             MonotonicClock(),
@@ -50,7 +51,7 @@ class HardwareRig(Rig):
         sensor = force_sensor_maker(file.force_sensor.adapter)(file.force_sensor.settings, context)
         adapter = arm_maker(file.arm.adapter)(file.arm.settings, context)
         self.ports = Ports(context.clock, sensor, adapter.encoder, adapter.arm)
-        self._file, self._ready, self._limit_N = file, ready_rad, config.task.max_force_N
+        self._file, self._approach, self._limit_N = file, approach_rad, config.task.max_force_N
         self._at_ready = False
 
     def prepare(self, trial: int) -> None:
@@ -64,7 +65,8 @@ class HardwareRig(Rig):
             arm.deactivate()
         arm.activate()
         if not self._at_ready:
-            move_joints(self.ports, self._ready, self._file.approach_rad_s, self._limit_N)
+            for pose in self._approach:
+                move_joints(self.ports, pose, self._file.approach_rad_s, self._limit_N)
             self._at_ready = True
 
     def world(self) -> World:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -158,7 +159,9 @@ class Jr3ForceSensor(ManagedDevice, ForceSensor):
             return
         finally:
             if opened is not None:
-                opened.close()
+                with suppress(can.CanError, OSError):
+                    # A serial CAN adapter that is gone cannot even be told to close its bus.
+                    opened.close()
 
     def _sleep(self, seconds: float) -> None:
         self._clock.sleep_until(self._clock.now_ns() + round(seconds * 1e9))

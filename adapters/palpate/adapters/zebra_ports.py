@@ -65,15 +65,10 @@ class ZebraDriver(ArmDriver):
         self.arm = arm = ZebraZero(self._port, self._clock.now_ns, self._sleep, self._settings)
         arm.connect()
         stored = self._stored_counts()
-        if stored is not None:
-            try:
-                arm.resume(stored)
-                return
-            except WiringError:
-                # The modules have been switched off since: then only a person can know where the arm is.
-                if not self._at_home:
-                    raise
-        arm.confirm_home(at_home=self._at_home)
+        if arm.was_reset or stored is None:
+            arm.confirm_home(at_home=self._at_home)
+        else:
+            arm.resume(stored)
 
     def enable(self) -> None:
         """See :class:`ArmDriver`."""

@@ -33,7 +33,8 @@ def emulate(options: EmulateOptions) -> int:
 
     before = {number: signal.signal(number, end) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
-        with EmulatedCell(config, find_ready_pose(config), emulation) as cell:
+        counts = str(Path(options.rig_file).resolve().with_suffix(".counts.json")) if options.rig_file else ""
+        with EmulatedCell(config, find_ready_pose(config), emulation, counts) as cell:
             rig = cell.rig_toml()
             if options.rig_file:
                 _write_new(Path(options.rig_file), rig)

@@ -146,8 +146,8 @@ class EmulateOptions:
     """Its seed: gives hole and sensor errors."""
     baud: int = 230400
     """Line rate of the arm's serial bus."""
-    divider: int = 1
-    """Control ticks per bus cycle."""
+    divider: int = 2
+    """Control ticks per bus cycle: 2 is 70 Hz."""
     wrist_backlash_deg: float = 0.0
     """Full gap of the wrist's gears."""
     usb_latency_ms: float = 0.0

@@ -71,6 +71,11 @@ class ZebraZero:
         return self._fault
 
     @property
+    def was_reset(self) -> bool:
+        """Whether the modules came out of a reset at the last :meth:`connect`: only then can home be confirmed."""
+        return self._was_reset
+
+    @property
     def stored_counts(self) -> SixCounts | None:
         """Newest counter values, to be kept for :meth:`resume`; None when they mean nothing."""
         return self._tracking.counts if self._is_referenced else None
@@ -116,10 +121,14 @@ class ZebraZero:
         There is no index to home to (FACT: the port), so nothing but a person can know.
 
         Raises:
-            StateError: Out of order, or nobody confirms.
+            StateError: Out of order, nobody confirms, or the modules were not reset.
             DriverError: The bus failed.
         """
         homed = after(self._state, Event.REFERENCE)
+        if not self._was_reset:
+            problem = "the modules have been on since an earlier run, so the arm need not be in its home pose any more"
+            remedy = "resume with that run's counters, or switch the controller off and on with the arm at home"
+            raise StateError(DEVICE, problem, remedy)
         if at_home is not True:
             problem = "the encoders tell angles only from the pose in which they were set to zero"
             raise StateError(DEVICE, problem, "see that the arm rests in its home pose and confirm with at_home=True")
