@@ -5,6 +5,8 @@ from __future__ import annotations
 import time
 from typing import Any
 
+import pytest
+
 from palpate.adapters.bus_arm import BusArm
 from palpate.adapters.monotonic_clock import MonotonicClock
 from palpate.adapters.plugins import RigContext
@@ -22,6 +24,9 @@ DIVIDER = 2
 LOWER = (-3.14, -1.07, -1.70, -3.14, -3.14, -3.14)
 UPPER = (3.14, 1.70, 1.07, 3.14, 3.14, 3.14)
 SETTLE_TICKS = 20
+
+
+pytestmark = pytest.mark.xdist_group("real time")
 
 
 class Bench:

@@ -98,7 +98,10 @@ class Cia402Driver(ArmDriver):
 
 @dataclass(frozen=True)
 class _Cia402Table:
-    """The table ``[arm]`` of a rig file. Vectors have one number a joint; no ``zero_counts`` are zeros."""
+    """The table ``[arm]`` of a rig file. Vectors have one number a joint; no ``zero_counts`` are zeros.
+
+    ``patience`` is a factor on every time-out, for machines that cannot keep time.
+    """
 
     interface: str = "socketcan"
     channel: str = "can0"
@@ -109,10 +112,12 @@ class _Cia402Table:
     mode: str = "position"
     divider: int = 1
     max_age_ms: float = 50.0
+    patience: float = 1.0
 
     def __post_init__(self) -> None:
         require_whole("arm.divider", self.divider, 1, 14)
         require_in("arm.max_age_ms", self.max_age_ms, 1.0, 10_000.0)
+        require_in("arm.patience", self.patience, 0.1, 100.0)
         require_one_of("arm.mode", self.mode, ("position", "velocity"))
 
 
@@ -140,6 +145,11 @@ def make_cia402(settings: Settings, context: RigContext) -> ArmAdapter:
             mode=Mode.CSP if table.mode == "position" else Mode.CSV,
             bitrate=table.bitrate,
             rate_Hz=Fraction(CONTROL_RATE_HZ, table.divider),
+            missed_cycles=max(1, round(3 * table.patience)),
+            heartbeat_timeout_ms=round(150 * table.patience),
+            host_watchdog_ms=round(100 * table.patience),
+            sdo_timeout_s=0.3 * table.patience,
+            transition_timeout_s=2.0 * table.patience,
         )
     extra: dict[str, Any] = {"sleep_after_open": 0.1} if table.interface == "slcan" else {}
 

@@ -138,7 +138,7 @@ class ZebraDriver(ArmDriver):
 
 @dataclass(frozen=True)
 class _ZebraTable:
-    """The table ``[arm]`` of a rig file."""
+    """The table ``[arm]`` of a rig file. ``patience`` is a factor on the wait for an answer."""
 
     port: str = "/dev/ttyUSB0"
     baud: int = 115_200
@@ -151,11 +151,13 @@ class _ZebraTable:
     acceleration_rad_s2: float = 19.0
     streaming: str = "by firmware"
     max_age_ms: float = 100.0
+    patience: float = 1.0
 
     def __post_init__(self) -> None:
         require_whole("arm.divider", self.divider, 1, 14)
         require_in("arm.adapter_latency_ms", self.adapter_latency_ms, 0.0, 100.0)
         require_in("arm.max_age_ms", self.max_age_ms, 1.0, 10_000.0)
+        require_in("arm.patience", self.patience, 0.1, 100.0)
         require_one_of("arm.streaming", self.streaming, tuple(way.value for way in Streaming))
         require_one_of("arm.joint1_sign", str(self.joint1_sign), ("1", "-1"))
 
@@ -165,7 +167,11 @@ def make_zebra_nmc(settings: Settings, context: RigContext) -> ArmAdapter:
     table = overlay(_ZebraTable(), settings, "arm.")
     with translating("arm"):
         arm_settings = ZebraZeroSettings(
-            bus=BusSettings(baud=table.baud, adapter_latency_s=table.adapter_latency_ms * 1e-3),
+            bus=BusSettings(
+                baud=table.baud,
+                adapter_latency_s=table.adapter_latency_ms * 1e-3,
+                slack_s=0.02 * table.patience,
+            ),
             transmission=Transmission(joint_1_sign=table.joint1_sign),
             limits=JointLimits(
                 velocity_rad_per_s=table.velocity_rad_s, acceleration_rad_per_s2=table.acceleration_rad_s2

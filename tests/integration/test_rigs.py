@@ -1,0 +1,139 @@
+"""The unchanged core over emulated devices in a process of their own: serial lines, slcan, real time."""
+
+from __future__ import annotations
+
+import csv
+import signal
+import subprocess
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from tests.integration.command_line import command, palpate, refusal, succeed, wait_until
+
+# Two real-time rigs at once would starve each other.
+pytestmark = pytest.mark.xdist_group("real time")
+
+
+def relax(rig: Path) -> None:
+    """Allow for a machine that is busy with other tests: what is tested here is not how fast it is."""
+    text = rig.read_text()
+    arm, sensor = text.split("[force_sensor]\n")
+    arm = arm.replace("divider = 2", "divider = 4").replace("[arm]\n", "[arm]\nmax_age_ms = 1000.0\npatience = 10.0\n")
+    arm = arm.replace("[rig]\n", "[rig]\napproach_rad_s = 0.8\n")
+    rig.write_text(f"{arm}[force_sensor]\nmax_age_ms = 1000.0\n{sensor}")
+
+
+@contextmanager
+def emulated(rig: Path, *words: object) -> Iterator[subprocess.Popen[str]]:
+    """An emulated rig that is served; its rig file is at ``rig``."""
+    call = command("emulate", "--rig-file", rig, *words)
+    process = subprocess.Popen(call, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    try:
+        wait_until(lambda: rig.exists() and "[force_sensor]" in rig.read_text(), process)
+        relax(rig)
+        yield process
+    finally:
+        process.kill()
+        process.communicate()
+
+
+def outcomes(out: Path) -> list[str]:
+    with (out / "trials.csv").open() as stream:
+        return [row["outcome"] for row in csv.DictReader(stream)]
+
+
+@pytest.mark.parametrize("devices", [("zebra-nmc", "jr3-can"), ("cia402", "jr3-uart")], ids="-".join)
+def test_the_arm_behind_the_wires_inserts_and_its_trials_replay(devices: tuple[str, str], tmp_path: Path) -> None:
+    rig, out = tmp_path / "rig.toml", tmp_path / "run"
+    with emulated(rig, "--arm", devices[0], "--force", devices[1]):
+        printed = succeed("run", "--rig", rig, "--policy", "torque", "--trials", 1, "--out", out)
+    assert "success 100.0%" in printed
+    assert outcomes(out) == ["inserted"]
+    # What was recorded over real wires comes out of the core again, bit for bit.
+    assert "1 of 1 equal" in succeed("replay", out)
+
+
+def test_a_second_run_goes_on_from_where_the_arm_is(tmp_path: Path) -> None:
+    rig = tmp_path / "rig.toml"
+    with emulated(rig):
+        for name in ("first", "second"):
+            succeed("run", "--rig", rig, "--policy", "torque", "--trials", 1, "--out", tmp_path / name)
+        # Without the counters of the run before nobody knows where the arm is, whatever the rig file says.
+        (tmp_path / "rig.counts.json").unlink()
+        done = palpate("run", "--rig", rig, "--policy", "torque", "--trials", 1, "--out", tmp_path / "third")
+    assert outcomes(tmp_path / "second") == ["inserted"]
+    assert done.returncode == 1
+    assert "have been on since an earlier run" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_a_cable_pulled_in_mid_motion_ends_the_run_with_a_log(tmp_path: Path) -> None:
+    rig, out = tmp_path / "rig.toml", tmp_path / "run"
+    with emulated(rig) as devices:
+        words = ("run", "--rig", rig, "--policy", "spiral-5", "--trials", 50, "--out", out)
+        run = subprocess.Popen(command(*words), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        try:
+            wait_until(lambda: (out / "trials.csv").exists(), run, 60.0)
+            devices.send_signal(signal.SIGKILL)
+            _, complaint = run.communicate(timeout=60)
+        finally:
+            run.kill()
+    assert run.returncode == 1
+    assert "Traceback" not in complaint
+    last = complaint.strip().splitlines()[-1]
+    assert last.startswith("palpate: ")
+    assert "fault" in last or "silent" in last
+    # The trial that was cut off is recorded up to there, with what ended it.
+    assert "equal in every bit" in succeed("replay", out)
+
+
+@pytest.mark.parametrize(
+    ("content", "reason"),
+    [
+        ("", "arm = None"),
+        ("[arm]\nadapter = 'zebra-nmc'\n", "force_sensor = None"),
+        ("[arm]\nadapter = 'irb'\n[force_sensor]\nadapter = 'jr3-can'\n", "one of cia402, zebra-nmc"),
+        ("[arm]\nadapter = 'zebra-nmc'\n[force_sensor]\nadapter = 'ati'\n", "one of jr3-can, jr3-uart"),
+        ("[arm]\nadapter = 'zebra-nmc'\nbaudrate = 3\n[force_sensor]\nadapter = 'jr3-can'\n", "did you mean arm.baud"),
+        ("[arm]\nadapter = 'zebra-nmc'\nbaud = 1200\n[force_sensor]\nadapter = 'jr3-can'\n", "19200, 57600"),
+        ("[arm]\nadapter = 'zebra-nmc'\ndivider = 1\n[force_sensor]\nadapter = 'jr3-can'\n", "46.67, 35, 28"),
+        ("[arm]\nadapter = 'cia402'\n[force_sensor]\nadapter = 'jr3-can'\n", "arm.counts_per_rad"),
+        ("[rig]\nname = 3\n[arm]\nadapter = 'cia402'\n[force_sensor]\nadapter = 'jr3-can'\n", "rig.name"),
+        ("[rig]\nspeed = 3\n[arm]\nadapter = 'cia402'\n[force_sensor]\nadapter = 'jr3-can'\n", "rig.speed"),
+        ("[gripper]\n", "gripper"),
+        ("[arm\n", "a TOML file"),
+    ],
+)
+def test_rig_files_that_cannot_work_are_refused_in_one_line(tmp_path: Path, content: str, reason: str) -> None:
+    (tmp_path / "rig.toml").write_text(content)
+    line = refusal("run", "--rig", "rig.toml", "--policy", "torque", "--out", "run", cwd=tmp_path)
+    assert reason in line
+
+
+@pytest.mark.parametrize(
+    ("words", "reason"),
+    [
+        (("run", "--rig", "missing.toml", "--policy", "torque"), "missing.toml"),
+        (("run", "--rig", "missing.toml", "--policy", "omniscient"), "on a real rig"),
+        (("emulate", "--arm", "irb"), "arm = 'irb'"),
+        (("emulate", "--force", "ati"), "force = 'ati'"),
+        (("emulate", "--wrist-backlash-deg", "-1"), "wrist_backlash_deg"),
+        (("emulate", "--arm", "cia402", "--wrist-backlash-deg", "0.1"), "except for zebra-nmc"),
+        (("emulate", "--scenario", "sealed"), "scenario"),
+        (("emulate", "--rig-file", "."), "is there already"),
+    ],
+)
+def test_wrong_words(tmp_path: Path, words: tuple[str, ...], reason: str) -> None:
+    assert reason in refusal(*words, cwd=tmp_path)
+
+
+def test_devices_that_are_not_there_are_the_operator_s_to_mend(tmp_path: Path) -> None:
+    rig = "[arm]\nadapter = 'zebra-nmc'\nport = '/dev/ttyNONE'\nat_home = true\n"
+    (tmp_path / "rig.toml").write_text(rig + "[force_sensor]\nadapter = 'jr3-uart'\nport = '/dev/ttyNONE'\n")
+    done = palpate("run", "--rig", tmp_path / "rig.toml", "--policy", "torque", "--out", tmp_path / "run")
+    assert done.returncode == 1
+    assert "/dev/ttyNONE cannot be opened" in done.stderr
+    assert "fault of the operator" in done.stderr
