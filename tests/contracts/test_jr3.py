@@ -20,6 +20,7 @@ from palpate.core.errors import ConfigurationError, DeviceError
 from palpate.core.lifecycle import Life
 from palpate.core.ports import ForceSensor
 from palpate.core.values import Validity
+from palpate.simulation.emulators import jr3_uart
 from palpate.simulation.emulators.can_bus_server import VirtualBusServer
 from palpate.simulation.emulators.can_wire import CanWire
 from palpate.simulation.emulators.jr3_can import Jr3CanNode
@@ -87,6 +88,11 @@ class TestJr3Can(ForceSensorContract):
 
 
 class TestJr3Uart(ForceSensorContract):
+    @pytest.fixture(autouse=True)
+    def impatient(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        """The firmware sleeps a second after each command; with hundreds of them that is a long test."""
+        monkeypatch.setattr(jr3_uart, "PAUSE_ns", 50_000_000)
+
     def make(self) -> ForceSensorRig:
         load, made = Load(), context()
         node = Jr3UartNode(load, replace(UART_CONFIG, boot_ns=BOOT_NS), generator=np.random.default_rng(0))

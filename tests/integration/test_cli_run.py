@@ -43,8 +43,8 @@ def test_recording_can_be_switched_off(tmp_path: Path) -> None:
     assert not (out / "logs").exists()
 
 
-def test_the_other_arm_inserts_too() -> None:
-    printed = succeed("run", "--policy", "torque", "--arm", "ur5", "--trials", 2)
+def test_the_other_arm_inserts_too(tmp_path: Path) -> None:
+    printed = succeed("run", "--policy", "torque", "--arm", "ur5", "--trials", 2, cwd=tmp_path)
     assert "torque, ur5, scenario paper, seed 0: 2 trials" in printed
     assert "'inserted': 2" in printed
 

@@ -131,7 +131,7 @@ def test_a_perception_that_was_fitted_travels_in_the_policy(tmp_path: Path) -> N
     succeed("train", "--task.time-limit-s", "1", *stages, *counts, "--trials", 1, "--out", out)
     policy = out / "policy.json"
     assert "4 states" in succeed("show", policy)
-    assert "1 trials" in succeed("run", "--policy", policy, "--config", out / "run.toml", "--trials", 1)
+    assert "1 trials" in succeed("run", "--policy", policy, "--config", out / "run.toml", "--trials", 1, cwd=tmp_path)
     # Without its configuration the file would be asked about states that it does not know.
     assert "states[0]" in refusal("run", "--policy", policy, "--trials", 1)
 

@@ -264,7 +264,8 @@ class InsertionTask:
         self._explorer.feel(measured.position_m, measured.force_N)
         lost = measured.force_N[2] > -self._contact_N
         # Friction on the hole's wall can go on pushing back while the peg already sinks: depth tells it as well.
-        sunk = self._tip_depth_m() - self._surface_m > _DROP_M
+        # Before the first action the surface is not known well: encoders on a slow bus lag behind the force.
+        sunk = bool(self._explorer.decisions) and self._tip_depth_m() - self._surface_m > _DROP_M
         if lost or sunk:
             # Moving on across a hole while the peg drops would press it against the wall: the step ends here.
             self._step_from_m, self._step_m = self._motion.reference_m, (0.0, 0.0)
@@ -307,7 +308,7 @@ class InsertionTask:
         """Depth counts from the surface: correct its height while pressing is steady and the peg surely rests on it."""
         rise = self._tip_depth_m() - self._surface_m
         first = not self._explorer.decisions
-        if self._measurement.force_N[2] < -0.5 * self._press_N and abs(rise) < (_DROP_M if first else _SURFACE_M):
+        if self._measurement.force_N[2] < -0.5 * self._press_N and (first or abs(rise) < _SURFACE_M):
             self._surface_m += rise if first else 0.3 * rise
 
     def _insert(self) -> Vector3:

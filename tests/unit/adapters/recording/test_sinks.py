@@ -38,6 +38,9 @@ def stopped(sink: ProcessSink, path: Path) -> None:
     """Open a log, and let the writer sleep."""
     sink.open(Opening(path, {}))
     os.kill(sink.process_id, signal.SIGSTOP)
+    # On a busy machine it may go on for a while; its state is the third word, after a name in brackets.
+    while Path(f"/proc/{sink.process_id}/stat").read_text().rpartition(")")[2].split()[0] != "T":
+        time.sleep(0.001)
 
 
 def wake(sink: ProcessSink) -> None:

@@ -1,0 +1,94 @@
+"""Do the limits suit this task, this arm and this sensor? One that always trips, or never could, is refused."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf
+from typing import Final
+
+import numpy as np
+
+from palpate.core.errors import ConfigurationError
+from palpate.core.kinematics import Array, Kinematics
+from palpate.core.supervision.config import SupervisionConfig
+from palpate.core.supervision.retreat import Retreat
+from palpate.core.task_config import CONTROL_RATE_HZ, N_PER_KGF, TaskConfig
+
+_NOISE: Final = 9.0
+"""The difference of two samples of three channels stays below so many standard deviations of one of them."""
+_PERIOD_S: Final = 1.0 / CONTROL_RATE_HZ
+
+
+@dataclass(frozen=True, slots=True)
+class SensorFacts:
+    """What is known of the force sensor; the defaults are those of one that nothing is known of.
+
+    Attributes:
+        force_noise_N: Standard deviation of one force channel.
+        torque_noise_Nm: Standard deviation of one torque channel.
+        force_range_N: Largest force that it can show.
+        torque_range_Nm: Largest torque that it can show.
+    """
+
+    force_noise_N: float = 0.0
+    torque_noise_Nm: float = 0.0
+    force_range_N: float = inf
+    torque_range_Nm: float = inf
+
+
+def require_fitting(
+    config: SupervisionConfig, task: TaskConfig, kinematics: Kinematics, ready_rad: Array, sensor: SensorFacts
+) -> None:
+    """Check the limits where arm, task and sensor are known.
+
+    Args:
+        config: The limits.
+        task: The task that is supervised.
+        kinematics: The arm; its work space is used.
+        ready_rad: The pose above the goal, (n,), where retractions are tried.
+        sensor: The force sensor.
+
+    Raises:
+        ConfigurationError: A limit could never trip, would always trip, or the arm cannot retract like this.
+    """
+    press_N = task.press_kgf * N_PER_KGF
+    noise_N, noise_Nm = _NOISE * sensor.force_noise_N, _NOISE * sensor.torque_noise_Nm
+    _between(config, "max_force_N", press_N, "the pressing force", sensor.force_range_N)
+    _between(config, "max_force_N", noise_N, "what noise alone shows", sensor.force_range_N)
+    _between(config, "unexpected_contact_N", noise_N, "what noise alone shows", sensor.force_range_N)
+    _between(config, "max_torque_Nm", noise_Nm, "what noise alone shows", sensor.torque_range_Nm)
+    rate, most = noise_N / _PERIOD_S, 2.0 * sensor.force_range_N / _PERIOD_S
+    _between(config, "max_force_rate_N_s", rate, "what noise alone shows", most)
+    _between(config, "max_tracking_error_mrad", 2e3 * max(kinematics.arm.encoder_step_rad), "two encoder steps", inf)
+    reach_mrad = float(kinematics.velocity_limit_rad_s.max()) * _PERIOD_S * 1e3
+    _between(config, "max_command_jump_mrad", reach_mrad, "what the joints' velocity limits allow", inf)
+    if config.on_trip == "retract":
+        _require_retraction(config, kinematics, ready_rad)
+
+
+def _between(config: SupervisionConfig, name: str, low: float, what: str, high: float) -> None:
+    value = getattr(config, name)
+    if value <= low:
+        raise ConfigurationError(f"supervision.{name}", value, f"above {low:.4g}, {what}, or every trial trips")
+    if value >= high:
+        accepted = f"below {high:.4g}, the most that the sensor can show, or it could never trip"
+        raise ConfigurationError(f"supervision.{name}", value, accepted)
+
+
+def _require_retraction(config: SupervisionConfig, kinematics: Kinematics, ready_rad: Array) -> None:
+    back = np.array([0.0, 0.0, -config.retract_speed_mm_s * 1e-3, 0.0, 0.0, 0.0])
+    joint_speeds = np.linalg.lstsq(kinematics.tip_jacobian(ready_rad), back, rcond=None)[0]
+    share = float((np.abs(joint_speeds) / kinematics.velocity_limit_rad_s).max())
+    name, speed = "supervision.retract_speed_mm_s", config.retract_speed_mm_s
+    if share > 1.0:
+        accepted = f"at most {speed / share:.4g} mm/s, where a joint of {kinematics.arm.name} is at its velocity limit"
+        raise ConfigurationError(name, speed, accepted)
+    retreat = Retreat(kinematics, config.retract_mm * 1e-3, speed * 1e-3, _PERIOD_S)
+    held = tuple(ready_rad.tolist())
+    retreat.start(held)
+    while not retreat.finished:
+        held = retreat.step(held)
+    way_mm = retreat.way_m * 1e3
+    if way_mm < 0.99 * config.retract_mm:
+        accepted = f"at most {way_mm:.4g} mm, the way that {kinematics.arm.name} has above its ready pose"
+        raise ConfigurationError("supervision.retract_mm", config.retract_mm, accepted)

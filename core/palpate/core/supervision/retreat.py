@@ -1,0 +1,63 @@
+"""The way back after a trip: straight along the tool axis, as the tool really stands."""
+
+from __future__ import annotations
+
+from math import ceil
+from typing import Final
+
+import numpy as np
+
+from palpate.core.inverse_kinematics import InverseKinematics
+from palpate.core.kinematics import Array, Kinematics
+from palpate.core.values import JointVector
+
+_THERE_M: Final = 1e-5
+
+
+class Retreat:
+    """Joint angles that take the tip back, tick by tick. It never commands the tip to advance.
+
+    Args:
+        kinematics: A work space of its own.
+        distance_m: Length of the way.
+        speed_m_s: Speed of the tip.
+        period_s: Control period.
+    """
+
+    def __init__(self, kinematics: Kinematics, distance_m: float, speed_m_s: float, period_s: float) -> None:
+        self._kinematics = kinematics
+        self._inverse = InverseKinematics(kinematics, period_s)
+        self._distance_m, self._step_m = distance_m, speed_m_s * period_s
+        # An arm that is slower than asked gets as long again.
+        self._most_ticks = 2 * ceil(distance_m / self._step_m)
+        self.finished = True
+
+    def start(self, held_rad: JointVector) -> None:
+        """Begin where the arm is told to be, (n,)."""
+        self._kinematics.update(held_rad)
+        self._target = self._kinematics.tip_in_base
+        self._from: Array = self._target.translation.copy()
+        self._axis: Array = self._target.rotation[:, 2].copy()
+        self._asked_m = self.way_m = 0.0
+        self._ticks = 0
+        self.finished = False
+
+    def step(self, held_rad: JointVector) -> JointVector:
+        """The next joint angles, (n,).
+
+        Args:
+            held_rad: What the arm was told last, (n,).
+        """
+        self._ticks += 1
+        self._asked_m = min(self._asked_m + self._step_m, self._distance_m)
+        self._target.translation = self._from - self._asked_m * self._axis
+        q = self._inverse.step(np.array(held_rad), self._target).q_rad
+        self._kinematics.update(q)
+        way = float((self._from - self._kinematics.tip_position_m).dot(self._axis))
+        if not way >= self.way_m:
+            # A joint limit or a singularity is in the way: better to stay than to advance.
+            self.finished = True
+            return held_rad
+        self.way_m = way
+        self.finished = way >= self._distance_m - _THERE_M or self._ticks >= self._most_ticks
+        return tuple(q.tolist())

@@ -1,0 +1,76 @@
+"""Are the samples news, and does the loop keep its time?"""
+
+from __future__ import annotations
+
+from palpate.core.supervision.config import SupervisionConfig
+from palpate.core.supervision.values import Trip, TripReason
+from palpate.core.values import Snapshot, Validity
+
+_NS_PER_MS = 1e6
+
+
+class SampleWatch:
+    """Validity, age and progress of both sensors' samples, and the time between ticks.
+
+    Args:
+        config: The limits.
+    """
+
+    def __init__(self, config: SupervisionConfig) -> None:
+        self._age_ns = round(config.max_sample_age_ms * _NS_PER_MS)
+        self._gap_ns = round(config.max_gap_ms * _NS_PER_MS)
+        self._most_repeats = config.max_repeats
+        self.begin()
+
+    def begin(self) -> None:
+        """A trial begins."""
+        self._last_ns: int | None = None
+        self._sequences: tuple[int | None, int | None] = (None, None)
+        self._wrench_repeats = self._joint_repeats = 0
+
+    def trip(self, snapshot: Snapshot) -> Trip | None:
+        """What is wrong with this tick's samples; None if nothing is."""
+        wrench, joints, now_ns = snapshot.wrench, snapshot.joints, snapshot.time_ns
+        if wrench.validity is not Validity.VALID:
+            return self._not_valid(snapshot.tick, "force", wrench.validity)
+        if joints.validity is not Validity.VALID:
+            return self._not_valid(snapshot.tick, "joint", joints.validity)
+        last_ns, self._last_ns = self._last_ns, now_ns
+        if last_ns is not None and not 0 <= now_ns - last_ns <= self._gap_ns:
+            return _times(
+                TripReason.LATE_CYCLE, snapshot.tick, "time since the last tick", now_ns - last_ns, self._gap_ns
+            )
+        age_ns = self._age_ns
+        # A sample from the future is as bad: the clocks disagree, and its age means nothing.
+        if not -age_ns <= now_ns - wrench.source_time_ns <= age_ns:
+            return self._old(snapshot.tick, "force", now_ns - wrench.source_time_ns)
+        if not -age_ns <= now_ns - joints.source_time_ns <= age_ns:
+            return self._old(snapshot.tick, "joint", now_ns - joints.source_time_ns)
+        last_wrench, last_joints = self._sequences
+        self._sequences = (wrench.sequence, joints.sequence)
+        if wrench.sequence == last_wrench or joints.sequence == last_joints:
+            return self._repeated(snapshot.tick, wrench.sequence == last_wrench, joints.sequence == last_joints)
+        self._wrench_repeats = self._joint_repeats = 0
+        return None
+
+    def _repeated(self, tick: int, wrench: bool, joints: bool) -> Trip | None:
+        self._wrench_repeats = self._wrench_repeats + 1 if wrench else 0
+        self._joint_repeats = self._joint_repeats + 1 if joints else 0
+        repeats, most = max(self._wrench_repeats, self._joint_repeats), self._most_repeats
+        if repeats <= most:
+            return None
+        name = "force" if repeats == self._wrench_repeats else "joint"
+        text = f"no new {name} sample for {repeats} ticks, limit {most} ticks"
+        return Trip(TripReason.SAMPLE_REPEATED, tick, float(repeats), float(most), text)
+
+    def _old(self, tick: int, name: str, age_ns: int) -> Trip:
+        return _times(TripReason.SAMPLE_STALE, tick, f"age of the {name} sample", age_ns, self._age_ns)
+
+    @staticmethod
+    def _not_valid(tick: int, name: str, validity: Validity) -> Trip:
+        return Trip(TripReason.SAMPLE_INVALID, tick, 1.0, 0.0, f"the {name} sample is {validity.value}")
+
+
+def _times(reason: TripReason, tick: int, what: str, found_ns: int, limit_ns: int) -> Trip:
+    found, limit = found_ns / _NS_PER_MS, limit_ns / _NS_PER_MS
+    return Trip(reason, tick, found, limit, f"{what} {found:.1f} ms, limit {limit:g} ms")

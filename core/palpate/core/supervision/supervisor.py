@@ -1,0 +1,217 @@
+"""Stands between the task and the arm: once per tick it passes a command, clamps it, or takes over."""
+
+from __future__ import annotations
+
+from math import isfinite
+from operator import sub
+
+from palpate.core.command_limits import CommandLimiter
+from palpate.core.errors import CommandError, DeviceError, FaultLatchedError, LifecycleError
+from palpate.core.kinematics import Kinematics
+from palpate.core.supervision.config import SupervisionConfig
+from palpate.core.supervision.joints import JointWatch
+from palpate.core.supervision.places import PlaceWatch
+from palpate.core.supervision.retreat import Retreat
+from palpate.core.supervision.samples import SampleWatch
+from palpate.core.supervision.states import TRANSITIONS, Cue, Guard
+from palpate.core.supervision.values import Expectation, Intervention, Supervised, Trip, TripReason
+from palpate.core.supervision.wrench import WrenchWatch
+from palpate.core.task_config import CONTROL_RATE_HZ, TaskConfig
+from palpate.core.values import AppliedCommand, CommandReason, JointCommand, JointVector, Snapshot, Validity, Vector3
+
+_NAME = "supervisor"
+
+
+class Supervisor:
+    """Watches one arm, trial by trial. Without I/O and without a clock: a function of the snapshots so far.
+
+    What a joint limit forbids is clamped. What nobody may go on from trips: the first cause is latched, the arm is led
+    back or held, and only :meth:`acknowledge` lets another trial begin.
+
+    Args:
+        config: The limits; :func:`~palpate.core.supervision.fit.require_fitting` tells whether they suit this arm.
+        task: What the workspace has to hold.
+        kinematics: A work space of its own.
+        scale: Factors on the sensor's six channels after taring, (6,), as the task applies them.
+    """
+
+    def __init__(
+        self, config: SupervisionConfig, task: TaskConfig, kinematics: Kinematics, scale: tuple[float, ...] = (1.0,) * 6
+    ) -> None:
+        lower: JointVector = tuple(kinematics.lower_rad.tolist())
+        upper: JointVector = tuple(kinematics.upper_rad.tolist())
+        velocity: JointVector = tuple(kinematics.velocity_limit_rad_s.tolist())
+        self._samples, self._wrench = SampleWatch(config), WrenchWatch(config, scale)
+        self._joints, self._places = JointWatch(config, lower, upper, velocity), PlaceWatch(config, task)
+        self._limiter = CommandLimiter(lower, upper, velocity, CONTROL_RATE_HZ)
+        self._retreat = Retreat(
+            kinematics, config.retract_mm * 1e-3, config.retract_speed_mm_s * 1e-3, 1.0 / CONTROL_RATE_HZ
+        )
+        self._lower, self._upper, self._count = lower, upper, len(lower)
+        self._jump_rad = config.max_command_jump_mrad * 1e-3
+        self._retracts = config.on_trip == "retract"
+        self._state = Guard.READY
+        self._trip: Trip | None = None
+        self._held: JointVector = ()
+
+    @property
+    def state(self) -> Guard:
+        """Where in its life it is."""
+        return self._state
+
+    @property
+    def trip(self) -> Trip | None:
+        """The latched cause; None while there is none."""
+        return self._trip
+
+    @property
+    def retracting(self) -> bool:
+        """Whether it leads the arm back and needs more ticks for it."""
+        return self._state is Guard.TRIPPED_RETRACTING
+
+    def begin(self) -> None:
+        """A trial begins; the next :meth:`check` is its first tick.
+
+        Raises:
+            FaultLatchedError: A trip has not been acknowledged.
+        """
+        self._move(Cue.BEGIN)
+        for watch in (self._samples, self._wrench, self._joints):
+            watch.begin()
+        self._held = ()
+
+    def acknowledge(self) -> None:
+        """Clear the latched trip; a person's decision, never a program's.
+
+        Raises:
+            LifecycleError: There is none.
+        """
+        self._move(Cue.ACKNOWLEDGE)
+        self._trip = None
+
+    def check(
+        self, snapshot: Snapshot, asked: JointCommand, expectation: Expectation, tip_m: Vector3 | None = None
+    ) -> Supervised:
+        """What the arm is to be told in this tick; after a trip what was asked no longer matters.
+
+        Args:
+            snapshot: The tick.
+            asked: What the task wants.
+            expectation: What the task expects of the world.
+            tip_m: Tip according to the encoders, (3,), task frame; None while the task has not looked.
+
+        Raises:
+            LifecycleError: No trial has begun.
+            DeviceError: Nobody knows where the arm is when the trial begins, so there is nothing to command.
+            CommandError: The command has another number of joints than the arm.
+        """
+        if self._state is not Guard.ACTIVE:
+            return self.retreat(snapshot)
+        position = asked.position_rad
+        if len(position) != self._count:
+            raise CommandError(f"a command for {self._count} joints is needed", position)
+        applied, sound = snapshot.applied, True
+        if not self._held:
+            self._take_over(snapshot)
+        elif applied is not None and applied.reason is not CommandReason.AS_ASKED:
+            sound = self._adopted(applied)
+        trip = self._samples.trip(snapshot)
+        if trip is None:
+            trip = self._wrench.trip(snapshot, expectation)
+        if trip is None:
+            trip = self._joints.trip(snapshot, self._held)
+        if trip is None and tip_m is not None:
+            trip = self._places.trip(snapshot.tick, tip_m, expectation)
+        if trip is None and not sound and applied is not None:
+            trip = _not_finite(snapshot.tick, "what the arm says that it applied", applied.position_rad)
+        if trip is not None:
+            return self._take_command(trip, snapshot, position)
+        within = self._limiter.limited(position, snapshot.tick)
+        if within.reason is CommandReason.AS_ASKED:
+            self._held = position
+            return Supervised(asked)
+        # Whatever is not finite, or jumps, is beyond a limit of the limiter, too: only here it has to be looked for.
+        trip = self._fault_of_command(snapshot.tick, position)
+        if trip is not None:
+            return self._take_command(trip, snapshot, position)
+        self._held = within.position_rad
+        return self._instead(within.reason, position, None)
+
+    def retreat(self, snapshot: Snapshot) -> Supervised:
+        """The next command after a trip, for ticks in which no task asks for anything any more.
+
+        Raises:
+            LifecycleError: There was no trip.
+        """
+        trip = self._trip
+        if trip is None:
+            raise LifecycleError(_NAME, self._state.value, "check() or retreat()", "call begin() first")
+        held, applied = self._held, snapshot.applied
+        if applied is not None and applied.reason is not CommandReason.AS_ASKED:
+            self._adopted(applied)
+            if applied.reason is CommandReason.STOPPED and self.retracting:
+                self._move(Cue.ARRIVE)
+        self._go_back()
+        return self._instead(trip.reason, held, trip)
+
+    def _take_over(self, snapshot: Snapshot) -> None:
+        joints = snapshot.joints
+        if joints.validity is not Validity.VALID or len(joints.position_rad) != self._count:
+            problem = f"the first sample of the trial is {joints.validity.value}, {len(joints.position_rad)} joints"
+            raise DeviceError("joint encoder", problem)
+        self._limiter.start(joints.position_rad)
+        self._held = self._clamped(joints.position_rad)
+
+    def _adopted(self, applied: AppliedCommand) -> bool:
+        """Go on from what the arm really did; False if that is nothing that an arm can do."""
+        position = applied.position_rad
+        if len(position) != self._count or not isfinite(sum(position)):
+            return False
+        self._held = self._clamped(position)
+        self._limiter.start(self._held)
+        return True
+
+    def _clamped(self, position_rad: JointVector) -> JointVector:
+        return tuple(
+            min(max(q, low), high) for q, low, high in zip(position_rad, self._lower, self._upper, strict=True)
+        )
+
+    def _fault_of_command(self, tick: int, position: JointVector) -> Trip | None:
+        if not isfinite(sum(position)):
+            return _not_finite(tick, "the command", position)
+        jump = max(map(abs, map(sub, position, self._held)))
+        if jump <= self._jump_rad:
+            return None
+        text = f"a joint's command jumps by {jump * 1e3:.1f} mrad, limit {self._jump_rad * 1e3:g} mrad"
+        return Trip(TripReason.COMMAND_JUMP, tick, jump * 1e3, self._jump_rad * 1e3, text)
+
+    def _take_command(self, trip: Trip, snapshot: Snapshot, asked_rad: JointVector) -> Supervised:
+        self._trip = trip
+        self._move(Cue.TRIP_AND_RETRACT if self._retracts else Cue.TRIP_AND_HOLD)
+        if self._retracts:
+            self._retreat.start(self._held)
+        self._go_back()
+        return self._instead(trip.reason, asked_rad, trip)
+
+    def _go_back(self) -> None:
+        if self.retracting:
+            self._held = self._clamped(self._retreat.step(self._held))
+            if self._retreat.finished:
+                self._move(Cue.ARRIVE)
+
+    def _instead(self, reason: CommandReason | TripReason, asked_rad: JointVector, trip: Trip | None) -> Supervised:
+        return Supervised(JointCommand(self._held), Intervention(reason, asked_rad, self._held, trip))
+
+    def _move(self, cue: Cue) -> None:
+        state = TRANSITIONS.get((self._state, cue))
+        if state is None:
+            if self._trip is not None:
+                raise FaultLatchedError(_NAME, self._trip.text)
+            raise LifecycleError(_NAME, self._state.value, cue.value, "there is no trip")
+        self._state = state
+
+
+def _not_finite(tick: int, what: str, position: JointVector) -> Trip:
+    bad = sum(not isfinite(q) for q in position)
+    text = f"{what} has {bad} joint angles that are not finite"
+    return Trip(TripReason.COMMAND_NOT_FINITE, tick, float(bad), 0.0, text)
