@@ -70,7 +70,8 @@ class Rounds:
             is_fresh.append(is_news)
             if trouble is not None:
                 return tuple(is_fresh), trouble
-        fault = self.beyond_limits() if all(is_fresh) and self._servos.on else None
+        # Also when an axis gave no news: the others may be where they must not be.
+        fault = self.beyond_limits() if self._servos.on else None
         return tuple(is_fresh), None if fault is None else Trouble(fault, fault.error())
 
     def look_once(self) -> None:
