@@ -95,6 +95,11 @@ class BusArm(ManagedDevice, JointEncoder, ArmCommand):
         self._cycles = 0
         self._end = self._stop_wanted = self._stopped = False
 
+    @property
+    def driver(self) -> ArmDriver:
+        """Talks to the arm. For ``palpate doctor``, which uses it while the arm is configured and no thread runs."""
+        return self._driver
+
     def read(self) -> JointSample:
         """See :class:`JointEncoder`."""
         if self._life is not Life.ACTIVE:

@@ -121,10 +121,19 @@ class _Cia402Table:
         require_one_of("arm.mode", self.mode, ("position", "velocity"))
 
 
+def cia402_table(settings: Settings) -> _Cia402Table:
+    """The table ``[arm]`` with all that it leaves out.
+
+    Raises:
+        ConfigurationError: Something in it cannot be used.
+    """
+    return overlay(_Cia402Table(), settings, "arm.")
+
+
 def make_cia402(settings: Settings, context: RigContext) -> ArmAdapter:
     """An arm of CiA 402 drives."""
     joints = len(context.lower_rad)
-    table = overlay(_Cia402Table(), settings, "arm.")
+    table = cia402_table(settings)
     zeros = table.zero_counts or (0,) * joints
     for name, vector in (("nodes", table.nodes), ("counts_per_rad", table.counts_per_rad), ("zero_counts", zeros)):
         if len(vector) != joints:

@@ -42,6 +42,7 @@ from palpate.core.policy import (
     Reinforcement,
     compass_actions,
 )
+from palpate.core.supervision import SensorFacts, Supervisor, require_fitting
 from palpate.core.task_config import CONTROL_RATE_HZ, N_PER_KGF
 from palpate.core.task_frame import goal_in_base
 from palpate.core.tip_motion import TipMotion
@@ -161,6 +162,12 @@ def build_task(config: RunConfig, ready: ReadyPose, perception: Perception, poli
     )
 
 
+def build_supervisor(config: RunConfig) -> Supervisor:
+    """The supervisor that stands between the task and the arm."""
+    kinematics = Kinematics(arm_named(config.arm), ToolGeometry())
+    return Supervisor(config.supervision, config.task, kinematics, config.perception.calibration)
+
+
 def require_usable(config: RunConfig, ready: ReadyPose) -> None:
     """Build a task once: some settings are refused only there, and better so before a folder is made.
 
@@ -169,6 +176,10 @@ def require_usable(config: RunConfig, ready: ReadyPose) -> None:
     """
     walk = RandomWalkPolicy(task_actions(config))
     build_task(config, ready, build_perception(RunConfig(task=config.task)), walk)
+    sensor = config.cell.sensor
+    facts = SensorFacts(force_noise_N=sensor.force_noise_N, torque_noise_Nm=sensor.torque_noise_Nm)
+    kinematics = Kinematics(arm_named(config.arm), ToolGeometry())
+    require_fitting(config.supervision, config.task, kinematics, ready.q_rad, facts)
 
 
 def open_rig(config: RunConfig, ready: ReadyPose, rig_file: str) -> Rig:

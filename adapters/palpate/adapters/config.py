@@ -9,6 +9,7 @@ from typing import Final
 from palpate.core.checks import require_in, require_one_of, require_whole
 from palpate.core.errors import ConfigurationError
 from palpate.core.perception.channels import CHANNELS
+from palpate.core.supervision import SupervisionConfig
 from palpate.core.task_config import CONTROL_RATE_HZ, ControlConfig, TaskConfig
 from palpate.simulation.cell_config import CellConfig
 
@@ -150,6 +151,7 @@ class RunConfig:
     control: ControlConfig = field(default_factory=ControlConfig)
     learning: LearningConfig = field(default_factory=LearningConfig)
     recording: RecordingConfig = field(default_factory=RecordingConfig)
+    supervision: SupervisionConfig = field(default_factory=SupervisionConfig)
 
     def __post_init__(self) -> None:
         require_one_of("scenario", self.scenario, tuple(SCENARIOS))

@@ -13,6 +13,7 @@ from palpate.core.cycle import run_trial
 from palpate.core.errors import DeviceError
 from palpate.core.insertion import InsertionTask
 from palpate.core.randomness import Purpose, generator
+from palpate.core.supervision import Supervisor
 from palpate.core.task_frame import draw_in_disc
 from palpate.core.trial import Outcome, TrialReport, TrialSetup
 from palpate.simulation.cell import Truth
@@ -55,6 +56,7 @@ def run_scored_trial(
     trial: int,
     recorder: TrialRecorder | None = None,
     first: int = 0,
+    supervisor: Supervisor | None = None,
 ) -> ScoredTrial:
     """Prepare the world, run one trial over the ports, and score it.
 
@@ -65,14 +67,15 @@ def run_scored_trial(
         trial: Index of the trial, for its random streams.
         recorder: Records it; it already knows what the trials are trials of.
         first: Index of the trial that is number 0 in the run's own count.
+        supervisor: Stands between the core and the arm.
     """
     rig.prepare(trial)
     setup, ports = trial_setup(config, trial), rig.ports
     if recorder is None:
-        return score(config, run_trial(task, ports, setup), rig.truth())
+        return score(config, run_trial(task, ports, setup, supervisor), rig.truth())
     ports = recorder.begin(setup, ports, rig.world(), trial_name(trial - first))
     try:
-        report = run_trial(task, ports, setup)
+        report = run_trial(task, ports, setup, supervisor)
     except BaseException as error:
         recorder.fail(task.report, error)
         raise
@@ -111,7 +114,9 @@ def require_sound(scored: ScoredTrial) -> None:
     """Refuse to go on after a trial whose data cannot be trusted.
 
     Raises:
-        DeviceError: A sensor failed, or the arm was stopped.
+        DeviceError: A sensor failed, the arm was stopped, or the supervisor tripped.
     """
-    if scored.report.outcome in (Outcome.SENSOR_FAULT, Outcome.STOPPED):
+    # A trip may fall on the tick in which the task itself ended.
+    tripped = any(event.name == "trip" for event in scored.report.events)
+    if tripped or scored.report.outcome in (Outcome.SENSOR_FAULT, Outcome.STOPPED):
         raise DeviceError("rig", f"trial {scored.report.setup.index}: {scored.report.events[-1].detail}")

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from palpate.adapters.composition import ReadyPose, build_perception, build_task, task_actions
+from palpate.adapters.composition import ReadyPose, build_perception, build_supervisor, build_task, task_actions
 from palpate.adapters.config import PerceptionConfig, RunConfig
 from palpate.adapters.experiment import require_sound, run_scored_trial
 from palpate.adapters.rig import Rig
@@ -72,8 +72,9 @@ def _collect(config: RunConfig, ready: ReadyPose, rig: Rig) -> list[tuple[float,
     walk = _Recorder(task_actions(config))
     plain = RunConfig(task=config.task)
     task = build_task(config, ready, build_perception(plain), walk)
+    supervisor = build_supervisor(config)
     for k in range(config.perception.fit_trials):
-        require_sound(run_scored_trial(config, rig, task, FIRST_FITTING_TRIAL + k))
+        require_sound(run_scored_trial(config, rig, task, FIRST_FITTING_TRIAL + k, supervisor=supervisor))
     return walk.samples
 
 

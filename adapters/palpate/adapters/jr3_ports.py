@@ -77,6 +77,11 @@ class Jr3ForceSensor(ManagedDevice, ForceSensor):
         self._opened: OpenWire | None = None
         self.device: Jr3 | None = None
 
+    @property
+    def settings(self) -> Jr3Settings:
+        """Filter, rate and signs."""
+        return self._settings
+
     def read(self) -> WrenchSample:
         """See :class:`ForceSensor`.
 
@@ -208,15 +213,33 @@ class _UartTable(_Jr3Table):
     baud: int = _BAUD
 
 
+def jr3_can_table(settings: Settings) -> _CanTable:
+    """The table ``[force_sensor]`` of a JR3 on CAN with all that it leaves out.
+
+    Raises:
+        ConfigurationError: Something in it cannot be used.
+    """
+    return overlay(_CanTable(), settings, "force_sensor.")
+
+
+def jr3_uart_table(settings: Settings) -> _UartTable:
+    """The same of a JR3 on a serial line.
+
+    Raises:
+        ConfigurationError: Something in it cannot be used.
+    """
+    return overlay(_UartTable(), settings, "force_sensor.")
+
+
 def make_jr3_can(settings: Settings, context: RigContext) -> Jr3ForceSensor:
     """A JR3 on CAN, of the table ``[force_sensor]`` of a rig file."""
-    table = overlay(_CanTable(), settings, "force_sensor.")
+    table = jr3_can_table(settings)
     return table.sensor(lambda: open_can_wire(table), context)
 
 
 def make_jr3_uart(settings: Settings, context: RigContext) -> Jr3ForceSensor:
     """A JR3 on a serial line, of the table ``[force_sensor]`` of a rig file."""
-    table = overlay(_UartTable(), settings, "force_sensor.")
+    table = jr3_uart_table(settings)
     return table.sensor(lambda: open_uart_wire(table), context)
 
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from types import FrameType
 from typing import Any, Final
 
-from palpate.adapters.composition import ReadyPose, build_task
+from palpate.adapters.composition import ReadyPose, build_supervisor, build_task
 from palpate.adapters.config import RunConfig
 from palpate.adapters.experiment import ScoredTrial, require_sound, run_scored_trial
 from palpate.adapters.policies import perception_settings
@@ -121,6 +121,7 @@ class Trainer:
         self._perception, self._policy, self._learner = perception, policy, learner
         self._perception_dict = perception_to_dict(perception)
         self._task = build_task(config, ready, perception, policy)
+        self._supervisor = build_supervisor(config)
         self._recorder = recorder
         if recorder is not None:
             recorder.of("train", config, ready, self._task, perception, policy, frozen=False)
@@ -136,7 +137,9 @@ class Trainer:
         with interrupting(self._request_end):
             while self.next_trial < trials and not self.interrupted:
                 before, ticks = self._learner.get_state(), self._rig.clock_ticks
-                scored = run_scored_trial(self._config, self._rig, self._task, self.next_trial, self._recorder)
+                scored = run_scored_trial(
+                    self._config, self._rig, self._task, self.next_trial, self._recorder, supervisor=self._supervisor
+                )
                 if scored.report.outcome is Outcome.INTERRUPTED:
                     self._learner.set_state(before)
                     self._rig.set_clock_ticks(ticks)
@@ -210,6 +213,7 @@ def run_policy(
     """Run a policy that does not learn; returns early on Ctrl-C with the trials that were finished."""
     recorder = None if recorded is None else recorded.recorder
     task: InsertionTask = build_task(config, ready, perception, policy)
+    supervisor = build_supervisor(config)
     if recorded is not None:
         recorded.recorder.of(
             recorded.command, config, ready, task, perception, policy,
@@ -226,7 +230,7 @@ def run_policy(
     with interrupting(end):
         for trial in range(trials):
             scored = run_scored_trial(
-                config, rig, task, FIRST_EVALUATION_TRIAL + trial, recorder, FIRST_EVALUATION_TRIAL
+                config, rig, task, FIRST_EVALUATION_TRIAL + trial, recorder, FIRST_EVALUATION_TRIAL, supervisor
             )
             if scored.report.outcome is Outcome.INTERRUPTED:
                 break

@@ -61,14 +61,24 @@ class ZebraDriver(ArmDriver):
 
     def open(self) -> None:
         """Open the port, find the modules, and learn where the arm is: from the stored counters, or a person's word."""
-        self._port = self._open_port()
-        self.arm = arm = ZebraZero(self._port, self._clock.now_ns, self._sleep, self._settings)
-        arm.connect()
+        arm = self.connect() if self.arm is None else self.arm
         stored = self._stored_counts()
         if arm.was_reset or stored is None:
             arm.confirm_home(at_home=self._at_home)
         else:
             arm.resume(stored)
+
+    def connect(self) -> ZebraZero:
+        """Open the port and find the modules, without asking where the arm is; for ``palpate doctor``."""
+        self._port = self._open_port()
+        self.arm = arm = ZebraZero(self._port, self._clock.now_ns, self._sleep, self._settings)
+        arm.connect()
+        return arm
+
+    @property
+    def keeps_counts(self) -> bool:
+        """Whether the counters are kept from run to run."""
+        return self._counts_file is not None
 
     def enable(self) -> None:
         """See :class:`ArmDriver`."""
@@ -162,9 +172,18 @@ class _ZebraTable:
         require_one_of("arm.joint1_sign", str(self.joint1_sign), ("1", "-1"))
 
 
+def zebra_table(settings: Settings) -> _ZebraTable:
+    """The table ``[arm]`` with all that it leaves out.
+
+    Raises:
+        ConfigurationError: Something in it cannot be used.
+    """
+    return overlay(_ZebraTable(), settings, "arm.")
+
+
 def make_zebra_nmc(settings: Settings, context: RigContext) -> ArmAdapter:
     """The Zebra Zero on its own serial bus."""
-    table = overlay(_ZebraTable(), settings, "arm.")
+    table = zebra_table(settings)
     with translating("arm"):
         arm_settings = ZebraZeroSettings(
             bus=BusSettings(

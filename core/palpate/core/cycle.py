@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from palpate.core.insertion import InsertionTask
 from palpate.core.ports import ArmCommand, Clock, ForceSensor, JointEncoder
+from palpate.core.supervision import Supervised, Supervisor
 from palpate.core.task_config import CONTROL_RATE_HZ
 from palpate.core.trial import TrialReport, TrialSetup
 from palpate.core.values import AppliedCommand, Snapshot
@@ -36,23 +37,52 @@ def next_slot(start_ns: int, slot: int, time_ns: int) -> int:
     return max(slot + 1, (time_ns - start_ns) * CONTROL_RATE_HZ // _NS + 1)
 
 
-def run_trial(task: InsertionTask, ports: Ports, setup: TrialSetup) -> TrialReport:
+def run_trial(
+    task: InsertionTask, ports: Ports, setup: TrialSetup, supervisor: Supervisor | None = None
+) -> TrialReport:
     """Run one trial from wherever the arm is.
 
     The first tick is at the clock's present time. Every way out leaves the arm stopped.
+
+    Args:
+        task: What is to be done.
+        ports: What it is done over.
+        setup: Which trial.
+        supervisor: Stands between the task and the arm; None lets every command through.
+
+    Raises:
+        FaultLatchedError: The supervisor has tripped before, and nobody has acknowledged it.
     """
     clock, sensor, encoder, arm = ports.clock, ports.force_sensor, ports.joint_encoder, ports.arm
     applied: AppliedCommand | None = None
     tick = slot = 0
     try:
+        if supervisor is not None:
+            supervisor.begin()
         task.begin(setup)
         start_ns = clock.now_ns()
-        while not task.done:
+        while not task.done or (supervisor is not None and supervisor.retracting):
             clock.sleep_until(tick_time_ns(start_ns, slot))
             time_ns = clock.now_ns()
             snapshot = Snapshot(tick, time_ns, sensor.read(), encoder.read(), applied)
-            applied = arm.send(task.step(snapshot))
+            if supervisor is None:
+                applied = arm.send(task.step(snapshot))
+            else:
+                supervised = _supervised(task, supervisor, snapshot)
+                applied = supervised.applied(arm.send(supervised.command))
             tick, slot = tick + 1, next_slot(start_ns, slot, time_ns)
     finally:
         arm.stop()
     return task.report
+
+
+def _supervised(task: InsertionTask, supervisor: Supervisor, snapshot: Snapshot) -> Supervised:
+    if supervisor.retracting:
+        return supervisor.retreat(snapshot)
+    asked = task.step(snapshot)
+    supervised = supervisor.check(snapshot, asked, task.expectation, task.tip_m)
+    if supervisor.trip is not None:
+        task.tripped(supervisor.trip)
+    elif supervised.intervention is not None:
+        task.clamped(supervised.intervention)
+    return supervised

@@ -17,6 +17,7 @@ from palpate.core.errors import DeviceError
 from palpate.core.explorer import Explorer
 from palpate.core.measurement import Measurement
 from palpate.core.randomness import Purpose, generator
+from palpate.core.supervision import Expectation, Intervention, Trip
 from palpate.core.task_config import CONTROL_RATE_HZ, N_PER_KGF, ControlConfig, TaskConfig
 from palpate.core.task_frame import ExplorationArea
 from palpate.core.tip_motion import TipMotion
@@ -119,6 +120,9 @@ class InsertionTask:
         self._tared = False
         self._first_force_N: Vector3 = (0.0, 0.0, 0.0)
         self._bias_sum = [0.0] * 6
+        self._bias: tuple[float, float, float, float, float, float] | None = None
+        # A trial may begin with the peg still in the hole of the one before.
+        self._expectation = Expectation(contact=True)
         self._explore_start = 0
         self._lost_ticks = 0
         self._step_from_m: Vector3 = (0.0, 0.0, 0.0)
@@ -128,6 +132,7 @@ class InsertionTask:
         self._best_depth_m = 0.0
         self._last_progress = 0
         self._interrupt_noted = False
+        self._clamped_tick = -2
 
     def step(self, snapshot: Snapshot) -> JointCommand:
         """One control tick: what was sensed in, what the arm shall do out.
@@ -167,6 +172,31 @@ class InsertionTask:
         Safe to call from a signal handler.
         """
         self._interrupted = True
+
+    def tripped(self, trip: Trip) -> None:
+        """The supervisor has taken over: the trial is over."""
+        self._event("trip", f"{trip.reason.name}: {trip.text}")
+        if not self.done:
+            self._end(Outcome.TRIPPED, trip.text)
+
+    def clamped(self, intervention: Intervention) -> None:
+        """The supervisor has changed a command; noted at the first tick of each stretch."""
+        if self._tick != self._clamped_tick + 1:
+            asked, given = (
+                " ".join(f"{q:.6f}" for q in angles) for angles in (intervention.asked_rad, intervention.command_rad)
+            )
+            self._event("clamp", f"{intervention.reason.name}: asked {asked}, applied {given} rad")
+        self._clamped_tick = self._tick
+
+    @property
+    def expectation(self) -> Expectation:
+        """What the task expects of the world in this phase, for the supervisor."""
+        return self._expectation
+
+    @property
+    def tip_m(self) -> Vector3:
+        """Tip according to the encoders, (3,), task frame, as of the last tick."""
+        return self._measurement.position_m
 
     @property
     def filter_state(self) -> list[float]:
@@ -230,7 +260,8 @@ class InsertionTask:
                 self._bias_sum[i] += value
         if self._countdown == 0:
             a, b, c, d, e, f = (total / self._task.tare_ticks for total in self._bias_sum)
-            self._measurement.tare((a, b, c, d, e, f))
+            self._bias = (a, b, c, d, e, f)
+            self._measurement.tare(self._bias)
             self._tared = True
             self._event("tare", f"{a:.6g} {b:.6g} {c:.6g} N, {d:.6g} {e:.6g} {f:.6g} N m, sensor frame")
             self._enter(Phase.APPROACH)
@@ -346,6 +377,8 @@ class InsertionTask:
 
     def _enter(self, phase: Phase) -> None:
         self.phase = phase
+        touching = phase not in (Phase.TRANSFER, Phase.SETTLE)
+        self._expectation = Expectation(touching, self._bias, self._area if phase is Phase.EXPLORE else None)
         self._event("phase", phase.value)
 
     def _event(self, name: str, detail: str = "") -> None:

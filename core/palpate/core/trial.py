@@ -28,6 +28,7 @@ class Outcome(enum.Enum):
     NO_CONTACT = "no contact"
     SENSOR_FAULT = "sensor fault"
     STOPPED = "stopped from outside"
+    TRIPPED = "safety trip"
     INTERRUPTED = "interrupted"
 
 

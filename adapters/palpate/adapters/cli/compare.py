@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from palpate.adapters.capture import capture_half_width_m
+from palpate.adapters.cli.notices import report_troubles, tell_weakened
 from palpate.adapters.cli.options import CompareOptions
-from palpate.adapters.cli.recording import report_troubles
 from palpate.adapters.cli.run import ChosenPolicy, run_named
 from palpate.adapters.composition import find_ready_pose, require_usable
 from palpate.adapters.policies import COMPARATORS
@@ -32,6 +32,7 @@ def compare(options: CompareOptions) -> int:
     chosen = [ChosenPolicy(name, config) for name in (*options.policy, *COMPARATORS)]
     ready = find_ready_pose(config)
     require_usable(config, ready)
+    tell_weakened(config)
     folder.create()
     folder.write_text("run.toml", run_toml(config, "compare", trials=options.trials, policy=list(options.policy)))
     summaries: dict[str, dict[str, Any]] = {}

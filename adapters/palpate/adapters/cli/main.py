@@ -20,6 +20,7 @@ commands:
   log            look at recorded trials: info, plot, export, recover
   check-adapter  try the contract of a port on an adapter of your own
   emulate        serve the simulated cell behind emulated serial and CAN wires
+  doctor         examine the devices of a rig, and say how to mend what is wrong
   version        versions of palpate and of what its results depend on
 
 palpate COMMAND --help tells the options of each. To begin: palpate train
@@ -42,6 +43,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "log": _log,
         "check-adapter": _check_adapter,
         "emulate": _emulate,
+        "doctor": _doctor,
         "version": _version,
     }
     if not words or words[0] in ("-h", "--help"):
@@ -132,6 +134,15 @@ def _check_adapter(words: Sequence[str]) -> int:
     from palpate.adapters.cli.check_adapter import check_adapter
 
     return check_adapter(options)
+
+
+def _doctor(words: Sequence[str]) -> int:
+    from palpate.adapters.cli.options import DoctorOptions, parse
+
+    options = parse(DoctorOptions, "doctor", words)
+    from palpate.adapters.cli.doctor import doctor
+
+    return doctor(options)
 
 
 def _emulate(words: Sequence[str]) -> int:

@@ -126,6 +126,30 @@ class CheckAdapterOptions:
 
 
 @dataclass(frozen=True)
+class DoctorOptions:
+    """Open each device of a rig, measure how it does, and say how to mend what is wrong.
+
+    Nothing moves and no servo is switched on, except with --move. End other programs that use the devices first.
+
+    Exit code 0: all well; 1: something is wrong, each with a line "-> remedy"; 2: the rig file or an option cannot be
+    used.
+    """
+
+    rig: str = ""
+    """Rig file: names the devices."""
+    seconds: float = 3.0
+    """How long to measure at each device."""
+    push: bool = False
+    """Ask somebody to push the tool, or to hang a weight on it, and check the signs of the wrench."""
+    move: bool = False
+    """Switch the arm on, move its last joint by 0.001 rad and back, and check that it follows."""
+    json: bool = False
+    """Print one JSON object instead of text."""
+    arm: str = "zebra-zero"
+    """Kinematic model of the arm: zebra-zero or ur5."""
+
+
+@dataclass(frozen=True)
 class EmulateOptions:
     """Serve the simulated work cell behind emulated wires, until Ctrl-C.
 

@@ -10,8 +10,8 @@ from pathlib import Path
 
 from tqdm import tqdm
 
+from palpate.adapters.cli.notices import recording_for, report_troubles, tell_weakened
 from palpate.adapters.cli.options import RunOptions
-from palpate.adapters.cli.recording import recording_for, report_troubles
 from palpate.adapters.composition import (
     ReadyPose,
     build_perception,
@@ -52,6 +52,7 @@ def run(options: RunOptions) -> int:
     chosen = ChosenPolicy(options.policy, config)
     ready = find_ready_pose(config)
     require_usable(config, ready)
+    tell_weakened(config)
     folder.create()
     folder.write_text("run.toml", run_toml(config, "run", trials=options.trials, policy=options.policy))
     with ExitStack() as opened:

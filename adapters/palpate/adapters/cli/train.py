@@ -9,8 +9,8 @@ from pathlib import Path
 
 from tqdm import tqdm
 
+from palpate.adapters.cli.notices import recording_for, report_troubles, tell_weakened
 from palpate.adapters.cli.options import TrainOptions
-from palpate.adapters.cli.recording import recording_for, report_troubles
 from palpate.adapters.composition import find_ready_pose, open_rig, require_usable
 from palpate.adapters.config import RunConfig
 from palpate.adapters.experiment import ScoredTrial
@@ -84,6 +84,7 @@ def train(options: TrainOptions) -> int:
             folder.write_text("run.toml", run_toml(config, "train", trials=options.trials, policy=options.policy))
         trainer.checkpoint()
         _announce(config, folder, options.trials, first)
+        tell_weakened(config)
         _with_progress(trainer, options.trials, first, folder)
         trainer.save_policy()
     report_troubles(recorder)

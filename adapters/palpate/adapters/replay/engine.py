@@ -161,7 +161,7 @@ def run_over(tape: Tape, rebuilt: Rebuilt, recording: WhatIfRecording) -> BaseEx
         ports = Ports(ReplayClock(tape), sensor, encoder, arm)
         try:
             with recording.of(tape, rebuilt, World("recording", {})) as recorded:
-                run_trial(rebuilt.task, recorded(ports), rebuilt.setup)
+                run_trial(rebuilt.task, recorded(ports), rebuilt.setup, rebuilt.supervisor)
         except LogError:
             raise
         except Exception as error:

@@ -57,7 +57,7 @@ def continue_in_mujoco(tape: Tape, rebuilt: Rebuilt, recording: WhatIfRecording)
             _Arm(inner.arm, path),
         )
         with recording.of(tape, rebuilt, rig.world()) as recorded:
-            report = run_trial(rebuilt.task, recorded(ports), rebuilt.setup)
+            report = run_trial(rebuilt.task, recorded(ports), rebuilt.setup, rebuilt.supervisor)
             scored = score(rebuilt.config, report, rig.truth())
             recording.truth = truth_fields(scored)
         return scored

@@ -10,7 +10,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from palpate.adapters.composition import ReadyPose, build_task
+from palpate.adapters.composition import ReadyPose, build_supervisor, build_task
 from palpate.adapters.config import RunConfig
 from palpate.adapters.log.reader import TrialLog, learner_of_json
 from palpate.adapters.policies import comparator, loaded_policy
@@ -19,6 +19,7 @@ from palpate.core.errors import ConfigurationError, LogError, PalpateError
 from palpate.core.insertion import InsertionTask
 from palpate.core.perception import Perception, perception_from_dict
 from palpate.core.policy import Policy, PolicyDocument, learner_of
+from palpate.core.supervision import Supervisor
 from palpate.core.trial import TrialSetup
 
 _OUTSIDE: Final = ("cell", "recording")
@@ -38,6 +39,7 @@ class Rebuilt:
         policy: In the state in which the trial began.
         comparator: Name of the policy, if no policy file can hold it.
         frozen: Whether the policy is kept from learning.
+        supervisor: Stands between the core and the recorded arm.
     """
 
     config: RunConfig
@@ -48,6 +50,7 @@ class Rebuilt:
     policy: Policy
     comparator: str
     frozen: bool
+    supervisor: Supervisor
 
 
 @dataclass(frozen=True)
@@ -138,6 +141,7 @@ class Rebuilder:
     def __init__(self, changes: Changes | None = None) -> None:
         self._changes = changes or Changes()
         self._key: object = None
+        self._supervisor: Supervisor | None = None
         self._kept: tuple[RunConfig, ReadyPose, Perception, Policy, InsertionTask] | None = None
 
     @property
@@ -160,8 +164,12 @@ class Rebuilder:
             start.ready_rad, start.tip_rotation, start.world_json if start.policy != "document" else "",
         )  # fmt: skip
         if self._kept is None or key != self._key:
-            self._kept, self._key = self._build(log), key
+            self._kept, self._key, self._supervisor = self._build(log), key, None
         config, ready, perception, policy, task = self._kept
+        if self._supervisor is None or self._supervisor.trip is not None:
+            # A trip waits for a person; another trial gets another supervisor.
+            self._supervisor = build_supervisor(config)
+        supervisor = self._supervisor
         if interrupted:
             self._kept = None
         try:
@@ -176,7 +184,7 @@ class Rebuilder:
         name = log.start.policy if other is None else other if isinstance(other, str) else "document"
         comparator_name = "" if name == "document" else name
         frozen = log.start.frozen or other is not None
-        return Rebuilt(config, setup, ready, task, perception, policy, comparator_name, frozen)
+        return Rebuilt(config, setup, ready, task, perception, policy, comparator_name, frozen, supervisor)
 
     def _seed(self, log: TrialLog, config: RunConfig) -> int:
         changed = any(setting.partition("=")[0].strip() == "seed" for setting in self._changes.settings)

@@ -25,7 +25,8 @@ _LIMITS: Final[dict[str, _Limit]] = {
     "max_torque_Nm": _Limit(0.05, 200.0, "N m"),
     "max_force_rate_N_s": _Limit(10.0, 1e5, "N/s"),
     "unexpected_contact_N": _Limit(0.05, 500.0, "N"),
-    "max_sample_age_ms": _Limit(8.0, 1000.0, "ms"),
+    "max_force_age_ms": _Limit(8.0, 1000.0, "ms"),
+    "max_joint_age_ms": _Limit(8.0, 1000.0, "ms"),
     "max_repeats": _Limit(1, 140, "ticks"),
     "max_gap_ms": _Limit(9.0, 1000.0, "ms"),
     "joint_slack_mrad": _Limit(0.1, 100.0, "mrad"),
@@ -52,9 +53,11 @@ class SupervisionConfig:
     """Change of the force from one sample to the next, by the times at which they were measured."""
     unexpected_contact_N: float = 3.0
     """Force while nothing may be touched; before taring, its change since such a phase began."""
-    max_sample_age_ms: float = 50.0
-    """Time since a sample was measured."""
-    max_repeats: int = 7
+    max_force_age_ms: float = 50.0
+    """Time since a force sample was measured."""
+    max_joint_age_ms: float = 100.0
+    """Time since the joint angles were measured; arms on slow buses need longer than force sensors."""
+    max_repeats: int = 14
     """Control ticks in a row in which a sensor delivers nothing new."""
     max_gap_ms: float = 50.0
     """Time from one control tick to the next; the period is 7.1 ms."""
@@ -97,7 +100,7 @@ class SupervisionConfig:
                 require_in(_PREFIX + name, value, limit.low, limit.high)
         require_one_of(_PREFIX + "on_trip", self.on_trip, ("retract", "hold"))
         require_in(_PREFIX + "retract_mm", self.retract_mm, 0.1, 200.0)
-        require_in(_PREFIX + "retract_speed_mm_s", self.retract_speed_mm_s, 0.1, 250.0)
+        require_in(_PREFIX + "retract_speed_mm_s", self.retract_speed_mm_s, 0.1, 1000.0)
         if self.unexpected_contact_N >= self.max_force_N:
             accepted = f"less than supervision.max_force_N = {self.max_force_N:g}, or it could never trip"
             raise ConfigurationError(_PREFIX + "unexpected_contact_N", self.unexpected_contact_N, accepted)

@@ -17,7 +17,8 @@ class SampleWatch:
     """
 
     def __init__(self, config: SupervisionConfig) -> None:
-        self._age_ns = round(config.max_sample_age_ms * _NS_PER_MS)
+        self._force_age_ns = round(config.max_force_age_ms * _NS_PER_MS)
+        self._joint_age_ns = round(config.max_joint_age_ms * _NS_PER_MS)
         self._gap_ns = round(config.max_gap_ms * _NS_PER_MS)
         self._most_repeats = config.max_repeats
         self.begin()
@@ -40,12 +41,13 @@ class SampleWatch:
             return _times(
                 TripReason.LATE_CYCLE, snapshot.tick, "time since the last tick", now_ns - last_ns, self._gap_ns
             )
-        age_ns = self._age_ns
+        age_ns, most_ns = now_ns - wrench.source_time_ns, self._force_age_ns
         # A sample from the future is as bad: the clocks disagree, and its age means nothing.
-        if not -age_ns <= now_ns - wrench.source_time_ns <= age_ns:
-            return self._old(snapshot.tick, "force", now_ns - wrench.source_time_ns)
-        if not -age_ns <= now_ns - joints.source_time_ns <= age_ns:
-            return self._old(snapshot.tick, "joint", now_ns - joints.source_time_ns)
+        if not -most_ns <= age_ns <= most_ns:
+            return _times(TripReason.SAMPLE_STALE, snapshot.tick, "age of the force sample", age_ns, most_ns)
+        age_ns, most_ns = now_ns - joints.source_time_ns, self._joint_age_ns
+        if not -most_ns <= age_ns <= most_ns:
+            return _times(TripReason.SAMPLE_STALE, snapshot.tick, "age of the joint sample", age_ns, most_ns)
         last_wrench, last_joints = self._sequences
         self._sequences = (wrench.sequence, joints.sequence)
         if wrench.sequence == last_wrench or joints.sequence == last_joints:
@@ -62,9 +64,6 @@ class SampleWatch:
         name = "force" if repeats == self._wrench_repeats else "joint"
         text = f"no new {name} sample for {repeats} ticks, limit {most} ticks"
         return Trip(TripReason.SAMPLE_REPEATED, tick, float(repeats), float(most), text)
-
-    def _old(self, tick: int, name: str, age_ns: int) -> Trip:
-        return _times(TripReason.SAMPLE_STALE, tick, f"age of the {name} sample", age_ns, self._age_ns)
 
     @staticmethod
     def _not_valid(tick: int, name: str, validity: Validity) -> Trip:

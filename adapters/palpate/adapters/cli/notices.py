@@ -1,4 +1,4 @@
-"""What the commands that record say about it."""
+"""What the commands that run trials say about recording and about weakened limits."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from palpate.adapters.config import RecordingConfig, RunConfig
 from palpate.adapters.recording.trials import TrialRecorder
+from palpate.core.supervision import weakened_lines
 
 _MOST = 5
 
@@ -14,6 +15,12 @@ _MOST = 5
 def recording_for(config: RunConfig, rig_file: str) -> RecordingConfig:
     """The recorder's settings for a rig: real time waits for nobody, whatever is configured."""
     return replace(config.recording, when_full="drop") if rig_file else config.recording
+
+
+def tell_weakened(config: RunConfig) -> None:
+    """Tell which limits of the supervisor are set weaker than they come; nobody shall overlook that."""
+    for line in weakened_lines(config.supervision):
+        sys.stderr.write(f"palpate: {line}\n")
 
 
 def report_troubles(recorder: TrialRecorder | None) -> None:

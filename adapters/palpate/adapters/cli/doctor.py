@@ -1,0 +1,70 @@
+"""``palpate doctor``."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from pathlib import Path
+
+from palpate.adapters.cli.options import DoctorOptions
+from palpate.adapters.doctor.examination import Examination, Wishes
+from palpate.adapters.doctor.findings import Level, Section
+from palpate.adapters.doctor.push import Person
+from palpate.adapters.doctor.report import report_json, section_text, summary_text
+from palpate.adapters.doctor.system import System
+from palpate.adapters.monotonic_clock import MonotonicClock
+from palpate.adapters.plugins import RigContext
+from palpate.adapters.rig_file import RigFile
+from palpate.core.arms import arm_named
+from palpate.core.checks import require_in
+from palpate.core.errors import ConfigurationError
+from palpate.core.kinematics import Kinematics, ToolGeometry
+
+
+class _Terminal(Person):
+    """Whoever sits there. Questions go to the error stream: the other one may be read by a program."""
+
+    def ask(self, question: str) -> str | None:
+        self.tell(question)
+        return sys.stdin.readline() or None
+
+    def tell(self, text: str) -> None:
+        sys.stderr.write(text)
+        sys.stderr.flush()
+
+
+def doctor(options: DoctorOptions) -> int:
+    """Examine a rig and print the report; 0 if all is well, 1 if something is wrong, 130 after Ctrl-C."""
+    if not options.rig:
+        raise ConfigurationError("rig", options.rig, "a rig file: palpate doctor --rig FILE")
+    require_in("seconds", options.seconds, 0.2, 600.0)
+    file = RigFile.load(Path(options.rig))
+    wishes = Wishes(options.seconds, _Terminal() if options.push else None, options.move)
+    examination = Examination(file, _context(options.arm), wishes, System())
+    # An end from outside must close the devices as Ctrl-C does.
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    sections: list[Section] = []
+    try:
+        for section in examination.sections():
+            sections.append(section)
+            if not options.json:
+                _say(section_text(section))
+    except KeyboardInterrupt:
+        sys.stderr.write("\npalpate: stopped; every device is closed\n")
+        return 130
+    finally:
+        signal.signal(signal.SIGTERM, before)
+    _say(report_json(file.name, sections) if options.json else summary_text(sections))
+    return 1 if any(section.count(Level.WRONG) for section in sections) else 0
+
+
+def _context(arm: str) -> RigContext:
+    description = arm_named(arm)
+    kinematics = Kinematics(description, ToolGeometry())
+    limits = (kinematics.lower_rad, kinematics.upper_rad, kinematics.velocity_limit_rad_s)
+    return RigContext(MonotonicClock(), description, *(tuple(limit.tolist()) for limit in limits))
+
+
+def _say(text: str) -> None:
+    sys.stdout.write(text)
+    sys.stdout.flush()

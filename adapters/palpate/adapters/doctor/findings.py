@@ -1,0 +1,154 @@
+"""What an examination brings to light: facts, tables and findings, section by section."""
+
+from __future__ import annotations
+
+import enum
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from palpate.drivers.errors import DriverError
+
+Value: TypeAlias = str | int | float | bool | None
+
+
+class Level(enum.Enum):
+    """How bad it is."""
+
+    OK = "ok"
+    NOTE = "note"
+    WRONG = "wrong"
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One judgement.
+
+    Attributes:
+        level: How bad it is.
+        text: What was found.
+        remedy: How to mend it; what is wrong always has one.
+    """
+
+    level: Level
+    text: str
+    remedy: str = ""
+
+    def __post_init__(self) -> None:
+        if self.level is Level.WRONG and not self.remedy:
+            raise ValueError(f"no remedy for: {self.text}")
+
+
+@dataclass(frozen=True)
+class Fact:
+    """Something measured or told, without a judgement.
+
+    Attributes:
+        name: What it is.
+        text: For a person, with units.
+        value: For a program, where there is one number or name behind it.
+    """
+
+    name: str
+    text: str
+    value: Value = None
+
+
+@dataclass(frozen=True)
+class Table:
+    """Facts that come once per axis or channel.
+
+    Attributes:
+        columns: Names, with units.
+        rows: One text a column.
+    """
+
+    columns: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+
+
+@dataclass(frozen=True)
+class Section:
+    """All about one device.
+
+    Attributes:
+        title: Which one.
+        facts: What it is and does.
+        tables: The same, per axis or channel.
+        findings: What to think of it.
+    """
+
+    title: str
+    facts: tuple[Fact, ...] = ()
+    tables: tuple[Table, ...] = ()
+    findings: tuple[Finding, ...] = ()
+
+    def count(self, level: Level) -> int:
+        """Number of findings of that level."""
+        return sum(finding.level is level for finding in self.findings)
+
+
+def driver_error(error: BaseException) -> DriverError | None:
+    """The driver's error behind an error of the core; None where there is none."""
+    cause: BaseException | None = error
+    while cause is not None and not isinstance(cause, DriverError):
+        cause = cause.__cause__
+    return cause
+
+
+class Notebook:
+    """Takes down a section while the examination goes on, so that what fails half way leaves what was found before.
+
+    Args:
+        title: Which device.
+    """
+
+    def __init__(self, title: str) -> None:
+        self._title = title
+        self._facts: list[Fact] = []
+        self._tables: list[Table] = []
+        self._findings: list[Finding] = []
+
+    def fact(self, name: str, text: str, value: Value = None) -> None:
+        """Take down a fact."""
+        self._facts.append(Fact(name, text, value))
+
+    def table(self, columns: tuple[str, ...], rows: tuple[tuple[str, ...], ...]) -> None:
+        """Take down a table."""
+        self._tables.append(Table(columns, rows))
+
+    def ok(self, text: str) -> None:
+        """Something is as it should be."""
+        self._findings.append(Finding(Level.OK, text))
+
+    def note(self, text: str, remedy: str = "") -> None:
+        """Something is worth knowing, or suspicious."""
+        self._findings.append(Finding(Level.NOTE, text, remedy))
+
+    def wrong(self, text: str, remedy: str) -> None:
+        """Something is wrong."""
+        self._findings.append(Finding(Level.WRONG, text, remedy))
+
+    def judge(self, good: bool, well: str, ill: str, remedy: str) -> None:
+        """Take down one of two findings."""
+        if good:
+            self.ok(well)
+        else:
+            self.wrong(ill, remedy)
+
+    def error(self, error: Exception) -> None:
+        """Take down an error; a driver's own words, where it has some, say how to mend it."""
+        cause = driver_error(error)
+        if cause is not None:
+            self.wrong(f"{cause.device}: {cause.problem}", cause.remedy)
+        else:
+            told = str(error) or repr(error)
+            self.wrong(f"{type(error).__name__}: {told}", "see the adapter's own documentation")
+
+    @property
+    def wrongs(self) -> int:
+        """How many things are wrong so far."""
+        return sum(finding.level is Level.WRONG for finding in self._findings)
+
+    def section(self) -> Section:
+        """All that was taken down."""
+        return Section(self._title, tuple(self._facts), tuple(self._tables), tuple(self._findings))

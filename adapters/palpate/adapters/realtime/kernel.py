@@ -1,0 +1,98 @@
+"""The system calls behind real-time behaviour. Nothing is decided here; a refusal is an ``OSError``."""
+
+from __future__ import annotations
+
+import ctypes
+import errno
+import os
+from math import inf
+from pathlib import Path
+from typing import Final
+
+_MCL_CURRENT: Final = 1
+_MCL_FUTURE: Final = 2
+_MCL_ONFAULT: Final = 4
+_CAP_IPC_LOCK: Final = 14
+
+
+class Kernel:
+    """Linux, for the calling thread and its process. Other systems refuse everything with ``ENOSYS``."""
+
+    def scheduling(self) -> tuple[int, int]:
+        """Policy, with its flags, and priority of the calling thread."""
+        if not hasattr(os, "sched_getscheduler"):
+            raise _missing("sched_getscheduler")
+        return os.sched_getscheduler(0), os.sched_getparam(0).sched_priority
+
+    def set_scheduling(self, policy: int, priority: int) -> None:
+        """Set policy, with its flags, and priority of the calling thread."""
+        os.sched_setscheduler(0, policy, os.sched_param(priority))
+
+    def fifo(self, priority: int) -> None:
+        """Put the calling thread into ``SCHED_FIFO``; what it starts does not inherit that."""
+        # Without the flag every thread and process that is started later would run at this priority too, the
+        # writer of the logs for one, and compete with the loop.
+        self.set_scheduling(os.SCHED_FIFO | os.SCHED_RESET_ON_FORK, priority)
+
+    def affinity(self) -> frozenset[int]:
+        """CPUs that the calling thread may run on."""
+        if not hasattr(os, "sched_getaffinity"):
+            raise _missing("sched_getaffinity")
+        return frozenset(os.sched_getaffinity(0))
+
+    def set_affinity(self, cpus: frozenset[int]) -> None:
+        """Let the calling thread run on these CPUs only."""
+        os.sched_setaffinity(0, cpus)
+
+    def lock_memory(self) -> None:
+        """Keep what is, and what will be, in memory there."""
+        # On fault: pages stay once they were touched. Otherwise every reserved range (stacks of 8 MiB, arenas of
+        # 64 MiB, whole libraries) would be filled at once.
+        self._call("mlockall", _MCL_CURRENT | _MCL_FUTURE | _MCL_ONFAULT)
+
+    def unlock_memory(self) -> None:
+        """Undo :meth:`lock_memory`."""
+        self._call("munlockall")
+
+    def may_lock_any_amount(self) -> bool:
+        """Whether locked memory has no limit: then allocating more can never fail for being locked."""
+        return self.memory_limit_bytes() == inf or self._has_capability(_CAP_IPC_LOCK)
+
+    def memory_limit_bytes(self) -> float:
+        """Limit of locked memory (``ulimit -l``); infinite without one."""
+        return self._limit("RLIMIT_MEMLOCK")
+
+    def priority_limit(self) -> float:
+        """Highest real-time priority without privileges (``ulimit -r``); infinite without a limit."""
+        return self._limit("RLIMIT_RTPRIO")
+
+    def _limit(self, name: str) -> float:
+        try:
+            import resource
+        except ImportError:
+            return 0.0
+        if not hasattr(resource, name):
+            return 0.0
+        soft = resource.getrlimit(getattr(resource, name))[0]
+        return inf if soft == resource.RLIM_INFINITY else float(soft)
+
+    def _has_capability(self, number: int) -> bool:
+        try:
+            lines = Path("/proc/self/status").read_text().splitlines()
+            held = next(int(line.split()[1], 16) for line in lines if line.startswith("CapEff:"))
+        except (OSError, StopIteration, ValueError):
+            return False
+        return bool(held >> number & 1)
+
+    def _call(self, name: str, *arguments: int) -> None:
+        try:
+            function = getattr(ctypes.CDLL(None, use_errno=True), name)
+        except (OSError, TypeError, AttributeError) as error:
+            raise _missing(name) from error
+        if function(*arguments):
+            number = ctypes.get_errno()
+            raise OSError(number, os.strerror(number))
+
+
+def _missing(name: str) -> OSError:
+    return OSError(errno.ENOSYS, f"this system has no {name}")

@@ -1,0 +1,180 @@
+"""Times the sections of every tick, in memory that never grows."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Callable
+from typing import Final
+
+import numpy as np
+
+from palpate.adapters.timing.attribution import Attribution, Cause, ThreadAccount, attribute
+from palpate.adapters.timing.histogram import Histograms, Spread
+from palpate.adapters.timing.lateness import LateTick, Limits, SlowCore
+from palpate.adapters.timing.sections import BUSY, COLUMNS, CORE, LATE, SECTIONS, Section
+from palpate.core.errors import DeviceError
+from palpate.core.task_config import CONTROL_RATE_HZ
+
+_NS: Final = 1_000_000_000
+_BATCH: Final = 64
+"""Ticks that are taken over into the distributions at once: one by one that would cost several times as much."""
+_KEPT: Final = 256
+"""The newest ticks of which is kept that they were late."""
+_PERCEIVE, _DECIDE, _CONTROL, _REST = CORE
+
+
+class Stopwatch:
+    """Knows at any time which section runs, and charges time to it until the next mark.
+
+    Sections may nest; each is charged its own time only, so that together they make up the tick. A tick lasts from
+    waking to the next sleep, or to the arm's stop. For one thread.
+
+    Args:
+        limits: How late is too late.
+        rate_Hz: Ticks per second, for counting skipped slots.
+        account: The kernel's account of the thread; None leaves causes unknown.
+        tell: Is told of what exceeds a limit to warn of.
+        now_ns: Time, for the sections.
+
+    Attributes:
+        ticks: Ticks that were timed, those of the warm-up included.
+        skipped_slots: Slots of the schedule that went by without a tick.
+        late_ticks: How many ticks were later than the limit to warn of, by cause.
+        slow_cores: In how many ticks the core took longer than the limit.
+        newest_late: The newest late ticks, at most 256.
+    """
+
+    def __init__(
+        self,
+        limits: Limits | None = None,
+        *,
+        rate_Hz: int = CONTROL_RATE_HZ,
+        account: ThreadAccount | None = None,
+        tell: Callable[[LateTick | SlowCore], None] | None = None,
+        now_ns: Callable[[], int] = time.perf_counter_ns,
+    ) -> None:
+        self.limits = limits if limits is not None else Limits()
+        self.rate_Hz = rate_Hz
+        self.ticks = self.skipped_slots = self.slow_cores = 0
+        self.late_ticks = dict.fromkeys(Cause, 0)
+        self.newest_late: deque[LateTick] = deque(maxlen=_KEPT)
+        self._account, self._tell, self._now_ns = account, tell, now_ns
+        self._warm_up = self.limits.warm_up_ticks
+        # Whichever is exceeded first makes the tick worth a closer look.
+        watched = [limit for limit in (self.limits.warn_late_ns, self.limits.stop_late_ns) if limit]
+        self._look_ns = min(watched) if watched else 1 << 62
+        self._core_ns = self.limits.warn_core_ns or 1 << 62
+        self._histograms = Histograms(COLUMNS)
+        self._spent = [0] * COLUMNS
+        self._rows = [0] * (COLUMNS * _BATCH)
+        self._filled = 0
+        self._section = int(Section.REST)
+        self._last_ns = self._slept_ns = now_ns()
+        self._deadline_ns: int | None = None
+        self._in_tick = False
+        self._before = self._account_now = (0, 0) if account is None else account.read()
+
+    # What the decorators tell.
+
+    def mark(self, section: int) -> int:
+        """From now on time is this section's; returns the one that it was, to go back to."""
+        now = self._now_ns()
+        before = self._section
+        self._spent[before] += now - self._last_ns
+        self._last_ns = now
+        self._section = section
+        return before
+
+    def tick_ends(self) -> None:
+        """The loop goes to sleep, or is over."""
+        now = self._slept_ns = self._now_ns()
+        if self._account is not None:
+            self._before, self._account_now = self._account_now, self._account.read()
+        if not self._in_tick:
+            return
+        self._in_tick = False
+        spent = self._spent
+        spent[self._section] += now - self._last_ns
+        self.ticks += 1
+        if self.ticks > self._warm_up:
+            core = spent[_PERCEIVE] + spent[_DECIDE] + spent[_CONTROL] + spent[_REST]
+            if core > self._core_ns:
+                self.slow_cores += 1
+                if self._tell is not None:
+                    self._tell(SlowCore(self.ticks - 1, core))
+            start = self._filled
+            self._filled = end = start + COLUMNS
+            self._rows[start:end] = spent
+            if end == COLUMNS * _BATCH:
+                self._fold()
+
+    def tick_begins(self) -> None:
+        """The loop has woken."""
+        self._in_tick = True
+        self._spent = [0] * COLUMNS
+        self._last_ns = self._now_ns()
+
+    def schedule_begins(self) -> None:
+        """A new trial: its slots have nothing to do with those of the one before."""
+        self._deadline_ns = None
+
+    def begun(self, deadline_ns: int, time_ns: int) -> None:
+        """The tick for a deadline found this to be the time, run clock.
+
+        Raises:
+            DeviceError: Later than the limit to stop at.
+        """
+        late = time_ns - deadline_ns
+        self._spent[LATE] = late
+        last, self._deadline_ns = self._deadline_ns, deadline_ns
+        if last is not None:
+            # Deadlines are rounded to whole nanoseconds; half a slot more makes the quotient whole again.
+            self.skipped_slots += ((deadline_ns - last) * self.rate_Hz + _NS // 2) // _NS - 1
+        if late > self._look_ns and self.ticks >= self._warm_up:
+            self._look_at(late, time_ns)
+
+    @property
+    def in_tick(self) -> bool:
+        """Whether a tick is under way."""
+        return self._in_tick
+
+    # What comes of it.
+
+    def spread(self, column: int) -> Spread:
+        """Distribution of a section's times over the ticks in which it occurred, or of BUSY or LATE over all."""
+        self._fold()
+        return self._histograms.spread(column)
+
+    def _look_at(self, late_ns: int, time_ns: int) -> None:
+        tick = LateTick(self.ticks, time_ns, late_ns, self._attribute(late_ns))
+        limits = self.limits
+        if limits.warn_late_ns and late_ns > limits.warn_late_ns:
+            self.late_ticks[tick.attribution.cause] += 1
+            self.newest_late.append(tick)
+            if self._tell is not None:
+                self._tell(tick)
+        if limits.stop_late_ns and late_ns > limits.stop_late_ns:
+            raise DeviceError("control loop", f"{tick}; {limits.stop_late_ns * 1e-6:g} ms are allowed")
+
+    def _attribute(self, late_ns: int) -> Attribution:
+        if self._account is None:
+            return Attribution(Cause.UNKNOWN, 0, 0, late_ns)
+        run, delay = self._account.read()
+        run_asleep, delay_asleep = run - self._account_now[0], delay - self._account_now[1]
+        # The deadline may have passed before the loop even came to sleep.
+        asleep = self._last_ns - self._slept_ns
+        overrun = max(late_ns - asleep, 0)
+        delay_at_work = min(overrun, self._account_now[1] - self._before[1])
+        # A clock may work while it seems to sleep: one that drives a simulation does.
+        return attribute(late_ns, overrun - delay_at_work + run_asleep, delay_at_work + delay_asleep)
+
+    def _fold(self) -> None:
+        if not self._filled:
+            return
+        times = np.array(self._rows[: self._filled], np.int64).reshape(-1, COLUMNS)
+        self._filled = 0
+        times[:, BUSY] = times[:, :SECTIONS].sum(axis=1)
+        there = times > 0
+        there[:, BUSY] = there[:, LATE] = True
+        self._histograms.add(np.maximum(times, 0), there)

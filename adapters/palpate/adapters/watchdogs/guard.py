@@ -1,0 +1,51 @@
+"""An arm that stays at rest while a trip is latched."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from palpate.adapters.decorator import DeviceDecorator
+from palpate.adapters.watchdogs.trip import Latching, Trip, stop_surely
+from palpate.core.errors import FaultLatchedError
+from palpate.core.lifecycle import Life
+from palpate.core.ports import ArmCommand
+from palpate.core.values import AppliedCommand, JointCommand
+
+
+class GuardedArm(DeviceDecorator, ArmCommand):
+    """Neither activates nor moves the arm until every trip is acknowledged.
+
+    Args:
+        arm: The arm.
+        latches: What may have tripped.
+    """
+
+    def __init__(self, arm: ArmCommand, latches: Sequence[Latching]) -> None:
+        super().__init__(arm)
+        self._arm, self._latches = arm, tuple(latches)
+
+    def activate(self) -> None:
+        """See :class:`palpate.core.ports.Device`.
+
+        Raises:
+            FaultLatchedError: Besides the arm's own: a trip waits to be acknowledged.
+        """
+        trip = self._tripped()
+        # A request that is wrong anyway is refused by the arm, which knows why.
+        if trip is not None and self._arm.life is Life.CONFIGURED:
+            raise FaultLatchedError("arm", f"{trip.source}: {trip.text}")
+        super().activate()
+
+    def send(self, command: JointCommand) -> AppliedCommand:
+        """See :class:`ArmCommand`. While a trip is latched the arm is stopped, and says so."""
+        if self._tripped() is not None:
+            # Somebody may have activated it underneath since it was stopped.
+            stop_surely(self._arm)
+        return self._arm.send(command)
+
+    def stop(self) -> None:
+        """See :class:`ArmCommand`."""
+        self._arm.stop()
+
+    def _tripped(self) -> Trip | None:
+        return next((latch.tripped for latch in self._latches if latch.tripped is not None), None)

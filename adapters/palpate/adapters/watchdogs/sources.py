@@ -1,0 +1,205 @@
+"""Where an operator's stop may come from: a key, a file, a socket."""
+
+from __future__ import annotations
+
+import os
+import socket
+import stat
+import termios
+import tty
+from abc import ABC, abstractmethod
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from palpate.core.errors import ConfigurationError
+
+
+class StopSource(ABC):
+    """Something that a person can do.
+
+    Attributes:
+        name: Kind of source, for the trip.
+        fd: Readable when there is something to look at; None for what must be looked at again and again.
+    """
+
+    name = ""
+    fd: int | None = None
+
+    @abstractmethod
+    def open(self) -> bool:
+        """Get ready; False if this source does not exist here.
+
+        Raises:
+            ConfigurationError: It cannot be had.
+        """
+
+    @abstractmethod
+    def look(self) -> str | None:
+        """What the operator did; None if nothing. Never waits."""
+
+    def answer(self) -> None:
+        """The arm has been stopped: tell whoever asked for it."""
+        # Most sources have nobody to answer to.
+        return
+
+    @abstractmethod
+    def close(self) -> None:
+        """Release it."""
+
+
+class KeySource(StopSource):
+    """Any key, pressed in the terminal, without Enter. Ctrl-C keeps its meaning.
+
+    Args:
+        terminal_fd: The terminal; nothing happens if it is none, or if we run in its background.
+    """
+
+    name = "key"
+
+    def __init__(self, terminal_fd: int) -> None:
+        self._terminal_fd = terminal_fd
+        self._before: list[Any] | None = None
+
+    def open(self) -> bool:
+        """See :class:`StopSource`."""
+        if not self._is_ours():
+            return False
+        self._before = termios.tcgetattr(self._terminal_fd)
+        tty.setcbreak(self._terminal_fd, termios.TCSANOW)
+        self.fd = self._terminal_fd
+        return True
+
+    def look(self) -> str | None:
+        """See :class:`StopSource`. A terminal that is gone counts as a stop: nobody could press a key any more."""
+        if self.fd is None:
+            return None
+        try:
+            pressed = os.read(self.fd, 64)
+        except OSError:
+            pressed = b""
+        if not pressed:
+            self.fd = None
+            return "the terminal is gone"
+        return "a key was pressed"
+
+    def close(self) -> None:
+        """See :class:`StopSource`."""
+        before, self._before, self.fd = self._before, None, None
+        if before is not None:
+            with suppress(termios.error):
+                # Gone terminals need no restoring.
+                termios.tcsetattr(self._terminal_fd, termios.TCSANOW, before)
+
+    def _is_ours(self) -> bool:
+        try:
+            if not os.isatty(self._terminal_fd):
+                return False
+            # Changing a terminal from its background would stop the whole process.
+            return os.tcgetpgrp(self._terminal_fd) == os.getpgrp()
+        except OSError:
+            # A terminal, but not the one that controls us: it has no background.
+            return True
+
+
+class FileSource(StopSource):
+    """A file that appears. As long as it is there it counts, so remove it before acknowledging.
+
+    A place where nobody can look counts too: a file in there would never be found.
+
+    Args:
+        path: The file.
+    """
+
+    name = "file"
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+
+    def open(self) -> bool:
+        """See :class:`StopSource`."""
+        return True
+
+    def look(self) -> str | None:
+        """See :class:`StopSource`."""
+        try:
+            return f"{self._path} is there" if self._path.exists() else None
+        except OSError as error:
+            return f"{self._path} cannot be looked for ({error.strerror})"
+
+    def close(self) -> None:
+        """See :class:`StopSource`. The file is the operator's."""
+
+
+class SocketSource(StopSource):
+    """Any connection to a Unix socket; once the arm has been told, ``stopped`` comes back.
+
+    Args:
+        path: Where the socket is made; one that nobody serves any more is replaced.
+    """
+
+    name = "socket"
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._server: socket.socket | None = None
+        self._caller: socket.socket | None = None
+
+    def open(self) -> bool:
+        """See :class:`StopSource`."""
+        server = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+        try:
+            self._remove_orphan()
+            server.bind(str(self._path))
+            server.listen()
+        except OSError as error:
+            server.close()
+            accepted = f"a path at which a socket can be made ({error.strerror or error})"
+            raise ConfigurationError("operator_stop.socket", str(self._path), accepted) from error
+        server.setblocking(False)
+        self._server, self.fd = server, server.fileno()
+        return True
+
+    def look(self) -> str | None:
+        """See :class:`StopSource`."""
+        if self._server is None:
+            return None
+        try:
+            self._caller, _ = self._server.accept()
+        except (BlockingIOError, ConnectionAbortedError):
+            # Gone before it was answered; it has called all the same.
+            return "a connection, gone already"
+        except OSError as error:
+            # Nobody could be heard any more, and the caller that waits would wake the thread without end.
+            self.fd = None
+            return f"the socket fails ({error.strerror})"
+        self._caller.setblocking(False)
+        said = b""
+        with suppress(OSError):
+            said = self._caller.recv(80)
+        words = said.decode("utf-8", "replace").strip()
+        return f"a connection: {words}" if words else "a connection"
+
+    def answer(self) -> None:
+        """See :class:`StopSource`."""
+        caller, self._caller = self._caller, None
+        if caller is not None:
+            with caller, suppress(OSError):
+                caller.send(b"stopped\n")
+
+    def close(self) -> None:
+        """See :class:`StopSource`."""
+        server, self._server, self.fd = self._server, None, None
+        if server is not None:
+            server.close()
+            self._path.unlink(missing_ok=True)
+
+    def _remove_orphan(self) -> None:
+        """A socket that a run before left behind; anything else is left alone."""
+        if not (self._path.exists() and stat.S_ISSOCK(self._path.stat().st_mode)):
+            return
+        with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as probe:
+            try:
+                probe.connect(str(self._path))
+            except ConnectionRefusedError:
+                self._path.unlink()

@@ -1,0 +1,169 @@
+"""Without a fault, decorated ports keep the contracts; with one, each kind breaks a clause or shows in what is read."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from palpate.adapters.faults import KINDS, FaultPlan, FaultyArm, FaultyClock, FaultyForceSensor, FaultyJointEncoder
+from palpate.core.contracts import (
+    ArmCommandContract,
+    ArmCommandRig,
+    ClockContract,
+    ClockRig,
+    ForceSensorContract,
+    ForceSensorRig,
+    JointEncoderContract,
+    JointEncoderRig,
+    Outcome,
+    run_clauses,
+)
+from palpate.core.ports import ArmCommand, Clock, ForceSensor, JointEncoder
+
+# As modules: a suite that is imported by name would be run here once more as it is.
+from tests.contracts import test_fake as fake
+from tests.contracts import test_mujoco as mujoco
+
+LATER = 10**6
+"""No clause goes on for so many ticks."""
+
+
+class TestFaultyFakeClock(ClockContract):
+    plans: tuple[FaultPlan, ...] = ()
+
+    def make(self) -> ClockRig:
+        rig = fake.TestFakeClock().make()
+        return replace(rig, clock=FaultyClock(rig.clock, self.plans))
+
+
+class TestFaultyFakeForceSensor(ForceSensorContract):
+    plans: tuple[FaultPlan, ...] = ()
+
+    def make(self) -> ForceSensorRig:
+        rig = fake.TestFakeForceSensor().make()
+        return replace(rig, device=FaultyForceSensor(rig.device, rig.clock, self.plans))
+
+
+class TestFaultyFakeJointEncoder(JointEncoderContract):
+    plans: tuple[FaultPlan, ...] = ()
+
+    def make(self) -> JointEncoderRig:
+        rig = fake.TestFakeJointEncoder().make()
+        assert rig.arm is not None
+        arm = FaultyArm(rig.arm, rig.clock, [])
+        return replace(rig, device=FaultyJointEncoder(rig.device, rig.clock, self.plans), arm=arm)
+
+
+class TestFaultyFakeArm(ArmCommandContract):
+    plans: tuple[FaultPlan, ...] = ()
+
+    def make(self) -> ArmCommandRig:
+        rig = fake.TestFakeArm().make()
+        return replace(rig, device=FaultyArm(rig.device, rig.clock, self.plans))
+
+
+class TestFaultyMujocoForceSensor(ForceSensorContract):
+    def make(self) -> ForceSensorRig:
+        rig = mujoco.TestMujocoForceSensor().make()
+        return replace(rig, device=FaultyForceSensor(rig.device, rig.clock, ()))
+
+
+class TestFaultyMujocoArm(ArmCommandContract):
+    def make(self) -> ArmCommandRig:
+        rig = mujoco.TestMujocoArm().make()
+        return replace(rig, device=FaultyArm(rig.device, rig.clock, ()))
+
+
+# A fault that has not come yet changes nothing either, although every sample and command goes past it.
+
+
+class TestWaitingClock(TestFaultyFakeClock):
+    plans = (FaultPlan("clock-jump", "clock", LATER, time_s=1.0), FaultPlan("overrun", "clock", LATER, time_s=1.0))
+
+
+class TestWaitingForceSensor(TestFaultyFakeForceSensor):
+    plans = (FaultPlan("repeat", "force_sensor", LATER), FaultPlan("freeze", "force_sensor", LATER))
+
+
+class TestWaitingJointEncoder(TestFaultyFakeJointEncoder):
+    plans = (FaultPlan("drop", "joint_encoder", LATER), FaultPlan("delay", "joint_encoder", LATER))
+
+
+class TestWaitingArm(TestFaultyFakeArm):
+    plans = (FaultPlan("delay", "arm", LATER), FaultPlan("stuck", "arm", LATER))
+
+
+SETTINGS: dict[str, dict[str, Any]] = {
+    "bias-drift": {"magnitude": 50.0},
+    "spike": {"magnitude": 50.0},
+    "saturate": {"magnitude": 50.0},
+    "unit": {"factor": 1000.0},
+    "clock-jump": {"time_s": 0.5},
+    "overrun": {"time_s": 0.01},
+}
+SUITES: dict[str, Any] = {
+    "force_sensor": TestFaultyFakeForceSensor,
+    "joint_encoder": TestFaultyFakeJointEncoder,
+    "arm": TestFaultyFakeArm,
+    "clock": TestFaultyFakeClock,
+}
+# The clause by which a suite that knows nothing of faults finds it; None for the liars that no clause finds, which
+# tests/unit/adapters/faults shows tick by tick.
+BROKEN = {
+    ("drop", "force_sensor"): "test_world_going_on_brings_news",
+    ("drop", "joint_encoder"): "test_world_going_on_brings_news",
+    ("drop", "arm"): "test_arm_goes_where_it_was_told",
+    ("delay", "force_sensor"): "test_pressing_on_the_tip_gives_negative_fz",
+    ("delay", "joint_encoder"): "test_times_are_in_order",
+    ("delay", "arm"): "test_arm_goes_where_it_was_told",
+    ("duplicate", "force_sensor"): "test_world_going_on_brings_news",
+    ("duplicate", "joint_encoder"): "test_world_going_on_brings_news",
+    ("freeze", "force_sensor"): "test_load_is_reported_in_newtons_on_its_axis",
+    ("freeze", "joint_encoder"): None,
+    ("repeat", "force_sensor"): "test_sequence_and_time_never_go_back",
+    ("repeat", "joint_encoder"): "test_sequence_and_time_never_go_back",
+    ("bias-drift", "force_sensor"): "test_load_is_reported_in_newtons_on_its_axis",
+    ("bias-drift", "joint_encoder"): None,
+    ("spike", "force_sensor"): "test_load_is_reported_in_newtons_on_its_axis",
+    ("spike", "joint_encoder"): "test_angles_are_plausible_radians",
+    ("nan", "force_sensor"): "test_valid_sample_is_young",
+    ("nan", "joint_encoder"): "test_valid_sample_is_young",
+    ("nan", "arm"): "test_small_legal_move_is_applied_as_asked",
+    ("saturate", "force_sensor"): "test_load_is_reported_in_newtons_on_its_axis",
+    ("unit", "force_sensor"): "test_load_is_reported_in_newtons_on_its_axis",
+    ("unit", "joint_encoder"): "test_angles_are_plausible_radians",
+    ("unit", "arm"): "test_small_legal_move_is_applied_as_asked",
+    ("disconnect", "force_sensor"): "test_valid_sample_is_young",
+    ("disconnect", "joint_encoder"): "test_valid_sample_is_young",
+    ("disconnect", "arm"): "test_small_legal_move_is_applied_as_asked",
+    ("stuck", "arm"): "test_arm_goes_where_it_was_told",
+    ("clock-jump", "clock"): "test_sleep_is_not_late",
+    ("overrun", "clock"): "test_sleep_is_not_late",
+}
+
+
+def test_every_kind_on_every_port_is_in_the_table() -> None:
+    assert BROKEN.keys() == {(kind, port) for kind, known in KINDS.items() for port in known.ports}
+
+
+@pytest.mark.parametrize(("kind", "port"), [case for case, clause in BROKEN.items() if clause is not None])
+def test_each_kind_breaks_a_clause(kind: str, port: str) -> None:
+    suite = SUITES[port]()
+    # What needs a past begins once there is one.
+    first = 0 if port == "arm" else {"drop": 1, "freeze": 1, "repeat": 10}.get(kind, 0)
+    suite.plans = (FaultPlan(kind, port, first, **SETTINGS.get(kind, {})),)
+    failed = {r.clause.name for r in run_clauses(suite) if r.outcome is Outcome.FAILED}
+    assert BROKEN[kind, port] in failed
+    # Whatever the fault: the life cycle passes through, and the arm can be stopped.
+    kept = ("test_whole_life", "test_close", "test_stop_works", "test_illegal", "test_fault", "test_activate")
+    assert not [name for name in failed if name.startswith(kept)]
+
+
+def test_decorated_ports_are_their_ports() -> None:
+    clock = fake.FakeClock()
+    assert isinstance(FaultyClock(clock, []), Clock)
+    assert isinstance(FaultyArm(fake.make_arm(clock), clock, []), ArmCommand)
+    assert isinstance(FaultyForceSensor(fake.FakeForceSensor(clock), clock, []), ForceSensor)
+    assert isinstance(FaultyJointEncoder(fake.FakeJointEncoder(clock, lambda: (0.0,)), clock, []), JointEncoder)

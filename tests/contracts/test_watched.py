@@ -1,0 +1,116 @@
+"""Ports under watchdogs keep the contracts as they do without."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import pytest
+
+from palpate.adapters.fake import MAX_AGE_NS, TICK_NS
+from palpate.adapters.watchdogs import (
+    GuardedArm,
+    LoopWatchdog,
+    OperatorSources,
+    OperatorStop,
+    WatchedArm,
+    WatchedClock,
+    WatchedForceSensor,
+    WatchedJointEncoder,
+)
+from palpate.core.contracts import (
+    ArmCommandContract,
+    ArmCommandRig,
+    ClockContract,
+    ClockRig,
+    ForceSensorContract,
+    ForceSensorRig,
+    JointEncoderContract,
+    JointEncoderRig,
+)
+from palpate.core.ports import ArmCommand, Clock, ForceSensor, JointEncoder
+
+# As modules: a suite that is imported by name would be run here once more as it is.
+from tests.contracts import test_fake as fake
+from tests.contracts import test_mujoco as mujoco
+
+LONG_NS = 20 * TICK_NS
+HOUR_NS = 3600 * 10**9
+
+
+class TestWatchedClock(ClockContract):
+    @pytest.fixture(autouse=True)
+    def watchdog(self) -> Iterator[None]:
+        clock = fake.FakeClock()
+        with LoopWatchdog(fake.make_arm(clock), clock, HOUR_NS) as self.loop:
+            yield
+
+    def make(self) -> ClockRig:
+        rig = fake.TestFakeClock().make()
+        return replace(rig, clock=WatchedClock(rig.clock, [self.loop]))
+
+
+class TestWatchedForceSensor(ForceSensorContract):
+    def make(self) -> ForceSensorRig:
+        rig = fake.TestFakeForceSensor().make()
+        return replace(rig, device=WatchedForceSensor(rig.device, rig.clock, MAX_AGE_NS, dead_after_ns=2 * MAX_AGE_NS))
+
+
+class TestWatchedForceSensorThatLies(ForceSensorContract):
+    """The sensor underneath never marks a silence; the watchdog does."""
+
+    def make(self) -> ForceSensorRig:
+        clock = fake.FakeClock()
+        sensor = fake.FakeForceSensor(clock, max_age_ns=HOUR_NS)
+        return ForceSensorRig(
+            device=WatchedForceSensor(sensor, clock, MAX_AGE_NS, dead_after_ns=2 * MAX_AGE_NS),
+            clock=clock,
+            advance=clock.advance,
+            max_age_ns=MAX_AGE_NS,
+            push_N=lambda fx, fy, fz: setattr(sensor, "load_N", (fx, fy, fz)),
+            go_silent=lambda: setattr(sensor, "silent", True),
+            disconnect=lambda: setattr(sensor, "disconnected", True),
+            provoke_fault=sensor.fail,
+            is_open=lambda: sensor.is_open,
+        )
+
+
+class TestWatchedJointEncoder(JointEncoderContract):
+    def make(self) -> JointEncoderRig:
+        rig = fake.TestFakeJointEncoder().make()
+        assert rig.arm is not None
+        device = WatchedJointEncoder(rig.device, rig.clock, MAX_AGE_NS, dead_after_ns=2 * MAX_AGE_NS)
+        return replace(rig, device=device, arm=WatchedArm(rig.arm, rig.clock, LONG_NS))
+
+
+class TestWatchedArm(ArmCommandContract):
+    def make(self) -> ArmCommandRig:
+        rig = fake.TestFakeArm().make()
+        return replace(rig, device=WatchedArm(rig.device, rig.clock, LONG_NS))
+
+
+class TestWatchedMujocoArm(ArmCommandContract):
+    def make(self) -> ArmCommandRig:
+        rig = mujoco.TestMujocoArm().make()
+        return replace(rig, device=WatchedArm(rig.device, rig.clock, HOUR_NS))
+
+
+class TestGuardedArm(ArmCommandContract):
+    """Under everything at once."""
+
+    def make(self) -> ArmCommandRig:
+        rig = fake.TestFakeArm().make()
+        operator = OperatorStop(rig.device, rig.clock, OperatorSources(keys=False, signal_number=None))
+        arm = WatchedArm(rig.device, rig.clock, LONG_NS)
+        return replace(rig, device=GuardedArm(arm, [operator, LoopWatchdog(arm, rig.clock, LONG_NS)]))
+
+
+def test_decorated_ports_are_their_ports() -> None:
+    clock = fake.FakeClock()
+    arm, ages = fake.make_arm(clock), (clock, MAX_AGE_NS)
+    assert isinstance(WatchedClock(clock, []), Clock)
+    assert isinstance(WatchedArm(arm, clock, LONG_NS), ArmCommand)
+    assert isinstance(GuardedArm(arm, []), ArmCommand)
+    assert isinstance(WatchedForceSensor(fake.FakeForceSensor(clock), *ages, dead_after_ns=HOUR_NS), ForceSensor)
+    encoder = fake.FakeJointEncoder(clock, lambda: (0.0,))
+    assert isinstance(WatchedJointEncoder(encoder, *ages, dead_after_ns=HOUR_NS), JointEncoder)

@@ -1,0 +1,93 @@
+"""A supervisor over made-up ticks: an arm that does what it is told, and knobs for everything that can go wrong."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from palpate.core.arms import arm_named
+from palpate.core.cycle import tick_time_ns
+from palpate.core.kinematics import Kinematics
+from palpate.core.supervision import Expectation, Supervised, SupervisionConfig, Supervisor
+from palpate.core.task_config import TaskConfig
+from palpate.core.values import AppliedCommand, JointCommand, JointSample, JointVector, Snapshot, Vector3, WrenchSample
+from tests.unit.core.fake_world import TOOL, ready_pose
+
+BIAS = (0.7, -0.4, 6.0, 0.05, -0.02, 0.01)
+TOUCHING = Expectation(contact=True, bias=BIAS)
+FREE = Expectation(contact=False, bias=BIAS)
+UNTARED = Expectation(contact=True)
+READY_TIP: Vector3 = (0.0, 0.0, -3e-3)
+
+
+def supervisor(config: SupervisionConfig | None = None, arm: str = "zebra-zero", **more: Any) -> Supervisor:
+    return Supervisor(config or SupervisionConfig(), TaskConfig(), Kinematics(arm_named(arm), TOOL), **more)
+
+
+class Bench:
+    """Ticks through a supervisor.
+
+    Attributes:
+        supervisor: Under test.
+        home_rad: The ready pose.
+        snapshots: All that it has seen.
+        results: All that it has said.
+        applied: What the arm did of the last command.
+    """
+
+    def __init__(self, config: SupervisionConfig | None = None, arm: str = "zebra-zero", **more: Any) -> None:
+        self.supervisor = supervisor(config, arm, **more)
+        self.home_rad, _ = ready_pose(arm)
+        self.snapshots: list[Snapshot] = []
+        self.results: list[Supervised] = []
+        self.applied: AppliedCommand | None = None
+        self.supervisor.begin()
+
+    @property
+    def here_rad(self) -> JointVector:
+        return self.home_rad if self.applied is None else self.applied.position_rad
+
+    def snapshot(
+        self,
+        force_N: Vector3 = (0.0, 0.0, 0.0),
+        torque_Nm: Vector3 = (0.0, 0.0, 0.0),
+        measured_rad: JointVector | None = None,
+        *,
+        wrench: dict[str, Any] | None = None,
+        joints: dict[str, Any] | None = None,
+        **changes: Any,
+    ) -> Snapshot:
+        """The next tick, force and torque beyond the bias; the dictionaries and keywords change its fields."""
+        tick = len(self.snapshots)
+        now = tick_time_ns(0, tick)
+        f = (BIAS[0] + force_N[0], BIAS[1] + force_N[1], BIAS[2] + force_N[2])
+        t = (BIAS[3] + torque_Nm[0], BIAS[4] + torque_Nm[1], BIAS[5] + torque_Nm[2])
+        made = Snapshot(
+            tick,
+            now,
+            replace(WrenchSample(f, t, now, now, tick), **(wrench or {})),
+            replace(JointSample(measured_rad or self.here_rad, now, now, tick), **(joints or {})),
+            self.applied,
+        )
+        return replace(made, **changes)
+
+    def tick(
+        self,
+        expectation: Expectation = TOUCHING,
+        asked_rad: JointVector | None = None,
+        tip_m: Vector3 | None = READY_TIP,
+        **changes: Any,
+    ) -> Supervised:
+        """One tick with what :meth:`snapshot` takes; the arm does what the supervisor says."""
+        seen = self.snapshot(**changes)
+        done = self.supervisor.check(seen, JointCommand(asked_rad or self.here_rad), expectation, tip_m)
+        self.snapshots.append(seen)
+        self.results.append(done)
+        self.applied = done.applied(AppliedCommand(done.command.position_rad))
+        return done
+
+    def clean(self, ticks: int, **changes: Any) -> None:
+        """So many ticks in which nothing may happen."""
+        for _ in range(ticks):
+            assert self.tick(**changes).intervention is None
+        assert self.supervisor.trip is None

@@ -1,0 +1,252 @@
+"""A trip latches, the arm is led back or held, and only a person's acknowledgement leads on."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+
+from palpate.core.arms import arm_named
+from palpate.core.errors import CommandError, DeviceError, FaultLatchedError, LifecycleError
+from palpate.core.kinematics import Kinematics
+from palpate.core.supervision import Guard, SupervisionConfig, TripReason
+from palpate.core.supervision.retreat import Retreat
+from palpate.core.supervision.states import TRANSITIONS, Cue
+from palpate.core.values import AppliedCommand, CommandReason, JointCommand, JointVector, Validity
+from tests.unit.core.fake_world import TOOL
+from tests.unit.core.supervision.bench import TOUCHING, Bench
+
+HIT: dict[str, Any] = {"force_N": (0, 0, -41.0), "wrench": {"sequence": 10_000}}
+HOLD = SupervisionConfig(on_trip="hold")
+ARMS = ("zebra-zero", "ur5")
+
+
+def hit(config: SupervisionConfig | None = None, arm: str = "zebra-zero") -> Bench:
+    """A bench that has just tripped."""
+    bench = Bench(config, arm)
+    bench.clean(1, force_N=(0, 0, -20.0))
+    bench.tick(**HIT)
+    assert bench.supervisor.trip is not None
+    return bench
+
+
+def tips(bench: Bench, commands: list[JointVector], arm: str = "zebra-zero") -> np.ndarray:
+    kinematics = Kinematics(arm_named(arm), TOOL)
+    found = []
+    for q in commands:
+        kinematics.update(q)
+        found.append(kinematics.tip_position_m.copy())
+    return np.array(found)
+
+
+def test_the_table_is_all_there_is() -> None:
+    assert set(TRANSITIONS.values()) == set(Guard)
+    acknowledged = {(state, cue) for (state, cue), to in TRANSITIONS.items() if to is Guard.READY}
+    assert {cue for _, cue in acknowledged} == {Cue.ACKNOWLEDGE}
+    tripped = (Guard.TRIPPED_RETRACTING, Guard.TRIPPED_HOLDING)
+    for (state, cue), to in TRANSITIONS.items():
+        assert state not in tripped or cue is Cue.ACKNOWLEDGE or to in tripped
+
+
+def test_a_trip_latches_until_it_is_acknowledged() -> None:
+    bench = hit(HOLD)
+    guard = bench.supervisor
+    trip = guard.trip
+    assert guard.state is Guard.TRIPPED_HOLDING
+    held = bench.results[-1].command
+    for _ in range(50):
+        done = bench.tick(asked_rad=tuple(q + 1e-3 for q in bench.home_rad))
+        assert done.command == held
+        assert done.intervention is not None
+        assert done.intervention.trip is trip
+    with pytest.raises(FaultLatchedError, match=r"supervisor: stopped by a fault \(force 41.00 N, limit 40 N\)"):
+        guard.begin()
+    guard.acknowledge()
+    assert (guard.state, guard.trip) == (Guard.READY, None)
+    with pytest.raises(LifecycleError, match=r"check\(\) or retreat\(\) is not possible while ready"):
+        bench.tick()
+    guard.begin()
+    assert guard.state is Guard.ACTIVE
+    bench.snapshots.clear()
+    bench.applied = None
+    bench.clean(20)
+
+
+def test_there_is_nothing_to_acknowledge_without_a_trip() -> None:
+    bench = Bench()
+    with pytest.raises(LifecycleError, match=r"acknowledge\(\) is not possible while active; there is no trip"):
+        bench.supervisor.acknowledge()
+    with pytest.raises(LifecycleError):
+        bench.supervisor.retreat(bench.snapshot())
+
+
+def test_a_retraction_that_was_cut_short_can_be_acknowledged() -> None:
+    bench = hit()
+    assert bench.supervisor.retracting
+    bench.supervisor.acknowledge()
+    bench.supervisor.begin()
+    assert bench.supervisor.trip is None
+
+
+def test_a_trial_may_follow_a_trial() -> None:
+    bench = Bench()
+    bench.clean(5, force_N=(0, 0, -20.0))
+    bench.supervisor.begin()
+    bench.snapshots.clear()
+    bench.applied = None
+    bench.clean(5, force_N=(0, 0, 19.0))  # no rate from trial to trial, and ticks from 0 are not late
+
+
+@pytest.mark.parametrize("arm", ARMS)
+def test_it_retracts_straight_back_along_the_tool_axis_and_ends(arm: str) -> None:
+    bench = hit(arm=arm)
+    guard = bench.supervisor
+    assert guard.state is Guard.TRIPPED_RETRACTING
+    ticks = 1
+    while guard.retracting:
+        seen = bench.snapshot()
+        done = guard.retreat(seen)
+        bench.snapshots.append(seen)
+        bench.results.append(done)
+        bench.applied = done.applied(AppliedCommand(done.command.position_rad))
+        ticks += 1
+    assert guard.state is Guard.TRIPPED_HOLDING
+    assert ticks == 105  # 15 mm at 20 mm/s and 140 Hz
+    commands = [bench.home_rad, *(done.command.position_rad for done in bench.results[1:])]
+    kinematics = Kinematics(arm_named(arm), TOOL)
+    kinematics.update(bench.home_rad)
+    axis, rotation = kinematics.tip_rotation[:, 2].copy(), kinematics.tip_rotation.copy()
+    way = tips(bench, commands, arm) - kinematics.tip_position_m
+    along = -way @ axis
+    np.testing.assert_allclose(np.diff(along)[:-1], 20e-3 / 140, rtol=1e-3)
+    assert along[-1] == pytest.approx(15e-3, abs=1e-5)
+    assert np.abs(way + np.outer(along, axis)).max() < 1e-6
+    kinematics.update(commands[-1])
+    np.testing.assert_allclose(kinematics.tip_rotation, rotation, atol=1e-5)
+    reach = kinematics.velocity_limit_rad_s / 140 * (1 + 1e-9)
+    for before, after in pairwise(commands):
+        assert (np.abs(np.array(after) - before) <= reach).all()
+        assert kinematics.within_limits(after)
+    last = bench.results[-1].command
+    assert bench.tick().command == last
+
+
+def test_an_arm_that_is_slower_than_the_retraction_gets_there_all_the_same() -> None:
+    bench = hit()
+    guard, ticks = bench.supervisor, 0
+    while guard.retracting:
+        before = bench.results[-2].command.position_rad if ticks == 0 else bench.here_rad
+        asked = bench.results[-1].command.position_rad
+        slow = tuple(b + 0.6 * (a - b) for a, b in zip(asked, before, strict=True))
+        bench.applied = AppliedCommand(slow, CommandReason.VELOCITY_LIMIT)
+        bench.results.append(guard.retreat(bench.snapshot()))
+        ticks += 1
+    assert 104 <= ticks < 115
+    way = tips(bench, [bench.home_rad, bench.results[-1].command.position_rad])
+    assert np.linalg.norm(way[1] - way[0]) == pytest.approx(15e-3, abs=2e-5)
+
+
+def test_an_arm_that_does_not_move_ends_the_retraction_too() -> None:
+    bench = hit()
+    ticks = 0
+    while bench.supervisor.retracting:
+        bench.applied = AppliedCommand(bench.home_rad, CommandReason.VELOCITY_LIMIT)
+        bench.supervisor.retreat(bench.snapshot())
+        ticks += 1
+    assert ticks < 2 * 105
+
+
+def test_an_arm_that_was_stopped_ends_the_retraction() -> None:
+    bench = hit()
+    for _ in range(10):
+        bench.tick()
+    here = bench.here_rad
+    bench.applied = AppliedCommand(here, CommandReason.STOPPED)
+    done = bench.supervisor.retreat(bench.snapshot())
+    assert done.command.position_rad == here
+    assert bench.supervisor.state is Guard.TRIPPED_HOLDING
+
+
+def test_at_a_joint_limit_it_stays_rather_than_advances() -> None:
+    """Joint 2 stands at its limit, stretched out: the way back needs it to go on."""
+    bench = Bench()
+    lower = bench.supervisor._lower
+    start = (0.0, lower[1], -0.05, 0.0, 0.02, 0.0)
+    bench.tick(measured_rad=start, asked_rad=start, tip_m=None)
+    assert bench.supervisor.trip is None
+    bench.tick(measured_rad=start, asked_rad=start, tip_m=None, **HIT)
+    while bench.supervisor.retracting:
+        bench.tick(measured_rad=start, tip_m=None)
+    kinematics = Kinematics(arm_named("zebra-zero"), TOOL)
+    kinematics.update(start)
+    axis = kinematics.tip_rotation[:, 2].copy()
+    commands = [start, *(done.command.position_rad for done in bench.results[1:])]
+    along = -(tips(bench, commands) - kinematics.tip_position_m) @ axis
+    assert (np.diff(along) > -1e-9).all()
+    assert all(kinematics.within_limits(q) for q in commands)
+
+
+def test_hold_holds_what_the_arm_was_told() -> None:
+    bench = Bench(HOLD)
+    bench.clean(2)
+    asked = tuple(q + 1e-3 for q in bench.home_rad)
+    bench.clean(1, asked_rad=asked)
+    done = bench.tick(asked_rad=tuple(q + 2e-3 for q in bench.home_rad), force_N=(0, 0, -45.0))
+    assert done.command.position_rad == asked
+    assert not bench.supervisor.retracting
+
+
+def test_nobody_commands_an_arm_whose_place_is_not_known() -> None:
+    bench = Bench()
+    with pytest.raises(DeviceError, match="joint encoder: the first sample of the trial is stale, 6 joints"):
+        bench.tick(joints={"validity": Validity.STALE})
+    bench = Bench()
+    with pytest.raises(DeviceError, match="5 joints"):
+        bench.tick(measured_rad=bench.home_rad[:5])
+
+
+def test_a_command_for_another_arm_is_refused() -> None:
+    bench = Bench()
+    with pytest.raises(CommandError, match="a command for 6 joints is needed"):
+        bench.supervisor.check(bench.snapshot(), JointCommand((0.0,) * 5), TOUCHING, None)
+
+
+def test_a_trip_in_the_first_tick_starts_from_where_the_arm_is() -> None:
+    bench = Bench()
+    done = bench.tick(wrench={"validity": Validity.SATURATED})
+    assert bench.supervisor.trip is not None
+    assert (bench.supervisor.trip.reason, bench.supervisor.trip.tick) == (TripReason.SAMPLE_INVALID, 0)
+    assert 0 < max(abs(a - b) for a, b in zip(done.command.position_rad, bench.home_rad, strict=True)) < 1e-3
+
+
+def test_an_arm_that_stands_outside_is_held_at_its_limit() -> None:
+    bench = Bench(HOLD)
+    outside = (0.0, 1.702, -1.42, 0.0, 0.55, 0.0)
+    done = bench.tick(measured_rad=outside, asked_rad=outside, tip_m=None, wrench={"validity": Validity.INVALID})
+    assert done.command.position_rad == (0.0, 1.7, -1.42, 0.0, 0.55, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("arm", "start"),
+    [
+        ("zebra-zero", (0.6455416413843023, 1.5104192492806494, 1.07, 0.8803601274490922, 0.001205, 0.0744262697)),
+        ("ur5", (-1.0726071287070886, 3.141592653589793, 0.026029083, -0.14079576232, -2.2012432293, -0.979531344)),
+    ],
+)
+def test_where_a_limit_and_a_singularity_would_make_it_advance_it_stays(arm: str, start: JointVector) -> None:
+    kinematics = Kinematics(arm_named(arm), TOOL)
+    retreat = Retreat(kinematics, 15e-3, 20e-3, 1 / 140)
+    retreat.start(start)
+    kinematics.update(start)
+    origin, axis = kinematics.tip_position_m.copy(), kinematics.tip_rotation[:, 2].copy()
+    held, way, ticks = start, 0.0, 0
+    while not retreat.finished:
+        held = retreat.step(held)
+        kinematics.update(held)
+        back = float((origin - kinematics.tip_position_m) @ axis)
+        assert back >= way
+        way, ticks = back, ticks + 1
+    assert ticks < 210
+    assert way < 14e-3

@@ -1,0 +1,215 @@
+"""Whatever happens: commands stay finite and within limits, a trip leads only back, and equal snapshots give equal
+results.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from math import isfinite, nan
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from palpate.core.arms import arm_named
+from palpate.core.kinematics import Kinematics
+from palpate.core.supervision import Expectation, Guard, SupervisionConfig, Supervisor
+from palpate.core.task_frame import ExplorationArea
+from palpate.core.values import (
+    AppliedCommand,
+    CommandReason,
+    JointCommand,
+    JointSample,
+    JointVector,
+    Snapshot,
+    Validity,
+    Vector3,
+    WrenchSample,
+)
+from tests.unit.core.fake_world import TOOL, ready_pose
+from tests.unit.core.supervision.bench import BIAS, supervisor
+
+Tick = tuple[Snapshot, JointCommand, Expectation, Vector3 | None]
+
+HOME, _ = ready_pose()
+FREE = Expectation(contact=False)
+ARM = Kinematics(arm_named("zebra-zero"), TOOL)
+LOWER, UPPER = tuple(ARM.lower_rad.tolist()), tuple(ARM.upper_rad.tolist())
+
+TARED = Expectation(contact=True, bias=BIAS)
+EXPECTATIONS = {
+    "untared": Expectation(contact=True),
+    "untared, free": FREE,
+    "free": Expectation(contact=False, bias=BIAS),
+    "exploring": replace(TARED, area=ExplorationArea((0.0, 0.0), 3.5e-3)),
+}
+KINDS = (
+    *("nothing",) * 6, *EXPECTATIONS, "force", "torque", "measured", "asked", "asked", "applied", "limited", "nonsense",
+    "stopped", "invalid wrench", "invalid joints", "repeated", "source time", "late", "tip",
+)  # fmt: skip
+happenings = st.tuples(
+    st.sampled_from(KINDS), st.one_of(st.floats(-1e-2, 1e-2), st.floats(-20, 20), st.floats(-1e300, 1e300))
+)
+
+
+def spoiled(values: tuple[float, ...], number: int, by: float) -> tuple[float, ...]:
+    return tuple(v + by * (i == number % len(values)) for i, v in enumerate(values))
+
+
+def tick_of(number: int, now: int, kind: str, value: float) -> Tick:
+    """The arm creeps and presses a little; one thing happens."""
+
+    def by(*kinds: str) -> float:
+        return value if kind in kinds else 0.0
+
+    q = tuple(h + 1e-3 * number for h in HOME)
+    f, t = spoiled(BIAS[:3], number, by("force")), spoiled(BIAS[3:], number, by("torque"))
+    sequence = number - (kind == "repeated")
+    taken = now - (round(min(max(value, -20), 20) * 1e9) if kind == "source time" else 0)
+    wrench = WrenchSample(
+        (f[0], f[1], f[2]), (t[0], t[1], t[2]), taken, now, sequence,
+        Validity.STALE if kind == "invalid wrench" else Validity.VALID,
+    )  # fmt: skip
+    bad = kind == "invalid joints" and number
+    measured = (nan,) * 6 if bad else spoiled(q, number, by("measured"))
+    joints = JointSample(measured, taken, now, sequence, Validity.INVALID if bad else Validity.VALID)
+    reason = {"limited": CommandReason.VELOCITY_LIMIT, "nonsense": CommandReason.POSITION_LIMIT}.get(
+        kind, CommandReason.STOPPED if kind == "stopped" else CommandReason.AS_ASKED
+    )
+    done = (nan,) * 6 if kind == "nonsense" else spoiled(q, number, by("applied", "limited", "stopped"))
+    x, y, z = spoiled((1e-3, 1e-3, 1e-3), number, by("tip"))
+    return (
+        Snapshot(number, now, wrench, joints, AppliedCommand(done, reason) if number else None),
+        JointCommand(spoiled(tuple(h + 1e-3 * (number + 1) for h in HOME), number, by("asked"))),
+        EXPECTATIONS.get(kind, TARED),
+        None if kind == "nothing" else (x, y, z),
+    )
+
+
+@st.composite
+def streams(draw: st.DrawFn) -> list[Tick]:
+    ticks: list[Tick] = []
+    now = 0
+    for number, (kind, value) in enumerate(draw(st.lists(happenings, min_size=1, max_size=25))):
+        now += 10**9 if kind == "late" else 7_142_857
+        ticks.append(tick_of(number, now, kind, value))
+    return ticks
+
+
+configs = st.sampled_from([SupervisionConfig(), SupervisionConfig(on_trip="hold")])
+
+
+@cache
+def reused(config: SupervisionConfig) -> Supervisor:
+    """One supervisor for all examples: whatever went before must not matter."""
+    return supervisor(config)
+
+
+def begun(config: SupervisionConfig) -> Supervisor:
+    made = reused(config)
+    if made.trip is not None:
+        made.acknowledge()
+    made.begin()
+    return made
+
+
+@settings(max_examples=300)
+@given(streams(), configs)
+def test_every_command_is_finite_and_within_the_joint_limits(ticks: list[Tick], config: SupervisionConfig) -> None:
+    guard = begun(config)
+    latched = None
+    for tick in ticks:
+        done = guard.check(*tick)
+        q = done.command.position_rad
+        assert isfinite(sum(q))
+        assert all(low <= value <= high for low, value, high in zip(LOWER, q, UPPER, strict=True))
+        assert (done.intervention is None) == (q == tick[1].position_rad and guard.trip is None)
+        assert latched is None or guard.trip is latched
+        latched = guard.trip
+        assert (latched is None) == (guard.state is Guard.ACTIVE)
+        assert done.intervention is None or done.intervention.trip is latched
+        assert done.intervention is None or done.intervention.command_rad == q
+
+
+@settings(max_examples=50)
+@given(streams(), configs)
+def test_equal_snapshots_give_equal_results(ticks: list[Tick], config: SupervisionConfig) -> None:
+    old, new = begun(config), supervisor(config)
+    new.begin()
+    for tick in ticks:
+        assert repr(old.check(*tick)) == repr(new.check(*tick))
+        assert old.state is new.state
+
+
+within_limits = st.tuples(*(st.floats(low, high) for low, high in zip(LOWER, UPPER, strict=True)))
+
+
+def along(start_rad: JointVector) -> Any:
+    """How far back along the tool axis of a pose other poses are, in m."""
+    ARM.update(start_rad)
+    origin, axis = ARM.tip_position_m.copy(), ARM.tip_rotation[:, 2].copy()
+
+    def back_m(q: JointVector) -> float:
+        ARM.update(q)
+        return float((origin - ARM.tip_position_m) @ axis)
+
+    return back_m
+
+
+@settings(max_examples=60)
+@given(
+    start=st.one_of(st.tuples(*(st.floats(q - 0.2, q + 0.2) for q in HOME)), within_limits),
+    shares=st.lists(st.one_of(st.just(1.0), st.floats(0.0, 1.0)), min_size=1, max_size=30),
+    stop_at=st.one_of(st.none(), st.integers(1, 60)),
+    config=configs,
+)
+def test_after_a_trip_no_command_advances_the_tip(
+    start: JointVector, shares: list[float], stop_at: int | None, config: SupervisionConfig
+) -> None:
+    """From anywhere, also near limits and singularities, and with an arm that follows as far as it likes."""
+    guard, back_m = begun(config), along(start)
+    command, applied, way, ticks = JointCommand(start), None, 0.0, 0
+    held = start
+    while ticks == 0 or guard.retracting or ticks < 20:
+        now = ticks * 7_142_857
+        wrench = WrenchSample((0.0, 0.0, -50.0), (0.0,) * 3, now, now, ticks, Validity.SATURATED)
+        done = guard.check(Snapshot(ticks, now, wrench, JointSample(start, now, now, ticks), applied), command, FREE)
+        asked = done.command.position_rad
+        assert back_m(asked) >= way - 1e-9
+        share = shares[ticks % len(shares)]
+        reason = CommandReason.AS_ASKED if share == 1.0 else CommandReason.VELOCITY_LIMIT
+        if share == 1.0:
+            held = asked
+        else:
+            held = tuple(h + share * (a - h) for h, a in zip(held, asked, strict=True))
+        if ticks == stop_at:
+            reason = CommandReason.STOPPED
+        applied, way = AppliedCommand(held, reason), back_m(held)
+        ticks += 1
+        assert ticks <= 2 * 105 + 20
+    assert guard.state is Guard.TRIPPED_HOLDING
+
+
+@pytest.mark.parametrize("limit", ["max_force_N", "max_torque_Nm"])
+def test_a_stricter_limit_trips_no_later(limit: str) -> None:
+    found = []
+    for value in (2.0, 4.0, 6.0):
+        strict: dict[str, Any] = {limit: value, "unexpected_contact_N": 1.0}
+        guard = supervisor(SupervisionConfig(**strict))
+        guard.begin()
+        rng = np.random.default_rng(3)
+        for tick in range(2000):
+            now = tick * 7_142_857
+            f, t = rng.normal(0, 0.01 * tick, 3).tolist(), rng.normal(0, 0.01 * tick, 3).tolist()
+            wrench = WrenchSample((f[0], f[1], f[2]), (t[0], t[1], t[2]), now, now, tick)
+            joints = JointSample(HOME, now, now, tick)
+            guard.check(Snapshot(tick, now, wrench, joints), JointCommand(HOME), Expectation(True))
+            if guard.trip is not None:
+                break
+        assert guard.trip is not None
+        found.append(guard.trip.tick)
+    assert found == sorted(found)
+    assert found[0] < found[-1]

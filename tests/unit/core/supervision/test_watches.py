@@ -1,0 +1,249 @@
+"""What builds up over ticks before it trips: rates, lags, silence, motion; and commands that no arm may get."""
+
+from __future__ import annotations
+
+from math import nan
+from typing import Any
+
+import pytest
+
+from palpate.core.supervision import Expectation, SupervisionConfig, TripReason
+from palpate.core.values import AppliedCommand, CommandReason, JointCommand, Validity
+from tests.unit.core.supervision.bench import TOUCHING, UNTARED, Bench
+
+MS = 1_000_000
+
+
+# Rates.
+
+
+def test_the_force_may_change_so_fast_and_no_faster() -> None:
+    bench = Bench()
+    bench.clean(3)
+    bench.clean(1, force_N=(0, 0, -21.4))  # 21.43 N in a period are 3000 N/s
+    bench.tick(force_N=(0, 0.0, 0.1))
+    trip = bench.supervisor.trip
+    assert trip is not None
+    assert (trip.reason, trip.tick) == (TripReason.FORCE_RATE, 4)
+    assert trip.value == pytest.approx(21.5 * 140, rel=1e-6)
+    assert trip.text == "force changed at 3010 N/s, limit 3000 N/s"
+
+
+def test_a_rate_counts_from_new_sample_to_new_sample() -> None:
+    """Two periods lie between the samples; the repeated one in between says nothing."""
+    bench = Bench()
+    bench.clean(3)
+    old = bench.snapshots[-1].wrench
+    bench.clean(1, wrench={"sequence": old.sequence, "source_time_ns": old.source_time_ns})
+    bench.clean(1, force_N=(0, 0, -39.0))
+    bench.tick(force_N=(0, 0, 0.0))
+    assert bench.supervisor.trip is not None
+    assert bench.supervisor.trip.reason is TripReason.FORCE_RATE
+
+
+def test_samples_close_together_do_not_turn_noise_into_a_rate() -> None:
+    bench = Bench()
+    bench.clean(3)
+    last = bench.snapshots[-1].wrench.source_time_ns
+    bench.clean(1, force_N=(0, 0, -10.0), wrench={"source_time_ns": last + 1})  # 10 N in at least 3.57 ms: 2800 N/s
+    bench.tick(force_N=(0, 0, -21.0), wrench={"source_time_ns": last + 2})
+    assert bench.supervisor.trip is not None
+    assert bench.supervisor.trip.reason is TripReason.FORCE_RATE
+    assert bench.supervisor.trip.value == pytest.approx(11.0 * 280, rel=1e-6)
+
+
+# Contact where none is expected, before the sensor is tared.
+
+
+def test_before_taring_contact_is_a_change_since_the_free_phase_began() -> None:
+    free = Expectation(contact=False)
+    bench = Bench()
+    # The arm lifts out of a hole: the force of the first sample goes, and is no contact.
+    for force in (-5.0, -5.0, -2.0, 0.0):
+        bench.clean(1, force_N=(0, 0, force), expectation=UNTARED)
+    bench.clean(3, expectation=free)
+    bench.clean(1, force_N=(0, 0, -2.9), expectation=free)
+    bench.tick(force_N=(0, 0, -3.1), expectation=free)
+    assert bench.supervisor.trip is not None
+    assert bench.supervisor.trip.reason is TripReason.UNEXPECTED_CONTACT
+
+
+def test_every_free_phase_begins_anew() -> None:
+    free = Expectation(contact=False)
+    bench = Bench()
+    bench.clean(2, expectation=free)
+    bench.clean(1, expectation=UNTARED, force_N=(0, 0, -5.0))
+    bench.clean(5, expectation=free, force_N=(0, 0, -5.0))
+    assert bench.supervisor.trip is None
+
+
+# Time.
+
+
+def test_a_tick_may_be_late_and_not_too_late() -> None:
+    def late(bench: Bench, ms: float) -> dict[str, Any]:
+        now = bench.snapshots[-1].time_ns + round(ms * MS)
+        news = {"source_time_ns": now, "receive_time_ns": now}
+        return {"time_ns": now, "wrench": news, "joints": news}
+
+    bench = Bench()
+    bench.clean(3)
+    bench.clean(1, **late(bench, 49.9))
+    bench.tick(**late(bench, 50.1))
+    trip = bench.supervisor.trip
+    assert trip is not None
+    assert (trip.reason, trip.tick) == (TripReason.LATE_CYCLE, 4)
+    assert trip.text == "time since the last tick 50.1 ms, limit 50 ms"
+    bench = Bench()
+    bench.clean(3)
+    bench.tick(**late(bench, -1.0))
+    assert bench.supervisor.trip is not None
+    assert bench.supervisor.trip.reason is TripReason.LATE_CYCLE
+
+
+@pytest.mark.parametrize("which", ["wrench", "joints"])
+def test_a_sensor_may_repeat_itself_fourteen_times(which: str) -> None:
+    bench = Bench(SupervisionConfig())
+    bench.clean(1)
+    bench.clean(14, **{which: {"sequence": 0}})
+    bench.clean(1)
+    bench.clean(14, **{which: {"sequence": 15}})
+    bench.tick(**{which: {"sequence": 15}})
+    trip = bench.supervisor.trip
+    assert trip is not None
+    assert (trip.reason, trip.tick) == (TripReason.SAMPLE_REPEATED, 30)
+    name = "force" if which == "wrench" else "joint"
+    assert trip.text == f"no new {name} sample for 15 ticks, limit 14 ticks"
+
+
+def test_sensors_that_take_turns_are_slow_and_not_dead() -> None:
+    bench = Bench()
+    for tick in range(60):
+        slow = {"wrench": {"sequence": tick // 7}, "joints": {"sequence": tick // 5}}
+        bench.clean(1, **slow)
+
+
+# Joints.
+
+
+def moving(bench: Bench, speed_rad_s: float, ticks: int, joint: int = 0) -> None:
+    """Commands at a steady speed, followed by the arm, until something happens."""
+    for _ in range(ticks):
+        asked = tuple(q + speed_rad_s / 140 * (i == joint) for i, q in enumerate(bench.here_rad))
+        bench.tick(asked_rad=asked)
+
+
+def test_the_fastest_motion_that_the_arm_is_allowed_is_no_fault() -> None:
+    bench = Bench()
+    bench.clean(2)
+    moving(bench, 1.0 - 1e-9, 200)
+    assert bench.supervisor.trip is None
+
+
+def test_a_joint_that_runs_away_trips() -> None:
+    """1.3 rad/s, limit 1.2, from differences over four periods: seen when all of the window is motion."""
+    bench = Bench(SupervisionConfig(max_tracking_error_mrad=500.0, weakened=("max_tracking_error_mrad",)))
+    bench.clean(6)
+    home = bench.home_rad
+    for n in range(1, 20):
+        bench.tick(measured_rad=(home[0] + n * 1.3 / 140, *home[1:]), asked_rad=home)
+        if bench.supervisor.trip is not None:
+            break
+    trip = bench.supervisor.trip
+    assert trip is not None
+    assert (trip.reason, n) == (TripReason.JOINT_VELOCITY, 4)
+    assert trip.value == pytest.approx(1.3, rel=1e-6)
+    assert trip.text == "joint 1 moves at 1.300 rad/s, limit 1.200 rad/s"
+
+
+def test_steps_of_the_encoder_and_repeated_samples_are_no_velocity() -> None:
+    """A step of 20 mrad between two samples would be 2.8 rad/s; over the window it is 0.7."""
+    bench = Bench(SupervisionConfig(max_tracking_error_mrad=500.0, weakened=("max_tracking_error_mrad",)))
+    home = bench.home_rad
+    bench.clean(6)
+    for tick in range(40):
+        step = 20e-3 * (tick // 8)
+        bench.clean(1, measured_rad=(home[0] + step, *home[1:]), asked_rad=home)
+    old = bench.snapshots[-1].joints
+    again = {"source_time_ns": old.source_time_ns}  # a new number on an old time
+    bench.clean(1, measured_rad=(home[0] + 0.2, *home[1:]), asked_rad=home, joints=again)
+
+
+def test_an_arm_may_lag_by_so_many_ticks() -> None:
+    """At 1 rad/s three ticks are 21 mrad: more than the tolerance, and no fault; four ticks and 10 mrad are one."""
+
+    def lagging(lag: int, extra_rad: float) -> Bench:
+        bench = Bench()
+        bench.clean(6)
+        sent = [bench.home_rad] * 6
+        for _ in range(30):
+            measured = sent[-1 - lag]
+            asked = (sent[-1][0] + 0.999 / 140, *sent[-1][1:])
+            bench.tick(measured_rad=(measured[0] - extra_rad, *measured[1:]), asked_rad=asked)
+            sent.append(bench.results[-1].command.position_rad)
+        return bench
+
+    assert lagging(3, 9.9e-3).supervisor.trip is None
+    bad = lagging(3, 10.2e-3).supervisor.trip
+    assert bad is not None
+    assert bad.reason is TripReason.TRACKING_ERROR
+    assert lagging(5, 0.0).supervisor.trip is not None
+
+
+# Commands.
+
+
+def test_a_jump_trips_and_is_not_sent() -> None:
+    bench = Bench()
+    bench.clean(3)
+    home = bench.home_rad
+    done = bench.tick(asked_rad=(home[0] + 0.0501, *home[1:]))
+    trip = bench.supervisor.trip
+    assert trip is not None
+    assert (trip.reason, trip.tick) == (TripReason.COMMAND_JUMP, 3)
+    assert trip.value == pytest.approx(50.1)
+    assert trip.text == "a joint's command jumps by 50.1 mrad, limit 50 mrad"
+    assert abs(done.command.position_rad[0] - home[0]) < 1e-3
+    assert done.intervention is not None
+    assert done.intervention.asked_rad[0] == home[0] + 0.0501
+
+
+@pytest.mark.parametrize("bad", [nan, float("inf"), -float("inf")])
+def test_a_command_that_is_not_finite_trips(bad: float) -> None:
+    bench = Bench()
+    bench.clean(3)
+    asked = JointCommand(bench.home_rad)
+    object.__setattr__(asked, "position_rad", (*bench.home_rad[:5], bad))
+    bench.supervisor.check(bench.snapshot(), asked, TOUCHING, None)
+    trip = bench.supervisor.trip
+    assert trip is not None
+    assert trip.reason is TripReason.COMMAND_NOT_FINITE
+    assert trip.text == "the command has 1 joint angles that are not finite"
+
+
+def test_an_arm_that_says_nonsense_trips() -> None:
+    bench = Bench()
+    bench.clean(3)
+    bench.applied = AppliedCommand((nan,) * 6, CommandReason.VELOCITY_LIMIT)
+    done = bench.tick(measured_rad=bench.home_rad, asked_rad=bench.home_rad)
+    trip = bench.supervisor.trip
+    assert trip is not None
+    assert trip.reason is TripReason.COMMAND_NOT_FINITE
+    assert trip.text == "what the arm says that it applied has 6 joint angles that are not finite"
+    assert done.command.position_rad == pytest.approx(bench.home_rad, abs=1e-3)
+
+
+def test_without_a_tip_there_is_no_place_to_check() -> None:
+    bench = Bench()
+    bench.clean(3, tip_m=None)
+
+
+def test_the_first_cause_is_the_one_that_is_kept() -> None:
+    bench = Bench()
+    bench.clean(3)
+    bench.tick(force_N=(0, 0, -90.0), tip_m=(1.0, 0.0, 0.0))
+    first = bench.supervisor.trip
+    bench.tick(wrench={"validity": Validity.INVALID})
+    assert first is not None
+    assert first.reason is TripReason.FORCE_LIMIT
+    assert bench.supervisor.trip is first
