@@ -25,6 +25,8 @@ RIGS = (("zebra-nmc", "jr3-can"), ("cia402", "jr3-uart"))
 
 
 def times_of(out: Path) -> list[float]:
+    if not (out / "trials.csv").exists():
+        return []
     with (out / "trials.csv").open() as stream:
         return [float(row["exploration_time_s"]) for row in csv.DictReader(stream)]
 
@@ -74,6 +76,7 @@ def main() -> None:
     parser.add_argument("--trials", type=int, default=20)
     parser.add_argument("--seed", type=int, default=500)
     parser.add_argument("--no-sweep", action="store_true")
+    parser.add_argument("--only-sweep", action="store_true")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as name:
         base = Path(name)
@@ -86,7 +89,7 @@ def main() -> None:
             f" median {np.median(reference):.2f} s, mean {reference.mean():.2f} s",
             flush=True,
         )
-        for arm, force in RIGS:
+        for arm, force in () if options.only_sweep else RIGS:
             folder = base / arm
             folder.mkdir()
             words = ("--arm", arm, "--force", force)
@@ -103,8 +106,8 @@ def main() -> None:
             folder.mkdir()
             words = ("--wrist-backlash-deg", backlash)
             inserted, out, problem = run_on_rig(folder, options.policy, options.trials // 2, options.seed, words)
-            times = np.array(times_of(out))
-            tried = len(times)
+            times = np.array(times_of(out) or [np.nan])
+            tried = len(times_of(out))
             print(
                 f"wrist backlash {backlash} deg: {inserted} of {tried} inserted,"
                 f" median {np.median(times):.2f} s {problem}"

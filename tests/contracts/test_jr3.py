@@ -131,7 +131,7 @@ def test_settings_that_cannot_work_are_refused_before_anything_is_opened(setting
 )
 def test_a_port_that_is_not_there_is_the_operator_s_to_mend(maker: Any, settings: dict[str, Any]) -> None:
     sensor = maker(settings, context())
-    with pytest.raises(DeviceError, match=r"cannot be opened.*fault of the operator"):
+    with pytest.raises(DeviceError, match=r"cannot be opened.*the operator's fault"):
         sensor.configure()
     assert sensor.life is Life.CONSTRUCTED
     sensor.close()

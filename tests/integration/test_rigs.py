@@ -136,4 +136,4 @@ def test_devices_that_are_not_there_are_the_operator_s_to_mend(tmp_path: Path) -
     done = palpate("run", "--rig", tmp_path / "rig.toml", "--policy", "torque", "--out", tmp_path / "run")
     assert done.returncode == 1
     assert "/dev/ttyNONE cannot be opened" in done.stderr
-    assert "fault of the operator" in done.stderr
+    assert "the operator's fault" in done.stderr

@@ -8,7 +8,7 @@ from abc import abstractmethod
 from dataclasses import dataclass
 from typing import Final, Protocol
 
-from palpate.adapters.driver_errors import translating
+from palpate.adapters.driver_errors import told, translating
 from palpate.core.errors import CommandError, DeviceError
 from palpate.core.lifecycle import Life, ManagedDevice
 from palpate.core.ports import ArmCommand, Clock, JointEncoder
@@ -156,7 +156,7 @@ class BusArm(ManagedDevice, JointEncoder, ArmCommand):
                 self._sample = JointSample(cycle.position_rad, cycle.time_ns, self._clock.now_ns(), self._cycles)
                 slot = max(slot + 1, (now_ns - start_ns) * CONTROL_RATE_HZ // (_NS * self._divider) + 1)
         except DriverError as error:
-            self._latch(f"{error.problem}; {error.remedy} (fault of the {error.blame.value})")
+            self._latch(told(error))
             self._driver.stop()
         except Exception as error:
             # Whatever it was: without its cycles the arm must not go on.

@@ -4,21 +4,32 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Final
 
 from palpate.core.errors import CommandError, ConfigurationError, DeviceError, LifecycleError, PalpateError
-from palpate.drivers.errors import DriverError, RefusedError, SettingError, StateError
+from palpate.drivers.errors import Blame, DriverError, RefusedError, SettingError, StateError
+
+_WHOSE: Final = {
+    Blame.OPERATOR: "the operator's fault",
+    Blame.CALLER: "our software's fault",
+    Blame.DEVICE: "the device's fault",
+}
+
+
+def told(error: DriverError) -> str:
+    """What happened, what to do, and whose fault it is; without the device's name."""
+    return f"{error.problem}; {error.remedy} ({_WHOSE[error.blame]})"
 
 
 def translated(error: DriverError, device: str) -> PalpateError:
     """The core's error for a driver's."""
-    told = f"{error.problem}; {error.remedy} (fault of the {error.blame.value})"
     if isinstance(error, SettingError):
         return ConfigurationError(device, error.problem, error.remedy)
     if isinstance(error, RefusedError):
         return CommandError(error.problem, error.remedy)
     if isinstance(error, StateError):
         return LifecycleError(device, "in another state", error.problem, error.remedy)
-    return DeviceError(device, told)
+    return DeviceError(device, told(error))
 
 
 @contextmanager

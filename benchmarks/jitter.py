@@ -1,0 +1,289 @@
+"""How late ticks are on a real clock, and whose fault that is.
+
+    python -m benchmarks.jitter --seconds 600 --rig mujoco            the work cell in real time
+    python -m benchmarks.jitter --seconds 600 --rig emulated --rt     devices behind wires, in another process
+    python -m benchmarks.jitter --seconds 600 --rig fake --rate 1000  the fakes, at any rate
+    python -m benchmarks.jitter --cost                                what measuring itself costs
+
+The core's rate is 140 Hz and fixed: ``mujoco`` and ``emulated`` run whole trials at it. ``fake`` runs a loop with the
+same port calls in the same order; its step is what the core does in every tick (samples to the task frame, reference and
+inverse kinematics) on the core's own objects, without phases and decisions.
+"""
+
+from __future__ import annotations
+
+import argparse
+import subprocess
+import sys
+import tempfile
+import time
+from collections import Counter, deque
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from statistics import median
+
+from palpate.adapters.composition import (
+    SimulatedRig,
+    build_perception,
+    build_task,
+    find_approach,
+    find_ready_pose,
+    task_actions,
+)
+from palpate.adapters.config import RunConfig, scenario
+from palpate.adapters.experiment import trial_setup
+from palpate.adapters.fake import FakeArm, FakeClock, FakeForceSensor, FakeJointEncoder
+from palpate.adapters.hardware_rig import HardwareRig
+from palpate.adapters.monotonic_clock import MonotonicClock
+from palpate.adapters.paced_clock import PacedClock
+from palpate.adapters.realtime import RealTime, RealTimeConfig
+from palpate.adapters.rig import Rig
+from palpate.adapters.rig_file import RigFile
+from palpate.adapters.timing import Limits, SlowCore, Stopwatch, ThreadAccount, table, timed, timed_parts
+from palpate.adapters.timing.lateness import LateTick
+from palpate.core.cycle import Ports, run_trial
+from palpate.core.insertion import InsertionTask
+from palpate.core.lifecycle import ManagedDevice
+from palpate.core.policy import RandomWalkPolicy
+from palpate.core.ports import Clock
+from palpate.core.task_config import CONTROL_RATE_HZ
+from palpate.core.values import AppliedCommand, JointCommand, JointVector, Snapshot
+
+NS = 10**9
+PALPATE = [sys.executable, "-m", "palpate.adapters.cli.main"]
+ENDS = 1000
+SHOWN = 10
+
+
+class WatchedPhase(Clock):
+    """Over the clock of a run: ends the run when its time is over, and watches the phase of the schedule."""
+
+    def __init__(self, clock: Clock, rate_Hz: int, seconds: float) -> None:
+        self.clock, self.rate_Hz = clock, rate_Hz
+        self.end_ns = time.monotonic_ns() + round(seconds * NS)
+        self.task: InsertionTask | None = None
+        self.start_ns, self.starting = 0, True
+        self.worst_phase_ns = self.last_slot = 0
+        self.deadline_ns: int | None = None
+        self.first: list[int] = []
+        self.last: deque[int] = deque(maxlen=ENDS)
+
+    @property
+    def over(self) -> bool:
+        return time.monotonic_ns() >= self.end_ns
+
+    def now_ns(self) -> int:
+        now = self.clock.now_ns()
+        if self.starting:
+            self.start_ns, self.starting = now, False
+        elif self.deadline_ns is not None:
+            late = now - self.deadline_ns
+            self.deadline_ns = None
+            self.last.append(late)
+            if len(self.first) < ENDS:
+                self.first.append(late)
+        return now
+
+    def sleep_until(self, deadline_ns: int) -> None:
+        self.last_slot = round((deadline_ns - self.start_ns) * self.rate_Hz / NS)
+        phase = deadline_ns - (self.start_ns + self.last_slot * NS // self.rate_Hz)
+        self.worst_phase_ns = max(self.worst_phase_ns, abs(phase))
+        if self.task is not None and self.over:
+            self.task.interrupt()
+        self.clock.sleep_until(deadline_ns)
+        self.deadline_ns = deadline_ns
+
+
+class OpenTask(InsertionTask):
+    """Lets its parts be timed, and used one tick at a time without phases and decisions."""
+
+    def time_parts(self, stopwatch: Stopwatch) -> None:
+        timed_parts(self._measurement, self._explorer, self._motion, stopwatch)
+
+    def start_at(self, position_rad: JointVector) -> None:
+        self._motion.start(position_rad)
+
+    def plain_step(self, snapshot: Snapshot) -> JointCommand:
+        self._measurement.update(snapshot)
+        return self._motion.move((0.002 if snapshot.tick % 200 < 100 else -0.002, 0.0, 0.0))
+
+
+def open_task(config: RunConfig) -> OpenTask:
+    ready, walk = find_ready_pose(config), RandomWalkPolicy(task_actions(config))
+    task = build_task(config, ready, build_perception(config), walk)
+    task.__class__ = OpenTask
+    assert isinstance(task, OpenTask)
+    return task
+
+
+def fake_ports(clock: Clock, home_rad: JointVector) -> Ports:
+    wide = tuple(abs(q) + 1.0 for q in home_rad)
+    arm = FakeArm(clock, home_rad, lower_rad=tuple(-w for w in wide), upper_rad=wide, max_step_rad=0.1)
+    sensor, encoder = FakeForceSensor(clock), FakeJointEncoder(clock, arm.position_rad)
+    devices: tuple[ManagedDevice, ...] = (sensor, encoder, arm)
+    for device in devices:
+        device.configure()
+        device.activate()
+    return Ports(clock, sensor, encoder, arm)
+
+
+def run_loop(task: OpenTask, ports: Ports, phase: WatchedPhase, most_ticks: int = 1 << 62) -> int:
+    """The loop of ``run_trial`` at any rate, word for word, over a step without phases."""
+    clock, sensor, encoder, arm = ports.clock, ports.force_sensor, ports.joint_encoder, ports.arm
+    applied: AppliedCommand | None = None
+    tick = slot = 0
+    rate_Hz = phase.rate_Hz
+    try:
+        start_ns = clock.now_ns()
+        while tick < most_ticks and not phase.over:
+            clock.sleep_until(start_ns + slot * NS // rate_Hz)
+            time_ns = clock.now_ns()
+            snapshot = Snapshot(tick, time_ns, sensor.read(), encoder.read(), applied)
+            applied = arm.send(task.plain_step(snapshot))
+            tick, slot = tick + 1, max(slot + 1, (time_ns - start_ns) * rate_Hz // NS + 1)
+    finally:
+        arm.stop()
+    return tick
+
+
+def run_trials(config: RunConfig, rig: Rig, ports: Ports, phase: WatchedPhase, task: OpenTask, rt: RealTime) -> None:
+    """Trials until the time is over, in the thread and with the priority of a run."""
+    outcomes: Counter[str] = Counter()
+    trial = 0
+    while not phase.over:
+        rig.prepare(trial)
+        phase.starting, phase.task, phase.deadline_ns = True, task, None
+        with rt.loop():
+            report = run_trial(task, ports, trial_setup(config, trial))
+        outcomes["none" if report.outcome is None else report.outcome.value] += 1
+        trial += 1
+    print(f"{trial} trials: {dict(outcomes)}")
+
+
+@contextmanager
+def emulated_cell(arm: str, force: str) -> Iterator[RigFile]:
+    """Devices behind wires, served by another process."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "rig.toml"
+        words = ["emulate", "--rig-file", str(path), "--arm", arm, "--force", force]
+        cell = subprocess.Popen([*PALPATE, *words], stdout=subprocess.DEVNULL)
+        try:
+            while not path.exists() or "[force_sensor]" not in path.read_text():
+                if cell.poll() is not None:
+                    raise SystemExit("the emulated cell did not start")
+                time.sleep(0.05)
+            yield RigFile.load(path)
+        finally:
+            cell.terminate()
+            cell.wait()
+
+
+def measure(options: argparse.Namespace) -> None:
+    config = scenario("paper")
+    rate = options.rate if options.rig == "fake" else CONTROL_RATE_HZ
+    wishes = RealTimeConfig()
+    if options.rt:
+        wishes = RealTimeConfig(True, options.priority, True, options.cpu, options.garbage)
+    account = ThreadAccount.if_kept()
+    limits = Limits(warn_late_ns=round(options.late_ms * 1e6), warm_up_ticks=wishes.warm_up_ticks)
+    late: deque[LateTick | SlowCore] = deque(maxlen=SHOWN)
+    stopwatch = Stopwatch(limits, rate_Hz=rate, account=account, tell=late.append)
+    task = open_task(config)
+    if not options.bare:
+        task.time_parts(stopwatch)
+    with RealTime(wishes) as rt:
+        for grant in rt.grants:
+            print(grant)
+
+        def watch(ports: Ports) -> tuple[Ports, WatchedPhase]:
+            ports = ports if options.bare else timed(ports, stopwatch)
+            phase = WatchedPhase(ports.clock, rate, options.seconds)
+            return replace(ports, clock=phase), phase
+
+        if options.rig == "fake":
+            home = tuple(find_ready_pose(config).q_rad.tolist())
+            ports, phase = watch(fake_ports(MonotonicClock(), home))
+            task.start_at(home)
+            with rt.loop():
+                run_loop(task, ports, phase)
+        elif options.rig == "mujoco":
+            with SimulatedRig(config, find_ready_pose(config)) as rig:
+                ports, phase = watch(replace(rig.ports, clock=PacedClock(rig.cell)))
+                run_trials(config, rig, ports, phase, task, rt)
+        else:
+            ready = find_ready_pose(config)
+            with (
+                emulated_cell(options.arm, options.force) as file,
+                HardwareRig(file, config, find_approach(config, ready)) as hardware,
+            ):
+                ports, phase = watch(hardware.ports)
+                run_trials(config, hardware, ports, phase, task, rt)
+    report(stopwatch, phase, late)
+
+
+def report(stopwatch: Stopwatch, phase: WatchedPhase, late: deque[LateTick | SlowCore]) -> None:
+    print(table(stopwatch))
+    for tick in late:
+        print(f"  {tick}")
+    first, last = median(phase.first) * 1e-3, median(phase.last) * 1e-3
+    print(
+        f"phase of the schedule: at most {phase.worst_phase_ns} ns off (last slot {phase.last_slot});"
+        f" median lateness of the first {len(phase.first)} ticks {first:.1f} us, of the last {len(phase.last)}"
+        f" {last:.1f} us"
+    )
+
+
+def cost(ticks: int = 20_000, rounds: int = 5) -> None:
+    """The loop over the fakes in virtual time, with and without a stopwatch."""
+    config = scenario("paper")
+    home = tuple(find_ready_pose(config).q_rad.tolist())
+    best: dict[str, float] = {}
+    for _ in range(rounds):
+        for name in ("bare", "timed", "timed, with the kernel's account"):
+            task, ports = open_task(config), fake_ports(FakeClock(), home)
+            task.start_at(home)
+            if name != "bare":
+                account = ThreadAccount.if_kept() if "account" in name else None
+                stopwatch = Stopwatch(Limits(1 << 40, 0, 1 << 40), account=account)
+                ports = timed(ports, stopwatch)
+                task.time_parts(stopwatch)
+            phase = WatchedPhase(ports.clock, CONTROL_RATE_HZ, 3600.0)
+            run_loop(task, ports, phase, 200)
+            for device in (ports.force_sensor, ports.joint_encoder, ports.arm):
+                device.deactivate()
+                device.activate()
+            begin = time.thread_time_ns()
+            run_loop(task, ports, phase, ticks)
+            us = (time.thread_time_ns() - begin) * 1e-3 / ticks
+            best[name] = min(us, best.get(name, us))
+    for name, us in best.items():
+        print(f"{name}: {us:.2f} us a tick, {us - best['bare']:+.2f} us")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seconds", type=float, default=600.0)
+    parser.add_argument("--rate", type=int, default=CONTROL_RATE_HZ, help="ticks per second of the fakes")
+    parser.add_argument("--rig", choices=("mujoco", "emulated", "fake"), default="mujoco")
+    parser.add_argument("--arm", default="zebra-nmc", help="emulated arm")
+    parser.add_argument("--force", default="jr3-can", help="emulated force sensor")
+    parser.add_argument("--late-ms", type=float, default=1.0, help="a tick later than this is looked into")
+    parser.add_argument("--rt", action="store_true", help="ask for SCHED_FIFO and locked memory")
+    parser.add_argument("--priority", type=int, default=50)
+    parser.add_argument("--cpu", type=int, default=-1, help="with --rt: keep the loop on this CPU")
+    parser.add_argument("--garbage", default="as is", help="with --rt: as is, frozen or off")
+    parser.add_argument("--bare", action="store_true", help="without section timing and causes")
+    parser.add_argument("--cost", action="store_true", help="measure what measuring costs, and nothing else")
+    options = parser.parse_args()
+    if options.rig != "fake" and options.rate != CONTROL_RATE_HZ:
+        parser.error(f"the core runs at {CONTROL_RATE_HZ} Hz; other rates are for the fakes")
+    if options.cost:
+        cost()
+    else:
+        measure(options)
+
+
+if __name__ == "__main__":
+    main()
