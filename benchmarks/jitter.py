@@ -6,8 +6,8 @@
     python -m benchmarks.jitter --cost                                what measuring itself costs
 
 The core's rate is 140 Hz and fixed: ``mujoco`` and ``emulated`` run whole trials at it. ``fake`` runs a loop with the
-same port calls in the same order; its step is what the core does in every tick (samples to the task frame, reference and
-inverse kinematics) on the core's own objects, without phases and decisions.
+same port calls in the same order; its step is what the core does in every tick (samples to the task frame, reference
+and inverse kinematics) on the core's own objects, without phases and decisions.
 """
 
 from __future__ import annotations

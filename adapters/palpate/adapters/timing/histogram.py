@@ -45,6 +45,7 @@ class Histograms:
 
     def __init__(self, columns: int) -> None:
         self._bins = np.zeros((columns, _BINS), np.int64)
+        self._flat = self._bins.reshape(-1)
         self._count, self._sum, self._max = (np.zeros(columns, np.int64) for _ in range(3))
         self._offset = np.arange(columns, dtype=np.int64) * _BINS
 
@@ -55,8 +56,7 @@ class Histograms:
             times_ns: One row per tick, one column per distribution, none negative.
             there: Which of them count, of the same shape.
         """
-        flat = (bins_of(times_ns) + self._offset)[there]
-        self._bins += np.bincount(flat, minlength=self._bins.size).reshape(self._bins.shape)
+        np.add.at(self._flat, (bins_of(times_ns) + self._offset)[there], 1)
         kept = times_ns * there
         self._count += there.sum(axis=0)
         self._sum += kept.sum(axis=0)

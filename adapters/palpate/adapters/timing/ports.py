@@ -25,6 +25,7 @@ class TimedClock(Clock):
 
     def __init__(self, clock: Clock, stopwatch: Stopwatch) -> None:
         self._clock, self._stopwatch = clock, stopwatch
+        self._now, self._spent = stopwatch.now_ns, stopwatch.spent
         self._deadline_ns: int | None = None
 
     def now_ns(self) -> int:
@@ -33,19 +34,17 @@ class TimedClock(Clock):
         Raises:
             DeviceError: The tick that begins is later than the stopwatch's limits allow.
         """
-        stopwatch = self._stopwatch
-        before = stopwatch.mark(_CLOCK)
-        try:
-            now = self._clock.now_ns()
-            deadline, self._deadline_ns = self._deadline_ns, None
-            if deadline is not None:
-                stopwatch.begun(deadline, now)
-            elif not stopwatch.in_tick:
-                # Asked outside of any tick: a loop takes the time from which its slots are counted.
-                stopwatch.schedule_begins()
-            return now
-        finally:
-            stopwatch.mark(before)
+        begin = self._now()
+        time_ns = self._clock.now_ns()
+        self._spent[_CLOCK] += self._now() - begin
+        deadline = self._deadline_ns
+        if deadline is not None:
+            self._deadline_ns = None
+            self._stopwatch.begun(deadline, time_ns)
+        elif not self._stopwatch.in_tick:
+            # Asked outside of any tick: a loop takes the time from which its slots are counted.
+            self._stopwatch.schedule_begins()
+        return time_ns
 
     def sleep_until(self, deadline_ns: int) -> None:
         """See :class:`Clock`."""
@@ -56,7 +55,7 @@ class TimedClock(Clock):
 
 
 class TimedForceSensor(DeviceDecorator, ForceSensor):
-    """Charges readings to a section.
+    """Charges readings to a section. One that fails is not charged: it ends the trial.
 
     Args:
         sensor: The sensor.
@@ -66,19 +65,18 @@ class TimedForceSensor(DeviceDecorator, ForceSensor):
 
     def __init__(self, sensor: ForceSensor, stopwatch: Stopwatch, section: int = _FORCE) -> None:
         super().__init__(sensor)
-        self._read, self._mark, self._section = sensor.read, stopwatch.mark, section
+        self._read, self._now, self._spent, self._section = sensor.read, stopwatch.now_ns, stopwatch.spent, section
 
     def read(self) -> WrenchSample:
         """See :class:`ForceSensor`."""
-        before = self._mark(self._section)
-        try:
-            return self._read()
-        finally:
-            self._mark(before)
+        begin = self._now()
+        sample = self._read()
+        self._spent[self._section] += self._now() - begin
+        return sample
 
 
 class TimedJointEncoder(DeviceDecorator, JointEncoder):
-    """Charges readings to a section.
+    """Charges readings to a section. One that fails is not charged: it ends the trial.
 
     Args:
         encoder: The encoder.
@@ -88,15 +86,14 @@ class TimedJointEncoder(DeviceDecorator, JointEncoder):
 
     def __init__(self, encoder: JointEncoder, stopwatch: Stopwatch, section: int = _JOINTS) -> None:
         super().__init__(encoder)
-        self._read, self._mark, self._section = encoder.read, stopwatch.mark, section
+        self._read, self._now, self._spent, self._section = encoder.read, stopwatch.now_ns, stopwatch.spent, section
 
     def read(self) -> JointSample:
         """See :class:`JointEncoder`."""
-        before = self._mark(self._section)
-        try:
-            return self._read()
-        finally:
-            self._mark(before)
+        begin = self._now()
+        sample = self._read()
+        self._spent[self._section] += self._now() - begin
+        return sample
 
 
 class TimedArm(DeviceDecorator, ArmCommand):
@@ -111,18 +108,18 @@ class TimedArm(DeviceDecorator, ArmCommand):
     def __init__(self, arm: ArmCommand, stopwatch: Stopwatch, section: int = _SEND) -> None:
         super().__init__(arm)
         self._arm, self._stopwatch = arm, stopwatch
-        self._send, self._mark, self._section = arm.send, stopwatch.mark, section
+        self._send, self._now, self._spent, self._section = arm.send, stopwatch.now_ns, stopwatch.spent, section
 
     def send(self, command: JointCommand) -> AppliedCommand:
         """See :class:`ArmCommand`."""
-        before = self._mark(self._section)
-        try:
-            return self._send(command)
-        finally:
-            self._mark(before)
+        begin = self._now()
+        applied = self._send(command)
+        self._spent[self._section] += self._now() - begin
+        return applied
 
     def stop(self) -> None:
         """See :class:`ArmCommand`."""
+        # First of all the arm.
         try:
             self._arm.stop()
         finally:
@@ -139,23 +136,20 @@ class RecordingClock(Clock):
     """
 
     def __init__(self, clock: Clock, stopwatch: Stopwatch) -> None:
-        self._clock, self._mark = clock, stopwatch.mark
+        self._clock, self._stopwatch = clock, stopwatch
+        self._now, self._spent = stopwatch.now_ns, stopwatch.spent
 
     def now_ns(self) -> int:
         """See :class:`Clock`."""
-        before = self._mark(_RECORD)
-        try:
-            return self._clock.now_ns()
-        finally:
-            self._mark(before)
+        begin = self._now()
+        time_ns = self._clock.now_ns()
+        self._spent[_RECORD] += self._now() - begin
+        return time_ns
 
     def sleep_until(self, deadline_ns: int) -> None:
         """See :class:`Clock`."""
-        before = self._mark(_RECORD)
-        try:
-            self._clock.sleep_until(deadline_ns)
-        finally:
-            self._mark(before)
+        self._clock.sleep_until(deadline_ns)
+        self._stopwatch.recorder_woke()
 
 
 def timed(ports: Ports, stopwatch: Stopwatch) -> Ports:

@@ -33,5 +33,5 @@ NAMES: Final = (
 )  # fmt: skip
 """Names of the columns."""
 
-CORE: Final = (Section.PERCEIVE, Section.DECIDE, Section.CONTROL, Section.REST)
-"""What the core spends; the loop itself, a microsecond or two, is in it."""
+CORE: Final = (Section.PERCEIVE, Section.DECIDE, Section.CONTROL)
+"""What the core's parts spend."""

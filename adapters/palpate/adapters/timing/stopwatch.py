@@ -12,32 +12,44 @@ import numpy as np
 from palpate.adapters.timing.attribution import Attribution, Cause, ThreadAccount, attribute
 from palpate.adapters.timing.histogram import Histograms, Spread
 from palpate.adapters.timing.lateness import LateTick, Limits, SlowCore
-from palpate.adapters.timing.sections import BUSY, COLUMNS, CORE, LATE, SECTIONS, Section
+from palpate.adapters.timing.sections import BUSY, COLUMNS, CORE, LATE, Section
 from palpate.core.errors import DeviceError
 from palpate.core.task_config import CONTROL_RATE_HZ
 
 _NS: Final = 1_000_000_000
-_BATCH: Final = 64
+_BATCH: Final = 128
 """Ticks that are taken over into the distributions at once: one by one that would cost several times as much."""
 _KEPT: Final = 256
 """The newest ticks of which is kept that they were late."""
-_PERCEIVE, _DECIDE, _CONTROL, _REST = CORE
+_NEVER_NS: Final = 1 << 62
+_CLOCK, _FORCE, _JOINTS, _SEND, _RECORD = (
+    int(section) for section in (Section.CLOCK, Section.FORCE, Section.JOINTS, Section.SEND, Section.RECORD)
+)
+_INNER: Final = [_CLOCK, _FORCE, _JOINTS, _SEND]
+"""What a recorder's decorators hold inside."""
+_CLAIMED: Final = [int(section) for section in (*CORE, Section.RECORD)]
+"""What remains of a tick after these and the ports is the rest."""
+_NOTHING: Final = (0,) * COLUMNS
 
 
 class Stopwatch:
-    """Knows at any time which section runs, and charges time to it until the next mark.
+    """Adds up what each section of a tick takes.
 
-    Sections may nest; each is charged its own time only, so that together they make up the tick. A tick lasts from
-    waking to the next sleep, or to the arm's stop. For one thread.
+    A tick lasts from waking to the next sleep, or to the arm's stop; what no section claims is the rest. For one
+    thread. Decorators add to ``spent`` directly, because in every tick each call more is felt.
 
     Args:
         limits: How late is too late.
         rate_Hz: Ticks per second, for counting skipped slots.
-        account: The kernel's account of the thread; None leaves causes unknown.
+        account: The kernel's account of the thread, read in every tick before the loop sleeps; None leaves causes
+            unknown.
         tell: Is told of what exceeds a limit to warn of.
         now_ns: Time, for the sections.
 
     Attributes:
+        spent: The running tick so far, by column, ns. The one of recording includes the ports underneath.
+        now_ns: Time, for the sections.
+        in_tick: Whether a tick is under way.
         ticks: Ticks that were timed, those of the warm-up included.
         skipped_slots: Slots of the schedule that went by without a tick.
         late_ticks: How many ticks were later than the limit to warn of, by cause.
@@ -55,65 +67,56 @@ class Stopwatch:
         now_ns: Callable[[], int] = time.perf_counter_ns,
     ) -> None:
         self.limits = limits if limits is not None else Limits()
-        self.rate_Hz = rate_Hz
+        self.rate_Hz, self.now_ns = rate_Hz, now_ns
+        self.spent = [0] * COLUMNS
+        self.in_tick = False
         self.ticks = self.skipped_slots = self.slow_cores = 0
         self.late_ticks = dict.fromkeys(Cause, 0)
         self.newest_late: deque[LateTick] = deque(maxlen=_KEPT)
-        self._account, self._tell, self._now_ns = account, tell, now_ns
+        self._account, self._tell = account, tell
         self._warm_up = self.limits.warm_up_ticks
         # Whichever is exceeded first makes the tick worth a closer look.
         watched = [limit for limit in (self.limits.warn_late_ns, self.limits.stop_late_ns) if limit]
-        self._look_ns = min(watched) if watched else 1 << 62
-        self._core_ns = self.limits.warn_core_ns or 1 << 62
+        self._look_ns = min(watched) if watched else _NEVER_NS
+        self._core_ns = self.limits.warn_core_ns
         self._histograms = Histograms(COLUMNS)
-        self._spent = [0] * COLUMNS
         self._rows = [0] * (COLUMNS * _BATCH)
         self._filled = 0
-        self._section = int(Section.REST)
-        self._last_ns = self._slept_ns = now_ns()
+        self._begun_ns = self._slept_ns = now_ns()
         self._deadline_ns: int | None = None
-        self._in_tick = False
+        self._no_skip_ns = _NS * 3 // (2 * rate_Hz)
         self._before = self._account_now = (0, 0) if account is None else account.read()
 
     # What the decorators tell.
 
-    def mark(self, section: int) -> int:
-        """From now on time is this section's; returns the one that it was, to go back to."""
-        now = self._now_ns()
-        before = self._section
-        self._spent[before] += now - self._last_ns
-        self._last_ns = now
-        self._section = section
-        return before
-
     def tick_ends(self) -> None:
         """The loop goes to sleep, or is over."""
-        now = self._slept_ns = self._now_ns()
+        self._slept_ns = now = self.now_ns()
+        if self.in_tick:
+            self.in_tick = False
+            self.ticks += 1
+            if self.ticks > self._warm_up:
+                spent = self.spent
+                spent[BUSY] = now - self._begun_ns
+                if self._core_ns:
+                    self._look_at_core(spent)
+                start = self._filled
+                self._filled = end = start + COLUMNS
+                self._rows[start:end] = spent
+                if end == COLUMNS * _BATCH:
+                    self._fold()
         if self._account is not None:
             self._before, self._account_now = self._account_now, self._account.read()
-        if not self._in_tick:
-            return
-        self._in_tick = False
-        spent = self._spent
-        spent[self._section] += now - self._last_ns
-        self.ticks += 1
-        if self.ticks > self._warm_up:
-            core = spent[_PERCEIVE] + spent[_DECIDE] + spent[_CONTROL] + spent[_REST]
-            if core > self._core_ns:
-                self.slow_cores += 1
-                if self._tell is not None:
-                    self._tell(SlowCore(self.ticks - 1, core))
-            start = self._filled
-            self._filled = end = start + COLUMNS
-            self._rows[start:end] = spent
-            if end == COLUMNS * _BATCH:
-                self._fold()
 
     def tick_begins(self) -> None:
         """The loop has woken."""
-        self._in_tick = True
-        self._spent = [0] * COLUMNS
-        self._last_ns = self._now_ns()
+        self.in_tick = True
+        self.spent[:] = _NOTHING
+        self._begun_ns = self.now_ns()
+
+    def recorder_woke(self) -> None:
+        """What a recorder did between the loop's waking and now was recording."""
+        self.spent[_RECORD] += self.now_ns() - self._begun_ns
 
     def schedule_begins(self) -> None:
         """A new trial: its slots have nothing to do with those of the one before."""
@@ -125,19 +128,13 @@ class Stopwatch:
         Raises:
             DeviceError: Later than the limit to stop at.
         """
-        late = time_ns - deadline_ns
-        self._spent[LATE] = late
+        self.spent[LATE] = late = time_ns - deadline_ns
         last, self._deadline_ns = self._deadline_ns, deadline_ns
-        if last is not None:
+        if last is not None and deadline_ns - last > self._no_skip_ns:
             # Deadlines are rounded to whole nanoseconds; half a slot more makes the quotient whole again.
             self.skipped_slots += ((deadline_ns - last) * self.rate_Hz + _NS // 2) // _NS - 1
         if late > self._look_ns and self.ticks >= self._warm_up:
             self._look_at(late, time_ns)
-
-    @property
-    def in_tick(self) -> bool:
-        """Whether a tick is under way."""
-        return self._in_tick
 
     # What comes of it.
 
@@ -157,13 +154,21 @@ class Stopwatch:
         if limits.stop_late_ns and late_ns > limits.stop_late_ns:
             raise DeviceError("control loop", f"{tick}; {limits.stop_late_ns * 1e-6:g} ms are allowed")
 
+    def _look_at_core(self, spent: list[int]) -> None:
+        ports = spent[_RECORD] or spent[_CLOCK] + spent[_FORCE] + spent[_JOINTS] + spent[_SEND]
+        core = spent[BUSY] - ports
+        if core > self._core_ns:
+            self.slow_cores += 1
+            if self._tell is not None:
+                self._tell(SlowCore(self.ticks - 1, core))
+
     def _attribute(self, late_ns: int) -> Attribution:
         if self._account is None:
             return Attribution(Cause.UNKNOWN, 0, 0, late_ns)
         run, delay = self._account.read()
         run_asleep, delay_asleep = run - self._account_now[0], delay - self._account_now[1]
         # The deadline may have passed before the loop even came to sleep.
-        asleep = self._last_ns - self._slept_ns
+        asleep = self._begun_ns - self._slept_ns
         overrun = max(late_ns - asleep, 0)
         delay_at_work = min(overrun, self._account_now[1] - self._before[1])
         # A clock may work while it seems to sleep: one that drives a simulation does.
@@ -174,7 +179,10 @@ class Stopwatch:
             return
         times = np.array(self._rows[: self._filled], np.int64).reshape(-1, COLUMNS)
         self._filled = 0
-        times[:, BUSY] = times[:, :SECTIONS].sum(axis=1)
+        inner = times[:, _INNER].sum(axis=1)
+        recorded = times[:, _RECORD] > 0
+        times[:, _RECORD] -= np.where(recorded, inner, 0)
+        times[:, Section.REST] = times[:, BUSY] - inner - times[:, _CLAIMED].sum(axis=1)
         there = times > 0
         there[:, BUSY] = there[:, LATE] = True
         self._histograms.add(np.maximum(times, 0), there)

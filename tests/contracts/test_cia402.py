@@ -1,0 +1,129 @@
+"""The adapter of the CiA 402 arm keeps the contracts of encoder and arm, over virtual CAN, against emulated drives."""
+
+from __future__ import annotations
+
+import time
+from itertools import count
+from typing import Any
+
+import numpy as np
+import pytest
+
+from palpate.adapters.bus_arm import BusArm
+from palpate.adapters.cia402_ports import make_cia402
+from palpate.adapters.monotonic_clock import MonotonicClock
+from palpate.adapters.plugins import RigContext
+from palpate.core.arms import arm_named
+from palpate.core.contracts import ArmCommandContract, ArmCommandRig, JointEncoderContract, JointEncoderRig
+from palpate.core.errors import ConfigurationError
+from palpate.core.lifecycle import Life
+from palpate.simulation.emulators.can_bus_server import VirtualBusServer
+from palpate.simulation.emulators.can_wire import CanWire
+from palpate.simulation.emulators.canopen_node import CanopenDrive
+from palpate.simulation.emulators.direct_motors import DirectMotors
+
+pytestmark = pytest.mark.xdist_group("real time")
+
+CHANNELS = count()
+HOME = (0.1, -0.2, 0.3)
+LOWER, UPPER = (-1.0,) * 3, (1.0, 1.0, 0.4)
+SCALE = (30_000.0, -20_000.0, 10_000.0)
+DIVIDER = 2
+
+
+class Following(DirectMotors):
+    """Motors whose joints stand at their set-points at once."""
+
+    def set_motor_counts(self, axis: int, counts: float) -> None:
+        super().set_motor_counts(axis, counts)
+        self.measured_rad(self.targets_rad())
+
+
+class Bench:
+    """An adapter and the drives that it talks to."""
+
+    def __init__(self) -> None:
+        self.motors = Following(SCALE, HOME)
+        self.drives = [CanopenDrive(axis + 1, self.motors, axis) for axis in range(3)]
+        channel = f"cia402-contract-{next(CHANNELS)}"
+        self.server = VirtualBusServer(CanWire(self.drives, generator=np.random.default_rng(0)), channel)
+        self.server.start()
+        time.sleep(0.05)  # the drives boot
+        self.clock = MonotonicClock()
+        context = RigContext(self.clock, arm_named("zebra-zero"), LOWER, UPPER, (1.0,) * 3)
+        table: dict[str, Any] = {
+            "interface": "virtual", "channel": channel, "nodes": [1, 2, 3], "counts_per_rad": list(SCALE),
+            "divider": DIVIDER, "patience": 5.0, "max_age_ms": 200.0,
+        }  # fmt: skip
+        arm = make_cia402(table, context).arm
+        assert isinstance(arm, BusArm)
+        self.arm = arm
+
+    def advance(self, ticks: int) -> None:
+        # The arm's own ticks, one bus cycle each, and half a cycle for a machine that is late.
+        time.sleep((ticks + 0.5) * DIVIDER / 140)
+
+    def fail(self) -> None:
+        """A drive fails; returns when the adapter has noticed."""
+        self.server.do(lambda now_ns: self.drives[0].fail(0x4210))
+        deadline = time.monotonic() + 5.0
+        while self.arm.life is not Life.FAULTED and time.monotonic() < deadline:
+            time.sleep(0.005)
+
+
+class TestCia402Encoder(JointEncoderContract):
+    def make(self) -> JointEncoderRig:
+        bench = Bench()
+        return JointEncoderRig(
+            device=bench.arm,
+            clock=bench.clock,
+            advance=bench.advance,
+            max_age_ns=250_000_000,
+            joints=3,
+            expected_rad=HOME,
+            tolerance_rad=2e-4,
+            arm=bench.arm,
+            provoke_fault=bench.fail,
+            dispose=bench.server.close,
+            runs_by_itself=True,
+        )
+
+
+class TestCia402Arm(ArmCommandContract):
+    def make(self) -> ArmCommandRig:
+        bench = Bench()
+        return ArmCommandRig(
+            device=bench.arm,
+            clock=bench.clock,
+            advance=bench.advance,
+            home_rad=HOME,
+            lower_rad=LOWER,
+            upper_rad=UPPER,
+            fast_step_rad=0.1,
+            position_rad=bench.motors.targets_rad,
+            tolerance_rad=2e-4,
+            settle_ticks=10,
+            limit_ticks=100,
+            provoke_fault=bench.fail,
+            dispose=bench.server.close,
+            runs_by_itself=True,
+        )
+
+
+@pytest.mark.parametrize(
+    ("settings", "field"),
+    [
+        ({}, "arm.counts_per_rad"),
+        ({"nodes": [1, 2]}, "arm.nodes"),
+        ({"counts_per_rad": [1e4] * 3, "mode": "torque"}, "arm.mode"),
+        ({"counts_per_rad": [0.0] * 3}, "arm"),
+        ({"counts_per_rad": [1e4] * 3, "nodes": [1, 1, 2]}, "arm"),
+        ({"counts_per_rad": [1e4] * 3, "bitrate": 10_000}, "arm"),
+        ({"counts_per_rad": [1e4] * 3, "patience": 0.0}, "arm.patience"),
+    ],
+)
+def test_settings_that_cannot_work_are_refused(settings: dict[str, Any], field: str) -> None:
+    context = RigContext(MonotonicClock(), arm_named("zebra-zero"), LOWER, UPPER, (1.0,) * 3)
+    with pytest.raises(ConfigurationError) as told:
+        make_cia402({"nodes": [1, 2, 3], **settings}, context)
+    assert told.value.field == field

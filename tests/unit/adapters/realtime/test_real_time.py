@@ -1,0 +1,177 @@
+"""Wishes are granted or refused in words, held where they belong, and given back."""
+
+from __future__ import annotations
+
+import errno
+import gc
+import os
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+
+import pytest
+
+from palpate.adapters.realtime import Grant, Kernel, RealTime, RealTimeConfig, request
+
+ALL = RealTimeConfig(scheduling=True, priority=7, lock_memory=True, cpu=1, garbage_collection="off")
+FIFO, FLAG = 1, 0x4000_0000
+
+
+class FakeKernel(Kernel):
+    """A kernel that keeps book, and refuses what it is told to."""
+
+    def __init__(self, *refused: str, limit_bytes: float = float("inf")) -> None:
+        self.refused, self.limit_bytes = set(refused), limit_bytes
+        self.policy, self.at, self.cpus, self.locked = 0, 0, frozenset((0, 1)), False
+
+    def scheduling(self) -> tuple[int, int]:
+        return self.policy, self.at
+
+    def set_scheduling(self, policy: int, priority: int) -> None:
+        self._ask("scheduling" if policy & 0xFF else "ordinary")
+        if self.policy & FLAG and not policy & FLAG:
+            self._ask("flag")
+        self.policy, self.at = policy, priority
+
+    def fifo(self, priority: int) -> None:
+        self.set_scheduling(FIFO | FLAG, priority)
+
+    def affinity(self) -> frozenset[int]:
+        return self.cpus
+
+    def set_affinity(self, cpus: frozenset[int]) -> None:
+        self._ask("affinity", errno.EINVAL)
+        self.cpus = cpus
+
+    def lock_memory(self) -> None:
+        self._ask("memory", errno.ENOMEM)
+        self.locked = True
+
+    def unlock_memory(self) -> None:
+        self.locked = False
+
+    def may_lock_any_amount(self) -> bool:
+        return self.limit_bytes == float("inf")
+
+    def memory_limit_bytes(self) -> float:
+        return self.limit_bytes
+
+    def priority_limit(self) -> float:
+        return 0.0
+
+    def _ask(self, what: str, number: int = errno.EPERM) -> None:
+        if what in self.refused:
+            raise OSError(number, os.strerror(number))
+
+
+@pytest.fixture(autouse=True)
+def _garbage_is_collected() -> Iterator[None]:
+    yield
+    assert gc.isenabled()
+
+
+def test_without_wishes_nothing_happens() -> None:
+    kernel = FakeKernel("scheduling", "memory", "affinity")
+    assert request(RealTimeConfig(), kernel) == []
+
+
+def test_what_is_granted_is_held_where_it_belongs_and_given_back() -> None:
+    kernel = FakeKernel()
+    with RealTime(ALL, kernel) as real_time:
+        assert [grant.granted for grant in real_time.grants] == [True] * 4
+        # What is started here, as a log's writer or a bus's thread is, inherits neither priority nor CPU.
+        assert (kernel.policy, kernel.cpus, kernel.locked) == (0, {0, 1}, True)
+        for _ in range(2):
+            with real_time.loop():
+                assert (kernel.policy, kernel.at, kernel.cpus) == (FIFO | FLAG, 7, {1})
+                assert not gc.isenabled()
+            assert (kernel.policy, kernel.cpus) == (0, {0, 1})
+            assert gc.isenabled()
+    assert not kernel.locked
+
+
+def test_a_trial_that_fails_gives_everything_back() -> None:
+    kernel = FakeKernel()
+
+    def fail() -> None:
+        with RealTime(ALL, kernel) as real_time, real_time.loop():
+            raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        fail()
+    assert (kernel.policy, kernel.cpus, kernel.locked) == (0, {0, 1}, False)
+
+
+@pytest.mark.parametrize(
+    ("what", "number", "reason", "remedy"),
+    [
+        ("scheduling", 0, "operation not permitted", "CAP_SYS_NICE"),
+        ("affinity", 1, "invalid argument", "0, 1"),
+        ("memory", 2, "cannot allocate memory", "CAP_IPC_LOCK"),
+    ],
+)
+def test_a_refusal_is_told_with_what_would_help_and_the_rest_goes_on(
+    what: str, number: int, reason: str, remedy: str
+) -> None:
+    kernel = FakeKernel(what)
+    with RealTime(ALL, kernel) as real_time, real_time.loop():
+        refused = real_time.grants[number]
+        assert [grant.granted for grant in real_time.grants].count(False) == 1
+    assert not refused.granted
+    assert refused.reason == reason
+    assert remedy in refused.remedy
+    assert "\n" not in str(refused)
+
+
+def test_memory_is_not_locked_under_a_limit_that_a_later_allocation_would_meet() -> None:
+    kernel = FakeKernel(limit_bytes=8192.0 * 1024)
+    grants = request(RealTimeConfig(lock_memory=True), kernel)
+    assert [grant.granted for grant in grants] == [False]
+    assert "8192 KiB" in grants[0].reason
+
+
+def test_a_flag_that_may_not_be_taken_off_stays_and_the_priority_goes() -> None:
+    kernel = FakeKernel("flag")
+    with RealTime(RealTimeConfig(scheduling=True), kernel) as real_time, real_time.loop():
+        pass
+    assert kernel.policy == FLAG
+
+
+def test_frozen_objects_are_thawed() -> None:
+    with RealTime(RealTimeConfig(garbage_collection="frozen"), FakeKernel()):
+        assert gc.get_freeze_count() > 0
+    assert gc.get_freeze_count() == 0
+
+
+def test_a_grant_reads_as_a_line() -> None:
+    assert str(Grant("a", True)) == "granted: a"
+    assert str(Grant("a", False, "b", "c")) == "refused: a: b; c"
+
+
+def test_the_system_itself_is_asked_without_an_error() -> None:
+    before = Kernel().scheduling(), Kernel().affinity()
+    grants = request(RealTimeConfig(scheduling=True, priority=1, cpu=min(Kernel().affinity())))
+    assert len(grants) == 2
+    assert (Kernel().scheduling()[1], Kernel().affinity()) == (before[0][1], before[1])
+
+
+def test_a_cpu_that_is_not_there_is_refused() -> None:
+    (grant,) = request(RealTimeConfig(cpu=4000))
+    assert not grant.granted
+
+
+def test_what_the_loop_starts_does_not_inherit_its_priority() -> None:
+    with RealTime(RealTimeConfig(scheduling=True, priority=1)) as real_time:
+        if not real_time.grants[0].granted:
+            pytest.skip("this user may not use real-time scheduling")
+        seen: list[int] = []
+        with real_time.loop():
+            assert os.sched_getscheduler(0) == os.SCHED_FIFO | os.SCHED_RESET_ON_FORK
+            thread = threading.Thread(target=lambda: seen.append(os.sched_getscheduler(0)))
+            thread.start()
+            thread.join()
+            child = [sys.executable, "-c", "import os; print(os.sched_getscheduler(0))"]
+            seen.append(int(subprocess.run(child, check=True, capture_output=True).stdout))
+        assert seen == [os.SCHED_OTHER] * 2
+        assert os.sched_getscheduler(0) & 0xFF == os.SCHED_OTHER
