@@ -43,7 +43,13 @@ class PacedClock(Clock):
         """See :class:`Clock`."""
         cell, now = self._cell, self.now_ns()
         if now - cell.time_ns > _MADE_UP_NS:
-            cell.set_ticks(now * CONTROL_RATE_HZ // _NS)
-        while (cell.ticks + 1) * _NS // CONTROL_RATE_HZ <= deadline_ns:
+            cell.set_ticks(_newest_tick(now))
+        last = _newest_tick(deadline_ns)
+        while cell.ticks < last:
             cell.advance()
         self._real.sleep_until(deadline_ns - self._offset_ns)
+
+
+def _newest_tick(time_ns: int) -> int:
+    """The last of the cell's ticks whose time, rounded down to whole nanoseconds, is not after this one."""
+    return ((time_ns + 1) * CONTROL_RATE_HZ - 1) // _NS

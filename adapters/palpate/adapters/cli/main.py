@@ -21,6 +21,7 @@ commands:
   check-adapter  try the contract of a port on an adapter of your own
   emulate        serve the simulated cell behind emulated serial and CAN wires
   doctor         examine the devices of a rig, and say how to mend what is wrong
+  faults         trials in which something goes wrong on purpose, and what came of each
   version        versions of palpate and of what its results depend on
 
 palpate COMMAND --help tells the options of each. To begin: palpate train
@@ -44,6 +45,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "check-adapter": _check_adapter,
         "emulate": _emulate,
         "doctor": _doctor,
+        "faults": _faults,
         "version": _version,
     }
     if not words or words[0] in ("-h", "--help"):
@@ -152,6 +154,15 @@ def _emulate(words: Sequence[str]) -> int:
     from palpate.adapters.cli.emulate import emulate
 
     return emulate(options)
+
+
+def _faults(words: Sequence[str]) -> int:
+    from palpate.adapters.cli.options import FaultsOptions, parse
+
+    options = parse(FaultsOptions, "faults", words)
+    from palpate.adapters.cli.faults import faults
+
+    return faults(options)
 
 
 def _version(words: Sequence[str]) -> int:

@@ -178,6 +178,30 @@ class EmulateOptions:
     """Latency timer of an emulated USB adapter on the serial lines; 16 is usual, 1 a good setting."""
 
 
+@dataclass(frozen=True)
+class FaultsOptions:
+    """Trials in which every kind of fault strikes in every phase, and a table of what came of it.
+
+    Exit code 0: every fault was tolerable, or stopped in time with a readable log; 1: one was not.
+    """
+
+    run: Flat = field(default_factory=RunConfig)
+    seeds: int = 1
+    """Seeds; each gives every fault in every phase, at a tick of its own."""
+    rig: str = ""
+    """Rig file: run on its devices in real time instead of in the simulator."""
+    most: int = 0
+    """Make only so many of the runs, spread evenly; 0 makes all."""
+    supervisor: bool = True
+    """Whether the supervisor stands between the task and the arm; without it the campaign should fail."""
+    out: str = ""
+    """CSV file with a line for every run; it must not be there yet."""
+    jobs: int = 0
+    """Processes in the simulator; 0 takes one per core."""
+    config: str = ""
+    """TOML file with any of the settings below (a run.toml too); flags win over it."""
+
+
 def parse(kind: type[T], command: str, arguments: Sequence[str]) -> T:
     """The options on a command line, over those of ``--config``, over those of the scenario.
 

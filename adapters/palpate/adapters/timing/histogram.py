@@ -70,7 +70,7 @@ class Histograms:
         below = np.cumsum(self._bins[column])
         ranks = [max(1, int(np.ceil(share * count))) for share in (0.5, 0.99, 0.999)]
         median, p99, p999 = (min(_middle_ns(int(np.searchsorted(below, rank))), float(longest)) for rank in ranks)
-        return Spread(count, float(self._sum[column] / count), median, p99, p999, longest)
+        return Spread(count, int(self._sum[column]) / count, median, p99, p999, longest)
 
 
 def bins_of(times_ns: Whole) -> Whole:

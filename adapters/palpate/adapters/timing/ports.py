@@ -97,7 +97,7 @@ class TimedJointEncoder(DeviceDecorator, JointEncoder):
 
 
 class TimedArm(DeviceDecorator, ArmCommand):
-    """Charges commands to a section; a stop ends the tick that is under way.
+    """Charges commands to a section; a stop ends the tick that is under way, and is no part of it.
 
     Args:
         arm: The arm.
@@ -119,12 +119,13 @@ class TimedArm(DeviceDecorator, ArmCommand):
 
     def stop(self) -> None:
         """See :class:`ArmCommand`."""
-        # First of all the arm.
+        # First of all the arm; bringing a real one to rest takes a while.
+        begin = self._now()
         try:
             self._arm.stop()
         finally:
             if self._stopwatch.in_tick:
-                self._stopwatch.tick_ends()
+                self._stopwatch.tick_ends(begin)
 
 
 class RecordingClock(Clock):

@@ -17,7 +17,7 @@ from palpate.core.errors import DeviceError
 from palpate.core.task_config import CONTROL_RATE_HZ
 
 _NS: Final = 1_000_000_000
-_BATCH: Final = 128
+_BATCH: Final = 512
 """Ticks that are taken over into the distributions at once: one by one that would cost several times as much."""
 _KEPT: Final = 256
 """The newest ticks of which is kept that they were late."""
@@ -89,9 +89,9 @@ class Stopwatch:
 
     # What the decorators tell.
 
-    def tick_ends(self) -> None:
-        """The loop goes to sleep, or is over."""
-        self._slept_ns = now = self.now_ns()
+    def tick_ends(self, at_ns: int | None = None) -> None:
+        """The loop goes to sleep, or is over; now, or since then by the stopwatch's time."""
+        self._slept_ns = now = self.now_ns() if at_ns is None else at_ns
         if self.in_tick:
             self.in_tick = False
             self.ticks += 1

@@ -1,0 +1,204 @@
+"""One run of the campaign: a trial, a fault in it, and what came of both."""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from palpate.adapters.campaign.variants import Variant
+from palpate.adapters.composition import ReadyPose, build_perception, build_supervisor, build_task
+from palpate.adapters.config import RunConfig
+from palpate.adapters.experiment import score, trial_setup, truth_fields
+from palpate.adapters.faults.ports import faulty
+from palpate.adapters.faults.schedule import Delivery
+from palpate.adapters.log.reader import TrialLog, assemble, sound_messages
+from palpate.adapters.log.records import CallEntry
+from palpate.adapters.policies import comparator
+from palpate.adapters.recording.sinks import MemorySink
+from palpate.adapters.recording.trials import TrialRecorder
+from palpate.adapters.rig import Rig
+from palpate.core.arms import arm_named
+from palpate.core.cycle import run_trial
+from palpate.core.errors import LogError, PalpateError
+from palpate.core.insertion import InsertionTask
+from palpate.core.kinematics import Kinematics, ToolGeometry
+from palpate.core.supervision import Supervisor
+from palpate.core.trial import Outcome, Phase
+
+PHASES: Final = (Phase.TRANSFER, Phase.SETTLE, Phase.APPROACH, Phase.EXPLORE, Phase.INSERT)
+"""Phases that take time in every trial, and so can have a fault in them."""
+HARDWARE_LIMIT_N: Final = 60.0
+"""A true force above this counts as damage: the paper's sensor saturates there, and so may a real one."""
+_POLICY: Final = "torque"
+_FAULT_CALL: Final = "fault"
+
+
+class Class(enum.Enum):
+    """What a run shows about its fault."""
+
+    TOLERABLE = "tolerable"
+    DETECTED = "detected"
+    UNOBSERVABLE = "unobservable"
+    FAILED = "FAILED"
+
+
+@dataclass(frozen=True)
+class FaultRun:
+    """What came of one run.
+
+    Attributes:
+        variant: Name of the fault.
+        phase: In which phase it was to strike.
+        seed: Seed of trial and fault.
+        delivered: Whether it struck at all; a trial may end before.
+        outcome: How the trial ended, or the error that ended it.
+        ticks_to_stop: From the delivery to the last tick; None when the trial ended in the ordinary way.
+        peak_force_N: Largest true force; the measured one where nobody knows the truth.
+        damage: A true force above ``HARDWARE_LIMIT_N``, or a joint outside its limits.
+        log_intact: The log is sound, and tells of the fault.
+        verdict: What it shows.
+    """
+
+    variant: str
+    phase: str
+    seed: int
+    delivered: bool
+    outcome: str
+    ticks_to_stop: int | None
+    peak_force_N: float
+    damage: bool
+    log_intact: bool
+    verdict: Class
+
+
+class Bench:
+    """A rig on which the campaign runs trial after trial.
+
+    Args:
+        config: The run's configuration.
+        ready: The ready pose.
+        rig: Entered already.
+        supervised: False lets every command through: to show what the supervisor is good for.
+    """
+
+    def __init__(self, config: RunConfig, ready: ReadyPose, rig: Rig, *, supervised: bool) -> None:
+        self.config, self._ready, self._rig, self._supervised = config, ready, rig, supervised
+        kinematics = Kinematics(arm_named(config.arm), ToolGeometry())
+        self._lower, self._upper = kinematics.lower_rad.tolist(), kinematics.upper_rad.tolist()
+
+    def windows(self, seed: int) -> dict[Phase, range]:
+        """When the phases of the trial of this seed run, without any fault."""
+        task, _ = self._parts()
+        self._rig.prepare(seed)
+        report = run_trial(task, self._rig.ports, trial_setup(self.config, seed))
+        begins = [(Phase(event.detail), event.tick) for event in report.events if event.name == "phase"]
+        ends = [tick for _, tick in begins[1:]] + [report.ticks]
+        return {phase: range(tick, end) for (phase, tick), end in zip(begins, ends, strict=True) if end > tick}
+
+    def run(self, variant: Variant, phase: Phase, tick: int, seed: int) -> FaultRun:
+        """One trial with a fault from this tick on."""
+        task, supervisor = self._parts()
+        sink, deliveries = MemorySink(), list[Delivery]()
+        error: PalpateError | None = None
+        with TrialRecorder(lambda: sink, Path("."), self.config.recording) as recorder:
+            policy = comparator(_POLICY, self.config, lambda: (0.0, 0.0))
+            perception = build_perception(RunConfig(task=self.config.task))
+            recorder.of("faults", self.config, self._ready, task, perception, policy, name=_POLICY)
+
+            def tell(delivery: Delivery) -> None:
+                deliveries.append(delivery)
+                entry = CallEntry(
+                    tick=recorder.flight.tick,
+                    port=delivery.port,
+                    call=_FAULT_CALL,
+                    text=f"{delivery.kind}: {delivery.text}",
+                )
+                recorder.flight.call(entry)
+
+            self._rig.prepare(seed)
+            setup = trial_setup(self.config, seed)
+            bad = faulty(self._rig.ports, [variant.at(tick, seed)], tell)
+            ports = recorder.begin(setup, bad, self._rig.world(), "run")
+            try:
+                report = run_trial(task, ports, setup, supervisor)
+                scored = score(self.config, report, self._rig.truth())
+                recorder.end(report, truth_fields(scored))
+            except PalpateError as caught:
+                error = caught
+                recorder.fail(task.report, caught)
+        return self._judged(variant, phase, seed, deliveries, task, supervisor, error, sink.logs)
+
+    def _parts(self) -> tuple[InsertionTask, Supervisor | None]:
+        config = self.config
+        policy = comparator(_POLICY, config, lambda: (0.0, 0.0))
+        task = build_task(config, self._ready, build_perception(RunConfig(task=config.task)), policy)
+        return task, build_supervisor(config) if self._supervised else None
+
+    def _judged(
+        self,
+        variant: Variant,
+        phase: Phase,
+        seed: int,
+        deliveries: Sequence[Delivery],
+        task: InsertionTask,
+        supervisor: Supervisor | None,
+        error: PalpateError | None,
+        logs: Sequence[bytes],
+    ) -> FaultRun:
+        log = read_back(logs)
+        report, truth = task.report, self._rig.truth()
+        peak_N = report.peak_force_N if truth is None else truth.peak_force_N
+        damage = peak_N > HARDWARE_LIMIT_N or (log is not None and self._left_limits(log))
+        told = [] if log is None else [call.tick for call in log.calls if call.call == _FAULT_CALL]
+        intact = log is not None and log.end is not None and len(told) == len(deliveries)
+        stop = _stop_tick(log, supervisor, report.outcome, error, report.ticks - 1)
+        outcome = type(error).__name__ if error is not None else report.outcome.value if report.outcome else ""
+        ticks = None if stop is None or not told else max(stop - told[0], 0)
+        verdict = _verdict(variant, ticks, damage=damage, intact=intact)
+        return FaultRun(
+            variant.name, phase.value, seed, bool(deliveries), outcome, ticks, peak_N, damage, intact, verdict
+        )
+
+    def _left_limits(self, log: TrialLog) -> bool:
+        return any(
+            not low <= q <= high
+            for record in log.records()
+            if record.applied is not None
+            for q, low, high in zip(record.applied.position_rad, self._lower, self._upper, strict=True)
+        )
+
+
+def read_back(logs: Sequence[bytes]) -> TrialLog | None:
+    """The log of the run; None when it cannot be read."""
+    try:
+        return assemble("run", logs[0], list(sound_messages("run", logs[0])))
+    except (LogError, IndexError):
+        return None
+
+
+def _stop_tick(
+    log: TrialLog | None, supervisor: Supervisor | None, outcome: Outcome | None, error: PalpateError | None, last: int
+) -> int | None:
+    """The tick in which the trial was stopped for a fault; None when it ended in the ordinary way."""
+    if supervisor is not None and supervisor.trip is not None:
+        return supervisor.trip.tick
+    if error is not None:
+        return last if log is None else max(len(log.ticks) - 1, 0)
+    if outcome in (Outcome.SENSOR_FAULT, Outcome.STOPPED, Outcome.FORCE_LIMIT):
+        return last
+    return None
+
+
+def _verdict(variant: Variant, ticks: int | None, *, damage: bool, intact: bool) -> Class:
+    """A stop in time counts as detected even when it could not prevent the damage; that is told beside."""
+    if not intact:
+        return Class.FAILED
+    if ticks is None:
+        if variant.hidden:
+            return Class.UNOBSERVABLE
+        return Class.FAILED if damage else Class.TOLERABLE
+    patience = variant.patience_ticks
+    return Class.FAILED if patience is not None and ticks > patience else Class.DETECTED

@@ -1,0 +1,46 @@
+"""``palpate faults``."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+
+from tqdm import tqdm
+
+from palpate.adapters.campaign.campaign import cases, run_cases
+from palpate.adapters.campaign.runs import Class, FaultRun
+from palpate.adapters.campaign.table import as_csv, summary, table
+from palpate.adapters.cli.notices import tell_weakened
+from palpate.adapters.cli.options import FaultsOptions
+from palpate.core.checks import require_in
+from palpate.core.errors import OutputError
+
+
+def faults(options: FaultsOptions) -> int:
+    """Run the campaign; 0 if no run failed, else 1."""
+    require_in("seeds", options.seeds, 1, 100_000)
+    require_in("most", options.most, 0, 10_000_000)
+    require_in("jobs", options.jobs, 0, 1024)
+    out = Path(options.out) if options.out else None
+    if out is not None and os.path.lexists(out):
+        raise OutputError(options.out, "is there already", "name another file with --out")
+    tell_weakened(options.run)
+    chosen = cases(options.run, options.seeds, options.most)
+    runs: list[FaultRun] = []
+    with tqdm(total=len(chosen), unit="run", file=sys.stderr) as bar:
+        for part in run_cases(
+            options.run,
+            chosen,
+            rig_file=options.rig,
+            supervised=options.supervisor,
+            jobs=options.jobs or os.cpu_count() or 1,
+        ):
+            runs += part
+            bar.update(len(part))
+    sys.stdout.write(table(runs) + "\n" + summary(runs))
+    if out is not None:
+        temporary = out.with_name(f".{out.name}.tmp")
+        temporary.write_text(as_csv(runs), encoding="utf-8")
+        os.replace(temporary, out)
+    return 1 if any(run.verdict is Class.FAILED for run in runs) else 0
