@@ -62,13 +62,18 @@ class WatchedPhase(Clock):
 
     def __init__(self, clock: Clock, rate_Hz: int, seconds: float) -> None:
         self.clock, self.rate_Hz = clock, rate_Hz
-        self.end_ns = time.monotonic_ns() + round(seconds * NS)
+        self.seconds = seconds
+        self.begin()
         self.task: InsertionTask | None = None
         self.start_ns, self.starting = 0, True
         self.worst_phase_ns = self.last_slot = 0
         self.deadline_ns: int | None = None
         self.first: list[int] = []
         self.last: deque[int] = deque(maxlen=ENDS)
+
+    def begin(self) -> None:
+        """The run's time counts from now."""
+        self.end_ns = time.monotonic_ns() + round(self.seconds * NS)
 
     @property
     def over(self) -> bool:
@@ -154,6 +159,9 @@ def run_trials(config: RunConfig, rig: Rig, ports: Ports, phase: WatchedPhase, t
     trial = 0
     while not phase.over:
         rig.prepare(trial)
+        if trial == 0:
+            # The way to the ready pose does not count.
+            phase.begin()
         phase.starting, phase.task, phase.deadline_ns = True, task, None
         with rt.loop():
             report = run_trial(task, ports, trial_setup(config, trial))

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 from math import isfinite
 from typing import Final
 
+from palpate.adapters.realtime.config import RealTimeConfig
 from palpate.core.checks import require_in, require_one_of, require_whole
 from palpate.core.errors import ConfigurationError
 from palpate.core.perception.channels import CHANNELS
@@ -136,6 +137,27 @@ class RecordingConfig:
 
 
 @dataclass(frozen=True)
+class AdmissionConfig:
+    """What a trial's timing must be like for it to count. In the simulator every trial is admitted."""
+
+    max_late_ms: float = 20.0
+    """Longest time by which a tick may begin late."""
+    max_late_share: float = 0.05
+    """Share of ticks that may begin more than a millisecond late."""
+    max_skipped_share: float = 0.02
+    """Share of the schedule's slots that may go by without a tick."""
+    max_repeated_share: float = 0.9
+    """Share of ticks in which a sensor may have nothing new; an arm's bus at half the rate has half."""
+    learn_from_marked: bool = False
+    """Learn from trials that are not admitted, too."""
+
+    def __post_init__(self) -> None:
+        require_in("admission.max_late_ms", self.max_late_ms, 0.1, 10_000.0)
+        for name in ("max_late_share", "max_skipped_share", "max_repeated_share"):
+            require_in(f"admission.{name}", getattr(self, name), 0.0, 1.0)
+
+
+@dataclass(frozen=True)
 class RunConfig:
     """Everything that a run depends on, apart from package versions."""
 
@@ -152,6 +174,8 @@ class RunConfig:
     learning: LearningConfig = field(default_factory=LearningConfig)
     recording: RecordingConfig = field(default_factory=RecordingConfig)
     supervision: SupervisionConfig = field(default_factory=SupervisionConfig)
+    admission: AdmissionConfig = field(default_factory=AdmissionConfig)
+    real_time: RealTimeConfig = field(default_factory=RealTimeConfig)
 
     def __post_init__(self) -> None:
         require_one_of("scenario", self.scenario, tuple(SCENARIOS))

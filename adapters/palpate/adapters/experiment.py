@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from dataclasses import dataclass
 from math import dist
 from typing import Any
 
-from palpate.adapters.config import RunConfig
+from palpate.adapters.beat import Beat
+from palpate.adapters.config import AdmissionConfig, RunConfig
 from palpate.adapters.recording.trials import TrialRecorder, trial_name
 from palpate.adapters.rig import Rig
 from palpate.core.cycle import run_trial
@@ -32,11 +34,13 @@ class ScoredTrial:
         truth: What really happened; None where nobody knows.
         success: Inserted to full depth, in the hole and not beside the plate, the true peak force below the limit;
             without a truth, what the core takes for it.
+        marked: Why its timing does not count; empty for an admitted trial.
     """
 
     report: TrialReport
     truth: Truth | None
     success: bool
+    marked: str = ""
 
 
 def trial_setup(config: RunConfig, trial: int) -> TrialSetup:
@@ -57,6 +61,7 @@ def run_scored_trial(
     recorder: TrialRecorder | None = None,
     first: int = 0,
     supervisor: Supervisor | None = None,
+    beat: Beat | None = None,
 ) -> ScoredTrial:
     """Prepare the world, run one trial over the ports, and score it.
 
@@ -68,14 +73,19 @@ def run_scored_trial(
         recorder: Records it; it already knows what the trials are trials of.
         first: Index of the trial that is number 0 in the run's own count.
         supervisor: Stands between the core and the arm.
+        beat: Keeps it in time; None where time waits.
     """
     rig.prepare(trial)
-    setup, ports = trial_setup(config, trial), rig.ports
+    setup, ports = trial_setup(config, trial), rig.ports if beat is None else beat.timed(rig.ports)
+    loop = nullcontext() if beat is None else beat.loop()
     if recorder is None:
-        return score(config, run_trial(task, ports, setup, supervisor), rig.truth())
+        with loop:
+            return score(config, run_trial(task, ports, setup, supervisor), rig.truth())
     ports = recorder.begin(setup, ports, rig.world(), trial_name(trial - first))
+    ports = ports if beat is None else beat.timed_recording(ports)
     try:
-        report = run_trial(task, ports, setup, supervisor)
+        with loop:
+            report = run_trial(task, ports, setup, supervisor)
     except BaseException as error:
         recorder.fail(task.report, error)
         raise
@@ -86,15 +96,16 @@ def run_scored_trial(
 
 def score(config: RunConfig, report: TrialReport, truth: Truth | None) -> ScoredTrial:
     """Hold the core's account against the truth."""
+    marked = objections(report, config.admission)
     if truth is None:
-        return ScoredTrial(report, None, report.outcome is Outcome.INSERTED)
+        return ScoredTrial(report, None, report.outcome is Outcome.INSERTED, marked)
     success = (
         report.outcome is Outcome.INSERTED
         and dist(truth.tip_in_task_m[:2], truth.hole_in_task_m[:2]) < _BESIDE_M + config.cell.peg.clearance_mm * 1e-3
         and truth.depth_m >= config.task.insertion_depth_mm * 1e-3 - FULL_DEPTH_TOLERANCE_M
         and truth.peak_force_N < config.task.max_force_N
     )
-    return ScoredTrial(report, truth, success)
+    return ScoredTrial(report, truth, success, marked)
 
 
 def truth_fields(scored: ScoredTrial) -> dict[str, Any]:
@@ -108,6 +119,21 @@ def truth_fields(scored: ScoredTrial) -> dict[str, Any]:
         "true_tip_in_task_m": scored.truth.tip_in_task_m,
         "true_hole_in_task_m": scored.truth.hole_in_task_m,
     }
+
+
+def objections(report: TrialReport, config: AdmissionConfig) -> str:
+    """Why a trial's timing does not count; empty when it does."""
+    timing, ticks = report.timing, max(report.ticks, 1)
+    found = []
+    if timing.worst_late_ns > config.max_late_ms * 1e6:
+        found.append(f"a tick was {timing.worst_late_ns * 1e-6:.1f} ms late")
+    if timing.late_ticks > config.max_late_share * ticks:
+        found.append(f"{timing.late_ticks / ticks:.0%} of the ticks were late")
+    if timing.skipped_slots > config.max_skipped_share * (ticks + timing.skipped_slots):
+        found.append(f"{timing.skipped_slots} slots were skipped")
+    if timing.repeated_samples > config.max_repeated_share * ticks:
+        found.append(f"{timing.repeated_samples / ticks:.0%} of the ticks had no new sample")
+    return "; ".join(found)
 
 
 def require_sound(scored: ScoredTrial) -> None:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Sequence
 from contextlib import ExitStack
 from math import dist
+from pathlib import Path
 from types import TracebackType
 from typing import Any, Final, Self
 
@@ -13,6 +15,9 @@ from palpate.adapters.monotonic_clock import MonotonicClock
 from palpate.adapters.plugins import RigContext, arm_maker, force_sensor_maker
 from palpate.adapters.rig import Rig, World
 from palpate.adapters.rig_file import RigFile
+from palpate.adapters.watchdogs.guard import GuardedArm
+from palpate.adapters.watchdogs.operator_stop import OperatorSources, OperatorStop
+from palpate.adapters.watchdogs.trip import Trip
 from palpate.core.arms import arm_named
 from palpate.core.cycle import Ports, next_slot, tick_time_ns
 from palpate.core.errors import DeviceError
@@ -37,6 +42,7 @@ class HardwareRig(Rig):
 
     Attributes:
         ports: What the core runs over.
+        operator: Stops the arm at a person's word.
     """
 
     def __init__(self, file: RigFile, config: RunConfig, approach_rad: Sequence[JointVector]) -> None:
@@ -50,7 +56,15 @@ class HardwareRig(Rig):
         )
         sensor = force_sensor_maker(file.force_sensor.adapter)(file.force_sensor.settings, context)
         adapter = arm_maker(file.arm.adapter)(file.arm.settings, context)
-        self.ports = Ports(context.clock, sensor, adapter.encoder, adapter.arm)
+        table = file.operator
+        sources = OperatorSources(
+            keys=table.keys,
+            file=Path(table.file) if table.file else None,
+            socket=Path(table.socket) if table.socket else None,
+        )
+        self._devices = (sensor, adapter.encoder, adapter.arm)
+        self.operator = OperatorStop(adapter.arm, context.clock, sources, tell=_tell)
+        self.ports = Ports(context.clock, sensor, adapter.encoder, GuardedArm(adapter.arm, [self.operator]))
         self._file, self._approach, self._limit_N = file, approach_rad, config.task.max_force_N
         self._at_ready = False
 
@@ -87,12 +101,13 @@ class HardwareRig(Rig):
 
     def __enter__(self) -> Self:
         with ExitStack() as opened:
-            devices = {id(d): d for d in (self.ports.force_sensor, self.ports.joint_encoder, self.ports.arm)}
+            devices = {id(device): device for device in self._devices}
             for device in devices.values():
                 opened.callback(device.close)
                 device.configure()
             for device in devices.values():
                 device.activate()
+            opened.enter_context(self.operator)
             self._opened = opened.pop_all()
         return self
 
@@ -101,6 +116,10 @@ class HardwareRig(Rig):
     ) -> None:
         self.ports.arm.stop()
         self._opened.close()
+
+
+def _tell(trip: Trip) -> None:
+    sys.stderr.write(f"\npalpate: the arm was stopped by a {trip.source}: {trip.text}\n")
 
 
 def move_joints(ports: Ports, target_rad: JointVector, speed_rad_s: float, limit_N: float) -> None:

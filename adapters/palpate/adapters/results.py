@@ -46,6 +46,7 @@ class TrialRow:
     hole_y_mm: float | None
     ticks: int
     temperature: float | None
+    marked: str
 
     @classmethod
     def of(cls, scored: ScoredTrial, first: int = 0) -> TrialRow:
@@ -72,6 +73,7 @@ class TrialRow:
             hole_y_mm=None if truth is None else round(truth.hole_in_task_m[1] * 1e3, 6) + 0.0,
             ticks=report.ticks,
             temperature=report.temperature,
+            marked=scored.marked,
         )
 
     @classmethod

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from types import FrameType
 from typing import Any, Final
 
+from palpate.adapters.beat import Beat
 from palpate.adapters.composition import ReadyPose, build_supervisor, build_task
 from palpate.adapters.config import RunConfig
 from palpate.adapters.experiment import ScoredTrial, require_sound, run_scored_trial
@@ -101,6 +102,7 @@ class Trainer:
         policy: Has a learner.
         next_trial: The first trial to run.
         recorder: Records every trial; None records none.
+        beat: Keeps trials in time; None where time waits.
     """
 
     def __init__(
@@ -113,6 +115,7 @@ class Trainer:
         policy: Policy,
         next_trial: int = 0,
         recorder: TrialRecorder | None = None,
+        beat: Beat | None = None,
     ) -> None:
         learner = learner_of(policy)
         if learner is None:
@@ -122,7 +125,7 @@ class Trainer:
         self._perception_dict = perception_to_dict(perception)
         self._task = build_task(config, ready, perception, policy)
         self._supervisor = build_supervisor(config)
-        self._recorder = recorder
+        self._recorder, self._beat = recorder, beat
         if recorder is not None:
             recorder.of("train", config, ready, self._task, perception, policy, frozen=False)
         self.next_trial = next_trial
@@ -138,13 +141,21 @@ class Trainer:
             while self.next_trial < trials and not self.interrupted:
                 before, ticks = self._learner.get_state(), self._rig.clock_ticks
                 scored = run_scored_trial(
-                    self._config, self._rig, self._task, self.next_trial, self._recorder, supervisor=self._supervisor
+                    self._config,
+                    self._rig,
+                    self._task,
+                    self.next_trial,
+                    self._recorder,
+                    supervisor=self._supervisor,
+                    beat=self._beat,
                 )
                 if scored.report.outcome is Outcome.INTERRUPTED:
                     self._learner.set_state(before)
                     self._rig.set_clock_ticks(ticks)
                     break
                 require_sound(scored)
+                if scored.marked and not self._config.admission.learn_from_marked:
+                    self._learner.set_state(before)
                 self._folder.append_trial(scored)
                 self.next_trial += 1
                 self.checkpoint()
@@ -209,6 +220,7 @@ def run_policy(
     trials: int,
     on_trial: Callable[[ScoredTrial], None],
     recorded: Recorded | None = None,
+    beat: Beat | None = None,
 ) -> list[TrialRow]:
     """Run a policy that does not learn; returns early on Ctrl-C with the trials that were finished."""
     recorder = None if recorded is None else recorded.recorder
@@ -230,7 +242,7 @@ def run_policy(
     with interrupting(end):
         for trial in range(trials):
             scored = run_scored_trial(
-                config, rig, task, FIRST_EVALUATION_TRIAL + trial, recorder, FIRST_EVALUATION_TRIAL, supervisor
+                config, rig, task, FIRST_EVALUATION_TRIAL + trial, recorder, FIRST_EVALUATION_TRIAL, supervisor, beat
             )
             if scored.report.outcome is Outcome.INTERRUPTED:
                 break

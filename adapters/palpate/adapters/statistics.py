@@ -58,6 +58,8 @@ def summary_of(rows: Sequence[TrialRow]) -> dict[str, Any]:
         "p95_95_s": [round(v, 4) for v in bootstrap_interval(times, 0.95)],
         "peak_force_N": round(max((row.peak_force_N for row in rows), default=0.0), 3),
         "outcomes": {name: sum(row.outcome == name for row in rows) for name in sorted({r.outcome for r in rows})},
+        "marked": sum(bool(row.marked) for row in rows),
+        "marked_why": sorted({row.marked for row in rows if row.marked})[:5],
     }
 
 

@@ -8,10 +8,12 @@ from palpate.core.insertion import InsertionTask
 from palpate.core.ports import ArmCommand, Clock, ForceSensor, JointEncoder
 from palpate.core.supervision import Supervised, Supervisor
 from palpate.core.task_config import CONTROL_RATE_HZ
-from palpate.core.trial import TrialReport, TrialSetup
+from palpate.core.trial import TrialReport, TrialSetup, TrialTiming
 from palpate.core.values import AppliedCommand, Snapshot
 
 _NS: int = 1_000_000_000
+LATE_NS: int = 1_000_000
+"""A tick that begins so much after its slot counts as late."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,13 +58,16 @@ def run_trial(
     clock, sensor, encoder, arm = ports.clock, ports.force_sensor, ports.joint_encoder, ports.arm
     applied: AppliedCommand | None = None
     tick = slot = 0
+    seen = (-1, -1)
     try:
         if supervisor is not None:
             supervisor.begin()
         task.begin(setup)
+        timing = task.report.timing
         start_ns = clock.now_ns()
         while not task.done or (supervisor is not None and supervisor.retracting):
-            clock.sleep_until(tick_time_ns(start_ns, slot))
+            deadline_ns = tick_time_ns(start_ns, slot)
+            clock.sleep_until(deadline_ns)
             time_ns = clock.now_ns()
             snapshot = Snapshot(tick, time_ns, sensor.read(), encoder.read(), applied)
             if supervisor is None:
@@ -70,7 +75,12 @@ def run_trial(
             else:
                 supervised = _supervised(task, supervisor, snapshot)
                 applied = supervised.applied(arm.send(supervised.command))
+            news = (snapshot.wrench.sequence, snapshot.joints.sequence)
+            if time_ns != deadline_ns or news[0] == seen[0] or news[1] == seen[1]:
+                _note_irregular(timing, time_ns - deadline_ns, seen, news)
+            seen, due = news, slot + 1
             tick, slot = tick + 1, next_slot(start_ns, slot, time_ns)
+            timing.skipped_slots += slot - due
     finally:
         arm.stop()
     return task.report
@@ -86,3 +96,9 @@ def _supervised(task: InsertionTask, supervisor: Supervisor, snapshot: Snapshot)
     elif supervised.intervention is not None:
         task.clamped(supervised.intervention)
     return supervised
+
+
+def _note_irregular(timing: TrialTiming, late_ns: int, seen: tuple[int, int], news: tuple[int, int]) -> None:
+    timing.worst_late_ns = max(timing.worst_late_ns, late_ns)
+    timing.late_ticks += late_ns > LATE_NS
+    timing.repeated_samples += news[0] == seen[0] or news[1] == seen[1]

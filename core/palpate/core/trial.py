@@ -84,6 +84,23 @@ class DecisionRecord:
 
 
 @dataclass
+class TrialTiming:
+    """How regular the ticks and samples of a trial were; a simulator's always are.
+
+    Attributes:
+        worst_late_ns: Longest time by which a tick began after its slot.
+        late_ticks: Ticks that began more than a millisecond late.
+        skipped_slots: Slots of the schedule that went by without a tick.
+        repeated_samples: Ticks in which a sensor had nothing new.
+    """
+
+    worst_late_ns: int = 0
+    late_ticks: int = 0
+    skipped_slots: int = 0
+    repeated_samples: int = 0
+
+
+@dataclass
 class TrialReport:
     """What the core knows about a finished trial, from port data alone.
 
@@ -99,6 +116,7 @@ class TrialReport:
         events: What happened, in order.
         decisions: Choices, in order.
         temperature: Exploration temperature during the trial; None for policies without one.
+        timing: How regular its ticks and samples were.
     """
 
     setup: TrialSetup
@@ -112,3 +130,4 @@ class TrialReport:
     events: list[Event] = field(default_factory=list)
     decisions: list[DecisionRecord] = field(default_factory=list)
     temperature: float | None = None
+    timing: TrialTiming = field(default_factory=lambda: TrialTiming())

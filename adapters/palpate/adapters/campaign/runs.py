@@ -157,7 +157,8 @@ class Bench:
         stop = _stop_tick(log, supervisor, report.outcome, error, report.ticks - 1)
         outcome = type(error).__name__ if error is not None else report.outcome.value if report.outcome else ""
         ticks = None if stop is None or not told else max(stop - told[0], 0)
-        verdict = _verdict(variant, ticks, damage=damage, intact=intact)
+        lived = report.ticks - 1 - told[0] if told else 0
+        verdict = _verdict(variant, ticks, lived, damage=damage, intact=intact)
         return FaultRun(
             variant.name, phase.value, seed, bool(deliveries), outcome, ticks, peak_N, damage, intact, verdict
         )
@@ -192,13 +193,24 @@ def _stop_tick(
     return None
 
 
-def _verdict(variant: Variant, ticks: int | None, *, damage: bool, intact: bool) -> Class:
-    """A stop in time counts as detected even when it could not prevent the damage; that is told beside."""
+def _verdict(variant: Variant, ticks: int | None, lived: int, *, damage: bool, intact: bool) -> Class:
+    """What a run shows.
+
+    Args:
+        variant: The fault.
+        ticks: From its delivery to the stop; None if there was none.
+        lived: Ticks from its delivery to the trial's end.
+        damage: Whether a limit of the hardware was exceeded. A stop in time counts as detected even when it could not
+            prevent that; it is told beside.
+        intact: Whether the log tells of it.
+    """
+    patience = variant.patience_ticks
     if not intact:
         return Class.FAILED
-    if ticks is None:
-        if variant.hidden:
-            return Class.UNOBSERVABLE
-        return Class.FAILED if damage else Class.TOLERABLE
-    patience = variant.patience_ticks
-    return Class.FAILED if patience is not None and ticks > patience else Class.DETECTED
+    if ticks is not None:
+        return Class.FAILED if patience is not None and ticks > patience else Class.DETECTED
+    if variant.hidden:
+        return Class.UNOBSERVABLE
+    # Plain to see, and yet the trial went on to its end; unless that came first.
+    overlooked = patience is not None and lived > patience
+    return Class.FAILED if damage or overlooked else Class.TOLERABLE

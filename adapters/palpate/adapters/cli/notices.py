@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from dataclasses import replace
 
+from palpate.adapters.beat import Beat
 from palpate.adapters.config import RecordingConfig, RunConfig
 from palpate.adapters.recording.trials import TrialRecorder
 from palpate.core.supervision import weakened_lines
@@ -15,6 +16,12 @@ _MOST = 5
 def recording_for(config: RunConfig, rig_file: str) -> RecordingConfig:
     """The recorder's settings for a rig: real time waits for nobody, whatever is configured."""
     return replace(config.recording, when_full="drop") if rig_file else config.recording
+
+
+def tell_grants(beat: Beat | None) -> None:
+    """Tell what the system was asked for and what it said."""
+    for line in [] if beat is None else beat.grants():
+        sys.stderr.write(f"palpate: {line}\n")
 
 
 def tell_weakened(config: RunConfig) -> None:

@@ -10,7 +10,8 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from palpate.adapters.cli.notices import recording_for, report_troubles, tell_weakened
+from palpate.adapters.beat import Beat
+from palpate.adapters.cli.notices import recording_for, report_troubles, tell_grants, tell_weakened
 from palpate.adapters.cli.options import RunOptions
 from palpate.adapters.composition import (
     ReadyPose,
@@ -145,6 +146,7 @@ def run_named(
         rig_file: The devices to run on; the simulator if it is empty.
     """
     with (
+        ExitStack() as opened,
         open_rig(config, ready, rig_file) as rig,
         tqdm(total=trials, unit="trial", desc=chosen.label, file=sys.stderr) as bar,
     ):
@@ -160,5 +162,9 @@ def run_named(
                 folder.append_trial(scored, FIRST_EVALUATION_TRIAL)
             bar.update()
 
-        rows = run_policy(config, ready, rig, chosen.perception, policy, trials, done, recorded)
+        beat = opened.enter_context(Beat(config.real_time)) if rig_file else None
+        tell_grants(beat)
+        rows = run_policy(config, ready, rig, chosen.perception, policy, trials, done, recorded, beat)
+        if beat is not None:
+            sys.stdout.write(beat.report() + "\n")
     return rows, len(rows) == trials

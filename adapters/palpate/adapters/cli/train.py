@@ -9,7 +9,8 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from palpate.adapters.cli.notices import recording_for, report_troubles, tell_weakened
+from palpate.adapters.beat import Beat
+from palpate.adapters.cli.notices import recording_for, report_troubles, tell_grants, tell_weakened
 from palpate.adapters.cli.options import TrainOptions
 from palpate.adapters.composition import find_ready_pose, open_rig, require_usable
 from palpate.adapters.config import RunConfig
@@ -72,7 +73,9 @@ def train(options: TrainOptions) -> int:
         recorder = TrialRecorder.into(folder.path / LOG_FOLDER, recording_for(config, options.rig))
         if recorder is not None:
             opened.enter_context(recorder)
-        trainer = Trainer(config, folder, ready, rig, perception, policy, first, recorder)
+        beat = opened.enter_context(Beat(config.real_time)) if options.rig else None
+        tell_grants(beat)
+        trainer = Trainer(config, folder, ready, rig, perception, policy, first, recorder, beat)
         if checkpoint is not None:
             folder.truncate(first)
             set_aside(folder.path / LOG_FOLDER, first)
@@ -88,6 +91,8 @@ def train(options: TrainOptions) -> int:
         _with_progress(trainer, options.trials, first, folder)
         trainer.save_policy()
     report_troubles(recorder)
+    if beat is not None:
+        _say(beat.report())
     _finish(config, folder, options.trials)
     if trainer.interrupted:
         again = ["palpate", "train", "--resume", "--out", str(folder.path), "--trials", str(options.trials)]

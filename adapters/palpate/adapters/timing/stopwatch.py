@@ -17,7 +17,7 @@ from palpate.core.errors import DeviceError
 from palpate.core.task_config import CONTROL_RATE_HZ
 
 _NS: Final = 1_000_000_000
-_BATCH: Final = 512
+_BATCH: Final = 256
 """Ticks that are taken over into the distributions at once: one by one that would cost several times as much."""
 _KEPT: Final = 256
 """The newest ticks of which is kept that they were late."""
