@@ -17,6 +17,15 @@ from tests.integration.command_line import command, palpate, refusal, succeed, w
 pytestmark = pytest.mark.xdist_group("real time")
 
 
+PATIENT = (
+    *("--supervision.max-tracking-error-mrad", 100, "--supervision.max-gap-ms", 1000),
+    *("--supervision.max-force-age-ms", 1000, "--supervision.max-joint-age-ms", 1000),
+    *("--supervision.max-repeats", 140, "--supervision.weakened"),
+    *("max_tracking_error_mrad", "max_gap_ms", "max_force_age_ms", "max_joint_age_ms", "max_repeats"),
+)
+"""The supervisor's share of what :func:`relax` does."""
+
+
 def relax(rig: Path) -> None:
     """Allow for a machine that is busy with other tests: what is tested here is not how fast it is."""
     text = rig.read_text()
@@ -49,7 +58,7 @@ def outcomes(out: Path) -> list[str]:
 def test_the_arm_behind_the_wires_inserts_and_its_trials_replay(devices: tuple[str, str], tmp_path: Path) -> None:
     rig, out = tmp_path / "rig.toml", tmp_path / "run"
     with emulated(rig, "--arm", devices[0], "--force", devices[1]):
-        printed = succeed("run", "--rig", rig, "--policy", "torque", "--trials", 1, "--out", out)
+        printed = succeed("run", "--rig", rig, "--policy", "torque", "--trials", 1, "--out", out, *PATIENT)
     assert "success 100.0%" in printed
     assert outcomes(out) == ["inserted"]
     # What was recorded over real wires comes out of the core again, bit for bit.
@@ -60,7 +69,8 @@ def test_a_second_run_goes_on_from_where_the_arm_is(tmp_path: Path) -> None:
     rig = tmp_path / "rig.toml"
     with emulated(rig):
         for name in ("first", "second"):
-            succeed("run", "--rig", rig, "--policy", "torque", "--trials", 1, "--out", tmp_path / name)
+            # Each run leaves its peg in the hole: the next one draws it out straight before it goes anywhere.
+            succeed("run", "--rig", rig, "--policy", "torque", "--trials", 1, "--out", tmp_path / name, *PATIENT)
         # Without the counters of the run before nobody knows where the arm is, whatever the rig file says.
         (tmp_path / "rig.counts.json").unlink()
         done = palpate("run", "--rig", rig, "--policy", "torque", "--trials", 1, "--out", tmp_path / "third")
@@ -73,7 +83,7 @@ def test_a_second_run_goes_on_from_where_the_arm_is(tmp_path: Path) -> None:
 def test_a_cable_pulled_in_mid_motion_ends_the_run_with_a_log(tmp_path: Path) -> None:
     rig, out = tmp_path / "rig.toml", tmp_path / "run"
     with emulated(rig) as devices:
-        words = ("run", "--rig", rig, "--policy", "spiral-5", "--trials", 50, "--out", out)
+        words = ("run", "--rig", rig, "--policy", "spiral-5", "--trials", 50, "--out", out, *PATIENT)
         run = subprocess.Popen(command(*words), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         try:
             wait_until(lambda: (out / "trials.csv").exists(), run, 60.0)
@@ -85,7 +95,7 @@ def test_a_cable_pulled_in_mid_motion_ends_the_run_with_a_log(tmp_path: Path) ->
     assert "Traceback" not in complaint
     last = complaint.strip().splitlines()[-1]
     assert last.startswith("palpate: ")
-    assert "fault" in last or "silent" in last
+    assert any(word in last for word in ("fault", "silent", "safety trip"))
     # The trial that was cut off is recorded up to there, with what ended it.
     assert "equal in every bit" in succeed("replay", out)
 

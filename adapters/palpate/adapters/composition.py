@@ -12,6 +12,7 @@ from typing import Final, Self
 import numpy as np
 import pinocchio as pin
 
+from palpate.adapters.approach import Approach
 from palpate.adapters.config import RunConfig
 from palpate.adapters.hardware_rig import HardwareRig
 from palpate.adapters.mujoco_ports import MujocoArm, MujocoClock, MujocoForceSensor, MujocoJointEncoder
@@ -46,7 +47,6 @@ from palpate.core.supervision import SensorFacts, Supervisor, require_fitting
 from palpate.core.task_config import CONTROL_RATE_HZ, N_PER_KGF
 from palpate.core.task_frame import goal_in_base
 from palpate.core.tip_motion import TipMotion
-from palpate.core.values import JointVector
 from palpate.simulation.cell import Truth, WorkCell
 
 APPROACH_HEIGHT_M: Final = 0.1
@@ -103,8 +103,8 @@ def find_ready_pose(config: RunConfig) -> ReadyPose:
     return ready
 
 
-def find_approach(config: RunConfig, ready: ReadyPose) -> tuple[JointVector, ...]:
-    """Joint poses on the way to the ready pose for an arm that comes from anywhere: well above it, then down to it.
+def find_approach(config: RunConfig, ready: ReadyPose) -> Approach:
+    """The way to the ready pose for an arm that comes from anywhere: clear of the plate, well above it, down to it.
 
     Raises:
         UnreachableError: The arm cannot get there.
@@ -113,7 +113,8 @@ def find_approach(config: RunConfig, ready: ReadyPose) -> tuple[JointVector, ...
     goal = goal_in_base(config.task.goal)
     above = goal.act(np.array([0.0, 0.0, -APPROACH_HEIGHT_M]))
     q = inverse.solve(pin.SE3(ready.tip_rotation, above), free_yaw=False, seed_rad=ready.q_rad, field="task.goal")
-    return tuple(q.tolist()), tuple(ready.q_rad.tolist())
+    poses = tuple(q.tolist()), tuple(ready.q_rad.tolist())
+    return Approach(arm_named(config.arm), goal, config.task.ready_height_mm * 1e-3, poses)
 
 
 def task_actions(config: RunConfig) -> tuple[Action, ...]:

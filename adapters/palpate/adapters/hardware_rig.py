@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
 from contextlib import ExitStack
-from math import dist
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Final, Self
+from typing import Any, Self
 
+from palpate.adapters.approach import Approach, walk
 from palpate.adapters.config import RunConfig
 from palpate.adapters.monotonic_clock import MonotonicClock
 from palpate.adapters.plugins import RigContext, arm_maker, force_sensor_maker
@@ -19,17 +18,9 @@ from palpate.adapters.watchdogs.guard import GuardedArm
 from palpate.adapters.watchdogs.operator_stop import OperatorSources, OperatorStop
 from palpate.adapters.watchdogs.trip import Trip
 from palpate.core.arms import arm_named
-from palpate.core.cycle import Ports, next_slot, tick_time_ns
-from palpate.core.errors import DeviceError
+from palpate.core.cycle import Ports
 from palpate.core.kinematics import Kinematics, ToolGeometry
 from palpate.core.lifecycle import Life
-from palpate.core.task_config import CONTROL_RATE_HZ
-from palpate.core.values import CommandReason, JointCommand, JointVector, Validity
-
-_THERE_RAD: Final = 2e-3
-"""An arm whose joints are all this close to a pose is there."""
-_PATIENCE_TICKS: Final = 3 * CONTROL_RATE_HZ
-"""How long the arm may take to arrive after its set-point has."""
 
 
 class HardwareRig(Rig):
@@ -38,14 +29,14 @@ class HardwareRig(Rig):
     Args:
         file: What the rig is made of.
         config: The run's configuration.
-        approach_rad: Joint poses, (n,) each, by which the arm moves to the ready pose before the first trial.
+        approach: How the arm comes to the ready pose before the first trial.
 
     Attributes:
         ports: What the core runs over.
         operator: Stops the arm at a person's word.
     """
 
-    def __init__(self, file: RigFile, config: RunConfig, approach_rad: Sequence[JointVector]) -> None:
+    def __init__(self, file: RigFile, config: RunConfig, approach: Approach) -> None:
         kinematics = Kinematics(arm_named(config.arm), ToolGeometry())
         context = RigContext(
             MonotonicClock(),
@@ -65,7 +56,7 @@ class HardwareRig(Rig):
         self._devices = (sensor, adapter.encoder, adapter.arm)
         self.operator = OperatorStop(adapter.arm, context.clock, sources, tell=_tell)
         self.ports = Ports(context.clock, sensor, adapter.encoder, GuardedArm(adapter.arm, [self.operator]))
-        self._file, self._approach, self._limit_N = file, approach_rad, config.task.max_force_N
+        self._file, self._approach, self._limit_N = file, approach, config.task.max_force_N
         self._at_ready = False
 
     def prepare(self, trial: int) -> None:
@@ -79,8 +70,7 @@ class HardwareRig(Rig):
             arm.deactivate()
         arm.activate()
         if not self._at_ready:
-            for pose in self._approach:
-                move_joints(self.ports, pose, self._file.approach_rad_s, self._limit_N)
+            walk(self._approach, self.ports, self._file.approach_rad_s, self._limit_N)
             self._at_ready = True
 
     def world(self) -> World:
@@ -120,51 +110,3 @@ class HardwareRig(Rig):
 
 def _tell(trip: Trip) -> None:
     sys.stderr.write(f"\npalpate: the arm was stopped by a {trip.source}: {trip.text}\n")
-
-
-def move_joints(ports: Ports, target_rad: JointVector, speed_rad_s: float, limit_N: float) -> None:
-    """Move straight in joint space, all joints arriving together, and wait until the arm is there.
-
-    The arm is left as it is on every way out: it holds its last set-point, or was stopped.
-
-    Args:
-        ports: The four ports.
-        target_rad: Where to, (n,).
-        speed_rad_s: Speed of the joint that has farthest to go.
-        limit_N: A force that differs by more than this from the first one stops the arm.
-
-    Raises:
-        DeviceError: The arm does not follow, is held back, meets something, or a sensor fails.
-    """
-    clock, sensor, encoder, arm = ports.clock, ports.force_sensor, ports.joint_encoder, ports.arm
-    start_ns, slot, tick, late = clock.now_ns(), 0, 0, 0
-    begin = encoder.read().position_rad
-    first_N = sensor.read().force_N
-    far = max(abs(t - b) for t, b in zip(target_rad, begin, strict=True))
-    ticks = max(1, round(far / speed_rad_s * CONTROL_RATE_HZ))
-    try:
-        while True:
-            clock.sleep_until(tick_time_ns(start_ns, slot))
-            now_ns = clock.now_ns()
-            joints, wrench = encoder.read(), sensor.read()
-            if joints.validity is not Validity.VALID or wrench.validity is not Validity.VALID:
-                problem = f"joint sample {joints.validity.value}, force sample {wrench.validity.value}"
-                raise DeviceError("rig", f"{problem} on the way to the ready pose")
-            if dist(wrench.force_N, first_N) > limit_N:
-                raise DeviceError("rig", f"a force of more than {limit_N:g} N on the way to the ready pose")
-            tick += 1
-            share = min(tick / ticks, 1.0)
-            asked = tuple(b + share * (t - b) for t, b in zip(target_rad, begin, strict=True))
-            applied = arm.send(JointCommand(asked))
-            if applied.reason in (CommandReason.STOPPED, CommandReason.POSITION_LIMIT):
-                raise DeviceError("rig", f"the arm was held back on the way to the ready pose: {applied.reason.value}")
-            away = max(abs(t - q) for t, q in zip(target_rad, joints.position_rad, strict=True))
-            if share == 1.0 and away <= _THERE_RAD:
-                return
-            late += share == 1.0
-            if late > _PATIENCE_TICKS:
-                raise DeviceError("rig", f"the arm does not arrive at the ready pose: {away:.4f} rad away")
-            slot = next_slot(start_ns, slot, now_ns)
-    except BaseException:
-        arm.stop()
-        raise

@@ -61,9 +61,9 @@ def test_fitting_depends_on_the_seed_alone(stages: str) -> None:
 def test_fitting_shares_no_random_stream_with_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
     trials: list[int] = []
 
-    def record(config: RunConfig, rig: SimulatedRig, task: InsertionTask, trial: int) -> ScoredTrial:
+    def record(config: RunConfig, rig: SimulatedRig, task: InsertionTask, trial: int, **more: Any) -> ScoredTrial:
         trials.append(trial)
-        return run_scored_trial(config, rig, task, trial)
+        return run_scored_trial(config, rig, task, trial, **more)
 
     monkeypatch.setattr(fitting, "run_scored_trial", record)
     fit(config_of("channels+random"))

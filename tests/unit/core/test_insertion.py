@@ -80,13 +80,16 @@ class Trial:
         self._on_step = on_step
         self.begin = self.task.begin
         with world:
-            self.report: TrialReport = run_trial(self, world.ports, TrialSetup(index, 1, start_m))  # type: ignore[arg-type]
+            run_trial(self, world.ports, TrialSetup(index, 1, start_m))  # type: ignore[arg-type]
             here = world.arm.position_rad()
             self.stopped = world.arm.send(JointCommand(here)).reason is CommandReason.STOPPED
 
     @property
+    def report(self) -> TrialReport:
+        return self.task.report
+
+    @property
     def done(self) -> bool:
-        self.report = self.task.report
         return self.task.done
 
     def step(self, snapshot: Snapshot) -> JointCommand:

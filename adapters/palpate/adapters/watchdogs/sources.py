@@ -143,6 +143,7 @@ class SocketSource(StopSource):
     def __init__(self, path: Path) -> None:
         self._path = path
         self._server: socket.socket | None = None
+        self._answered: socket.socket | None = None
         self._caller: socket.socket | None = None
 
     def open(self) -> bool:
@@ -184,15 +185,26 @@ class SocketSource(StopSource):
         """See :class:`StopSource`."""
         caller, self._caller = self._caller, None
         if caller is not None:
-            with caller, suppress(OSError):
+            with suppress(OSError):
                 caller.send(b"stopped\n")
+                caller.shutdown(socket.SHUT_WR)
+            # Words that come late must be let in: closed over them, the caller would get an error, not the answer.
+            self._hang_up()
+            self._answered = caller
 
     def close(self) -> None:
         """See :class:`StopSource`."""
         server, self._server, self.fd = self._server, None, None
+        self._hang_up()
         if server is not None:
             server.close()
             self._path.unlink(missing_ok=True)
+
+    def _hang_up(self) -> None:
+        answered, self._answered = self._answered, None
+        if answered is not None:
+            with answered, suppress(OSError):
+                answered.recv(80)
 
     def _remove_orphan(self) -> None:
         """A socket that a run before left behind; anything else is left alone."""

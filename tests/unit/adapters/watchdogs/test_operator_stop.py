@@ -258,7 +258,7 @@ def test_an_orphaned_socket_is_replaced_and_a_served_one_is_not(tmp_path: Path) 
     orphan.bind(str(path))
     orphan.close()
     sources = OperatorSources(keys=False, signal_number=None, socket=path)
-    with Bench(sources).stop, nothing_left_behind(), pytest.raises(ConfigurationError, match=r"operator_stop\.socket"):
+    with nothing_left_behind(), Bench(sources).stop, pytest.raises(ConfigurationError, match=r"operator_stop\.socket"):
         Bench(sources).stop.open()
 
 

@@ -1,0 +1,135 @@
+"""The way of a real arm to the ready pose, from wherever it was left."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import dist
+from typing import Final
+
+import numpy as np
+import pinocchio as pin
+
+from palpate.core.arms import ArmDescription
+from palpate.core.cycle import Ports, next_slot, tick_time_ns
+from palpate.core.errors import DeviceError
+from palpate.core.inverse_kinematics import InverseKinematics
+from palpate.core.kinematics import Kinematics, ToolGeometry
+from palpate.core.task_config import CONTROL_RATE_HZ
+from palpate.core.values import CommandReason, JointCommand, JointVector, Validity
+
+WITHDRAWAL_M_S: Final = 0.02
+"""Speed at which a peg that was left in its hole is drawn out: that of free motion near the plate."""
+_ALONG: Final = 0.98
+"""Cosine of the largest angle between the tool and the hole at which a peg can be in that hole."""
+_THERE_RAD: Final = 2e-3
+"""An arm whose joints are all this close to a pose is there."""
+_PATIENCE_TICKS: Final = 3 * CONTROL_RATE_HZ
+"""How long the arm may take to arrive after its set-point has."""
+
+
+@dataclass(frozen=True, slots=True)
+class Approach:
+    """What an arm must know to come to the ready pose from anywhere.
+
+    Attributes:
+        arm: Which arm.
+        goal_in_base: The hole as the task gives it, z into the hole.
+        clear_m: Height of the tip over the plate from which the arm may move freely.
+        poses_rad: Joint poses, (n,) each, to pass in order.
+    """
+
+    arm: ArmDescription
+    goal_in_base: pin.SE3
+    clear_m: float
+    poses_rad: tuple[JointVector, ...]
+
+
+def walk(approach: Approach, ports: Ports, speed_rad_s: float, limit_N: float) -> None:
+    """Draw the tool straight out of a hole that it may be in, then pass the poses of an approach.
+
+    The arm is left as it is on every way out: it holds its last set-point, or was stopped.
+
+    Args:
+        approach: The way.
+        ports: The four ports.
+        speed_rad_s: Speed of the joint that has farthest to go.
+        limit_N: A force that differs by more than this from the first one stops the arm.
+
+    Raises:
+        DeviceError: The arm does not follow, is held back, meets something, or a sensor fails.
+    """
+    first_N = ports.force_sensor.read().force_N
+    path = withdrawal(approach, ports.joint_encoder.read().position_rad)
+    if path:
+        _follow(ports, path, first_N, limit_N)
+    for pose in approach.poses_rad:
+        begin = ports.joint_encoder.read().position_rad
+        _follow(ports, _joint_line(begin, pose, speed_rad_s), first_N, limit_N)
+
+
+def withdrawal(approach: Approach, begin_rad: JointVector) -> list[JointVector]:
+    """Joint poses, tick by tick, that draw a tool back along its own axis until it is clear of the plate.
+
+    Returns:
+        The poses; none where the tip is clear already, or does not point as the hole does.
+
+    Raises:
+        DeviceError: The arm cannot move the tool that way from where it is.
+    """
+    kinematics = Kinematics(approach.arm, ToolGeometry())
+    kinematics.update(begin_rad)
+    tip = kinematics.tip_in_base
+    height_m = -float(approach.goal_in_base.actInv(tip).translation[2])
+    if height_m >= approach.clear_m or approach.goal_in_base.rotation[:, 2] @ tip.rotation[:, 2] < _ALONG:
+        return []
+    inverse, axis = InverseKinematics(kinematics, 1.0 / CONTROL_RATE_HZ), tip.rotation[:, 2].copy()
+    ticks = max(1, round((approach.clear_m - height_m) / WITHDRAWAL_M_S * CONTROL_RATE_HZ))
+    q, path = np.array(begin_rad), []
+    for tick in range(1, ticks + 1):
+        way = (approach.clear_m - height_m) * tick / ticks
+        step = inverse.step(q, pin.SE3(tip.rotation, tip.translation - way * axis))
+        if step.limited:
+            raise DeviceError("rig", "the tool cannot be drawn straight back from where it was left: move it by hand")
+        q = step.q_rad
+        path.append(tuple(q.tolist()))
+    return path
+
+
+def _joint_line(begin_rad: JointVector, target_rad: JointVector, speed_rad_s: float) -> list[JointVector]:
+    """Straight in joint space, all joints arriving together."""
+    far = max(abs(t - b) for t, b in zip(target_rad, begin_rad, strict=True))
+    ticks = max(1, round(far / speed_rad_s * CONTROL_RATE_HZ))
+    return [
+        tuple(b + k / ticks * (t - b) for t, b in zip(target_rad, begin_rad, strict=True)) for k in range(1, ticks + 1)
+    ]
+
+
+def _follow(ports: Ports, path: list[JointVector], first_N: tuple[float, ...], limit_N: float) -> None:
+    """Command one pose a tick and wait until the arm has arrived at the last."""
+    clock, sensor, encoder, arm = ports.clock, ports.force_sensor, ports.joint_encoder, ports.arm
+    start_ns, slot, tick = clock.now_ns(), 0, 0
+    try:
+        while True:
+            clock.sleep_until(tick_time_ns(start_ns, slot))
+            now_ns = clock.now_ns()
+            joints, wrench = encoder.read(), sensor.read()
+            if joints.validity is not Validity.VALID or wrench.validity is not Validity.VALID:
+                problem = f"joint sample {joints.validity.value}, force sample {wrench.validity.value}"
+                raise DeviceError("rig", f"{problem} on the way to the ready pose")
+            if dist(wrench.force_N, first_N) > limit_N:
+                raise DeviceError("rig", f"a force of more than {limit_N:g} N on the way to the ready pose")
+            asked = path[min(tick, len(path) - 1)]
+            applied = arm.send(JointCommand(asked))
+            if applied.reason in (CommandReason.STOPPED, CommandReason.POSITION_LIMIT):
+                raise DeviceError("rig", f"the arm was held back on the way to the ready pose: {applied.reason.value}")
+            tick += 1
+            if tick >= len(path):
+                away = max(abs(t - q) for t, q in zip(asked, joints.position_rad, strict=True))
+                if away <= _THERE_RAD:
+                    return
+                if tick > len(path) + _PATIENCE_TICKS:
+                    raise DeviceError("rig", f"the arm does not arrive at the ready pose: {away:.4f} rad away")
+            slot = next_slot(start_ns, slot, now_ns)
+    except BaseException:
+        arm.stop()
+        raise

@@ -1,0 +1,68 @@
+"""The way of an arm to its ready pose."""
+
+from __future__ import annotations
+
+from math import dist
+
+import numpy as np
+import pytest
+
+from palpate.adapters.approach import WITHDRAWAL_M_S, walk, withdrawal
+from palpate.adapters.composition import SimulatedRig, build_perception, build_task, find_approach
+from palpate.adapters.config import RunConfig
+from palpate.adapters.experiment import run_scored_trial
+from palpate.adapters.policies import comparator
+from palpate.core.errors import DeviceError
+from palpate.core.kinematics import Kinematics, ToolGeometry
+from palpate.core.task_config import CONTROL_RATE_HZ
+from palpate.core.task_frame import goal_in_base
+from palpate.core.values import CommandReason, JointCommand, JointVector
+from tests.unit.adapters.samples import ready_pose
+
+CONFIG = RunConfig()
+APPROACH = find_approach(CONFIG, ready_pose())
+
+
+def tip_m(q_rad: JointVector) -> np.ndarray:
+    """The tip in the frame of the goal, z into the hole, (3,)."""
+    kinematics = Kinematics(APPROACH.arm, ToolGeometry())
+    kinematics.update(q_rad)
+    tip: np.ndarray = goal_in_base(CONFIG.task.goal).actInv(kinematics.tip_position_m)
+    return tip
+
+
+def test_a_peg_left_in_its_hole_is_drawn_out_before_the_arm_goes_anywhere() -> None:
+    policy = comparator("torque", CONFIG, tuple)
+    with SimulatedRig(CONFIG, ready_pose()) as rig:
+        task = build_task(CONFIG, ready_pose(), build_perception(CONFIG), policy)
+        assert run_scored_trial(CONFIG, rig, task, 0).success
+        deep = rig.ports.joint_encoder.read().position_rad
+        assert tip_m(deep)[2] > 9e-3
+        path = withdrawal(APPROACH, deep)
+        tips = np.array([tip_m(q) for q in path])
+        # Straight: no step of the way leaves the tool's axis, nor is it faster than it should be.
+        assert np.abs(tips[:, :2] - tip_m(deep)[:2]).max() < 5e-5
+        assert np.diff(tips[:, 2]).min() > -1.01 * WITHDRAWAL_M_S / CONTROL_RATE_HZ
+        assert tips[-1, 2] == pytest.approx(-CONFIG.task.ready_height_mm * 1e-3, abs=1e-5)
+
+        rig.ports.arm.deactivate()
+        rig.ports.arm.activate()
+        walk(APPROACH, rig.ports, 0.8, CONFIG.task.max_force_N)
+        there = rig.ports.joint_encoder.read().position_rad
+    assert dist(there, APPROACH.poses_rad[-1]) < 5e-3
+
+
+def test_an_arm_that_is_clear_or_points_elsewhere_is_not_drawn_back() -> None:
+    above, ready = APPROACH.poses_rad
+    assert withdrawal(APPROACH, above) == []
+    aside = (*ready[:4], ready[4] + 0.4, ready[5])
+    assert withdrawal(APPROACH, aside) == []
+
+
+def test_something_in_the_way_stops_the_arm() -> None:
+    with SimulatedRig(CONFIG, ready_pose()) as rig:
+        rig.prepare(0)
+        with pytest.raises(DeviceError, match="N on the way"):
+            walk(APPROACH, rig.ports, 0.8, 0.001)
+        reason = rig.ports.arm.send(JointCommand(APPROACH.poses_rad[0])).reason
+    assert reason is CommandReason.STOPPED
