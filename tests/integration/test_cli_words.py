@@ -77,7 +77,11 @@ def desk(tmp_path: Path) -> Path:
     ("words", "named", "accepted"),
     [
         # Words that nobody knows.
-        ("frobnicate", "frobnicate", "train, run, compare, show, replay, log, check-adapter, emulate, doctor, faults, version"),
+        (
+            "frobnicate",
+            "frobnicate",
+            "train, run, compare, show, replay, log, check-adapter, emulate, doctor, faults, version",
+        ),
         ("train --trails 3", "--trails", "did you mean --trials?"),
         ("train --cell.peg.clearence-mm 1", "--cell.peg.clearence-mm", "did you mean --cell.peg.clearance-mm?"),
         ("train --config unknown.toml", "task.stepp_mm", "did you mean task.step_mm?"),

@@ -10,7 +10,7 @@ from palpate.adapters.realtime.config import RealTimeConfig
 from palpate.core.checks import require_in, require_one_of, require_whole
 from palpate.core.errors import ConfigurationError
 from palpate.core.perception.channels import CHANNELS
-from palpate.core.supervision import SupervisionConfig
+from palpate.core.supervision_config import SupervisionConfig
 from palpate.core.task_config import CONTROL_RATE_HZ, ControlConfig, TaskConfig
 from palpate.simulation.cell_config import CellConfig
 

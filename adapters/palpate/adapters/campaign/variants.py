@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any, Final
 
 from palpate.adapters.faults.plan import FaultPlan
-from palpate.core.supervision import SupervisionConfig
+from palpate.core.supervision_config import SupervisionConfig
 
 _LATE: Final = 3
 """Ticks that a stop may take after the first sign."""

@@ -10,8 +10,8 @@ import numpy as np
 
 from palpate.core.errors import ConfigurationError
 from palpate.core.kinematics import Array, Kinematics
-from palpate.core.supervision.config import SupervisionConfig
 from palpate.core.supervision.retreat import Retreat
+from palpate.core.supervision_config import SupervisionConfig
 from palpate.core.task_config import CONTROL_RATE_HZ, N_PER_KGF, TaskConfig
 
 _NOISE: Final = 9.0

@@ -6,8 +6,8 @@ from collections import deque
 from operator import le, sub
 from typing import Final
 
-from palpate.core.supervision.config import SupervisionConfig
 from palpate.core.supervision.values import Trip, TripReason
+from palpate.core.supervision_config import SupervisionConfig
 from palpate.core.values import JointVector, Snapshot
 
 _WINDOW_NS: Final = 25_000_000

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from palpate.core.supervision.config import SupervisionConfig
 from palpate.core.supervision.values import Expectation, Trip, TripReason
+from palpate.core.supervision_config import SupervisionConfig
 from palpate.core.task_config import TaskConfig
 from palpate.core.values import Vector3
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from palpate.core.supervision.config import SupervisionConfig
 from palpate.core.supervision.values import Trip, TripReason
+from palpate.core.supervision_config import SupervisionConfig
 from palpate.core.values import Snapshot, Validity
 
 _NS_PER_MS = 1e6

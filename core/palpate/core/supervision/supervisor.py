@@ -8,7 +8,6 @@ from operator import sub
 from palpate.core.command_limits import CommandLimiter
 from palpate.core.errors import CommandError, DeviceError, FaultLatchedError, LifecycleError
 from palpate.core.kinematics import Kinematics
-from palpate.core.supervision.config import SupervisionConfig
 from palpate.core.supervision.joints import JointWatch
 from palpate.core.supervision.places import PlaceWatch
 from palpate.core.supervision.retreat import Retreat
@@ -16,6 +15,7 @@ from palpate.core.supervision.samples import SampleWatch
 from palpate.core.supervision.states import TRANSITIONS, Cue, Guard
 from palpate.core.supervision.values import Expectation, Intervention, Supervised, Trip, TripReason
 from palpate.core.supervision.wrench import WrenchWatch
+from palpate.core.supervision_config import SupervisionConfig
 from palpate.core.task_config import CONTROL_RATE_HZ, TaskConfig
 from palpate.core.values import AppliedCommand, CommandReason, JointCommand, JointVector, Snapshot, Validity, Vector3
 

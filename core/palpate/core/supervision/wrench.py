@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from math import sqrt
 
-from palpate.core.supervision.config import SupervisionConfig
 from palpate.core.supervision.values import Expectation, Trip, TripReason
+from palpate.core.supervision_config import SupervisionConfig
 from palpate.core.task_config import CONTROL_RATE_HZ
 from palpate.core.values import Snapshot, Vector3
 

@@ -13,7 +13,7 @@ from palpate.core.arms import arm_named
 from palpate.core.errors import ConfigurationError
 from palpate.core.kinematics import Kinematics
 from palpate.core.supervision import SensorFacts, SupervisionConfig, require_fitting, weakened_lines
-from palpate.core.supervision.config import DEFAULTS, weaker_limits
+from palpate.core.supervision_config import DEFAULTS, weaker_limits
 from palpate.core.task_config import TaskConfig
 from tests.unit.core.fake_world import TOOL, ready_pose
 
