@@ -1,0 +1,34 @@
+"""``palpate faults``, with a small share of the campaign."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+from tests.integration.command_line import palpate, succeed
+
+FEW = ("--most", 24, "--jobs", 1)
+
+
+def test_a_share_of_the_campaign_ends_in_stops_and_readable_logs(tmp_path: Path) -> None:
+    out = tmp_path / "runs.csv"
+    printed = succeed("faults", *FEW, "--out", out)
+    assert "24 runs, the fault struck in 24" in printed
+    assert "unreadable logs, or logs that do not tell of their fault: 0" in printed
+    with out.open() as stream:
+        runs = list(csv.DictReader(stream))
+    assert len(runs) == 24
+    assert len({run["variant"] for run in runs}) > 10
+    assert {run["verdict"] for run in runs} <= {"tolerable", "detected", "unobservable"}
+    assert any(run["verdict"] == "detected" for run in runs)
+
+    again = palpate("faults", *FEW, "--out", out)
+    assert again.returncode != 0
+    assert again.stderr.strip().startswith("palpate: ")
+    assert "is there already" in again.stderr
+
+
+def test_the_campaign_notices_that_there_is_no_supervisor() -> None:
+    done = palpate("faults", "--most", 60, "--no-supervisor")
+    assert done.returncode == 1, done.stdout
+    assert "FAILED" in done.stdout
