@@ -1,0 +1,115 @@
+"""Coverage-guided fuzzing of what CiA 402 drives say: no frame may raise, grow memory, or outlast an acknowledgement.
+
+    python -m benchmarks.fuzz_cia402 --seconds 600
+    python -m benchmarks.fuzz_cia402 --seconds 600 --corpus DIR
+
+The whole driver runs, set up and enabled, on a bus in virtual time with emulated drives; the input is what comes
+instead of, or beside, the drives' answers to each SYNC. Needs atheris, which is no dependency of the project. New
+inputs go to the folder given, otherwise to one that is thrown away; the small corpus in tests/fuzz is only read.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+CORPUS = Path(__file__).parents[1] / "tests" / "fuzz" / "cia402"
+_IDENTIFIERS = (0x180, 0x700, 0x080, 0x580)
+"""Process data, heartbeat, EMCY, SDO answer."""
+_LENGTHS = (6, 1, 8, 8)
+_FITTING = dict(zip(_IDENTIFIERS[:3], _LENGTHS, strict=False))
+_SYNC = 0x80
+_KEPT = 65
+
+
+def require(condition: bool, what: str) -> None:
+    if not condition:
+        raise AssertionError(what)
+
+
+def frames_in(data: bytes) -> list[tuple[bool, bool, int, bytes]]:
+    """Whether a cycle ends after the frame, whether the drives are mute in it, identifier and payload."""
+    frames, at = [], 0
+    while at + 2 <= len(data):
+        kind = data[at] & 0x03
+        # Mostly the length that fits: otherwise nearly everything would be refused for that alone.
+        size = _LENGTHS[kind] if data[at] & 0x04 else data[at + 1] >> 4
+        identifier = _IDENTIFIERS[kind] + 1 + (data[at + 1] & 0x0F) % 6
+        frames.append((bool(data[at] & 0x08), bool(data[at] & 0x10), identifier, data[at + 2 : at + 2 + min(size, 8)]))
+        at += 2 + min(size, 8)
+    return frames
+
+
+def once(data: bytes) -> str:
+    """One enabled arm and what it hears; returns the state that it ended in, before the acknowledgement."""
+    from palpate.drivers.cia402.measured import ArmState
+    from palpate.drivers.errors import DriverError
+    from tests.unit.drivers.cia402.bench import Bench
+
+    bench = Bench().enabled()
+    network, arm = bench.network, bench.arm
+    send, mute, malformed = network.send_message, False, 0
+    heard: list[tuple[int, bytes]] = []
+
+    def send_among_strangers(can_id: int, payload: bytes, remote: bool = False) -> None:
+        nonlocal malformed
+        if can_id != _SYNC:
+            send(can_id, payload, remote)
+            return
+        for identifier, words in heard:
+            malformed += len(words) != _FITTING.get(identifier & 0x780, len(words))
+            for callback in network.subscribers.get(identifier, []):
+                callback(identifier, bytearray(words), 0.0)
+        heard.clear()
+        if not mute:
+            send(can_id, payload, remote)
+
+    network.send_message = send_among_strangers  # type: ignore[method-assign]
+    for ends, quiet, identifier, payload in frames_in(data):
+        heard.append((identifier, payload))
+        mute = quiet
+        if ends:
+            try:
+                measured = bench.cycle()
+                require(all(-2.0 < q < 2.0 for q in measured.position_rad), "no pose far beyond the limits passes")
+            except DriverError:
+                require(arm.state is ArmState.FAULTED, "what ends a cycle latches")
+    mute = False
+    boxes = arm._exchange._mailbox.look()  # noqa: SLF001
+    require(sum(box.malformed for box in boxes) == malformed, "malformed frames are counted")
+    require(all(len(box.active) <= _KEPT for box in boxes), "bounded memory")
+    require(len(arm._exchange._mailbox.emergencies()) <= _KEPT, "bounded memory")  # noqa: SLF001
+    ended = arm.state
+    heard.clear()
+    if ended is ArmState.FAULTED:
+        network.wait_until(network.now_ns + 60_000_000)
+        arm.acknowledge()
+        require(arm.state is ArmState.CONFIGURED, "the bus is as before after an acknowledgement")
+    arm.close()
+    return ended.value
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seconds", type=int, default=600)
+    parser.add_argument("--corpus", type=Path, help="where new inputs go")
+    arguments = parser.parse_args()
+    import atheris  # type: ignore[import-not-found, unused-ignore]
+
+    with atheris.instrument_imports(include=["palpate.drivers"]):
+        from palpate.drivers.cia402 import arm, exchange, mailbox, watch
+
+        modules: tuple[Any, ...] = (arm, exchange, mailbox, watch)
+    require(len(modules) > 0, "something is instrumented")
+    with tempfile.TemporaryDirectory() as scratch:
+        folders = [str(arguments.corpus or Path(scratch)), str(CORPUS)]
+        limits = [f"-max_total_time={arguments.seconds}", "-max_len=256", "-print_final_stats=1"]
+        atheris.Setup([sys.argv[0], *folders, *limits], lambda data: once(data) and None)
+        atheris.Fuzz()
+
+
+if __name__ == "__main__":
+    main()
