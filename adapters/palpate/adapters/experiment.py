@@ -109,9 +109,9 @@ def score(config: RunConfig, report: TrialReport, truth: Truth | None) -> Scored
 
 
 def truth_fields(scored: ScoredTrial) -> dict[str, Any]:
-    """What of a log's end record only the truth can fill."""
+    """What of a log's end record only the truth can fill; nothing where nobody knows it."""
     if scored.truth is None:
-        return {"success": scored.success}
+        return {}
     return {
         "success": scored.success,
         "true_peak_force_N": scored.truth.peak_force_N,

@@ -10,7 +10,7 @@ import pytest
 
 from palpate.adapters import experiment
 from palpate.adapters.config import RunConfig
-from palpate.adapters.experiment import run_scored_trial, trial_setup
+from palpate.adapters.experiment import run_scored_trial, trial_setup, truth_fields
 from palpate.core.trial import Outcome
 from palpate.simulation.cell import Truth
 from tests.unit.adapters.samples import scored_trial
@@ -68,3 +68,9 @@ def test_success_is_full_depth_within_the_force_limit(
     scored = run_scored_trial(RunConfig(), rig, task, 5)
     assert scored.success is success
     assert rig.prepared == [5]
+
+
+def test_where_nobody_knows_the_truth_a_log_holds_none() -> None:
+    scored = replace(scored_trial(0), truth=None)
+    assert truth_fields(scored) == {}
+    assert truth_fields(scored_trial(0))["success"] is True
