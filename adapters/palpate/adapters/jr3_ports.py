@@ -45,6 +45,10 @@ class OpenWire:
     close: Callable[[], None]
 
 
+_LINE_NS: Final = 20_000_000
+"""What line and system may add to the sensor's own period before a reading counts as missing."""
+
+
 class Jr3ForceSensor(ManagedDevice, ForceSensor):
     """A JR3 wrist sensor. Never tares by itself: samples are raw.
 
@@ -76,6 +80,8 @@ class Jr3ForceSensor(ManagedDevice, ForceSensor):
         self._max_age_ns, self._start_timeout_s = max_age_ns, start_timeout_s
         self._opened: OpenWire | None = None
         self.device: Jr3 | None = None
+        self._polled_ns = 0
+        self._undated: int | None = None
 
     @property
     def settings(self) -> Jr3Settings:
@@ -103,8 +109,12 @@ class Jr3ForceSensor(ManagedDevice, ForceSensor):
         if device is None:
             raise DeviceError(_NAME, "is not open")
         try:
-            device.poll(self._clock.now_ns())
+            now_ns = self._clock.now_ns()
+            device.poll(now_ns)
             device.check()
+            if now_ns - self._polled_ns > self._max_age_ns:
+                self._look_for_news(device)
+            self._polled_ns = self._clock.now_ns()
         except SilentError:
             # An old sample says so itself; a board that is gone for good is another matter.
             age_ns = device.age_ns(self._clock.now_ns())
@@ -115,10 +125,25 @@ class Jr3ForceSensor(ManagedDevice, ForceSensor):
             raise translated(error, _NAME) from error
         return device
 
+    def _look_for_news(self, device: Jr3) -> None:
+        """After a long pause: what waited in the line may be as old as the pause, so wait for one reading more."""
+        waiting = None if device.latest is None else device.latest.sequence
+        deadline_ns = self._clock.now_ns() + 3 * self._settings.period_us * 1000 + _LINE_NS
+        while self._clock.now_ns() < deadline_ns:
+            self._sleep(0.001)
+            device.poll(self._clock.now_ns())
+            device.check()
+            if device.latest is not None and device.latest.sequence != waiting:
+                self._undated = None
+                return
+        self._undated = waiting
+
     def _made(self, sample: Jr3Sample) -> WrenchSample:
         validity = Validity.VALID
         if sample.settling:
             validity = Validity.INVALID
+        elif sample.sequence == self._undated:
+            validity = Validity.STALE
         elif self._clock.now_ns() - sample.receive_time_ns > self._max_age_ns:
             validity = Validity.STALE
         elif sample.saturated or sample.near_saturated:
