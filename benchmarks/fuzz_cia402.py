@@ -14,7 +14,6 @@ import argparse
 import sys
 import tempfile
 from pathlib import Path
-from typing import Any
 
 CORPUS = Path(__file__).parents[1] / "tests" / "fuzz" / "cia402"
 _IDENTIFIERS = (0x180, 0x700, 0x080, 0x580)
@@ -100,10 +99,8 @@ def main() -> None:
     import atheris  # type: ignore[import-not-found, unused-ignore]
 
     with atheris.instrument_imports(include=["palpate.drivers"]):
-        from palpate.drivers.cia402 import arm, exchange, mailbox, watch
-
-        modules: tuple[Any, ...] = (arm, exchange, mailbox, watch)
-    require(len(modules) > 0, "something is instrumented")
+        # The drivers are imported here, by the first run.
+        once(b"")
     with tempfile.TemporaryDirectory() as scratch:
         folders = [str(arguments.corpus or Path(scratch)), str(CORPUS)]
         limits = [f"-max_total_time={arguments.seconds}", "-max_len=256", "-print_final_stats=1"]

@@ -8,6 +8,10 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+import pytest
+
+from palpate.adapters.cli.main import main
+
 QUICK = ("--task.time-limit-s", "2")
 """Most trials with little learning end at the time limit: an early one keeps them short."""
 
@@ -46,6 +50,19 @@ def refusal(*words: object, cwd: Path | None = None) -> str:
     assert (done.returncode, len(lines), done.stdout) == (2, 1, ""), done
     assert lines[0].startswith("palpate: ")
     return lines[0]
+
+
+def refused_here(words: str, desk: Path, capsys: pytest.CaptureFixture[str]) -> str:
+    """Call palpate in this process, which must refuse in one line and leave every file as it is; returns that line."""
+    before = files_in(desk)
+    assert main(words.split()) == 2
+    printed, complaint = capsys.readouterr()
+    assert printed == ""
+    (line,) = complaint.splitlines()
+    assert line.startswith("palpate: ")
+    # A refused call leaves nothing that would be in the way of the next one.
+    assert files_in(desk) == before
+    return line
 
 
 def files_in(folder: Path) -> dict[str, bytes]:

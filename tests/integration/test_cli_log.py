@@ -13,9 +13,8 @@ import pyarrow.parquet as pq
 import pytest
 from mcap.writer import Writer
 
-from palpate.adapters.cli.main import main
 from palpate.adapters.log.reader import read_log
-from tests.integration.command_line import files_in, palpate, refusal, succeed
+from tests.integration.command_line import files_in, palpate, refusal, refused_here, succeed
 
 
 @pytest.fixture(scope="module")
@@ -209,15 +208,9 @@ def test_what_cannot_be_used_is_named_in_one_line(
     accepted: str,
 ) -> None:
     monkeypatch.chdir(desk)
-    before = files_in(desk)
-    assert main(words.split()) == 2
-    printed, complaint = capsys.readouterr()
-    assert printed == ""
-    (line,) = complaint.splitlines()
-    assert line.startswith("palpate: ")
+    line = refused_here(words, desk, capsys)
     assert named in line
     assert accepted in line
-    assert files_in(desk) == before
 
 
 def test_help() -> None:

@@ -11,8 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from palpate.adapters.cli.main import main
-from tests.integration.command_line import files_in, palpate, refusal, succeed
+from tests.integration.command_line import files_in, palpate, refusal, refused_here, succeed
 
 LONG = "x" * 300
 """A name longer than any file system takes."""
@@ -151,16 +150,9 @@ def test_what_cannot_be_used_is_named_in_one_line(
 ) -> None:
     # In this process, because there are many; below, some of them in one of their own.
     monkeypatch.chdir(desk)
-    before = files_in(desk)
-    assert main(words.split()) == 2
-    printed, complaint = capsys.readouterr()
-    assert printed == ""
-    (line,) = complaint.splitlines()
-    assert line.startswith("palpate: ")
+    line = refused_here(words, desk, capsys)
     assert named in line
     assert accepted in line
-    # A refused call leaves nothing that would be in the way of the next one.
-    assert files_in(desk) == before
 
 
 @pytest.mark.parametrize(

@@ -82,12 +82,12 @@ def withdrawal(approach: Approach, begin_rad: JointVector) -> list[JointVector]:
     height_m = -float(approach.goal_in_base.actInv(tip).translation[2])
     if height_m >= approach.clear_m or approach.goal_in_base.rotation[:, 2] @ tip.rotation[:, 2] < _ALONG:
         return []
-    inverse, axis = InverseKinematics(kinematics, 1.0 / CONTROL_RATE_HZ), tip.rotation[:, 2].copy()
-    ticks = max(1, round((approach.clear_m - height_m) / WITHDRAWAL_M_S * CONTROL_RATE_HZ))
+    inverse, axis = InverseKinematics(kinematics, 1.0 / CONTROL_RATE_HZ), tip.rotation[:, 2]
+    length_m = approach.clear_m - height_m
+    ticks = max(1, round(length_m / WITHDRAWAL_M_S * CONTROL_RATE_HZ))
     q, path = np.array(begin_rad), []
     for tick in range(1, ticks + 1):
-        way = (approach.clear_m - height_m) * tick / ticks
-        step = inverse.step(q, pin.SE3(tip.rotation, tip.translation - way * axis))
+        step = inverse.step(q, pin.SE3(tip.rotation, tip.translation - length_m * tick / ticks * axis))
         if step.limited:
             raise DeviceError("rig", "the tool cannot be drawn straight back from where it was left: move it by hand")
         q = step.q_rad

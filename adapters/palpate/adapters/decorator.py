@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from types import TracebackType
-from typing import Self
-
-from palpate.core.lifecycle import Life
+from palpate.core.lifecycle import ActiveInside, Life
 from palpate.core.ports import Device
 
 
-class DeviceDecorator:
+class DeviceDecorator(ActiveInside):
     """Passes the life cycle through.
 
     Args:
@@ -48,17 +45,3 @@ class DeviceDecorator:
     def close(self) -> None:
         """See :class:`palpate.core.ports.Device`."""
         self._device.close()
-
-    def __enter__(self) -> Self:
-        try:
-            self.configure()
-            self.activate()
-        except BaseException:
-            self.close()
-            raise
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()

@@ -8,6 +8,7 @@ called by a person's decision, leads out of it, and it leads to *configured*, ne
 from __future__ import annotations
 
 import enum
+from abc import abstractmethod
 from collections.abc import Callable
 from types import TracebackType
 from typing import Final, Self
@@ -48,7 +49,37 @@ TRANSITIONS: Final[dict[tuple[Life, Request], Life]] = {
 }
 
 
-class ManagedDevice:
+class ActiveInside:
+    """Makes a context manager of a device: active inside, closed on every way out."""
+
+    @abstractmethod
+    def configure(self) -> None:
+        """Open and check the device."""
+
+    @abstractmethod
+    def activate(self) -> None:
+        """Let it act."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """Release it for good."""
+
+    def __enter__(self) -> Self:
+        try:
+            self.configure()
+            self.activate()
+        except BaseException:
+            self.close()
+            raise
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+class ManagedDevice(ActiveInside):
     """Base of our adapters: keeps the life-cycle state and refuses illegal requests.
 
     A subclass overrides the ``_on_...`` hooks it needs. Used as a context manager it is configured
@@ -117,20 +148,6 @@ class ManagedDevice:
                 self._on_close()
             finally:
                 self._life = TRANSITIONS[self._life, Request.CLOSE]
-
-    def __enter__(self) -> Self:
-        try:
-            self.configure()
-            self.activate()
-        except BaseException:
-            self.close()
-            raise
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     def _latch(self, cause: str) -> None:
         """Enter the faulted state; the first cause is kept. A device that is not open has nothing to fail."""

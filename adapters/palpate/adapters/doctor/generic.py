@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from typing import TypeVar
+
 from palpate.adapters.doctor.findings import Notebook
 from palpate.adapters.doctor.pace import distances, rate_Hz, spread_of
 from palpate.adapters.doctor.wrench import WrenchReading, examine_wrench
@@ -9,6 +12,7 @@ from palpate.core.ports import Clock, ForceSensor, JointEncoder
 from palpate.core.task_config import CONTROL_RATE_HZ
 from palpate.core.values import JointSample, JointVector, Validity, WrenchSample
 
+_Sample = TypeVar("_Sample", WrenchSample, JointSample)
 _POLL_NS = 1_000_000
 _SILENT = "check cable and power, and the adapter's own settings"
 
@@ -22,16 +26,7 @@ def examine_force_sensor(sensor: ForceSensor, clock: Clock, seconds: float, note
         seconds: How long to listen.
         notes: Where it goes.
     """
-    samples: dict[int, WrenchSample] = {}
-    reads = stale = 0
-    end_ns = clock.now_ns() + round(seconds * 1e9)
-    while (now_ns := clock.now_ns()) < end_ns:
-        sample = sensor.read()
-        reads, stale = reads + 1, stale + (sample.validity is Validity.STALE)
-        samples.setdefault(sample.sequence, sample)
-        clock.sleep_until(now_ns + _POLL_NS)
-    found = list(samples.values())
-    _tell_samples(found, reads, stale, notes)
+    found = _heard(sensor.read, clock, seconds, notes)
     readings = [
         WrenchReading(s.force_N, s.torque_Nm, s.receive_time_ns, s.validity is Validity.SATURATED)
         for s in found
@@ -53,16 +48,7 @@ def examine_encoder(
         upper_rad: Upper ones, (n,).
         notes: Where it goes.
     """
-    samples: dict[int, JointSample] = {}
-    reads = stale = 0
-    end_ns = clock.now_ns() + round(seconds * 1e9)
-    while (now_ns := clock.now_ns()) < end_ns:
-        sample = encoder.read()
-        reads, stale = reads + 1, stale + (sample.validity is Validity.STALE)
-        samples.setdefault(sample.sequence, sample)
-        clock.sleep_until(now_ns + _POLL_NS)
-    found = list(samples.values())
-    _tell_samples(found, reads, stale, notes)
+    found = _heard(encoder.read, clock, seconds, notes)
     pose = found[-1].position_rad if found else ()
     if len(pose) != len(lower_rad):
         remedy = "--arm names the kinematic model: palpate doctor --help"
@@ -84,7 +70,22 @@ def examine_encoder(
     )
 
 
-def _tell_samples(samples: list[WrenchSample] | list[JointSample], reads: int, stale: int, notes: Notebook) -> None:
+def _heard(read: Callable[[], _Sample], clock: Clock, seconds: float, notes: Notebook) -> list[_Sample]:
+    """Different samples that came in that time; how they came goes into the notes."""
+    samples: dict[int, _Sample] = {}
+    reads = stale = 0
+    end_ns = clock.now_ns() + round(seconds * 1e9)
+    while (now_ns := clock.now_ns()) < end_ns:
+        sample = read()
+        reads, stale = reads + 1, stale + (sample.validity is Validity.STALE)
+        samples.setdefault(sample.sequence, sample)
+        clock.sleep_until(now_ns + _POLL_NS)
+    found = list(samples.values())
+    _tell_samples(found, reads, stale, notes)
+    return found
+
+
+def _tell_samples(samples: Sequence[WrenchSample | JointSample], reads: int, stale: int, notes: Notebook) -> None:
     times = [sample.receive_time_ns for sample in samples]
     got, spread = rate_Hz(times), spread_of(distances(times))
     notes.fact("samples", f"{len(samples)} in {reads} reads, {got:.1f} Hz, {stale} reads were stale", got)
