@@ -23,6 +23,10 @@ RESULTS = (
 Done = subprocess.CompletedProcess[str]
 
 
+RT_EMULATOR = ("--priority", 30)
+"""Emulated devices that other tests' work does not hold up, where the system grants it."""
+
+
 def command(*words: object) -> list[str]:
     """A call of palpate; warnings are errors in it, as they are in the tests themselves."""
     return [sys.executable, "-W", "error", "-m", "palpate.adapters.cli.main", *map(str, words)]

@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 
 from palpate.adapters.rig_file import RigFile
-from tests.integration.command_line import command, palpate, refusal, succeed, wait_until
+from tests.integration.command_line import RT_EMULATOR, command, palpate, refusal, succeed, wait_until
 
 pytestmark = pytest.mark.xdist_group("real time")
 RIGS = Path(__file__).parents[2] / "rigs"
@@ -29,7 +29,10 @@ def emulated(folder: Path, *words: str) -> Iterator[tuple[Path, subprocess.Popen
     """A rig file whose devices are served, and the process that does it."""
     rig = folder / "rig.toml"
     with subprocess.Popen(
-        command("emulate", "--rig-file", rig, *words), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+        command("emulate", "--rig-file", rig, *RT_EMULATOR, *words),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
     ) as process:
         try:
             wait_until(lambda: rig.exists() and "force_sensor" in rig.read_text(), process)

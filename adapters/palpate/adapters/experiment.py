@@ -75,7 +75,8 @@ def run_scored_trial(
         supervisor: Stands between the core and the arm.
         beat: Keeps it in time; None where time waits.
     """
-    rig.prepare(trial)
+    with nullcontext() if beat is None else beat.loop():
+        rig.prepare(trial)
     setup, ports = trial_setup(config, trial), rig.ports if beat is None else beat.timed(rig.ports)
     loop = nullcontext() if beat is None else beat.loop()
     if recorder is None:

@@ -13,6 +13,8 @@ from palpate.adapters.cli.options import EmulateOptions
 from palpate.adapters.composition import find_ready_pose
 from palpate.adapters.config import scenario
 from palpate.adapters.emulation import EmulatedCell, EmulationConfig
+from palpate.adapters.realtime import take_real_time
+from palpate.core.checks import require_whole
 from palpate.core.errors import OutputError
 from palpate.simulation.cell import Truth
 
@@ -23,6 +25,7 @@ def emulate(options: EmulateOptions) -> int:
     emulation = EmulationConfig(
         options.arm, options.force, options.baud, options.divider, options.wrist_backlash_deg, options.usb_latency_ms
     )
+    require_whole("priority", options.priority, 0, 99)
     if options.rig_file and os.path.lexists(options.rig_file):
         raise OutputError(options.rig_file, "is there already", "name another file with --rig-file")
     ended = False
@@ -31,6 +34,9 @@ def emulate(options: EmulateOptions) -> int:
         nonlocal ended
         ended = True
 
+    if options.priority:
+        # Before any thread is started: all that serve inherit it.
+        sys.stderr.write(f"palpate: {take_real_time(options.priority)}\n")
     before = {number: signal.signal(number, end) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
         counts = str(Path(options.rig_file).resolve().with_suffix(".counts.json")) if options.rig_file else ""

@@ -176,6 +176,9 @@ class EmulateOptions:
     """Full gap of the wrist's gears."""
     usb_latency_ms: float = 0.0
     """Latency timer of an emulated USB adapter on the serial lines; 16 is usual, 1 a good setting."""
+    priority: int = 0
+    """Real-time priority (SCHED_FIFO) of the emulated devices, 1 to 99: other work on this machine then does not hold
+    them up, which real devices would not know either. 0 asks for none; a refusal is told."""
 
 
 @dataclass(frozen=True)

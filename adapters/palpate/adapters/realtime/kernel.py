@@ -28,11 +28,11 @@ class Kernel:
         """Set policy, with its flags, and priority of the calling thread."""
         os.sched_setscheduler(0, policy, os.sched_param(priority))
 
-    def fifo(self, priority: int) -> None:
-        """Put the calling thread into ``SCHED_FIFO``; what it starts does not inherit that."""
+    def fifo(self, priority: int, *, inherited: bool = False) -> None:
+        """Put the calling thread into ``SCHED_FIFO``, and what it starts from now on if that is to inherit it."""
         # Without the flag every thread and process that is started later would run at this priority too, the
         # writer of the logs for one, and compete with the loop.
-        self.set_scheduling(os.SCHED_FIFO | os.SCHED_RESET_ON_FORK, priority)
+        self.set_scheduling(os.SCHED_FIFO | (0 if inherited else os.SCHED_RESET_ON_FORK), priority)
 
     def affinity(self) -> frozenset[int]:
         """CPUs that the calling thread may run on."""

@@ -81,13 +81,7 @@ class RealTime:
 
     def _try_scheduling(self) -> Grant:
         priority = self._config.priority
-        wish = f"real-time scheduling (SCHED_FIFO) at priority {priority}"
-        limit = self._kernel.priority_limit()
-        remedy = (
-            f"grant CAP_SYS_NICE, or allow it to this user (ulimit -r is {limit:g}): a line '@realtime - rtprio"
-            f" {priority}' in /etc/security/limits.d, then log in anew; a container needs --cap-add=SYS_NICE"
-        )
-        return _ask(wish, remedy, self._raise_priority)
+        return _ask(_wish(priority), _remedy(priority, self._kernel), self._raise_priority)
 
     def _try_cpu(self) -> Grant:
         wish = f"the loop on CPU {self._config.cpu} alone"
@@ -144,6 +138,32 @@ def request(config: RealTimeConfig, kernel: Kernel | None = None) -> list[Grant]
     """
     with RealTime(config, kernel) as real_time:
         return list(real_time.grants)
+
+
+def take_real_time(priority: int, kernel: Kernel | None = None) -> Grant:
+    """Put this thread into the real-time class for good, and with it all that it starts from now on.
+
+    Args:
+        priority: 1 to 99.
+        kernel: The system calls.
+    """
+    kernel = kernel or Kernel()
+    try:
+        kernel.fifo(priority, inherited=True)
+    except OSError as error:
+        return Grant(_wish(priority), False, _words(error), _remedy(priority, kernel))
+    return Grant(_wish(priority), True)
+
+
+def _wish(priority: int) -> str:
+    return f"real-time scheduling (SCHED_FIFO) at priority {priority}"
+
+
+def _remedy(priority: int, kernel: Kernel) -> str:
+    return (
+        f"grant CAP_SYS_NICE, or allow it to this user (ulimit -r is {kernel.priority_limit():g}): a line '@realtime -"
+        f" rtprio {priority}' in /etc/security/limits.d, then log in anew; a container needs --cap-add=SYS_NICE"
+    )
 
 
 def _ask(wish: str, remedy: str, take: Callable[[ExitStack], None]) -> Grant:

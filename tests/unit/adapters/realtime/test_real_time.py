@@ -12,7 +12,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from palpate.adapters.realtime import Grant, Kernel, RealTime, RealTimeConfig, request
+from palpate.adapters.realtime import Grant, Kernel, RealTime, RealTimeConfig, request, take_real_time
 
 ALL = RealTimeConfig(scheduling=True, priority=7, lock_memory=True, cpu=1, garbage_collection="off")
 FIFO, FLAG = 1, 0x4000_0000
@@ -34,8 +34,8 @@ class FakeKernel(Kernel):
             self._ask("flag")
         self.policy, self.at = policy, priority
 
-    def fifo(self, priority: int) -> None:
-        self.set_scheduling(FIFO | FLAG, priority)
+    def fifo(self, priority: int, *, inherited: bool = False) -> None:
+        self.set_scheduling(FIFO if inherited else FIFO | FLAG, priority)
 
     def affinity(self) -> frozenset[int]:
         return self.cpus
@@ -175,3 +175,25 @@ def test_what_the_loop_starts_does_not_inherit_its_priority() -> None:
             seen.append(int(subprocess.run(child, check=True, capture_output=True).stdout))
         assert seen == [os.SCHED_OTHER] * 2
         assert os.sched_getscheduler(0) & 0xFF == os.SCHED_OTHER
+
+
+def test_a_thread_that_takes_it_for_good_hands_it_on() -> None:
+    kernel = FakeKernel()
+    assert take_real_time(9, kernel).granted
+    assert (kernel.policy, kernel.at) == (FIFO, 9)
+    grant = take_real_time(9, FakeKernel("scheduling"))
+    assert not grant.granted
+    assert "CAP_SYS_NICE" in str(grant)
+    seen: list[int] = []
+
+    def take() -> None:
+        if not take_real_time(1).granted:
+            return
+        child = threading.Thread(target=lambda: seen.append(os.sched_getscheduler(0)))
+        child.start()
+        child.join()
+
+    thread = threading.Thread(target=take)
+    thread.start()
+    thread.join()
+    assert seen in ([], [os.SCHED_FIFO])
