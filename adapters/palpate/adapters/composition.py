@@ -166,7 +166,9 @@ def build_task(config: RunConfig, ready: ReadyPose, perception: Perception, poli
 def build_supervisor(config: RunConfig) -> Supervisor:
     """The supervisor that stands between the task and the arm."""
     kinematics = Kinematics(arm_named(config.arm), ToolGeometry())
-    return Supervisor(config.supervision, config.task, kinematics, config.perception.calibration)
+    # A cell without noise is a simulated one: there equal samples are no sign of anything.
+    noisy = config.cell.sensor.force_noise_N > 0.0
+    return Supervisor(config.supervision, config.task, kinematics, config.perception.calibration, noisy=noisy)
 
 
 def require_usable(config: RunConfig, ready: ReadyPose) -> None:

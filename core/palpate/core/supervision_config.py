@@ -28,6 +28,7 @@ _LIMITS: Final[dict[str, _Limit]] = {
     "max_force_age_ms": _Limit(8.0, 1000.0, "ms"),
     "max_joint_age_ms": _Limit(8.0, 1000.0, "ms"),
     "max_repeats": _Limit(1, 140, "ticks"),
+    "max_equal_samples": _Limit(1, 1_000_000, "samples"),
     "max_gap_ms": _Limit(9.0, 1000.0, "ms"),
     "joint_slack_mrad": _Limit(0.1, 100.0, "mrad"),
     "max_joint_velocity_share": _Limit(0.05, 5.0, "of the arm's limits"),
@@ -59,6 +60,8 @@ class SupervisionConfig:
     """Time since the joint angles were measured; arms on slow buses need longer than force sensors."""
     max_repeats: int = 14
     """Control ticks in a row in which a sensor delivers nothing new."""
+    max_equal_samples: int = 5
+    """New force samples in a row that are equal to the one before in all six channels, as no noisy sensor's are."""
     max_gap_ms: float = 50.0
     """Time from one control tick to the next; the period is 7.1 ms."""
     joint_slack_mrad: float = 5.0

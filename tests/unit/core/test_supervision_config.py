@@ -28,7 +28,7 @@ def refused(field: str, value: Any, **more: Any) -> ConfigurationError:
 
 def test_the_defaults_are_accepted_and_weaken_nothing() -> None:
     assert weakened_lines(SupervisionConfig()) == []
-    assert len(DEFAULTS) == 17
+    assert len(DEFAULTS) == 18
 
 
 @pytest.mark.parametrize("name", [*DEFAULTS, "retract_mm", "retract_speed_mm_s"])

@@ -22,7 +22,8 @@ class Variant:
         name: For tables.
         plan: Settings of the fault plan, but for the tick and the seed.
         silent_ticks: Ticks that pass before anything can be seen of it by whoever looks at the ports: a sensor that
-            delivers nothing looks like a slow one until its patience is over. None when that depends on what the arm
+            delivers nothing looks like a slow one until its patience is over, and one that is frozen like one that feels
+            the same twice. None when that depends on what the arm
             does meanwhile, as with an arm that does not move: then only harm counts.
         hidden: Nothing at the ports ever shows it: the sensor lies plausibly. What it did is listed as residual risk.
     """
@@ -54,7 +55,7 @@ def variants(config: SupervisionConfig) -> list[Variant]:
         made.add(f"{port} repeats", made.quiet_ticks, kind="repeat", port=port)
         made.add(f"{port} not a number", 0, kind="nan", port=port)
         made.add(f"{port} disconnected", 0, kind="disconnect", port=port)
-    made.add("force_sensor frozen", None, hidden=True, kind="freeze", port="force_sensor")
+    made.add("force_sensor frozen", config.max_equal_samples, kind="freeze", port="force_sensor")
     made.add("force_sensor drifts 5 N/s", None, hidden=True, kind="bias-drift", port="force_sensor", magnitude=5.0,
              channels=(2,))  # fmt: skip
     made.add("force_sensor spike 100 N", 0, kind="spike", port="force_sensor", magnitude=100.0, channels=(2,),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from palpate.core.supervision.values import Trip, TripReason
 from palpate.core.supervision_config import SupervisionConfig
-from palpate.core.values import Snapshot, Validity
+from palpate.core.values import Snapshot, Validity, Vector3
 
 _NS_PER_MS = 1e6
 
@@ -14,20 +14,23 @@ class SampleWatch:
 
     Args:
         config: The limits.
+        noisy: Whether the force sensor shows noise, so that equal samples mean that it is frozen.
     """
 
-    def __init__(self, config: SupervisionConfig) -> None:
+    def __init__(self, config: SupervisionConfig, *, noisy: bool = True) -> None:
         self._force_age_ns = round(config.max_force_age_ms * _NS_PER_MS)
         self._joint_age_ns = round(config.max_joint_age_ms * _NS_PER_MS)
         self._gap_ns = round(config.max_gap_ms * _NS_PER_MS)
-        self._most_repeats = config.max_repeats
+        self._most_repeats, self._most_equal = config.max_repeats, config.max_equal_samples
+        self._noisy = noisy
         self.begin()
 
     def begin(self) -> None:
         """A trial begins."""
         self._last_ns: int | None = None
         self._sequences: tuple[int | None, int | None] = (None, None)
-        self._wrench_repeats = self._joint_repeats = 0
+        self._wrench_repeats = self._joint_repeats = self._equal = 0
+        self._values: tuple[Vector3, Vector3] | None = None
 
     def trip(self, snapshot: Snapshot) -> Trip | None:
         """What is wrong with this tick's samples; None if nothing is."""
@@ -49,6 +52,14 @@ class SampleWatch:
         if not -most_ns <= age_ns <= most_ns:
             return _times(TripReason.SAMPLE_STALE, snapshot.tick, "age of the joint sample", age_ns, most_ns)
         last_wrench, last_joints = self._sequences
+        if wrench.sequence != last_wrench:
+            last_values, self._values = self._values, (wrench.force_N, wrench.torque_Nm)
+            if self._values != last_values:
+                self._equal = 0
+            elif self._noisy:
+                self._equal += 1
+                if self._equal > self._most_equal:
+                    return self._frozen(snapshot.tick)
         self._sequences = (wrench.sequence, joints.sequence)
         if wrench.sequence == last_wrench or joints.sequence == last_joints:
             return self._repeated(snapshot.tick, wrench.sequence == last_wrench, joints.sequence == last_joints)
@@ -64,6 +75,11 @@ class SampleWatch:
         name = "force" if repeats == self._wrench_repeats else "joint"
         text = f"no new {name} sample for {repeats} ticks, limit {most} ticks"
         return Trip(TripReason.SAMPLE_REPEATED, tick, float(repeats), float(most), text)
+
+    def _frozen(self, tick: int) -> Trip:
+        found, most = self._equal, self._most_equal
+        text = f"{found} new force samples in a row are equal to the one before in every bit, limit {most}"
+        return Trip(TripReason.SAMPLE_FROZEN, tick, float(found), float(most), text)
 
     @staticmethod
     def _not_valid(tick: int, name: str, validity: Validity) -> Trip:

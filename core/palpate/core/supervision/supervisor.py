@@ -33,15 +33,22 @@ class Supervisor:
         task: What the workspace has to hold.
         kinematics: A work space of its own.
         scale: Factors on the sensor's six channels after taring, (6,), as the task applies them.
+        noisy: Whether the force sensor shows noise; if so, samples that stay equal are those of a frozen one.
     """
 
     def __init__(
-        self, config: SupervisionConfig, task: TaskConfig, kinematics: Kinematics, scale: tuple[float, ...] = (1.0,) * 6
+        self,
+        config: SupervisionConfig,
+        task: TaskConfig,
+        kinematics: Kinematics,
+        scale: tuple[float, ...] = (1.0,) * 6,
+        *,
+        noisy: bool = True,
     ) -> None:
         lower: JointVector = tuple(kinematics.lower_rad.tolist())
         upper: JointVector = tuple(kinematics.upper_rad.tolist())
         velocity: JointVector = tuple(kinematics.velocity_limit_rad_s.tolist())
-        self._samples, self._wrench = SampleWatch(config), WrenchWatch(config, scale)
+        self._samples, self._wrench = SampleWatch(config, noisy=noisy), WrenchWatch(config, scale)
         self._joints, self._places = JointWatch(config, lower, upper, velocity), PlaceWatch(config, task)
         self._limiter = CommandLimiter(lower, upper, velocity, CONTROL_RATE_HZ)
         self._retreat = Retreat(

@@ -20,8 +20,12 @@ UNTARED = Expectation(contact=True)
 READY_TIP: Vector3 = (0.0, 0.0, -3e-3)
 
 
-def supervisor(config: SupervisionConfig | None = None, arm: str = "zebra-zero", **more: Any) -> Supervisor:
-    return Supervisor(config or SupervisionConfig(), TaskConfig(), Kinematics(arm_named(arm), TOOL), **more)
+def supervisor(
+    config: SupervisionConfig | None = None, arm: str = "zebra-zero", *, noisy: bool = False, **more: Any
+) -> Supervisor:
+    """A supervisor that knows that made-up wrenches have no noise."""
+    kinematics = Kinematics(arm_named(arm), TOOL)
+    return Supervisor(config or SupervisionConfig(), TaskConfig(), kinematics, noisy=noisy, **more)
 
 
 class Bench:

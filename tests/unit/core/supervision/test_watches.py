@@ -123,6 +123,23 @@ def test_sensors_that_take_turns_are_slow_and_not_dead() -> None:
         bench.clean(1, **slow)
 
 
+def test_a_sensor_that_counts_on_and_never_changes_is_frozen() -> None:
+    bench = Bench(noisy=True)
+    bench.clean(6)
+    bench.clean(6, torque_Nm=(0, 0, 1e-15))  # one channel differs in its last bits: it lives
+    number = bench.snapshots[-1].wrench.sequence
+    bench.clean(3, torque_Nm=(0, 0, 1e-15), wrench={"sequence": number})  # no news, counted elsewhere
+    bench.tick(torque_Nm=(0, 0, 1e-15))
+    trip = bench.supervisor.trip
+    assert trip is not None
+    assert (trip.reason, trip.tick) == (TripReason.SAMPLE_FROZEN, 15)
+    assert trip.text == "6 new force samples in a row are equal to the one before in every bit, limit 5"
+
+
+def test_a_sensor_without_noise_may_stay_as_it_is() -> None:
+    Bench().clean(100)
+
+
 # Joints.
 
 
