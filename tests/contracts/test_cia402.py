@@ -22,7 +22,7 @@ from palpate.simulation.emulators.can_wire import CanWire
 from palpate.simulation.emulators.canopen_node import CanopenDrive
 from palpate.simulation.emulators.direct_motors import DirectMotors
 
-pytestmark = pytest.mark.xdist_group("real time")
+pytestmark = [pytest.mark.xdist_group("real time"), pytest.mark.usefixtures("real_time")]
 
 CHANNELS = count()
 HOME = (0.1, -0.2, 0.3)

@@ -28,7 +28,7 @@ from palpate.simulation.emulators.jr3_config import Jr3Config
 from palpate.simulation.emulators.jr3_uart import UART_CONFIG, Jr3UartNode
 from palpate.simulation.emulators.pty_server import PtyServer
 
-pytestmark = pytest.mark.xdist_group("real time")
+pytestmark = [pytest.mark.xdist_group("real time"), pytest.mark.usefixtures("real_time")]
 CHANNELS = count()
 TICK_NS = 10**9 // 140
 MAX_AGE_MS = 200.0

@@ -26,7 +26,7 @@ UPPER = (3.14, 1.70, 1.07, 3.14, 3.14, 3.14)
 SETTLE_TICKS = 20
 
 
-pytestmark = pytest.mark.xdist_group("real time")
+pytestmark = [pytest.mark.xdist_group("real time"), pytest.mark.usefixtures("real_time")]
 
 
 class Bench:

@@ -24,6 +24,7 @@ from palpate.simulation.emulators.canopen_state import PowerState
 from palpate.simulation.emulators.plant import IdealPlant
 from palpate.simulation.emulators.slcan_server import SlcanServer
 
+pytestmark = [pytest.mark.xdist_group("real time"), pytest.mark.usefixtures("real_time")]
 SCALE = 30_557.75
 NODES = (1, 2, 3, 4, 5, 6)
 BITRATE = 1_000_000

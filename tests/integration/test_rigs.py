@@ -21,9 +21,10 @@ PATIENT = (
     *("--supervision.max-tracking-error-mrad", 100, "--supervision.max-gap-ms", 1000),
     *("--supervision.max-force-age-ms", 1000, "--supervision.max-joint-age-ms", 1000),
     *("--supervision.max-repeats", 140, "--supervision.unexpected-contact-N", 30),
+    *("--supervision.max-equal-samples", 1000),
     *("--supervision.max-force-rate-N-s", 100_000, "--supervision.weakened"),
     *("max_force_rate_N_s", "unexpected_contact_N", "max_tracking_error_mrad", "max_gap_ms", "max_force_age_ms"),
-    *("max_joint_age_ms", "max_repeats", "--real-time.scheduling"),
+    *("max_joint_age_ms", "max_repeats", "max_equal_samples", "--real-time.scheduling"),
 )
 """The supervisor's share of what :func:`relax` does.
 
@@ -37,7 +38,8 @@ def relax(rig: Path) -> None:
     arm, sensor = text.split("[force_sensor]\n")
     arm = arm.replace("[arm]\n", "[arm]\nmax_age_ms = 1000.0\npatience = 10.0\n")
     arm = arm.replace("[rig]\n", "[rig]\napproach_rad_s = 0.8\n")
-    rig.write_text(f"{arm}[force_sensor]\nmax_age_ms = 1000.0\n{sensor}")
+    watchdog = "[watchdog]\ncommand_ms = 2000.0\nsensor_ms = 2000.0\n"
+    rig.write_text(f"{watchdog}{arm}[force_sensor]\nmax_age_ms = 1000.0\n{sensor}")
 
 
 @contextmanager

@@ -6,8 +6,9 @@ from contextlib import AbstractContextManager
 from types import TracebackType
 from typing import Self
 
+from palpate.adapters.log.file import dump_json
 from palpate.adapters.realtime import RealTime, RealTimeConfig
-from palpate.adapters.timing import Limits, Stopwatch, ThreadAccount, table, timed, timed_recording
+from palpate.adapters.timing import Limits, Stopwatch, ThreadAccount, plain, table, timed, timed_recording
 from palpate.core.cycle import Ports
 
 
@@ -48,6 +49,10 @@ class Beat:
     def loop(self) -> AbstractContextManager[object]:
         """To be held around a trial: real-time scheduling is for that alone."""
         return self._real_time.loop()
+
+    def report_json(self) -> str:
+        """The same for a log."""
+        return "" if self.stopwatch is None else dump_json(plain(self.stopwatch))
 
     def report(self) -> str:
         """Sections and lateness so far, as a table."""

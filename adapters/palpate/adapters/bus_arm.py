@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from abc import abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final, Protocol
 
@@ -80,12 +81,22 @@ class BusArm(ManagedDevice, JointEncoder, ArmCommand):
         joints: Number of joints.
         divider: Control ticks per bus cycle.
         max_age_ns: Age above which a sample is marked ``STALE``.
+        hurry: Called first by the thread.
     """
 
     def __init__(
-        self, name: str, driver: ArmDriver, clock: Clock, *, joints: int, divider: int, max_age_ns: int
+        self,
+        name: str,
+        driver: ArmDriver,
+        clock: Clock,
+        *,
+        joints: int,
+        divider: int,
+        max_age_ns: int,
+        hurry: Callable[[], object] | None = None,
     ) -> None:
         super().__init__(name)
+        self._hurry = hurry
         self._driver, self._clock, self._joints = driver, clock, joints
         self._divider, self._max_age_ns = divider, max_age_ns
         self._thread: threading.Thread | None = None
@@ -143,6 +154,8 @@ class BusArm(ManagedDevice, JointEncoder, ArmCommand):
 
     def _run(self) -> None:
         """The thread: cycle after cycle at absolute times, until told to end or something fails."""
+        if self._hurry is not None:
+            self._hurry()
         start_ns, slot = self._clock.now_ns(), 0
         try:
             while not self._end:

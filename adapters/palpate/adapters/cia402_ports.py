@@ -167,5 +167,7 @@ def make_cia402(settings: Settings, context: RigContext) -> ArmAdapter:
 
     driver = Cia402Driver(open_link, arm_settings, context.clock)
     age_ns = round(table.max_age_ms * 1e6)
-    arm = BusArm(_NAME, driver, context.clock, joints=joints, divider=table.divider, max_age_ns=age_ns)
+    arm = BusArm(
+        _NAME, driver, context.clock, joints=joints, divider=table.divider, max_age_ns=age_ns, hurry=context.hurry
+    )
     return ArmAdapter(arm, arm)

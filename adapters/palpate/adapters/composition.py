@@ -18,6 +18,7 @@ from palpate.adapters.hardware_rig import HardwareRig
 from palpate.adapters.mujoco_ports import MujocoArm, MujocoClock, MujocoForceSensor, MujocoJointEncoder
 from palpate.adapters.rig import SIMULATOR, Rig, World
 from palpate.adapters.rig_file import RigFile
+from palpate.adapters.timing import Stopwatch, timed_parts
 from palpate.core.arms import arm_named
 from palpate.core.cycle import Ports
 from palpate.core.explorer import Explorer
@@ -145,8 +146,22 @@ def build_reinforcement(config: RunConfig) -> Reinforcement:
     return ActionPenalty()
 
 
-def build_task(config: RunConfig, ready: ReadyPose, perception: Perception, policy: Policy) -> InsertionTask:
-    """The core, ready to run over any ports."""
+def build_task(
+    config: RunConfig,
+    ready: ReadyPose,
+    perception: Perception,
+    policy: Policy,
+    stopwatch: Stopwatch | None = None,
+) -> InsertionTask:
+    """The core, ready to run over any ports.
+
+    Args:
+        config: The run's configuration.
+        ready: The ready pose.
+        perception: From signals to states.
+        policy: Chooses the actions.
+        stopwatch: Times perceiving, deciding and control; None times nothing.
+    """
     arm, goal = arm_named(config.arm), goal_in_base(config.task.goal)
     signal = SignalProcessor(
         CONTROL_RATE_HZ,
@@ -154,13 +169,12 @@ def build_task(config: RunConfig, ready: ReadyPose, perception: Perception, poli
         config.perception.filter_order,
         config.perception.calibration,
     )
-    return InsertionTask(
-        config.task,
-        config.control,
-        Measurement(Kinematics(arm, ToolGeometry()), goal, signal),
-        TipMotion(Kinematics(arm, ToolGeometry()), goal, ready.tip_rotation, PERIOD_S),
-        Explorer(perception, policy, build_reinforcement(config), PERIOD_S),
-    )
+    measurement = Measurement(Kinematics(arm, ToolGeometry()), goal, signal)
+    motion = TipMotion(Kinematics(arm, ToolGeometry()), goal, ready.tip_rotation, PERIOD_S)
+    explorer = Explorer(perception, policy, build_reinforcement(config), PERIOD_S)
+    if stopwatch is not None:
+        timed_parts(measurement, explorer, motion, stopwatch)
+    return InsertionTask(config.task, config.control, measurement, motion, explorer)
 
 
 def build_supervisor(config: RunConfig) -> Supervisor:

@@ -75,8 +75,7 @@ def run_scored_trial(
         supervisor: Stands between the core and the arm.
         beat: Keeps it in time; None where time waits.
     """
-    with nullcontext() if beat is None else beat.loop():
-        rig.prepare(trial)
+    rig.prepare(trial)
     setup, ports = trial_setup(config, trial), rig.ports if beat is None else beat.timed(rig.ports)
     loop = nullcontext() if beat is None else beat.loop()
     if recorder is None:
@@ -88,11 +87,15 @@ def run_scored_trial(
         with loop:
             report = run_trial(task, ports, setup, supervisor)
     except BaseException as error:
-        recorder.fail(task.report, error)
+        recorder.fail(task.report, error, _rig_fields(rig, beat))
         raise
     scored = score(config, report, rig.truth())
-    recorder.end(report, truth_fields(scored))
+    recorder.end(report, truth_fields(scored) | _rig_fields(rig, beat))
     return scored
+
+
+def _rig_fields(rig: Rig, beat: Beat | None) -> dict[str, Any]:
+    return {"stopped_by": rig.stopped_by(), "timing_json": "" if beat is None else beat.report_json()}
 
 
 def score(config: RunConfig, report: TrialReport, truth: Truth | None) -> ScoredTrial:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -12,14 +13,21 @@ from palpate.adapters.approach import Approach, walk
 from palpate.adapters.config import RunConfig
 from palpate.adapters.monotonic_clock import MonotonicClock
 from palpate.adapters.plugins import RigContext, arm_maker, force_sensor_maker
+from palpate.adapters.realtime import take_real_time
 from palpate.adapters.rig import Rig, World
 from palpate.adapters.rig_file import RigFile
-from palpate.adapters.watchdogs.guard import GuardedArm
-from palpate.adapters.watchdogs.operator_stop import OperatorSources, OperatorStop
-from palpate.adapters.watchdogs.trip import Trip
-from palpate.core.arms import arm_named
+from palpate.adapters.watchdogs import (
+    GuardedArm,
+    OperatorSources,
+    OperatorStop,
+    ProcessWatchdog,
+    Trip,
+    WatchedArm,
+    WatchedClock,
+    WatchedForceSensor,
+    WatchedJointEncoder,
+)
 from palpate.core.cycle import Ports
-from palpate.core.kinematics import Kinematics, ToolGeometry
 from palpate.core.lifecycle import Life
 
 
@@ -37,25 +45,39 @@ class HardwareRig(Rig):
     """
 
     def __init__(self, file: RigFile, config: RunConfig, approach: Approach) -> None:
-        kinematics = Kinematics(arm_named(config.arm), ToolGeometry())
-        context = RigContext(
-            MonotonicClock(),
-            arm_named(config.arm),
-            tuple(kinematics.lower_rad.tolist()),
-            tuple(kinematics.upper_rad.tolist()),
-            tuple(kinematics.velocity_limit_rad_s.tolist()),
-        )
+        clock, real_time = MonotonicClock(), config.real_time
+        context = RigContext.of(config.arm, clock)
+        if real_time.scheduling:
+            # What the system says to that is told when the loop itself asks.
+            context = replace(context, hurry=lambda: take_real_time(real_time.priority))
         sensor = force_sensor_maker(file.force_sensor.adapter)(file.force_sensor.settings, context)
         adapter = arm_maker(file.arm.adapter)(file.arm.settings, context)
-        table = file.operator
+        table, watchdog = file.operator, file.watchdog
         sources = OperatorSources(
             keys=table.keys,
             file=Path(table.file) if table.file else None,
             socket=Path(table.socket) if table.socket else None,
         )
-        self._devices = (sensor, adapter.encoder, adapter.arm)
-        self.operator = OperatorStop(adapter.arm, context.clock, sources, tell=_tell)
-        self.ports = Ports(context.clock, sensor, adapter.encoder, GuardedArm(adapter.arm, [self.operator]))
+        self.operator = OperatorStop(adapter.arm, clock, sources, tell=_tell)
+        watched = WatchedArm(adapter.arm, clock, round(watchdog.command_ms * 1e6), tell=_tell)
+        self._process: ProcessWatchdog | None = None
+        if watchdog.stop_function:
+            self._process = ProcessWatchdog(
+                watched,
+                clock,
+                watchdog.process_ms * 1e-3,
+                stop_function=watchdog.stop_function,
+                tell=_tell,
+            )
+        fed = () if self._process is None else (self._process,)
+        silence_ns = round(watchdog.sensor_ms * 1e6)
+        self.ports = Ports(
+            WatchedClock(clock, fed),
+            WatchedForceSensor(sensor, clock, silence_ns, dead_after_ns=silence_ns),
+            WatchedJointEncoder(adapter.encoder, clock, silence_ns, dead_after_ns=silence_ns),
+            GuardedArm(watched, [self.operator, *fed], fed),
+        )
+        self._devices, self._watched = (sensor, adapter.encoder, adapter.arm), watched
         self._file, self._approach, self._limit_N = file, approach, config.task.max_force_N
         self._at_ready = False
 
@@ -65,13 +87,25 @@ class HardwareRig(Rig):
         Raises:
             DeviceError: A device failed, or the arm met something on its way.
         """
+        self._free()
+        if not self._at_ready:
+            walk(self._approach, self.ports, self._file.approach_rad_s, self._limit_N)
+            # Nobody commands it until the trial begins, and nobody need.
+            self.ports.arm.stop()
+            self._at_ready = True
+            self._free()
+
+    def stopped_by(self) -> str:
+        """What stopped the arm besides core and supervisor since the last :meth:`prepare`; empty for nothing."""
+        latches = (self.operator, self._watched, *(() if self._process is None else (self._process,)))
+        trips = (latch.tripped for latch in latches)
+        return next((f"{trip.source}: {trip.text}" for trip in trips if trip is not None), "")
+
+    def _free(self) -> None:
         arm = self.ports.arm
         if arm.life is Life.ACTIVE:
             arm.deactivate()
         arm.activate()
-        if not self._at_ready:
-            walk(self._approach, self.ports, self._file.approach_rad_s, self._limit_N)
-            self._at_ready = True
 
     def world(self) -> World:
         """What a log must know: there is no way to set this world up again, only the name of the rig."""
@@ -97,7 +131,11 @@ class HardwareRig(Rig):
                 device.configure()
             for device in devices.values():
                 device.activate()
+            # Ends its thread; the arm itself allows to be closed twice.
+            opened.callback(self._watched.close)
             opened.enter_context(self.operator)
+            if self._process is not None:
+                opened.enter_context(self._process)
             self._opened = opened.pop_all()
         return self
 
@@ -109,4 +147,4 @@ class HardwareRig(Rig):
 
 
 def _tell(trip: Trip) -> None:
-    sys.stderr.write(f"\npalpate: the arm was stopped by a {trip.source}: {trip.text}\n")
+    sys.stderr.write(f"\npalpate: the arm was stopped, {trip.source}: {trip.text}\n")

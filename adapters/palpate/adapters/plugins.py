@@ -11,12 +11,17 @@ from dataclasses import dataclass
 from importlib.metadata import entry_points
 from typing import Any, Final, TypeAlias
 
-from palpate.core.arms import ArmDescription
+from palpate.core.arms import ArmDescription, arm_named
 from palpate.core.errors import ConfigurationError
+from palpate.core.kinematics import Kinematics, ToolGeometry
 from palpate.core.ports import ArmCommand, Clock, ForceSensor, JointEncoder
 from palpate.core.values import JointVector
 
 GROUP: Final = "palpate.adapters"
+
+
+def _as_it_is() -> None:
+    """Nothing to be asked for."""
 
 
 @dataclass(frozen=True)
@@ -29,6 +34,8 @@ class RigContext:
         lower_rad: Lower joint limits of that arm, (n,).
         upper_rad: Upper joint limits, (n,).
         velocity_limit_rad_s: Joint velocity limits, (n,).
+        hurry: Called first by each thread that an adapter starts to keep the arm's cycles: puts it into the real-time
+            class where the run asks for that.
     """
 
     clock: Clock
@@ -36,6 +43,18 @@ class RigContext:
     lower_rad: JointVector
     upper_rad: JointVector
     velocity_limit_rad_s: JointVector
+    hurry: Callable[[], object] = _as_it_is
+
+    @classmethod
+    def of(cls, arm: str, clock: Clock) -> RigContext:
+        """For the arm of that name, with the limits of its kinematic model."""
+        description = arm_named(arm)
+        kinematics = Kinematics(description, ToolGeometry())
+        lower, upper, velocity = (
+            tuple(limit.tolist())
+            for limit in (kinematics.lower_rad, kinematics.upper_rad, kinematics.velocity_limit_rad_s)
+        )
+        return cls(clock, description, lower, upper, velocity)
 
 
 @dataclass(frozen=True)

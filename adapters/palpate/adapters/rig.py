@@ -48,6 +48,10 @@ class Rig(Protocol):
     def truth(self) -> Truth | None:
         """What really happened, for scoring and comparators only; None where nobody knows."""
 
+    def stopped_by(self) -> str:
+        """What stopped the arm besides core and supervisor since the last :meth:`prepare`; empty for nothing."""
+        return ""
+
     @property
     @abstractmethod
     def clock_ticks(self) -> int:

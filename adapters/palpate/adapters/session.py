@@ -21,7 +21,6 @@ from palpate.adapters.results import RunFolder, TrialRow
 from palpate.adapters.rig import Rig
 from palpate.adapters.toml_config import to_toml
 from palpate.core.errors import ConfigurationError, OutputError
-from palpate.core.insertion import InsertionTask
 from palpate.core.perception import Perception, perception_from_dict, perception_to_dict
 from palpate.core.policy import Policy, document_of, learner_of
 from palpate.core.trial import Outcome
@@ -123,7 +122,7 @@ class Trainer:
         self._config, self._folder, self._rig = config, folder, rig
         self._perception, self._policy, self._learner = perception, policy, learner
         self._perception_dict = perception_to_dict(perception)
-        self._task = build_task(config, ready, perception, policy)
+        self._task = build_task(config, ready, perception, policy, None if beat is None else beat.stopwatch)
         self._supervisor = build_supervisor(config)
         self._recorder, self._beat = recorder, beat
         if recorder is not None:
@@ -224,7 +223,7 @@ def run_policy(
 ) -> list[TrialRow]:
     """Run a policy that does not learn; returns early on Ctrl-C with the trials that were finished."""
     recorder = None if recorded is None else recorded.recorder
-    task: InsertionTask = build_task(config, ready, perception, policy)
+    task = build_task(config, ready, perception, policy, None if beat is None else beat.stopwatch)
     supervisor = build_supervisor(config)
     if recorded is not None:
         recorded.recorder.of(

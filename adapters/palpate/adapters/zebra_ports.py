@@ -206,7 +206,9 @@ def make_zebra_nmc(settings: Settings, context: RigContext) -> ArmAdapter:
         counts_file=Path(table.counts_file) if table.counts_file else None,
     )
     age_ns = round(table.max_age_ms * 1e6)
-    arm = BusArm(_NAME, driver, context.clock, joints=_JOINTS, divider=table.divider, max_age_ns=age_ns)
+    arm = BusArm(
+        _NAME, driver, context.clock, joints=_JOINTS, divider=table.divider, max_age_ns=age_ns, hurry=context.hurry
+    )
     return ArmAdapter(arm, arm)
 
 

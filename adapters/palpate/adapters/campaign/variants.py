@@ -22,9 +22,9 @@ class Variant:
         name: For tables.
         plan: Settings of the fault plan, but for the tick and the seed.
         silent_ticks: Ticks that pass before anything can be seen of it by whoever looks at the ports: a sensor that
-            delivers nothing looks like a slow one until its patience is over, and one that is frozen like one that feels
-            the same twice. None when that depends on what the arm
-            does meanwhile, as with an arm that does not move: then only harm counts.
+            delivers nothing looks like a slow one until its patience is over, and a frozen one like one that feels the
+            same twice. None when that depends on what the arm does meanwhile, as with an arm that does not move: then
+            only harm counts.
         hidden: Nothing at the ports ever shows it: the sensor lies plausibly. What it did is listed as residual risk.
     """
 

@@ -15,10 +15,8 @@ from palpate.adapters.doctor.system import System
 from palpate.adapters.monotonic_clock import MonotonicClock
 from palpate.adapters.plugins import RigContext
 from palpate.adapters.rig_file import RigFile
-from palpate.core.arms import arm_named
 from palpate.core.checks import require_in
 from palpate.core.errors import ConfigurationError
-from palpate.core.kinematics import Kinematics, ToolGeometry
 
 
 class _Terminal(Person):
@@ -40,7 +38,7 @@ def doctor(options: DoctorOptions) -> int:
     require_in("seconds", options.seconds, 0.2, 600.0)
     file = RigFile.load(Path(options.rig))
     wishes = Wishes(options.seconds, _Terminal() if options.push else None, options.move)
-    examination = Examination(file, _context(options.arm), wishes, System())
+    examination = Examination(file, RigContext.of(options.arm, MonotonicClock()), wishes, System())
     # An end from outside must close the devices as Ctrl-C does.
     before = signal.signal(signal.SIGTERM, signal.default_int_handler)
     sections: list[Section] = []
@@ -56,13 +54,6 @@ def doctor(options: DoctorOptions) -> int:
         signal.signal(signal.SIGTERM, before)
     _say(report_json(file.name, sections) if options.json else summary_text(sections))
     return 1 if any(section.count(Level.WRONG) for section in sections) else 0
-
-
-def _context(arm: str) -> RigContext:
-    description = arm_named(arm)
-    kinematics = Kinematics(description, ToolGeometry())
-    limits = (kinematics.lower_rad, kinematics.upper_rad, kinematics.velocity_limit_rad_s)
-    return RigContext(MonotonicClock(), description, *(tuple(limit.tolist()) for limit in limits))
 
 
 def _say(text: str) -> None:

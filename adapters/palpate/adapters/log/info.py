@@ -262,8 +262,10 @@ def _end(log: TrialLog) -> dict[str, Any] | None:
     names = (
         "outcome", "success", "exploration_time_s", "actions", "ticks", "clamped_ticks", "peak_force_N", "depth_m",
         "true_peak_force_N", "true_depth_m", "true_tip_in_task_m", "true_hole_in_task_m", "error", "text",
+        "stopped_by",
     )  # fmt: skip
-    return {name: getattr(end, name) for name in names}
+    timing = json_in(log, "end.timing_json", end.timing_json) if end.timing_json else None
+    return {name: getattr(end, name) for name in names} | {"timing": timing}
 
 
 def _counted(names: Iterable[str]) -> dict[str, int]:

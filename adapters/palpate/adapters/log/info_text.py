@@ -138,7 +138,7 @@ def _end(end: Mapping[str, Any] | None) -> list[str]:
     if end is None:
         return [_line("outcome", "not known: the log ends before the trial did")]
     if end["error"]:
-        return [_line("outcome", f"ended by {end['error']}: {end['text']}")]
+        return [_line("outcome", f"ended by {end['error']}: {end['text']}"), *_rig(end)]
     lines = [
         _line("outcome", f"{_outcome(end)}; exploration {end['exploration_time_s']:.3f} s, {end['actions']} actions, "
               f"peak force {end['peak_force_N']:.2f} N, depth {end['depth_m'] * 1e3:.3f} mm"),
@@ -153,6 +153,16 @@ def _end(end: Mapping[str, Any] | None) -> list[str]:
             if end[key]:
                 truth += f"; {name} at {' '.join(_mm(v) for v in end[key])} mm"
         lines.append(_line("truth", truth))
+    return lines + _rig(end)
+
+
+def _rig(end: Mapping[str, Any]) -> list[str]:
+    """What only a rig in real time has to tell."""
+    lines = [_line("stopped by", end["stopped_by"])] if end["stopped_by"] else []
+    if end["timing"]:
+        sections = {name: times for name, times in end["timing"]["sections"].items() if times["count"]}
+        told = ", ".join(f"{name} {times['median_ns'] * 1e-3:.0f}" for name, times in sections.items())
+        lines.append(_line("us in a tick", f"median from the run's start: {told}"))
     return lines
 
 

@@ -131,7 +131,11 @@ class LossEntry:
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
 class EndRecord:
-    """What a trial came to, and the learner after it. ``true_...`` is the simulator's truth; None on an arm."""
+    """What a trial came to, and the learner after it. ``true_...`` is the simulator's truth; None on an arm.
+
+    ``stopped_by`` is what stopped the arm besides core and supervisor; ``timing_json`` tells, on rigs, what each
+    section of a tick took, from the run's start to this trial's end.
+    """
 
     tick: int
     outcome: str = ""
@@ -150,6 +154,8 @@ class EndRecord:
     error: str = ""
     text: str = ""
     counterfactual: bool = False
+    stopped_by: str = ""
+    timing_json: str = ""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)

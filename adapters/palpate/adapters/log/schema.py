@@ -158,6 +158,8 @@ MESSAGES: Final[Mapping[str, tuple[tuple[str, str, int], ...]]] = {
         ("error", "string", 15),
         ("text", "string", 16),
         ("counterfactual", "bool", 17),
+        ("stopped_by", "string", 18),
+        ("timing_json", "string", 19),
     ),
 }
 """Field name, kind and number of each message."""

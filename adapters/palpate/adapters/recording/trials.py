@@ -162,23 +162,24 @@ class TrialRecorder:
         self.flight.begin(Opening(path, metadata), subject.task, lambda: subject.start(setup, world), counterfactual)
         return recorded(ports, self.flight)
 
-    def end(self, report: TrialReport, truth: dict[str, Any]) -> None:
+    def end(self, report: TrialReport, facts: dict[str, Any]) -> None:
         """Close the log of a trial that ran to its end.
 
         Args:
             report: The core's account.
-            truth: Fields of the end record that only the world's truth can fill.
+            facts: Fields of the end record that the core does not know: the world's truth, and the rig's affairs.
         """
         learner = "" if self._subject is None else self._subject.learner_json()
-        self.flight.end(end_of(report, learner_json=learner, **truth))
+        self.flight.end(end_of(report, learner_json=learner, **facts))
 
-    def fail(self, report: TrialReport, error: BaseException) -> None:
-        """Close the log of a trial that an error ended."""
+    def fail(self, report: TrialReport, error: BaseException, facts: dict[str, Any] | None = None) -> None:
+        """Close the log of a trial that an error ended; arguments as for :meth:`end`."""
         if self._setup is not None and report.setup is not self._setup:
             # The task did not even begin: this is the report of the trial before.
             report = TrialReport(self._setup)
         learner = "" if self._subject is None else self._subject.learner_json()
-        self.flight.end(end_of(report, learner_json=learner, error=type(error).__name__, text=str(error)))
+        text = {"error": type(error).__name__, "text": str(error)}
+        self.flight.end(end_of(report, learner_json=learner, **text, **(facts or {})))
 
 
 def trial_name(number: int) -> str:

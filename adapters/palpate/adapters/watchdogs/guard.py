@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Sequence
+from typing import Protocol
 
 from palpate.adapters.decorator import DeviceDecorator
 from palpate.adapters.watchdogs.trip import Latching, Trip, stop_surely
@@ -12,17 +14,26 @@ from palpate.core.ports import ArmCommand
 from palpate.core.values import AppliedCommand, JointCommand
 
 
+class Resting(Protocol):
+    """A watchdog that need not be fed for a while."""
+
+    @abstractmethod
+    def rest(self) -> None:
+        """Nobody need feed until the next feeding."""
+
+
 class GuardedArm(DeviceDecorator, ArmCommand):
     """Neither activates nor moves the arm until every trip is acknowledged.
 
     Args:
         arm: The arm.
         latches: What may have tripped.
+        resting: Watchdogs of the loop, which rests when the arm was stopped.
     """
 
-    def __init__(self, arm: ArmCommand, latches: Sequence[Latching]) -> None:
+    def __init__(self, arm: ArmCommand, latches: Sequence[Latching], resting: Sequence[Resting] = ()) -> None:
         super().__init__(arm)
-        self._arm, self._latches = arm, tuple(latches)
+        self._arm, self._latches, self._resting = arm, tuple(latches), tuple(resting)
 
     def activate(self) -> None:
         """See :class:`palpate.core.ports.Device`.
@@ -46,6 +57,8 @@ class GuardedArm(DeviceDecorator, ArmCommand):
     def stop(self) -> None:
         """See :class:`ArmCommand`."""
         self._arm.stop()
+        for watchdog in self._resting:
+            watchdog.rest()
 
     def _tripped(self) -> Trip | None:
         return next((latch.tripped for latch in self._latches if latch.tripped is not None), None)

@@ -35,7 +35,7 @@ from palpate.simulation.emulators.plant import IdealPlant
 from palpate.simulation.emulators.pty_server import PtyServer
 from tests.unit.adapters.doctor.notebook import facts, told
 
-pytestmark = pytest.mark.xdist_group("real time")
+pytestmark = [pytest.mark.xdist_group("real time"), pytest.mark.usefixtures("real_time")]
 CHANNELS = count()
 LOWER = (-3.14, -1.07, -1.70, -3.14, -3.14, -3.14)
 UPPER = (3.14, 1.70, 1.07, 3.14, 3.14, 3.14)

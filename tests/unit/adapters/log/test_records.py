@@ -80,6 +80,8 @@ RECORDS = [
             error="DeviceError",
             text="gone",
             counterfactual=True,
+            stopped_by="key: 'q' was pressed",
+            timing_json='{"ticks": 3}',
         ),
     ),
 ]

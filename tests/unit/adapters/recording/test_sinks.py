@@ -164,10 +164,12 @@ def test_without_patience_what_is_lost_is_counted_and_marked(tmp_path: Path) -> 
     assert sink.shut() is None
     log = read_log(tmp_path / "1.mcap")
     missing = sorted(set(range(6200)) - set(ticks_of(log)))
-    (mark,) = log.losses
-    assert bench.recorder.dropped_messages == mark.dropped_messages == len(missing) > 1000
-    assert (mark.first_dropped_tick, mark.last_dropped_tick) == (missing[0], missing[-1])
-    assert len(bench.recorder.troubles) == 1
+    # On a busy machine the queue may fill once more after it was emptied.
+    marks = log.losses
+    assert bench.recorder.dropped_messages == sum(mark.dropped_messages for mark in marks) == len(missing)
+    assert marks[0].dropped_messages > 1000
+    assert (marks[0].first_dropped_tick, marks[-1].last_dropped_tick) == (missing[0], missing[-1])
+    assert len(bench.recorder.troubles) == len(marks)
 
 
 @pytest.mark.parametrize("patient", [True, False])
