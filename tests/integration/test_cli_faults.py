@@ -21,6 +21,9 @@ def test_a_share_of_the_campaign_ends_in_stops_and_readable_logs(tmp_path: Path)
     assert len({run["variant"] for run in runs}) > 10
     assert {run["verdict"] for run in runs} <= {"tolerable", "detected", "unobservable"}
     assert any(run["verdict"] == "detected" for run in runs)
+    assert {run["safe_stop"] for run in runs} == {"True"}
+    assert all(run["cause"] for run in runs if run["verdict"] == "detected")
+    assert "runs in which the arm was told to stop at the end: 24" in printed
 
     again = palpate("faults", *FEW, "--out", out)
     assert again.returncode != 0

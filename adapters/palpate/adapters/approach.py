@@ -53,15 +53,16 @@ def walk(approach: Approach, ports: Ports, speed_rad_s: float, limit_N: float) -
         approach: The way.
         ports: The four ports.
         speed_rad_s: Speed of the joint that has farthest to go.
-        limit_N: A force that differs by more than this from the first one stops the arm.
+        limit_N: A force that differs by more than this from the one at first, or from the one after the withdrawal,
+            stops the arm; during the withdrawal twice as much, because an arm that was left pressing lets go of that.
 
     Raises:
         DeviceError: The arm does not follow, is held back, meets something, or a sensor fails.
     """
-    first_N = ports.force_sensor.read().force_N
     path = withdrawal(approach, ports.joint_encoder.read().position_rad)
     if path:
-        _follow(ports, path, first_N, limit_N)
+        _follow(ports, path, ports.force_sensor.read().force_N, 2.0 * limit_N)
+    first_N = ports.force_sensor.read().force_N
     for pose in approach.poses_rad:
         begin = ports.joint_encoder.read().position_rad
         _follow(ports, _joint_line(begin, pose, speed_rad_s), first_N, limit_N)

@@ -95,6 +95,10 @@ class HardwareRig(Rig):
             self._at_ready = True
             self._free()
 
+    def return_to_ready(self) -> None:
+        """See :class:`Rig`."""
+        self._at_ready = False
+
     def stopped_by(self) -> str:
         """What stopped the arm besides core and supervisor since the last :meth:`prepare`; empty for nothing."""
         latches = (self.operator, self._watched, *(() if self._process is None else (self._process,)))

@@ -40,6 +40,13 @@ class Rig(Protocol):
     def prepare(self, trial: int) -> None:
         """Make ready for a trial: what is not in the core's hands, and free the arm from its last stop."""
 
+    def return_to_ready(self) -> None:
+        """Let the next :meth:`prepare` bring the arm to the ready pose, as before the first trial.
+
+        For whoever goes on after a trial that was stopped; a world that is set up anew for each trial need not.
+        """
+        return
+
     @abstractmethod
     def world(self) -> World:
         """What a log must know of the trial that was just prepared."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from math import dist
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
 from palpate.adapters.approach import WITHDRAWAL_M_S, walk, withdrawal
@@ -13,6 +14,7 @@ from palpate.adapters.config import RunConfig
 from palpate.adapters.experiment import run_scored_trial
 from palpate.adapters.policies import comparator
 from palpate.core.errors import DeviceError
+from palpate.core.inverse_kinematics import InverseKinematics
 from palpate.core.kinematics import Kinematics, ToolGeometry
 from palpate.core.task_config import CONTROL_RATE_HZ
 from palpate.core.task_frame import goal_in_base
@@ -66,3 +68,28 @@ def test_something_in_the_way_stops_the_arm() -> None:
             walk(APPROACH, rig.ports, 0.8, 0.001)
         reason = rig.ports.arm.send(JointCommand(APPROACH.poses_rad[0])).reason
     assert reason is CommandReason.STOPPED
+
+
+def test_an_arm_that_was_left_pressing_may_let_go_of_more_than_the_limit() -> None:
+    limit_N, kinematics = CONFIG.task.max_force_N, Kinematics(APPROACH.arm, ToolGeometry())
+    inverse = InverseKinematics(kinematics, 1.0 / CONTROL_RATE_HZ)
+    with SimulatedRig(CONFIG, ready_pose()) as rig:
+        rig.prepare(0)
+        ports = rig.ports
+        q = np.array(ports.joint_encoder.read().position_rad)
+        kinematics.update(q)
+        rotation, tip = kinematics.tip_rotation.copy(), kinematics.tip_position_m.copy()
+        # Onto the plate well beside the hole, then down until it presses hard.
+        beside = tip + 8e-3 * rotation[:, 0]
+        ways = [tip + (beside - tip) * k / 140 for k in range(140)]
+        ways += [beside + 5e-5 * k * rotation[:, 2] for k in range(400)]
+        for way in ways:
+            if rig.truth().peak_force_N > 1.3 * limit_N:
+                break
+            q = inverse.step(q, pin.SE3(rotation, way)).q_rad
+            ports.clock.sleep_until(ports.clock.now_ns() + 1)
+            ports.arm.send(JointCommand(tuple(q.tolist())))
+        assert 1.3 * limit_N < rig.truth().peak_force_N < 2.0 * limit_N
+        walk(APPROACH, ports, 0.8, limit_N)
+        there = ports.joint_encoder.read().position_rad
+    assert dist(there, APPROACH.poses_rad[-1]) < 5e-3

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 
 import numpy as np
 from joblib import Parallel, delayed
 
+from palpate.adapters.beat import Beat
 from palpate.adapters.campaign.runs import PHASES, Bench, FaultRun
 from palpate.adapters.campaign.variants import Variant, variants
 from palpate.adapters.composition import ReadyPose, find_ready_pose, open_rig
@@ -69,8 +71,9 @@ def run_cases(
 def _on_one_rig(
     config: RunConfig, ready: ReadyPose, parts: Sequence[Sequence[Case]], rig_file: str, supervised: bool
 ) -> Iterator[list[FaultRun]]:
-    with open_rig(config, ready, rig_file) as rig:
-        bench = Bench(config, ready, rig, supervised=supervised)
+    with ExitStack() as opened, open_rig(config, ready, rig_file) as rig:
+        beat = opened.enter_context(Beat(config.real_time)) if rig_file else None
+        bench = Bench(config, ready, rig, supervised=supervised, beat=beat)
         for own in parts:
             windows = bench.windows(own[0].seed)
             for case in own:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import enum
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
+from palpate.adapters.beat import Beat
 from palpate.adapters.campaign.variants import Variant
 from palpate.adapters.composition import ReadyPose, build_perception, build_supervisor, build_task
 from palpate.adapters.config import RunConfig
@@ -26,7 +28,7 @@ from palpate.core.errors import LogError, PalpateError
 from palpate.core.insertion import InsertionTask
 from palpate.core.kinematics import Kinematics, ToolGeometry
 from palpate.core.supervision import Supervisor
-from palpate.core.trial import Outcome, Phase
+from palpate.core.trial import Outcome, Phase, TrialReport
 
 PHASES: Final = (Phase.TRANSFER, Phase.SETTLE, Phase.APPROACH, Phase.EXPLORE, Phase.INSERT)
 """Phases that take time in every trial, and so can have a fault in them."""
@@ -43,6 +45,7 @@ class Class(enum.Enum):
     DETECTED = "detected"
     UNOBSERVABLE = "unobservable"
     FAILED = "FAILED"
+    NOT_STRUCK = "not struck"
 
 
 @dataclass(frozen=True)
@@ -56,6 +59,8 @@ class FaultRun:
         delivered: Whether it struck at all; a trial may end before.
         outcome: How the trial ended, or the error that ended it.
         ticks_to_stop: From the delivery to the last tick; None when the trial ended in the ordinary way.
+        cause: What stopped it, in words; empty when nothing did.
+        safe_stop: The arm was told to stop at the end, as the log shows.
         peak_force_N: Largest true force; the measured one where nobody knows the truth.
         damage: A true force above ``HARDWARE_LIMIT_N``, or a joint outside its limits.
         log_intact: The log is sound, and tells of the fault.
@@ -68,6 +73,8 @@ class FaultRun:
     delivered: bool
     outcome: str
     ticks_to_stop: int | None
+    cause: str
+    safe_stop: bool
     peak_force_N: float
     damage: bool
     log_intact: bool
@@ -82,10 +89,14 @@ class Bench:
         ready: The ready pose.
         rig: Entered already.
         supervised: False lets every command through: to show what the supervisor is good for.
+        beat: Keeps trials in time; None where time waits.
     """
 
-    def __init__(self, config: RunConfig, ready: ReadyPose, rig: Rig, *, supervised: bool) -> None:
+    def __init__(
+        self, config: RunConfig, ready: ReadyPose, rig: Rig, *, supervised: bool, beat: Beat | None = None
+    ) -> None:
         self.config, self._ready, self._rig, self._supervised = config, ready, rig, supervised
+        self._loop: Callable[[], AbstractContextManager[object]] = nullcontext if beat is None else beat.loop
         kinematics = Kinematics(arm_named(config.arm), ToolGeometry())
         self._lower, self._upper = kinematics.lower_rad.tolist(), kinematics.upper_rad.tolist()
 
@@ -93,7 +104,8 @@ class Bench:
         """When the phases of the trial of this seed run, without any fault."""
         task, _ = self._parts()
         self._rig.prepare(seed)
-        report = run_trial(task, self._rig.ports, trial_setup(self.config, seed))
+        with self._loop():
+            report = run_trial(task, self._rig.ports, trial_setup(self.config, seed))
         begins = [(Phase(event.detail), event.tick) for event in report.events if event.name == "phase"]
         ends = [tick for _, tick in begins[1:]] + [report.ticks]
         return {phase: range(tick, end) for (phase, tick), end in zip(begins, ends, strict=True) if end > tick}
@@ -123,12 +135,16 @@ class Bench:
             bad = faulty(self._rig.ports, [variant.at(tick, seed)], tell)
             ports = recorder.begin(setup, bad, self._rig.world(), "run")
             try:
-                report = run_trial(task, ports, setup, supervisor)
+                with self._loop():
+                    report = run_trial(task, ports, setup, supervisor)
                 scored = score(self.config, report, self._rig.truth())
                 recorder.end(report, truth_fields(scored))
             except PalpateError as caught:
                 error = caught
                 recorder.fail(task.report, caught)
+        if task.report.outcome is not Outcome.INSERTED:
+            # Wherever it was stopped: the next run begins as the first one did.
+            self._rig.return_to_ready()
         return self._judged(variant, phase, seed, deliveries, task, supervisor, error, sink.logs)
 
     def _parts(self) -> tuple[InsertionTask, Supervisor | None]:
@@ -158,9 +174,23 @@ class Bench:
         outcome = type(error).__name__ if error is not None else report.outcome.value if report.outcome else ""
         ticks = None if stop is None or not told else max(stop - told[0], 0)
         lived = report.ticks - 1 - told[0] if told else 0
-        verdict = _verdict(variant, ticks, lived, damage=damage, intact=intact)
+        stopped = log is not None and any((call.port, call.call) == ("arm", "stop") for call in log.calls)
+        verdict = Class.NOT_STRUCK
+        if deliveries:
+            verdict = _verdict(variant, ticks, lived, damage=damage, intact=intact and stopped)
         return FaultRun(
-            variant.name, phase.value, seed, bool(deliveries), outcome, ticks, peak_N, damage, intact, verdict
+            variant=variant.name,
+            phase=phase.value,
+            seed=seed,
+            delivered=bool(deliveries),
+            outcome=outcome,
+            ticks_to_stop=ticks,
+            cause="" if stop is None else _cause(supervisor, error, report),
+            safe_stop=stopped,
+            peak_force_N=peak_N,
+            damage=damage,
+            log_intact=intact,
+            verdict=verdict,
         )
 
     def _left_limits(self, log: TrialLog) -> bool:
@@ -193,6 +223,12 @@ def _stop_tick(
     return None
 
 
+def _cause(supervisor: Supervisor | None, error: PalpateError | None, report: TrialReport) -> str:
+    if supervisor is not None and supervisor.trip is not None:
+        return supervisor.trip.text
+    return str(error) if error is not None else report.events[-1].detail
+
+
 def _verdict(variant: Variant, ticks: int | None, lived: int, *, damage: bool, intact: bool) -> Class:
     """What a run shows.
 
@@ -202,7 +238,7 @@ def _verdict(variant: Variant, ticks: int | None, lived: int, *, damage: bool, i
         lived: Ticks from its delivery to the trial's end.
         damage: Whether a limit of the hardware was exceeded. A stop in time counts as detected even when it could not
             prevent that; it is told beside.
-        intact: Whether the log tells of it.
+        intact: Whether the log tells of it, and of the arm's stop.
     """
     patience = variant.patience_ticks
     if not intact:

@@ -6,39 +6,39 @@ import csv
 import dataclasses
 import io
 from collections.abc import Sequence
+from typing import Final
 
 from palpate.adapters.campaign.runs import Class, FaultRun
 
+_TOLD: Final = (Class.TOLERABLE, Class.DETECTED, Class.UNOBSERVABLE, Class.FAILED)
 
-def table(runs: Sequence[FaultRun]) -> str:
-    """One line a fault, over all phases and seeds."""
-    head = (
-        "fault",
-        "runs",
-        "struck",
-        "tolerable",
-        "detected",
-        "unobservable",
-        "FAILED",
-        "damage",
-        "worst ticks",
-        "peak N",
-    )
-    lines: list[tuple[str, ...]] = [head]
-    for name in dict.fromkeys(run.variant for run in runs):
-        own = [run for run in runs if run.variant == name]
-        counts = [str(sum(run.verdict is verdict for run in own)) for verdict in Class]
+
+def table(runs: Sequence[FaultRun], *, by_phase: bool = False) -> str:
+    """One line a fault, over all phases and seeds; or one for each phase of it."""
+    head = ("fault", "phase", "runs", "struck", *(verdict.value for verdict in _TOLD), "safe stop", "worst ticks",
+            "peak N", "damage", "log intact")  # fmt: skip
+    lines: list[tuple[str, ...]] = [head if by_phase else (head[0], *head[2:])]
+    for name, phase in dict.fromkeys((run.variant, run.phase if by_phase else "") for run in runs):
+        own = [run for run in runs if run.variant == name and phase in ("", run.phase)]
         stops = [run.ticks_to_stop for run in own if run.ticks_to_stop is not None]
-        worst = str(max(stops)) if stops else "-"
-        peak = f"{max(run.peak_force_N for run in own):.1f}"
-        struck = str(sum(run.delivered for run in own))
-        damage = str(sum(run.damage for run in own))
-        lines.append((name, str(len(own)), struck, *counts, damage, worst, peak))
-    widths = [max(len(line[column]) for line in lines) for column in range(len(head))]
+        cells = (
+            str(len(own)),
+            str(sum(run.delivered for run in own)),
+            *(str(sum(run.verdict is verdict for run in own)) for verdict in _TOLD),
+            str(sum(run.safe_stop for run in own)),
+            str(max(stops)) if stops else "-",
+            f"{max(run.peak_force_N for run in own):.1f}",
+            str(sum(run.damage for run in own)),
+            str(sum(run.log_intact for run in own)),
+        )
+        lines.append((name, phase, *cells) if by_phase else (name, *cells))
+    widths = [max(len(line[column]) for line in lines) for column in range(len(lines[0]))]
+    words = 2 if by_phase else 1
     return "".join(
-        line[0].ljust(widths[0])
-        + "  "
-        + "  ".join(cell.rjust(width) for cell, width in zip(line[1:], widths[1:], strict=True))
+        "  ".join(
+            cell.ljust(width) if column < words else cell.rjust(width)
+            for column, (cell, width) in enumerate(zip(line, widths, strict=True))
+        )
         + "\n"
         for line in lines
     )
@@ -61,11 +61,12 @@ def summary(runs: Sequence[FaultRun]) -> str:
     if hidden:
         peak = max(run.peak_force_N for run in hidden)
         text += f"residual risk, which no port shows: {len(hidden)} runs, highest true peak force {peak:.1f} N\n"
+    text += f"runs in which the arm was told to stop at the end: {sum(run.safe_stop for run in runs)}\n"
     text += f"failed: {len(failed)}\n"
     for run in failed[:10]:
         text += (
-            f"  {run.variant}, {run.phase}, seed {run.seed}: {run.outcome}, stop after {run.ticks_to_stop} ticks,"
-            f" peak {run.peak_force_N:.1f} N{', damage' if run.damage else ''}"
+            f"  {run.variant}, {run.phase}, seed {run.seed}: {run.cause or run.outcome},"
+            f" stop after {run.ticks_to_stop} ticks, peak {run.peak_force_N:.1f} N{', damage' if run.damage else ''}"
             f"{'' if run.log_intact else ', log not intact'}\n"
         )
     return text

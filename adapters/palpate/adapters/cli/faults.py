@@ -38,7 +38,7 @@ def faults(options: FaultsOptions) -> int:
         ):
             runs += part
             bar.update(len(part))
-    sys.stdout.write(table(runs) + "\n" + summary(runs))
+    sys.stdout.write(table(runs, by_phase=options.by_phase) + "\n" + summary(runs))
     if out is not None:
         temporary = out.with_name(f".{out.name}.tmp")
         temporary.write_text(as_csv(runs), encoding="utf-8")

@@ -195,6 +195,8 @@ class FaultsOptions:
     """Rig file: run on its devices in real time instead of in the simulator."""
     most: int = 0
     """Make only so many of the runs, spread evenly; 0 makes all."""
+    by_phase: bool = False
+    """Print a line for each phase of each fault."""
     supervisor: bool = True
     """Whether the supervisor stands between the task and the arm; without it the campaign should fail."""
     out: str = ""
