@@ -171,11 +171,11 @@ def run_trials(config: RunConfig, rig: Rig, ports: Ports, phase: WatchedPhase, t
 
 
 @contextmanager
-def emulated_cell(arm: str, force: str) -> Iterator[RigFile]:
+def emulated_cell(arm: str, force: str, priority: int) -> Iterator[RigFile]:
     """Devices behind wires, served by another process."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "rig.toml"
-        words = ["emulate", "--rig-file", str(path), "--arm", arm, "--force", force]
+        words = ["emulate", "--rig-file", str(path), "--arm", arm, "--force", force, "--priority", str(priority)]
         cell = subprocess.Popen([*PALPATE, *words], stdout=subprocess.DEVNULL)
         try:
             while not path.exists() or "[force_sensor]" not in path.read_text():
@@ -201,6 +201,8 @@ def measure(options: argparse.Namespace) -> None:
     task = open_task(config)
     if not options.bare:
         task.time_parts(stopwatch)
+    # Threads of the rig that keep the arm's cycles take the loop's priority.
+    config = replace(config, real_time=wishes)
     with RealTime(wishes) as rt:
         for grant in rt.grants:
             print(grant)
@@ -223,7 +225,7 @@ def measure(options: argparse.Namespace) -> None:
         else:
             ready = find_ready_pose(config)
             with (
-                emulated_cell(options.arm, options.force) as file,
+                emulated_cell(options.arm, options.force, 30 if options.rt else 0) as file,
                 HardwareRig(file, config, find_approach(config, ready)) as hardware,
             ):
                 ports, phase = watch(hardware.ports)

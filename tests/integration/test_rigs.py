@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import json
 import signal
 import subprocess
 from collections.abc import Iterator
@@ -107,6 +108,28 @@ def test_a_cable_pulled_in_mid_motion_ends_the_run_with_a_log(tmp_path: Path) ->
     assert "equal in every bit" in succeed("replay", out)
 
 
+def test_the_operator_s_signal_ends_the_run_and_the_log_names_it(tmp_path: Path) -> None:
+    rig, out = tmp_path / "rig.toml", tmp_path / "run"
+    with emulated(rig):
+        words = ("run", "--rig", rig, "--policy", "spiral-5", "--trials", 50, "--out", out, *PATIENT)
+        run = subprocess.Popen(command(*words), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        try:
+            # In mid-trial: the first one is over, and the second has a log.
+            wait_until(lambda: len(list((out / "logs").glob("*.mcap"))) > 1, run, 60.0)
+            run.send_signal(signal.SIGUSR1)
+            _, complaint = run.communicate(timeout=60)
+        finally:
+            run.kill()
+    assert run.returncode == 1
+    assert "Traceback" not in complaint
+    assert "the arm was stopped, signal: signal SIGUSR1" in complaint
+    last = sorted((out / "logs").glob("*.mcap"))[-1]
+    end = json.loads(succeed("log", "info", "--json", last))[0]["end"]
+    assert end["stopped_by"] == "signal: signal SIGUSR1"
+    assert {"perceive", "decide", "control"} <= {name for name, s in end["timing"]["sections"].items() if s["count"]}
+    assert "equal in every bit" in succeed("replay", out)
+
+
 @pytest.mark.parametrize(
     ("content", "reason"),
     [
@@ -121,6 +144,8 @@ def test_a_cable_pulled_in_mid_motion_ends_the_run_with_a_log(tmp_path: Path) ->
         ("[rig]\nname = 3\n[arm]\nadapter = 'cia402'\n[force_sensor]\nadapter = 'jr3-can'\n", "rig.name"),
         ("[rig]\nspeed = 3\n[arm]\nadapter = 'cia402'\n[force_sensor]\nadapter = 'jr3-can'\n", "rig.speed"),
         ("[gripper]\n", "gripper"),
+        ("[watchdog]\ncommand_ms = 0\n[arm]\nadapter = 'cia402'\n[force_sensor]\nadapter = 'jr3-can'\n", "command_ms"),
+        ("[watchdog]\nloop = 1\n[arm]\nadapter = 'cia402'\n[force_sensor]\nadapter = 'jr3-can'\n", "watchdog.loop"),
         ("[arm\n", "a TOML file"),
     ],
 )

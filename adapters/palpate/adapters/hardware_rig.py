@@ -13,7 +13,7 @@ from palpate.adapters.approach import Approach, walk
 from palpate.adapters.config import RunConfig
 from palpate.adapters.monotonic_clock import MonotonicClock
 from palpate.adapters.plugins import RigContext, arm_maker, force_sensor_maker
-from palpate.adapters.realtime import take_real_time
+from palpate.adapters.realtime import RealTime, RealTimeConfig, take_real_time
 from palpate.adapters.rig import Rig, World
 from palpate.adapters.rig_file import RigFile
 from palpate.adapters.watchdogs import (
@@ -80,6 +80,8 @@ class HardwareRig(Rig):
         self._devices, self._watched = (sensor, adapter.encoder, adapter.arm), watched
         self._file, self._approach, self._limit_N = file, approach, config.task.max_force_N
         self._at_ready = False
+        # For the way alone; whoever runs trials asks for more, and tells what was granted.
+        self._real_time = RealTime(RealTimeConfig(scheduling=real_time.scheduling, priority=real_time.priority))
 
     def prepare(self, trial: int) -> None:
         """Free the arm from its last stop; before the first trial, move it to the ready pose.
@@ -89,7 +91,8 @@ class HardwareRig(Rig):
         """
         self._free()
         if not self._at_ready:
-            walk(self._approach, self.ports, self._file.approach_rad_s, self._limit_N)
+            with self._real_time.loop():
+                walk(self._approach, self.ports, self._file.approach_rad_s, self._limit_N)
             # Nobody commands it until the trial begins, and nobody need.
             self.ports.arm.stop()
             self._at_ready = True
@@ -137,6 +140,7 @@ class HardwareRig(Rig):
                 device.activate()
             # Ends its thread; the arm itself allows to be closed twice.
             opened.callback(self._watched.close)
+            opened.enter_context(self._real_time)
             opened.enter_context(self.operator)
             if self._process is not None:
                 opened.enter_context(self._process)

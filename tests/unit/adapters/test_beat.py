@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -28,15 +29,18 @@ def test_timing_changes_nothing_of_a_trial_and_is_told() -> None:
     def trial(beat: Beat | None) -> ScoredTrial:
         with SimulatedRig(config, ready_pose()) as rig:
             policy = comparator("torque", config, tuple)
-            task = build_task(config, ready_pose(), build_perception(config), policy)
+            stopwatch = None if beat is None else beat.stopwatch
+            task = build_task(config, ready_pose(), build_perception(config), policy, stopwatch)
             return run_scored_trial(config, rig, task, 0, beat=beat)
 
     with Beat(RealTimeConfig(warn_core_ms=0.0, warn_late_ms=0.0)) as beat:
         timed = trial(beat)
-        told = beat.report()
+        told, logged = beat.report(), json.loads(beat.report_json())
     assert timed == trial(None)
-    for section in ("read", "send", "clock"):
+    for section in ("clock", "read force", "read joints", "perceive", "decide", "control", "send", "rest"):
         assert section in told
+        assert logged["sections"][section]["max_ns"] > 0
+    assert logged["ticks"] == timed.report.ticks
 
 
 @pytest.mark.parametrize(
