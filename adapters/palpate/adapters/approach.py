@@ -15,7 +15,7 @@ from palpate.core.errors import DeviceError
 from palpate.core.inverse_kinematics import InverseKinematics
 from palpate.core.kinematics import Kinematics, ToolGeometry
 from palpate.core.task_config import CONTROL_RATE_HZ
-from palpate.core.values import CommandReason, JointCommand, JointVector, Validity
+from palpate.core.values import CommandReason, JointCommand, JointVector, Validity, Vector3
 
 WITHDRAWAL_M_S: Final = 0.02
 """Speed at which a peg that was left in its hole is drawn out: that of free motion near the plate."""
@@ -23,6 +23,9 @@ _ALONG: Final = 0.98
 """Cosine of the largest angle between the tool and the hole at which a peg can be in that hole."""
 _THERE_RAD: Final = 2e-3
 """An arm whose joints are all this close to a pose is there."""
+_BLIND_TICKS: Final = CONTROL_RATE_HZ // 4
+"""For so long the arm waits, where it is, for a sensor whose samples are too old; after a pause they may be."""
+_TICK_NS: Final = 1_000_000_000 // CONTROL_RATE_HZ
 _PATIENCE_TICKS: Final = 3 * CONTROL_RATE_HZ
 """How long the arm may take to arrive after its set-point has."""
 
@@ -61,8 +64,8 @@ def walk(approach: Approach, ports: Ports, speed_rad_s: float, limit_N: float) -
     """
     path = withdrawal(approach, ports.joint_encoder.read().position_rad)
     if path:
-        _follow(ports, path, ports.force_sensor.read().force_N, 2.0 * limit_N)
-    first_N = ports.force_sensor.read().force_N
+        _follow(ports, path, _force_N(ports), 2.0 * limit_N)
+    first_N = _force_N(ports)
     for pose in approach.poses_rad:
         begin = ports.joint_encoder.read().position_rad
         _follow(ports, _joint_line(begin, pose, speed_rad_s), first_N, limit_N)
@@ -105,26 +108,40 @@ def _joint_line(begin_rad: JointVector, target_rad: JointVector, speed_rad_s: fl
     ]
 
 
-def _follow(ports: Ports, path: list[JointVector], first_N: tuple[float, ...], limit_N: float) -> None:
+def _force_N(ports: Ports) -> Vector3:
+    """A force that is not old, (3,) N."""
+    for _ in range(_BLIND_TICKS):
+        sample = ports.force_sensor.read()
+        if sample.validity is Validity.VALID:
+            return sample.force_N
+        ports.clock.sleep_until(ports.clock.now_ns() + _TICK_NS)
+    raise DeviceError("rig", f"force sample {sample.validity.value} before the way to the ready pose")
+
+
+def _follow(ports: Ports, path: list[JointVector], first_N: Vector3, limit_N: float) -> None:
     """Command one pose a tick and wait until the arm has arrived at the last."""
     clock, sensor, encoder, arm = ports.clock, ports.force_sensor, ports.joint_encoder, ports.arm
-    start_ns, slot, tick = clock.now_ns(), 0, 0
+    start_ns, slot, tick, blind = clock.now_ns(), 0, 0, 0
     try:
         while True:
             clock.sleep_until(tick_time_ns(start_ns, slot))
             now_ns = clock.now_ns()
             joints, wrench = encoder.read(), sensor.read()
-            if joints.validity is not Validity.VALID or wrench.validity is not Validity.VALID:
+            seeing = joints.validity is Validity.VALID and wrench.validity is Validity.VALID
+            blind = 0 if seeing else blind + 1
+            if blind > _BLIND_TICKS:
                 problem = f"joint sample {joints.validity.value}, force sample {wrench.validity.value}"
                 raise DeviceError("rig", f"{problem} on the way to the ready pose")
-            if dist(wrench.force_N, first_N) > limit_N:
+            if seeing and dist(wrench.force_N, first_N) > limit_N:
                 raise DeviceError("rig", f"a force of more than {limit_N:g} N on the way to the ready pose")
-            asked = path[min(tick, len(path) - 1)]
-            applied = arm.send(JointCommand(asked))
-            if applied.reason in (CommandReason.STOPPED, CommandReason.POSITION_LIMIT):
-                raise DeviceError("rig", f"the arm was held back on the way to the ready pose: {applied.reason.value}")
-            tick += 1
-            if tick >= len(path):
+            tick += seeing
+            if tick:
+                # A blind arm is told again to stay where it is.
+                asked = path[min(tick, len(path)) - 1]
+                reason = arm.send(JointCommand(asked)).reason
+                if reason in (CommandReason.STOPPED, CommandReason.POSITION_LIMIT):
+                    raise DeviceError("rig", f"the arm was held back on the way to the ready pose: {reason.value}")
+            if tick >= len(path) and seeing:
                 away = max(abs(t - q) for t, q in zip(asked, joints.position_rad, strict=True))
                 if away <= _THERE_RAD:
                     return

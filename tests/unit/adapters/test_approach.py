@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from itertools import pairwise
 from math import dist
 
 import numpy as np
@@ -11,14 +13,23 @@ import pytest
 from palpate.adapters.approach import WITHDRAWAL_M_S, walk, withdrawal
 from palpate.adapters.composition import SimulatedRig, build_perception, build_task, find_approach
 from palpate.adapters.config import RunConfig
+from palpate.adapters.decorator import DeviceDecorator
 from palpate.adapters.experiment import run_scored_trial
 from palpate.adapters.policies import comparator
 from palpate.core.errors import DeviceError
 from palpate.core.inverse_kinematics import InverseKinematics
 from palpate.core.kinematics import Kinematics, ToolGeometry
+from palpate.core.ports import ArmCommand, ForceSensor
 from palpate.core.task_config import CONTROL_RATE_HZ
 from palpate.core.task_frame import goal_in_base
-from palpate.core.values import CommandReason, JointCommand, JointVector
+from palpate.core.values import (
+    AppliedCommand,
+    CommandReason,
+    JointCommand,
+    JointVector,
+    Validity,
+    WrenchSample,
+)
 from tests.unit.adapters.samples import ready_pose
 
 CONFIG = RunConfig()
@@ -93,3 +104,50 @@ def test_an_arm_that_was_left_pressing_may_let_go_of_more_than_the_limit() -> No
         walk(APPROACH, ports, 0.8, limit_N)
         there = ports.joint_encoder.read().position_rad
     assert dist(there, APPROACH.poses_rad[-1]) < 5e-3
+
+
+class DozingSensor(DeviceDecorator, ForceSensor):
+    """Old samples for so many reads, from the given one on."""
+
+    def __init__(self, sensor: ForceSensor, first: int, many: int) -> None:
+        super().__init__(sensor)
+        self._sensor, self._asleep, self.reads = sensor, range(first, first + many), 0
+
+    def read(self) -> WrenchSample:
+        sample = self._sensor.read()
+        self.reads += 1
+        return replace(sample, validity=Validity.STALE) if self.reads in self._asleep else sample
+
+
+@pytest.mark.parametrize(
+    ("first", "many", "arrives"), [(0, 10, True), (100, 30, True), (0, 40, False), (99, 40, False)]
+)
+def test_a_blind_arm_waits_where_it_is_and_not_for_ever(first: int, many: int, arrives: bool) -> None:
+    with SimulatedRig(CONFIG, ready_pose()) as rig:
+        rig.prepare(0)
+        sensor = DozingSensor(rig.ports.force_sensor, first, many)
+        sent = SentCommands(rig.ports.arm)
+        ports = replace(rig.ports, force_sensor=sensor, arm=sent)
+        if arrives:
+            walk(APPROACH, ports, 0.2, CONFIG.task.max_force_N)
+            assert dist(ports.joint_encoder.read().position_rad, APPROACH.poses_rad[-1]) < 5e-3
+        else:
+            with pytest.raises(DeviceError, match="force sample stale"):
+                walk(APPROACH, ports, 0.2, CONFIG.task.max_force_N)
+        still = sum(a == b for a, b in pairwise(sent.asked))
+    assert still >= (many if first and arrives else 0)
+
+
+class SentCommands(DeviceDecorator, ArmCommand):
+    """Keeps what was asked."""
+
+    def __init__(self, arm: ArmCommand) -> None:
+        super().__init__(arm)
+        self._arm, self.asked = arm, list[JointVector]()
+
+    def send(self, command: JointCommand) -> AppliedCommand:
+        self.asked.append(command.position_rad)
+        return self._arm.send(command)
+
+    def stop(self) -> None:
+        self._arm.stop()

@@ -28,19 +28,30 @@ def faults(options: FaultsOptions) -> int:
     tell_weakened(options.run)
     chosen = cases(options.run, options.seeds, options.most)
     runs: list[FaultRun] = []
-    with tqdm(total=len(chosen), unit="run", file=sys.stderr) as bar:
-        for part in run_cases(
-            options.run,
-            chosen,
-            rig_file=options.rig,
-            supervised=options.supervisor,
-            jobs=options.jobs or os.cpu_count() or 1,
-        ):
-            runs += part
-            bar.update(len(part))
-    sys.stdout.write(table(runs, by_phase=options.by_phase) + "\n" + summary(runs))
-    if out is not None:
-        temporary = out.with_name(f".{out.name}.tmp")
+    try:
+        with tqdm(total=len(chosen), unit="run", file=sys.stderr) as bar:
+            for part in run_cases(
+                options.run,
+                chosen,
+                rig_file=options.rig,
+                supervised=options.supervisor,
+                jobs=options.jobs or os.cpu_count() or 1,
+            ):
+                runs += part
+                bar.update(len(part))
+    finally:
+        # Devices may fail for good on the way: what was learned until then is not lost.
+        if runs:
+            sys.stdout.write(table(runs, by_phase=options.by_phase) + "\n" + summary(runs))
+            if out is not None:
+                _save(runs, out)
+    return 1 if any(run.verdict is Class.FAILED for run in runs) else 0
+
+
+def _save(runs: list[FaultRun], out: Path) -> None:
+    temporary = out.with_name(f".{out.name}.tmp")
+    try:
         temporary.write_text(as_csv(runs), encoding="utf-8")
         os.replace(temporary, out)
-    return 1 if any(run.verdict is Class.FAILED for run in runs) else 0
+    except OSError as error:
+        raise OutputError(str(out), f"cannot be written ({error.strerror})", "name another file with --out") from error
