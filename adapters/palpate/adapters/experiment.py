@@ -126,17 +126,17 @@ def truth_fields(scored: ScoredTrial) -> dict[str, Any]:
 
 
 def objections(report: TrialReport, config: AdmissionConfig) -> str:
-    """Why a trial's timing does not count; empty when it does."""
+    """Why a trial's timing does not count; empty when it does. Reasons are apart by ``; ``, with figures in brackets."""
     timing, ticks = report.timing, max(report.ticks, 1)
     found = []
     if timing.worst_late_ns > config.max_late_ms * 1e6:
-        found.append(f"a tick was {timing.worst_late_ns * 1e-6:.1f} ms late")
+        found.append(f"a tick too late ({timing.worst_late_ns * 1e-6:.1f} ms)")
     if timing.late_ticks > config.max_late_share * ticks:
-        found.append(f"{timing.late_ticks / ticks:.0%} of the ticks were late")
+        found.append(f"too many late ticks ({timing.late_ticks / ticks:.0%})")
     if timing.skipped_slots > config.max_skipped_share * (ticks + timing.skipped_slots):
-        found.append(f"{timing.skipped_slots} slots were skipped")
+        found.append(f"slots skipped ({timing.skipped_slots})")
     if timing.repeated_samples > config.max_repeated_share * ticks:
-        found.append(f"{timing.repeated_samples / ticks:.0%} of the ticks had no new sample")
+        found.append(f"too few new samples ({timing.repeated_samples / ticks:.0%} of the ticks had none)")
     return "; ".join(found)
 
 

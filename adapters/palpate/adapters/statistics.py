@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from math import sqrt
 from typing import Any
@@ -59,7 +60,7 @@ def summary_of(rows: Sequence[TrialRow]) -> dict[str, Any]:
         "peak_force_N": round(max((row.peak_force_N for row in rows), default=0.0), 3),
         "outcomes": {name: sum(row.outcome == name for row in rows) for name in sorted({r.outcome for r in rows})},
         "marked": sum(bool(row.marked) for row in rows),
-        "marked_why": sorted({row.marked for row in rows if row.marked})[:5],
+        "marked_why": _reasons(rows),
     }
 
 
@@ -76,6 +77,12 @@ def learning_summary(rows: Sequence[TrialRow]) -> dict[str, Any]:
         late = rows[125:]
         windows["success_from_126"] = _share(sum(r.success for r in late), len(late))
     return windows
+
+
+def _reasons(rows: Sequence[TrialRow]) -> dict[str, int]:
+    """How many trials each objection to their timing fell on; a trial may have several."""
+    reasons = (reason.partition(" (")[0] for row in rows for reason in row.marked.split("; ") if reason)
+    return dict(sorted(Counter(reasons).items()))
 
 
 def _share(part: int, whole: int) -> float:

@@ -48,11 +48,11 @@ def test_timing_changes_nothing_of_a_trial_and_is_told() -> None:
     [
         (TrialTiming(), ""),
         (TrialTiming(worst_late_ns=19_000_000), ""),
-        (TrialTiming(worst_late_ns=21_000_000), "a tick was 21.0 ms late"),
-        (TrialTiming(late_ticks=60), "6% of the ticks were late"),
-        (TrialTiming(skipped_slots=30), "30 slots were skipped"),
-        (TrialTiming(repeated_samples=950), "95% of the ticks had no new sample"),
-        (TrialTiming(late_ticks=60, skipped_slots=30), "6% of the ticks were late; 30 slots were skipped"),
+        (TrialTiming(worst_late_ns=21_000_000), "a tick too late (21.0 ms)"),
+        (TrialTiming(late_ticks=60), "too many late ticks (6%)"),
+        (TrialTiming(skipped_slots=30), "slots skipped (30)"),
+        (TrialTiming(repeated_samples=950), "too few new samples (95% of the ticks had none)"),
+        (TrialTiming(late_ticks=60, skipped_slots=30), "too many late ticks (6%); slots skipped (30)"),
     ],
 )
 def test_timing_that_does_not_count_is_named(timing: TrialTiming, why: str) -> None:

@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from palpate.adapters.cli.notices import marked_line
 from palpate.adapters.statistics import (
     bootstrap_interval,
     learning_summary,
@@ -101,3 +102,14 @@ def test_learning_shows_in_windows_of_trials_counted_from_one() -> None:
 def test_windows_that_are_not_full_are_left_out() -> None:
     assert learning_summary(trial_rows(*[8.0] * 24)) == {}
     assert learning_summary(trial_rows(*[8.0] * 149)) == {"mean_s_1_25": 8.0}
+
+
+def test_trials_that_are_marked_are_counted_by_reason_and_told() -> None:
+    rows = trial_rows(4)
+    rows[1] = replace(rows[1], marked="slots skipped (30)")
+    rows[3] = replace(rows[3], marked="a tick too late (21.0 ms); slots skipped (7)")
+    summary = summary_of(rows)
+    assert (summary["marked"], summary["marked_why"]) == (2, {"a tick too late": 1, "slots skipped": 2})
+    line = "marked for their timing: 2 of 4 trials, not learned from (a tick too late 1, slots skipped 2)\n"
+    assert marked_line(summary, learned=False) == line
+    assert marked_line(summary_of(rows[:1]), learned=False) == ""

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 from palpate.adapters.beat import Beat
 from palpate.adapters.config import RecordingConfig, RunConfig
@@ -28,6 +30,20 @@ def tell_weakened(config: RunConfig) -> None:
     """Tell which limits of the supervisor are set weaker than they come; nobody shall overlook that."""
     for line in weakened_lines(config.supervision):
         sys.stderr.write(f"palpate: {line}\n")
+
+
+def marked_line(summary: Mapping[str, Any], *, learned: bool | None = None) -> str:
+    """How many trials were marked for their timing, and why; empty for none.
+
+    Args:
+        summary: Figures of the run.
+        learned: Whether such trials are learned from; None where nothing is.
+    """
+    if not summary["marked"]:
+        return ""
+    why = ", ".join(f"{reason} {count}" for reason, count in summary["marked_why"].items())
+    fate = "" if learned is None else ", learned from all the same" if learned else ", not learned from"
+    return f"marked for their timing: {summary['marked']} of {summary['trials']} trials{fate} ({why})\n"
 
 
 def report_troubles(recorder: TrialRecorder | None) -> None:

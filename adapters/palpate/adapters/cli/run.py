@@ -11,7 +11,7 @@ from pathlib import Path
 from tqdm import tqdm
 
 from palpate.adapters.beat import Beat
-from palpate.adapters.cli.notices import recording_for, report_troubles, tell_grants, tell_weakened
+from palpate.adapters.cli.notices import marked_line, recording_for, report_troubles, tell_grants, tell_weakened
 from palpate.adapters.cli.options import RunOptions
 from palpate.adapters.composition import (
     ReadyPose,
@@ -75,7 +75,7 @@ def run(options: RunOptions) -> int:
         f"success {summary['success']:.1%} (95 % interval {low:.1%} to {high:.1%})\n"
         f"time median {summary['median_s']:.2f} s, 95th percentile {summary['p95_s']:.2f} s\n"
         f"peak force {summary['peak_force_N']:.1f} N; outcomes {summary['outcomes']}\n"
-        f"saved in {folder.path}\n"
+        f"{marked_line(summary)}saved in {folder.path}\n"
     )
     return 0 if finished else 130
 

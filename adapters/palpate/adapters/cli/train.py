@@ -10,7 +10,7 @@ from pathlib import Path
 from tqdm import tqdm
 
 from palpate.adapters.beat import Beat
-from palpate.adapters.cli.notices import recording_for, report_troubles, tell_grants, tell_weakened
+from palpate.adapters.cli.notices import marked_line, recording_for, report_troubles, tell_grants, tell_weakened
 from palpate.adapters.cli.options import TrainOptions
 from palpate.adapters.composition import find_ready_pose, open_rig, require_usable
 from palpate.adapters.config import RunConfig
@@ -172,6 +172,8 @@ def _finish(config: RunConfig, folder: RunFolder, trials: int) -> None:
             f"and {sum(times[-WINDOW:]) / len(times[-WINDOW:]):.2f} s in the last {WINDOW}; "
             f"success in the last {WINDOW}: {sum(r.success for r in rows[-WINDOW:])} of {len(rows[-WINDOW:])}"
         )
+        if marked := marked_line(summary, learned=config.admission.learn_from_marked):
+            _say(marked.rstrip())
         _say(f"look at {folder.path / 'learning_curve.png'}, or: palpate show {folder.path / 'policy.json'}")
 
 
