@@ -126,7 +126,7 @@ def truth_fields(scored: ScoredTrial) -> dict[str, Any]:
 
 
 def objections(report: TrialReport, config: AdmissionConfig) -> str:
-    """Why a trial's timing does not count; empty when it does. Reasons are apart by ``; ``, with figures in brackets."""
+    """Why a trial's timing does not count; empty when it does. Reasons are apart by semicolons, figures in brackets."""
     timing, ticks = report.timing, max(report.ticks, 1)
     found = []
     if timing.worst_late_ns > config.max_late_ms * 1e6:

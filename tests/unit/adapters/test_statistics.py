@@ -105,7 +105,7 @@ def test_windows_that_are_not_full_are_left_out() -> None:
 
 
 def test_trials_that_are_marked_are_counted_by_reason_and_told() -> None:
-    rows = trial_rows(4)
+    rows = trial_rows(1.0, 1.0, 1.0, 1.0)
     rows[1] = replace(rows[1], marked="slots skipped (30)")
     rows[3] = replace(rows[3], marked="a tick too late (21.0 ms); slots skipped (7)")
     summary = summary_of(rows)
