@@ -150,9 +150,9 @@ def soak(options: argparse.Namespace, folder: Path, note: Callable[[list[object]
             if supervisor.trip is not None:
                 supervisor.acknowledge()
             if rig.ports.arm.life is Life.FAULTED:
-                rig.ports.arm.acknowledge()
+                rig.ports.arm.acknowledge_fault()
             if rig.ports.force_sensor.life is Life.FAULTED:
-                rig.ports.force_sensor.acknowledge()
+                rig.ports.force_sensor.acknowledge_fault()
                 rig.ports.force_sensor.activate()
             now_s, use = time.monotonic() - begin_s, use_of(sink.process_id, devices)
             uses.append((now_s, use))
