@@ -20,6 +20,7 @@ from palpate.core.errors import ConfigurationError, DeviceError
 from palpate.core.lifecycle import Life
 from palpate.core.ports import ForceSensor
 from palpate.core.values import Validity
+from palpate.core.values import Validity
 from palpate.simulation.emulators import jr3_uart
 from palpate.simulation.emulators.can_bus_server import VirtualBusServer
 from palpate.simulation.emulators.can_wire import CanWire
@@ -76,29 +77,57 @@ def rig(sensor: Jr3ForceSensor, clock: Any, load: Load, firmware: Any, end: Call
     )
 
 
+def can_rig() -> ForceSensorRig:
+    load, made = Load(), context()
+    node = Jr3CanNode(1, load, replace(Jr3Config(), boot_ns=BOOT_NS), generator=np.random.default_rng(0))
+    channel = f"jr3-contract-{next(CHANNELS)}"
+    server = VirtualBusServer(CanWire([node], generator=np.random.default_rng(1)), channel)
+    server.start()
+    settings = {"interface": "virtual", "channel": channel, "max_age_ms": MAX_AGE_MS, "period_us": 2000}
+    return rig(make_jr3_can(settings, made), made.clock, load, node.firmware, server.close)
+
+
+def uart_rig() -> ForceSensorRig:
+    load, made = Load(), context()
+    node = Jr3UartNode(load, replace(UART_CONFIG, boot_ns=BOOT_NS), generator=np.random.default_rng(0))
+    server = PtyServer(node)
+    settings = {"port": server.start(), "max_age_ms": MAX_AGE_MS, "period_us": 4000}
+    return rig(make_jr3_uart(settings, made), made.clock, load, node.firmware, server.stop)
+
+
+@pytest.fixture
+def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The firmware sleeps a second after each command; with hundreds of them that is a long test."""
+    monkeypatch.setattr(jr3_uart, "PAUSE_ns", 50_000_000)
+
+
 class TestJr3Can(ForceSensorContract):
     def make(self) -> ForceSensorRig:
-        load, made = Load(), context()
-        node = Jr3CanNode(1, load, replace(Jr3Config(), boot_ns=BOOT_NS), generator=np.random.default_rng(0))
-        channel = f"jr3-contract-{next(CHANNELS)}"
-        server = VirtualBusServer(CanWire([node], generator=np.random.default_rng(1)), channel)
-        server.start()
-        settings = {"interface": "virtual", "channel": channel, "max_age_ms": MAX_AGE_MS, "period_us": 2000}
-        return rig(make_jr3_can(settings, made), made.clock, load, node.firmware, server.close)
+        return can_rig()
 
 
+@pytest.mark.usefixtures("impatient")
 class TestJr3Uart(ForceSensorContract):
-    @pytest.fixture(autouse=True)
-    def impatient(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        """The firmware sleeps a second after each command; with hundreds of them that is a long test."""
-        monkeypatch.setattr(jr3_uart, "PAUSE_ns", 50_000_000)
-
     def make(self) -> ForceSensorRig:
-        load, made = Load(), context()
-        node = Jr3UartNode(load, replace(UART_CONFIG, boot_ns=BOOT_NS), generator=np.random.default_rng(0))
-        server = PtyServer(node)
-        settings = {"port": server.start(), "max_age_ms": MAX_AGE_MS, "period_us": 4000}
-        return rig(make_jr3_uart(settings, made), made.clock, load, node.firmware, server.stop)
+        return uart_rig()
+
+
+@pytest.mark.usefixtures("impatient")
+@pytest.mark.parametrize("make", [can_rig, uart_rig])
+def test_after_a_long_pause_a_living_sensor_gives_what_it_feels_now(make: Callable[[], ForceSensorRig]) -> None:
+    made = make()
+    try:
+        with made.device as sensor:
+            before = sensor.read()
+            time.sleep(1.5e-3 * MAX_AGE_MS)
+            made.push_N(0.0, 0.0, made.load_N)
+            made.advance(made.settle_ticks)
+            after = sensor.read()
+            assert after.validity is Validity.VALID
+            assert after.sequence > before.sequence
+            assert abs(after.force_N[2] - before.force_N[2]) == pytest.approx(made.load_N, abs=2 * made.tolerance_N)
+    finally:
+        made.dispose()
 
 
 def test_the_adapter_is_its_port() -> None:
