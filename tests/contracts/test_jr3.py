@@ -20,7 +20,6 @@ from palpate.core.errors import ConfigurationError, DeviceError
 from palpate.core.lifecycle import Life
 from palpate.core.ports import ForceSensor
 from palpate.core.values import Validity
-from palpate.core.values import Validity
 from palpate.simulation.emulators import jr3_uart
 from palpate.simulation.emulators.can_bus_server import VirtualBusServer
 from palpate.simulation.emulators.can_wire import CanWire
