@@ -30,6 +30,7 @@ from palpate.adapters.results import RunFolder, TrialRow, next_free_folder
 from palpate.adapters.rig import Rig
 from palpate.adapters.session import FIRST_EVALUATION_TRIAL, Recorded, run_policy, run_toml
 from palpate.adapters.statistics import summary_of
+from palpate.adapters.warm_up import warm_up
 from palpate.core.checks import require_in
 from palpate.core.errors import ConfigurationError
 from palpate.core.perception import Perception
@@ -145,9 +146,12 @@ def run_named(
         subfolder: Where in the recorder's folder the logs go.
         rig_file: The devices to run on; the simulator if it is empty.
     """
+    closed = open_rig(config, ready, rig_file)
+    if rig_file:
+        warm_up(config, ready)
     with (
         ExitStack() as opened,
-        open_rig(config, ready, rig_file) as rig,
+        closed as rig,
         tqdm(total=trials, unit="trial", desc=chosen.label, file=sys.stderr) as bar,
     ):
         if chosen.document is None:

@@ -24,6 +24,7 @@ from palpate.adapters.results import RunFolder
 from palpate.adapters.session import Checkpoint, Trainer, checkpoint_perception, resume_from, run_toml
 from palpate.adapters.statistics import WINDOW, learning_summary, moving_average, summary_of
 from palpate.adapters.toml_config import overlay, read_toml, to_toml
+from palpate.adapters.warm_up import warm_up
 from palpate.core.checks import require_in
 from palpate.core.errors import ConfigurationError, OutputError
 from palpate.core.policy import PolicyDocument
@@ -55,7 +56,10 @@ def train(options: TrainOptions) -> int:
         perception = checkpoint_perception(checkpoint)
 
     with ExitStack() as opened:
-        rig = opened.enter_context(open_rig(config, ready, options.rig))
+        closed = open_rig(config, ready, options.rig)
+        if options.rig:
+            warm_up(config, ready)
+        rig = opened.enter_context(closed)
         if perception is None:
             _say(f"fitting perception on {config.perception.fit_trials} random-walk trials")
             perception = fitted_perception(config, ready, rig)
