@@ -2,8 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Generic, TypeVar
+
 from palpate.core.lifecycle import ActiveInside, Life
 from palpate.core.ports import Device
+from palpate.core.values import JointSample, WrenchSample
+
+SampleT = TypeVar("SampleT", WrenchSample, JointSample)
 
 
 class DeviceDecorator(ActiveInside):
@@ -45,3 +51,22 @@ class DeviceDecorator(ActiveInside):
     def close(self) -> None:
         """See :class:`palpate.core.ports.Device`."""
         self._device.close()
+
+
+class SensorDecorator(DeviceDecorator, Generic[SampleT]):
+    """Passes the life cycle through, and each sample past a function.
+
+    Args:
+        sensor: Whatever is decorated.
+        read: Its own reading.
+        past: Gives what is to be read instead of the sensor's own sample; may raise.
+    """
+
+    def __init__(self, sensor: Device, read: Callable[[], SampleT], past: Callable[[SampleT], SampleT]) -> None:
+        super().__init__(sensor)
+        self._read: Callable[[], SampleT] = read
+        self._past: Callable[[SampleT], SampleT] = past
+
+    def read(self) -> SampleT:
+        """See the port."""
+        return self._past(self._read())

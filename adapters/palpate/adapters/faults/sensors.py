@@ -7,8 +7,8 @@ from typing import Any, Final, Generic
 
 import numpy as np
 
-from palpate.adapters.decorator import DeviceDecorator
-from palpate.adapters.faults.channels import SampleT, aged
+from palpate.adapters.decorator import SampleT, SensorDecorator
+from palpate.adapters.faults.channels import aged
 from palpate.adapters.faults.plan import FaultPlan
 from palpate.adapters.faults.sample_faults import Delay, Disconnect, Drop, Duplicate, Repeat, SampleFault
 from palpate.adapters.faults.schedule import Account, Delivery, Moment, Schedule, Tell, Ticker
@@ -79,7 +79,16 @@ class _Line(Generic[SampleT]):
         return sample if sample is fresh else aged(sample, moment.time_ns, self._max_age_ns)
 
 
-class FaultyForceSensor(DeviceDecorator, ForceSensor):
+class _FaultySensor(SensorDecorator[SampleT]):
+    _line: _Line[SampleT]
+
+    @property
+    def deliveries(self) -> list[Delivery]:
+        """What was delivered so far."""
+        return self._line.account.deliveries
+
+
+class FaultyForceSensor(_FaultySensor[WrenchSample], ForceSensor):
     """A force sensor with faults.
 
     Args:
@@ -102,21 +111,11 @@ class FaultyForceSensor(DeviceDecorator, ForceSensor):
         *,
         max_age_ns: int = MAX_AGE_NS,
     ) -> None:
-        super().__init__(sensor)
-        self._sensor = sensor
         self._line = _Line[WrenchSample]("force_sensor", clock, plans, tell, max_age_ns)
-
-    @property
-    def deliveries(self) -> list[Delivery]:
-        """What was delivered so far."""
-        return self._line.account.deliveries
-
-    def read(self) -> WrenchSample:
-        """See :class:`ForceSensor`."""
-        return self._line.past(self._sensor.read())
+        super().__init__(sensor, sensor.read, self._line.past)
 
 
-class FaultyJointEncoder(DeviceDecorator, JointEncoder):
+class FaultyJointEncoder(_FaultySensor[JointSample], JointEncoder):
     """Joint encoders with faults.
 
     Args:
@@ -139,15 +138,5 @@ class FaultyJointEncoder(DeviceDecorator, JointEncoder):
         *,
         max_age_ns: int = MAX_AGE_NS,
     ) -> None:
-        super().__init__(encoder)
-        self._encoder = encoder
         self._line = _Line[JointSample]("joint_encoder", clock, plans, tell, max_age_ns)
-
-    @property
-    def deliveries(self) -> list[Delivery]:
-        """What was delivered so far."""
-        return self._line.account.deliveries
-
-    def read(self) -> JointSample:
-        """See :class:`JointEncoder`."""
-        return self._line.past(self._encoder.read())
+        super().__init__(encoder, encoder.read, self._line.past)

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
-from typing import Generic, TypeVar
+from typing import Generic
 
-from palpate.adapters.decorator import DeviceDecorator
+from palpate.adapters.decorator import SampleT, SensorDecorator
 from palpate.adapters.watchdogs.trip import TellTrip, Trip, tell_surely
 from palpate.core.errors import ConfigurationError, DeviceError
 from palpate.core.ports import Clock, ForceSensor, JointEncoder
 from palpate.core.values import JointSample, Validity, WrenchSample
-
-SampleT = TypeVar("SampleT", WrenchSample, JointSample)
 
 
 class _NewsWatch(Generic[SampleT]):
@@ -33,13 +30,12 @@ class _NewsWatch(Generic[SampleT]):
         self._news_ns = 0
         self._told = ""
 
-    def judged(self, read: Callable[[], SampleT]) -> SampleT:
-        """A sample, marked as old as it is.
+    def judged(self, sample: SampleT) -> SampleT:
+        """A sample that was just read, marked as old as it is.
 
         Raises:
             DeviceError: There has been no news for longer than the second limit.
         """
-        sample = read()
         now_ns, number = self._clock.now_ns(), sample.sequence
         if self._newest is None or number > self._newest:
             self._newest, self._news_ns = number, now_ns
@@ -66,7 +62,16 @@ class _NewsWatch(Generic[SampleT]):
             tell_surely(self._tell, Trip(now_ns, self._name, f"{state}: {text}"))
 
 
-class WatchedForceSensor(DeviceDecorator, ForceSensor):
+class _WatchedSensor(SensorDecorator[SampleT]):
+    _watch: _NewsWatch[SampleT]
+
+    def activate(self) -> None:
+        """See :class:`palpate.core.ports.Device`."""
+        super().activate()
+        self._watch.forget()
+
+
+class WatchedForceSensor(_WatchedSensor[WrenchSample], ForceSensor):
     """A force sensor that is believed only as long as its sequence number goes on.
 
     A sample that is no news, over age, or older than one before is marked ``STALE``.
@@ -91,21 +96,11 @@ class WatchedForceSensor(DeviceDecorator, ForceSensor):
         dead_after_ns: int,
         tell: TellTrip | None = None,
     ) -> None:
-        super().__init__(sensor)
-        self._sensor = sensor
         self._watch = _NewsWatch[WrenchSample]("force sensor", clock, max_age_ns, dead_after_ns, tell)
-
-    def activate(self) -> None:
-        """See :class:`palpate.core.ports.Device`."""
-        super().activate()
-        self._watch.forget()
-
-    def read(self) -> WrenchSample:
-        """See :class:`ForceSensor`."""
-        return self._watch.judged(self._sensor.read)
+        super().__init__(sensor, sensor.read, self._watch.judged)
 
 
-class WatchedJointEncoder(DeviceDecorator, JointEncoder):
+class WatchedJointEncoder(_WatchedSensor[JointSample], JointEncoder):
     """Joint encoders that are believed only as long as their sequence number goes on.
 
     A sample that is no news, over age, or older than one before is marked ``STALE``.
@@ -130,15 +125,5 @@ class WatchedJointEncoder(DeviceDecorator, JointEncoder):
         dead_after_ns: int,
         tell: TellTrip | None = None,
     ) -> None:
-        super().__init__(encoder)
-        self._encoder = encoder
         self._watch = _NewsWatch[JointSample]("joint encoder", clock, max_age_ns, dead_after_ns, tell)
-
-    def activate(self) -> None:
-        """See :class:`palpate.core.ports.Device`."""
-        super().activate()
-        self._watch.forget()
-
-    def read(self) -> JointSample:
-        """See :class:`JointEncoder`."""
-        return self._watch.judged(self._encoder.read)
+        super().__init__(encoder, encoder.read, self._watch.judged)
