@@ -7,6 +7,7 @@ from palpate.core.perception.features import (
     SelectedChannels,
     SelfOrganisingMap,
 )
+from palpate.core.perception.history import LastSymbols
 from palpate.core.perception.normalisation import Normalisation
 from palpate.core.perception.partitions import Clusters, RandomPartition
 from palpate.core.perception.pipeline import Perception
@@ -31,6 +32,7 @@ __all__ = [
     "FeatureExtractor",
     "GatedThresholds",
     "IdentityState",
+    "LastSymbols",
     "Normalisation",
     "Perception",
     "PrincipalComponents",

@@ -20,6 +20,7 @@ from palpate.core.perception.features import (
     SelectedChannels,
     SelfOrganisingMap,
 )
+from palpate.core.perception.history import LastSymbols
 from palpate.core.perception.normalisation import Normalisation
 from palpate.core.perception.partitions import Clusters, RandomPartition
 from palpate.core.perception.pipeline import Perception
@@ -40,6 +41,7 @@ _KINDS: Final[dict[str, type[Any]]] = {
     "random_partition": RandomPartition,
     "clusters": Clusters,
     "identity": IdentityState,
+    "last_symbols": LastSymbols,
 }
 
 
