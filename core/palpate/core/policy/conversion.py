@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import fields
 from typing import Any
 
 from palpate.core.errors import PolicyFileError
@@ -15,36 +16,38 @@ from palpate.core.policy.file import PolicyDocument
 from palpate.core.policy.mixed import MixedPolicy
 from palpate.core.policy.programmed import ProgrammedPolicy
 from palpate.core.policy.q_learning import QLearning
+from palpate.core.policy.sarsa import Sarsa, SarsaParameters
+from palpate.core.policy.tabular import QParameters, TabularLearner
 
 
-def learner_of(policy: Policy) -> QLearning | None:
-    """The Q-learner that a policy is or has as a part; the first one."""
-    return next((part for part in _parts_of(policy) if isinstance(part, QLearning)), None)
+def learner_of(policy: Policy) -> TabularLearner | None:
+    """The learner that a policy is or has as a part; the first one."""
+    return next((part for part in _parts_of(policy) if isinstance(part, TabularLearner)), None)
 
 
 def document_of(policy: Policy, *, created_with: Mapping[str, Any], perception: Mapping[str, Any]) -> PolicyDocument:
     """What a policy knows, ready to be saved.
 
     Args:
-        policy: Programmed, examples, Q-learning, or a mixture of these.
+        policy: Programmed, examples, Q-learning, Sarsa, or a mixture of these.
         created_with: Versions of what made it.
         perception: Settings that turn sensor data into its states.
 
     Raises:
         PolicyFileError: It is of another kind, or has no action for some state.
     """
-    parts: list[AssignedPolicy | QLearning] = []
+    parts: list[AssignedPolicy | TabularLearner] = []
     for part in _parts_of(policy):
-        if not isinstance(part, AssignedPolicy | QLearning):
-            accepted = "programmed, examples and Q-learning; nothing else fits a policy file"
+        if not isinstance(part, AssignedPolicy | TabularLearner):
+            accepted = "programmed, examples, Q-learning and Sarsa; nothing else fits a policy file"
             raise PolicyFileError("policy", type(part).__name__, accepted)
         parts.append(part)
     learner = learner_of(policy)
     states, actions = parts[0].states, parts[0].actions
     if any(part.states != states or part.actions != actions for part in parts):
         raise PolicyFileError("policy", "parts that differ", "the same states and actions in all its parts")
-    if sum(isinstance(part, QLearning) for part in parts) > 1:
-        raise PolicyFileError("policy", "several learners", "at most one Q-learner")
+    if sum(isinstance(part, TabularLearner) for part in parts) > 1:
+        raise PolicyFileError("policy", "several learners", "at most one learner")
     return PolicyDocument(
         created_with=created_with,
         perception=perception,
@@ -89,7 +92,10 @@ def policy_from(
     if pairs[EXAMPLES]:
         parts.append(ExamplesPolicy(states, actions, pairs[EXAMPLES]))
     if document.learner is not None:
-        parts.append(_learner_from(document, document.learner, states, actions, frozen, frozen_temperature))
+        learner = new_learner(
+            document.learner.parameters, states, actions, frozen=frozen, frozen_temperature=frozen_temperature
+        )
+        parts.append(_learned(learner, document, document.learner))
     return parts[0] if len(parts) == 1 else MixedPolicy(states, parts)
 
 
@@ -97,11 +103,11 @@ def _parts_of(policy: Policy) -> tuple[Policy, ...]:
     return policy.parts if isinstance(policy, MixedPolicy) else (policy,)
 
 
-def _row_of(state: int, parts: Sequence[AssignedPolicy | QLearning], learner: QLearning | None) -> TableRow:
+def _row_of(state: int, parts: Sequence[AssignedPolicy | TabularLearner], learner: TabularLearner | None) -> TableRow:
     owner = next((part for part in parts if part.serves(state)), None)
     name = parts[0].states[state]
     q = None if learner is None else learner.q[state]
-    if isinstance(owner, QLearning):
+    if isinstance(owner, TabularLearner):
         values = owner.q[state]
         source, best = LEARNED, values.index(max(values))
     else:
@@ -113,27 +119,34 @@ def _row_of(state: int, parts: Sequence[AssignedPolicy | QLearning], learner: QL
     return TableRow(name, source, parts[0].actions[best].name, best, q, visits)
 
 
-def _learner_from(
-    document: PolicyDocument,
-    entry: LearnerEntry,
+def new_learner(
+    parameters: QParameters,
     states: Sequence[str],
     actions: Sequence[Action],
-    frozen: bool,
-    frozen_temperature: float | None,
-) -> QLearning:
-    parameters = entry.parameters
-    learner = QLearning(
-        states,
-        actions,
-        alpha=parameters.alpha,
-        gamma=parameters.gamma,
-        temperature=parameters.temperature,
-        alpha_visits=parameters.alpha_visits,
-        alpha_floor=parameters.alpha_floor,
-        initial_value=parameters.initial_value,
-        frozen=frozen,
-        frozen_temperature=frozen_temperature,
-    )
+    *,
+    frozen: bool = False,
+    frozen_temperature: float | None = None,
+) -> TabularLearner:
+    """The learner that has such settings: Sarsa(lambda) for those with a trace decay, Q-learning for the others.
+
+    Args:
+        parameters: Its settings.
+        states: Names of the states.
+        actions: The action set.
+        frozen: Learn nothing, and keep the temperature at ``frozen_temperature``.
+        frozen_temperature: Temperature while frozen; None takes the floor of the schedule.
+
+    Raises:
+        ConfigurationError: A value is out of its range, or names repeat.
+    """
+    if isinstance(parameters, SarsaParameters):
+        return Sarsa(states, actions, parameters, frozen=frozen, frozen_temperature=frozen_temperature)
+    settings = {f.name: getattr(parameters, f.name) for f in fields(parameters)}
+    return QLearning(states, actions, **settings, frozen=frozen, frozen_temperature=frozen_temperature)
+
+
+def _learned(learner: TabularLearner, document: PolicyDocument, entry: LearnerEntry) -> TabularLearner:
+    """The learner, with what the document says it knows."""
     learned = {
         "q": [row.q or () for row in document.table],
         "visits": [row.visits_per_action or () for row in document.table],

@@ -10,14 +10,15 @@ from palpate.core.policy.actions import Action
 from palpate.core.policy.base import EXAMPLES, LEARNED, PROGRAMMED
 from palpate.core.policy.exploration import TemperatureSchedule
 from palpate.core.policy.parsing import read_count, read_list, read_number, read_object, read_text
-from palpate.core.policy.q_learning import QParameters
+from palpate.core.policy.sarsa import SarsaParameters
+from palpate.core.policy.tabular import QParameters
 
-LEARNER_KIND: Final = "q-learning"
+LEARNERS: Final[dict[str, type[QParameters]]] = {"q-learning": QParameters, "sarsa": SarsaParameters}
+"""Kinds of learners in files, and the settings that each has."""
 SOURCES: Final = (PROGRAMMED, EXAMPLES, LEARNED)
 
 _ROW_KEYS: Final = ("state", "source", "action", "value", "visits", "q", "visits_per_action")
 _SETTING_KEYS: Final = ("alpha", "gamma", "alpha_visits", "alpha_floor", "initial_value")
-_LEARNER_KEYS: Final = ("kind", *_SETTING_KEYS, "temperature", "trials_learned")
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,12 +141,17 @@ class LearnerEntry:
     parameters: QParameters
     trials_learned: int
 
+    @property
+    def kind(self) -> str:
+        """Its name in files."""
+        return next(kind for kind, settings in LEARNERS.items() if type(self.parameters) is settings)
+
     def content(self) -> dict[str, Any]:
         """The learner as JSON has it."""
-        settings = {key: getattr(self.parameters, key) for key in _SETTING_KEYS}
+        settings = {key: getattr(self.parameters, key) for key in _setting_keys(type(self.parameters))}
         temperature = asdict(self.parameters.temperature)
         trials = {"trials_learned": self.trials_learned}
-        return {"kind": LEARNER_KIND} | settings | {"temperature": temperature} | trials
+        return {"kind": self.kind} | settings | {"temperature": temperature} | trials
 
     @classmethod
     def read(cls, raw: object) -> LearnerEntry:
@@ -154,19 +160,26 @@ class LearnerEntry:
         Raises:
             PolicyFileError: It is no learner that there is, or its settings are out of range.
         """
-        entry = read_object("learner", raw, _LEARNER_KEYS)
-        if entry["kind"] != LEARNER_KIND:
-            raise PolicyFileError("learner.kind", entry["kind"], repr(LEARNER_KIND))
+        kind = read_object("learner", raw).get("kind")
+        settings_of = LEARNERS.get(kind) if isinstance(kind, str) else None
+        if settings_of is None:
+            raise PolicyFileError("learner.kind", kind, f"one of {', '.join(LEARNERS)}")
+        keys = _setting_keys(settings_of)
+        entry = read_object("learner", raw, ("kind", *keys, "temperature", "trials_learned"))
         settings = {
             key: read_number(f"learner.{key}", entry[key])
-            for key in _SETTING_KEYS
+            for key in keys
             if not (key == "alpha_visits" and entry[key] is None)
         }
         schedule = read_object("learner.temperature", entry["temperature"], ("initial", "decay", "floor"))
         schedule = {key: read_number(f"learner.temperature.{key}", value) for key, value in schedule.items()}
         try:
-            parameters = QParameters(**settings, temperature=TemperatureSchedule(**schedule))
+            parameters = settings_of(**settings, temperature=TemperatureSchedule(**schedule))
         except ConfigurationError as error:
             field = error.field.replace("policy.", "learner.", 1)
             raise PolicyFileError(field, error.value, error.accepted) from error
         return cls(parameters, read_count("learner.trials_learned", entry["trials_learned"]))
+
+
+def _setting_keys(settings: type[QParameters]) -> tuple[str, ...]:
+    return (*_SETTING_KEYS, "trace_decay") if settings is SarsaParameters else _SETTING_KEYS

@@ -2,73 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from math import isfinite
-from typing import Any
+from collections.abc import Sequence
 
-import numpy as np
-
-from palpate.core.errors import ConfigurationError
 from palpate.core.policy.actions import Action
-from palpate.core.policy.base import (
-    LEARNED,
-    Decision,
-    Observation,
-    Policy,
-    Transition,
-    check_names,
-    drawing_from,
-)
-from palpate.core.policy.exploration import TemperatureSchedule, boltzmann
+from palpate.core.policy.base import Transition
+from palpate.core.policy.exploration import TemperatureSchedule
+from palpate.core.policy.tabular import QParameters, TabularLearner
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class QParameters:
-    """Settings of the learner.
-
-    The learning rate of a state-action pair that has been tried n times before is
-    ``max(alpha_floor, alpha / (1 + n / alpha_visits))``; without ``alpha_visits`` it is ``alpha``.
-
-    Attributes:
-        alpha: Learning rate of the first visit, above 0 and at most 1.
-        gamma: Discount, 0 to 1; the paper uses 1.
-        temperature: Temperature of the exploration.
-        alpha_visits: Number of visits that halves the learning rate; None keeps it constant.
-        alpha_floor: The learning rate never falls below this; 0 to ``alpha``.
-        initial_value: Q before the first visit.
-
-    Raises:
-        ConfigurationError: A value is out of its range.
-    """
-
-    alpha: float
-    gamma: float
-    temperature: TemperatureSchedule
-    alpha_visits: float | None = None
-    alpha_floor: float = 0.0
-    initial_value: float = 0.0
-
-    def __post_init__(self) -> None:
-        if not 0.0 < self.alpha <= 1.0:
-            raise ConfigurationError("policy.alpha", self.alpha, "a number above 0 and at most 1")
-        if not 0.0 <= self.gamma <= 1.0:
-            raise ConfigurationError("policy.gamma", self.gamma, "a number from 0 to 1")
-        if self.alpha_visits is not None and not (isfinite(self.alpha_visits) and self.alpha_visits > 0.0):
-            raise ConfigurationError("policy.alpha_visits", self.alpha_visits, "a finite number above 0, or none")
-        if not 0.0 <= self.alpha_floor <= self.alpha:
-            raise ConfigurationError("policy.alpha_floor", self.alpha_floor, f"from 0 to alpha, {self.alpha:g}")
-        if not isfinite(self.initial_value):
-            raise ConfigurationError("policy.initial_value", self.initial_value, "a finite number")
-
-    def learning_rate(self, visits: int) -> float:
-        """Learning rate of a pair that has been tried ``visits`` times before."""
-        if self.alpha_visits is None:
-            return self.alpha
-        return max(self.alpha_floor, self.alpha / (1.0 + visits / self.alpha_visits))
-
-
-class QLearning(Policy):
+class QLearning(TabularLearner):
     """Learns ``Q(i, a) <- (1 - alpha) Q(i, a) + alpha (r + gamma V(j))``, with ``V(j) = max_a Q(j, a)``.
 
     The value of the goal is 0. Where another policy is bound to act in ``j`` (see
@@ -104,9 +46,7 @@ class QLearning(Policy):
         frozen: bool = False,
         frozen_temperature: float | None = None,
     ) -> None:
-        check_names(states, actions)
-        self.states, self.actions, self.frozen = tuple(states), tuple(actions), frozen
-        self.parameters = QParameters(
+        parameters = QParameters(
             alpha=alpha,
             gamma=gamma,
             temperature=temperature,
@@ -114,57 +54,7 @@ class QLearning(Policy):
             alpha_floor=alpha_floor,
             initial_value=initial_value,
         )
-        if frozen_temperature is None:
-            frozen_temperature = temperature.floor
-        elif not (isfinite(frozen_temperature) and frozen_temperature >= 0.0):
-            raise ConfigurationError("policy.frozen_temperature", frozen_temperature, "a finite number, 0 or above")
-        self._frozen_temperature = frozen_temperature
-        self._temperature = frozen_temperature if frozen else temperature.at(0)
-        self._q = [[float(initial_value)] * len(self.actions) for _ in self.states]
-        self._visits = [[0] * len(self.actions) for _ in self.states]
-        self._trials_learned = 0
-        self._trial_counted = False
-        self._rng: np.random.Generator | None = None
-
-    @property
-    def temperature(self) -> float:
-        """Temperature of the current trial."""
-        return self._temperature
-
-    @property
-    def q(self) -> tuple[tuple[float, ...], ...]:
-        """Q of each state and action."""
-        return tuple(map(tuple, self._q))
-
-    @property
-    def visits(self) -> tuple[tuple[int, ...], ...]:
-        """How often each action was learned from in each state."""
-        return tuple(map(tuple, self._visits))
-
-    @property
-    def trials_learned(self) -> int:
-        """Number of trials in which it learned anything."""
-        return self._trials_learned
-
-    def serves(self, state: int) -> bool:
-        """True for every state."""
-        return state < len(self.states)
-
-    def begin_trial(self, trial: int, rng: np.random.Generator) -> None:
-        """Set the temperature of the trial and take its random numbers from ``rng``."""
-        self._rng = rng
-        self._trial_counted = False
-        self._temperature = self._frozen_temperature if self.frozen else self.parameters.temperature.at(trial)
-
-    def choose(self, observation: Observation) -> Decision:
-        """Draw an action by Boltzmann exploration; exactly one random number.
-
-        Raises:
-            LifecycleError: No trial has begun.
-        """
-        rng = drawing_from(self._rng, "Q-learning")
-        index = boltzmann(self._q[observation.state], self._temperature, rng)
-        return Decision(self.actions[index], index, LEARNED)
+        super().__init__(states, actions, parameters, frozen=frozen, frozen_temperature=frozen_temperature)
 
     def learn(self, transition: Transition) -> None:
         """Update the Q of one state and action, unless frozen."""
@@ -174,10 +64,7 @@ class QLearning(Policy):
         alpha = self.parameters.learning_rate(self._visits[state][action])
         target = transition.reinforcement + self.parameters.gamma * self._value_after(transition)
         self._q[state][action] = (1.0 - alpha) * self._q[state][action] + alpha * target
-        self._visits[state][action] += 1
-        if not self._trial_counted:
-            self._trial_counted = True
-            self._trials_learned += 1
+        self._count(state, action)
 
     def _value_after(self, transition: Transition) -> float:
         if transition.next_state is None:
@@ -185,34 +72,3 @@ class QLearning(Policy):
         values = self._q[transition.next_state]
         bound = transition.next_action_index
         return max(values) if bound is None else values[bound]
-
-    def get_state(self) -> dict[str, Any]:
-        """All that learning has changed, as plain JSON values that keep every bit.
-
-        The random generator belongs to the caller and is not in it.
-        """
-        return {
-            "q": [list(row) for row in self._q],
-            "visits": [list(row) for row in self._visits],
-            "trials_learned": self._trials_learned,
-            "trial_counted": self._trial_counted,
-            "temperature": self._temperature,
-        }
-
-    def set_state(self, state: Mapping[str, Any]) -> None:
-        """Go back to what :meth:`get_state` gave.
-
-        Raises:
-            ConfigurationError: It is the state of a learner of another size; nothing is changed then.
-        """
-        shape = [len(self.actions)] * len(self.states)
-        for key in ("q", "visits"):
-            sizes = [len(row) for row in state[key]]
-            if sizes != shape:
-                accepted = f"{len(self.states)} rows of {len(self.actions)} numbers"
-                raise ConfigurationError(f"learner.{key}", f"rows of {sizes}", accepted)
-        self._q = [[float(value) for value in row] for row in state["q"]]
-        self._visits = [[int(count) for count in row] for row in state["visits"]]
-        self._trials_learned = int(state["trials_learned"])
-        self._trial_counted = bool(state["trial_counted"])
-        self._temperature = float(state["temperature"])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from palpate.core.policy.base import LEARNED
-from palpate.core.policy.entries import LEARNER_KIND, TableRow
+from palpate.core.policy.entries import TableRow
 from palpate.core.policy.file import PolicyDocument
 
 _HEADER = ("state", "source", "best action", "value", "visits")
@@ -15,7 +15,7 @@ def render_table(document: PolicyDocument) -> str:
     The best action of a learned state that was never visited is not shown: all actions are equal there.
     """
     learner = document.learner
-    learned = f"{LEARNER_KIND}, {learner.trials_learned} trials learned" if learner else "nothing learned"
+    learned = f"{learner.kind}, {learner.trials_learned} trials learned" if learner else "nothing learned"
     lines = [_HEADER, *(_cells(row) for row in document.table)]
     widths = [max(len(cells[column]) for cells in lines) for column in range(len(_HEADER))]
     return "\n".join(

@@ -4,7 +4,7 @@ import pytest
 from palpate.core.errors import PolicyFileError
 from palpate.core.policy.actions import compass_actions
 from palpate.core.policy.base import Observation, Transition
-from palpate.core.policy.conversion import document_of, learner_of, policy_from
+from palpate.core.policy.conversion import document_of, learner_of, new_learner, policy_from
 from palpate.core.policy.examples import ExamplesPolicy
 from palpate.core.policy.exploration import TemperatureSchedule
 from palpate.core.policy.file import PolicyDocument
@@ -12,6 +12,9 @@ from palpate.core.policy.mixed import MixedPolicy
 from palpate.core.policy.programmed import ProgrammedPolicy
 from palpate.core.policy.q_learning import QLearning
 from palpate.core.policy.random_walk import RandomWalkPolicy
+from palpate.core.policy.sarsa import Sarsa, SarsaParameters
+from palpate.core.policy.table import render_table
+from palpate.core.policy.tabular import QParameters
 
 ACTIONS = compass_actions(0.0007)
 STATES = ("a", "b", "c", "d")
@@ -77,6 +80,33 @@ def test_a_frozen_policy_keeps_what_it_knows_and_its_temperature(tmp_path, given
     wander(policy, range(3), seed=4)
     assert policy.temperature == temperature
     assert document_of(policy, created_with={"palpate": "0"}, perception={}) == document
+
+
+def sarsa(trials: int = 30) -> Sarsa:
+    """One that has wandered about."""
+    schedule = TemperatureSchedule(5.0, 0.9, 0.5)
+    learned = Sarsa(STATES, ACTIONS, SarsaParameters(alpha=0.2, gamma=1.0, temperature=schedule, trace_decay=0.7))
+    wander(learned, range(trials), seed=1)
+    return learned
+
+
+def test_sarsa_has_a_file_too(tmp_path):
+    policy = sarsa()
+    document = through_file(policy, tmp_path)
+    assert "sarsa, 30 trials learned" in render_table(document)
+    resumed = policy_from(document, STATES, ACTIONS, frozen=False)
+    assert isinstance(resumed, Sarsa)
+    assert (resumed.q, resumed.visits, resumed.parameters) == (policy.q, policy.visits, policy.parameters)
+    assert wander(policy, range(30, 50), seed=2) == wander(resumed, range(30, 50), seed=2)
+    assert (resumed.q, resumed.trials_learned) == (policy.q, 50)
+
+
+def test_the_settings_say_which_learner_it_is():
+    settings = {"alpha": 0.5, "gamma": 1.0, "temperature": TemperatureSchedule(1.0, 1.0, 0.1), "alpha_visits": 9.0}
+    for parameters, kind in ((QParameters(**settings), QLearning), (SarsaParameters(**settings), Sarsa)):
+        made = new_learner(parameters, STATES, ACTIONS, frozen=True, frozen_temperature=0.3)
+        assert type(made) is kind
+        assert (made.parameters, made.frozen, made.temperature) == (parameters, True, 0.3)
 
 
 def test_rows_say_which_knowledge_decides_and_what_was_learned_there(tmp_path):

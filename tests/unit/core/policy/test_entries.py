@@ -6,7 +6,8 @@ from palpate.core.errors import PolicyFileError
 from palpate.core.policy.actions import Action, compass_actions
 from palpate.core.policy.entries import ActionEntry, LearnerEntry, TableRow
 from palpate.core.policy.exploration import TemperatureSchedule
-from palpate.core.policy.q_learning import QParameters
+from palpate.core.policy.sarsa import SarsaParameters
+from palpate.core.policy.tabular import QParameters
 
 NAMES = ["go", "stay"]
 LEARNED = TableRow("a", "learned", "stay", 1, (-2.0, -0.5), (3, 4))
@@ -87,10 +88,21 @@ def test_the_learner_reads_back(alpha_visits):
     assert LearnerEntry.read(json.loads(json.dumps(learner.content()))) == learner
 
 
+def test_sarsa_reads_back_with_its_traces():
+    schedule = TemperatureSchedule(10.0, 0.97, 0.3)
+    learner = LearnerEntry(SarsaParameters(alpha=0.1, gamma=0.9, temperature=schedule, trace_decay=0.75), 120)
+    content = json.loads(json.dumps(learner.content()))
+    assert (content["kind"], content["trace_decay"]) == ("sarsa", 0.75)
+    assert LearnerEntry.read(content) == learner
+    with pytest.raises(PolicyFileError, match=r"learner\.trace_decay"):
+        LearnerEntry.read(content | {"trace_decay": 1.5})
+
+
 @pytest.mark.parametrize(
     ("change", "field"),
     [
         ({"kind": "r-max"}, "kind"),
+        ({"kind": ["sarsa"]}, "kind"),
         ({"alpha": 0.0}, "alpha"),
         ({"alpha": None}, "alpha"),
         ({"gamma": 2.0}, "gamma"),

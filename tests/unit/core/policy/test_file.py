@@ -13,7 +13,7 @@ from palpate.core.policy.actions import Action, compass_actions
 from palpate.core.policy.entries import ActionEntry, LearnerEntry, TableRow
 from palpate.core.policy.exploration import TemperatureSchedule
 from palpate.core.policy.file import SCHEMA, PolicyDocument
-from palpate.core.policy.q_learning import QParameters
+from palpate.core.policy.tabular import QParameters
 
 ACTIONS = compass_actions(0.001)
 STATES = ("a", "b")
@@ -167,12 +167,14 @@ SEEN_BY_SCHEMA = [
     (put("table", 0, "q", 2, "x"), "table[0].q[2]"),
     (put("table", 0, "visits_per_action", 0, -1), "table[0].visits_per_action[0]"),
     (put("learner", "q-learning"), "learner"),
-    (put("learner", "kind", "sarsa"), "learner.kind"),
+    (put("learner", "kind", "r-max"), "learner.kind"),
     (put("learner", "alpha", 0), "learner.alpha"),
     (put("learner", "alpha_visits", -1.0), "learner.alpha_visits"),
     (remove("learner", "temperature", "floor"), "learner.temperature"),
 ]
 SEEN_BY_READER = [
+    (put("learner", "kind", "sarsa"), "learner"),
+    (put("learner", "trace_decay", 0.9), "learner"),
     (repeat("actions"), "actions[8]"),
     (put("states", 0, "a\nb"), "states[0]"),
     (put("actions", 0, "displacement_mm", [10**400, 0.0]), "actions[0].displacement_mm[0]"),

@@ -10,7 +10,8 @@ from palpate.core.errors import ConfigurationError, LifecycleError
 from palpate.core.policy.actions import compass_actions
 from palpate.core.policy.base import Observation, Transition
 from palpate.core.policy.exploration import TemperatureSchedule, boltzmann_probabilities
-from palpate.core.policy.q_learning import QLearning, QParameters
+from palpate.core.policy.q_learning import QLearning
+from palpate.core.policy.tabular import QParameters
 
 TWO = compass_actions(0.001, 2)
 EIGHT = compass_actions(0.001)

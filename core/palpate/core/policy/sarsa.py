@@ -1,0 +1,135 @@
+"""Tabular Sarsa(lambda) with replacing traces.
+
+Where different places look like one state, one-step Q-learning may fail to find even the best policy without memory,
+and Sarsa(lambda) often finds it (Loch and Singh 1998): so it is the baseline that a memory has to beat.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from palpate.core.errors import ConfigurationError
+from palpate.core.policy.actions import Action
+from palpate.core.policy.base import Decision, Observation, Transition
+from palpate.core.policy.tabular import QParameters, TabularLearner
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SarsaParameters(QParameters):
+    """Settings of the learner; those of :class:`~palpate.core.policy.tabular.QParameters` and one more.
+
+    Attributes:
+        trace_decay: Lambda, 0 to 1: how much an action is held to account for what came steps later. 0 is one-step
+            Sarsa; with 1 and without discount it is the whole rest of the trial.
+
+    Raises:
+        ConfigurationError: A value is out of its range.
+    """
+
+    trace_decay: float = 0.9
+
+    def __post_init__(self) -> None:
+        QParameters.__post_init__(self)
+        if not 0.0 <= self.trace_decay <= 1.0:
+            raise ConfigurationError("policy.trace_decay", self.trace_decay, "a number from 0 to 1")
+
+
+class Sarsa(TabularLearner):
+    """Learns ``Q(i, a) <- Q(i, a) + alpha e(i, a) delta``, with ``delta = r + gamma Q(j, b) - Q(k, c)``.
+
+    ``k, c`` is the step just made, ``j, b`` what follows it, and ``e`` the trace of each pair: 1 when it was just
+    tried, 0 for the other actions of its state from then on, and ``gamma lambda`` times itself with every step.
+
+    The action ``b`` is drawn as soon as its state is known, so that nothing is left to learn when a trial ends;
+    ``choose`` then gives it. The value of the goal is 0. Where another policy is bound to act in ``j``, its action is
+    taken for ``b``.
+
+    Args:
+        states: Names of the states.
+        actions: The action set.
+        parameters: Its settings.
+        frozen: Learn nothing, and keep the temperature at ``frozen_temperature``.
+        frozen_temperature: Temperature while frozen; None takes the floor of the schedule.
+
+    Raises:
+        ConfigurationError: A value is out of its range, or names repeat.
+    """
+
+    parameters: SarsaParameters
+
+    def __init__(
+        self,
+        states: Sequence[str],
+        actions: Sequence[Action],
+        parameters: SarsaParameters,
+        *,
+        frozen: bool = False,
+        frozen_temperature: float | None = None,
+    ) -> None:
+        super().__init__(states, actions, parameters, frozen=frozen, frozen_temperature=frozen_temperature)
+        # One pair a state at most has a trace: its action, and how much is left of it.
+        self._traces: dict[int, tuple[int, float]] = {}
+        self._next: tuple[int, int] | None = None
+
+    def begin_trial(self, trial: int, rng: np.random.Generator) -> None:
+        """As for every tabular learner; the traces of the trial before are gone."""
+        super().begin_trial(trial, rng)
+        self._traces, self._next = {}, None
+
+    def choose(self, observation: Observation) -> Decision:
+        """The action that was drawn for this state while learning, or one drawn now; one random number a choice.
+
+        Raises:
+            LifecycleError: No trial has begun.
+        """
+        drawn, self._next = self._next, None
+        if drawn is not None and drawn[0] == observation.state:
+            return self._decision(drawn[1])
+        return super().choose(observation)
+
+    def learn(self, transition: Transition) -> None:
+        """Update the Q of all that led here, unless frozen.
+
+        Raises:
+            LifecycleError: No trial has begun.
+        """
+        if self.frozen:
+            return
+        state, action = transition.state, transition.action_index
+        after = transition.reinforcement + self.parameters.gamma * self._value_after(transition)
+        delta = after - self._q[state][action]
+        fading = self.parameters.gamma * self.parameters.trace_decay
+        self._traces[state] = (action, 1.0)
+        for i, (a, trace) in self._traces.items():
+            self._q[i][a] += self.parameters.learning_rate(self._visits[i][a]) * trace * delta
+            self._traces[i] = (a, fading * trace)
+        self._count(state, action)
+
+    def _value_after(self, transition: Transition) -> float:
+        self._next = None
+        if transition.next_state is None:
+            return 0.0
+        index = transition.next_action_index
+        if index is None:
+            index = self._drawn(transition.next_state)
+            self._next = (transition.next_state, index)
+        return self._q[transition.next_state][index]
+
+    def get_state(self) -> dict[str, Any]:
+        """As for every tabular learner, with the traces."""
+        traces = [[state, action, trace] for state, (action, trace) in self._traces.items()]
+        return super().get_state() | {"traces": traces, "next": None if self._next is None else list(self._next)}
+
+    def set_state(self, state: Mapping[str, Any]) -> None:
+        """Go back to what :meth:`get_state` gave.
+
+        Raises:
+            ConfigurationError: It is the state of a learner of another size; nothing is changed then.
+        """
+        super().set_state(state)
+        self._traces = {int(i): (int(action), float(trace)) for i, action, trace in state["traces"]}
+        self._next = None if state["next"] is None else (int(state["next"][0]), int(state["next"][1]))

@@ -1,0 +1,177 @@
+import json
+
+import numpy as np
+import pytest
+
+from palpate.core.errors import ConfigurationError, LifecycleError
+from palpate.core.policy.actions import compass_actions
+from palpate.core.policy.base import Observation, Transition
+from palpate.core.policy.exploration import TemperatureSchedule
+from palpate.core.policy.mixed import MixedPolicy
+from palpate.core.policy.programmed import ProgrammedPolicy
+from palpate.core.policy.sarsa import Sarsa, SarsaParameters
+
+TWO = compass_actions(0.001, 2)
+STATES = ("i", "j", "k")
+GREEDY = TemperatureSchedule(0.0, 1.0, 0.0)
+
+
+def learner(frozen: bool = False, states: tuple[str, ...] = STATES, **settings) -> Sarsa:
+    settings = {"alpha": 0.5, "gamma": 1.0, "temperature": GREEDY, "trace_decay": 0.5} | settings
+    sarsa = Sarsa(states, TWO, SarsaParameters(**settings), frozen=frozen)
+    sarsa.begin_trial(0, np.random.default_rng(0))
+    return sarsa
+
+
+def observation(state: int) -> Observation:
+    zero = (0.0, 0.0, 0.0)
+    return Observation(state, zero, zero, zero, zero, 0)
+
+
+def bound(state: int, action: int, after: int | None, then: int | None, earned: float = -1.0) -> Transition:
+    """A transition whose next action is known, so that nothing is drawn."""
+    return Transition(state, action, earned, after, then)
+
+
+def test_updates_have_the_hand_computed_values() -> None:
+    q = learner()
+    q.learn(bound(0, 1, 1, 0))  # delta -1: Q(0,1) = -.5
+    assert q.q == ((0.0, -0.5), (0.0, 0.0), (0.0, 0.0))
+    q.learn(bound(1, 0, 2, 1))  # delta -1: Q(1,0) = -.5, and half of it for what led here
+    assert q.q == ((0.0, -0.75), (-0.5, 0.0), (0.0, 0.0))
+    q.learn(bound(2, 1, None, None, -4.0))  # delta -4, traces 1, 1/2, 1/4
+    assert q.q == ((0.0, -1.25), (-1.5, 0.0), (0.0, -2.0))
+    assert q.visits == ((0, 1), (1, 0), (0, 1))
+    assert q.trials_learned == 1
+
+
+def test_the_value_of_the_next_action_counts_not_that_of_the_best() -> None:
+    q = learner(alpha=1.0, trace_decay=0.0)
+    q.learn(bound(1, 0, None, None, -5.0))
+    q.learn(bound(0, 1, 1, 0))
+    assert q.q[0][1] == -6.0
+
+
+def test_traces_replace_and_another_action_ends_them() -> None:
+    q = learner(alpha=1.0, trace_decay=1.0)
+    q.learn(bound(0, 0, 0, 0, 0.0))
+    q.learn(bound(0, 0, 0, 1, 0.0))  # again: the trace is 1, not 2
+    q.learn(bound(0, 1, 1, 0, 0.0))  # the other action: the trace of the first is gone
+    q.learn(bound(1, 0, None, None, -1.0))
+    assert q.q == ((0.0, -1.0), (-1.0, 0.0), (0.0, 0.0))
+
+
+def test_with_full_traces_every_step_is_charged_with_the_rest_of_the_trial() -> None:
+    q = learner(alpha=1.0, trace_decay=1.0)
+    for state in range(2):
+        q.learn(bound(state, 0, state + 1, 0))
+    q.learn(bound(2, 0, None, None))
+    assert [row[0] for row in q.q] == [-3.0, -2.0, -1.0]
+
+
+def test_a_new_trial_forgets_what_led_where() -> None:
+    q = learner(alpha=1.0, trace_decay=1.0)
+    q.learn(bound(0, 0, 1, 0, 0.0))
+    q.begin_trial(1, np.random.default_rng(0))
+    q.learn(bound(1, 0, None, None))
+    assert q.q[0] == (0.0, 0.0)
+    assert q.trials_learned == 2
+
+
+def test_the_action_that_was_learned_with_is_the_one_that_is_taken() -> None:
+    q = learner(temperature=TemperatureSchedule(1.0, 1.0, 1.0), alpha=1.0, trace_decay=0.0, initial_value=-1.0)
+    q.learn(bound(1, 0, None, None, -2.0))
+    q.learn(bound(1, 1, None, None, -3.0))
+    for _ in range(20):
+        q.learn(Transition(0, 0, 0.0, 1))
+        taken = q.choose(observation(1)).index
+        assert q.q[0][0] == {0: -2.0, 1: -3.0}[taken]
+
+
+def test_every_step_takes_one_number_of_the_trials_generator() -> None:
+    rng, twin = np.random.default_rng(2), np.random.default_rng(2)
+    q = learner(temperature=TemperatureSchedule(1.0, 1.0, 1.0))
+    q.begin_trial(0, rng)
+    q.choose(observation(0))
+    for _ in range(4):
+        q.learn(Transition(0, 0, -1.0, 1))
+        q.choose(observation(1))
+    q.learn(Transition(1, 0, -1.0, None))
+    twin.random(5)
+    assert rng.bit_generator.state == twin.bit_generator.state
+
+
+def test_an_action_drawn_for_another_state_is_not_taken() -> None:
+    q = learner(alpha=1.0)
+    q.learn(bound(2, 0, None, None, -2.0))
+    q.learn(bound(1, 1, None, None, -2.0))
+    q.learn(Transition(0, 0, -1.0, 1))
+    assert q.choose(observation(2)).index == 1
+    assert q.choose(observation(1)).index == 0
+
+
+def test_where_another_policy_acts_its_action_counts() -> None:
+    sarsa = learner(alpha=1.0, trace_decay=0.0)
+    policy = MixedPolicy(STATES, [ProgrammedPolicy(STATES, TWO, {"j": TWO[1].name}), sarsa])
+    policy.begin_trial(0, np.random.default_rng(0))
+    policy.learn(Transition(1, 1, -7.0, None))
+    policy.learn(Transition(0, 0, -1.0, 1))
+    assert sarsa.q[0][0] == -8.0
+    assert policy.choose(observation(1)).source == "programmed"
+
+
+def test_a_corridor_is_learned() -> None:
+    right, cells = 0, 5
+    q = learner(
+        states=tuple(f"cell {n}" for n in range(cells)),
+        temperature=TemperatureSchedule(5.0, 0.98, 0.05),
+        alpha=0.5,
+        alpha_visits=20.0,
+        alpha_floor=0.05,
+        trace_decay=0.8,
+    )
+    rng = np.random.default_rng(7)
+    for trial in range(800):
+        q.begin_trial(trial, rng)
+        cell = int(rng.integers(cells))
+        while cell < cells:
+            action = q.choose(observation(cell)).index
+            after = cell + 1 if action == right else max(0, cell - 1)
+            q.learn(Transition(cell, action, -1.0, after if after < cells else None))
+            cell = after
+    assert [row[right] for row in q.q] == pytest.approx([-5, -4, -3, -2, -1], abs=0.05)
+
+
+def test_a_frozen_learner_learns_nothing_and_draws_when_asked() -> None:
+    q = learner(frozen=True, temperature=TemperatureSchedule(1.0, 1.0, 0.5))
+    before = q.get_state()
+    q.learn(Transition(0, 0, -1.0, 1))
+    assert q.get_state() == before
+    assert q.temperature == 0.5
+
+
+def test_it_goes_on_where_its_state_was_kept_even_within_a_trial() -> None:
+    first, second = learner(temperature=TemperatureSchedule(1.0, 1.0, 1.0)), learner()
+    first.learn(Transition(0, 0, -1.0, 1))
+    first.learn(Transition(1, 1, -1.0, 2))
+    second.set_state(json.loads(json.dumps(first.get_state())))
+    assert second.get_state() == first.get_state()
+    assert second.choose(observation(2)) == first.choose(observation(2))
+    for q in (first, second):
+        q.learn(bound(2, 0, None, None))
+    assert first.q == second.q
+
+
+def test_the_next_action_needs_a_trial() -> None:
+    sarsa = Sarsa(STATES, TWO, SarsaParameters(alpha=0.5, gamma=1.0, temperature=GREEDY))
+    with pytest.raises(LifecycleError):
+        sarsa.learn(Transition(0, 0, -1.0, 1))
+
+
+@pytest.mark.parametrize(
+    ("settings", "field"),
+    [({"trace_decay": 1.1}, "trace_decay"), ({"trace_decay": -0.1}, "trace_decay"), ({"alpha": 0.0}, "alpha")],
+)
+def test_settings_out_of_range_are_refused(settings, field) -> None:
+    with pytest.raises(ConfigurationError, match=rf"policy\.{field}"):
+        learner(**settings)
