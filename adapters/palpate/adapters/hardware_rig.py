@@ -97,6 +97,8 @@ class HardwareRig(Rig):
             self.ports.arm.stop()
             self._at_ready = True
             self._free()
+        # What waited in the lines meanwhile is taken now, and not in the first tick.
+        self.ports.force_sensor.read()
 
     def return_to_ready(self) -> None:
         """See :class:`Rig`."""

@@ -274,8 +274,9 @@ def open_can_wire(table: _CanTable) -> OpenWire:
     Raises:
         WiringError: It cannot be opened.
     """
-    # python-can's slcan sleeps two seconds after opening unless told otherwise.
-    extra: dict[str, Any] = {"sleep_after_open": 0.1} if table.interface == "slcan" else {}
+    # python-can's slcan sleeps two seconds after opening, and a millisecond in each call that finds nothing, unless
+    # told otherwise; we only ever ask whether something is there.
+    extra: dict[str, Any] = {"sleep_after_open": 0.1, "timeout": 0.0} if table.interface == "slcan" else {}
     try:
         bus = can.Bus(interface=table.interface, channel=table.channel, bitrate=table.bitrate, **extra)
     except (can.CanError, OSError, ValueError) as error:

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import gc
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from types import TracebackType
-from typing import Self
+from typing import Final, Self
 
 from palpate.adapters.realtime.config import FROZEN, OFF, RealTimeConfig
 from palpate.adapters.realtime.grants import Grant
 from palpate.adapters.realtime.kernel import Kernel
+
+_SWITCH_S: Final = 0.0005
 
 
 class RealTime:
@@ -66,8 +69,14 @@ class RealTime:
 
     @contextmanager
     def loop(self) -> Iterator[None]:
-        """Around a trial, in the thread that runs it: priority and CPU as granted, garbage left alone if so asked."""
+        """Around a trial, in the thread that runs it: priority and CPU as granted, garbage left alone if so asked.
+
+        Other threads of this process must let go of the interpreter sooner than they usually do, for no priority helps
+        a loop that waits for it.
+        """
         with ExitStack() as stack:
+            stack.callback(sys.setswitchinterval, sys.getswitchinterval())
+            sys.setswitchinterval(_SWITCH_S)
             if self._config.garbage_collection == OFF and gc.isenabled():
                 # Undone last, after the thread is an ordinary one again: a whole collection takes a while.
                 stack.callback(gc.collect)

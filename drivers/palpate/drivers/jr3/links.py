@@ -42,8 +42,8 @@ class CanLink:
     """Frames of a python-can bus of any interface. Whoever opened the bus closes it.
 
     Give the bus no software filters: ``recv(0)`` returns None for a frame that one rejects (FACT, python-can bus.py),
-    which here means that nothing waits. On slcan every call that finds nothing costs the 1 ms of the port's time-out
-    (FACT).
+    which here means that nothing waits. On slcan every call that finds nothing costs the port's time-out, 1 ms unless
+    the bus is opened with another (FACT).
 
     Args:
         bus: An open bus at 1 Mbit/s.
