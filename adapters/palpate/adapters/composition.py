@@ -18,6 +18,7 @@ from palpate.adapters.hardware_rig import HardwareRig
 from palpate.adapters.mujoco_ports import MujocoArm, MujocoClock, MujocoForceSensor, MujocoJointEncoder
 from palpate.adapters.rig import SIMULATOR, Rig, World
 from palpate.adapters.rig_file import RigFile
+from palpate.adapters.state_memory import identifier
 from palpate.adapters.timing import Stopwatch, timed_parts
 from palpate.core.arms import arm_named
 from palpate.core.cycle import Ports
@@ -28,7 +29,6 @@ from palpate.core.kinematics import Array, Kinematics, ToolGeometry
 from palpate.core.measurement import Measurement
 from palpate.core.perception import (
     GatedThresholds,
-    IdentityState,
     Perception,
     SelectedChannels,
     SignalProcessor,
@@ -136,7 +136,7 @@ def build_perception(config: RunConfig) -> Perception:
         )
     else:
         symboliser = Thresholds(names, ((-position, position),) * 2 + ((-torque, torque),) * 2)
-    return Perception(SelectedChannels(names), symboliser, IdentityState(symboliser.symbols))
+    return Perception(SelectedChannels(names), symboliser, identifier(p.memory, symboliser.symbols))
 
 
 def build_reinforcement(config: RunConfig) -> Reinforcement:

@@ -43,6 +43,8 @@ class PerceptionConfig:
     """Number of symbols of random and clusters."""
     fit_trials: int = 10
     """Random-walk trials whose samples fit pca, som, clusters and the bounds of random."""
+    memory: str = "none"
+    """none: a state is a symbol; last-2, last-3: the last symbols."""
 
     def __post_init__(self) -> None:
         name = "perception."

@@ -10,10 +10,10 @@ from palpate.adapters.composition import ReadyPose, build_perception, build_supe
 from palpate.adapters.config import PerceptionConfig, RunConfig
 from palpate.adapters.experiment import require_sound, run_scored_trial
 from palpate.adapters.rig import Rig
+from palpate.adapters.state_memory import identifier
 from palpate.core.perception import (
     Clusters,
     FeatureExtractor,
-    IdentityState,
     Perception,
     PrincipalComponents,
     RandomPartition,
@@ -52,7 +52,7 @@ def fitted_perception(config: RunConfig, ready: ReadyPose, rig: Rig) -> Percepti
         symboliser = RandomPartition.draw(bounds, p.symbol_count, seed)
     else:
         symboliser = Clusters.fit(features, p.symbol_count, seed, features=extractor.names)
-    return Perception(extractor, symboliser, IdentityState(symboliser.symbols))
+    return Perception(extractor, symboliser, identifier(p.memory, symboliser.symbols))
 
 
 def _seed(config: RunConfig, purpose: Purpose) -> int:
