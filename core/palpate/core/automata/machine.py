@@ -39,7 +39,8 @@ class Machine:
         state_outputs: Output of each state; empty for a Mealy machine.
         edge_outputs: Output of each transition, (states, symbols), None where there is none; empty for the others.
         start: Where every word begins.
-        labels: Readable names of the states; numbered ones if empty. They are no part of what the machine does.
+        labels: Readable names of the states; numbered ones if empty, and left empty if they are just these. They are
+            no part of what the machine does.
 
     Raises:
         ConfigurationError: The parts do not fit together.
@@ -69,6 +70,9 @@ class Machine:
                     name = f"automaton.transitions[{state}][{symbol}]"
                     raise ConfigurationError(name, target, f"a state from 0 to {states - 1}, or none")
         self._check_outputs()
+        if self.labels == self._numbered():
+            # So that a file that names every state gives back what was written.
+            object.__setattr__(self, "labels", ())
 
     @property
     def complete(self) -> bool:
@@ -78,7 +82,7 @@ class Machine:
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the states: the labels, or ``s0`` and so on."""
-        return self.labels or tuple(f"s{number}" for number in range(len(self.transitions)))
+        return self.labels or self._numbered()
 
     def symbol(self, name: str) -> int:
         """Number of a symbol.
@@ -141,8 +145,14 @@ class Machine:
             transitions=tuple(rows),
             state_outputs=(*self.state_outputs, output) if self.state_outputs else (),
             edge_outputs=edges,
-            labels=(*self.labels, SINK) if self.labels else (),
+            labels=(*self.labels, self._free(SINK)) if self.labels else (),
         )
+
+    def _numbered(self) -> tuple[str, ...]:
+        return tuple(f"s{number}" for number in range(len(self.transitions)))
+
+    def _free(self, name: str) -> str:
+        return name if name not in self.labels else self._free(f"{name}'")
 
     def _check_names(self) -> None:
         if not self.alphabet:
@@ -160,12 +170,22 @@ class Machine:
                 accepted = f"outputs on the transitions of {states} states, and none on states"
                 raise ConfigurationError("automaton.edge_outputs", len(self.edge_outputs), accepted)
             for state, (said, targets) in enumerate(zip(self.edge_outputs, self.transitions, strict=True)):
+                name = f"automaton.edge_outputs[{state}]"
                 if [output is None for output in said] != [target is None for target in targets]:
-                    name = f"automaton.edge_outputs[{state}]"
                     raise ConfigurationError(name, said, "an output for each transition, and for no other symbol")
+                _require_outputs(name, [output for output in said if output is not None])
             return
         if self.edge_outputs or len(self.state_outputs) != states:
             accepted = f"an output for each of {states} states, and none on transitions"
             raise ConfigurationError("automaton.state_outputs", len(self.state_outputs), accepted)
         if self.kind is Kind.DFA and not all(isinstance(output, bool) for output in self.state_outputs):
             raise ConfigurationError("automaton.state_outputs", self.state_outputs, "true or false for each state")
+        _require_outputs("automaton.state_outputs", self.state_outputs)
+
+
+def _require_outputs(field: str, outputs: Sequence[Output]) -> None:
+    for output in outputs:
+        if not isinstance(output, bool | str) and not (
+            isinstance(output, tuple) and all(isinstance(name, str) for name in output)
+        ):
+            raise ConfigurationError(field, output, "true, false, a name, or a tuple of names")

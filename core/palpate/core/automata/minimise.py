@@ -1,0 +1,142 @@
+"""The smallest machine that does the same, and one numbering for all that do.
+
+Hopcroft's partition refinement: O(k n log n) steps for n states and k symbols.
+
+Where nothing is known. :meth:`Machine.output_of` answers None for a word that leaves what is known, and here None is
+an answer like any other: two states are merged only if the same words are known from both. A state without some
+transition is therefore never merged with one that has it, whatever the latter leads to, and the result is as
+incomplete as the machine was. To have "not known" mean "not accepted" (or some other output) instead, complete the
+machine first: ``minimised(machine.completed(False))``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Iterable, Sequence
+from dataclasses import replace
+from itertools import count
+from typing import TypeAlias
+
+from palpate.core.automata.machine import Kind, Machine
+from palpate.core.errors import ConfigurationError
+
+Classes: TypeAlias = tuple[tuple[int, ...], ...]
+"""Sets of states."""
+
+_SEPARATOR = "|"
+_MOST_NAMES = 3
+
+
+def minimised(machine: Machine, apart: Sequence[Hashable] | None = None) -> Machine:
+    """The smallest machine with the same answer to every word, numbered as :func:`canonical` does.
+
+    Two machines of one kind and alphabet that answer every word alike give equal results, apart from the labels. States
+    that no word leads to are dropped. A state that stands for several is labelled with their names, ``a|b``, or with
+    the first and the number of the others when there are more than three; a machine without labels stays without.
+
+    Args:
+        machine: Any machine, complete or not.
+        apart: A class for each state, (states,): states of different classes are not merged even if they do the same.
+            None merges all that do.
+
+    Raises:
+        ConfigurationError: ``apart`` has not one class for each state.
+    """
+    return _merged(machine, equivalent_states(machine, apart))
+
+
+def canonical(machine: Machine) -> Machine:
+    """The same machine with its states numbered breadth first from the start, symbols in order.
+
+    Nothing is merged; states that no word leads to are dropped. Machines that differ in the order of their states, in
+    such states or in the labels alone become equal, apart from the labels.
+    """
+    return _merged(machine, tuple((state,) for state in machine.reachable()))
+
+
+def equivalent_states(machine: Machine, apart: Sequence[Hashable] | None = None) -> Classes:
+    """Which states do the same: entry i lists those that state i of :func:`minimised` stands for.
+
+    Args:
+        machine: Any machine, complete or not.
+        apart: As for :func:`minimised`.
+
+    Returns:
+        Each reachable state once. In each class, and from class to class by their first states, the order is breadth
+        first from the start.
+
+    Raises:
+        ConfigurationError: ``apart`` has not one class for each state.
+    """
+    if apart is not None and len(apart) != len(machine.transitions):
+        raise ConfigurationError("automaton.apart", len(apart), f"{len(machine.transitions)} classes, one a state")
+    reachable = machine.reachable()
+    block_of = _refined(machine, reachable, apart)
+    classes: dict[int, list[int]] = {}
+    for state in reachable:
+        classes.setdefault(block_of[state], []).append(state)
+    return tuple(tuple(states) for states in classes.values())
+
+
+def _refined(machine: Machine, states: Sequence[int], apart: Sequence[Hashable] | None) -> dict[int, int]:
+    """Number of the block of each of these states; they must be all that are reachable from any of them."""
+    outputs = machine.edge_outputs if machine.kind is Kind.MEALY else machine.state_outputs
+    into: list[dict[int, list[int]]] = [{state: [] for state in states} for _ in machine.alphabet]
+    first: dict[Hashable, set[int]] = {}
+    for state in states:
+        known = tuple(target is not None for target in machine.transitions[state])
+        first.setdefault((outputs[state], known, None if apart is None else apart[state]), set()).add(state)
+        for symbol, target in enumerate(machine.transitions[state]):
+            if target is not None:
+                into[symbol][target].append(state)
+    blocks = list(first.values())
+    block_of = {state: number for number, block in enumerate(blocks) for state in block}
+    waiting = set(range(len(blocks)))
+    while waiting:
+        # A copy: the block itself may be cut while it is cutting others.
+        splitter = tuple(blocks[waiting.pop()])
+        for sources in into:
+            leading_in: dict[int, set[int]] = {}
+            for target in splitter:
+                for source in sources[target]:
+                    leading_in.setdefault(block_of[source], set()).add(source)
+            for number, part in leading_in.items():
+                if len(part) == len(blocks[number]):
+                    continue
+                blocks[number] -= part
+                new = len(blocks)
+                blocks.append(part)
+                block_of.update(dict.fromkeys(part, new))
+                # Within a block all states know the same symbols, so cutting by one half cuts by the other as well.
+                smaller = new if len(part) <= len(blocks[number]) else number
+                waiting.add(new if number in waiting else smaller)
+    return block_of
+
+
+def _merged(machine: Machine, classes: Classes) -> Machine:
+    """The machine with a state for each class, which does what the first of the class does."""
+    number = {state: index for index, states in enumerate(classes) for state in states}
+    firsts = [states[0] for states in classes]
+    rows = [machine.transitions[state] for state in firsts]
+    return replace(
+        machine,
+        transitions=tuple(tuple(None if target is None else number[target] for target in row) for row in rows),
+        state_outputs=tuple(machine.state_outputs[state] for state in firsts) if machine.state_outputs else (),
+        edge_outputs=tuple(machine.edge_outputs[state] for state in firsts) if machine.edge_outputs else (),
+        start=number[machine.start],
+        labels=_different(_joined(machine.labels, states) for states in classes) if machine.labels else (),
+    )
+
+
+def _joined(labels: Sequence[str], states: Sequence[int]) -> str:
+    if len(states) > _MOST_NAMES:
+        return f"{labels[states[0]]}{_SEPARATOR}{len(states) - 1} more"
+    return _SEPARATOR.join(labels[state] for state in states)
+
+
+def _different(labels: Iterable[str]) -> tuple[str, ...]:
+    """The labels, with a number behind those that were there before."""
+    found: dict[str, None] = {}
+    for label in labels:
+        numbered = (f"{label} ({number})" for number in count(2))
+        found[label if label not in found else next(name for name in numbered if name not in found)] = None
+    return tuple(found)

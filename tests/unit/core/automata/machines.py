@@ -1,0 +1,97 @@
+"""Machines for tests: random ones, any at all, and the slow but plain way to tell which states do the same."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Hashable, Iterator, Sequence
+from itertools import product
+
+from hypothesis import strategies as st
+
+from palpate.core.automata.machine import Kind, Machine, Output
+
+KINDS = list(Kind)
+OUTPUTS: dict[Kind, list[Output]] = {
+    Kind.DFA: [False, True],
+    Kind.MOORE: ["x", "y", ("x", "y")],
+    Kind.MEALY: ["x", "y", ()],
+}
+
+
+def dfa(
+    rows: Sequence[Sequence[int | None]], accepting: Sequence[int], start: int = 0, alphabet: str = "ab", labels=()
+):
+    outputs = tuple(state in accepting for state in range(len(rows)))
+    return Machine(Kind.DFA, tuple(alphabet), tuple(map(tuple, rows)), outputs, start=start, labels=tuple(labels))
+
+
+def random_machine(rng: random.Random, kind: Kind, states: int, symbols: int, missing: float = 0.0) -> Machine:
+    """Uniform targets and outputs, any start; each transition is missing with a probability."""
+    rows = tuple(
+        tuple(None if rng.random() < missing else rng.randrange(states) for _ in range(symbols)) for _ in range(states)
+    )
+    choices = OUTPUTS[kind]
+    alphabet = tuple("abcdef"[:symbols])
+    start = rng.randrange(states)
+    if kind is Kind.MEALY:
+        edges = tuple(tuple(None if target is None else rng.choice(choices) for target in row) for row in rows)
+        return Machine(kind, alphabet, rows, edge_outputs=edges, start=start)
+    return Machine(kind, alphabet, rows, tuple(rng.choice(choices) for _ in rows), start=start)
+
+
+@st.composite
+def machines(draw: st.DrawFn, kind: Kind | None = None, symbols: int | None = None, complete: bool = False) -> Machine:
+    """Small machines of every sort, often with states that do the same."""
+    kind = draw(st.sampled_from(KINDS)) if kind is None else kind
+    states = draw(st.integers(1, 7))
+    symbols = draw(st.integers(1, 3)) if symbols is None else symbols
+    missing = 0.0 if complete else draw(st.sampled_from([0.0, 0.3]))
+    return random_machine(random.Random(draw(st.integers(0, 2**32))), kind, states, symbols, missing)
+
+
+def renumbered(machine: Machine, order: Sequence[int], labels: tuple[str, ...] = ()) -> Machine:
+    """The same machine; its state i is state order[i] of the other."""
+    place = {state: number for number, state in enumerate(order)}
+    return Machine(
+        machine.kind,
+        machine.alphabet,
+        tuple(
+            tuple(None if target is None else place[target] for target in machine.transitions[state]) for state in order
+        ),
+        tuple(machine.state_outputs[state] for state in order) if machine.state_outputs else (),
+        tuple(machine.edge_outputs[state] for state in order) if machine.edge_outputs else (),
+        place[machine.start],
+        labels,
+    )
+
+
+def words(symbols: int, longest: int) -> Iterator[tuple[int, ...]]:
+    """All words up to a length, shortest first, those of one length in the alphabet's order."""
+    for length in range(longest + 1):
+        yield from product(range(symbols), repeat=length)
+
+
+def classes_by_table(machine: Machine, apart: Sequence[Hashable] | None = None) -> set[frozenset[int]]:
+    """Reachable states that do the same, by filling a table of the pairs that do not (E. F. Moore, 1956)."""
+    states = machine.reachable()
+
+    def differ_at_once(one: int, other: int) -> bool:
+        if apart is not None and apart[one] != apart[other]:
+            return True
+        if machine.kind is Kind.MEALY:
+            return machine.edge_outputs[one] != machine.edge_outputs[other]
+        return machine.state_outputs[one] != machine.state_outputs[other]
+
+    differ = {(one, other): differ_at_once(one, other) for one in states for other in states}
+    while True:
+        more = [
+            (one, other)
+            for one, other in differ
+            if not differ[one, other]
+            for mine, theirs in zip(machine.transitions[one], machine.transitions[other], strict=True)
+            if (mine is None) != (theirs is None) or (mine is not None and differ[mine, theirs])
+        ]
+        if not more:
+            break
+        differ.update(dict.fromkeys(more, True))
+    return {frozenset(other for other in states if not differ[one, other]) for one in states}

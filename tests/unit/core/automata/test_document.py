@@ -1,0 +1,220 @@
+import json
+import os
+from dataclasses import replace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from palpate.core.automata import document
+from palpate.core.automata.document import SCHEMA, from_json_text, load, save, to_json_text
+from palpate.core.automata.machine import Kind, Machine
+from palpate.core.errors import ConfigurationError, OutputError
+from tests.unit.core.automata.machines import dfa, machines
+
+PARITY = dfa([[1, 0], [0, None]], [0], labels=("even", "odd"))
+MEALY = Machine(Kind.MEALY, ("a", "b"), ((0, None),), edge_outputs=((("x", "y"), None),))
+TEXT = """\
+{
+ "schema": "palpate.automaton/1",
+ "kind": "dfa",
+ "alphabet": ["a", "b"],
+ "start": "even",
+ "states": [
+  {"name": "even", "output": true, "next": {"a": "odd", "b": "even"}},
+  {"name": "odd", "output": false, "next": {"a": "even", "b": null}}
+ ]
+}
+"""
+
+
+def test_the_file_looks_as_documented():
+    assert to_json_text(PARITY) == TEXT
+    assert "".join(f"    {line}\n" for line in TEXT.splitlines()) in document.__doc__
+    assert json.loads(to_json_text(MEALY))["states"] == [
+        {"name": "s0", "next": {"a": "s0", "b": None}, "outputs": {"a": ["x", "y"], "b": None}}
+    ]
+
+
+@given(machines(), st.booleans(), st.data())
+def test_a_machine_reads_back_and_gives_the_same_bytes(machine, named, data):
+    names = st.text(min_size=1) | st.sampled_from(["\ud800", "s0", "null"])
+    if named:
+        count = len(machine.transitions)
+        machine = replace(
+            machine, labels=tuple(data.draw(st.lists(names, min_size=count, max_size=count, unique=True)))
+        )
+    count = len(machine.alphabet)
+    machine = replace(machine, alphabet=tuple(data.draw(st.lists(names, min_size=count, max_size=count, unique=True))))
+    text = to_json_text(machine)
+    assert text.isascii()
+    assert from_json_text(text) == machine
+    assert from_json_text(text, alphabet=machine.alphabet) == machine
+    assert to_json_text(from_json_text(text)) == text
+
+
+def test_a_file_keeps_the_sorts_of_outputs():
+    moore = Machine(Kind.MOORE, ("a",), ((0,),) * 4, (True, "true", ("true",), ""))
+    assert [type(output) for output in from_json_text(to_json_text(moore)).state_outputs] == [bool, str, tuple, str]
+
+
+def test_a_saved_machine_is_loaded(tmp_path):
+    save(PARITY, tmp_path / "machine.json")
+    assert (tmp_path / "machine.json").read_bytes() == TEXT.encode()
+    assert load(tmp_path / "machine.json", alphabet=["a", "b"]) == PARITY
+
+
+@pytest.mark.parametrize("alphabet", [("a",), ("b", "a"), ("x", "y")])
+def test_a_file_over_another_alphabet_is_refused_naming_both(tmp_path, alphabet):
+    save(PARITY, tmp_path / "machine.json")
+    with pytest.raises(ConfigurationError) as refused:
+        load(tmp_path / "machine.json", alphabet=alphabet)
+    assert refused.value.field == f"{tmp_path / 'machine.json'}: alphabet"
+    assert str(alphabet) in str(refused.value)
+    assert "('a', 'b')" in str(refused.value)
+
+
+def put(*keys_and_value):
+    *keys, last, value = keys_and_value
+
+    def change(made):
+        for key in keys:
+            made = made[key]
+        made[last] = value
+
+    return change
+
+
+def remove(*keys):
+    def change(made):
+        for key in keys[:-1]:
+            made = made[key]
+        del made[keys[-1]]
+
+    return change
+
+
+def repeat_state(made):
+    made["states"].append(made["states"][0])
+
+
+BAD_ACCEPTORS = [
+    (remove("schema"), "schema"),
+    (put("schema", "palpate.automaton/2"), "schema"),
+    (put("schema", "palpate.policy/1"), "schema"),
+    *[(remove(key), "automaton file") for key in ("kind", "alphabet", "start", "states")],
+    (put("comment", ""), "automaton file"),
+    (put("kind", "nfa"), "kind"),
+    (put("kind", 1), "kind"),
+    (put("kind", "mealy"), "states[0]"),
+    (put("alphabet", []), "alphabet"),
+    (put("alphabet", "ab"), "alphabet"),
+    (put("alphabet", ["a", "a"]), "alphabet[1]"),
+    (put("alphabet", ["a", ""]), "alphabet[1]"),
+    (put("alphabet", ["a", 1]), "alphabet[1]"),
+    (put("alphabet", ["a", "c"]), "states[0].next"),
+    (put("alphabet", ["a", "b\n"]), "states[0].next"),
+    (put("alphabet", ["a"]), "states[0].next"),
+    (put("start", "none"), "start"),
+    (put("start", None), "start"),
+    (put("start", 0), "start"),
+    (put("states", []), "states"),
+    (put("states", {}), "states"),
+    (put("states", 1, "odd"), "states[1]"),
+    (remove("states", 1, "output"), "states[1]"),
+    (put("states", 1, "comment", ""), "states[1]"),
+    (repeat_state, "states[2]"),
+    (put("states", 1, "name", ""), "states[1]"),
+    (put("states", 1, "name", 5), "states[1]"),
+    (put("states", 0, "output", "x"), "states[0].output"),
+    (put("states", 0, "output", 1), "states[0].output"),
+    (put("states", 0, "output", None), "states[0].output"),
+    (put("states", 0, "next", ["odd", "even"]), "states[0].next"),
+    (put("states", 0, "next", "a", "gone"), "states[0].next.a"),
+    (put("states", 0, "next", "a", 1), "states[0].next.a"),
+    (put("states", 0, "next", "a", ["odd"]), "states[0].next.a"),
+    (remove("states", 0, "next", "a"), "states[0].next"),
+]
+BAD_TRANSDUCERS = [
+    (put("states", 0, "outputs", "a", None), "states[0].outputs.a"),
+    (put("states", 0, "outputs", "b", "x"), "states[0].outputs.b"),
+    (put("states", 0, "outputs", "a", 1.5), "states[0].outputs.a"),
+    (put("states", 0, "outputs", "a", ["x", 1]), "states[0].outputs.a"),
+    (put("states", 0, "outputs", "c", None), "states[0].outputs"),
+    (put("states", 0, "output", True), "states[0]"),
+]
+
+
+@pytest.mark.parametrize(
+    ("machine", "change", "field"),
+    [(PARITY, *bad) for bad in BAD_ACCEPTORS] + [(MEALY, *bad) for bad in BAD_TRANSDUCERS],
+)
+def test_every_bad_file_is_one_clear_line(tmp_path, machine, change, field):
+    made = json.loads(to_json_text(machine))
+    change(made)
+    path = tmp_path / "machine.json"
+    path.write_text(json.dumps(made), encoding="utf-8")
+    with pytest.raises(ConfigurationError) as refused:
+        load(path)
+    assert refused.value.field == f"{path}: {field}"
+    assert len(str(refused.value).splitlines()) == 1
+
+
+def test_an_output_of_a_moore_machine_is_checked():
+    text = TEXT.replace("dfa", "moore").replace("false", "1e999")
+    with pytest.raises(ConfigurationError, match=r"states\[1\]\.output = inf"):
+        from_json_text(text)
+
+
+@pytest.mark.parametrize(
+    "data", [b"", b"{", b"[]", b"null", b"\xff\xfe", b'{"schema": NaN}', b'{"a": 1, "a": 2}', b"[" * 10**5, b"9" * 5000]
+)
+def test_what_is_no_automaton_at_all_is_refused(tmp_path, data):
+    path = tmp_path / "machine.json"
+    path.write_bytes(data)
+    with pytest.raises(ConfigurationError, match=r"machine\.json") as refused:
+        load(path)
+    assert len(str(refused.value).splitlines()) == 1
+
+
+@given(st.data())
+def test_a_damaged_file_is_either_refused_or_a_machine(data):
+    at = data.draw(st.integers(0, len(TEXT) - 1))
+    damaged = TEXT[:at] + data.draw(st.sampled_from(["", '"', "{", "null", "\n", "a"])) + TEXT[at + 1 :]
+    try:
+        read = from_json_text(damaged)
+    except ConfigurationError:
+        return
+    assert from_json_text(to_json_text(read)) == read
+
+
+@pytest.mark.parametrize("name", ["none.json", "."])
+def test_a_file_that_cannot_be_read_is_a_wrong_setting(tmp_path, name):
+    with pytest.raises(ConfigurationError, match="readable"):
+        load(tmp_path / name)
+
+
+def test_a_newer_schema_asks_for_a_newer_palpate_whatever_its_keys():
+    with pytest.raises(ConfigurationError, match="newer palpate"):
+        from_json_text('{"schema": "palpate.automaton/2"}')
+    assert SCHEMA == "palpate.automaton/1"
+
+
+@pytest.mark.parametrize("fails", ["fsync", "replace"])
+def test_a_save_that_fails_leaves_the_old_file_and_nothing_else(tmp_path, monkeypatch, fails):
+    path = tmp_path / "machine.json"
+    save(PARITY, path)
+
+    def full(*arguments):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, fails, full)
+    with pytest.raises(OutputError, match="No space left"):
+        save(MEALY, path)
+    assert path.read_text() == TEXT
+    assert os.listdir(tmp_path) == ["machine.json"]
+
+
+def test_a_place_that_does_not_exist_is_said(tmp_path):
+    with pytest.raises(OutputError, match="nowhere"):
+        save(PARITY, tmp_path / "nowhere" / "machine.json")

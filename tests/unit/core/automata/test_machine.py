@@ -1,0 +1,125 @@
+from dataclasses import FrozenInstanceError, replace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from palpate.core.automata.machine import Kind, Machine
+from palpate.core.errors import CommandError, ConfigurationError
+from tests.unit.core.automata.machines import dfa, machines, words
+
+PARITY = dfa([[1, 0], [0, 1]], [0])
+HOLES = dfa([[1, None], [None, None]], [1])
+MOORE = Machine(Kind.MOORE, ("a",), ((1,), (0,)), ("x", ("y", "z")))
+MEALY = Machine(Kind.MEALY, ("a", "b"), ((0, None),), edge_outputs=(("x", None),))
+
+
+def test_a_word_leads_to_a_state_and_an_output():
+    assert [PARITY.state_after(word) for word in [(), (0,), (0, 1), (0, 0)]] == [0, 1, 1, 0]
+    assert [PARITY.output_of(word) for word in [(), (0,), (0, 1), (0, 0)]] == [True, False, False, True]
+    assert MOORE.output_of((0,)) == ("y", "z")
+
+
+def test_beyond_what_is_known_there_is_no_state_and_no_output():
+    assert HOLES.state_after((0, 0, 1)) is None
+    assert HOLES.output_of((1,)) is None
+    assert MEALY.output_of((0, 1)) is None
+    assert MEALY.output_of((1, 0)) is None
+
+
+def test_a_mealy_machine_says_something_with_each_symbol_only():
+    assert MEALY.output_of(()) is None
+    assert MEALY.output_of((0, 0)) == "x"
+
+
+def test_symbols_have_numbers():
+    assert PARITY.symbol("b") == 1
+    with pytest.raises(CommandError, match="one of a, b: 'c'"):
+        PARITY.symbol("c")
+
+
+def test_states_that_no_word_leads_to_are_not_reachable():
+    assert dfa([[3, 0], [0, 0], [1, 1], [3, 2]], [], start=1).reachable() == (1, 0, 3, 2)
+    assert HOLES.reachable() == (0, 1)
+    assert dfa([[0, None], [0, 0]], []).reachable() == (0,)
+
+
+def test_a_complete_machine_stays_itself():
+    assert PARITY.complete
+    assert PARITY.completed(False) is PARITY
+
+
+def test_a_sink_takes_all_that_is_not_known():
+    full = replace(HOLES, labels=("p", "sink")).completed(False)
+    assert full.complete
+    assert full.transitions == ((1, 2), (2, 2), (2, 2))
+    assert full.state_outputs == (False, True, False)
+    assert full.labels == ("p", "sink", "sink'")
+    assert HOLES.completed(False).labels == ()
+
+
+def test_the_sink_of_a_mealy_machine_speaks_on_the_way_in():
+    full = MEALY.completed("none")
+    assert full.transitions == ((0, 1), (1, 1))
+    assert full.edge_outputs == (("x", "none"), ("none", "none"))
+
+
+@given(machines(), st.booleans())
+def test_completing_changes_nothing_that_was_known(machine, accept):
+    output = accept if machine.kind is Kind.DFA else "new"
+    full = machine.completed(output)
+    for word in words(len(machine.alphabet), 4):
+        before = machine.output_of(word)
+        unanswered = machine.kind is Kind.MEALY and not word
+        assert full.output_of(word) == (output if before is None and not unanswered else before)
+
+
+def test_states_have_names_anyway():
+    assert PARITY.names == ("s0", "s1")
+    assert replace(PARITY, labels=("even", "odd")).names == ("even", "odd")
+
+
+def test_numbered_labels_are_no_labels():
+    assert replace(PARITY, labels=("s0", "s1")) == PARITY
+    assert replace(PARITY, labels=("s1", "s0")).labels == ("s1", "s0")
+
+
+def test_a_machine_is_a_value():
+    assert hash(replace(PARITY)) == hash(PARITY)
+    with pytest.raises(FrozenInstanceError):
+        PARITY.start = 1
+
+
+@pytest.mark.parametrize(
+    ("machine", "changes", "field"),
+    [
+        (PARITY, {"alphabet": ()}, "alphabet"),
+        (PARITY, {"alphabet": ("a", "a")}, "alphabet"),
+        (PARITY, {"alphabet": ("a", "")}, "alphabet"),
+        (PARITY, {"alphabet": ("a", 1)}, "alphabet"),
+        (PARITY, {"labels": ("p",)}, "labels"),
+        (PARITY, {"labels": ("p", "p")}, "labels"),
+        (PARITY, {"transitions": (), "state_outputs": ()}, "transitions"),
+        (PARITY, {"transitions": ((0, 0), (0,))}, "transitions[1]"),
+        (PARITY, {"transitions": ((0, 0), (0, 2))}, "transitions[1][1]"),
+        (PARITY, {"transitions": ((0, -1), (0, 0))}, "transitions[0][1]"),
+        (PARITY, {"start": 2}, "start"),
+        (PARITY, {"start": -1}, "start"),
+        (PARITY, {"state_outputs": (True,)}, "state_outputs"),
+        (PARITY, {"state_outputs": (True, "x")}, "state_outputs"),
+        (PARITY, {"edge_outputs": (("x", "y"), ("x", "y"))}, "state_outputs"),
+        (MOORE, {"state_outputs": ("x", 1.5)}, "state_outputs"),
+        (MOORE, {"state_outputs": ("x", None)}, "state_outputs"),
+        (MOORE, {"state_outputs": ("x", ("y", 1))}, "state_outputs"),
+        (MEALY, {"state_outputs": ("x",)}, "edge_outputs"),
+        (MEALY, {"edge_outputs": ()}, "edge_outputs"),
+        (MEALY, {"edge_outputs": (("x", "y"),)}, "edge_outputs[0]"),
+        (MEALY, {"edge_outputs": ((None, None),)}, "edge_outputs[0]"),
+        (MEALY, {"edge_outputs": ((1, None),)}, "edge_outputs[0]"),
+    ],
+)
+def test_parts_that_do_not_fit_are_refused(machine, changes, field):
+    with pytest.raises(ConfigurationError) as refused:
+        replace(machine, **changes)
+    assert refused.value.field == f"automaton.{field}"
+    assert len(str(refused.value).splitlines()) == 1

@@ -1,0 +1,138 @@
+from dataclasses import replace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from palpate.core.automata.machine import Kind, Machine
+from palpate.core.automata.minimise import canonical, equivalent_states, minimised
+from palpate.core.errors import ConfigurationError
+from tests.unit.core.automata.machines import KINDS, classes_by_table, dfa, machines, renumbered, words
+
+# Ends in "ab", with three copies of the state after "a" and one that no word leads to.
+ENDS_IN_AB = dfa([[1, 0], [2, 3], [4, 3], [1, 0], [1, 3], [5, 5]], [3], labels=("none", "a1", "a2", "ab", "a3", "x"))
+
+
+@given(machines())
+def test_classes_are_those_of_the_filled_table(machine):
+    assert set(map(frozenset, equivalent_states(machine))) == classes_by_table(machine)
+
+
+@given(machines(), st.data())
+def test_classes_that_are_kept_apart_too(machine, data):
+    count = len(machine.transitions)
+    apart = data.draw(st.lists(st.sampled_from("pq"), min_size=count, max_size=count))
+    assert set(map(frozenset, equivalent_states(machine, apart))) == classes_by_table(machine, apart)
+
+
+@given(machines(), st.data())
+def test_the_minimal_machine_answers_every_word_alike(machine, data):
+    count = len(machine.transitions)
+    apart = data.draw(st.none() | st.lists(st.integers(0, 1), min_size=count, max_size=count))
+    small = minimised(machine, apart)
+    for word in words(len(machine.alphabet), 5):
+        assert small.output_of(word) == machine.output_of(word)
+
+
+@given(machines())
+def test_a_minimal_machine_cannot_be_made_smaller(machine):
+    small = minimised(machine)
+    assert minimised(small) == small
+    assert small.reachable() == tuple(range(len(small.transitions)))
+    assert len(classes_by_table(small)) == len(small.transitions)
+    assert small.complete or not machine.complete
+
+
+@given(machines(), st.randoms(use_true_random=False))
+def test_how_states_are_numbered_and_copied_makes_no_difference(machine, rng):
+    # Every state twice, transitions to either copy at random, then all in another order.
+    count = len(machine.transitions)
+    twice = replace(
+        machine,
+        transitions=tuple(
+            tuple(None if target is None else target + rng.choice((0, count)) for target in row)
+            for row in machine.transitions * 2
+        ),
+        state_outputs=machine.state_outputs * 2,
+        edge_outputs=machine.edge_outputs * 2,
+    )
+    order = rng.sample(range(2 * count), 2 * count)
+    assert minimised(renumbered(twice, order)) == minimised(machine)
+
+
+@given(machines(), st.randoms(use_true_random=False))
+def test_the_canonical_numbering_merges_nothing_and_forgets_the_order(machine, rng):
+    count = len(machine.transitions)
+    numbered = canonical(machine)
+    assert numbered.reachable() == tuple(range(len(machine.reachable())))
+    assert canonical(renumbered(machine, rng.sample(range(count), count))) == numbered
+    assert canonical(minimised(machine)) == minimised(machine)
+    for word in words(len(machine.alphabet), 4):
+        assert numbered.output_of(word) == machine.output_of(word)
+
+
+def test_numbers_go_breadth_first_in_the_order_of_the_symbols():
+    machine = dfa([[3, 1], [2, 2], [2, 2], [0, 2]], [2], labels="pqrs")
+    assert canonical(machine).labels == ("p", "s", "q", "r")
+    assert canonical(machine).transitions == ((1, 2), (0, 3), (3, 3), (3, 3))
+
+
+def test_merged_states_carry_the_names_of_all():
+    small = minimised(ENDS_IN_AB)
+    assert small == dfa([[1, 0], [1, 2], [1, 0]], [2], labels=("none", "a1|a2|a3", "ab"))
+    assert equivalent_states(ENDS_IN_AB) == ((0,), (1, 2, 4), (3,))
+
+
+def test_many_names_are_counted():
+    chain = dfa([[1, 0], [2, 0], [3, 0], [0, 0]], [0, 1, 2, 3], labels=("first", "b", "c", "d"))
+    assert minimised(chain).labels == ("first|3 more",)
+
+
+def test_labels_stay_different_even_where_one_looks_like_two():
+    machine = dfa([[1, 2], [3, 3], [3, 3], [0, 0]], [3], labels=("p|q", "p", "q", "r"))
+    assert minimised(machine).labels == ("p|q", "p|q (2)", "r")
+
+
+def test_labels_say_nothing_about_what_a_machine_does():
+    assert replace(minimised(ENDS_IN_AB), labels=()) == minimised(replace(ENDS_IN_AB, labels=()))
+
+
+def test_what_is_not_known_is_unlike_all_that_is():
+    machine = dfa([[1, 2], [None, 0], [2, 0]], [])
+    assert len(minimised(machine).transitions) == 3
+    assert minimised(machine.completed(False)) == dfa([[0, 0]], [])
+
+
+def test_a_mealy_machine_may_end_where_nothing_is_known():
+    machine = Machine(
+        Kind.MEALY, ("a",), ((1,), (2,), (None,), (None,)), edge_outputs=(("x",), ("x",), (None,), (None,))
+    )
+    assert len(minimised(machine).transitions) == 3
+    assert equivalent_states(machine) == ((0,), (1,), (2,))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_single_state_stays(kind):
+    row = ("x", "y") if kind is Kind.MEALY else ()
+    outputs = {Kind.DFA: (True,), Kind.MOORE: ("x",), Kind.MEALY: ()}[kind]
+    machine = Machine(kind, ("a", "b"), ((0, 0),), outputs, (row,) if row else ())
+    assert minimised(machine) == canonical(machine) == machine
+
+
+def test_the_last_symbol_can_keep_states_apart():
+    # All words are accepted; states know the last symbol.
+    machine = dfa([[1, 2], [1, 2], [1, 2]], [0, 1, 2])
+    assert len(minimised(machine).transitions) == 1
+    assert minimised(machine, apart=(None, "a", "b")) == machine
+
+
+def test_each_state_needs_a_class():
+    with pytest.raises(ConfigurationError, match="6 classes"):
+        minimised(ENDS_IN_AB, apart=["p"])
+
+
+def test_a_large_machine_is_soon_done():
+    count = 20_000
+    ring = dfa([[(state + 1) % count] for state in range(count)], range(0, count, 4), alphabet="a")
+    assert minimised(ring).transitions == ((1,), (2,), (3,), (0,))
+    assert len(minimised(replace(ring, state_outputs=(True, *[False] * (count - 1)))).transitions) == count
