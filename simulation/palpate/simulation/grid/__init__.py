@@ -1,0 +1,1 @@
+"""Grid worlds with ambiguous sensors, and what can be known about them exactly."""

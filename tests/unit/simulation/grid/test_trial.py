@@ -1,0 +1,123 @@
+"""Trials: the agent sees readings alone, learns as in the insertion task, and each trial can be repeated."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+
+from palpate.core.errors import CommandError, ConfigurationError
+from palpate.core.perception import IdentityState, LastSymbols
+from palpate.core.policy import (
+    Action,
+    Decision,
+    Observation,
+    Policy,
+    QLearning,
+    RandomWalkPolicy,
+    TemperatureSchedule,
+    Transition,
+)
+from palpate.simulation.grid.maps import SCENARIO_1, GridMap, grid_actions
+from palpate.simulation.grid.trial import run_trial
+
+CORRIDOR = GridMap.from_text("ABB·")
+GRID = GridMap.from_regions(SCENARIO_1)
+RIGHT, LEFT = 0, 4
+
+
+@dataclass
+class Diary(Policy):
+    """Writes down everything that it is told, in order; takes given actions again and again."""
+
+    indices: Sequence[int | None] = (RIGHT,)
+    entries: list[object] = field(default_factory=list)
+    temperature: float | None = None
+
+    def serves(self, state: int) -> bool:
+        return True
+
+    def begin_trial(self, trial: int, rng: np.random.Generator) -> None:
+        self.entries.append(("begin", trial))
+
+    def choose(self, observation: Observation) -> Decision:
+        self.entries.append(observation)
+        index = self.indices[observation.action_number % len(self.indices)]
+        return Decision(Action("far", (1.0, 0.0)) if index is None else grid_actions()[index], index, "diary")
+
+    def learn(self, transition: Transition) -> None:
+        self.entries.append(transition)
+
+
+def trial_from(cell: int) -> int:
+    """A trial of seed 0 that begins there."""
+    walks = (run_trial(CORRIDOR, IdentityState(CORRIDOR.symbols), Diary(), 0, trial) for trial in range(50))
+    return next(trial for trial, walk in enumerate(walks) if walk.start == cell)
+
+
+def test_learning_comes_before_the_next_choice_and_sees_readings_only() -> None:
+    diary, trial, zero = Diary(), trial_from(0), (0.0, 0.0, 0.0)
+    walk = run_trial(CORRIDOR, LastSymbols(CORRIDOR.symbols, 2), diary, 0, trial)
+    a, ab, bb = (LastSymbols(CORRIDOR.symbols, 2).states.index(name) for name in ("A", "A > B", "B > B"))
+    assert diary.entries == [
+        ("begin", trial),
+        Observation(a, zero, zero, zero, zero, 0),
+        Transition(a, RIGHT, -1.0, ab),
+        Observation(ab, zero, zero, zero, zero, 1),
+        Transition(ab, RIGHT, -1.0, bb),
+        Observation(bb, zero, zero, zero, zero, 2),
+        Transition(bb, RIGHT, -1.0, None),
+    ]
+    assert (walk.start, walk.symbols, walk.actions, walk.reached, walk.steps) == (0, (0, 1, 1), (0, 0, 0), True, 3)
+
+
+def test_a_trial_that_is_cut_off_ends_with_an_ordinary_transition() -> None:
+    diary = Diary((LEFT,))
+    walk = run_trial(CORRIDOR, IdentityState(CORRIDOR.symbols), diary, 0, trial_from(1), step_limit=3)
+    assert diary.entries[-1] == Transition(0, LEFT, -1.0, 0)
+    assert (walk.symbols, walk.reached, walk.steps) == ((1, 0, 0, 0), False, 3)
+
+
+def test_a_trial_depends_on_its_seed_and_its_index_alone() -> None:
+    def walk(seed: int, trial: int) -> object:
+        return run_trial(GRID, IdentityState(GRID.symbols), RandomWalkPolicy(grid_actions()), seed, trial)
+
+    policy, identifier = RandomWalkPolicy(grid_actions()), IdentityState(GRID.symbols)
+    in_a_row = [run_trial(GRID, identifier, policy, 5, trial) for trial in range(20)]
+    assert in_a_row == [walk(5, trial) for trial in range(20)]
+    assert walk(6, 3) != walk(5, 3)
+
+
+def test_every_cell_is_a_start_and_none_more_often_than_others() -> None:
+    identifier, policy = IdentityState(GRID.symbols), Diary((LEFT,))
+    starts = [run_trial(GRID, identifier, policy, 1, trial, step_limit=1).start for trial in range(4800)]
+    counts = np.bincount(starts, minlength=48)
+    assert len(counts) == 48
+    assert counts.min() > 65
+    assert counts.max() < 135
+
+
+def test_the_learner_of_the_insertion_task_learns_here() -> None:
+    grid = GridMap.from_regions("ABC/D·E/FGH", 5)
+    learner = QLearning(grid.symbols, grid_actions(), alpha=0.5, temperature=TemperatureSchedule(1.0, 0.97, 0.05))
+    steps = [run_trial(grid, IdentityState(grid.symbols), learner, 0, trial).steps for trial in range(300)]
+    assert np.mean(steps[:20]) > 5.0
+    assert np.mean(steps[-100:]) < 1.9  # 1.667 with full information
+
+
+def test_an_action_that_is_not_of_the_set_is_refused() -> None:
+    with pytest.raises(CommandError, match="one of the set: 'far'"):
+        run_trial(CORRIDOR, IdentityState(CORRIDOR.symbols), Diary((None,)), 0, 0)
+
+
+def test_an_identifier_of_other_symbols_is_refused() -> None:
+    with pytest.raises(ConfigurationError, match=r"grid\.state .* the symbols of the map, A, B"):
+        run_trial(CORRIDOR, IdentityState(("A", "C")), Diary(), 0, 0)
+
+
+@pytest.mark.parametrize("limit", [0, -1, 1.5])
+def test_a_limit_is_at_least_one_step(limit: int) -> None:
+    with pytest.raises(ConfigurationError, match=r"grid\.step_limit"):
+        run_trial(CORRIDOR, IdentityState(CORRIDOR.symbols), Diary(), 0, 0, step_limit=limit)
