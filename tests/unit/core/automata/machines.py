@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random
 from collections.abc import Hashable, Iterator, Sequence
+from dataclasses import replace
 from itertools import product
 
 from hypothesis import strategies as st
@@ -63,6 +64,22 @@ def renumbered(machine: Machine, order: Sequence[int], labels: tuple[str, ...] =
         place[machine.start],
         labels,
     )
+
+
+def doubled(machine: Machine, rng: random.Random) -> Machine:
+    """The same with every state twice, in any order; transitions lead to either."""
+    count = len(machine.transitions)
+    twice = replace(
+        machine,
+        transitions=tuple(
+            tuple(None if target is None else target + rng.choice((0, count)) for target in row)
+            for row in machine.transitions * 2
+        ),
+        state_outputs=machine.state_outputs * 2,
+        edge_outputs=machine.edge_outputs * 2,
+        labels=(),
+    )
+    return renumbered(twice, rng.sample(range(2 * count), 2 * count))
 
 
 def words(symbols: int, longest: int) -> Iterator[tuple[int, ...]]:

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from palpate.core.automata.machine import Kind, Machine
 from palpate.core.automata.minimise import canonical, equivalent_states, minimised
 from palpate.core.errors import ConfigurationError
-from tests.unit.core.automata.machines import KINDS, classes_by_table, dfa, machines, renumbered, words
+from tests.unit.core.automata.machines import KINDS, classes_by_table, dfa, doubled, machines, renumbered, words
 
 # Ends in "ab", with three copies of the state after "a" and one that no word leads to.
 ENDS_IN_AB = dfa([[1, 0], [2, 3], [4, 3], [1, 0], [1, 3], [5, 5]], [3], labels=("none", "a1", "a2", "ab", "a3", "x"))
@@ -45,19 +45,7 @@ def test_a_minimal_machine_cannot_be_made_smaller(machine):
 
 @given(machines(), st.randoms(use_true_random=False))
 def test_how_states_are_numbered_and_copied_makes_no_difference(machine, rng):
-    # Every state twice, transitions to either copy at random, then all in another order.
-    count = len(machine.transitions)
-    twice = replace(
-        machine,
-        transitions=tuple(
-            tuple(None if target is None else target + rng.choice((0, count)) for target in row)
-            for row in machine.transitions * 2
-        ),
-        state_outputs=machine.state_outputs * 2,
-        edge_outputs=machine.edge_outputs * 2,
-    )
-    order = rng.sample(range(2 * count), 2 * count)
-    assert minimised(renumbered(twice, order)) == minimised(machine)
+    assert minimised(doubled(machine, rng)) == minimised(machine)
 
 
 @given(machines(), st.randoms(use_true_random=False))
