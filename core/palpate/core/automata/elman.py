@@ -1,0 +1,182 @@
+"""Elman networks as values: one-hot symbols in, a hidden state that feeds back, and a reading of it (paper, 5.3).
+
+The hidden state after symbol s is ``f(W h + u)``, with ``W`` and ``u`` of their own for s. In a first-order network the
+symbols share ``W``, which is the network of Elman; in a second-order one (Giles and others, 1992) they do not.
+"""
+
+from __future__ import annotations
+
+import enum
+from dataclasses import dataclass
+from typing import Final, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from palpate.core.automata.prefix_tree import PrefixTree
+from palpate.core.checks import require_one_of, require_whole
+from palpate.core.errors import ConfigurationError
+
+Array: TypeAlias = npt.NDArray[np.float64]
+
+END: Final = "<end>"
+"""What follows the last symbol of a string, among the symbols that a network predicts."""
+
+RANGES: Final = {"sigmoid": (0.0, 1.0), "tanh": (-1.0, 1.0)}
+"""Lowest and highest activation of a hidden unit, by the name of the activation function."""
+
+MOST_HIDDEN: Final = 64
+
+
+class Reading(enum.Enum):
+    """What is asked of the hidden state."""
+
+    PREDICTION = "prediction"
+    """Probabilities of the next symbol and, last, of the end of the string."""
+    ACCEPTANCE = "acceptance"
+    """Probability that the string so far is accepted."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Architecture:
+    """Shape of a network.
+
+    Attributes:
+        alphabet: Names of the symbols, in order.
+        reading: What is asked of the hidden state.
+        hidden: Number of hidden units; the paper has 2.
+        activation: ``sigmoid`` or ``tanh``.
+        order: 1 where all symbols share the recurrent weights, 2 where each has its own.
+
+    Raises:
+        ConfigurationError: A value is out of its range, or a symbol has the name of the end.
+    """
+
+    alphabet: tuple[str, ...]
+    reading: Reading
+    hidden: int = 2
+    activation: str = "sigmoid"
+    order: int = 1
+
+    def __post_init__(self) -> None:
+        if END in self.alphabet:
+            raise ConfigurationError("network.alphabet", END, "another name; this one means the end of a string")
+        require_whole("network.hidden", self.hidden, 1, MOST_HIDDEN)
+        require_one_of("network.activation", self.activation, tuple(RANGES))
+        require_whole("network.order", self.order, 1, 2)
+
+    @property
+    def outcomes(self) -> int:
+        """Number of outputs: the symbols and the end, or one for acceptance."""
+        return len(self.alphabet) + 1 if self.reading is Reading.PREDICTION else 1
+
+    @property
+    def shapes(self) -> dict[str, tuple[int, ...]]:
+        """Shape of each parameter of a :class:`Network`, by its name."""
+        symbols, hidden = len(self.alphabet), self.hidden
+        return {
+            "recurrent": (symbols if self.order == 2 else 1, hidden, hidden),
+            "inputs": (symbols, hidden),
+            "start": (hidden,),
+            "output": (self.outcomes, hidden),
+            "bias": (self.outcomes,),
+        }
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Network:
+    """One network; ``s`` symbols, ``h`` hidden units, ``k`` outputs.
+
+    Attributes:
+        architecture: Its shape.
+        recurrent: Weights from hidden state to hidden state, (s, h, h), or (1, h, h) of first order.
+        inputs: What a symbol adds before the activation function, (s, h); the bias is in it.
+        start: Hidden state of the empty string before the activation function, (h,).
+        output: Weights of the outputs, (k, h).
+        bias: Bias of the outputs, (k,).
+
+    Raises:
+        ConfigurationError: An array of another shape, or not finite.
+    """
+
+    architecture: Architecture
+    recurrent: Array
+    inputs: Array
+    start: Array
+    output: Array
+    bias: Array
+
+    def __post_init__(self) -> None:
+        for name, shape in self.architecture.shapes.items():
+            given = getattr(self, name)
+            try:
+                values = np.array(given, dtype=np.float64)
+            except (TypeError, ValueError) as error:
+                raise ConfigurationError(f"network.{name}", given, f"finite numbers, shape {shape}") from error
+            if values.shape != shape or not np.isfinite(values).all():
+                found = f"shape {values.shape}" if values.shape != shape else "a number that is not finite"
+                raise ConfigurationError(f"network.{name}", found, f"finite numbers, shape {shape}")
+            values.setflags(write=False)
+            object.__setattr__(self, name, values)
+
+    @property
+    def start_state(self) -> Array:
+        """Hidden state of the empty string, (h,)."""
+        return self._activated(self.start)
+
+    def successors(self, hidden: Array) -> Array:
+        """Hidden states after each symbol: (n, h) to (n, s, h)."""
+        # (1 or s, n, h): one product a symbol, or one for all.
+        drives = hidden @ self.recurrent.transpose(0, 2, 1)
+        return self._activated(drives.transpose(1, 0, 2) + self.inputs)
+
+    def advance(self, hidden: Array, symbol: int) -> Array:
+        """Hidden states after one symbol: (n, h) to (n, h)."""
+        weights = self.recurrent[symbol if self.architecture.order == 2 else 0]
+        return self._activated(hidden @ weights.T + self.inputs[symbol])
+
+    def read(self, hidden: Array) -> Array:
+        """Probabilities of the outcomes: (n, h) to (n, k)."""
+        drives = hidden @ self.output.T + self.bias
+        if self.architecture.reading is Reading.ACCEPTANCE:
+            return _sigmoid(drives)
+        raised = np.exp(drives - drives.max(axis=1, keepdims=True))
+        shares: Array = raised / raised.sum(axis=1, keepdims=True)
+        return shares
+
+    def hidden_states(self, tree: PrefixTree) -> Array:
+        """Hidden state at each node of a prefix tree, (n, h).
+
+        Raises:
+            ConfigurationError: The tree is of another alphabet.
+        """
+        self.require_alphabet(tree.alphabet)
+        hidden = np.empty((len(tree.parents), self.architecture.hidden))
+        hidden[0] = self.start_state
+        for level in tree.blocks():
+            for symbol, first, last in level:
+                hidden[first:last] = self.advance(hidden[tree.parents[first:last]], symbol)
+        return hidden
+
+    def require_alphabet(self, alphabet: tuple[str, ...]) -> None:
+        """Refuse another alphabet than that of the network: the numbers of its symbols would mean other things.
+
+        Raises:
+            ConfigurationError: The alphabets differ, in their order too.
+        """
+        if tuple(alphabet) != self.architecture.alphabet:
+            raise ConfigurationError(
+                "network.alphabet", tuple(alphabet), f"the network's own: {', '.join(self.architecture.alphabet)}"
+            )
+
+    def _activated(self, drives: Array) -> Array:
+        if self.architecture.activation == "tanh":
+            states: Array = np.tanh(drives)
+            return states
+        return _sigmoid(drives)
+
+
+def _sigmoid(drives: Array) -> Array:
+    # By tanh, which does not overflow where exp(-x) would.
+    shares: Array = 0.5 * np.tanh(0.5 * drives) + 0.5
+    return shares

@@ -1,0 +1,145 @@
+"""Sets of symbol strings: what automata are inferred from (paper, 4 and 5.3)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from palpate.core.errors import ConfigurationError
+
+_LISTED = 12
+"""Symbols and strings are shown in messages up to this length."""
+
+
+@dataclass(frozen=True, slots=True)
+class Strings:
+    """A set of strings over one alphabet, of one of two sorts.
+
+    Without labels every string is a positive one, for example a walk that ended at the goal; repeated strings count
+    repeatedly. With labels each string is accepted or rejected.
+
+    Attributes:
+        alphabet: Names of the symbols, in order; two or more. Not every one need occur.
+        words: The strings, as numbers of symbols.
+        labels: For each string, whether it is accepted; empty where all are positive.
+
+    Raises:
+        ConfigurationError: No strings, a symbol outside the alphabet, fewer than two different symbols, a string that
+            is accepted and rejected, an empty positive string, or labels for other than all strings.
+    """
+
+    alphabet: tuple[str, ...]
+    words: tuple[tuple[int, ...], ...]
+    labels: tuple[bool, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not self.words:
+            raise ConfigurationError("strings", (), "at least one string")
+        names = self.alphabet
+        if len(set(names)) != len(names) or not all(isinstance(name, str) and name for name in names):
+            raise ConfigurationError("strings.alphabet", names, "different names")
+        if len(names) < 2:
+            raise ConfigurationError("strings.alphabet", names, "two symbols or more: one alone tells nothing apart")
+        for place, word in enumerate(self.words):
+            for symbol in word:
+                if not 0 <= symbol < len(names):
+                    raise ConfigurationError(f"strings[{place}]", symbol, f"symbols from 0 to {len(names) - 1}")
+        if len({symbol for word in self.words for symbol in word}) < 2:
+            raise ConfigurationError(
+                "strings", self._shown(self.words[0]), "strings in which two different symbols occur, or more"
+            )
+        self._check_labels()
+
+    @property
+    def labelled(self) -> bool:
+        """Whether the strings are accepted or rejected ones."""
+        return bool(self.labels)
+
+    @property
+    def symbols(self) -> int:
+        """How many symbols all the strings have together."""
+        return sum(map(len, self.words))
+
+    @classmethod
+    def of(
+        cls,
+        words: Iterable[Sequence[str]],
+        labels: Iterable[bool] = (),
+        *,
+        alphabet: Sequence[str] | None = None,
+    ) -> Strings:
+        """The same from names of symbols.
+
+        Args:
+            words: Each a sequence of names; a text is a sequence of single letters.
+            labels: For each string whether it is accepted; none where all are positive.
+            alphabet: Names of the symbols; None takes those that occur, in alphabetical order.
+
+        Raises:
+            ConfigurationError: As for the class.
+        """
+        listed = [tuple(word) for word in words]
+        names = tuple(sorted({name for word in listed for name in word}) if alphabet is None else alphabet)
+        number = {name: place for place, name in enumerate(names)}
+        for place, word in enumerate(listed):
+            for name in word:
+                if name not in number:
+                    accepted = f"symbols of the alphabet {_brief(names)}"
+                    raise ConfigurationError(f"strings[{place}]", name, accepted)
+        return cls(names, tuple(tuple(number[name] for name in word) for word in listed), tuple(labels))
+
+    def positive(self) -> Strings:
+        """The accepted strings without labels, except the empty one; itself if there are no labels.
+
+        Raises:
+            ConfigurationError: None of them is accepted.
+        """
+        if not self.labels:
+            return self
+        kept = tuple(word for word, label in zip(self.words, self.labels, strict=True) if label and word)
+        return Strings(self.alphabet, kept)
+
+    def split(self, share: float, seed: int) -> tuple[Strings, Strings]:
+        """Part them at random, for training and for holding out; each keeps the order.
+
+        Args:
+            share: Share of the strings that is held out, above 0 and below 1; at least one string on either side.
+            seed: Equal seeds give equal parts.
+
+        Raises:
+            ConfigurationError: The share is out of range, or a part would not be a set of strings, such as one of
+                a single string.
+        """
+        total = len(self.words)
+        if not 0.0 < share < 1.0 or total < 2:
+            raise ConfigurationError("strings.held_out", share, "above 0 and below 1, of two strings or more")
+        count = min(max(round(share * total), 1), total - 1)
+        held = set(np.random.default_rng(seed).choice(total, count, replace=False).tolist())
+        return self._part([n for n in range(total) if n not in held]), self._part(sorted(held))
+
+    def _part(self, places: list[int]) -> Strings:
+        labels = tuple(self.labels[n] for n in places) if self.labels else ()
+        return Strings(self.alphabet, tuple(self.words[n] for n in places), labels)
+
+    def _check_labels(self) -> None:
+        if not self.labels:
+            if () in self.words:
+                accepted = "at least one symbol in a positive string"
+                raise ConfigurationError(f"strings[{self.words.index(())}]", (), accepted)
+            return
+        if len(self.labels) != len(self.words) or not all(isinstance(label, bool) for label in self.labels):
+            raise ConfigurationError("strings.labels", self.labels, f"true or false for each of {len(self.words)}")
+        known: dict[tuple[int, ...], bool] = {}
+        for word, label in zip(self.words, self.labels, strict=True):
+            if known.setdefault(word, label) is not label:
+                raise ConfigurationError("strings", self._shown(word), "each string either accepted or rejected")
+
+    def _shown(self, word: tuple[int, ...]) -> str:
+        return _brief([self.alphabet[symbol] for symbol in word])
+
+
+def _brief(names: Sequence[str]) -> str:
+    more = " ..." if len(names) > _LISTED else ""
+    return " ".join(names[:_LISTED]) + more if names else "the empty string"

@@ -1,0 +1,108 @@
+import numpy as np
+import pytest
+
+from palpate.core.automata.elman import END, Architecture, Network, Reading
+from palpate.core.automata.prefix_tree import PrefixTree
+from palpate.core.automata.strings import Strings
+from palpate.core.errors import ConfigurationError
+
+
+def network(seed=0, *, alphabet=("a", "b", "c"), reading=Reading.PREDICTION, **shape) -> Network:
+    architecture = Architecture(alphabet=alphabet, reading=reading, **shape)
+    rng = np.random.default_rng(seed)
+    return Network(architecture, **{name: rng.normal(size=size) for name, size in architecture.shapes.items()})
+
+
+def test_shapes_follow_from_the_architecture() -> None:
+    shape = Architecture(alphabet=("a", "b", "c"), reading=Reading.PREDICTION)
+    assert (shape.hidden, shape.activation, shape.order, shape.outcomes) == (2, "sigmoid", 1, 4)
+    assert shape.shapes == {"recurrent": (1, 2, 2), "inputs": (3, 2), "start": (2,), "output": (4, 2), "bias": (4,)}
+    second = Architecture(alphabet=("a", "b"), reading=Reading.ACCEPTANCE, hidden=3, order=2)
+    assert (second.outcomes, second.shapes["recurrent"]) == (1, (2, 3, 3))
+
+
+def test_a_step_has_the_hand_computed_value() -> None:
+    shape = Architecture(alphabet=("a", "b"), reading=Reading.ACCEPTANCE, hidden=1, order=2)
+    one = Network(
+        shape,
+        recurrent=[[[2.0]], [[-4.0]]],
+        inputs=[[1.0], [0.0]],
+        start=[0.0],
+        output=[[3.0]],
+        bias=[-1.5],
+    )
+    assert one.start_state.tolist() == [0.5]
+    after = one.successors(np.array([[0.5]]))
+    assert after[0, 0, 0] == pytest.approx(1.0 / (1.0 + np.exp(-2.0)))
+    assert after[0, 1, 0] == pytest.approx(1.0 / (1.0 + np.exp(2.0)))
+    assert one.read(np.array([[0.5]]))[0, 0] == pytest.approx(0.5)
+
+
+def test_tanh_starts_between_minus_one_and_one() -> None:
+    one = network(activation="tanh")
+    assert one.start_state == pytest.approx(np.tanh(one.start))
+
+
+@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize("activation", ["sigmoid", "tanh"])
+def test_all_ways_to_advance_agree(order, activation) -> None:
+    one = network(1, order=order, activation=activation, hidden=3)
+    strings = Strings(("a", "b", "c"), ((0, 1, 2, 2), (2, 1, 0), (2, 2), (0,)))
+    tree = PrefixTree.of(strings)
+    hidden = one.hidden_states(tree)
+    for word, node in zip(strings.words, tree.nodes, strict=True):
+        state = one.start_state
+        for symbol in word:
+            weights = one.recurrent[symbol if order == 2 else 0]
+            drive = weights @ state + one.inputs[symbol]
+            state = np.tanh(drive) if activation == "tanh" else 1.0 / (1.0 + np.exp(-drive))
+        assert hidden[node] == pytest.approx(state)
+    everywhere = one.successors(hidden)
+    assert everywhere.shape == (len(hidden), 3, 3)
+    for symbol in range(3):
+        assert everywhere[:, symbol] == pytest.approx(one.advance(hidden, symbol))
+
+
+def test_predictions_are_probabilities_even_of_huge_weights() -> None:
+    one = network(2)
+    huge = Network(one.architecture, one.recurrent, one.inputs, one.start, 1e6 * one.output, one.bias)
+    shares = huge.read(np.array([[0.0, 1.0], [1.0, 0.3]]))
+    assert shares.shape == (2, 4)
+    assert shares.sum(axis=1) == pytest.approx(1.0)
+    assert np.isfinite(shares).all()
+
+
+def test_networks_cannot_be_changed() -> None:
+    one = network()
+    with pytest.raises(ValueError, match="read-only"):
+        one.inputs[0, 0] = 1.0
+
+
+@pytest.mark.parametrize(
+    ("settings", "said"),
+    [
+        ({"hidden": 0}, r"network\.hidden"),
+        ({"activation": "relu"}, r"network\.activation = 'relu' is refused: one of sigmoid, tanh"),
+        ({"order": 3}, r"network\.order"),
+        ({"alphabet": ("a", END)}, "means the end of a string"),
+    ],
+)
+def test_bad_shapes_are_refused(settings, said) -> None:
+    with pytest.raises(ConfigurationError, match=said):
+        Architecture(**{"alphabet": ("a", "b"), "reading": Reading.PREDICTION} | settings)
+
+
+def test_bad_parameters_are_refused() -> None:
+    one = network()
+    for bad in (np.zeros((2, 2)), np.full((3, 2), np.nan)):
+        with pytest.raises(ConfigurationError, match=r"network\.inputs.*shape \(3, 2\)"):
+            Network(one.architecture, one.recurrent, bad, one.start, one.output, one.bias)
+
+
+def test_another_alphabet_is_refused_also_in_another_order() -> None:
+    one = network()
+    one.require_alphabet(("a", "b", "c"))
+    with pytest.raises(ConfigurationError, match="the network's own: a, b, c"):
+        one.require_alphabet(("b", "a", "c"))
+    with pytest.raises(ConfigurationError, match=r"network\.alphabet"):
+        one.hidden_states(PrefixTree.of(Strings.of(["ab"])))
