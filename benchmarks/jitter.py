@@ -13,6 +13,7 @@ and inverse kinematics) on the core's own objects, without phases and decisions.
 from __future__ import annotations
 
 import argparse
+import os
 import subprocess
 import sys
 import tempfile
@@ -188,6 +189,11 @@ def emulated_cell(arm: str, force: str, priority: int) -> Iterator[RigFile]:
             cell.wait()
 
 
+def stolen_ms() -> float:
+    """What a hypervisor has taken of all processors since the machine started; 0 on a machine of its own."""
+    return int(Path("/proc/stat").read_text().split()[8]) * 1e3 / os.sysconf("SC_CLK_TCK")
+
+
 def measure(options: argparse.Namespace) -> None:
     config = scenario("paper")
     rate = options.rate if options.rig == "fake" else CONTROL_RATE_HZ
@@ -203,6 +209,7 @@ def measure(options: argparse.Namespace) -> None:
         task.time_parts(stopwatch)
     # Threads of the rig that keep the arm's cycles take the loop's priority.
     config = replace(config, real_time=wishes)
+    stolen = stolen_ms()
     with RealTime(wishes) as rt:
         for grant in rt.grants:
             print(grant)
@@ -231,6 +238,7 @@ def measure(options: argparse.Namespace) -> None:
                 ports, phase = watch(hardware.ports)
                 run_trials(config, hardware, ports, phase, task, rt)
     report(stopwatch, phase, late)
+    print(f"a hypervisor took {stolen_ms() - stolen:.0f} ms of all processors meanwhile")
 
 
 def report(stopwatch: Stopwatch, phase: WatchedPhase, late: deque[LateTick | SlowCore]) -> None:
