@@ -1,0 +1,172 @@
+"""Many networks of one architecture as one batch of parameters, evaluated together over a prefix tree.
+
+Every restart sees all strings at once. A tree shares the beginnings of strings, and a batch of small matrix products
+takes hardly longer than one, so that a network of a batch costs about a fortieth of a network alone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from palpate.core.automata.elman import Architecture, Network, Reading
+from palpate.core.automata.prefix_tree import UNLABELLED, PrefixTree
+
+if TYPE_CHECKING:
+    from torch import Generator, Tensor
+
+
+@dataclass(frozen=True, slots=True)
+class _Level:
+    """Nodes of one length: places of their parents in the level before, last symbols, and where each symbol begins."""
+
+    parents: Tensor
+    symbols: Tensor
+    cuts: tuple[tuple[int, int, int], ...]
+
+
+class Restarts:
+    """Parameters of R networks, (R, ...) each, drawn from a normal distribution.
+
+    The r-th network depends on the seed and r alone, not on how many are drawn.
+
+    Args:
+        architecture: Their shape.
+        count: How many, R.
+        seed: Equal seeds give equal networks.
+        scale: Standard deviation of the parameters.
+        skip: How many networks of this seed come before.
+    """
+
+    def __init__(self, architecture: Architecture, count: int, *, seed: int, scale: float = 1.0, skip: int = 0) -> None:
+        import torch
+
+        self.architecture, self.count = architecture, count
+        sizes = {name: int(np.prod(shape)) for name, shape in architecture.shapes.items()}
+        rng = np.random.default_rng(seed)
+        drawn = scale * rng.standard_normal((skip + count, sum(sizes.values())))[skip:]
+        ends = np.cumsum(list(sizes.values()))
+        self.parameters: dict[str, Tensor] = {
+            name: torch.tensor(part.reshape(count, *shape), dtype=torch.float32, requires_grad=True)
+            for (name, shape), part in zip(architecture.shapes.items(), np.split(drawn, ends[:-1], axis=1), strict=True)
+        }
+
+    def hidden_states(self, levels: list[_Level], *, noise: float = 0.0, generator: Generator | None = None) -> Tensor:
+        """Hidden states at all nodes, (R, h, n).
+
+        Args:
+            levels: The tree, from :func:`levels_of`.
+            noise: Standard deviation of what is added before the activation function.
+            generator: Where the noise comes from; needed if there is any.
+        """
+        import torch
+
+        activate = torch.tanh if self.architecture.activation == "tanh" else torch.sigmoid
+        inputs = self.parameters["inputs"].transpose(1, 2)
+        states = [activate(self.parameters["start"]).unsqueeze(2)]
+        for level in levels:
+            drives = self._drives(states[-1], level, inputs)
+            if noise:
+                drives = drives + noise * torch.randn(drives.shape, generator=generator)
+            states.append(activate(drives))
+        return torch.cat(states, 2)
+
+    def readings(self, hidden: Tensor) -> Tensor:
+        """Outputs before the last function: (R, h, n) to (R, k, n)."""
+        import torch
+
+        return torch.baddbmm(self.parameters["bias"].unsqueeze(2), self.parameters["output"], hidden)
+
+    def clip(self, most: float) -> None:
+        """Shorten each network's gradient to a length of at most ``most``, and drop one that is not finite."""
+        import torch
+
+        with torch.no_grad():
+            gradients = [p.grad for p in self.parameters.values() if p.grad is not None]
+            lengths = torch.stack([(g * g).flatten(1).sum(1) for g in gradients]).sum(0).sqrt()
+            factors = torch.where(lengths > most, most / lengths, torch.ones_like(lengths))
+            for gradient in gradients:
+                gradient.mul_(factors.view(-1, *[1] * (gradient.dim() - 1))).nan_to_num_(0.0, 0.0, 0.0)
+
+    def network(self, place: int) -> Network:
+        """One of the networks."""
+        values = {
+            name: parameter[place].detach().numpy().astype(np.float64) for name, parameter in self.parameters.items()
+        }
+        return Network(self.architecture, **values)
+
+    def _drives(self, before: Tensor, level: _Level, inputs: Tensor) -> Tensor:
+        import torch
+
+        recurrent = self.parameters["recurrent"]
+        if self.architecture.order == 1:
+            shared = torch.bmm(recurrent[:, 0], before)
+            return shared.index_select(2, level.parents) + inputs.index_select(2, level.symbols)
+        parts = [
+            torch.baddbmm(
+                inputs[:, :, symbol].unsqueeze(2), recurrent[:, symbol], before.index_select(2, level.parents[low:high])
+            )
+            for symbol, low, high in level.cuts
+        ]
+        return torch.cat(parts, 2)
+
+
+def levels_of(tree: PrefixTree) -> list[_Level]:
+    """A prefix tree in the form in which :meth:`Restarts.hidden_states` wants it."""
+    import torch
+
+    found, before = [], 0
+    for blocks in tree.blocks():
+        first, last = blocks[0][1], blocks[-1][2]
+        found.append(
+            _Level(
+                torch.from_numpy(tree.parents[first:last] - before),
+                torch.from_numpy(tree.symbols[first:last]),
+                tuple((symbol, low - first, high - first) for symbol, low, high in blocks),
+            )
+        )
+        before = first
+    return found
+
+
+class Task:
+    """What the networks are trained on: a loss, and for acceptance whether they are right.
+
+    Args:
+        tree: The strings. Each node counts as often as strings pass it, or, for acceptance, end there.
+        reading: What is asked.
+    """
+
+    def __init__(self, tree: PrefixTree, reading: Reading) -> None:
+        import torch
+
+        self.reading, self.levels = reading, levels_of(tree)
+        if reading is Reading.PREDICTION:
+            self._counts = torch.from_numpy(tree.counts.T / tree.counts.sum()).to(torch.float32)
+            self._passes = self._counts.sum(0)
+            return
+        nodes = np.flatnonzero(tree.labels != UNLABELLED)
+        ends = tree.counts[nodes, -1]
+        self._nodes = torch.from_numpy(nodes)
+        self._labels = torch.from_numpy(tree.labels[nodes]).to(torch.float32)
+        self._weights = torch.from_numpy(ends / ends.sum()).to(torch.float32)
+
+    def losses(self, restarts: Restarts, hidden: Tensor) -> tuple[Tensor, Tensor | None]:
+        """Cross-entropy of each network in nats a symbol, or a string for acceptance, (R,).
+
+        Beside it, for acceptance, whether the network is right about every string, (R,).
+        """
+        import torch
+
+        if self.reading is Reading.PREDICTION:
+            drives = restarts.readings(hidden)
+            chosen = torch.tensordot(drives, self._counts, dims=([1, 2], [0, 1]))
+            return torch.mv(drives.logsumexp(1), self._passes) - chosen, None
+        drives = restarts.readings(hidden.index_select(2, self._nodes))[:, 0]
+        entropies = torch.nn.functional.binary_cross_entropy_with_logits(
+            drives, self._labels.expand_as(drives), reduction="none"
+        )
+        right = ((drives > 0.0) == (self._labels > 0.5)).all(1)
+        return torch.mv(entropies, self._weights), right

@@ -1,0 +1,260 @@
+"""Training of many restarts at once, by backpropagation through the prefix tree and Adam (paper, 3.4 and 5.3).
+
+A single small network often stops at a poor minimum; many cheap restarts, of which training itself picks the best,
+do more than a better optimiser would. Nothing but the training strings is used to pick.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from math import isfinite
+from typing import TYPE_CHECKING, TypeAlias
+
+from palpate.core.automata.elman import Architecture, Network, Reading
+from palpate.core.automata.prefix_tree import PrefixTree
+from palpate.core.automata.restarts import Restarts, Task
+from palpate.core.automata.strings import Strings
+from palpate.core.checks import require_in, require_whole
+from palpate.core.errors import ConfigurationError
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TrainingSettings:
+    """How to train.
+
+    Attributes:
+        restarts: Most networks that are trained.
+        batch: How many of them at once.
+        steps: Most steps of each batch.
+        learning_rate: Step size of Adam.
+        scale: Standard deviation of the initial parameters.
+        noise: Standard deviation of noise on the hidden units before the activation function, which drives them into
+            saturation.
+        clip: Longest gradient of a network.
+        enough: No more is trained once so many networks are right about every string. For acceptance only.
+        look_every: Steps from one look at the losses, and the progress, to the next.
+        seed: Equal seeds give equal networks, to the last bit.
+
+    Raises:
+        ConfigurationError: A value is out of its range.
+    """
+
+    restarts: int = 64
+    batch: int = 64
+    steps: int = 800
+    learning_rate: float = 0.05
+    scale: float = 1.0
+    noise: float = 0.0
+    clip: float = 1.0
+    enough: int = 16
+    look_every: int = 25
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        require_whole("training.restarts", self.restarts, 1, 100_000)
+        require_whole("training.batch", self.batch, 1, 4096)
+        require_whole("training.steps", self.steps, 0, 1_000_000)
+        for name in ("learning_rate", "scale", "clip"):
+            value = getattr(self, name)
+            if not isinstance(value, (int, float)) or not (isfinite(value) and value > 0.0):
+                raise ConfigurationError(f"training.{name}", value, "a finite number above 0")
+        require_in("training.noise", self.noise, 0.0, 10.0)
+        require_whole("training.enough", self.enough, 1, 100_000)
+        require_whole("training.look_every", self.look_every, 1, 1_000_000)
+        require_whole("training.seed", self.seed, 0, 2**32 - 1)
+
+
+@dataclass(frozen=True, slots=True)
+class Progress:
+    """A point of the training curve.
+
+    Attributes:
+        restart: Number of the first network of the batch.
+        step: Steps of this batch so far.
+        best_loss: Lowest cross-entropy in the batch, in nats a symbol, or a string for acceptance.
+        median_loss: Median in the batch.
+        consistent: Networks so far that are right about every training string, all batches together; 0 for prediction.
+    """
+
+    restart: int
+    step: int
+    best_loss: float
+    median_loss: float
+    consistent: int
+
+
+OnProgress: TypeAlias = Callable[[Progress], None]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TrainedNetwork:
+    """A network, as it was when it was best, and how good that was on the training strings.
+
+    Attributes:
+        network: The network.
+        restart: Its number among the restarts.
+        loss: Cross-entropy in nats a symbol, or a string for acceptance.
+        consistent: Whether it is right about every training string; false for prediction.
+    """
+
+    network: Network
+    restart: int
+    loss: float
+    consistent: bool
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Training:
+    """What training reached.
+
+    Attributes:
+        networks: All that were trained, the best first: consistent ones, then by loss. Never empty.
+        curve: The training curve.
+    """
+
+    networks: tuple[TrainedNetwork, ...]
+    curve: tuple[Progress, ...]
+
+    @property
+    def best(self) -> TrainedNetwork:
+        """The best network, consistent or not."""
+        return self.networks[0]
+
+    @property
+    def consistent(self) -> int:
+        """How many networks are right about every training string."""
+        return sum(network.consistent for network in self.networks)
+
+    @property
+    def summary(self) -> str:
+        """One line on what was reached."""
+        best, steps = self.best, max(point.step for point in self.curve)
+        reading = best.network.architecture.reading
+        unit = "symbol" if reading is Reading.PREDICTION else "string"
+        reached = f"{len(self.networks)} networks, {steps} steps; lowest loss {best.loss:.4g} nats a {unit}"
+        if reading is Reading.PREDICTION:
+            return reached
+        if self.consistent:
+            return f"{reached}; {self.consistent} right about every training string"
+        return f"{reached}; none is right about every training string"
+
+
+def train(
+    strings: Strings,
+    architecture: Architecture,
+    settings: TrainingSettings | None = None,
+    progress: OnProgress | None = None,
+) -> Training:
+    """Train networks on strings.
+
+    Args:
+        strings: With labels for acceptance, positive ones for prediction.
+        architecture: Shape of the networks.
+        settings: How to train; None takes the defaults.
+        progress: Called at each look.
+
+    Raises:
+        ConfigurationError: The network has another alphabet, or asks for labels that are not there (or the reverse).
+    """
+    settings = settings or TrainingSettings()
+    if architecture.alphabet != strings.alphabet:
+        raise ConfigurationError("network.alphabet", architecture.alphabet, f"that of the strings, {strings.alphabet}")
+    if strings.labelled is not (architecture.reading is Reading.ACCEPTANCE):
+        accepted = "acceptance" if strings.labelled else "prediction"
+        raise ConfigurationError("network.reading", architecture.reading.value, f"{accepted} for such strings")
+    task = Task(PrefixTree.of(strings), architecture.reading)
+    found: list[TrainedNetwork] = []
+    curve: list[Progress] = []
+    with _one_thread():
+        while len(found) < settings.restarts and sum(network.consistent for network in found) < settings.enough:
+            batch = _Batch(architecture, settings, len(found), sum(network.consistent for network in found))
+            for point in batch.run(task):
+                curve.append(point)
+                if progress is not None:
+                    progress(point)
+            found += batch.networks()
+    found.sort(key=lambda network: (not network.consistent, network.loss))
+    return Training(tuple(found), tuple(curve))
+
+
+class _Batch:
+    """Some restarts in training, and the best of each so far."""
+
+    def __init__(self, architecture: Architecture, settings: TrainingSettings, first: int, consistent: int) -> None:
+        import torch
+
+        count = min(settings.batch, settings.restarts - first)
+        self._settings, self._first, self._before = settings, first, consistent
+        self._restarts = Restarts(architecture, count, seed=settings.seed, scale=settings.scale, skip=first)
+        self._best = {name: value.detach().clone() for name, value in self._restarts.parameters.items()}
+        self._losses = torch.full((count,), torch.inf)
+        self._right = torch.zeros(count, dtype=torch.bool)
+
+    def run(self, task: Task) -> Iterator[Progress]:
+        """Train; yields at each look."""
+        import torch
+
+        settings, restarts = self._settings, self._restarts
+        optimiser = torch.optim.Adam(restarts.parameters.values(), lr=settings.learning_rate)
+        generator = torch.Generator().manual_seed(settings.seed + self._first)
+        yield self._look(task, 0)
+        for step in range(1, settings.steps + 1):
+            optimiser.zero_grad()
+            hidden = restarts.hidden_states(task.levels, noise=settings.noise, generator=generator)
+            losses, _ = task.losses(restarts, hidden)
+            # A sum, so that a network moves as if it were alone.
+            losses.sum().backward()  # type: ignore[no-untyped-call]
+            restarts.clip(settings.clip)
+            optimiser.step()
+            if step % settings.look_every == 0 or step == settings.steps:
+                point = self._look(task, step)
+                yield point
+                if point.consistent >= settings.enough:
+                    return
+
+    def networks(self) -> list[TrainedNetwork]:
+        """Each at its best."""
+        self._restarts.parameters = self._best
+        return [
+            TrainedNetwork(self._restarts.network(place), self._first + place, loss, right)
+            for place, (loss, right) in enumerate(zip(self._losses.tolist(), self._right.tolist(), strict=True))
+        ]
+
+    def _look(self, task: Task, step: int) -> Progress:
+        import torch
+
+        with torch.no_grad():
+            losses, right = task.losses(self._restarts, self._restarts.hidden_states(task.levels))
+            right = torch.zeros_like(self._right) if right is None else right
+            better = (right & ~self._right) | ((right == self._right) & (losses < self._losses))
+            for name, value in self._restarts.parameters.items():
+                self._best[name] = _chosen(better, value, self._best[name])
+            self._losses = torch.where(better, losses, self._losses)
+            self._right |= right
+        return Progress(
+            self._first, step, float(losses.min()), float(losses.median()), self._before + int(self._right.sum())
+        )
+
+
+def _chosen(better: Tensor, new: Tensor, old: Tensor) -> Tensor:
+    import torch
+
+    return torch.where(better.view(-1, *[1] * (new.dim() - 1)), new, old)
+
+
+@contextmanager
+def _one_thread() -> Iterator[None]:
+    """Several threads would add up in another order, and the last bits would depend on their number."""
+    import torch
+
+    threads = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        yield
+    finally:
+        torch.set_num_threads(threads)
