@@ -1,0 +1,129 @@
+"""Automata from networks by dynamic state partitioning (paper, 5.3; Giles and others, 1992).
+
+The range of each hidden unit is cut into q equal intervals. From the start state on, breadth first, every symbol is
+tried; a hidden state in a cell that nobody was in makes a new state of the automaton, one in a known cell makes a
+transition only, and is not pursued. So the hidden state of the first visit stands for its cell. With ``centres`` the
+middle of the cell does (Blair and Pollack, 1997), which tests whether the network behaves as an automaton at all.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from palpate.core.automata.elman import END, RANGES, Array, Network, Reading
+from palpate.core.automata.machine import Kind, Machine
+from palpate.core.automata.minimise import minimised
+from palpate.core.automata.prefix_tree import Integers
+from palpate.core.checks import require_in, require_whole
+
+LEAST_SHARE: Final = 0.02
+"""Probability above which a successor is held to be possible."""
+
+ACCEPTED_FROM: Final = 0.5
+"""Probability above which a string is held to be accepted."""
+
+MOST_INTERVALS: Final = 1000
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Partition:
+    """What was found with one q: n cells in the order of their first visits, the start state's being number 0.
+
+    Attributes:
+        network: The network, with s symbols and h hidden units.
+        intervals: Number of intervals of each hidden unit, q.
+        vectors: Hidden state that stands for each cell, (n, h).
+        transitions: Cell after each cell and symbol, (n, s).
+    """
+
+    network: Network
+    intervals: int
+    vectors: Array
+    transitions: Integers
+
+    def machine(self, least_share: float = LEAST_SHARE) -> Machine:
+        """The automaton, one state a cell, not minimised.
+
+        Args:
+            least_share: For prediction: the output of a state is the set of those symbols, and of the end, that follow
+                with a higher probability than this, and it is a Moore machine. For acceptance it does not matter: the
+                output is whether the string is accepted, and it is an acceptor.
+
+        Raises:
+            ConfigurationError: ``least_share`` is not a probability below 1.
+        """
+        require_in("automaton.least_share", least_share, 0.0, 0.999)
+        shape = self.network.architecture
+        shares = self.network.read(self.vectors)
+        rows = tuple(map(tuple, self.transitions.tolist()))
+        if shape.reading is Reading.ACCEPTANCE:
+            return Machine(Kind.DFA, shape.alphabet, rows, tuple((shares[:, 0] > ACCEPTED_FROM).tolist()))
+        names = (*shape.alphabet, END)
+        outputs = tuple(
+            tuple(name for name, possible in zip(names, row, strict=True) if possible)
+            for row in (shares > least_share).tolist()
+        )
+        return Machine(Kind.MOORE, shape.alphabet, rows, outputs)
+
+    def minimal(self, least_share: float = LEAST_SHARE, *, merge_symbols: bool = False) -> Machine:
+        """The automaton, minimised.
+
+        Args:
+            least_share: As for :meth:`machine`.
+            merge_symbols: Whether states of a prediction automaton may be merged that different symbols lead into. By
+                default they are kept apart: the last symbol is what a policy would know without any automaton.
+
+        Raises:
+            ConfigurationError: ``least_share`` is not a probability below 1.
+        """
+        machine = self.machine(least_share)
+        if merge_symbols or machine.kind is Kind.DFA:
+            return minimised(machine)
+        return minimised(machine, self._entered())
+
+    def _entered(self) -> list[int]:
+        """For each cell the set of symbols that lead into it, as a number with a bit a symbol."""
+        entered = [0] * len(self.vectors)
+        for row in self.transitions.tolist():
+            for symbol, target in enumerate(row):
+                entered[target] |= 1 << symbol
+        return entered
+
+
+def partition(network: Network, intervals: int, *, centres: bool = False) -> Partition:
+    """Find the cells that strings lead to, and how.
+
+    Args:
+        network: The network.
+        intervals: Number of intervals of each hidden unit, q, 1 or more.
+        centres: Let the middle of each cell stand for it, not the hidden state of the first visit.
+
+    Raises:
+        ConfigurationError: The number of intervals is out of range.
+    """
+    require_whole("automaton.intervals", intervals, 1, MOST_INTERVALS)
+    low, high = RANGES[network.architecture.activation]
+    width = (high - low) / intervals
+    states: dict[bytes, int] = {}
+    vectors: list[Array] = []
+    transitions: list[Integers] = []
+    candidates = network.start_state[np.newaxis]
+    while len(candidates):
+        # A level of the search at once; the order of first visits is that of one after the other.
+        cells = np.clip((candidates - low) // width, 0, intervals - 1)
+        keys = [row.tobytes() for row in cells.astype(np.int16)]
+        fresh = []
+        for place, key in enumerate(keys):
+            if key not in states:
+                states[key] = len(states)
+                fresh.append(place)
+        if transitions or vectors:
+            numbers = np.array([states[key] for key in keys], dtype=np.int64)
+            transitions.append(numbers.reshape(-1, len(network.architecture.alphabet)))
+        found = low + (cells[fresh] + 0.5) * width if centres else candidates[fresh]
+        vectors.append(found)
+        candidates = network.successors(found).reshape(-1, candidates.shape[1])
+    return Partition(network, intervals, np.concatenate(vectors), np.concatenate(transitions))

@@ -1,0 +1,44 @@
+"""Networks by hand, whose automata are known."""
+
+from palpate.core.automata.elman import Architecture, Network, Reading
+
+LARGE = 20.0
+
+
+def parity() -> Network:
+    """One second-order unit: 0 keeps it, 1 turns it over; accepts an even number of 1."""
+    shape = Architecture(alphabet=("0", "1"), reading=Reading.ACCEPTANCE, hidden=1, order=2)
+    return Network(
+        shape,
+        recurrent=[[[LARGE]], [[-LARGE]]],
+        inputs=[[-LARGE / 2], [LARGE / 2]],
+        start=[-LARGE / 2],
+        output=[[-LARGE]],
+        bias=[LARGE / 2],
+    )
+
+
+def last_symbol() -> Network:
+    """Two first-order units that hold the last symbol; a symbol is followed by the other one, or by the end after b."""
+    shape = Architecture(alphabet=("a", "b"), reading=Reading.PREDICTION)
+    return Network(
+        shape,
+        recurrent=[[[0.0, 0.0], [0.0, 0.0]]],
+        inputs=[[LARGE, -LARGE], [-LARGE, LARGE]],
+        start=[-LARGE, -LARGE],
+        output=[[0.0, LARGE], [LARGE, 0.0], [0.0, 1.25 * LARGE]],
+        bias=[0.0, 0.0, -LARGE / 4],
+    )
+
+
+def drift() -> Network:
+    """One tanh unit that a moves up by little, so that it depends on q how many steps are told apart; b resets it."""
+    shape = Architecture(alphabet=("a", "b"), reading=Reading.PREDICTION, hidden=1, activation="tanh", order=2)
+    return Network(
+        shape,
+        recurrent=[[[1.0]], [[0.0]]],
+        inputs=[[0.5], [-2.0]],
+        start=[-2.0],
+        output=[[0.0], [0.0], [4.0]],
+        bias=[0.0, 0.0, 0.0],
+    )

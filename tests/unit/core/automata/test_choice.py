@@ -1,0 +1,129 @@
+import time
+
+import numpy as np
+import pytest
+
+from palpate.core.automata.choice import (
+    ExtractionSettings,
+    accepting_extract,
+    cheapest,
+    model_loss,
+    predicting_extracts,
+    price_of,
+)
+from palpate.core.automata.elman import Architecture, Network, Reading
+from palpate.core.automata.machine import Kind, Machine
+from palpate.core.automata.partition import partition
+from palpate.core.automata.prefix_tree import PrefixTree
+from palpate.core.automata.strings import Strings
+from palpate.core.errors import ConfigurationError
+from tests.unit.core.automata.networks import drift, last_symbol, parity
+
+WORDS = ["", "1", "11", "101", "0", "0100"]
+EVEN = PrefixTree.of(Strings.of(WORDS, [word.count("1") % 2 == 0 for word in WORDS]))
+AB = PrefixTree.of(Strings.of(["ab", "ab", "abab", "b"]))
+HELD = PrefixTree.of(Strings.of(["ab", "abab"]))
+
+
+def three_steps() -> Network:
+    """Accepts when a came three times or more since the last b: too fine for few intervals."""
+    one = drift()
+    shape = Architecture(alphabet=("a", "b"), reading=Reading.ACCEPTANCE, hidden=1, activation="tanh", order=2)
+    return Network(shape, one.recurrent, one.inputs, one.start, [[20.0]], [-6.0])
+
+
+def test_the_smallest_consistent_q_is_taken() -> None:
+    words = ["", "a", "aa", "aaa", "aaaa", "aab", "aaba", "aaab"]
+    tree = PrefixTree.of(Strings.of(words, [word.endswith("aaa") for word in words]))
+    found = accepting_extract(three_steps(), tree, ExtractionSettings())
+    assert (found.intervals, found.raw_states, found.states, found.wrong) == (4, 4, 4, 0.0)
+    for intervals in (2, 3):
+        only = ExtractionSettings(fewest_intervals=intervals, most_intervals=intervals)
+        assert accepting_extract(three_steps(), tree, only).wrong == 0.25
+
+
+def test_without_a_consistent_q_the_best_is_kept() -> None:
+    words = ["a", "b", "ab", "aa"]
+    tree = PrefixTree.of(Strings.of(words, [True, False, False, True]))
+    found = accepting_extract(three_steps(), tree, ExtractionSettings(most_intervals=9))
+    assert found.wrong == 0.5
+    assert found.intervals == 2
+    assert found.cost == 0.5
+
+
+def test_held_out_strings_only_tell_how_good_an_acceptor_is() -> None:
+    held = PrefixTree.of(Strings.of(["01", "10", "11", "0"], [False, True, True, True]))
+    found = accepting_extract(parity(), EVEN, ExtractionSettings(), held)
+    assert (found.intervals, found.wrong, found.agreement) == (2, 0.0, 0.75)
+    assert accepting_extract(parity(), EVEN, ExtractionSettings()).agreement is None
+
+
+def test_acceptance_needs_labels() -> None:
+    with pytest.raises(ConfigurationError, match="labelled strings"):
+        accepting_extract(parity(), PrefixTree.of(Strings.of(["01"])), ExtractionSettings())
+
+
+def test_another_alphabet_is_refused() -> None:
+    with pytest.raises(ConfigurationError, match=r"network\.alphabet"):
+        accepting_extract(parity(), AB, ExtractionSettings())
+    with pytest.raises(ConfigurationError, match=r"network\.alphabet"):
+        predicting_extracts(last_symbol(), AB, ExtractionSettings(), EVEN)
+
+
+def test_all_q_are_judged_for_prediction_and_the_smallest_of_equals_is_taken() -> None:
+    found = predicting_extracts(last_symbol(), AB, ExtractionSettings(most_intervals=6), HELD)
+    assert [extract.intervals for extract in found] == [2, 3, 4, 5, 6]
+    assert {extract.states for extract in found} == {3}
+    assert {extract.agreement for extract in found} == {1.0}
+    chosen = cheapest(found)
+    assert chosen is found[0]
+    assert chosen.cost == chosen.loss + chosen.price
+
+
+def test_agreement_is_the_share_of_prefixes_with_the_networks_set() -> None:
+    # With two intervals nothing is told apart: after a (tanh(-0.46) = -0.43) the end is possible, share 0.08, which the
+    # automaton does not see; before it is not, share 0.01.
+    held = PrefixTree.of(Strings.of(["ab", "b", "abb"], alphabet="ab"))
+    (found,) = predicting_extracts(drift(), AB, ExtractionSettings(most_intervals=2), held)
+    assert found.agreement == pytest.approx(7 / 9)
+
+
+def test_the_loss_is_that_of_counted_probabilities() -> None:
+    one_state = Machine(Kind.MOORE, ("a", "b"), ((0, 0),), (("a",),))
+    # Training: a 4, b 5, end 4 times; half a count added to each. Held out: a 3, b 3, end 2.
+    shares = np.array([4.5, 5.5, 4.5]) / 14.5
+    assert model_loss(one_state, AB, HELD) == pytest.approx(-(np.array([3, 3, 2]) @ np.log(shares)) / 8)
+    assert price_of(one_state, AB) == pytest.approx(0.5 * 2 * np.log(13) / 13)
+
+
+def test_an_automaton_that_tells_apart_what_matters_is_the_better_model() -> None:
+    blind = Machine(Kind.MOORE, ("a", "b"), ((0, 0),), (("a",),))
+    assert model_loss(partition(last_symbol(), 2).minimal(), AB, HELD) < model_loss(blind, AB, HELD) - 0.5
+
+
+def test_incomplete_automata_have_no_loss() -> None:
+    with pytest.raises(ConfigurationError, match="a transition for each state and symbol"):
+        model_loss(Machine(Kind.MOORE, ("a", "b"), ((0, None),), (("a",),)), AB, HELD)
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [{"fewest_intervals": 0}, {"fewest_intervals": 5, "most_intervals": 4}, {"least_share": 1.0}],
+)
+def test_bad_settings_are_refused(settings) -> None:
+    with pytest.raises(ConfigurationError, match=r"extraction\."):
+        ExtractionSettings(**settings)
+
+
+def test_all_q_of_a_network_take_little_time() -> None:
+    shape = Architecture(alphabet=tuple("abcdef"), reading=Reading.PREDICTION)
+    rng = np.random.default_rng(1)
+    network = Network(shape, **{name: 2.0 * rng.normal(size=size) for name, size in shape.shapes.items()})
+    took = []
+    for _ in range(3):
+        began = time.process_time()
+        for intervals in range(2, 21):
+            partition(network, intervals).minimal()
+        took.append(time.process_time() - began)
+    # About 20 ms; the rest is for slow and busy machines.
+    assert min(took) < 0.25

@@ -1,0 +1,154 @@
+from collections import deque
+from math import floor, tanh
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from palpate.core.automata.elman import END, RANGES, Architecture, Network, Reading
+from palpate.core.automata.machine import Kind, Machine
+from palpate.core.automata.minimise import minimised
+from palpate.core.automata.partition import Partition, partition
+from palpate.core.errors import ConfigurationError
+from tests.unit.core.automata.networks import drift, last_symbol, parity
+
+
+def one_by_one(network: Network, intervals: int, centres: bool) -> tuple[list[list[float]], list[list[int]]]:
+    """The algorithm as it is written down, cell by cell."""
+    low, high = RANGES[network.architecture.activation]
+
+    def cell_of(state: list[float]) -> tuple[int, ...]:
+        return tuple(min(floor((value - low) / ((high - low) / intervals)), intervals - 1) for value in state)
+
+    def held(state: list[float]) -> list[float]:
+        return [low + (n + 0.5) * ((high - low) / intervals) for n in cell_of(state)] if centres else state
+
+    start = network.start_state.tolist()
+    numbers, vectors, rows = {cell_of(start): 0}, [held(start)], []
+    queue = deque(vectors)
+    while queue:
+        state = queue.popleft()
+        row = []
+        for symbol in range(len(network.architecture.alphabet)):
+            after = network.advance(np.array([state]), symbol)[0].tolist()
+            if cell_of(after) not in numbers:
+                numbers[cell_of(after)] = len(numbers)
+                vectors.append(held(after))
+                queue.append(vectors[-1])
+            row.append(numbers[cell_of(after)])
+        rows.append(row)
+    return vectors, rows
+
+
+def test_parity_has_two_states_with_any_q() -> None:
+    for intervals in (2, 3, 7, 20):
+        found = partition(parity(), intervals)
+        assert found.machine() == Machine(Kind.DFA, ("0", "1"), ((0, 1), (1, 0)), (True, False))
+
+
+def test_the_last_symbol_has_a_state_for_each_and_one_for_none() -> None:
+    found = partition(last_symbol(), 2)
+    sets = ((*"ab",), ("b",), ("a", END))
+    assert found.machine() == Machine(Kind.MOORE, ("a", "b"), ((1, 2), (1, 2), (1, 2)), sets)
+    assert found.vectors == pytest.approx(np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]), abs=1e-6)
+
+
+def test_the_first_visit_stands_for_its_cell() -> None:
+    # From tanh(-2) = -0.96 the symbol a leads to -0.43, 0.07, 0.52, 0.77, 0.85, ... With two intervals, and with three,
+    # the first of these is in the lowest, like the start, so nothing else is ever seen; with four the chain goes on.
+    for intervals in (2, 3):
+        assert partition(drift(), intervals).transitions.tolist() == [[0, 0]]
+    chain = [tanh(-2.0)]
+    for _ in range(3):
+        chain.append(tanh(chain[-1] + 0.5))
+    four = partition(drift(), 4)
+    assert four.vectors[:, 0].tolist() == pytest.approx(chain)
+    assert four.transitions.tolist() == [[1, 0], [2, 0], [3, 0], [3, 0]]
+
+
+def test_from_the_centre_of_a_cell_it_may_go_elsewhere() -> None:
+    # The middle of the lower half is -0.5, from which a leads to tanh(0) = 0, the lower end of the upper half.
+    found = partition(drift(), 2, centres=True)
+    assert found.vectors[:, 0].tolist() == [-0.5, 0.5]
+    assert found.transitions.tolist() == [[1, 0], [1, 0]]
+
+
+shapes = st.builds(
+    Architecture,
+    alphabet=st.sampled_from([("a", "b"), ("a", "b", "c", "d")]),
+    reading=st.sampled_from(Reading),
+    hidden=st.integers(1, 3),
+    activation=st.sampled_from(sorted(RANGES)),
+    order=st.integers(1, 2),
+)
+
+
+def drawn(shape: Architecture, seed: int) -> Network:
+    rng = np.random.default_rng(seed)
+    return Network(shape, **{name: 2.0 * rng.normal(size=size) for name, size in shape.shapes.items()})
+
+
+@given(shapes, st.integers(0, 10**6), st.integers(1, 9), st.booleans())
+def test_a_level_at_once_is_one_after_the_other(shape, seed, intervals, centres) -> None:
+    network = drawn(shape, seed)
+    found = partition(network, intervals, centres=centres)
+    vectors, rows = one_by_one(network, intervals, centres)
+    assert found.transitions.tolist() == rows
+    assert found.vectors == pytest.approx(np.array(vectors), abs=1e-12)
+
+
+@given(shapes, st.integers(0, 10**6), st.integers(1, 7))
+def test_every_cell_is_reached_and_every_transition_known(shape, seed, intervals) -> None:
+    found = partition(drawn(shape, seed), intervals)
+    machine = found.machine()
+    assert machine.complete
+    assert machine.reachable() == tuple(range(len(machine.transitions)))
+    assert len(machine.transitions) <= intervals**shape.hidden
+    assert machine.kind is (Kind.DFA if shape.reading is Reading.ACCEPTANCE else Kind.MOORE)
+
+
+def entered_by(machine: Machine) -> list[set[int]]:
+    found: list[set[int]] = [set() for _ in machine.transitions]
+    for row in machine.transitions:
+        for symbol, target in enumerate(row):
+            assert target is not None
+            found[target].add(symbol)
+    return found
+
+
+def forgetful() -> Partition:
+    """Three cells for the last symbol, which all say the same."""
+    network = last_symbol()
+    shape = network.architecture
+    dumb = Network(shape, network.recurrent, network.inputs, network.start, 0.0 * network.output, 0.0 * network.bias)
+    return partition(dumb, 2)
+
+
+def test_states_of_different_last_symbols_stay_apart() -> None:
+    assert len(forgetful().minimal(merge_symbols=True).transitions) == 1
+    apart = forgetful().minimal()
+    assert len(apart.transitions) == 3
+    assert all(len(symbols) <= 1 for symbols in entered_by(apart))
+
+
+@given(shapes, st.integers(0, 10**6), st.integers(2, 9))
+def test_minimisation_changes_nothing_that_is_said(shape, seed, intervals) -> None:
+    found = partition(drawn(shape, seed), intervals)
+    assert minimised(found.minimal()) == found.minimal(merge_symbols=True) == minimised(found.machine())
+
+
+def test_the_threshold_decides_what_is_possible() -> None:
+    shares = partition(last_symbol(), 2)
+    assert shares.machine(0.4).state_outputs[0] == ("a", "b")
+    assert shares.machine(0.6).state_outputs[0] == ()
+    assert shares.machine(0.6).state_outputs[1] == ("b",)
+    for bad in (-0.1, 1.0):
+        with pytest.raises(ConfigurationError, match=r"automaton\.least_share"):
+            shares.machine(bad)
+
+
+@pytest.mark.parametrize("intervals", [0, 1001, 2.5])
+def test_bad_intervals_are_refused(intervals) -> None:
+    with pytest.raises(ConfigurationError, match=r"automaton\.intervals"):
+        partition(parity(), intervals)
