@@ -1,0 +1,109 @@
+import pytest
+
+from palpate.core.automata.choice import ExtractionSettings
+from palpate.core.automata.compare import equivalent
+from palpate.core.automata.elman import END
+from palpate.core.automata.infer import InferenceSettings, infer
+from palpate.core.automata.machine import Kind, Machine
+from palpate.core.automata.strings import Strings
+from palpate.core.automata.training import Progress, TrainingSettings
+from palpate.core.errors import ConfigurationError
+
+BINARY = [f"{n:0{length}b}" if length else "" for length in range(7) for n in range(2**length)]
+ODD_ZEROS = Strings.of(BINARY, [word.count("0") % 2 == 1 for word in BINARY])
+SECOND_ORDER = InferenceSettings(order=2, held_out=0.0, training=TrainingSettings(restarts=32, steps=400, enough=4))
+
+# Walks between three places in a row, a b c, that end right of c. Whoever comes to b from a goes on to c.
+WALKS = Strings.of(["abc", "bc", "abcbc", "c", "bcbcbc", "cbc", "abcbcbc", "bcbc", "cbcbc"] * 40)
+
+
+def test_a_language_is_inferred_from_labelled_strings() -> None:
+    told: list[Progress] = []
+    found = infer(ODD_ZEROS, SECOND_ORDER, progress=told.append)
+    assert equivalent(found.machine, Machine(Kind.DFA, ("0", "1"), ((1, 0), (0, 1)), (False, True)))
+    assert found.consistent is True
+    assert (found.chosen.states, found.strings, found.held_out) == (2, len(BINARY), 0)
+    assert found.chosen.raw_states >= 2
+    assert found.extracts == (found.chosen,)
+    assert tuple(told) == found.training.curve
+    assert f"q = {found.chosen.intervals}, {found.chosen.raw_states} states, 2 after minimisation" in found.summary
+    assert "agreement" not in found.summary
+
+
+def test_held_out_strings_judge_it() -> None:
+    settings = InferenceSettings(order=2, held_out=0.25, training=TrainingSettings(restarts=32, steps=400, enough=4))
+    found = infer(ODD_ZEROS, settings)
+    assert (found.strings, found.held_out) == (95, 32)
+    assert found.chosen.agreement == 1.0
+    assert "agreement: 100.0% of the held-out strings (32 strings)" in found.summary
+
+
+def test_what_cannot_be_learned_is_told_and_the_best_is_kept() -> None:
+    settings = InferenceSettings(
+        held_out=0.0, training=TrainingSettings(restarts=2, steps=0), extraction=ExtractionSettings(most_intervals=3)
+    )
+    found = infer(ODD_ZEROS, settings)
+    assert found.consistent is False
+    assert 0.0 < found.chosen.wrong <= 0.5
+    assert "not consistent: wrong about" in found.summary
+    assert f"of {len(BINARY)} training strings" in found.summary
+
+
+PREDICTION = InferenceSettings(training=TrainingSettings(restarts=8, steps=800), finalists=2)
+
+
+@pytest.fixture(scope="module")
+def walks():
+    return infer(WALKS, PREDICTION)
+
+
+def test_walks_give_a_machine_that_says_what_may_come_next(walks) -> None:
+    machine = walks.machine
+    assert machine.kind is Kind.MOORE
+    assert walks.consistent is None
+    word = [machine.symbol(name) for name in "abc"]
+    assert machine.output_of(word[:1]) == ("b",)
+    assert machine.output_of(word[:2]) == ("c",)
+    assert machine.output_of(word) == ("b", END)
+    assert (walks.strings, walks.held_out) == (288, 72)
+
+
+def test_the_report_has_all_q_and_a_picture(walks) -> None:
+    assert [extract.intervals for extract in walks.extracts] == list(range(2, 21))
+    assert walks.chosen in walks.extracts
+    assert walks.chosen.cost == min(extract.cost for extract in walks.extracts)
+    assert walks.hidden.shape == (len(walks.cells), 2)
+    assert set(walks.cells) <= set(range(walks.chosen.raw_states))
+    assert 0.0 <= walks.chosen.agreement <= 1.0
+    assert "of the prefixes of held-out strings (72 strings)" in walks.summary
+    assert "nats a symbol" in walks.summary
+
+
+def test_equal_seeds_give_equal_machines(walks) -> None:
+    again = infer(WALKS, PREDICTION)
+    assert again.machine == walks.machine
+    assert again.hidden.tobytes() == walks.hidden.tobytes()
+
+
+def test_held_out_strings_may_be_given() -> None:
+    held = Strings.of(["cbc", "abc"], alphabet="abc")
+    found = infer(WALKS, InferenceSettings(training=TrainingSettings(restarts=2, steps=1)), held_out=held)
+    assert (found.strings, found.held_out) == (len(WALKS.words), 2)
+
+
+def test_held_out_strings_must_be_of_the_same_sort() -> None:
+    with pytest.raises(ConfigurationError, match=r"held_out\.alphabet"):
+        infer(WALKS, held_out=Strings.of(["ab"]))
+    with pytest.raises(ConfigurationError, match=r"held_out\.labels.*no labels"):
+        infer(WALKS, held_out=Strings.of(["ab"], [True], alphabet="abc"))
+
+
+def test_prediction_needs_something_to_judge_by() -> None:
+    with pytest.raises(ConfigurationError, match=r"inference\.held_out"):
+        infer(WALKS, InferenceSettings(held_out=0.0))
+
+
+@pytest.mark.parametrize("settings", [{"finalists": 0}, {"held_out": 0.95}, {"held_out": -0.1}])
+def test_bad_settings_are_refused(settings) -> None:
+    with pytest.raises(ConfigurationError, match=r"inference\."):
+        InferenceSettings(**settings)
