@@ -1,0 +1,213 @@
+"""The learner's state is the state of an automaton that follows the symbols of the trial (paper, 3.4 and 5.3)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import Final, TypeAlias
+
+from palpate.core.automata.machine import Machine
+from palpate.core.automata.strings import Strings
+from palpate.core.checks import require_one_of
+from palpate.core.errors import CommandError, ConfigurationError
+from palpate.core.perception.checks import integer, names, vector
+from palpate.core.perception.stages import register_stage
+
+LOST: Final = "lost"
+"""Name of the state of not knowing."""
+
+RECOVERIES: Final = ("likeliest", "restart", "never")
+
+_FIELD: Final = "perception.identifier"
+_NONE: Final = -1
+
+Known: TypeAlias = tuple[int | None, ...]
+
+
+@dataclass
+class AutomatonState:
+    """Follows an automaton, and says so when the automaton does not know how to go on.
+
+    A symbol for which the current state has no transition leads to the state ``lost``, whose number is the highest. At
+    the next symbol it is taken for granted that the automaton was where the symbol before usually leads, its anchor,
+    and the automaton goes on from there, if it can; otherwise it is still lost. The steps on which it is lost are
+    counted.
+
+    The fields are plain values for files; :meth:`of` makes them of a machine.
+
+    Attributes:
+        symbols: Names of the symbols that come.
+        automaton: Names of the automaton's states.
+        transitions: Next state by state and symbol, (states, symbols); None where none is known.
+        anchors: For each symbol the state in which the automaton is believed to have been after it, (symbols,); None
+            where nothing is believed.
+        start: State before the first symbol.
+
+    Raises:
+        ConfigurationError: The parts do not fit together, or a state is called ``lost``.
+    """
+
+    symbols: tuple[str, ...]
+    automaton: tuple[str, ...]
+    transitions: tuple[Known, ...]
+    anchors: Known
+    start: int = 0
+    _now: int = field(init=False, repr=False, compare=False)
+    _last: int = field(init=False, repr=False, compare=False)
+    _lost_steps: int = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        self.symbols = names(f"{_FIELD}.symbols", self.symbols)
+        self.automaton = names(f"{_FIELD}.automaton", self.automaton)
+        if LOST in self.automaton:
+            raise ConfigurationError(f"{_FIELD}.automaton", LOST, "another name; this one means that none is known")
+        states, symbols = len(self.automaton), len(self.symbols)
+        rows = self.transitions
+        if not isinstance(rows, (list, tuple)) or len(rows) != states:
+            raise ConfigurationError(f"{_FIELD}.transitions", rows, f"{states} rows, one a state")
+        self.transitions = tuple(
+            _known(f"{_FIELD}.transitions[{n}]", row, symbols, states) for n, row in enumerate(rows)
+        )
+        self.anchors = _known(f"{_FIELD}.anchors", self.anchors, symbols, states)
+        self.start = integer(f"{_FIELD}.start", self.start, 0, states - 1)
+        self.reset()
+
+    @classmethod
+    def of(
+        cls,
+        machine: Machine,
+        strings: Strings | None = None,
+        *,
+        symbols: Iterable[str] | None = None,
+        recovery: str = "likeliest",
+    ) -> AutomatonState:
+        """Follow a machine.
+
+        Args:
+            machine: Any machine; only its transitions matter.
+            strings: Strings that it was inferred from. If they are given, a transition that none of them took is not
+                known: a network gives a transition for everything, also for what it never saw. They also tell which
+                state a symbol leads to most often; without them the number of transitions does.
+            symbols: Names of the symbols that come, if they are not just those of the machine. One that the machine
+                does not have leads to ``lost``.
+            recovery: What is believed after a symbol that was not known. ``likeliest``: that the automaton was where
+                this symbol leads most often. ``restart``: that the trial began with it. ``never``: nothing, so that it
+                stays lost until the trial ends.
+
+        Raises:
+            ConfigurationError: The symbols lack one of the machine's, the strings are of another alphabet, or there is
+                no such recovery.
+        """
+        require_one_of(f"{_FIELD}.recovery", recovery, RECOVERIES)
+        given = machine.alphabet if symbols is None else tuple(symbols)
+        for name in machine.alphabet:
+            if name not in given:
+                raise ConfigurationError(f"{_FIELD}.symbols", given, f"all symbols of the machine, with {name!r}")
+        taken = _taken(machine, strings)
+        place = {name: number for number, name in enumerate(machine.alphabet)}
+        rows = tuple(
+            tuple(row[place[name]] if name in place and taken[state][place[name]] else None for name in given)
+            for state, row in enumerate(machine.transitions)
+        )
+        anchors: Known = (None,) * len(given)
+        if recovery == "restart":
+            anchors = rows[machine.start]
+        elif recovery == "likeliest":
+            anchors = tuple(_likeliest(machine, taken, place[name]) if name in place else None for name in given)
+        return cls(given, machine.names, rows, anchors, machine.start)
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """Names of the automaton's states, and ``lost``."""
+        return (*self.automaton, LOST)
+
+    @property
+    def lost(self) -> int:
+        """Number of the state ``lost``."""
+        return len(self.automaton)
+
+    @property
+    def lost_steps(self) -> int:
+        """How many symbols of this trial led to ``lost``."""
+        return self._lost_steps
+
+    def reset(self) -> None:
+        """A trial begins: back to the start state."""
+        self._now, self._last, self._lost_steps = self.start, _NONE, 0
+
+    def update(self, symbol: int) -> int:
+        """State after one more symbol.
+
+        Raises:
+            CommandError: No such symbol.
+        """
+        if not 0 <= symbol < len(self.symbols):
+            raise CommandError(f"a symbol must be from 0 to {len(self.symbols) - 1}", symbol)
+        source = self.anchors[self._last] if self._now == self.lost else self._now
+        target = None if source is None else self.transitions[source][symbol]
+        self._last = symbol
+        if target is None:
+            self._lost_steps += 1
+            self._now = self.lost
+        else:
+            self._now = target
+        return self._now
+
+    def get_state(self) -> list[float]:
+        """State, last symbol (-1 for none) and number of lost steps, for :meth:`set_state`."""
+        return [float(self._now), float(self._last), float(self._lost_steps)]
+
+    def set_state(self, state: Sequence[float]) -> None:
+        """Go on from where :meth:`get_state` was called.
+
+        Raises:
+            ConfigurationError: Not a memory of this identifier.
+        """
+        accepted = "a state, a last symbol and a number of lost steps, from get_state"
+        values = vector(f"{_FIELD}.state", state, 3)
+        if not all(value.is_integer() for value in values):
+            raise ConfigurationError(f"{_FIELD}.state", state, accepted)
+        now, last, lost_steps = map(int, values)
+        known = 0 <= now <= self.lost and _NONE <= last < len(self.symbols) and lost_steps >= 0
+        if not known or (now == self.lost and last == _NONE):
+            raise ConfigurationError(f"{_FIELD}.state", state, accepted)
+        self._now, self._last, self._lost_steps = now, last, lost_steps
+
+
+def _taken(machine: Machine, strings: Strings | None) -> list[list[int]]:
+    """How often each transition is taken, (states, symbols): by the strings, or else once where there is one."""
+    if strings is None:
+        return [[int(target is not None) for target in row] for row in machine.transitions]
+    if strings.alphabet != machine.alphabet:
+        raise ConfigurationError("strings.alphabet", strings.alphabet, f"that of the machine, {machine.alphabet}")
+    counts = [[0] * len(machine.alphabet) for _ in machine.transitions]
+    for word in strings.words:
+        state = machine.start
+        for symbol in word:
+            after = machine.transitions[state][symbol]
+            if after is None:
+                break
+            counts[state][symbol] += 1
+            state = after
+    return counts
+
+
+def _likeliest(machine: Machine, taken: list[list[int]], symbol: int) -> int | None:
+    """State that a symbol leads to most often, of several the first; None if it leads nowhere."""
+    entered = [0] * len(machine.transitions)
+    for row, counts in zip(machine.transitions, taken, strict=True):
+        target = row[symbol]
+        if target is not None:
+            entered[target] += counts[symbol]
+    most = max(entered)
+    return entered.index(most) if most else None
+
+
+def _known(where: str, value: object, symbols: int, states: int) -> Known:
+    """A row of states, None where none is known."""
+    if not isinstance(value, (list, tuple)) or len(value) != symbols:
+        raise ConfigurationError(where, value, f"{symbols} states or none, one a symbol")
+    return tuple(None if item is None else integer(where, item, 0, states - 1) for item in value)
+
+
+register_stage("automaton", AutomatonState)

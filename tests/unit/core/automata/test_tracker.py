@@ -1,0 +1,171 @@
+import json
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from palpate.core.automata.machine import Kind, Machine
+from palpate.core.automata.strings import Strings
+from palpate.core.automata.tracker import LOST, AutomatonState
+from palpate.core.errors import CommandError, ConfigurationError
+from palpate.core.perception import StateIdentifier, stage_from_dict, stage_to_dict
+
+ALPHABET = ("a", "b", "c")
+COMPLETE = Machine(Kind.MOORE, ALPHABET, ((1, 2, 0), (1, 2, 3), (1, 0, 3), (3, 3, 3)), ("p", "q", "r", "s"))
+PARTIAL = Machine(
+    Kind.MOORE,
+    ALPHABET,
+    ((1, None, None), (None, 2, None), (1, 3, None), (1, None, None)),
+    ("p", "q", "r", "s"),
+    labels=("begin", "after a", "after ab", "after abb"),
+)
+
+
+def run(tracker: AutomatonState, word: str) -> list[str]:
+    tracker.reset()
+    return [tracker.states[tracker.update(tracker.symbols.index(name))] for name in word]
+
+
+@given(st.lists(st.integers(0, 2), max_size=20))
+def test_it_follows_a_complete_machine(word) -> None:
+    tracker = AutomatonState.of(COMPLETE)
+    tracker.reset()
+    for place, symbol in enumerate(word):
+        assert tracker.update(symbol) == COMPLETE.state_after(word[: place + 1])
+    assert tracker.lost_steps == 0
+
+
+def test_it_is_a_state_identifier() -> None:
+    tracker = AutomatonState.of(PARTIAL)
+    assert isinstance(tracker, StateIdentifier)
+    assert tracker.symbols == ALPHABET
+    assert tracker.states == ("begin", "after a", "after ab", "after abb", LOST)
+    assert tracker.lost == 4
+    assert AutomatonState.of(COMPLETE).states == ("s0", "s1", "s2", "s3", LOST)
+
+
+def test_a_transition_that_is_not_known_leads_to_lost_and_the_next_symbol_back() -> None:
+    # The second a is unknown after an a. Where an a usually leads is "after a", and from there b is known.
+    tracker = AutomatonState.of(PARTIAL)
+    assert run(tracker, "aab") == ["after a", LOST, "after ab"]
+    assert tracker.lost_steps == 1
+
+
+def test_it_stays_lost_as_long_as_nothing_fits() -> None:
+    # c leads nowhere, so nothing is believed after it.
+    tracker = AutomatonState.of(PARTIAL)
+    assert run(tracker, "accaab") == ["after a", LOST, LOST, LOST, LOST, "after ab"]
+    assert tracker.lost_steps == 4
+    tracker.reset()
+    assert tracker.lost_steps == 0
+
+
+def test_strings_tell_what_is_known_and_what_is_usual() -> None:
+    # No string takes c from the start, nor anything in s3; b leads to s2 once and to s0 three times.
+    strings = Strings.of(["ab", "b", "bb", "abb", "abbabb"], alphabet=ALPHABET)
+    tracker = AutomatonState.of(COMPLETE, strings)
+    assert tracker.transitions == ((1, 2, None), (None, 2, None), (None, 0, None), (None, None, None))
+    assert tracker.anchors == (1, 2, None)
+    assert run(tracker, "aab") == ["s1", LOST, "s2"]
+    all_known = AutomatonState.of(COMPLETE)
+    assert all_known.transitions == COMPLETE.transitions
+    assert all_known.anchors == (1, 2, 3)
+
+
+def test_a_recovery_may_read_on_as_if_the_trial_began() -> None:
+    tracker = AutomatonState.of(PARTIAL, recovery="restart")
+    assert tracker.anchors == (1, None, None)
+    assert run(tracker, "abbbab") == ["after a", "after ab", "after abb", LOST, LOST, "after ab"]
+
+
+def test_or_never() -> None:
+    tracker = AutomatonState.of(PARTIAL, recovery="never")
+    assert run(tracker, "aabab") == ["after a", LOST, LOST, LOST, LOST]
+    assert run(tracker, "ab") == ["after a", "after ab"]
+
+
+def test_symbols_that_the_machine_never_heard_of_are_answered_too() -> None:
+    tracker = AutomatonState.of(PARTIAL, symbols=("new", "b", "a", "c"))
+    tracker.reset()
+    assert [tracker.update(symbol) for symbol in (2, 0, 2, 1)] == [1, 4, 4, 2]
+    with pytest.raises(ConfigurationError, match="with 'b'"):
+        AutomatonState.of(PARTIAL, symbols=("a", "c"))
+
+
+@given(st.lists(st.integers(0, 2), max_size=12), st.lists(st.integers(0, 2), max_size=12))
+def test_its_memory_goes_on_elsewhere(before, after) -> None:
+    one, other = AutomatonState.of(PARTIAL), AutomatonState.of(PARTIAL)
+    for symbol in before:
+        one.update(symbol)
+    other.set_state(json.loads(json.dumps(one.get_state())))
+    assert [one.update(symbol) for symbol in after] == [other.update(symbol) for symbol in after]
+    assert one.get_state() == other.get_state()
+
+
+@pytest.mark.parametrize(
+    "state",
+    [
+        [],
+        [0.0, 0.0],
+        [5.0, 0.0, 0.0],
+        [0.0, 3.0, 0.0],
+        [0.0, -2.0, 0.0],
+        [0.0, 0.0, -1.0],
+        [4.0, -1.0, 1.0],
+        [0.5, 0.0, 0.0],
+        [float("nan"), 0.0, 0.0],
+    ],
+)
+def test_other_memories_are_refused_and_change_nothing(state) -> None:
+    tracker = AutomatonState.of(PARTIAL)
+    tracker.update(0)
+    before = tracker.get_state()
+    with pytest.raises(ConfigurationError, match=r"perception\.identifier\.state"):
+        tracker.set_state(state)
+    assert tracker.get_state() == before
+
+
+@pytest.mark.parametrize("symbol", [-1, 3])
+def test_a_symbol_that_does_not_exist_is_refused(symbol) -> None:
+    with pytest.raises(CommandError, match=f"from 0 to 2: {symbol}"):
+        AutomatonState.of(PARTIAL).update(symbol)
+
+
+def test_it_is_written_and_read_like_other_stages() -> None:
+    tracker = AutomatonState.of(PARTIAL)
+    data = json.loads(json.dumps(stage_to_dict(tracker), allow_nan=False))
+    assert data["kind"] == "automaton"
+    back = stage_from_dict(data)
+    assert back == tracker
+    assert stage_to_dict(back) == stage_to_dict(tracker)
+    assert run(back, "aab") == run(tracker, "aab")
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("symbols", []),
+        ("automaton", ["x", "x", "y", "z"]),
+        ("automaton", ["x", "y", "z", LOST]),
+        ("transitions", [[0, 0, 0]]),
+        ("transitions", [[0, 0, 0]] * 3 + [[0, 0]]),
+        ("transitions", [[0, 0, 4]] * 4),
+        ("transitions", [[0, 0, "a"]] * 4),
+        ("transitions", None),
+        ("anchors", [0, 0]),
+        ("anchors", [0, 0, 4]),
+        ("start", 4),
+        ("start", None),
+    ],
+)
+def test_bad_values_are_refused_by_name(key, value) -> None:
+    data = stage_to_dict(AutomatonState.of(PARTIAL)) | {key: value}
+    with pytest.raises(ConfigurationError, match=key):
+        stage_from_dict(data, "perception.identifier")
+
+
+def test_strings_of_another_alphabet_and_unknown_recoveries_are_refused() -> None:
+    with pytest.raises(ConfigurationError, match=r"strings\.alphabet"):
+        AutomatonState.of(PARTIAL, Strings.of(["ab"]))
+    with pytest.raises(ConfigurationError, match="one of likeliest, restart, never"):
+        AutomatonState.of(PARTIAL, recovery="hope")
