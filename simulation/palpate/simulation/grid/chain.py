@@ -15,6 +15,7 @@ import numpy as np
 from scipy.sparse import csc_array, eye_array
 from scipy.sparse.linalg import MatrixRankWarning, spsolve
 
+from palpate.core.automata.tracker import AutomatonState
 from palpate.core.checks import require_whole
 from palpate.core.errors import ConfigurationError
 from palpate.core.perception import StateIdentifier
@@ -25,6 +26,9 @@ from palpate.simulation.grid.trial import STEP_LIMIT
 ENDLESS: Final = 1e9
 """Means above this count as infinite. The condition of the linear system is about the largest mean from any place, so
 above it few digits would be right; and nobody waits so long."""
+
+MOST_PLACES: Final = 200_000
+"""Most pairs of cell and memory; a memory that grows for ever must not fill the computer's."""
 
 _Node: TypeAlias = tuple[int, int, tuple[float, ...]]
 """A cell, the state there, and what the identifier remembers."""
@@ -117,11 +121,16 @@ def _chain(grid: GridMap, identifier: StateIdentifier, policy: Sequence[Sequence
 
     def number(cell: int) -> int:
         state = identifier.update(grid.readings[cell])
-        node = (cell, state, tuple(identifier.get_state()))
-        if node not in numbers:
-            numbers[node] = len(nodes)
-            nodes.append(node)
-        return numbers[node]
+        memory = tuple(identifier.get_state())
+        # An automaton counts how often it was lost; that is for people and changes nothing.
+        place = (cell, state, memory[:2] if isinstance(identifier, AutomatonState) else memory)
+        if place not in numbers:
+            if len(nodes) == MOST_PLACES:
+                accepted = f"states with a memory that is in at most {MOST_PLACES} places of the map"
+                raise ConfigurationError("grid.state", type(identifier).__name__, accepted)
+            numbers[place] = len(nodes)
+            nodes.append((cell, state, memory))
+        return numbers[place]
 
     starts = []
     for cell in range(len(grid.cells)):

@@ -9,9 +9,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from palpate.core.automata.machine import Kind, Machine
+from palpate.core.automata.tracker import AutomatonState
 from palpate.core.errors import ConfigurationError
 from palpate.core.perception import IdentityState, LastSymbols
 from palpate.core.policy import QLearning, RandomWalkPolicy, TemperatureSchedule
+from palpate.simulation.grid import chain
 from palpate.simulation.grid.belief import belief_optimum
 from palpate.simulation.grid.chain import Expectation, expected_steps, greedy, uniform
 from palpate.simulation.grid.maps import SCENARIOS, GridMap, grid_actions
@@ -167,3 +170,19 @@ def test_a_policy_that_does_not_fit_is_refused(policy: list[list[float]], says: 
 def test_an_identifier_of_other_symbols_is_refused() -> None:
     with pytest.raises(ConfigurationError, match="the symbols of the map, A, B"):
         expected_steps(GridMap.from_text("AB·"), IdentityState(("B", "A")), uniform(2))
+
+
+def test_an_automaton_that_is_often_lost_has_finitely_many_places() -> None:
+    grid = GridMap.from_text("AB·")
+    machine = Machine(Kind.MOORE, ("A", "B"), ((0, None),), ("only",))
+    identifier = AutomatonState.of(machine, recovery="never")
+    result = expected_steps(grid, identifier, uniform(len(identifier.states)))
+    assert result.steps == pytest.approx(expected_steps(grid, IdentityState(grid.symbols), uniform(2)).steps)
+
+
+def test_a_memory_without_bounds_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    grid = MAPS["1"]
+    identifier = LastSymbols(grid.symbols, 3)
+    monkeypatch.setattr(chain, "MOST_PLACES", 100)
+    with pytest.raises(ConfigurationError, match="at most 100 places"):
+        expected_steps(grid, identifier, uniform(len(identifier.states)))
