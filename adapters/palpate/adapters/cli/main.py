@@ -16,6 +16,7 @@ commands:
   run            run a trained policy, or a comparator, without learning
   compare        table of hand-written strategies and trained policies on the same trials
   show           print what a policy file knows
+  explore        learn in a grid world with an ambiguous sensor, and hold it against the optimum
   replay         feed recorded trials back through the core; every command and decision must be equal
   log            look at recorded trials: info, plot, export, recover
   check-adapter  try the contract of a port on an adapter of your own
@@ -40,6 +41,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "run": _run,
         "compare": _compare,
         "show": _show,
+        "explore": _explore,
         "replay": _replay,
         "log": _log,
         "check-adapter": _check_adapter,
@@ -112,6 +114,15 @@ def _show(words: Sequence[str]) -> int:
     from palpate.adapters.cli.show import show
 
     return show(options)
+
+
+def _explore(words: Sequence[str]) -> int:
+    from palpate.adapters.cli.options import ExploreOptions, parse
+
+    options = parse(ExploreOptions, "explore", words)
+    from palpate.adapters.cli.explore import explore
+
+    return explore(options)
 
 
 def _replay(words: Sequence[str]) -> int:

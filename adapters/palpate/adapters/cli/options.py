@@ -19,11 +19,13 @@ from typing import Annotated, Any, TypeVar
 import tyro
 
 from palpate.adapters.config import RunConfig, scenario
+from palpate.adapters.grid.learning import TRIALS, GridLearning
 from palpate.adapters.toml_config import overlay, read_toml
 from palpate.core.errors import ConfigurationError, UsageError
 
 T = TypeVar("T")
 Flat = Annotated[RunConfig, tyro.conf.arg(name="")]
+FlatGrid = Annotated[GridLearning, tyro.conf.arg(name="")]
 
 
 @dataclass(frozen=True)
@@ -205,6 +207,44 @@ class FaultsOptions:
     """Processes in the simulator; 0 takes one per core."""
     config: str = ""
     """TOML file with any of the settings below (a run.toml too); flags win over it."""
+
+
+@dataclass(frozen=True)
+class ExploreOptions:
+    """Learn to find the goal of a grid world with an ambiguous sensor, and see how near that comes to the optimum.
+
+    Prints, for each run, the mean number of steps in its last 100 trials, and beside it what is possible at all: the
+    optimum with full information and the belief-state optimum.
+    """
+
+    map: str = "1"
+    """1, 2 or twin: the scenarios; eight regions such as ABC/C.E/BDF; or a text file with rows of letters, # for a
+    wall and a dot for the goal."""
+    size: int = 7
+    """Length of a side in cells, odd; a text file has its own."""
+    state: str = "symbols"
+    """symbols: a state is a symbol; last-2, last-3: the last symbols; or an automaton file (.json)."""
+    learning: FlatGrid = field(default_factory=GridLearning)
+    trials: int = TRIALS
+    """Trials of each run."""
+    seeds: int = 3
+    """Number of independent runs."""
+    seed: int = 0
+    """Seed of the first; the others follow."""
+    out: str = ""
+    """Folder for every trial, the policies, summary and learning curve; it must not be there yet, or be empty."""
+    figure: str = ""
+    """Instead: draw the paper's figure 3, both scenarios with symbols and with an automaton; a file, .svg or .png."""
+    automaton1: str = ""
+    """Automaton file for scenario 1 of the figure; without one it is inferred from random walks."""
+    automaton2: str = ""
+    """The same for scenario 2."""
+    strings: str = ""
+    """Instead: write the symbols of random walks to this file, one walk a line."""
+    walks: int = 1000
+    """Number of random walks, for --strings and for inference."""
+    longest: int = 30
+    """Walks with more steps are left out."""
 
 
 def parse(kind: type[T], command: str, arguments: Sequence[str]) -> T:

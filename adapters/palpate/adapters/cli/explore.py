@@ -1,0 +1,163 @@
+"""``palpate explore``."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Final
+
+from tqdm import tqdm
+
+from palpate.adapters.cli.options import ExploreOptions
+from palpate.adapters.grid.figure import Panel, learning_figure
+from palpate.adapters.grid.learning import LearningRun, StateMaker, learn
+from palpate.adapters.grid.report import Score, score_table, summary, trials_csv
+from palpate.adapters.grid.states import Named, inferred
+from palpate.adapters.grid.worlds import bounds_of, grid_named
+from palpate.adapters.log.placing import new_file, new_folder, require_free_folder, require_no_file
+from palpate.core.automata.strings_file import write_strings
+from palpate.core.checks import require_whole
+from palpate.core.errors import ConfigurationError, UsageError
+from palpate.core.perception import stage_to_dict
+from palpate.core.policy import document_of
+from palpate.simulation.grid.maps import GridMap
+from palpate.simulation.grid.strings import walk_strings
+
+_PICTURES: Final = ("svg", "png")
+
+
+def explore(options: ExploreOptions) -> int:
+    """Learn in a grid world, draw the paper's figure, or write down random walks; returns the exit code."""
+    require_whole("trials", options.trials, 1, 1_000_000)
+    require_whole("seeds", options.seeds, 1, 100_000)
+    require_whole("seed", options.seed, 0, 2**32 - 1)
+    if sum(map(bool, (options.figure, options.strings, options.out))) > 1:
+        raise UsageError("palpate explore does one of --figure, --strings and --out at a time")
+    if options.strings:
+        return _strings(options, Path(options.strings))
+    if options.figure:
+        return _figure(options, Path(options.figure))
+    return _learn(options)
+
+
+def _learn(options: ExploreOptions) -> int:
+    grid, make = grid_named(options.map, options.size), Named(options.state)
+    make(grid)
+    if options.out:
+        require_free_folder(Path(options.out))
+    runs = _runs(options, grid, make)
+    if not runs:
+        return 130
+    bounds = bounds_of(grid, options.learning.step_limit)
+    scores = [Score.of(grid, run, options.learning.step_limit) for run in runs]
+    head = f"{_map_name(options)}, {len(grid.cells)} cells; states: {options.state}, {len(runs[0].identifier.states)}; "
+    head += f"{options.learning.learner}, {options.trials} trials\n\n"
+    text = head + score_table(scores, bounds, options.trials)
+    sys.stdout.write(text)
+    if options.out:
+        with new_folder(Path(options.out)) as folder:
+            _write(folder, options, grid, runs, text, summary(scores, bounds))
+        sys.stdout.write(f"saved in {options.out}\n")
+    return 0 if len(runs) == options.seeds else 130
+
+
+def _runs(options: ExploreOptions, grid: GridMap, make: StateMaker) -> list[LearningRun]:
+    """The runs; after Ctrl-C those that were finished."""
+    runs: list[LearningRun] = []
+    seeds = range(options.seed, options.seed + options.seeds)
+    with tqdm(total=len(seeds) * options.trials, unit="trial", file=sys.stderr, dynamic_ncols=True) as bar:
+        try:
+            for seed in seeds:
+                runs.append(learn(grid, make, options.learning, seed, options.trials, lambda walk: bar.update()))
+        except KeyboardInterrupt:
+            sys.stderr.write(f"\npalpate: ended early, after {len(runs)} of {len(seeds)} runs\n")
+    return runs
+
+
+def _write(
+    folder: Path,
+    options: ExploreOptions,
+    grid: GridMap,
+    runs: Sequence[LearningRun],
+    text: str,
+    figures: dict[str, Any],
+) -> None:
+    from palpate.adapters.provenance import made_with
+
+    learning = {name: getattr(options.learning, name) for name in options.learning.__dataclass_fields__}
+    settings = {"map": list(grid.rows), "state": options.state, "trials": options.trials, "learning": learning}
+    for run in runs:
+        perception = {"grid": list(grid.rows), "identifier": stage_to_dict(run.identifier)}
+        document = document_of(run.learner, created_with=made_with(), perception=perception)
+        document.save(folder / f"policy-{run.seed}.json")
+    curves = Panel(
+        f"{_map_name(options)}, {options.state}", _curves(runs), bounds_of(grid, options.learning.step_limit)
+    )
+    (folder / "trials.csv").write_text(trials_csv(grid, runs), encoding="utf-8", newline="\n")
+    (folder / "table.txt").write_text(text, encoding="utf-8", newline="\n")
+    (folder / "learning_curve.png").write_bytes(learning_figure([[curves]], "png"))
+    whole = {"settings": settings, "made_with": made_with(), **figures}
+    (folder / "summary.json").write_text(
+        json.dumps(whole, indent=1, ensure_ascii=False) + "\n", encoding="utf-8", newline="\n"
+    )
+
+
+def _figure(options: ExploreOptions, path: Path) -> int:
+    kind = path.suffix.removeprefix(".")
+    if kind not in _PICTURES:
+        raise ConfigurationError("figure", options.figure, f"a file name that ends in .{' or .'.join(_PICTURES)}")
+    require_no_file(path)
+    grids = [grid_named(name, options.size) for name in ("1", "2")]
+    makers: list[StateMaker | None] = [
+        Named(file) if file else None for file in (options.automaton1, options.automaton2)
+    ]
+    for grid, make in zip(grids, makers, strict=True):
+        if make is not None:
+            make(grid)
+    panels: list[list[Panel]] = []
+    for number, (grid, make) in enumerate(zip(grids, makers, strict=True), 1):
+        if make is None:
+            sys.stderr.write(f"scenario {number}: inferring an automaton from {options.walks} random walks\n")
+            make = inferred(grid, options.seed, options.walks, options.longest)
+        row = []
+        for name, maker in (("symbols only", Named()), ("automaton", make)):
+            panel = _panel(options, grid, maker, f"scenario {number}, {name}")
+            if panel is None:
+                return 130
+            row.append(panel)
+        panels.append(row)
+    with new_file(path) as file:
+        file.write_bytes(learning_figure(panels, kind))
+    sys.stdout.write(f"\nsaved as {path}\n")
+    return 0
+
+
+def _panel(options: ExploreOptions, grid: GridMap, make: StateMaker, title: str) -> Panel | None:
+    """A panel, of which the table is printed too; None after Ctrl-C."""
+    runs = _runs(options, grid, make)
+    if len(runs) < options.seeds:
+        return None
+    title += f" ({len(runs[0].identifier.states)} states)"
+    bounds = bounds_of(grid, options.learning.step_limit)
+    scores = [Score.of(grid, run, options.learning.step_limit) for run in runs]
+    sys.stdout.write(f"\n{title}\n{score_table(scores, bounds, options.trials)}")
+    return Panel(title, _curves(runs), bounds)
+
+
+def _strings(options: ExploreOptions, path: Path) -> int:
+    require_no_file(path)
+    strings = walk_strings(grid_named(options.map, options.size), options.walks, options.seed, options.longest)
+    with new_file(path) as file:
+        write_strings(strings, file)
+    sys.stdout.write(f"{len(strings.words)} walks, {strings.symbols} symbols, saved as {path}\n")
+    return 0
+
+
+def _curves(runs: Sequence[LearningRun]) -> tuple[tuple[int, ...], ...]:
+    return tuple(tuple(run.steps) for run in runs)
+
+
+def _map_name(options: ExploreOptions) -> str:
+    return f"map {options.map}"

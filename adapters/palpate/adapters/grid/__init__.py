@@ -1,0 +1,1 @@
+"""Learning in grid worlds: runs over seeds, their tables, files and pictures."""

@@ -1,0 +1,146 @@
+"""Learning in ambiguous grid worlds, over many seeds, held against what is possible at all.
+
+    python benchmarks/grid.py --seeds 30 --jobs 2 --out runs/grid
+
+A line for each kind of state and learner on each map: mean and median over seeds of the mean number of steps in the
+last 100 of 1500 trials, with bootstrap intervals (95 %), and the exact cost of the greedy policy that was learned.
+Then, for symbols only, the best action of each symbol over seeds. The seeds are 100, 101, ...: none of them was used
+while settings were chosen (those were 0, 1 and 2). Equal seeds give equal tables, whatever the number of processes.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import json
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+from multiprocessing import Pool
+from pathlib import Path
+
+import numpy as np
+
+from palpate.adapters.grid.learning import GridLearning, learn
+from palpate.adapters.grid.report import Score, mean_interval
+from palpate.adapters.grid.states import Named
+from palpate.adapters.grid.worlds import bounds_of, grid_named
+from palpate.adapters.statistics import bootstrap_interval
+from palpate.simulation.grid.memoryless import best_fixed_actions
+
+FIRST_SEED = 100
+MAPS = ("1", "2", "twin")
+
+
+@dataclass(frozen=True)
+class Contender:
+    """A kind of state and a learner, with the settings that were best on seeds 0 to 2."""
+
+    name: str
+    state: str
+    learning: GridLearning
+
+
+CONTENDERS = (
+    Contender("symbols, Q-learning", "symbols", GridLearning()),
+    Contender("symbols, Sarsa(lambda)", "symbols", GridLearning(learner="sarsa")),
+    Contender("last 2, Q-learning", "last-2", GridLearning()),
+    Contender("last 3, Q-learning", "last-3", GridLearning()),
+)
+
+
+@dataclass(frozen=True)
+class Result:
+    score: Score
+    best: tuple[int, ...]
+    """Best action of each state."""
+
+
+def run(job: tuple[str, int, Contender, int, int]) -> Result:
+    name, size, contender, seed, trials = job
+    grid = grid_named(name, size)
+    done = learn(grid, Named(contender.state), contender.learning, seed, trials)
+    best = tuple(values.index(max(values)) for values in done.learner.q)
+    return Result(Score.of(grid, done, contender.learning.step_limit), best)
+
+
+def line(scores: list[Score]) -> dict[str, object]:
+    last = [score.last for score in scores]
+    return {
+        "mean": round(float(np.mean(last)), 3),
+        "mean_95": [round(v, 3) for v in mean_interval(last)],
+        "median": round(float(np.median(last)), 3),
+        "median_95": [round(v, 3) for v in bootstrap_interval(last, 0.5)],
+        "min_max": [min(last), max(last)],
+        "first_100": round(float(np.mean([score.first for score in scores])), 2),
+        "goal_reached": round(float(np.mean([score.reached for score in scores])), 4),
+        "greedy_exact": round(float(np.mean([score.greedy for score in scores])), 2),
+    }
+
+
+def best_actions(symbols: tuple[str, ...], readings: tuple[int, ...], results: list[Result]) -> Iterator[str]:
+    """How often the seeds agree on the best action of a symbol."""
+    from palpate.core.policy.actions import COMPASS_NAMES
+
+    for state, symbol in enumerate(symbols):
+        counts = Counter(COMPASS_NAMES[result.best[state]] for result in results).most_common(3)
+        shown = ", ".join(f"{action} {count / len(results):.0%}" for action, count in counts)
+        yield f"  {symbol} ({readings.count(state)} cells): {shown}"
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--maps", nargs="+", default=list(MAPS))
+    parser.add_argument("--size", type=int, default=7)
+    parser.add_argument("--seeds", type=int, default=30)
+    parser.add_argument("--first-seed", type=int, default=FIRST_SEED)
+    parser.add_argument("--trials", type=int, default=1500)
+    parser.add_argument("--jobs", type=int, default=1)
+    parser.add_argument("--out", type=Path, help="folder for grid.json and grid.csv")
+    options = parser.parse_args()
+    seeds = range(options.first_seed, options.first_seed + options.seeds)
+    tables: dict[str, object] = {}
+    rows: list[list[object]] = []
+    with Pool(options.jobs) as pool:
+        for name in options.maps:
+            grid = grid_named(name, options.size)
+            bounds, fixed = bounds_of(grid), best_fixed_actions(grid)
+            print(
+                f"map {name}, {options.size} x {options.size}, seeds {seeds[0]} to {seeds[-1]}, {options.trials} trials"
+            )
+            table: dict[str, object] = {
+                "full_information": bounds.full,
+                "belief_optimum": bounds.belief,
+                "random_walk": bounds.random_walk,
+                "best_fixed_actions": fixed.limited_steps,
+            }
+            for key, value in table.items():
+                print(f"  {key.replace('_', ' '):24s} {value:8.2f}  (exact)")
+            agreement = []
+            for contender in CONTENDERS:
+                jobs = [(name, options.size, contender, seed, options.trials) for seed in seeds]
+                results = list(pool.imap(run, jobs))
+                done = line([result.score for result in results])
+                table[contender.name] = done
+                rows += [[name, contender.name, r.score.seed, r.score.last, r.score.greedy] for r in results]
+                print(
+                    f"  {contender.name:24s} {done['mean']:8.2f} {done['mean_95']}, median {done['median']} "
+                    f"{done['median_95']}, greedy {done['greedy_exact']}, goal {done['goal_reached']:.1%}",
+                    flush=True,
+                )
+                if contender.state == "symbols":
+                    agreement += [f" best actions, {contender.name}:"]
+                    agreement += best_actions(grid.symbols, grid.readings, results)
+            tables[name] = table
+            print("\n".join(agreement) + "\n", flush=True)
+    if options.out:
+        options.out.mkdir(parents=True, exist_ok=True)
+        (options.out / "grid.json").write_text(json.dumps(tables, indent=1) + "\n")
+        with (options.out / "grid.csv").open("w", newline="") as stream:
+            writer = csv.writer(stream, lineterminator="\n")
+            writer.writerow(["map", "contender", "seed", "last_100", "greedy_exact"])
+            writer.writerows(rows)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,165 @@
+"""``palpate explore``: learning in a grid world, the figure, the strings; and what it refuses."""
+
+from __future__ import annotations
+
+import csv
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from palpate.adapters.cli import explore
+from palpate.adapters.cli.main import main
+from palpate.adapters.grid.learning import LearningRun
+from palpate.core.automata.document import save
+from palpate.core.automata.machine import Kind, Machine
+from palpate.core.automata.strings_file import read_strings
+from palpate.core.policy import PolicyDocument, policy_from
+from palpate.simulation.grid.maps import grid_actions
+from tests.integration.command_line import files_in, palpate, refused_here, succeed
+
+QUICK = ("--trials", 30, "--seeds", 2)
+SYMBOLS = ("A", "B", "C", "D", "E", "F")
+
+
+def last_symbol(folder: Path, symbols: tuple[str, ...] = SYMBOLS) -> Path:
+    """An automaton file whose states are the symbols."""
+    row = tuple(range(len(symbols)))
+    path = folder / f"last-{len(symbols)}.json"
+    save(Machine(Kind.MOORE, symbols, (row,) * len(symbols), symbols, labels=symbols), path)
+    return path
+
+
+def test_a_run_prints_what_is_possible_and_leaves_everything(tmp_path: Path) -> None:
+    out = tmp_path / "deep" / "out"
+    done = palpate("explore", "--map", 2, "--state", "last-2", *QUICK, "--seed", 5, "--out", out)
+    assert done.returncode == 0, done.stderr
+    assert "60/60" in done.stderr
+    for fact in ("full information      2.33", "belief-state optimum  3.21", "random walk           48.27"):
+        assert fact in done.stdout
+    assert sorted(path.name for path in out.iterdir()) == [
+        "learning_curve.png", "policy-5.json", "policy-6.json", "summary.json", "table.txt", "trials.csv",
+    ]  # fmt: skip
+    assert (out / "table.txt").read_text() in done.stdout
+    with (out / "trials.csv").open(newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    assert [(row["seed"], row["trial"]) for row in rows] == [(str(s), str(t)) for s in (5, 6) for t in range(30)]
+    figures = json.loads((out / "summary.json").read_text())
+    assert figures["mean_last"] == pytest.approx(sum(int(row["steps"]) for row in rows) / 60, abs=1e-3)
+    assert figures["belief_optimum"] == 3.2083
+    assert figures["settings"]["learning"]["learner"] == "q"
+    document = PolicyDocument.load(out / "policy-5.json")
+    assert len(document.states) == 20
+    policy_from(document, document.states, grid_actions())
+    assert "20 states, 8 actions; q-learning, 30 trials learned" in succeed("show", out / "policy-5.json")
+
+
+def test_equal_calls_leave_equal_bytes(tmp_path: Path) -> None:
+    words = ("explore", "--learner", "sarsa", *QUICK)
+    for name in ("a", "b"):
+        succeed(*words, "--out", tmp_path / name)
+    assert files_in(tmp_path / "a") == files_in(tmp_path / "b")
+
+
+def test_an_automaton_of_the_last_symbol_learns_what_symbols_do(tmp_path: Path) -> None:
+    by_symbol = succeed("explore", *QUICK)
+    by_automaton = succeed("explore", "--state", last_symbol(tmp_path), *QUICK)
+    assert re.findall(r"^ .*%.*$", by_symbol, re.M)
+    assert by_symbol.splitlines()[2:5] == by_automaton.splitlines()[2:5]
+
+
+def test_a_map_from_a_file(tmp_path: Path) -> None:
+    (tmp_path / "map.txt").write_text("ABC.\n")
+    printed = succeed("explore", "--map", "map.txt", "--trials", 200, "--seeds", 1, cwd=tmp_path)
+    assert "full information      2.00" in printed
+    assert "map map.txt, 3 cells" in printed
+
+
+@pytest.mark.parametrize(("name", "head"), [("figure.svg", b"<?xml"), ("figure.png", b"\x89PNG")])
+def test_the_figure_of_the_paper(tmp_path: Path, name: str, head: bytes) -> None:
+    files = ("--automaton1", last_symbol(tmp_path), "--automaton2", last_symbol(tmp_path, ("A", "B", "C", "D")))
+    printed = succeed("explore", "--figure", tmp_path / name, *files, *QUICK)
+    assert (tmp_path / name).read_bytes().startswith(head)
+    for title in ("scenario 1, symbols only (6 states)", "scenario 2, automaton (5 states)"):
+        assert title in printed
+    assert printed.count("belief-state optimum") == 4
+
+
+def test_walks_for_inference(tmp_path: Path) -> None:
+    succeed("explore", "--map", 2, "--strings", "walks.txt", "--walks", 50, "--longest", 20, cwd=tmp_path)
+    strings = read_strings(tmp_path / "walks.txt")
+    assert (len(strings.words), strings.alphabet) == (50, ("A", "B", "C", "D"))
+    assert max(map(len, strings.words)) <= 20
+
+
+@pytest.fixture
+def desk(tmp_path: Path) -> Path:
+    """A folder with things that are in the way."""
+    (tmp_path / "full").mkdir()
+    (tmp_path / "full" / "thing").write_text("")
+    (tmp_path / "there.svg").write_text("")
+    (tmp_path / "bad.json").write_text("{}")
+    (tmp_path / "bad.txt").write_text("AB\nA.B\n")
+    last_symbol(tmp_path, ("A", "B", "Z"))
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    ("words", "named", "accepted"),
+    [
+        ("--map 3", "map = '3'", "one of 1, 2, twin"),
+        ("--map bad.txt", "grid.map", "2 cells, as in the first row"),
+        ("--size 6", "grid.size = 6", "odd"),
+        ("--state magic", "state = 'magic'", "symbols, last-2, last-3"),
+        ("--state bad.json", "state = 'bad.json'", "palpate.automaton/1"),
+        ("--state last-3.json", "state = 'last-3.json'", "all symbols of the machine"),
+        ("--state missing.json", "state = 'missing.json'", "a readable file"),
+        ("--learner r-max", "learner = 'r-max'", "one of q, sarsa"),
+        ("--alpha 2", "alpha = 2.0", "at most 1"),
+        ("--trials 0", "trials = 0", "from 1 to"),
+        ("--seeds 0", "seeds = 0", "from 1 to"),
+        ("--seed -1", "seed = -1", "from 0 to"),
+        ("--step-limit 0", "step_limit = 0", "from 1 to"),
+        ("--out full", "full", "a new or an empty folder"),
+        ("--out bad.txt", "bad.txt", "another folder"),
+        ("--figure there.svg", "there.svg", "is never overwritten"),
+        ("--figure out.pdf", "figure = 'out.pdf'", ".svg or .png"),
+        ("--figure out.svg --automaton1 last-3.json", "state = 'last-3.json'", "all symbols of the machine"),
+        ("--strings bad.txt", "bad.txt", "is never overwritten"),
+        ("--strings new.txt --walks 0", "walks = 0", "from 1 to"),
+        ("--strings new.txt --longest 0", "longest = 0", "from 1 to"),
+        ("--strings new.txt --out new", "--figure, --strings and --out", "one of"),
+    ],
+)
+def test_what_cannot_be_used_is_named_in_one_line(
+    desk: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    words: str,
+    named: str,
+    accepted: str,
+) -> None:
+    monkeypatch.chdir(desk)
+    line = refused_here(f"explore {words}", desk, capsys)
+    assert named in line
+    assert accepted in line
+
+
+@pytest.mark.parametrize(("at", "code", "lines"), [(1, 130, 0), (2, 130, 21), (9, 0, 61)])
+def test_ctrl_c_keeps_the_runs_that_were_finished(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, at: int, code: int, lines: int
+) -> None:
+    original, calls = explore.learn, []
+
+    def interrupted(*arguments: Any) -> LearningRun:
+        calls.append(arguments)
+        if len(calls) == at:
+            raise KeyboardInterrupt
+        return original(*arguments)
+
+    monkeypatch.setattr(explore, "learn", interrupted)
+    assert main(["explore", "--trials", "20", "--out", str(tmp_path / "out")]) == code
+    trials = tmp_path / "out" / "trials.csv"
+    assert (len(trials.read_text().splitlines()) if trials.exists() else 0) == lines
