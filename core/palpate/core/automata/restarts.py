@@ -7,7 +7,7 @@ takes hardly longer than one, so that a network of a batch costs about a fortiet
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -16,6 +16,9 @@ from palpate.core.automata.prefix_tree import UNLABELLED, PrefixTree
 
 if TYPE_CHECKING:
     from torch import Generator, Tensor
+
+_AT_ONCE: Final = 2048
+"""Nodes whose outputs are computed at once: all outputs of some ten thousand nodes would not fit in the cache."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,8 +147,8 @@ class Task:
 
         self.reading, self.levels = reading, levels_of(tree)
         if reading is Reading.PREDICTION:
-            self._counts = torch.from_numpy(tree.counts.T / tree.counts.sum()).to(torch.float32)
-            self._passes = self._counts.sum(0)
+            counts = torch.from_numpy(tree.counts.T / tree.counts.sum()).to(torch.float32)
+            self._counts = torch.split(counts, _AT_ONCE, 1)
             return
         nodes = np.flatnonzero(tree.labels != UNLABELLED)
         ends = tree.counts[nodes, -1]
@@ -161,9 +164,12 @@ class Task:
         import torch
 
         if self.reading is Reading.PREDICTION:
-            drives = restarts.readings(hidden)
-            chosen = torch.tensordot(drives, self._counts, dims=([1, 2], [0, 1]))
-            return torch.mv(drives.logsumexp(1), self._passes) - chosen, None
+            losses = torch.zeros(restarts.count)
+            for states, counts in zip(torch.split(hidden, _AT_ONCE, 2), self._counts, strict=True):
+                drives = restarts.readings(states)
+                chosen = torch.tensordot(drives, counts, dims=([1, 2], [0, 1]))
+                losses = losses + torch.mv(drives.logsumexp(1), counts.sum(0)) - chosen
+            return losses, None
         drives = restarts.readings(hidden.index_select(2, self._nodes))[:, 0]
         entropies = torch.nn.functional.binary_cross_entropy_with_logits(
             drives, self._labels.expand_as(drives), reduction="none"
