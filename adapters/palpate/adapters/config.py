@@ -44,7 +44,7 @@ class PerceptionConfig:
     fit_trials: int = 10
     """Random-walk trials whose samples fit pca, som, clusters and the bounds of random."""
     memory: str = "none"
-    """none: a state is a symbol; last-2, last-3: the last symbols."""
+    """none: a state is a symbol; last-2, last-3: the last symbols; an automaton file (.json): its states."""
 
     def __post_init__(self) -> None:
         name = "perception."

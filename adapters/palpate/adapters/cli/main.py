@@ -17,6 +17,8 @@ commands:
   compare        table of hand-written strategies and trained policies on the same trials
   show           print what a policy file knows
   explore        learn in a grid world with an ambiguous sensor, and hold it against the optimum
+  infer          an automaton from symbol strings, or from what recorded trials felt
+  automaton      show, compare or minimise automata
   replay         feed recorded trials back through the core; every command and decision must be equal
   log            look at recorded trials: info, plot, export, recover
   check-adapter  try the contract of a port on an adapter of your own
@@ -42,6 +44,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "compare": _compare,
         "show": _show,
         "explore": _explore,
+        "infer": _infer,
+        "automaton": _automaton,
         "replay": _replay,
         "log": _log,
         "check-adapter": _check_adapter,
@@ -123,6 +127,22 @@ def _explore(words: Sequence[str]) -> int:
     from palpate.adapters.cli.explore import explore
 
     return explore(options)
+
+
+def _infer(words: Sequence[str]) -> int:
+    from palpate.adapters.cli.automaton_options import InferOptions
+    from palpate.adapters.cli.options import parse
+
+    options = parse(InferOptions, "infer", words)
+    from palpate.adapters.cli.infer import infer_command
+
+    return infer_command(options)
+
+
+def _automaton(words: Sequence[str]) -> int:
+    from palpate.adapters.cli.automaton import automaton
+
+    return automaton(words)
 
 
 def _replay(words: Sequence[str]) -> int:

@@ -1,0 +1,156 @@
+"""``palpate automaton``: look at automata, hold them against each other, make them small."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Final
+
+from palpate.adapters.automaton_picture import machine_picture
+from palpate.adapters.cli.automaton_options import CompareAutomataOptions, MinimiseOptions, ShowAutomatonOptions
+from palpate.adapters.cli.options import parse
+from palpate.adapters.log.placing import new_file, require_no_file
+from palpate.core.automata.compare import difference
+from palpate.core.automata.document import load, to_json_text
+from palpate.core.automata.dot import from_dot_text, to_dot_text
+from palpate.core.automata.machine import Kind, Machine
+from palpate.core.automata.minimise import minimised
+from palpate.core.automata.texts import shown_output
+from palpate.core.errors import ConfigurationError, UsageError
+
+_HELP: Final = """usage: palpate automaton COMMAND [OPTIONS]
+
+Work with automata in files (.json, or .dot as palpate writes it).
+
+commands:
+  show      print one; or write it as DOT, or draw it
+  compare   do two answer every word alike? if not, the shortest word that tells
+  minimise  write the smallest one that answers every word alike
+
+palpate automaton COMMAND --help tells the options of each. palpate infer makes automata from strings.
+"""
+
+
+def automaton(words: Sequence[str]) -> int:
+    """Run a subcommand of ``palpate automaton``.
+
+    Returns:
+        0: done, or the two are equal; 1: they differ.
+
+    Raises:
+        UsageError: There is no such command.
+        ConfigurationError: A file cannot be used.
+        OutputError: Something is in the way of the result.
+    """
+    commands: dict[str, Callable[[Sequence[str]], int]] = {"show": _show, "compare": _compare, "minimise": _minimise}
+    if not words or words[0] in ("-h", "--help"):
+        sys.stdout.write(_HELP)
+        return 0
+    if words[0] not in commands:
+        raise UsageError(f"{words[0]} is no command of palpate automaton; there are {', '.join(commands)}")
+    return commands[words[0]](words[1:])
+
+
+def _show(words: Sequence[str]) -> int:
+    options = parse(ShowAutomatonOptions, "automaton show", words)
+    machine = read_automaton(options.file)
+    if options.out:
+        write_automaton(machine, Path(options.out))
+        sys.stdout.write(f"{_size(machine)}; saved in {options.out}\n")
+    else:
+        sys.stdout.write(described(machine))
+    return 0
+
+
+def _compare(words: Sequence[str]) -> int:
+    options = parse(CompareAutomataOptions, "automaton compare", words)
+    one, other = read_automaton(options.one), read_automaton(options.other)
+    if options.complete:
+        for machine in (one, other):
+            if machine.kind is not Kind.DFA:
+                raise ConfigurationError("complete", machine.kind.value, "an acceptor (dfa): only those accept words")
+        one, other = one.completed(False), other.completed(False)
+    found = difference(one, other)
+    if found is None:
+        sys.stdout.write(f"they answer every word alike ({_size(one)}; {_size(other)})\n")
+        return 0
+    sys.stdout.write(f"they differ, first in {found}\n")
+    return 1
+
+
+def _minimise(words: Sequence[str]) -> int:
+    options = parse(MinimiseOptions, "automaton minimise", words)
+    machine = read_automaton(options.file)
+    source = Path(options.file)
+    out = Path(options.out) if options.out else source.with_name(f"{source.stem}.minimal.json")
+    small = minimised(machine)
+    write_automaton(small, out)
+    sys.stdout.write(f"{_size(machine)} before, {_size(small)} now; saved in {out}\n")
+    return 0
+
+
+def read_automaton(path: str) -> Machine:
+    """Read an automaton by the ending of its file's name.
+
+    Raises:
+        ConfigurationError: It is none.
+    """
+    if not path.endswith(".dot"):
+        return load(path)
+    try:
+        return from_dot_text(Path(path).read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigurationError("automaton", path, f"a readable file in UTF-8 ({error})") from error
+    except ConfigurationError as error:
+        raise ConfigurationError(f"{path}: {error.field}", error.value, error.accepted) from error
+
+
+def write_automaton(machine: Machine, path: Path) -> None:
+    """Write an automaton, or draw it, by the ending of the file's name.
+
+    Raises:
+        ConfigurationError: The ending says nothing.
+        OutputError: Something is in the way.
+    """
+    makers: dict[str, Callable[[], bytes]] = {
+        ".json": lambda: to_json_text(machine).encode(),
+        ".dot": lambda: to_dot_text(machine).encode(),
+        ".svg": lambda: machine_picture(machine, path.stem, "svg"),
+        ".png": lambda: machine_picture(machine, path.stem, "png"),
+    }
+    if path.suffix not in makers:
+        raise ConfigurationError("out", str(path), f"a name that ends in one of {', '.join(makers)}")
+    require_no_file(path)
+    content = makers[path.suffix]()
+    with new_file(path) as passing:
+        passing.write_bytes(content)
+
+
+def described(machine: Machine) -> str:
+    """A table of states: output, and where each symbol leads."""
+    names = machine.names
+    head = ["state", *([] if machine.kind is Kind.MEALY else ["output"]), *machine.alphabet]
+    rows = [head]
+    for state, row in enumerate(machine.transitions):
+        name = f"{names[state]} (start)" if state == machine.start else names[state]
+        said = [] if machine.kind is Kind.MEALY else [shown_output(machine.state_outputs[state])]
+        rows.append([name, *said, *(_edge(machine, state, symbol, target) for symbol, target in enumerate(row))])
+    widths = [max(len(row[column]) for row in rows) for column in range(len(head))]
+    lines = ("  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows)
+    return f"{_size(machine)}\n\n" + "".join(f"{line}\n" for line in lines)
+
+
+def _edge(machine: Machine, state: int, symbol: int, target: int | None) -> str:
+    if target is None:
+        return "-"
+    name = machine.names[target]
+    if machine.kind is not Kind.MEALY:
+        return name
+    output = machine.edge_outputs[state][symbol]
+    return name if output is None else f"{name} / {shown_output(output)}"
+
+
+def _size(machine: Machine) -> str:
+    states, known = len(machine.transitions), "" if machine.complete else ", incomplete"
+    return f"{machine.kind.value}, {states} state{'s' * (states != 1)}, {len(machine.alphabet)} symbols{known}"

@@ -1,0 +1,66 @@
+"""Command-line options of ``palpate infer`` and ``palpate automaton``."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Annotated
+
+import tyro
+
+from palpate.core.automata.infer import InferenceSettings
+
+Flat = Annotated[InferenceSettings, tyro.conf.arg(name="")]
+Words = Annotated[tuple[str, ...], tyro.conf.Positional]
+Word = Annotated[str, tyro.conf.Positional]
+
+
+@dataclass(frozen=True)
+class InferOptions:
+    """Infer an automaton from symbol strings, with an Elman network and dynamic state partitioning.
+
+    Strings are a text file with one string a line (palpate explore --strings writes such), or logs of insertion trials,
+    or folders with logs: there, each trial that ended in the hole is a string. Strings with labels give an acceptor,
+    others a machine that says what may come next.
+    """
+
+    files: Words = ()
+    """A text file; or logs, and folders with logs."""
+    out: str = ""
+    """Folder for automaton, network, report and pictures; it must not be there yet, or be empty."""
+    held_out_file: str = ""
+    """Text file with strings to hold out from training; without one a share is held out."""
+    keep_all: bool = False
+    """Keep transitions that no training string takes; by default a follower of the automaton is lost there."""
+    settings: Flat = field(default_factory=InferenceSettings)
+
+
+@dataclass(frozen=True)
+class ShowAutomatonOptions:
+    """Print an automaton; or write it as DOT, or draw it."""
+
+    file: Word
+    """The automaton, .json or .dot."""
+    out: str = ""
+    """Write it here instead, by the ending: .dot, .svg, .png or .json; a file that is not there yet."""
+
+
+@dataclass(frozen=True)
+class CompareAutomataOptions:
+    """Do two automata answer every word alike? Exit code 0 if they do; 1, and the shortest word that tells, if not."""
+
+    one: Word
+    """An automaton, .json or .dot."""
+    other: Word
+    """Another one of the same kind over the same symbols."""
+    complete: bool = False
+    """Take what an acceptor does not know for not accepted."""
+
+
+@dataclass(frozen=True)
+class MinimiseOptions:
+    """Write the smallest automaton that answers every word alike."""
+
+    file: Word
+    """The automaton, .json or .dot."""
+    out: str = ""
+    """Where: .json or .dot, a file that is not there yet; beside it as NAME.minimal.json if not given."""

@@ -1,0 +1,107 @@
+"""``palpate infer``."""
+
+from __future__ import annotations
+
+import json
+import sys
+from contextlib import ExitStack
+from dataclasses import replace
+from pathlib import Path
+
+from tqdm import tqdm
+
+from palpate.adapters.automaton_picture import machine_picture
+from palpate.adapters.cli.automaton_options import InferOptions
+from palpate.adapters.inference_pictures import hidden_picture, training_picture
+from palpate.adapters.log.placing import new_folder, require_free_folder
+from palpate.adapters.symbol_strings import strings_from
+from palpate.core.automata.document import to_json_text
+from palpate.core.automata.dot import to_dot_text
+from palpate.core.automata.elman_file import save_network
+from palpate.core.automata.infer import Inference, infer
+from palpate.core.automata.machine import Machine
+from palpate.core.automata.strings import Strings
+from palpate.core.automata.strings_file import read_strings
+from palpate.core.automata.tracker import AutomatonState
+from palpate.core.automata.training import Progress
+from palpate.core.errors import UsageError
+
+
+def infer_command(options: InferOptions) -> int:
+    """Infer, report and save; 0, or 2 when no network became consistent with labelled strings."""
+    if not options.out:
+        raise UsageError("palpate infer needs --out, a folder for what comes of it")
+    out = Path(options.out)
+    require_free_folder(out)
+    strings = strings_from(options.files)
+    held_out = read_strings(options.held_out_file, strings.alphabet) if options.held_out_file else None
+    training = options.settings.training
+    with ExitStack() as opened:
+        bars: list[tqdm[object]] = []
+
+        def tell(point: Progress) -> None:
+            if not bars:
+                # Not before training really goes on: settings may still be refused.
+                total = training.restarts * training.steps
+                bars.append(opened.enter_context(tqdm(total=total, unit="step", desc="training", file=sys.stderr)))
+            (bar,) = bars
+            batch = min(training.batch, training.restarts - point.restart)
+            bar.update(point.restart * training.steps + batch * point.step - bar.n)
+            bar.set_postfix_str(f"lowest loss {point.best_loss:.4g}")
+
+        found = infer(strings, options.settings, held_out=held_out, progress=tell)
+    machine = found.machine if options.keep_all or strings.labelled else _taken(found.machine, strings)
+    with new_folder(out) as folder:
+        _save(found, machine, folder)
+    sys.stdout.write(
+        f"{len(strings.words)} strings, {len(strings.alphabet)} symbols\n{found.summary}\nsaved in {out}\n"
+    )
+    if found.consistent is False:
+        sys.stderr.write(
+            f"palpate: no network became consistent with all {found.strings} training strings; the best is kept in"
+            f" {out}: try more --training.restarts, more --hidden units or --order 2\n"
+        )
+        return 2
+    return 0
+
+
+def _taken(machine: Machine, strings: Strings) -> Machine:
+    """The machine without the transitions that no string takes."""
+    return replace(machine, transitions=AutomatonState.of(machine, strings).transitions)
+
+
+def _save(found: Inference, machine: Machine, folder: Path) -> None:
+    (folder / "automaton.json").write_text(to_json_text(machine), encoding="utf-8")
+    (folder / "automaton.dot").write_text(to_dot_text(machine), encoding="utf-8")
+    (folder / "automaton.svg").write_bytes(machine_picture(machine, f"q = {found.chosen.intervals}"))
+    save_network(found.network.network, folder / "network.json")
+    (folder / "report.json").write_text(json.dumps(_report(found), indent=1) + "\n", encoding="utf-8")
+    (folder / "hidden.png").write_bytes(hidden_picture(found))
+    (folder / "training.png").write_bytes(training_picture(found))
+
+
+def _report(found: Inference) -> dict[str, object]:
+    return {
+        "strings": found.strings,
+        "held_out": found.held_out,
+        "q": found.chosen.intervals,
+        "raw_states": found.chosen.raw_states,
+        "states": found.chosen.states,
+        "wrong": found.chosen.wrong,
+        "agreement": found.chosen.agreement,
+        "loss": found.chosen.loss,
+        "networks": len(found.training.networks),
+        "consistent_networks": found.training.consistent,
+        "lowest_loss": found.training.best.loss,
+        "by_q": [
+            {
+                "q": extract.intervals,
+                "raw_states": extract.raw_states,
+                "states": extract.states,
+                "wrong": extract.wrong,
+                "agreement": extract.agreement,
+                "loss": extract.loss,
+            }
+            for extract in found.extracts
+        ],
+    }
