@@ -78,7 +78,7 @@ def score_table(scores: Sequence[Score], bounds: Bounds, trials: int) -> str:
         lines.append(("mean", *_cells(*means)))
     widths = [max(len(line[column]) for line in lines) for column in range(len(lines[0]))]
     text = ["  ".join(cell.rjust(width) for cell, width in zip(line, widths, strict=True)) for line in lines]
-    belief = "not found: too many beliefs" if bounds.belief is None else f"{bounds.belief:.2f}"
+    belief = "not found: it takes too long" if bounds.belief is None else f"{bounds.belief:.2f}"
     text += [
         "",
         "what is possible, mean steps",

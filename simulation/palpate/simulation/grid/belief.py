@@ -22,30 +22,30 @@ from palpate.simulation.grid.maps import COMPASS, GridMap
 Belief: TypeAlias = tuple[tuple[int, int], ...]
 """Possible cells in rising order, each with how many of the starts have led there."""
 
-MOST_BELIEFS: Final = 100_000
-"""Beliefs that the search may look at before it gives up, after less than a minute. The maps of the paper need some
-hundreds, maps of 15 x 15 some thousands; one symbol everywhere is too much already on 5 x 5."""
+MOST_CELLS: Final = 2_000_000
+"""Cells of beliefs that the search may look at before it gives up, after less than a minute. The maps of the paper need
+some thousands, maps of 15 x 15 some tens of thousands; one symbol everywhere is too much already on 5 x 5."""
 
 
 @lru_cache(maxsize=64)
-def belief_optimum(grid: GridMap, most_beliefs: int = MOST_BELIEFS) -> Fraction:
+def belief_optimum(grid: GridMap, most_cells: int = MOST_CELLS) -> Fraction:
     """Mean steps to the goal of the best policy over all that was read and done, from a uniformly random start.
 
     Args:
         grid: The map, which that policy knows.
-        most_beliefs: Bound of the effort.
+        most_cells: Bound of the effort: cells of all beliefs that are looked at.
 
     Raises:
-        ConfigurationError: More beliefs would have to be looked at.
+        ConfigurationError: More of them would have to be looked at.
     """
-    search = _Search(grid, most_beliefs)
+    search = _Search(grid, most_cells)
     starts = search.divided(Counter(range(len(grid.cells))))
     return Fraction(sum(map(search.solve, starts)), len(grid.cells))
 
 
 class _Search:
-    def __init__(self, grid: GridMap, most_beliefs: int) -> None:
-        self._grid, self._most = grid, most_beliefs
+    def __init__(self, grid: GridMap, most_cells: int) -> None:
+        self._grid, self._left = grid, most_cells
         self._distances = grid.distances
         self._values: dict[Belief, int] = {}
         # Of each belief that was looked at: what each useful action leads to, and the steps that are spent on it.
@@ -92,8 +92,9 @@ class _Search:
         return sum(count for _, count in belief) + sum(values[part] for part in follows), follows
 
     def _expand(self, belief: Belief) -> None:
-        if len(self._outcomes) >= self._most:
-            accepted = f"a map that needs at most {self._most} beliefs; this one needs more"
+        self._left -= len(belief)
+        if self._left < 0:
+            accepted = "one of which the belief-state optimum takes less effort"
             raise ConfigurationError("grid.map", "/".join(self._grid.rows), accepted)
         self._bound(belief)
         outcomes: dict[tuple[Belief, ...], None] = {}

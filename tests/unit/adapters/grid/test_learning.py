@@ -23,6 +23,7 @@ def test_settings_become_those_of_the_learner() -> None:
         **common, temperature=schedule, trace_decay=0.4
     )
     assert GridLearning().parameters().alpha_visits is None
+    assert [GridLearning(learner=name).parameters().alpha for name in ("q", "sarsa")] == [0.2, 0.1]
 
 
 @pytest.mark.parametrize(("learner", "kind"), [("q", QLearning), ("sarsa", Sarsa)])
@@ -50,7 +51,7 @@ def test_a_shorter_run_is_the_beginning_of_a_longer_one() -> None:
     ("settings", "says"),
     [
         ({"learner": "r-max"}, "learner = 'r-max' is refused: one of q, sarsa"),
-        ({"alpha": 0.0}, "alpha = 0"),
+        ({"alpha": -0.1}, "alpha = -0.1"),
         ({"gamma": 1.1}, "gamma = 1.1"),
         ({"temperature": -1.0}, "temperature = -1"),
         ({"temperature_decay": 0.0}, "temperature_decay = 0"),

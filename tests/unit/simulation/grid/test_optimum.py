@@ -61,5 +61,5 @@ def test_places_that_walls_push_together_count_together() -> None:
 
 
 def test_a_search_that_becomes_too_long_says_so() -> None:
-    with pytest.raises(ConfigurationError, match="a map that needs at most 10 beliefs"):
-        belief_optimum(GridMap.from_regions(SCENARIO_2), most_beliefs=10)
+    with pytest.raises(ConfigurationError, match="the belief-state optimum takes less effort"):
+        belief_optimum(GridMap.from_regions(SCENARIO_2), most_cells=100)
