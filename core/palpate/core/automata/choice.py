@@ -12,7 +12,7 @@ three maps that is about where Q-learning was best too; cross-entropy alone woul
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from math import log
 from typing import Final
@@ -21,7 +21,7 @@ import numpy as np
 
 from palpate.core.automata.elman import Array, Network
 from palpate.core.automata.machine import Machine
-from palpate.core.automata.partition import LEAST_SHARE, Partition, partition
+from palpate.core.automata.partition import LEAST_SHARE, MOST_STATES, Partition, bounded_partition
 from palpate.core.automata.prefix_tree import UNLABELLED, Integers, PrefixTree
 from palpate.core.checks import require_in, require_whole
 from palpate.core.errors import ConfigurationError
@@ -38,6 +38,7 @@ class ExtractionSettings:
         fewest_intervals: Lowest q that is tried.
         most_intervals: Highest q that is tried.
         least_share: Probability above which a symbol, or the end, is among the possible successors. Prediction only.
+        most_states: A q that gives more states, before minimisation, is left out.
         centres: Let the middle of a cell stand for it, not the hidden state of the first visit.
         merge_symbols: Let minimisation merge states that different symbols lead into. Prediction only.
 
@@ -48,6 +49,7 @@ class ExtractionSettings:
     fewest_intervals: int = 2
     most_intervals: int = 20
     least_share: float = LEAST_SHARE
+    most_states: int = 500
     centres: bool = False
     merge_symbols: bool = False
 
@@ -55,15 +57,24 @@ class ExtractionSettings:
         require_whole("extraction.fewest_intervals", self.fewest_intervals, 1, 1000)
         require_whole("extraction.most_intervals", self.most_intervals, self.fewest_intervals, 1000)
         require_in("extraction.least_share", self.least_share, 0.0, 0.999)
+        require_whole("extraction.most_states", self.most_states, 1, MOST_STATES)
 
-    @property
-    def intervals(self) -> range:
-        """Each q that is tried, in order."""
-        return range(self.fewest_intervals, self.most_intervals + 1)
+    def partitions(self, network: Network) -> Iterator[Partition]:
+        """Partitions of a network by rising q.
 
-    def partition(self, network: Network, intervals: int) -> Partition:
-        """Partition with one q."""
-        return partition(network, intervals, centres=self.centres)
+        Raises:
+            ConfigurationError: At the end, if every q gives too many states.
+        """
+        fits = False
+        for intervals in range(self.fewest_intervals, self.most_intervals + 1):
+            found = bounded_partition(network, intervals, self.most_states, centres=self.centres)
+            if found is not None:
+                fits = True
+                yield found
+        if not fits:
+            raise ConfigurationError(
+                "extraction.most_states", self.most_states, "more, fewer hidden units, or a lower q"
+            )
 
     def minimal(self, cells: Partition) -> Machine:
         """The minimised automaton of a partition."""
@@ -128,18 +139,13 @@ def accepting_extract(
         ConfigurationError: No labels, or another alphabet.
     """
     network.require_alphabet(training.alphabet)
-    best: tuple[float, Partition] | None = None
-    for intervals in settings.intervals:
-        cells = settings.partition(network, intervals)
-        wrong = _wrong(cells.machine(), cells.transitions, training)
-        if best is None or wrong < best[0]:
-            best = wrong, cells
-        if not wrong:
+    judged: list[tuple[float, Partition]] = []
+    for cells in settings.partitions(network):
+        judged.append((_wrong(cells, training), cells))
+        if judged[-1][0] == 0.0:
             break
-    if best is None:
-        raise ConfigurationError("extraction.intervals", settings.intervals, "at least one q")
-    wrong, cells = best
-    agreement = None if held_out is None else 1.0 - _wrong(cells.machine(), cells.transitions, held_out)
+    wrong, cells = min(judged, key=lambda pair: pair[0])
+    agreement = None if held_out is None else 1.0 - _wrong(cells, held_out)
     return Extract(cells, settings.minimal(cells), wrong=wrong, agreement=agreement)
 
 
@@ -160,8 +166,7 @@ def predicting_extracts(
     sets = network.read(network.hidden_states(held_out)) > settings.least_share
     weights = held_out.passes / held_out.passes.sum()
     found = []
-    for intervals in settings.intervals:
-        cells = settings.partition(network, intervals)
+    for cells in settings.partitions(network):
         machine = settings.minimal(cells)
         visited = held_out.states(cells.transitions)
         same = (network.read(cells.vectors) > settings.least_share)[visited] == sets
@@ -193,12 +198,12 @@ def price_of(machine: Machine, training: PrefixTree) -> float:
     return 0.5 * len(machine.transitions) * len(machine.alphabet) * log(drawn) / drawn
 
 
-def _wrong(machine: Machine, transitions: Integers, tree: PrefixTree) -> float:
-    """Share of labelled strings that an acceptor labels wrongly."""
+def _wrong(cells: Partition, tree: PrefixTree) -> float:
+    """Share of labelled strings that the automaton of these cells labels wrongly."""
     nodes = np.flatnonzero(tree.labels != UNLABELLED)
     if not len(nodes):
         raise ConfigurationError("strings.labels", (), "labelled strings")
-    said = np.array(machine.state_outputs)[tree.states(transitions)[nodes]]
+    said = np.array(cells.machine().state_outputs)[tree.states(cells.transitions)[nodes]]
     ends = tree.counts[nodes, -1]
     return float(ends[said != (tree.labels[nodes] == 1)].sum() / ends.sum())
 

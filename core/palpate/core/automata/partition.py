@@ -18,6 +18,7 @@ from palpate.core.automata.machine import Kind, Machine
 from palpate.core.automata.minimise import minimised
 from palpate.core.automata.prefix_tree import Integers
 from palpate.core.checks import require_in, require_whole
+from palpate.core.errors import ConfigurationError
 
 LEAST_SHARE: Final = 0.02
 """Probability above which a successor is held to be possible."""
@@ -26,6 +27,7 @@ ACCEPTED_FROM: Final = 0.5
 """Probability above which a string is held to be accepted."""
 
 MOST_INTERVALS: Final = 1000
+MOST_STATES: Final = 100_000
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -102,8 +104,17 @@ def partition(network: Network, intervals: int, *, centres: bool = False) -> Par
         centres: Let the middle of each cell stand for it, not the hidden state of the first visit.
 
     Raises:
-        ConfigurationError: The number of intervals is out of range.
+        ConfigurationError: The number of intervals is out of range, or there are more than ``MOST_STATES`` cells.
     """
+    found = bounded_partition(network, intervals, MOST_STATES, centres=centres)
+    if found is None:
+        accepted = f"fewer; this gives more than {MOST_STATES} states"
+        raise ConfigurationError("automaton.intervals", intervals, accepted)
+    return found
+
+
+def bounded_partition(network: Network, intervals: int, most_states: int, *, centres: bool = False) -> Partition | None:
+    """The same, but None if there are more cells than ``most_states``; q^h may be many."""
     require_whole("automaton.intervals", intervals, 1, MOST_INTERVALS)
     low, high = RANGES[network.architecture.activation]
     width = (high - low) / intervals
@@ -120,7 +131,9 @@ def partition(network: Network, intervals: int, *, centres: bool = False) -> Par
             if key not in states:
                 states[key] = len(states)
                 fresh.append(place)
-        if transitions or vectors:
+        if len(states) > most_states:
+            return None
+        if vectors:
             numbers = np.array([states[key] for key in keys], dtype=np.int64)
             transitions.append(numbers.reshape(-1, len(network.architecture.alphabet)))
         found = low + (cells[fresh] + 0.5) * width if centres else candidates[fresh]

@@ -22,6 +22,7 @@ from tests.unit.core.automata.networks import drift, last_symbol, parity
 WORDS = ["", "1", "11", "101", "0", "0100"]
 EVEN = PrefixTree.of(Strings.of(WORDS, [word.count("1") % 2 == 0 for word in WORDS]))
 AB = PrefixTree.of(Strings.of(["ab", "ab", "abab", "b"]))
+AB_LABELLED = PrefixTree.of(Strings.of(["a", "b"], [True, False]))
 HELD = PrefixTree.of(Strings.of(["ab", "abab"]))
 
 
@@ -104,6 +105,14 @@ def test_an_automaton_that_tells_apart_what_matters_is_the_better_model() -> Non
 def test_incomplete_automata_have_no_loss() -> None:
     with pytest.raises(ConfigurationError, match="a transition for each state and symbol"):
         model_loss(Machine(Kind.MOORE, ("a", "b"), ((0, None),), (("a",),)), AB, HELD)
+
+
+def test_a_q_of_too_many_states_is_left_out() -> None:
+    # One tanh unit: three intervals give one state, four give four.
+    found = predicting_extracts(drift(), AB, ExtractionSettings(most_intervals=6, most_states=3), HELD)
+    assert [(extract.intervals, extract.raw_states) for extract in found] == [(2, 1), (3, 1)]
+    with pytest.raises(ConfigurationError, match=r"extraction\.most_states = 2 is refused: more"):
+        accepting_extract(three_steps(), AB_LABELLED, ExtractionSettings(fewest_intervals=4, most_states=2))
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from palpate.core.automata.elman import END, RANGES, Architecture, Network, Reading
 from palpate.core.automata.machine import Kind, Machine
 from palpate.core.automata.minimise import minimised
-from palpate.core.automata.partition import Partition, partition
+from palpate.core.automata.partition import Partition, bounded_partition, partition
 from palpate.core.errors import ConfigurationError
 from tests.unit.core.automata.networks import drift, last_symbol, parity
 
@@ -146,6 +146,13 @@ def test_the_threshold_decides_what_is_possible() -> None:
     for bad in (-0.1, 1.0):
         with pytest.raises(ConfigurationError, match=r"automaton\.least_share"):
             shares.machine(bad)
+
+
+def test_a_search_may_be_bounded() -> None:
+    assert bounded_partition(drift(), 4, 3) is None
+    found = bounded_partition(drift(), 4, 4)
+    assert found is not None
+    assert len(found.vectors) == 4
 
 
 @pytest.mark.parametrize("intervals", [0, 1001, 2.5])
