@@ -45,8 +45,9 @@ from palpate.adapters.rig_file import RigFile
 from palpate.adapters.timing import Limits, SlowCore, Stopwatch, ThreadAccount, table, timed, timed_parts
 from palpate.adapters.timing.lateness import LateTick
 from palpate.core.cycle import Ports, run_trial
+from palpate.core.errors import PalpateError
 from palpate.core.insertion import InsertionTask
-from palpate.core.lifecycle import ManagedDevice
+from palpate.core.lifecycle import Life, ManagedDevice
 from palpate.core.policy import RandomWalkPolicy
 from palpate.core.ports import Clock
 from palpate.core.task_config import CONTROL_RATE_HZ
@@ -159,14 +160,21 @@ def run_trials(config: RunConfig, rig: Rig, ports: Ports, phase: WatchedPhase, t
     outcomes: Counter[str] = Counter()
     trial = 0
     while not phase.over:
-        rig.prepare(trial)
-        if trial == 0:
-            # The way to the ready pose does not count.
-            phase.begin()
-        phase.starting, phase.task, phase.deadline_ns = True, task, None
-        with rt.loop():
-            report = run_trial(task, ports, trial_setup(config, trial))
-        outcomes["none" if report.outcome is None else report.outcome.value] += 1
+        try:
+            rig.prepare(trial)
+            if trial == 0:
+                # The way to the ready pose does not count.
+                phase.begin()
+            phase.starting, phase.task, phase.deadline_ns = True, task, None
+            with rt.loop():
+                report = run_trial(task, ports, trial_setup(config, trial))
+            outcomes["none" if report.outcome is None else report.outcome.value] += 1
+        except PalpateError as error:
+            # The script is the person who has looked at it.
+            outcomes[f"{error}"] += 1
+            rig.return_to_ready()
+            if rig.ports.arm.life is Life.FAULTED:
+                rig.ports.arm.acknowledge_fault()
         trial += 1
     print(f"{trial} trials: {dict(outcomes)}")
 

@@ -140,7 +140,10 @@ def _follow(ports: Ports, path: list[JointVector], first_N: Vector3, limit_N: fl
                 asked = path[min(tick, len(path)) - 1]
                 reason = arm.send(JointCommand(asked)).reason
                 if reason in (CommandReason.STOPPED, CommandReason.POSITION_LIMIT):
-                    raise DeviceError("rig", f"the arm was held back on the way to the ready pose: {reason.value}")
+                    # By then a fault that stopped it has a name.
+                    arm.stop()
+                    why = f"{reason.value}{f', {arm.fault}' if arm.fault else ''}"
+                    raise DeviceError("rig", f"the arm was held back on the way to the ready pose: {why}")
             if tick >= len(path) and seeing:
                 away = max(abs(t - q) for t, q in zip(asked, joints.position_rad, strict=True))
                 if away <= _THERE_RAD:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from contextlib import nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import dist
 from typing import Any
 
@@ -35,12 +35,14 @@ class ScoredTrial:
         success: Inserted to full depth, in the hole and not beside the plate, the true peak force below the limit;
             without a truth, what the core takes for it.
         marked: Why its timing does not count; empty for an admitted trial.
+        stopped_by: What stopped the arm besides core and supervisor; empty for nothing.
     """
 
     report: TrialReport
     truth: Truth | None
     success: bool
     marked: str = ""
+    stopped_by: str = ""
 
 
 def trial_setup(config: RunConfig, trial: int) -> TrialSetup:
@@ -80,7 +82,8 @@ def run_scored_trial(
     loop = nullcontext() if beat is None else beat.loop()
     if recorder is None:
         with loop:
-            return score(config, run_trial(task, ports, setup, supervisor), rig.truth())
+            report = run_trial(task, ports, setup, supervisor)
+        return replace(score(config, report, rig.truth()), stopped_by=rig.stopped_by())
     ports = recorder.begin(setup, ports, rig.world(), trial_name(trial - first))
     ports = ports if beat is None else beat.timed_recording(ports)
     try:
@@ -89,7 +92,7 @@ def run_scored_trial(
     except BaseException as error:
         recorder.fail(task.report, error, _rig_fields(rig, beat))
         raise
-    scored = score(config, report, rig.truth())
+    scored = replace(score(config, report, rig.truth()), stopped_by=rig.stopped_by())
     recorder.end(report, truth_fields(scored) | _rig_fields(rig, beat))
     return scored
 
@@ -149,4 +152,5 @@ def require_sound(scored: ScoredTrial) -> None:
     # A trip may fall on the tick in which the task itself ended.
     tripped = any(event.name == "trip" for event in scored.report.events)
     if tripped or scored.report.outcome in (Outcome.SENSOR_FAULT, Outcome.STOPPED):
-        raise DeviceError("rig", f"trial {scored.report.setup.index}: {scored.report.events[-1].detail}")
+        cause = f" ({scored.stopped_by})" if scored.stopped_by else ""
+        raise DeviceError("rig", f"trial {scored.report.setup.index}: {scored.report.events[-1].detail}{cause}")

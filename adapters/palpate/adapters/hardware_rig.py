@@ -108,7 +108,9 @@ class HardwareRig(Rig):
         """What stopped the arm besides core and supervisor since the last :meth:`prepare`; empty for nothing."""
         latches = (self.operator, self._watched, *(() if self._process is None else (self._process,)))
         trips = (latch.tripped for latch in latches)
-        return next((f"{trip.source}: {trip.text}" for trip in trips if trip is not None), "")
+        found = next((f"{trip.source}: {trip.text}" for trip in trips if trip is not None), "")
+        fault = self.ports.arm.fault
+        return found or (f"fault of the arm: {fault}" if fault else "")
 
     def _free(self) -> None:
         arm = self.ports.arm

@@ -46,6 +46,9 @@ class StandIn:
     def truth(self) -> Truth:
         return self._truth
 
+    def stopped_by(self) -> str:
+        return ""
+
 
 @pytest.mark.parametrize(
     ("outcome", "depth_m", "peak_N", "success"),

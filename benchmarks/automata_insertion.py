@@ -1,0 +1,123 @@
+"""The automaton in the insertion task: does the learner with memory do better than the plain one?
+
+    python -m benchmarks.automata_insertion --scenario blind --seeds 4 --trials 350
+
+For each seed: random walks in the work cell give symbol strings (those that ended in the hole and are not too long); an
+automaton is inferred from them; Q-learning then has the same trials, settings and number of trials with each memory:
+none (the 17 plain states), the last two symbols, the last three, the automaton. Seeds begin at 300. All but the torque
+rule learn; it is beside them because it needs no memory and no learning.
+"""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+import time
+from dataclasses import replace
+from multiprocessing import Pool
+from pathlib import Path
+
+import numpy as np
+
+from palpate.adapters.composition import SimulatedRig, build_perception, build_task, find_ready_pose
+from palpate.adapters.config import RunConfig, scenario
+from palpate.adapters.experiment import run_scored_trial
+from palpate.adapters.policies import comparator, learning_policy
+from palpate.adapters.statistics import bootstrap_interval
+from palpate.core.automata.document import save
+from palpate.core.automata.infer import InferenceSettings, infer
+from palpate.core.automata.strings import Strings
+from palpate.core.automata.training import TrainingSettings
+from palpate.core.policy import Policy
+
+FIRST_SEED = 300
+FIRST_WALK = 2_000_000
+MEMORIES = ("none", "last-2", "last-3", "automaton")
+LAST = 50
+
+
+def walk_strings(config: RunConfig, walks: int, longest: int) -> Strings:
+    """What random walks felt that ended in the hole."""
+    ready, perception = find_ready_pose(config), build_perception(config)
+    task = build_task(config, ready, perception, comparator("random", config, tuple))
+    words = []
+    with SimulatedRig(config, ready) as rig:
+        for trial in range(walks):
+            scored = run_scored_trial(config, rig, task, FIRST_WALK + trial)
+            word = tuple(decision.symbol for decision in scored.report.decisions)
+            if scored.success and 0 < len(word) <= longest:
+                words.append(word)
+    return Strings.of(words, alphabet=perception.symbols)
+
+
+def trials_of(config: RunConfig, policy_of: str, trials: int) -> tuple[np.ndarray, np.ndarray]:
+    """Exploration times and successes."""
+    ready, perception = find_ready_pose(config), build_perception(config)
+    policy: Policy
+    policy = learning_policy(config, perception) if policy_of == "learn" else comparator(policy_of, config, tuple)
+    task = build_task(config, ready, perception, policy)
+    with SimulatedRig(config, ready) as rig:
+        scored = [run_scored_trial(config, rig, task, trial) for trial in range(trials)]
+    times = np.array([one.report.exploration_time_s for one in scored])
+    return times, np.array([one.success for one in scored])
+
+
+def one_seed(job: tuple[str, int, int, int, int]) -> tuple[int, str, dict[str, tuple[np.ndarray, np.ndarray, int]]]:
+    name, seed, trials, walks, longest = job
+    config = replace(scenario(name), seed=seed)
+    begin = time.perf_counter()
+    strings = walk_strings(config, walks, longest)
+    walked = time.perf_counter()
+    settings = InferenceSettings(training=TrainingSettings(restarts=32, batch=32, seed=seed))
+    found = infer(strings, settings)
+    inferred = time.perf_counter()
+    told = (
+        f"seed {seed}: {len(strings.words)} strings of {walks} walks ({walked - begin:.0f} s), {strings.symbols}"
+        f" symbols; q = {found.chosen.intervals}, {found.chosen.raw_states} states, {found.chosen.states} minimal"
+        f" ({inferred - walked:.0f} s), agreement {found.chosen.agreement:.3f}"
+    )
+    results: dict[str, tuple[np.ndarray, np.ndarray, int]] = {}
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "automaton.json"
+        save(found.machine, file)
+        for memory in MEMORIES:
+            own = replace(config.perception, memory=str(file) if memory == "automaton" else memory)
+            remembering = replace(config, perception=own)
+            states = len(build_perception(remembering).states)
+            results[memory] = (*trials_of(remembering, "learn", trials), states)
+    results["torque rule"] = (*trials_of(config, "torque", min(trials, LAST)), 0)
+    return seed, told, results
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--scenario", default="blind")
+    parser.add_argument("--seeds", type=int, default=4)
+    parser.add_argument("--trials", type=int, default=350)
+    parser.add_argument("--walks", type=int, default=200)
+    parser.add_argument("--longest", type=int, default=100)
+    parser.add_argument("--jobs", type=int, default=1)
+    options = parser.parse_args()
+    jobs = [
+        (options.scenario, FIRST_SEED + number, options.trials, options.walks, options.longest)
+        for number in range(options.seeds)
+    ]
+    gathered: dict[str, list[tuple[np.ndarray, np.ndarray, int]]] = {}
+    with Pool(options.jobs) as pool:
+        for _, told, results in pool.imap(one_seed, jobs):
+            print(told, flush=True)
+            for memory, result in results.items():
+                gathered.setdefault(memory, []).append(result)
+                times, wins, states = result
+                print(f"  {memory:<12} {states:5d} states: last {LAST} trials mean {times[-LAST:].mean():.2f} s,"
+                      f" success {wins[-LAST:].mean():.0%}; all trials {times.mean():.2f} s", flush=True)  # fmt: skip
+    print(f"\n{options.scenario}, {options.seeds} seeds, {options.trials} trials each; means of the last {LAST} trials")
+    for memory, every in gathered.items():
+        means = [float(times[-LAST:].mean()) for times, _, _ in every]
+        low, high = bootstrap_interval(means, 0.5)
+        wins = np.mean([own[-LAST:].mean() for _, own, _ in every])
+        print(f"{memory:<12} median {np.median(means):.2f} s ({low:.2f} to {high:.2f}), success {wins:.1%}")
+
+
+if __name__ == "__main__":
+    main()
