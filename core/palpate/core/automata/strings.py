@@ -109,15 +109,18 @@ class Strings:
             seed: Equal seeds give equal parts.
 
         Raises:
-            ConfigurationError: The share is out of range, or a part would not be a set of strings, such as one of
-                a single string.
+            ConfigurationError: The share is out of range, or a part would be no usable set of strings by itself.
         """
         total = len(self.words)
         if not 0.0 < share < 1.0 or total < 2:
             raise ConfigurationError("strings.held_out", share, "above 0 and below 1, of two strings or more")
         count = min(max(round(share * total), 1), total - 1)
         held = set(np.random.default_rng(seed).choice(total, count, replace=False).tolist())
-        return self._part([n for n in range(total) if n not in held]), self._part(sorted(held))
+        try:
+            return self._part([n for n in range(total) if n not in held]), self._part(sorted(held))
+        except ConfigurationError as error:
+            accepted = f"another share, or more strings: one part would not be {error.accepted}"
+            raise ConfigurationError("strings.held_out", share, accepted) from error
 
     def _part(self, places: list[int]) -> Strings:
         labels = tuple(self.labels[n] for n in places) if self.labels else ()

@@ -97,3 +97,10 @@ def test_a_split_keeps_labels_with_their_strings() -> None:
 def test_a_split_has_two_sides(share) -> None:
     with pytest.raises(ConfigurationError, match="above 0 and below 1"):
         Strings.of(["AB", "BA"]).split(share, 0)
+
+
+def test_a_split_whose_parts_are_too_poor_is_refused_in_its_own_words() -> None:
+    with pytest.raises(
+        ConfigurationError, match=r"strings\.held_out = 0\.2 is refused: another share, or more strings"
+    ):
+        Strings.of(["AA", "BB"]).split(0.2, 0)
