@@ -3,6 +3,7 @@
     python -m benchmarks.jitter --seconds 600 --rig mujoco            the work cell in real time
     python -m benchmarks.jitter --seconds 600 --rig emulated --rt     devices behind wires, in another process
     python -m benchmarks.jitter --seconds 600 --rig fake --rate 1000  the fakes, at any rate
+    python -m benchmarks.jitter --seconds 600 --rig sleep --rt        nothing but sleeping: the machine's own floor
     python -m benchmarks.jitter --cost                                what measuring itself costs
 
 The core's rate is 140 Hz and fixed: ``mujoco`` and ``emulated`` run whole trials at it. ``fake`` runs a loop with the
@@ -155,6 +156,14 @@ def run_loop(task: OpenTask, ports: Ports, phase: WatchedPhase, most_ticks: int 
     return tick
 
 
+def sleep_only(clock: Clock, phase: WatchedPhase) -> None:
+    """The same schedule without anything to do."""
+    start_ns, slot = clock.now_ns(), 0
+    while not phase.over:
+        clock.sleep_until(start_ns + slot * NS // phase.rate_Hz)
+        slot = max(slot + 1, (clock.now_ns() - start_ns) * phase.rate_Hz // NS + 1)
+
+
 def run_trials(config: RunConfig, rig: Rig, ports: Ports, phase: WatchedPhase, task: OpenTask, rt: RealTime) -> None:
     """Trials until the time is over, in the thread and with the priority of a run."""
     outcomes: Counter[str] = Counter()
@@ -204,7 +213,7 @@ def stolen_ms() -> float:
 
 def measure(options: argparse.Namespace) -> None:
     config = scenario("paper")
-    rate = options.rate if options.rig == "fake" else CONTROL_RATE_HZ
+    rate = options.rate if options.rig in ("fake", "sleep") else CONTROL_RATE_HZ
     wishes = RealTimeConfig()
     if options.rt:
         wishes = RealTimeConfig(True, options.priority, True, options.cpu, options.garbage)
@@ -227,7 +236,11 @@ def measure(options: argparse.Namespace) -> None:
             phase = WatchedPhase(ports.clock, rate, options.seconds)
             return replace(ports, clock=phase), phase
 
-        if options.rig == "fake":
+        if options.rig == "sleep":
+            ports, phase = watch(fake_ports(MonotonicClock(), tuple(find_ready_pose(config).q_rad.tolist())))
+            with rt.loop():
+                sleep_only(ports.clock, phase)
+        elif options.rig == "fake":
             home = tuple(find_ready_pose(config).q_rad.tolist())
             ports, phase = watch(fake_ports(MonotonicClock(), home))
             task.start_at(home)
@@ -292,7 +305,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seconds", type=float, default=600.0)
     parser.add_argument("--rate", type=int, default=CONTROL_RATE_HZ, help="ticks per second of the fakes")
-    parser.add_argument("--rig", choices=("mujoco", "emulated", "fake"), default="mujoco")
+    parser.add_argument("--rig", choices=("mujoco", "emulated", "fake", "sleep"), default="mujoco")
     parser.add_argument("--arm", default="zebra-nmc", help="emulated arm")
     parser.add_argument("--force", default="jr3-can", help="emulated force sensor")
     parser.add_argument("--late-ms", type=float, default=1.0, help="a tick later than this is looked into")
@@ -303,7 +316,7 @@ def main() -> None:
     parser.add_argument("--bare", action="store_true", help="without section timing and causes")
     parser.add_argument("--cost", action="store_true", help="measure what measuring costs, and nothing else")
     options = parser.parse_args()
-    if options.rig != "fake" and options.rate != CONTROL_RATE_HZ:
+    if options.rig in ("mujoco", "emulated") and options.rate != CONTROL_RATE_HZ:
         parser.error(f"the core runs at {CONTROL_RATE_HZ} Hz; other rates are for the fakes")
     if options.cost:
         cost()
