@@ -63,11 +63,12 @@ def _learn(options: ExploreOptions) -> int:
     return 0 if len(runs) == options.seeds else 130
 
 
-def _runs(options: ExploreOptions, grid: GridMap, make: StateMaker) -> list[LearningRun]:
-    """The runs; after Ctrl-C those that were finished."""
+def _runs(options: ExploreOptions, grid: GridMap, make: StateMaker, title: str = "") -> list[LearningRun]:
+    """The runs, under a progress bar; after Ctrl-C those that were finished."""
     runs: list[LearningRun] = []
     seeds = range(options.seed, options.seed + options.seeds)
-    with tqdm(total=len(seeds) * options.trials, unit="trial", file=sys.stderr, dynamic_ncols=True) as bar:
+    total = len(seeds) * options.trials
+    with tqdm(total=total, desc=title or None, unit="trial", file=sys.stderr, dynamic_ncols=True) as bar:
         try:
             for seed in seeds:
                 runs.append(learn(grid, make, options.learning, seed, options.trials, lambda walk: bar.update()))
@@ -136,7 +137,7 @@ def _figure(options: ExploreOptions, path: Path) -> int:
 
 def _panel(options: ExploreOptions, grid: GridMap, make: StateMaker, title: str) -> Panel | None:
     """A panel, of which the table is printed too; None after Ctrl-C."""
-    runs = _runs(options, grid, make)
+    runs = _runs(options, grid, make, title)
     if len(runs) < options.seeds:
         return None
     title += f" ({len(runs[0].identifier.states)} states)"

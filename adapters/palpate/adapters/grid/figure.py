@@ -13,7 +13,7 @@ WINDOW: Final = 25
 """Trials in the moving average, as in the paper."""
 # Colours that people with any colour vision can tell apart (Okabe and Ito).
 _RUNS: Final = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
-_WIDTH_IN, _HEIGHT_IN = 5.2, 3.3
+_WIDTH_IN, _HEIGHT_IN = 5.2, 3.4
 
 
 @dataclass(frozen=True)
@@ -51,6 +51,8 @@ def learning_figure(panels: Sequence[Sequence[Panel]], kind: str) -> bytes:
         for row, line in enumerate(panels):
             for column, panel in enumerate(line):
                 _draw(axes[row, column], panel)
+        # Only now: a limit that is set before the last curve is drawn holds for that curve too.
+        axes[0, 0].set_ylim(bottom=0.0)
         for row in range(rows):
             axes[row, 0].set_ylabel("steps to the goal")
         for column in range(columns):
@@ -67,13 +69,12 @@ def _draw(axes: Any, panel: Panel) -> None:
     for number, steps in enumerate(panel.curves):
         trials = range(1, len(steps) + 1)
         axes.plot(trials, moving_average(steps, WINDOW), color=_RUNS[number % len(_RUNS)], linewidth=1.2)
+    # In the title, because a legend would hide curves that do not fall.
+    facts = [f"random walk {panel.bounds.random_walk:.1f} (dotted)"]
+    axes.axhline(panel.bounds.random_walk, color="grey", linewidth=1.0, linestyle=":")
     if panel.bounds.belief is not None:
-        label = f"belief-state optimum {panel.bounds.belief:.2f}"
-        axes.axhline(panel.bounds.belief, color="black", linewidth=1.0, linestyle="--", label=label)
-    label = f"random walk {panel.bounds.random_walk:.1f}"
-    axes.axhline(panel.bounds.random_walk, color="grey", linewidth=1.0, linestyle=":", label=label)
-    axes.set_title(panel.title, fontsize=10)
-    axes.set_ylim(bottom=0.0)
+        facts.insert(0, f"belief-state optimum {panel.bounds.belief:.2f} (dashed)")
+        axes.axhline(panel.bounds.belief, color="black", linewidth=1.0, linestyle="--")
+    axes.set_title(f"{panel.title}\n{', '.join(facts)}", fontsize=9)
     axes.set_xlim(left=0)
     axes.grid(alpha=0.25)
-    axes.legend(loc="upper right", fontsize=8)
