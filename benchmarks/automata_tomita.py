@@ -13,6 +13,7 @@ from __future__ import annotations
 import argparse
 import csv
 import re
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import groupby, pairwise, product
@@ -111,7 +112,10 @@ def merged(method: str, strings: Strings) -> Machine:
 
     data = [[word, label] for word, label in dict(zip(strings.words, strings.labels, strict=True)).items()]
     learn = run_RPNI if method == "RPNI" else run_EDSM
-    model = learn(data, "dfa", print_info=False)
+    with warnings.catch_warnings():
+        # That some transitions and outputs are unknown is dealt with below.
+        warnings.simplefilter("ignore", UserWarning)
+        model = learn(data, "dfa", print_info=False)
     number = {state: place for place, state in enumerate(model.states)}
     rows = tuple(
         tuple(number[state.transitions[symbol]] if symbol in state.transitions else None for symbol in (0, 1))
