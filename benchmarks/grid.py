@@ -27,7 +27,10 @@ from palpate.adapters.grid.report import Score, mean_interval
 from palpate.adapters.grid.states import Named
 from palpate.adapters.grid.worlds import bounds_of, grid_named
 from palpate.adapters.statistics import bootstrap_interval
+from palpate.core.policy.actions import COMPASS_NAMES
+from palpate.simulation.grid.maps import GridMap
 from palpate.simulation.grid.memoryless import best_fixed_actions
+from palpate.simulation.grid.optimum import best_actions
 
 FIRST_SEED = 100
 MAPS = ("1", "2", "twin")
@@ -89,14 +92,13 @@ def line(scores: list[Score]) -> dict[str, object]:
     }
 
 
-def best_actions(symbols: tuple[str, ...], readings: tuple[int, ...], results: list[Result]) -> Iterator[str]:
-    """How often the seeds agree on the best action of a symbol."""
-    from palpate.core.policy.actions import COMPASS_NAMES
-
-    for state, symbol in enumerate(symbols):
+def agreement(grid: GridMap, results: list[Result]) -> Iterator[str]:
+    """How often the seeds agree on the best action of a symbol, beside those that are right in all its cells."""
+    for state, (symbol, right) in enumerate(zip(grid.symbols, best_actions(grid), strict=True)):
         counts = Counter(COMPASS_NAMES[result.best[state]] for result in results).most_common(3)
         shown = ", ".join(f"{action} {count / len(results):.0%}" for action, count in counts)
-        yield f"  {symbol} ({readings.count(state)} cells): {shown}"
+        names = " or ".join(COMPASS_NAMES[action] for action in right) or "none"
+        yield f"    {symbol} (right in all {grid.readings.count(state)} cells: {names}): {shown}"
 
 
 def main() -> None:
@@ -127,7 +129,7 @@ def main() -> None:
             }
             for key, value in table.items():
                 print(f"  {key.replace('_', ' '):24s} {value:8.2f}  (exact)")
-            agreement = []
+            agreed = []
             for contender in CONTENDERS:
                 jobs = [(name, options.size, contender, seed, options.trials) for seed in seeds]
                 results = list(pool.imap(run, jobs))
@@ -140,10 +142,9 @@ def main() -> None:
                     flush=True,
                 )
                 if contender.state == "symbols":
-                    agreement += [f" best actions, {contender.name}:"]
-                    agreement += best_actions(grid.symbols, grid.readings, results)
+                    agreed += [f"  best actions, {contender.name}:", *agreement(grid, results)]
             tables[name] = table
-            print("\n".join(agreement) + "\n", flush=True)
+            print("\n".join(agreed) + "\n", flush=True)
     if options.out:
         options.out.mkdir(parents=True, exist_ok=True)
         (options.out / "grid.json").write_text(json.dumps(tables, indent=1) + "\n")
