@@ -1,0 +1,83 @@
+"""What the supervisor costs in a tick, over the snapshots of whole trials in the simulated cell.
+
+    python -m benchmarks.supervision --trials 3 --rounds 20
+
+The trials run once; then the same snapshots, commands and expectations go through the supervisor again and again. The
+rest of the tick is timed in the same rounds, so that the ratio does not depend on the machine's mood.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from typing import Any
+
+import numpy as np
+
+from palpate.adapters.composition import SimulatedRig, build_perception, build_supervisor, build_task, find_ready_pose
+from palpate.adapters.config import scenario
+from palpate.adapters.experiment import trial_setup
+from palpate.adapters.policies import comparator
+from palpate.core.cycle import run_trial
+from palpate.core.supervision import Supervised, Supervisor
+
+
+Heard = list[tuple[Any, ...]]
+
+
+def overheard(supervisor: Supervisor) -> Heard:
+    """What it is asked from now on."""
+    heard: Heard = []
+    check = supervisor.check
+
+    def listening(*asked: Any) -> Supervised:
+        heard.append(asked)
+        return check(*asked)
+
+    supervisor.check = listening  # type: ignore[method-assign]
+    return heard
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--trials", type=int, default=3)
+    parser.add_argument("--rounds", type=int, default=20)
+    options = parser.parse_args()
+    config = scenario("paper")
+    ready, perception = find_ready_pose(config), build_perception(config)
+    task = build_task(config, ready, perception, comparator("torque", config, tuple))
+    trials = []
+    with SimulatedRig(config, ready) as rig:
+        for trial in range(options.trials):
+            rig.prepare(trial)
+            supervisor = build_supervisor(config)
+            trials.append(overheard(supervisor))
+            run_trial(task, rig.ports, trial_setup(config, trial), supervisor)
+    ticks = sum(map(len, trials))
+    checks, steps = [], []
+    for _ in range(options.rounds):
+        spent = thought = 0
+        for number, heard in enumerate(trials):
+            supervisor = build_supervisor(config)
+            supervisor.begin()
+            begin = time.perf_counter_ns()
+            for seen in heard:
+                supervisor.check(*seen)
+            spent += time.perf_counter_ns() - begin
+            task.begin(trial_setup(config, number))
+            begin = time.perf_counter_ns()
+            for snapshot, *_ in heard:
+                task.step(snapshot)
+            thought += time.perf_counter_ns() - begin
+        checks.append(spent * 1e-3 / ticks)
+        steps.append(thought * 1e-3 / ticks)
+    low, middle = min(checks), float(np.median(checks))
+    print(
+        f"supervisor: {low:.2f} us a tick at best, {middle:.2f} at the median of {options.rounds} rounds, {ticks} ticks"
+    )
+    print(f"the task's own step: {min(steps):.2f} and {float(np.median(steps)):.2f} us")
+    print(f"ratio: {float(np.median(np.array(checks) / np.array(steps))):.3f}")
+
+
+if __name__ == "__main__":
+    main()
