@@ -21,7 +21,6 @@ from palpate.adapters.policies import comparator
 from palpate.core.cycle import run_trial
 from palpate.core.supervision import Supervised, Supervisor
 
-
 Heard = list[tuple[Any, ...]]
 
 
