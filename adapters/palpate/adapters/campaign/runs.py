@@ -5,11 +5,12 @@ from __future__ import annotations
 import enum
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
 from palpate.adapters.beat import Beat
+from palpate.adapters.campaign.felt import FeltForce
 from palpate.adapters.campaign.variants import Variant
 from palpate.adapters.composition import ReadyPose, build_perception, build_supervisor, build_task
 from palpate.adapters.config import RunConfig
@@ -61,7 +62,8 @@ class FaultRun:
         ticks_to_stop: From the delivery to the last tick; None when the trial ended in the ordinary way.
         cause: What stopped it, in words; empty when nothing did.
         safe_stop: The arm was told to stop at the end, as the log shows.
-        peak_force_N: Largest true force; the measured one where nobody knows the truth.
+        peak_force_N: Largest true force; where nobody knows it, the largest change that the sensor felt before any
+            fault of its own.
         damage: A true force above ``HARDWARE_LIMIT_N``, or a joint outside its limits.
         log_intact: The log is sound, and tells of the fault.
         verdict: What it shows.
@@ -132,7 +134,8 @@ class Bench:
 
             self._rig.prepare(seed)
             setup = trial_setup(self.config, seed)
-            bad = faulty(self._rig.ports, [variant.at(tick, seed)], tell)
+            felt = FeltForce(self._rig.ports.force_sensor)
+            bad = faulty(replace(self._rig.ports, force_sensor=felt), [variant.at(tick, seed)], tell)
             ports = recorder.begin(setup, bad, self._rig.world(), "run")
             try:
                 with self._loop():
@@ -145,7 +148,9 @@ class Bench:
         if task.report.outcome is not Outcome.INSERTED:
             # Wherever it was stopped: the next run begins as the first one did.
             self._rig.return_to_ready()
-        return self._judged(variant, phase, seed, deliveries, task, supervisor, error, sink.logs)
+        truth = self._rig.truth()
+        peak_N = felt.peak_N if truth is None else truth.peak_force_N
+        return self._judged(variant, phase, seed, deliveries, task, supervisor, error, sink.logs, peak_N)
 
     def _parts(self) -> tuple[InsertionTask, Supervisor | None]:
         config = self.config
@@ -163,10 +168,9 @@ class Bench:
         supervisor: Supervisor | None,
         error: PalpateError | None,
         logs: Sequence[bytes],
+        peak_N: float,
     ) -> FaultRun:
-        log = read_back(logs)
-        report, truth = task.report, self._rig.truth()
-        peak_N = report.peak_force_N if truth is None else truth.peak_force_N
+        log, report = read_back(logs), task.report
         damage = peak_N > HARDWARE_LIMIT_N or (log is not None and self._left_limits(log))
         told = [] if log is None else [call.tick for call in log.calls if call.call == _FAULT_CALL]
         intact = log is not None and log.end is not None and len(told) == len(deliveries)
