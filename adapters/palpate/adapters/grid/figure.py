@@ -76,5 +76,5 @@ def _draw(axes: Any, panel: Panel) -> None:
         facts.insert(0, f"belief-state optimum {panel.bounds.belief:.2f} (dashed)")
         axes.axhline(panel.bounds.belief, color="black", linewidth=1.0, linestyle="--")
     axes.set_title(f"{panel.title}\n{', '.join(facts)}", fontsize=9)
-    axes.set_xlim(left=0)
+    axes.set_xlim(0, max(map(len, panel.curves)))
     axes.grid(alpha=0.25)
