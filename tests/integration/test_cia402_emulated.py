@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
@@ -78,6 +79,23 @@ def run(arm: Cia402Arm, setpoint: tuple[float, ...] | None, cycles: int) -> Meas
         time.sleep(PERIOD_S)
         measured = arm.cycle(setpoint)
     return measured
+
+
+def test_the_receive_thread_is_told_once_that_it_is_one() -> None:
+    channel = "cia402 receive thread"
+    wire = CanWire([CanopenDrive(1, IdealPlant(), 0)], bit_rate_Hz=BITRATE, generator=np.random.default_rng(1))
+    with VirtualBusServer(wire, channel):
+        told: list[str] = []
+        with CanLink.open(
+            interface="virtual", channel=channel, bitrate=BITRATE,
+            in_receiver=lambda: told.append(threading.current_thread().name),
+        ) as link:  # fmt: skip
+            time.sleep(0.05)
+            objects = link.objects(1, 1.0)
+            assert objects.read(0x1000) is not None
+            assert objects.read(0x1000) is not None
+    assert len(told) == 1
+    assert told[0] != threading.main_thread().name
 
 
 @pytest.mark.parametrize("mode", list(Mode))

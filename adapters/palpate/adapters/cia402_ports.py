@@ -163,7 +163,13 @@ def make_cia402(settings: Settings, context: RigContext) -> ArmAdapter:
     extra: dict[str, Any] = {"sleep_after_open": 0.1} if table.interface == "slcan" else {}
 
     def open_link() -> CanLink:
-        return CanLink.open(interface=table.interface, channel=table.channel, bitrate=table.bitrate, **extra)
+        return CanLink.open(
+            interface=table.interface,
+            channel=table.channel,
+            bitrate=table.bitrate,
+            in_receiver=context.hurry,
+            **extra,
+        )
 
     driver = Cia402Driver(open_link, arm_settings, context.clock)
     age_ns = round(table.max_age_ms * 1e6)

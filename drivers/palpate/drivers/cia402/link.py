@@ -13,6 +13,7 @@ from collections.abc import Callable
 from types import TracebackType
 from typing import Any, Final, Self, TypeAlias
 
+import can
 import canopen
 from canopen.objectdictionary import ObjectDictionary
 from canopen.sdo import SdoClient
@@ -25,6 +26,19 @@ Subscriber: TypeAlias = Callable[[int, bytearray, float], None]
 
 _NOTIFIER_CYCLE_S: Final = 0.1
 """How long closing may wait for the receive thread to look up."""
+
+
+class _Once(can.Listener):
+    """Calls a function with the first frame, in the thread that receives."""
+
+    def __init__(self, call: Callable[[], object]) -> None:
+        self._call: Callable[[], object] | None = call
+
+    def on_message_received(self, msg: can.Message) -> None:
+        """See :class:`can.Listener`."""
+        call, self._call = self._call, None
+        if call is not None:
+            call()
 
 
 class CanLink:
@@ -40,13 +54,22 @@ class CanLink:
         self.name = name
 
     @classmethod
-    def open(cls, *, interface: str, channel: str, bitrate: int, **options: object) -> Self:
+    def open(
+        cls,
+        *,
+        interface: str,
+        channel: str,
+        bitrate: int,
+        in_receiver: Callable[[], object] | None = None,
+        **options: object,
+    ) -> Self:
         """Connect to a bus.
 
         Args:
             interface: Of python-can: ``socketcan``, ``slcan``, ``virtual``, and so on.
             channel: For example ``can0`` or ``/dev/ttyACM0``.
             bitrate: In bit/s. python-can sets it where it can; for socketcan the operating system does.
+            in_receiver: Called once by the receive thread, with the first frame; for its priority, for instance.
             options: Further options of that interface.
 
         Raises:
@@ -54,6 +77,8 @@ class CanLink:
         """
         network = canopen.Network()
         network.NOTIFIER_CYCLE = _NOTIFIER_CYCLE_S
+        if in_receiver is not None:
+            network.listeners.append(_Once(in_receiver))
         name = f"CAN bus {interface} {channel}"
         try:
             network.connect(interface=interface, channel=channel, bitrate=bitrate, **options)
