@@ -20,7 +20,7 @@ from itertools import groupby, pairwise, product
 from multiprocessing import Pool
 from pathlib import Path
 from statistics import mean
-from time import perf_counter
+from time import process_time
 
 import numpy as np
 
@@ -143,7 +143,7 @@ class Row:
 def run(job: tuple[int, str, int, int]) -> Row:
     count, method, number, seed = job
     strings = draw(LANGUAGES[number], count, seed)
-    began = perf_counter()
+    began = process_time()
     if method in MERGERS:
         machine = minimised(merged(method, strings))
         about = {}
@@ -156,13 +156,13 @@ def run(job: tuple[int, str, int, int]) -> Row:
             "intervals": chosen.intervals,
             "raw_states": chosen.raw_states,
         }
-    seconds = perf_counter() - began
+    seconds = process_time() - began
     exact = equivalent(machine, LANGUAGES[number].machine)
     return Row(count, method, number, seed, exact, len(machine.transitions), seconds, **about)
 
 
 def table(rows: list[Row], draws: int) -> str:
-    lines = [f"exact in {draws} draws, by language; mean seconds of one draw of all seven on one core"]
+    lines = [f"exact in {draws} draws, by language; mean CPU seconds of one draw of all seven, on one core"]
     for count, method in dict.fromkeys((row.strings, row.method) for row in rows):
         mine = [row for row in rows if (row.strings, row.method) == (count, method)]
         exact = [sum(row.exact for row in mine if row.language == number) for number in LANGUAGES]

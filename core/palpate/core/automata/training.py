@@ -46,8 +46,8 @@ class TrainingSettings:
 
     restarts: int = 64
     batch: int = 64
-    steps: int = 800
-    learning_rate: float = 0.05
+    steps: int = 500
+    learning_rate: float = 0.1
     scale: float = 1.0
     noise: float = 0.0
     clip: float = 1.0
