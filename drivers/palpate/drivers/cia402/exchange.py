@@ -163,8 +163,10 @@ class Exchange:
         position_rad = self._settings.joints[axis].angle_rad(counts)
         speed = 0.0
         if old is not None and old.position_rad is not None:
-            # Two SYNCs closer together than a period are no better known in time than a period.
-            elapsed_ns = max(self.sync_ns - self._sampled_ns[axis], self._settings.period_ns)
+            # The longest that may have passed: adapters and hosts hold frames up, and a SYNC may have reached the drive
+            # as late as just before its answer. What is too fast even so is too fast. Two SYNCs closer together than a
+            # period are no better known in time than a period.
+            elapsed_ns = max(box.tpdo_ns - self._sampled_ns[axis], self._settings.period_ns)
             speed = abs(position_rad - old.position_rad) / (elapsed_ns * _NS)
         self._sampled_ns[axis] = self.sync_ns
         return AxisView(box, statusword, state_of(statusword), counts, position_rad, speed, 0)

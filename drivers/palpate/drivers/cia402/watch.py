@@ -27,7 +27,7 @@ class AxisView:
         state: What it tells; None also where it fits no pattern.
         counts: Newest position counts, or None before the first.
         position_rad: The same as an angle, or None before the first.
-        speed_rad_per_s: Measured between the last two answers.
+        speed_rad_per_s: At least so fast between the last two answers.
         missed_in_a_row: SYNCs without an answer until now.
     """
 
