@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Generator
 from dataclasses import dataclass
 
 from palpate.core.insertion import InsertionTask
@@ -9,7 +10,7 @@ from palpate.core.ports import ArmCommand, Clock, ForceSensor, JointEncoder
 from palpate.core.supervision import Supervised, Supervisor
 from palpate.core.task_config import CONTROL_RATE_HZ
 from palpate.core.trial import TrialReport, TrialSetup, TrialTiming
-from palpate.core.values import AppliedCommand, Snapshot
+from palpate.core.values import AppliedCommand, JointCommand, Snapshot
 
 _NS: int = 1_000_000_000
 LATE_NS: int = 1_000_000
@@ -55,6 +56,44 @@ def run_trial(
     Raises:
         FaultLatchedError: The supervisor has tripped before, and nobody has acknowledged it.
     """
+    ticks = trial_ticks(task, ports, setup, supervisor)
+    try:
+        snapshot = next(ticks, None)
+        while snapshot is not None:
+            snapshot = next_snapshot(ticks, task.step(snapshot))
+    finally:
+        ticks.close()
+    return task.report
+
+
+def next_snapshot(ticks: Generator[Snapshot, JointCommand, None], command: JointCommand) -> Snapshot | None:
+    """Send the command of a tick of :func:`trial_ticks`; returns the next tick's snapshot, None when the trial is over.
+
+    A function of its own, so that no StopIteration from anywhere else is taken for the end of a trial.
+    """
+    try:
+        return ticks.send(command)
+    except StopIteration:
+        return None
+
+
+def trial_ticks(
+    task: InsertionTask, ports: Ports, setup: TrialSetup, supervisor: Supervisor | None = None
+) -> Generator[Snapshot, JointCommand, None]:
+    """The same loop for whoever steps the task themselves: gives each tick's snapshot, and takes the task's command.
+
+    A trip and the retreat after it are its own affair; while it retreats it asks for nothing. Closing it ends the
+    trial wherever it is, and leaves the arm stopped.
+
+    Args:
+        task: Is begun here; its ``step``, or ``sense`` and ``act``, is the caller's.
+        ports: What it is done over.
+        setup: Which trial.
+        supervisor: Stands between the task and the arm; None lets every command through.
+
+    Raises:
+        FaultLatchedError: The supervisor has tripped before, and nobody has acknowledged it.
+    """
     clock, sensor, encoder, arm = ports.clock, ports.force_sensor, ports.joint_encoder, ports.arm
     applied: AppliedCommand | None = None
     tick = slot = 0
@@ -71,9 +110,12 @@ def run_trial(
             time_ns = clock.now_ns()
             snapshot = Snapshot(tick, time_ns, sensor.read(), encoder.read(), applied)
             if supervisor is None:
-                applied = arm.send(task.step(snapshot))
+                applied = arm.send((yield snapshot))
             else:
-                supervised = _supervised(task, supervisor, snapshot)
+                if supervisor.retracting:
+                    supervised = supervisor.retreat(snapshot)
+                else:
+                    supervised = _supervised(task, supervisor, snapshot, (yield snapshot))
                 applied = supervised.applied(arm.send(supervised.command))
             news = (snapshot.wrench.sequence, snapshot.joints.sequence)
             if time_ns != deadline_ns or news[0] == seen[0] or news[1] == seen[1]:
@@ -83,13 +125,9 @@ def run_trial(
             timing.skipped_slots += slot - due
     finally:
         arm.stop()
-    return task.report
 
 
-def _supervised(task: InsertionTask, supervisor: Supervisor, snapshot: Snapshot) -> Supervised:
-    if supervisor.retracting:
-        return supervisor.retreat(snapshot)
-    asked = task.step(snapshot)
+def _supervised(task: InsertionTask, supervisor: Supervisor, snapshot: Snapshot, asked: JointCommand) -> Supervised:
     supervised = supervisor.check(snapshot, asked, task.expectation, task.tip_m)
     if supervisor.trip is not None:
         task.tripped(supervisor.trip)

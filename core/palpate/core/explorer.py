@@ -7,6 +7,7 @@ from math import dist, sqrt
 
 import numpy as np
 
+from palpate.core.errors import LifecycleError
 from palpate.core.perception import Perception
 from palpate.core.policy import (
     ActionOutcome,
@@ -28,22 +29,28 @@ class Explorer:
         policy: Chooses and learns.
         reinforcement: What an action earns.
         tick_s: Control period.
+
+    Attributes:
+        percept: Symbol and state last perceived in this trial, as indices; None before the first.
+        decisions: Choices of this trial, in order.
     """
 
     def __init__(self, perception: Perception, policy: Policy, reinforcement: Reinforcement, tick_s: float) -> None:
         self._perception, self._policy = perception, policy
         self._reinforcement, self._tick_s = reinforcement, tick_s
         self._pending: tuple[int, Decision] | None = None
+        self._asked: tuple[int, Observation] | None = None
         self._ticks = 0
         self._force_sum = self._force_peak = self._distance = 0.0
         self._last_position: Vector3 | None = None
+        self.percept: tuple[int, int] | None = None
         self.decisions: list[DecisionRecord] = []
 
     def begin(self, trial: int, rng: np.random.Generator) -> None:
         """Start a trial; ``rng`` is the policy's own."""
         self._perception.reset()
         self._policy.begin_trial(trial, rng)
-        self._pending = None
+        self._pending = self._asked = self.percept = None
         self._clear_effort()
         self._last_position = None
         self.decisions = []
@@ -64,13 +71,26 @@ class Explorer:
             self._distance += dist(position_m, self._last_position)
         self._last_position = position_m
 
-    def decide(
+    def perceive(
         self, tick: int, position_m: Vector3, reference_m: Vector3, force_N: Vector3, torque_Nm: Vector3
-    ) -> Decision:
-        """The action before has ended: learn from it, and choose the next one."""
-        symbol, state = self._perception.observe((*position_m, *force_N, *torque_Nm))
+    ) -> Observation:
+        """The action before has ended: learn from it, and say what :meth:`choose` will choose the next one by."""
+        state = self._observe(position_m, force_N, torque_Nm)
         self._settle(next_state=state)
         observation = Observation(state, position_m, reference_m, force_N, torque_Nm, len(self.decisions))
+        self._asked = (tick, observation)
+        return observation
+
+    def choose(self) -> Decision:
+        """Choose the next action by what was just perceived.
+
+        Raises:
+            LifecycleError: Nothing was perceived since the last choice.
+        """
+        if self._asked is None or self.percept is None:
+            raise LifecycleError("explorer", "nothing new was perceived", "choose()", "call perceive() first")
+        (tick, observation), (symbol, state) = self._asked, self.percept
+        self._asked = None
         decision = self._policy.choose(observation)
         self._pending = (state, decision)
         self._clear_effort()
@@ -92,8 +112,11 @@ class Explorer:
     def gave_up(self, position_m: Vector3, force_N: Vector3, torque_Nm: Vector3) -> None:
         """The trial ended without the goal: the running action leads to whatever state this is."""
         if self._pending is not None:
-            _, state = self._perception.observe((*position_m, *force_N, *torque_Nm))
-            self._settle(next_state=state)
+            self._settle(next_state=self._observe(position_m, force_N, torque_Nm))
+
+    def _observe(self, position_m: Vector3, force_N: Vector3, torque_Nm: Vector3) -> int:
+        self.percept = self._perception.observe((*position_m, *force_N, *torque_Nm))
+        return self.percept[1]
 
     def _settle(self, next_state: int | None) -> None:
         if self._pending is None:

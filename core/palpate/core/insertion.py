@@ -1,9 +1,10 @@
 """The insertion task: approach to contact, exploration of the surface, insertion to full depth.
 
 A state machine without I/O: one :class:`~palpate.core.values.Snapshot` in, one joint command out, a tick of
-140 Hz at a time. It knows port data only. Encoders cannot see the gripper's springs, so the hole is found by
-the loss of the reaction force and confirmed by motion along the tool axis until contact again; depth is the
-encoders' depth corrected by force over stiffness.
+140 Hz at a time. A tick has two halves with the choice of an action between them, for whoever chooses outside. It knows
+port data only. Encoders cannot see the gripper's springs, so the hole is found by the loss of the reaction force and
+confirmed by motion along the tool axis until contact again; depth is the encoders' depth corrected by force over
+stiffness.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from palpate.core.control import ControlLaw, DampingControl, ForceControl, Hybri
 from palpate.core.errors import DeviceError
 from palpate.core.explorer import Explorer
 from palpate.core.measurement import Measurement
+from palpate.core.policy import Observation
 from palpate.core.randomness import Purpose, generator
 from palpate.core.supervision import Expectation, Intervention, Trip
 from palpate.core.task_config import CONTROL_RATE_HZ, N_PER_KGF, ControlConfig, TaskConfig
@@ -115,6 +117,8 @@ class InsertionTask:
         self.phase = Phase.LIFT
         self._area = ExplorationArea.of(self._task, setup.start_m)
         self._target_m: Vector3 = (0.0, 0.0, 0.0)
+        self._observation: Observation | None = None
+        self._velocity_m_s: Vector3 = (0.0, 0.0, 0.0)
         self._tick = 0
         self._countdown = 0
         self._tared = False
@@ -140,6 +144,19 @@ class InsertionTask:
         Raises:
             DeviceError: Nobody knows where the arm is when the trial begins, so there is nothing to command.
         """
+        self.sense(snapshot)
+        return self.act()
+
+    def sense(self, snapshot: Snapshot) -> Observation | None:
+        """The first half of a tick: what was sensed in; :meth:`act` is the second.
+
+        Returns:
+            What the policy will choose an action by in the second half; None in the many ticks without a choice.
+
+        Raises:
+            DeviceError: Nobody knows where the arm is when the trial begins, so there is nothing to command.
+        """
+        self._observation, self._velocity_m_s = None, (0.0, 0.0, 0.0)
         self._tick = snapshot.tick
         self.report.ticks = snapshot.tick + 1
         if snapshot.tick == 0:
@@ -151,20 +168,29 @@ class InsertionTask:
             self._motion.adopt(snapshot.applied)
             if snapshot.applied.reason is CommandReason.STOPPED:
                 self._end(Outcome.STOPPED, "the arm was stopped from outside")
-                return self._motion.move((0.0, 0.0, 0.0))
+                return None
         # A limit that a sample shows may be exceeded further by the truth: saturation ends the trial too.
         if snapshot.wrench.validity is not Validity.VALID or snapshot.joints.validity is not Validity.VALID:
             self._end(
                 Outcome.SENSOR_FAULT,
                 f"force sample {snapshot.wrench.validity.value}, joint sample {snapshot.joints.validity.value}",
             )
-            return self._motion.move((0.0, 0.0, 0.0))
+            return None
         self._snapshot = snapshot
         self._measurement.update(snapshot)
         if self._interrupted:
             self._wind_up()
-        proceed = not self.done and self._within_force_limit()
-        return self._motion.move(self._handlers[self.phase]() if proceed else (0.0, 0.0, 0.0))
+        if not self.done and self._within_force_limit():
+            self._velocity_m_s = self._handlers[self.phase]()
+        return self._observation
+
+    def act(self) -> JointCommand:
+        """The second half of a tick: let the policy choose, where there is a choice, and say what the arm shall do."""
+        if self._observation is not None:
+            self._observation = None
+            self._next_action()
+            self._velocity_m_s = self._way_on()
+        return self._motion.move(self._velocity_m_s)
 
     def interrupt(self) -> None:
         """End the trial as soon as the running action is over, and any later one at once.
@@ -197,6 +223,16 @@ class InsertionTask:
     def tip_m(self) -> Vector3:
         """Tip according to the encoders, (3,), task frame, as of the last tick."""
         return self._measurement.position_m
+
+    @property
+    def wrench_at_tip(self) -> tuple[Vector3, Vector3]:
+        """Tared, filtered force (3,) N and torque about the tip (3,) N m, task frame, as of the last tick."""
+        return self._measurement.filtered_wrench_at_tip()
+
+    @property
+    def percept(self) -> tuple[int, int] | None:
+        """Symbol and state last perceived in this trial, as indices; None before the first."""
+        return self._explorer.percept
 
     @property
     def filter_state(self) -> list[float]:
@@ -307,9 +343,13 @@ class InsertionTask:
             self._lost_ticks = 0
             self._countdown -= 1
             if self._countdown <= 0:
-                self._next_action()
+                self._perceive()
+                return 0.0, 0.0, 0.0  # where to go is known when the policy has chosen
+        return self._way_on()
+
+    def _way_on(self) -> Vector3:
         self._target_m = self._point_of_step()
-        return self._press.velocity_m_s(self._motion.reference_m, self._target_m, measured.force_N)
+        return self._press.velocity_m_s(self._motion.reference_m, self._target_m, self._measurement.force_N)
 
     def _point_of_step(self) -> Vector3:
         """Where on its way the running action shall be in this tick: steady speed, then rest for the torque."""
@@ -325,12 +365,17 @@ class InsertionTask:
         self._inserting.reset()
         self._enter(Phase.INSERT)
 
-    def _next_action(self) -> None:
-        measured, reference = self._measurement, self._motion.reference_m
+    def _perceive(self) -> None:
+        measured = self._measurement
         self._refine_surface()
         force, torque = measured.filtered_wrench_at_tip()
-        decision = self._explorer.decide(self._tick, measured.position_m, reference, force, torque)
-        dx, dy = decision.action.displacement_m
+        self._observation = self._explorer.perceive(
+            self._tick, measured.position_m, self._motion.reference_m, force, torque
+        )
+
+    def _next_action(self) -> None:
+        reference = self._motion.reference_m
+        dx, dy = self._explorer.choose().action.displacement_m
         x, y = self._area.clamp(reference[0] + dx, reference[1] + dy)
         self._step_from_m, self._step_m = reference, (x - reference[0], y - reference[1])
         self._countdown = self._task.ticks_per_action

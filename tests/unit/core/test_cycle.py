@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from palpate.adapters.fake import FakeClock
-from palpate.core.cycle import Ports, next_slot, run_trial, tick_time_ns
+from palpate.core.cycle import Ports, next_slot, next_snapshot, run_trial, tick_time_ns, trial_ticks
 from palpate.core.errors import DeviceError, LifecycleError
 from palpate.core.lifecycle import Life
 from palpate.core.task_config import CONTROL_RATE_HZ
@@ -224,4 +224,52 @@ def test_the_arm_is_stopped_after_a_sensor_fault() -> None:
     with world:
         assert run(world, watch) is Outcome.SENSOR_FAULT
         assert watch.snapshots[-1].wrench.validity is Validity.STALE
+        assert_stopped(world)
+
+
+def test_a_caller_who_steps_the_task_itself_has_the_same_trial() -> None:
+    whole, halves = FakeWorld(HOLE), FakeWorld(HOLE)
+    with whole:
+        report = run_trial(build_task(FollowTorque()), whole.ports, SETUP)
+    task, choices = build_task(FollowTorque()), 0
+    with halves:
+        ticks = trial_ticks(task, halves.ports, SETUP)
+        snapshot = next(ticks, None)
+        while snapshot is not None:
+            observation = task.sense(snapshot)
+            if observation is not None:
+                # It is asked before it is chosen, and everything that the choice depends on is known.
+                assert observation.action_number == choices == len(task.report.decisions)
+                assert task.percept is not None
+                assert observation.state == task.percept[1]
+                assert (observation.force_N, observation.torque_Nm) == task.wrench_at_tip
+                choices += 1
+            snapshot = next_snapshot(ticks, task.act())
+        assert_stopped(halves)
+    assert task.report == report
+    assert choices == report.actions > 3
+
+
+def test_a_trial_that_is_let_go_in_mid_tick_leaves_the_arm_stopped() -> None:
+    world = FakeWorld(HOLE)
+    task = build_task(FollowTorque())
+    with world:
+        ticks = trial_ticks(task, world.ports, SETUP)
+        task.sense(next(ticks))
+        ticks.close()
+        assert_stopped(world)
+
+
+def test_an_error_that_looks_like_the_end_is_none() -> None:
+    world = FakeWorld(HOLE)
+    watch = Watch(world)
+
+    def fail(tick: int) -> None:
+        if tick == 5:
+            raise StopIteration
+
+    watch.on_step = fail
+    with world:
+        with pytest.raises(StopIteration):
+            run(world, watch)
         assert_stopped(world)

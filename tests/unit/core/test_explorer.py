@@ -9,6 +9,7 @@ from math import sqrt
 import numpy as np
 import pytest
 
+from palpate.core.errors import LifecycleError
 from palpate.core.explorer import Explorer
 from palpate.core.perception import Perception, SelectedChannels, Thresholds
 from palpate.core.policy import (
@@ -98,7 +99,8 @@ class Bench:
         self.explorer.begin(trial, self.rng)
 
     def decide(self, x_m: float = 0.0, tick: int = 0) -> Decision:
-        return self.explorer.decide(tick, (x_m, 0.0, 0.0), NONE, NONE, NONE)
+        self.explorer.perceive(tick, (x_m, 0.0, 0.0), NONE, NONE, NONE)
+        return self.explorer.choose()
 
     def feel(self, *forces_N: float) -> None:
         for force in forces_N:
@@ -128,11 +130,14 @@ def test_transitions_follow_the_states_and_come_before_the_next_choice() -> None
 def test_the_policy_sees_what_was_measured() -> None:
     bench = Bench()
     position, reference, force, torque = (2e-3, 0.0, 1.0), (3e-3, 0.0, 2.0), (0.1, 0.2, -5.0), (0.01, 0.02, 0.03)
-    decision = bench.explorer.decide(14, position, reference, force, torque)
-    assert bench.entries[-1] == Observation(1, position, reference, force, torque, 0)
+    shown = bench.explorer.perceive(14, position, reference, force, torque)
+    decision = bench.explorer.choose()
+    assert bench.entries[-1] == shown == Observation(1, position, reference, force, torque, 0)
+    assert bench.explorer.percept == (2, 1)
     assert bench.counter.seen == [2]  # x+
     assert decision == Decision(ACTIONS[0], 0, "diary")
-    bench.explorer.decide(28, position, reference, force, torque)
+    bench.explorer.perceive(28, position, reference, force, torque)
+    bench.explorer.choose()
     observation = bench.entries[-1]
     assert isinstance(observation, Observation)
     assert observation.action_number == 1
@@ -149,7 +154,7 @@ def test_the_symbols_come_from_the_measurement_vector_in_its_order() -> None:
     perception = Perception(Spy(("x",)), Thresholds(("x",), ((-1.0, 1.0),)), Counter())
     explorer = Explorer(perception, Diary(), ActionPenalty(), TICK_S)
     explorer.begin(0, np.random.default_rng(0))
-    explorer.decide(0, (1.0, 2.0, 3.0), (99.0, 99.0, 99.0), (4.0, 5.0, 6.0), (7.0, 8.0, 9.0))
+    explorer.perceive(0, (1.0, 2.0, 3.0), (99.0, 99.0, 99.0), (4.0, 5.0, 6.0), (7.0, 8.0, 9.0))
     assert seen == [(1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0)]
 
 
@@ -299,3 +304,15 @@ def test_the_norm_of_the_force_counts() -> None:
     bench.explorer.feel(NONE, (1.0, -2.0, 3.0))
     bench.explorer.reached_goal()
     assert bench.meter.outcomes[0].peak_force_N == pytest.approx(sqrt(14.0))
+
+
+def test_nothing_is_chosen_twice_on_one_perception() -> None:
+    bench = Bench()
+    assert bench.explorer.percept is None
+    with pytest.raises(LifecycleError, match="call perceive"):
+        bench.explorer.choose()
+    bench.decide(2e-3)
+    with pytest.raises(LifecycleError, match="call perceive"):
+        bench.explorer.choose()
+    bench.begin(1)
+    assert bench.explorer.percept is None

@@ -14,7 +14,11 @@ from palpate.core.tip_motion import TipMotion
 P = ParamSpec("P")
 R = TypeVar("R")
 
-_PARTS: Final = ((Section.PERCEIVE, ("update",)), (Section.DECIDE, ("feel", "decide")), (Section.CONTROL, ("move",)))
+_PARTS: Final = (
+    (Section.PERCEIVE, ("update",)),
+    (Section.DECIDE, ("feel", "perceive", "choose")),
+    (Section.CONTROL, ("move",)),
+)
 
 
 def timed_parts(measurement: Measurement, explorer: Explorer, motion: TipMotion, stopwatch: Stopwatch) -> None:
@@ -25,7 +29,7 @@ def timed_parts(measurement: Measurement, explorer: Explorer, motion: TipMotion,
 
     Args:
         measurement: Its ``update`` is perceiving.
-        explorer: Its ``feel`` and ``decide`` are deciding.
+        explorer: Its ``feel``, ``perceive`` and ``choose`` are deciding.
         motion: Its ``move`` is control.
         stopwatch: Is told.
     """
