@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import signal
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -255,7 +256,13 @@ def run_policy(
 
 @contextmanager
 def interrupting(request_end: Callable[[], None]) -> Iterator[None]:
-    """While inside, the first SIGINT or SIGTERM asks for an orderly end; a second SIGINT stops at once."""
+    """While inside, the first SIGINT or SIGTERM asks for an orderly end; a second SIGINT stops at once.
+
+    Signals reach a program's main thread only: in any other one this does nothing.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
 
     def handle(number: int, frame: FrameType | None) -> None:
         signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -45,9 +45,7 @@ def overlay(base: T, table: Mapping[str, Any], where: str = "") -> T:
     for key, value in table.items():
         name = f"{where}{key}"
         if key not in hints:
-            near = difflib.get_close_matches(key, hints, n=1, cutoff=0.5)
-            hint = f"; did you mean {where}{near[0]}?" if near else ""
-            raise ConfigurationError(name, value, f"no such field{hint} (known here: {', '.join(hints)})")
+            raise _unknown(name, value, key, hints, where)
         current = getattr(base, key)
         if dataclasses.is_dataclass(current):
             if not isinstance(value, Mapping):
@@ -56,6 +54,32 @@ def overlay(base: T, table: Mapping[str, Any], where: str = "") -> T:
         else:
             changes[key] = _converted(name, value, hints[key])
     return dataclasses.replace(base, **changes)  # type: ignore[type-var]
+
+
+def field_value(base: Any, name: str, value: Any) -> Any:
+    """A TOML value as the field of a dotted name would hold it; whether it fits the other fields is not looked at.
+
+    Args:
+        base: A dataclass, with the field in it or in one that it holds.
+        name: Dotted name of the field.
+        value: As TOML gave it.
+
+    Raises:
+        ConfigurationError: There is no such field, it is a table of fields, or the value is of another type.
+    """
+    where, (*path, last) = "", name.split(".")
+    for key in path:
+        if key not in get_type_hints(type(base)):
+            raise _unknown(name, value, key, get_type_hints(type(base)), where)
+        base, where = getattr(base, key), f"{where}{key}."
+        if not dataclasses.is_dataclass(base):
+            raise ConfigurationError(name, value, f"no such field; {where[:-1]} has none of its own")
+    hints = get_type_hints(type(base))
+    if last not in hints:
+        raise _unknown(name, value, last, hints, where)
+    if dataclasses.is_dataclass(getattr(base, last)):
+        raise ConfigurationError(name, value, f"one of its fields: {', '.join(get_type_hints(hints[last]))}")
+    return _converted(name, value, hints[last])
 
 
 def to_toml(config: Any, prefix: str = "") -> str:
@@ -67,8 +91,14 @@ def to_toml(config: Any, prefix: str = "") -> str:
             name = f"{prefix}{f.name}"
             tables.append(f"\n[{name}]\n{to_toml(value, name + '.')}")
         else:
-            lines.append(f"{f.name} = {_literal(value)}\n")
+            lines.append(f"{f.name} = {literal(value)}\n")
     return "".join(lines) + "".join(tables)
+
+
+def _unknown(name: str, value: Any, key: str, known: Mapping[str, Any], where: str) -> ConfigurationError:
+    near = difflib.get_close_matches(key, known, n=1, cutoff=0.5)
+    hint = f"; did you mean {where}{near[0]}?" if near else ""
+    return ConfigurationError(name, value, f"no such field{hint} (known here: {', '.join(known)})")
 
 
 def _converted(name: str, value: Any, kind: Any) -> Any:
@@ -88,7 +118,8 @@ def _converted(name: str, value: Any, kind: Any) -> Any:
     raise ConfigurationError(name, value, f"a value of type {getattr(kind, '__name__', kind)}")
 
 
-def _literal(value: Any) -> str:
+def literal(value: Any) -> str:
+    """A value as TOML writes it."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, (int, float)):
@@ -96,6 +127,6 @@ def _literal(value: Any) -> str:
     if isinstance(value, str):
         # TOML's basic strings are JSON's, as long as nothing is written as a surrogate pair.
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
-    if isinstance(value, tuple):
-        return "[" + ", ".join(_literal(v) for v in value) + "]"
-    return "{ " + ", ".join(f"{_literal(k)} = {_literal(v)}" for k, v in value.items()) + " }"
+    if isinstance(value, (tuple, list)):
+        return "[" + ", ".join(literal(v) for v in value) + "]"
+    return "{ " + ", ".join(f"{literal(k)} = {literal(v)}" for k, v in value.items()) + " }"

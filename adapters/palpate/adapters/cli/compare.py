@@ -11,9 +11,10 @@ from pathlib import Path
 from typing import Any
 
 from palpate.adapters.capture import capture_half_width_m
+from palpate.adapters.chosen_policy import ChosenPolicy
 from palpate.adapters.cli.notices import report_troubles, tell_weakened
 from palpate.adapters.cli.options import CompareOptions
-from palpate.adapters.cli.run import ChosenPolicy, run_named
+from palpate.adapters.cli.run import run_named
 from palpate.adapters.composition import find_ready_pose, require_usable
 from palpate.adapters.policies import COMPARATORS
 from palpate.adapters.recording.trials import LOG_FOLDER, TrialRecorder

@@ -2,41 +2,33 @@
 
 from __future__ import annotations
 
-import os
 import sys
-from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
 
 from tqdm import tqdm
 
 from palpate.adapters.beat import Beat
+from palpate.adapters.chosen_policy import NOBODY_KNOWS, ChosenPolicy
 from palpate.adapters.cli.notices import marked_line, recording_for, report_troubles, tell_grants, tell_weakened
 from palpate.adapters.cli.options import RunOptions
 from palpate.adapters.composition import (
     ReadyPose,
-    build_perception,
     find_ready_pose,
     open_rig,
     require_usable,
 )
 from palpate.adapters.config import RunConfig
 from palpate.adapters.experiment import ScoredTrial
-from palpate.adapters.fitting import configured_perception
 from palpate.adapters.plots import learning_curve
-from palpate.adapters.policies import COMPARATORS, comparator, loaded_policy, perception_of
+from palpate.adapters.policies import COMPARATORS
 from palpate.adapters.recording.trials import LOG_FOLDER, TrialRecorder
 from palpate.adapters.results import RunFolder, TrialRow, next_free_folder
-from palpate.adapters.rig import Rig
+from palpate.adapters.run_summary import policy_summary
 from palpate.adapters.session import FIRST_EVALUATION_TRIAL, Recorded, run_policy, run_toml
-from palpate.adapters.statistics import summary_of
 from palpate.adapters.warm_up import warm_up
 from palpate.core.checks import require_in
 from palpate.core.errors import ConfigurationError
-from palpate.core.perception import Perception
-from palpate.core.policy import PolicyDocument
-
-_NOBODY_KNOWS = "a policy that need not know where the hole is, on a real rig"
 
 
 def run(options: RunOptions) -> int:
@@ -48,9 +40,7 @@ def run(options: RunOptions) -> int:
     folder = RunFolder(Path(options.out)) if options.out else next_free_folder(f"runs/{config.scenario}-run")
     folder.require_free()
     if options.policy == "omniscient" and options.rig:
-        raise ConfigurationError(
-            "policy", options.policy, "a policy that need not know where the hole is, on a real rig"
-        )
+        raise ConfigurationError("policy", options.policy, NOBODY_KNOWS)
     chosen = ChosenPolicy(options.policy, config)
     ready = find_ready_pose(config)
     require_usable(config, ready)
@@ -65,8 +55,8 @@ def run(options: RunOptions) -> int:
             chosen, config, ready, options.trials, folder=folder, recorder=recorder, rig_file=options.rig
         )
     report_troubles(recorder)
-    summary = {"policy": options.policy, "scenario": config.scenario, "arm": config.arm, **summary_of(rows)}
-    folder.write_json("summary.json", {**summary, "finished": finished})
+    summary = policy_summary(config, options.policy, rows, options.trials)
+    folder.write_json("summary.json", summary)
     folder.write_bytes("learning_curve.png", learning_curve(rows, f"{options.policy}, {config.scenario}"))
     if chosen.document is not None:
         chosen.document.save(folder.path / "policy.json")
@@ -79,46 +69,6 @@ def run(options: RunOptions) -> int:
         f"{marked_line(summary)}saved in {folder.path}\n"
     )
     return 0 if finished else 130
-
-
-class ChosenPolicy:
-    """A policy by name or file, checked before anything is built.
-
-    Args:
-        name: A comparator's name, or the path of a policy file.
-        config: The run's configuration.
-
-    Attributes:
-        label: Short name for tables.
-        document: The policy file; None for a comparator.
-        perception: From signals to states.
-    """
-
-    def __init__(self, name: str, config: RunConfig) -> None:
-        self.name = name
-        self.document: PolicyDocument | None = None
-        self.perception: Perception
-        if name in COMPARATORS:
-            self.label = name
-            self.perception = build_perception(RunConfig(task=config.task))
-        else:
-            self.label = Path(name).parent.name or Path(name).stem
-            if not os.path.exists(name):
-                raise ConfigurationError("policy", name, f"a policy file, or one of {', '.join(COMPARATORS)}")
-            self.document = PolicyDocument.load(Path(name))
-            self.perception = perception_of(self.document, config, configured_perception(config))
-
-
-def true_hole_m(rig: Rig) -> Sequence[float]:
-    """Where the hole really is.
-
-    Raises:
-        ConfigurationError: Nobody knows.
-    """
-    truth = rig.truth()
-    if truth is None:
-        raise ConfigurationError("policy", "omniscient", _NOBODY_KNOWS)
-    return truth.hole_in_task_m
 
 
 def run_named(
@@ -154,10 +104,7 @@ def run_named(
         closed as rig,
         tqdm(total=trials, unit="trial", desc=chosen.label, file=sys.stderr) as bar,
     ):
-        if chosen.document is None:
-            policy = comparator(chosen.name, config, lambda: true_hole_m(rig))
-        else:
-            policy = loaded_policy(chosen.document, config, chosen.perception, frozen=True)
+        policy = chosen.on(rig)
         name = chosen.name if chosen.document is None else ""
         recorded = None if recorder is None else Recorded(recorder, command, name, subfolder)
 

@@ -21,8 +21,9 @@ from palpate.adapters.policies import learning_policy, loaded_policy, perception
 from palpate.adapters.provenance import made_with
 from palpate.adapters.recording.trials import LOG_FOLDER, TrialRecorder, set_aside
 from palpate.adapters.results import RunFolder
+from palpate.adapters.run_summary import training_summary
 from palpate.adapters.session import Checkpoint, Trainer, checkpoint_perception, resume_from, run_toml
-from palpate.adapters.statistics import WINDOW, learning_summary, moving_average, summary_of
+from palpate.adapters.statistics import WINDOW, moving_average
 from palpate.adapters.toml_config import overlay, read_toml, to_toml
 from palpate.adapters.warm_up import warm_up
 from palpate.core.checks import require_in
@@ -157,15 +158,7 @@ def _with_progress(trainer: Trainer, trials: int, first: int, folder: RunFolder)
 
 def _finish(config: RunConfig, folder: RunFolder, trials: int) -> None:
     rows = folder.read_trials()
-    summary = {
-        "scenario": config.scenario,
-        "arm": config.arm,
-        "seed": config.seed,
-        "finished": len(rows) >= trials,
-        **summary_of(rows),
-        "learning": learning_summary(rows),
-        "holes_inside_area": round(reachable_share(config.task, config.cell.hole_uncertainty_mm), 4),
-    }
+    summary = training_summary(config, rows, trials)
     folder.write_json("summary.json", summary)
     title = f"Peg in hole, {config.arm}, scenario {config.scenario}, seed {config.seed}"
     folder.write_bytes("learning_curve.png", learning_curve(rows, title))
