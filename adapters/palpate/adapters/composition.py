@@ -216,11 +216,12 @@ class SimulatedRig(Rig):
     Attributes:
         ports: What the core runs over.
         cell: The work cell behind them, for scoring and for pictures.
+        seed: Gives, with a trial's index, its hole and sensor errors; may be another from one trial to the next.
     """
 
     def __init__(self, config: RunConfig, ready: ReadyPose) -> None:
         kinematics = Kinematics(arm_named(config.arm), ToolGeometry())
-        self._seed = config.seed
+        self.seed = config.seed
         self.cell = WorkCell(
             kinematics,
             config.cell,
@@ -245,7 +246,7 @@ class SimulatedRig(Rig):
         """Put the world into the state in which this trial starts, and free the arm from its last stop."""
         self._arm.deactivate()
         self._sensor.deactivate()
-        self.cell.reset(self._seed, trial)
+        self.cell.reset(self.seed, trial)
         self._sensor.activate()
         self._arm.activate()
 
