@@ -11,15 +11,19 @@ from pathlib import Path
 from palpate.core.errors import OutputError
 
 
-def require_no_file(path: Path) -> None:
+def require_no_file(path: Path, flag: str = "--out") -> None:
     """Make sure that a file can be made there without losing anything.
+
+    Args:
+        path: The file.
+        flag: The option that names it, for the message.
 
     Raises:
         OutputError: Something of that name is there already.
     """
     # lexists, because a link that leads nowhere is in the way as well.
     if os.path.lexists(path):
-        raise OutputError(str(path), "is there already and is never overwritten", "name another file with --out")
+        raise OutputError(str(path), "is there already and is never overwritten", f"name another file with {flag}")
 
 
 def require_free_folder(path: Path) -> None:
@@ -40,21 +44,25 @@ def require_free_folder(path: Path) -> None:
 
 
 @contextmanager
-def new_file(path: Path) -> Iterator[Path]:
+def new_file(path: Path, flag: str = "--out") -> Iterator[Path]:
     """Gives the name under which to write a file; on a good end it is renamed to ``path``, on a bad one removed.
+
+    Args:
+        path: The file.
+        flag: The option that names it, for the message.
 
     Raises:
         OutputError: Something is there already, or it cannot be written there.
     """
-    require_no_file(path)
+    require_no_file(path, flag)
     passing = _passing_name(path)
     try:
         yield passing
         # Once more, because writing takes a while.
-        require_no_file(path)
+        require_no_file(path, flag)
         os.replace(passing, path)
     except OSError as error:
-        raise _unwritable(path, error, "file") from error
+        raise _unwritable(path, error, f"file with {flag}") from error
     finally:
         _remove(passing)
 
@@ -83,7 +91,7 @@ def new_folder(path: Path) -> Iterator[Path]:
         os.replace(passing, path)
         complete = True
     except OSError as error:
-        raise _unwritable(path, error, "folder") from error
+        raise _unwritable(path, error, "folder with --out") from error
     finally:
         _remove(passing)
         if not complete:
@@ -106,4 +114,4 @@ def _remove(passing: Path) -> None:
 
 
 def _unwritable(path: Path, error: OSError, kind: str) -> OutputError:
-    return OutputError(str(path), f"cannot be written ({error.strerror})", f"name another {kind} with --out")
+    return OutputError(str(path), f"cannot be written ({error.strerror})", f"name another {kind}")
