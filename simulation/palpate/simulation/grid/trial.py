@@ -46,6 +46,70 @@ class Walk:
         return len(self.actions)
 
 
+class Walker:
+    """The agent in its map during one trial, move by move; what decides on the moves is the caller's.
+
+    Args:
+        grid: The map; the agent gets nothing of it but readings.
+        identifier: From readings to states; it forgets what was before.
+        seed: The run's seed.
+        trial: Index of the trial; with the seed it gives the start.
+
+    Attributes:
+        cell: Where it is; None at the goal.
+        state: The state there; at the goal, where nothing is read, that of the cell before.
+
+    Raises:
+        ConfigurationError: The identifier knows other symbols than the map has.
+    """
+
+    def __init__(self, grid: GridMap, identifier: StateIdentifier, seed: int, trial: int) -> None:
+        if identifier.symbols != grid.symbols:
+            accepted = f"the symbols of the map, {', '.join(grid.symbols)}"
+            raise ConfigurationError("grid.state", identifier.symbols, accepted)
+        self._grid, self._identifier = grid, identifier
+        self._start = int(generator(seed, Purpose.START, trial).integers(len(grid.cells)))
+        self._symbols, self._actions = [grid.readings[self._start]], list[int]()
+        identifier.reset()
+        self.cell: int | None = self._start
+        self.state = identifier.update(self._symbols[0])
+
+    @property
+    def symbol(self) -> int:
+        """The last reading."""
+        return self._symbols[-1]
+
+    @property
+    def steps(self) -> int:
+        """Number of moves so far."""
+        return len(self._actions)
+
+    @property
+    def walk(self) -> Walk:
+        """What happened so far."""
+        return Walk(self._start, tuple(self._symbols), tuple(self._actions), reached=self.cell is None)
+
+    def observation(self) -> Observation:
+        """What a policy chooses by: nothing but the state is known, no position and no force."""
+        return Observation(self.state, _NOWHERE, _NOWHERE, _NOWHERE, _NOWHERE, self.steps)
+
+    def move(self, action: int) -> int | None:
+        """Make a move; returns the next state, None at the goal.
+
+        Raises:
+            CommandError: The goal is reached already.
+        """
+        if self.cell is None:
+            raise CommandError("at the goal there is no move", action)
+        self._actions.append(action)
+        self.cell = self._grid.moves[self.cell][action]
+        if self.cell is None:
+            return None
+        self._symbols.append(self._grid.readings[self.cell])
+        self.state = self._identifier.update(self._symbols[-1])
+        return self.state
+
+
 def run_trial(
     grid: GridMap,
     identifier: StateIdentifier,
@@ -74,26 +138,15 @@ def run_trial(
         CommandError: The policy chose something that is not of the action set.
     """
     require_whole("grid.step_limit", step_limit, 1, 10_000_000)
-    if identifier.symbols != grid.symbols:
-        raise ConfigurationError("grid.state", identifier.symbols, f"the symbols of the map, {', '.join(grid.symbols)}")
-    start = int(generator(seed, Purpose.START, trial).integers(len(grid.cells)))
+    walker = Walker(grid, identifier, seed, trial)
     policy.begin_trial(trial, generator(seed, Purpose.POLICY, trial))
-    identifier.reset()
-    symbols, actions = [grid.readings[start]], []
-    cell, state = start, identifier.update(symbols[0])
-    for number in range(step_limit):
-        # Nothing else is known to the agent: no position, no force.
-        decision = policy.choose(Observation(state, _NOWHERE, _NOWHERE, _NOWHERE, _NOWHERE, number))
+    for _ in range(step_limit):
+        observation = walker.observation()
+        decision = policy.choose(observation)
         if decision.index is None:
             raise CommandError("in a grid an action must be one of the set", decision.action.name)
-        actions.append(decision.index)
-        target = grid.moves[cell][decision.index]
-        if target is None:
-            policy.learn(Transition(state, decision.index, penalty.per_action, None))
-            return Walk(start, tuple(symbols), tuple(actions), reached=True)
-        reading = grid.readings[target]
-        next_state = identifier.update(reading)
-        policy.learn(Transition(state, decision.index, penalty.per_action, next_state))
-        symbols.append(reading)
-        cell, state = target, next_state
-    return Walk(start, tuple(symbols), tuple(actions), reached=False)
+        next_state = walker.move(decision.index)
+        policy.learn(Transition(observation.state, decision.index, penalty.per_action, next_state))
+        if next_state is None:
+            break
+    return walker.walk

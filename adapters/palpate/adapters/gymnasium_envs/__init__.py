@@ -1,0 +1,17 @@
+"""Gymnasium environments over the same learning core as everything else here.
+
+Importing this registers ``palpate/PegInsertion-v0`` and ``palpate/SensorMap-v0``; nothing heavy is loaded before one is
+made. ``gymnasium.make("palpate.adapters.gymnasium_envs:palpate/PegInsertion-v0")`` imports it by itself. Gymnasium 1.0
+did away with entry points by which a package could register without any import, so there is none.
+"""
+
+from __future__ import annotations
+
+from gymnasium.envs.registration import register
+
+PEG_INSERTION = "palpate/PegInsertion-v0"
+SENSOR_MAP = "palpate/SensorMap-v0"
+
+# Both know their own time limit, so none is given here: a wrapper's would end a trial that the core still runs.
+register(id=PEG_INSERTION, entry_point=f"{__name__}.peg_insertion:PegInsertionEnv")
+register(id=SENSOR_MAP, entry_point=f"{__name__}.sensor_map:SensorMapEnv")

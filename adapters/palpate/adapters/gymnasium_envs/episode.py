@@ -1,0 +1,171 @@
+"""Trials of the insertion task, one decision at a time, for whoever chooses the actions from outside.
+
+Everything below the choice is the core's, as in any other run: the loop over the ports, perception, motion laws,
+supervisor, reinforcement. Nothing here knows of Gymnasium.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from contextlib import ExitStack
+from dataclasses import replace
+from typing import Final
+
+from palpate.adapters.composition import (
+    SimulatedRig,
+    build_reinforcement,
+    build_supervisor,
+    build_task,
+    find_ready_pose,
+    require_usable,
+)
+from palpate.adapters.config import RunConfig
+from palpate.adapters.experiment import ScoredTrial, score, trial_setup
+from palpate.adapters.fitting import configured_perception, fitted_perception
+from palpate.adapters.gymnasium_envs.errors import NotRunningError
+from palpate.adapters.gymnasium_envs.given import GivenActions
+from palpate.core.cycle import next_snapshot, trial_ticks
+from palpate.core.errors import DeviceError
+from palpate.core.insertion import PERIOD_S
+from palpate.core.policy import ActionOutcome, Decision
+from palpate.core.task_config import CONTROL_RATE_HZ
+from palpate.core.trial import Outcome, TrialReport
+from palpate.core.values import JointCommand, Snapshot
+
+_MOST_SKIPPED: Final = 50
+"""Trials in a row without any decision; a cell in which none ever has one is set up wrongly."""
+
+
+class InsertionEpisodes:
+    """One simulated work cell, and trials in it.
+
+    Args:
+        config: The run's configuration; its seed only serves a perception that has to be fitted.
+
+    Attributes:
+        config: The configuration, with the seed of the trial that runs.
+        trial: Index of that trial.
+        skipped: Trials before it that were over without a decision, since :meth:`begin` was asked for one.
+        perception: From signals to states.
+        task: The core.
+
+    Raises:
+        ConfigurationError: A setting is refused.
+    """
+
+    def __init__(self, config: RunConfig) -> None:
+        ready = find_ready_pose(config)
+        require_usable(config, ready)
+        self.config, self.trial, self.skipped = config, 0, 0
+        self._opened = ExitStack()
+        self.rig = self._opened.enter_context(SimulatedRig(config, ready))
+        self.perception = configured_perception(config) or fitted_perception(config, ready, self.rig)
+        self._policy = GivenActions()
+        self.task = build_task(config, ready, self.perception, self._policy)
+        self._supervisor = build_supervisor(config)
+        duration_s = config.task.ticks_per_action * PERIOD_S
+        self.plain_reinforcement = build_reinforcement(config)(ActionOutcome(duration_s, 0.0, 0.0, 0.0))
+        self._ticks: Generator[Snapshot, JointCommand, None] | None = None
+        self._contact_tick = 0
+
+    @property
+    def report(self) -> TrialReport:
+        """What the core knows of the trial."""
+        return self.task.report
+
+    @property
+    def exploration_time_s(self) -> float:
+        """Time from contact to now; to the hole (or to the end without it) when the trial is over."""
+        if self.report.outcome is not None:
+            return self.report.exploration_time_s
+        return (self.report.ticks - 1 - self._contact_tick) * PERIOD_S
+
+    @property
+    def decisions_left(self) -> int:
+        """Decisions of a trial that would come in the time that is left of its limit."""
+        task = self.config.task
+        left = max(task.time_limit_s - self.exploration_time_s, 0.0)
+        return int(left * CONTROL_RATE_HZ / task.ticks_per_action)
+
+    def begin(self, seed: int, trial: int) -> None:
+        """Run a trial to its first decision; one that is over before, straight into the hole, is skipped for the next.
+
+        Args:
+            seed: Gives, with the index, everything that is random.
+            trial: Index of the trial.
+
+        Raises:
+            ConfigurationError: The seed cannot be one.
+            DeviceError: Trial after trial is over without any decision.
+        """
+        self.config = replace(self.config, seed=seed)
+        for skipped in range(_MOST_SKIPPED):
+            self.trial, self.skipped = trial + skipped, skipped
+            self._begin()
+            if self._ticks is not None:
+                events = self.report.events
+                self._contact_tick = next(event.tick for event in events if event.name == "contact")
+                return
+        raise DeviceError("work cell", f"{_MOST_SKIPPED} trials without any decision: {self.report.events[-1].detail}")
+
+    def _begin(self) -> None:
+        self._let_go()
+        if self._supervisor.trip is not None:
+            # Only a person may acknowledge a trip. A simulated cell begins anew, and its supervisor with it.
+            self._supervisor = build_supervisor(self.config)
+        self.rig.seed = self.config.seed
+        # The clock too, so that an episode is the same to the last bit whatever was before.
+        self.rig.set_clock_ticks(0)
+        self.rig.prepare(self.trial)
+        self._ticks = trial_ticks(self.task, self.rig.ports, trial_setup(self.config, self.trial), self._supervisor)
+        self._advance(next(self._ticks, None))
+
+    def decide(self, decision: Decision) -> float:
+        """Take an action, and run to the next decision or to the end of the trial.
+
+        Returns:
+            The reinforcement that the action earned, as a learner of the core is told. Where the core tells none,
+            because a supervisor or a fault ended the trial, what an action without any excess effort earns.
+
+        Raises:
+            NotRunningError: No trial runs.
+        """
+        if self._ticks is None:
+            raise NotRunningError("no trial runs; begin one first")
+        self._policy.give(decision)
+        self._advance(next_snapshot(self._ticks, self.task.act()))
+        earned = self.report.decisions[-1].reinforcement
+        return self.plain_reinforcement if earned is None else earned
+
+    def _advance(self, snapshot: Snapshot | None) -> None:
+        """Tick by tick to the middle of the one in which a choice is due."""
+        ticks, task = self._ticks, self.task
+        while ticks is not None and snapshot is not None:
+            if task.sense(snapshot) is not None:
+                return
+            snapshot = next_snapshot(ticks, task.act())
+        self._ticks = None
+
+    @property
+    def running(self) -> bool:
+        """Whether a trial waits for a decision."""
+        return self._ticks is not None
+
+    @property
+    def outcome(self) -> Outcome | None:
+        """How the trial ended; None while it runs."""
+        return self.report.outcome
+
+    def scored(self) -> ScoredTrial:
+        """The trial held against the truth."""
+        return score(self.config, self.report, self.rig.truth())
+
+    def _let_go(self) -> None:
+        if self._ticks is not None:
+            self._ticks.close()
+            self._ticks = None
+
+    def close(self) -> None:
+        """Stop the arm and close every device; a second time does nothing."""
+        self._let_go()
+        self._opened.close()

@@ -1,0 +1,160 @@
+"""``palpate/PegInsertion-v0``: the peg-in-hole task of a run, one decision a step."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+import gymnasium
+import numpy as np
+
+from palpate.adapters.composition import task_actions
+from palpate.adapters.gymnasium_envs import action_space, observation_space
+from palpate.adapters.gymnasium_envs.action_space import Actions, CompassSteps, FreeSteps
+from palpate.adapters.gymnasium_envs.episode import InsertionEpisodes
+from palpate.adapters.gymnasium_envs.errors import NotRunningError, refuse_unknown
+from palpate.adapters.gymnasium_envs.numbering import Numbering
+from palpate.adapters.gymnasium_envs.observation_space import Observations, StateIndex, TipWrench
+from palpate.adapters.gymnasium_envs.settings import Settings, run_config
+from palpate.core.checks import require_in, require_one_of
+from palpate.core.errors import ConfigurationError
+from palpate.core.task_config import CONTROL_RATE_HZ
+from palpate.core.trial import Outcome
+
+_NAME: Final = "palpate/PegInsertion-v0"
+_ARGUMENTS: Final = ("scenario", "arm", "actions", "observations", "failure_penalty", "config")
+
+
+class PegInsertionEnv(gymnasium.Env[Any, Any]):
+    """The insertion task as an environment. Perception, motion, supervision and reward are those of any other run.
+
+    A step is one decision: 14 control ticks at 140 Hz, or more when it leads into the hole. ``reset`` lifts the peg,
+    leads it to the trial's start, tares and touches the plate, until the first decision. The episodes after
+    ``reset(seed=s)`` are the trials 0, 1, 2, ... of ``palpate train --seed s``; ``options={"trial": k}`` goes to one.
+
+    Terminated: inserted, or failed (jammed, force limit, safety trip). Truncated: the task's time limit.
+
+    Args:
+        scenario: ``paper`` or ``blind``; empty takes that of ``config``, or ``paper``.
+        arm: ``zebra-zero`` or ``ur5``; empty takes that of ``config``.
+        actions: ``discrete``: the eight compass steps; ``continuous``: any step in the plane, (2,), see
+            :class:`~palpate.adapters.gymnasium_envs.action_space.FreeSteps`.
+        observations: ``symbolic``: the number of the state; ``raw``: tip and wrench, (9,), see
+            :class:`~palpate.adapters.gymnasium_envs.observation_space.TipWrench`.
+        failure_penalty: Taken from the last reward of an episode that failed. None takes what the decisions left of the
+            time limit would have cost, so that failing early is no way to save reward; 0 gives the core's own
+            reinforcement and nothing else.
+        config: Any other settings: a nested table such as ``{"task": {"step_mm": 0.5}}``, or a TOML file.
+        render_mode: None; there are no pictures.
+        unknown: Anything else is refused.
+
+    Raises:
+        ConfigurationError: An argument or a setting is unknown or refused.
+    """
+
+    metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012 - Gymnasium declares it so
+
+    def __init__(
+        self,
+        scenario: str = "",
+        arm: str = "",
+        actions: str = "discrete",
+        observations: str = "symbolic",
+        failure_penalty: float | None = None,
+        config: Settings = None,
+        render_mode: str | None = None,
+        **unknown: object,
+    ) -> None:
+        refuse_unknown(_NAME, unknown, _ARGUMENTS)
+        require_one_of("actions", actions, action_space.KINDS)
+        require_one_of("observations", observations, observation_space.KINDS)
+        if failure_penalty is not None:
+            require_in("failure_penalty", failure_penalty, 0.0, 1e9)
+        if render_mode is not None:
+            raise ConfigurationError("render_mode", render_mode, "None: this environment draws no pictures")
+        self.render_mode = None
+        settings = run_config(scenario, arm, config)
+        self._episodes = InsertionEpisodes(settings)
+        self._penalty = failure_penalty
+        self._actions: Actions = (
+            CompassSteps(task_actions(settings)) if actions == "discrete" else FreeSteps(settings.task.step_mm * 1e-3)
+        )
+        self._observations: Observations = (
+            StateIndex(len(self._episodes.perception.states)) if observations == "symbolic" else TipWrench(settings)
+        )
+        self.action_space, self.observation_space = self._actions.space, self._observations.space
+        self._numbering = Numbering()
+        self._closed = False
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
+        """Run the next trial to its first decision.
+
+        Args:
+            seed: Seed of this trial and those that follow; None goes on with the seed that there is.
+            options: ``{"trial": k}`` runs the trial of that index; anything else is refused.
+
+        Raises:
+            ConfigurationError: An option is unknown or refused.
+            DeviceError: Trial after trial is over before any decision.
+        """
+        if self._closed:
+            raise NotRunningError("the environment is closed; make another")
+        super().reset(seed=seed)
+        run_seed, trial = self._numbering.next(seed, options, self.np_random)
+        self._episodes.begin(run_seed, trial)
+        self._numbering.passed(self._episodes.trial)
+        return self._observations.of(self._episodes.task), self._info(0.0)
+
+    def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+        """One decision; the arm does it, and the reward is what it cost.
+
+        Raises:
+            ActionRefusedError: There is no such action; nothing was done.
+            NotRunningError: No episode runs.
+        """
+        episodes = self._episodes
+        if not episodes.running:
+            raise NotRunningError(
+                "the environment is closed; make another" if self._closed
+                else "no episode runs; call reset() before the first step, and after an episode has ended"
+            )  # fmt: skip
+        earned = episodes.decide(self._actions.decision(action))
+        over = not episodes.running
+        truncated = over and episodes.outcome is Outcome.TIME_LIMIT
+        reward = earned
+        if over and not truncated and episodes.outcome is not Outcome.INSERTED:
+            left = -episodes.plain_reinforcement * episodes.decisions_left
+            reward -= left if self._penalty is None else self._penalty
+        return self._observations.of(episodes.task), reward, over and not truncated, truncated, self._info(earned)
+
+    def close(self) -> None:
+        """Stop the arm and close the work cell."""
+        if not self._closed:
+            self._closed = True
+            self._episodes.close()
+
+    def _info(self, earned: float) -> dict[str, Any]:
+        """What an agent may not learn from: for people, for scoring, and for whoever repeats a trial."""
+        episodes = self._episodes
+        report, success = episodes.report, episodes.scored().success
+        symbol, state = episodes.task.percept or (0, 0)
+        truth = episodes.rig.truth()
+        # Adding zero turns a negative zero into zero.
+        tip, hole = (np.array(point) + 0.0 for point in (truth.tip_in_task_m, truth.hole_in_task_m))
+        return {
+            "seed": episodes.config.seed,
+            "trial": episodes.trial,
+            "skipped_trials": episodes.skipped,
+            "phase": episodes.task.phase.value,
+            "outcome": "" if report.outcome is None else report.outcome.value,
+            "is_success": success,
+            "time_s": report.ticks / CONTROL_RATE_HZ,
+            "exploration_time_s": episodes.exploration_time_s,
+            "decisions": len(report.decisions),
+            "symbol": episodes.perception.symbols[symbol],
+            "state": episodes.perception.states[state],
+            "reinforcement": earned,
+            "peak_force_N": truth.peak_force_N,
+            "true_depth_m": truth.depth_m,
+            "true_tip_m": tip,
+            "true_hole_m": hole,
+        }
