@@ -1,0 +1,61 @@
+"""``palpate report``. Light to import: what draws is loaded when it is known that there is something to draw."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from palpate.adapters.cli.options import parse
+
+
+@dataclass(frozen=True)
+class ReportOptions:
+    """Make one page about a run or a study: FOLDER/report.html, which needs no network and nothing beside it.
+
+    Its pictures, and its figures as summary.csv, go to FOLDER/report. An older report of palpate's is replaced.
+    """
+
+    folder: Annotated[str, tyro.conf.Positional]
+    """Folder that palpate train, run, compare, explore, infer or study left."""
+    logs: bool = True
+    """Read logs too, for forces and timing of the cycle."""
+    overwrite: bool = False
+    """Replace files in the way that palpate report did not make."""
+
+
+def report(words: Sequence[str]) -> int:
+    """Make the page of a folder; returns the exit code.
+
+    Raises:
+        OutputError: It is no folder of results, nothing in it is finished, a file in it is damaged, or something that
+            is not ours is in the way.
+        LogError: A log is torn or damaged.
+    """
+    options = parse(ReportOptions, "report", words)
+    folder = Path(options.folder)
+    from palpate.adapters.report.kinds import kind_of
+    from palpate.adapters.report.placing import FOLDER, PAGE, place, require_placeable
+
+    kind_of(folder)
+    require_placeable(folder, overwrite=options.overwrite)
+    from importlib.metadata import version
+
+    from palpate.adapters.report.build import page_of
+    from palpate.adapters.report.render import csv_of, html_of
+
+    page = page_of(folder, logs=options.logs)
+    files = {f"{picture.name}.png": picture.png for picture in page.pictures}
+    files["summary.csv"] = csv_of(page).encode("utf-8")
+    html = html_of(page, version("palpate"))
+    place(folder, html, files, overwrite=options.overwrite)
+    sys.stdout.write("".join(f"mind: {notice}\n" for notice in page.notices))
+    sys.stdout.write(
+        f"{page.kind}: {len(page.pictures)} pictures, {len(html) / 1e6:.1f} MB, in {folder / PAGE}\n"
+        f"pictures and summary.csv in {folder / FOLDER}\n"
+    )
+    return 0

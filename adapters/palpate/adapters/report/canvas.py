@@ -1,0 +1,71 @@
+"""What all pictures of a report share: size, colours, and how one becomes a file.
+
+Matplotlib is imported only when one is drawn.
+"""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any, Final
+
+# Colours that people with any colour vision can tell apart (Okabe and Ito), the light ones last.
+COLOURS: Final = ("#0072b2", "#d55e00", "#009e73", "#aa4499", "#000000", "#e69f00", "#56b4e9", "#999933")
+LINES: Final = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 1)), (0, (8, 2)), (0, (3, 3)))
+GREY: Final = "#6b7280"
+WIDTH_IN: Final = 6.2
+"""Width of a picture. On a telephone it is shrunk to two thirds, and letters of 11 points can still be read."""
+_DPI: Final = 150
+_STYLE: Final = {
+    "font.size": 11.0,
+    "axes.titlesize": 11.5,
+    "axes.labelsize": 11.0,
+    "legend.fontsize": 10.0,
+    "xtick.labelsize": 10.0,
+    "ytick.labelsize": 10.0,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.alpha": 0.25,
+    "text.usetex": False,
+    "text.parse_math": False,
+}
+
+
+class Canvas:
+    """A picture in the making.
+
+    Attributes:
+        figure: The figure of matplotlib.
+        png: The finished file, once the ``with`` block that gave the canvas is left.
+    """
+
+    def __init__(self, figure: Any) -> None:
+        self.figure = figure
+        self.png = b""
+
+
+@contextmanager
+def drawn(height_in: float, width_in: float = WIDTH_IN) -> Iterator[Canvas]:
+    """Gives an empty canvas to draw on; when the block ends its ``png`` is there."""
+    from matplotlib import style
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    # From the defaults, so that a matplotlibrc of the user's does not change the bytes.
+    with style.context(["default", _STYLE]):
+        figure = Figure(figsize=(width_in, height_in), dpi=_DPI, layout="constrained")
+        FigureCanvasAgg(figure)
+        canvas = Canvas(figure)
+        yield canvas
+        buffer = io.BytesIO()
+        # Without a date and a version in it, equal results give equal pictures.
+        figure.savefig(buffer, format="png", metadata={"Software": None})
+        canvas.png = buffer.getvalue()
+
+
+def file_name(text: str) -> str:
+    """A text as a part of a file name: small letters, digits, points and hyphens."""
+    return re.sub(r"[^a-z0-9.]+", "-", text.lower()).strip("-.")[:60] or "x"

@@ -1,0 +1,103 @@
+"""The page of ``palpate explore``: learning in a grid world beside what is possible there."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Final
+
+from palpate.adapters.report.files import is_there, read_json, read_table
+from palpate.adapters.report.grid_pictures import grid_picture
+from palpate.adapters.report.learning_pictures import Axes, Curve, Level, learning_picture
+from palpate.adapters.report.page import Cell, Page, Picture, Section, Table, counted, share
+from palpate.adapters.report.policy_pictures import arrows_picture, q_picture
+from palpate.adapters.report.run_source import policy_in
+from palpate.core.errors import OutputError
+
+_BOUNDS: Final = (
+    ("full_information", "full information"), ("belief_optimum", "belief-state optimum"),
+    ("random_walk", "random walk"),
+)  # fmt: skip
+_SCORES: Final = ("seed", "first", "last", "reached", "greedy", "greedy_reaches")
+
+
+def explore_page(folder: Path, title: str, *, logs: bool) -> Page:
+    """Put together the page of runs in a grid world.
+
+    Args:
+        folder: Their folder.
+        title: The page's heading.
+        logs: Without meaning here.
+
+    Raises:
+        OutputError: A file is missing or damaged.
+        PolicyFileError: A policy file is.
+    """
+    summary = read_json(folder / "summary.json")
+    try:
+        settings, scores = summary["settings"], [{name: run[name] for name in _SCORES} for run in summary["runs"]]
+        bounds = [(words, summary[key]) for key, words in _BOUNDS if summary[key] is not None]
+        rows, state = [str(row) for row in settings["map"]], str(settings["state"])
+        learning = dict(settings["learning"])
+        curve = _curve(folder / "trials.csv", f"{learning.get('learner')}, states: {state}")
+    except (KeyError, TypeError, ValueError) as error:
+        problem = f"is no summary of palpate explore ({error})"
+        raise OutputError(str(folder / "summary.json"), problem, "explore again") from error
+    levels = [Level(words, float(value)) for words, value in bounds]
+    axes = Axes(cost="steps to the goal", unit="steps", success="goal reached")
+    facts = [("Learner", str(learning.get("learner"))), ("States", state), ("Seeds", str(len(scores)))]
+    facts += [("Trials of each", str(settings.get("trials"))), ("Map", " / ".join(rows))]
+    return Page(
+        title=title,
+        kind="learning in a grid world",
+        facts=tuple(facts),
+        notices=(),
+        sections=(
+            _figures(scores, bounds),
+            Section("Learning curve", pictures=(learning_picture("learning", [curve], levels, axes),)),
+            *_policy(folder, [int(score["seed"]) for score in scores], rows),
+            Section("Settings", tuple(f"{name} = {value}" for name, value in learning.items())),
+        ),
+        summary=tuple(_line(score, summary) for score in scores),
+    )
+
+
+def _figures(scores: list[dict[str, Any]], bounds: list[tuple[str, Any]]) -> Section:
+    head = ("seed", "first trials [steps]", "last trials [steps]", "goal reached", "greedy, exact [steps]")
+    rows = tuple(
+        (str(s["seed"]), f"{s['first']:.2f}", f"{s['last']:.2f}", share(s["reached"]), f"{s['greedy']:.2f}")
+        for s in scores
+    )
+    possible = "; ".join(f"{words} {float(value):.2f}" for words, value in bounds)
+    return Section("In figures", (f"What is possible, mean steps: {possible}.",), (Table("Runs", head, rows),))
+
+
+def _curve(path: Path, label: str) -> Curve:
+    steps: dict[str, list[float]] = {}
+    reached: dict[str, list[bool]] = {}
+    for row in read_table(path, ("seed", "steps", "reached")):
+        steps.setdefault(row["seed"], []).append(float(row["steps"]))
+        reached.setdefault(row["seed"], []).append(row["reached"] == "True")
+    if not steps:
+        raise OutputError(str(path), "holds no trial", "explore again")
+    return Curve(label, tuple(map(tuple, steps.values())), tuple(map(tuple, reached.values())))
+
+
+def _policy(folder: Path, seeds: list[int], rows: list[str]) -> list[Section]:
+    """What the first seed learned: over the map where a state is a symbol, otherwise over the states."""
+    path = next((p for p in (folder / f"policy-{seed}.json" for seed in seeds) if is_there(p)), None)
+    document = None if path is None else policy_in(path)
+    if path is None or document is None:
+        return []
+    title = f"Policy of seed {path.stem.removeprefix('policy-')}"
+    on_map = set("".join(rows)) & set(document.states) == set(document.states)
+    picture: Picture = (
+        grid_picture("policy", document, rows, title) if on_map else arrows_picture("policy", document, title, up=True)
+    )
+    text = f"{counted(len(document.states), 'state')}, {counted(len(document.actions), 'action')}."
+    sections = [Section("Policy", (text,), pictures=(picture,))]
+    q = q_picture("q-policy", document, title)
+    return sections + ([Section("Q values", pictures=(q,))] if q is not None else [])
+
+
+def _line(score: dict[str, Any], summary: dict[str, Any]) -> dict[str, Cell]:
+    return {**score, **{key: summary[key] for key, _ in _BOUNDS}}

@@ -1,0 +1,106 @@
+"""What a report consists of, before it is HTML."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+Cell: TypeAlias = str | int | float | bool | None
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A picture of the page, which is also a file beside it.
+
+    Attributes:
+        name: The file's name without its ending; unique in a report.
+        alt: What it shows, in words, for those who do not see it.
+        caption: Stands below it: what was drawn, and how intervals were made.
+        png: The file.
+        wide: Keeps its size on narrow screens, where it can be moved sideways; for pictures with small letters.
+    """
+
+    name: str
+    alt: str
+    caption: str
+    png: bytes
+    wide: bool = False
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table of the page.
+
+    Attributes:
+        caption: Stands above it.
+        head: Names of the columns.
+        rows: Cells as they are shown; the first of a row names it.
+    """
+
+    caption: str
+    head: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+
+
+@dataclass(frozen=True)
+class Section:
+    """A part of the page.
+
+    Attributes:
+        title: Its heading.
+        text: Paragraphs.
+        tables: Below the text.
+        pictures: Below the tables.
+        listing: A text file, shown folded; empty if there is none.
+    """
+
+    title: str
+    text: tuple[str, ...] = ()
+    tables: tuple[Table, ...] = ()
+    pictures: tuple[Picture, ...] = ()
+    listing: str = ""
+
+
+@dataclass(frozen=True)
+class Page:
+    """A report.
+
+    Attributes:
+        title: Its heading.
+        kind: What the folder is, in a few words.
+        facts: What was run, as pairs of name and value.
+        notices: What a reader must know before believing anything: unfinished cells, early ends.
+        sections: In order; those without anything to show are left out.
+        summary: Rows of ``summary.csv``, all with the same columns.
+    """
+
+    title: str
+    kind: str
+    facts: tuple[tuple[str, str], ...]
+    notices: tuple[str, ...]
+    sections: tuple[Section, ...]
+    summary: tuple[dict[str, Cell], ...]
+
+    @property
+    def pictures(self) -> tuple[Picture, ...]:
+        """All pictures, in order."""
+        return tuple(picture for section in self.sections for picture in section.pictures)
+
+
+def counted(number: int, noun: str, plural: str = "") -> str:
+    """A number with its noun: ``1 trial``, ``2 trials``."""
+    return f"{number} {noun if number == 1 else plural or noun + 's'}"
+
+
+def listed(names: Sequence[str], most: int = 5) -> str:
+    """Names in a row, the rest counted."""
+    more = len(names) - most
+    return ", ".join(names[:most]) + (f" and {more} more" if more > 0 else "")
+
+
+def share(value: float) -> str:
+    """A share as whole per cent: never 100 % or 0 % when it is not quite."""
+    if 0.0 < value < 0.005:
+        return "< 1 %"
+    return "> 99 %" if 0.995 <= value < 1.0 else f"{value:.0%}".replace("%", " %")

@@ -1,0 +1,219 @@
+"""A policy as arrows over its states, and its Q values."""
+
+from __future__ import annotations
+
+from math import hypot
+from typing import Any, Final
+
+import numpy as np
+
+from palpate.adapters.report.canvas import WIDTH_IN, drawn
+from palpate.adapters.report.page import Picture, counted
+from palpate.adapters.report.policy_layout import Block, blocks_of
+from palpate.core.policy import PolicyDocument
+from palpate.core.policy.entries import TableRow
+
+MOST_STATES: Final = 48
+"""States that are drawn; of more, those that were learned from most often."""
+_COLOUR_MAP: Final = "viridis"
+_NOT_LEARNED: Final = {"programmed": "#fbe3c0", "examples": "#e3d9f2"}
+_NEVER: Final = "#ececec"
+
+
+def arrows_picture(name: str, document: PolicyDocument, title: str, *, up: bool = False) -> Picture:
+    """The best action of each state as an arrow, on the colour of its value.
+
+    Args:
+        name: The picture's file name.
+        document: The policy.
+        title: Of what it is.
+        up: Whether y points up, as in grid worlds; down, as seen from above the insertion, if not.
+    """
+    blocks = blocks_of(document, MOST_STATES)
+    rows = {row.state: row for row in document.table}
+    sign = -1.0 if up else 1.0
+    steps = {a.name: (a.displacement_mm[0], sign * a.displacement_mm[1]) for a in document.actions}
+    longest = max((hypot(*step) for step in steps.values()), default=1.0) or 1.0
+    shades = _Shades(document)
+    heights = [1 + max(row for _, row in block.places.values()) for block in blocks]
+    height = 4.0 if len(blocks) == 2 else 0.7 + 1.05 * heights[0]
+    with drawn(height) as canvas:
+        for axes, block in zip(canvas.figure.subplots(1, len(blocks), squeeze=False)[0], blocks, strict=True):
+            _frame(axes, block)
+            for state, (column, row) in block.places.items():
+                _tile(axes, column, row, rows[state], shades)
+                _arrow(axes, column, row, rows[state], steps, longest)
+        if shades.map is not None:
+            bar = canvas.figure.colorbar(
+                shades.map, ax=canvas.figure.axes, orientation="horizontal", shrink=0.6, aspect=40
+            )
+            bar.set_label("Q of the best action: higher is better")
+            bar.outline.set_visible(False)
+    return Picture(name, _alt(document, title), _caption(document, blocks, title, up), canvas.png)
+
+
+def q_picture(name: str, document: PolicyDocument, title: str) -> Picture | None:
+    """Q of every state and action as numbers on colours; None where nothing was learned.
+
+    Args:
+        name: The picture's file name.
+        document: The policy.
+        title: Of what it is.
+    """
+    table = sorted(document.table, key=lambda row: -row.visits)[:MOST_STATES]
+    chosen = {row.state for row in table}
+    rows = [row for row in document.table if row.state in chosen and row.q is not None]
+    if not rows or not any(row.visits for row in rows):
+        return None
+    q = np.array([row.q for row in rows], dtype=float)
+    visits = np.array([row.visits_per_action for row in rows])
+    q[visits == 0] = np.nan
+    actions = [action.name for action in document.actions]
+    with drawn(1.2 + 0.31 * len(rows), max(WIDTH_IN, 1.8 + 0.55 * len(actions))) as canvas:
+        axes = canvas.figure.add_subplot()
+        axes.grid(visible=False)
+        axes.set_facecolor(_NEVER)
+        image = axes.imshow(q, cmap=_COLOUR_MAP, aspect="auto")
+        low, high = np.nanmin(q), np.nanmax(q)
+        for (line, column), value in np.ndenumerate(q):
+            if np.isnan(value):
+                axes.text(column, line, "-", ha="center", va="center", fontsize=9, color="#555555")
+                continue
+            best = value == np.nanmax(q[line])
+            axes.text(
+                column, line, f"{value:.1f}", ha="center", va="center", fontsize=9, color=_ink(value, low, high),
+                fontweight="bold" if best else "normal",
+            )  # fmt: skip
+        axes.set_xticks(range(len(actions)), actions)
+        axes.set_yticks(range(len(rows)), [row.state for row in rows])
+        axes.tick_params(length=0.0)
+        axes.set(xlabel="action", ylabel="state")
+        for spine in axes.spines.values():
+            spine.set_visible(False)
+        canvas.figure.colorbar(image, ax=axes, label="Q", fraction=0.04, pad=0.02).outline.set_visible(False)
+    line, column = np.unravel_index(np.nanargmin(q), q.shape)
+    alt = (
+        f"Q values of {title}: {len(rows)} states by {len(actions)} actions, from {low:.2f} (state {rows[line].state},"
+        f" action {actions[column]}) to {high:.2f}. {counted(int(np.isnan(q).sum()), 'pair')} never tried."
+    )
+    caption = f"{title}. Bold: the best action of the state. Grey: never tried."
+    if len(document.states) > len(rows):
+        caption += f" Of {len(document.states)} states the {len(rows)} that were learned from most often."
+    return Picture(name, alt, caption, canvas.png, wide=len(actions) > 8)
+
+
+class _Shades:
+    """Colours by value, over the states that were learned from."""
+
+    def __init__(self, document: PolicyDocument) -> None:
+        values = [row.value for row in document.table if _is_known(row) and row.value is not None]
+        self.map: Any = None
+        if values:
+            from matplotlib.cm import ScalarMappable
+            from matplotlib.colors import Normalize
+
+            low, high = min(values), max(values)
+            self.low, self.high = low, high if high > low else low + 1.0
+            self.map = ScalarMappable(Normalize(self.low, self.high), _COLOUR_MAP)
+
+    def of(self, row: TableRow) -> tuple[Any, str]:
+        """Colour of a tile, and of what is written on it."""
+        if _is_known(row) and row.value is not None and self.map is not None:
+            return self.map.to_rgba(row.value), _ink(row.value, self.low, self.high)
+        return _NOT_LEARNED.get(row.source, _NEVER), "black"
+
+
+def _ink(value: float, low: float, high: float) -> str:
+    """Black on the light half of the colours, white on the dark one."""
+    return "black" if high <= low or (value - low) / (high - low) > 0.55 else "white"
+
+
+def _frame(axes: Any, block: Block) -> None:
+    columns = 1 + max(column for column, _ in block.places.values())
+    rows = 1 + max(row for _, row in block.places.values())
+    axes.set(xlim=(-0.5, columns - 0.5), ylim=(rows - 0.5, -0.5), aspect="equal")
+    axes.grid(visible=False)
+    for spine in axes.spines.values():
+        spine.set_visible(False)
+    axes.tick_params(length=0.0)
+    axes.set_xticks(range(len(block.columns)), block.columns)
+    axes.set_yticks(range(len(block.rows)), block.rows)
+    axes.set_title(block.title)
+    axes.set(xlabel=block.axes[0], ylabel=block.axes[1])
+    if block.gap is not None:
+        column, row, words = block.gap
+        axes.text(column, row, words, ha="center", va="center", fontsize=9, color="#444444")
+
+
+def _tile(axes: Any, column: int, row: int, entry: TableRow, shades: _Shades) -> None:
+    from matplotlib.patches import Rectangle
+
+    colour, ink = shades.of(entry)
+    axes.add_patch(Rectangle((column - 0.48, row - 0.48), 0.96, 0.96, facecolor=colour, linewidth=0.0))
+    axes.text(column, row - 0.33, entry.state, ha="center", va="center", fontsize=8, color=ink)
+    words = f"{entry.value:.1f}" if entry.visits and entry.value is not None else ""
+    if entry.source != "learned":
+        words = entry.source
+    elif not entry.visits:
+        words = "never visited"
+    elif _untried(entry):
+        words = "untried"
+    axes.text(column, row + 0.35, words, ha="center", va="center", fontsize=8, color=ink)
+
+
+def _is_known(entry: TableRow) -> bool:
+    """Whether its value comes from experience."""
+    return entry.visits > 0 and not _untried(entry)
+
+
+def _untried(entry: TableRow) -> bool:
+    """Whether what looks best was never done: its value is then the initial one."""
+    return entry.visits_per_action is not None and not entry.visits_per_action[entry.best]
+
+
+def _arrow(
+    axes: Any, column: int, row: int, entry: TableRow, steps: dict[str, tuple[float, float]], longest: float
+) -> None:
+    if entry.source == "learned" and not entry.visits:
+        # All actions are equal there: an arrow would say something that nobody knows.
+        return
+    x, y = (0.2 * value / longest for value in steps[entry.action])
+    if hypot(x, y) == 0.0:
+        return
+    from matplotlib.patheffects import withStroke
+
+    axes.annotate(
+        "", (column + x, row + y), (column - x, row - y),
+        arrowprops={
+            "arrowstyle": "-|>,head_length=0.5,head_width=0.28", "color": "black", "linewidth": 2.4,
+            "shrinkA": 0, "shrinkB": 0, "mutation_scale": 11,
+            # Stands out from dark and from light colours.
+            "path_effects": [withStroke(linewidth=5.0, foreground="white")],
+        },
+    )  # fmt: skip
+
+
+def _alt(document: PolicyDocument, title: str) -> str:
+    known = [row for row in document.table if row.visits or row.source != "learned"]
+    told = "; ".join(f"{row.state}: {row.action}" for row in known[:20])
+    more = f"; and {len(known) - 20} more states" if len(known) > 20 else ""
+    return f"Best action of each state of {title}. {told or 'Nothing was learned'}{more}."
+
+
+def _caption(document: PolicyDocument, blocks: tuple[Block, ...], title: str, up: bool) -> str:
+    if len(blocks) == 2:
+        text = (
+            f"{title}. Seen from above, x to the right and y down; each torque region lies on the side of the hole on"
+            " which that torque is felt. Arrows that point to the middle point to the hole."
+        )
+    else:
+        text = f"{title}. Arrows: x to the right, y {'up' if up else 'down'}."
+        shown = len(blocks[0].places)
+        if shown < len(document.states):
+            text += f" Of {len(document.states)} states the {shown} that were learned from most often."
+    if any(row.source == "learned" and row.visits and _untried(row) for row in document.table):
+        text += " Untried: that action was never taken there, and only its initial value makes it the best."
+    sources = {row.source for row in document.table} - {"learned"}
+    if sources:
+        text += f" Not learned: {' and '.join(sorted(sources))}."
+    return text

@@ -1,0 +1,159 @@
+"""What the folder of a study holds: cells, each a run with one seed, one policy and one choice of settings."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+from palpate.adapters.report.files import is_there, read_json
+from palpate.adapters.report.run_source import RunSource
+from palpate.core.errors import OutputError
+
+FORMAT: Final = 1
+
+Setting = tuple[tuple[str, str], ...]
+"""Names and values of the swept fields, values as texts."""
+
+
+@dataclass(frozen=True)
+class StudyCell:
+    """A finished cell.
+
+    Attributes:
+        name: Its folder's name.
+        fields: Swept field to value.
+        policy: The policy's name.
+        seed: Its seed.
+        run: What it came to.
+    """
+
+    name: str
+    fields: Mapping[str, Any]
+    policy: str
+    seed: int
+    run: RunSource
+
+    @property
+    def setting(self) -> Setting:
+        """Its fields in a form that can be compared."""
+        return tuple((name, shown_value(value)) for name, value in self.fields.items())
+
+
+@dataclass(frozen=True)
+class StudySource:
+    """A study, as its folder tells it.
+
+    Attributes:
+        path: The folder.
+        cells: The finished cells, ordered by their fields, policies and seeds.
+        unfinished: Names of the cells that are not finished.
+    """
+
+    path: Path
+    cells: tuple[StudyCell, ...]
+    unfinished: tuple[str, ...]
+
+    @classmethod
+    def read(cls, path: Path) -> StudySource:
+        """Read a folder.
+
+        Raises:
+            OutputError: No cell is finished, or one that says so is not whole.
+        """
+        folder = path / "cells"
+        names = sorted(os.listdir(folder)) if os.path.isdir(folder) else []
+        names = [name for name in names if not name.startswith(".") and os.path.isdir(folder / name)]
+        if not names:
+            raise OutputError(str(path), "is a study without a cell", "let palpate study run first")
+        finished = [name for name in names if is_there(folder / name / "cell.json")]
+        if not finished:
+            raise OutputError(
+                str(path), f"is a study of which none of {len(names)} cells is finished", "let palpate study go on"
+            )
+        cells = sorted((_cell(folder / name) for name in finished), key=_order)
+        _require_comparable(path, cells)
+        return cls(path, tuple(cells), tuple(name for name in names if name not in finished))
+
+    @property
+    def swept(self) -> dict[str, list[Any]]:
+        """The fields that differ between cells, and their values in rising order."""
+        fields = list(self.cells[0].fields)
+        values = {field: _distinct([cell.fields[field] for cell in self.cells]) for field in fields}
+        return {field: found for field, found in values.items() if len(found) > 1}
+
+    @property
+    def policies(self) -> list[str]:
+        """The policies, those that learn first."""
+        learning = {cell.policy for cell in self.cells if cell.run.learns}
+        return sorted({cell.policy for cell in self.cells}, key=lambda name: (name not in learning, name))
+
+    @property
+    def groups(self) -> dict[tuple[Setting, str], list[StudyCell]]:
+        """Cells that differ in nothing but their seed, by setting and policy."""
+        found: dict[tuple[Setting, str], list[StudyCell]] = {}
+        for cell in self.cells:
+            found.setdefault((cell.setting, cell.policy), []).append(cell)
+        return found
+
+
+def shown_value(value: Any) -> str:
+    """A field's value for people."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    return ", ".join(map(shown_value, value)) if isinstance(value, list) else str(value)
+
+
+def shown_setting(setting: Setting) -> str:
+    """A choice of fields for people; the defaults where nothing is swept."""
+    return ", ".join(f"{name} = {value}" for name, value in setting) or "all settings as in study.toml"
+
+
+def is_number(value: Any) -> bool:
+    """Whether a value has a place on an axis."""
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _cell(folder: Path) -> StudyCell:
+    path = folder / "cell.json"
+    content = read_json(path)
+    if content.get("format") != FORMAT:
+        raise OutputError(str(path), f"has format {content.get('format')!r}, not {FORMAT}", "another palpate wrote it")
+    fields, policy, seed = content.get("fields"), content.get("policy"), content.get("seed")
+    if not isinstance(fields, dict) or not isinstance(policy, str) or not isinstance(seed, int):
+        raise OutputError(str(path), "lacks fields, policy or seed", "remove it, and let palpate study make it again")
+    for name in ("trials.csv", "summary.json"):
+        if not is_there(folder / name):
+            raise OutputError(
+                str(folder), f"says that it is finished, but has no {name}",
+                "remove the cell's folder, and let palpate study make it again",
+            )  # fmt: skip
+    return StudyCell(folder.name, dict(sorted(fields.items())), policy, seed, RunSource.read(folder))
+
+
+def _require_comparable(path: Path, cells: list[StudyCell]) -> None:
+    names = list(cells[0].fields)
+    for cell in cells:
+        if list(cell.fields) != names:
+            raise OutputError(
+                str(path / "cells" / cell.name), f"has the fields {', '.join(cell.fields) or 'none'}, and"
+                f" {cells[0].name} has {', '.join(names) or 'none'}", "put cells of one study together only",
+            )  # fmt: skip
+
+
+def _order(cell: StudyCell) -> tuple[Any, ...]:
+    return (*(_rank(value) for value in cell.fields.values()), cell.policy, cell.seed, cell.name)
+
+
+def _distinct(values: list[Any]) -> list[Any]:
+    found = {shown_value(value): value for value in values}
+    return sorted(found.values(), key=_rank)
+
+
+def _rank(value: Any) -> tuple[bool, float, str]:
+    """Numbers by size, before anything else by name."""
+    return (False, float(value), "") if is_number(value) else (True, 0.0, shown_value(value))
