@@ -20,6 +20,7 @@ commands:
   infer          an automaton from symbol strings, or from what recorded trials felt
   automaton      show, compare or minimise automata
   replay         feed recorded trials back through the core; every command and decision must be equal
+  report         one page about a run or a study, with its pictures, to be read in a browser
   log            look at recorded trials: info, plot, export, recover
   check-adapter  try the contract of a port on an adapter of your own
   emulate        serve the simulated cell behind emulated serial and CAN wires
@@ -47,6 +48,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "infer": _infer,
         "automaton": _automaton,
         "replay": _replay,
+        "report": _report,
         "log": _log,
         "check-adapter": _check_adapter,
         "emulate": _emulate,
@@ -152,6 +154,12 @@ def _replay(words: Sequence[str]) -> int:
     from palpate.adapters.cli.replay import replay
 
     return replay(options)
+
+
+def _report(words: Sequence[str]) -> int:
+    from palpate.adapters.cli.report import report
+
+    return report(words)
 
 
 def _log(words: Sequence[str]) -> int:
