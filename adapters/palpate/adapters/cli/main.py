@@ -15,6 +15,7 @@ commands:
   train          learn an insertion by trial; leaves a folder with policy, trials and learning curve
   run            run a trained policy, or a comparator, without learning
   compare        table of hand-written strategies and trained policies on the same trials
+  study          many runs: settings, policies and seeds from one file, on several processes or a Dask cluster
   show           print what a policy file knows
   explore        learn in a grid world with an ambiguous sensor, and hold it against the optimum
   infer          an automaton from symbol strings, or from what recorded trials felt
@@ -43,6 +44,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "train": _train,
         "run": _run,
         "compare": _compare,
+        "study": _study,
         "show": _show,
         "explore": _explore,
         "infer": _infer,
@@ -111,6 +113,16 @@ def _compare(words: Sequence[str]) -> int:
     from palpate.adapters.cli.compare import compare
 
     return compare(options)
+
+
+def _study(words: Sequence[str]) -> int:
+    from palpate.adapters.cli.options import parse
+    from palpate.adapters.cli.study_options import StudyOptions
+
+    options = parse(StudyOptions, "study", words)
+    from palpate.adapters.cli.study import study
+
+    return study(options)
 
 
 def _show(words: Sequence[str]) -> int:

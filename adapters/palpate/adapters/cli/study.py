@@ -1,0 +1,166 @@
+"""``palpate study``."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import signal
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack, closing, contextmanager
+from pathlib import Path
+from typing import Final, NoReturn
+
+from tqdm import tqdm
+
+from palpate.adapters.cli.notices import tell_weakened
+from palpate.adapters.cli.study_options import StudyOptions
+from palpate.adapters.study.cell import Cell
+from palpate.adapters.study.check import require_possible
+from palpate.adapters.study.dask_engine import Dask
+from palpate.adapters.study.document import MOST_CELLS, Study
+from palpate.adapters.study.engines import Engine, Processes, Sequential
+from palpate.adapters.study.folder import StudyFolder
+from palpate.adapters.study.run_cell import CellJob, CellOutcome, CellReport, digest_of
+from palpate.core.checks import require_one_of, require_whole
+from palpate.core.errors import ConfigurationError, UsageError
+
+_MANY: Final = 1000
+"""A study of more cells is asked about before it begins."""
+_MOST_LINES: Final = 20
+_BYTES_PER_CELL: Final = 60_000
+_BYTES_PER_TRIAL: Final = 2_000
+_ENGINES: Final = ("sequential", "processes", "dask")
+
+
+def study(options: StudyOptions) -> int:
+    """Make every cell of a study that is not finished; returns the exit code."""
+    require_whole("jobs", options.jobs, 0, 1024)
+    name = options.engine or ("dask" if options.scheduler else "processes")
+    require_one_of("engine", name, _ENGINES)
+    if options.scheduler and name != "dask":
+        raise ConfigurationError("engine", name, "dask, where there is a --scheduler")
+    file = Path(options.file)
+    asked, folder = Study.read(file), StudyFolder(Path(options.out or f"runs/{file.stem}"))
+    if asked.count > MOST_CELLS:
+        raise ConfigurationError("study", f"{asked.count} cells", f"at most {MOST_CELLS}")
+    size = _size(asked, folder)
+    _permit(asked, folder, size, options.yes)
+    files = {path: digest_of(path, setting) for path, setting in asked.files().items()}
+    require_possible(asked)
+    cells = list(asked.cells())
+    folder.require_fits(asked, cells, files)
+    with ExitStack() as opened:
+        engine = _engine(name, options, opened)
+        opened.enter_context(folder.opened(asked, files))
+        if isinstance(engine, Dask):
+            engine.require_sight(folder.path)
+        tell_weakened(asked.config({}))
+        _say(size)
+        finished = folder.finished(cells)
+        for cell in folder.clear(cells, finished):
+            _tell(f"{cell} was begun and not finished: it is made anew")
+        if finished:
+            _say(f"{len(finished)} of them are finished already")
+        jobs = _jobs(asked, folder, [cell for cell in cells if cell.name not in finished], files)
+        progress = _Progress(len(cells), len(finished))
+        with _signals_raise():
+            progress.follow(engine, jobs)
+        # What workers left that died, or that were ended now.
+        folder.clear(cells, folder.finished(cells))
+        whole = folder.write_table(asked, cells)
+    return _end(options, folder, progress, whole, len(cells))
+
+
+def _size(asked: Study, folder: StudyFolder) -> str:
+    cell = _BYTES_PER_CELL + asked.trials * _BYTES_PER_TRIAL
+    total = asked.count * cell * 1e-6
+    text = f"{total / 1e3:.1f} GB" if total >= 1e3 else f"{max(total, 0.1):.1f} MB"
+    return f"{asked.count} cells of {asked.trials} trials in {folder.path}, about {text} without recordings"
+
+
+def _permit(asked: Study, folder: StudyFolder, size: str, yes: bool) -> None:
+    """Ask before a study with many cells still to be made."""
+    if asked.count - folder.count() <= _MANY or yes:
+        return
+    if not (sys.stdin.isatty() and sys.stderr.isatty()):
+        raise UsageError(f"{size}: more than {_MANY} are made only with --yes")
+    sys.stderr.write(f"{size}\nbegin? [y/N] ")
+    sys.stderr.flush()
+    if sys.stdin.readline().strip().lower() not in ("y", "yes"):
+        raise UsageError("not begun")
+
+
+def _engine(name: str, options: StudyOptions, opened: ExitStack) -> Engine:
+    count = options.jobs or os.cpu_count() or 1
+    if name == "sequential":
+        return Sequential()
+    if name == "processes":
+        return Processes(count)
+    return opened.enter_context(Dask(options.scheduler, count))
+
+
+def _jobs(asked: Study, folder: StudyFolder, cells: Sequence[Cell], files: Mapping[str, str]) -> Iterator[CellJob]:
+    path, here = os.path.abspath(folder.cells), os.getcwd()
+    return (CellJob(path, cell, asked.base, asked.trials, files, here) for cell in cells)
+
+
+class _Progress:
+    """The cells that are made, under a progress bar with the time left; what goes wrong stands above it."""
+
+    def __init__(self, total: int, finished: int) -> None:
+        self._total, self._finished = total, finished
+        self.failed: list[CellReport] = []
+        self.interrupted = False
+
+    def follow(self, engine: Engine, jobs: Iterator[CellJob]) -> None:
+        """Make the cells, until all are made or Ctrl-C ends it."""
+        with (
+            tqdm(total=self._total, initial=self._finished, unit="cell", file=sys.stderr, dynamic_ncols=True) as bar,
+            closing(engine.run(jobs)) as reports,
+        ):
+            try:
+                for report in reports:
+                    self._note(report, bar)
+            except KeyboardInterrupt:
+                self.interrupted = True
+
+    def _note(self, report: CellReport, bar: tqdm[NoReturn]) -> None:
+        if report.outcome is CellOutcome.DIED:
+            bar.write(f"palpate: a worker died over {report.name}: it is made anew", file=sys.stderr)
+        elif report.outcome is CellOutcome.FAILED:
+            self.failed.append(report)
+            if len(self.failed) <= _MOST_LINES:
+                bar.write(f"palpate: {report.name} failed: {report.problem}", file=sys.stderr)
+        else:
+            bar.update()
+
+
+@contextmanager
+def _signals_raise() -> Iterator[None]:
+    """While inside, SIGTERM ends the study as Ctrl-C does."""
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+def _end(options: StudyOptions, folder: StudyFolder, progress: _Progress, whole: int, total: int) -> int:
+    _say(f"{whole} of {total} cells are finished; table in {folder.path / 'summary.csv'}")
+    if progress.failed:
+        _say(f"{len(progress.failed)} cells failed")
+    if progress.interrupted:
+        again = ["palpate", "study", options.file, "--out", str(folder.path)]
+        _say(f"ended early; go on with: {shlex.join(again)}")
+        return 130
+    return 1 if progress.failed else 0
+
+
+def _say(text: str) -> None:
+    sys.stdout.write(text + "\n")
+    sys.stdout.flush()
+
+
+def _tell(text: str) -> None:
+    sys.stderr.write(f"palpate: {text}\n")

@@ -1,0 +1,49 @@
+"""Command-line options of ``palpate study``."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+import tyro
+
+
+@dataclass(frozen=True)
+class StudyOptions:
+    """Many runs: every combination of settings, policies and seeds that a TOML file asks for, in a folder for each.
+
+    The file:
+
+      [study]
+      trials = 150
+      seeds = [0, 1, 2]                      # or { first = 0, count = 20 }
+      policies = ["q-learning", "torque"]    # q-learning is trained; comparators and policy files run as they are
+
+      [base]                                 # settings of all runs, as in a run.toml
+      scenario = "paper"
+
+      [grid]                                 # each with a list of values: all combinations
+      "task.start_uncertainty_mm" = [1.0, 2.0]
+
+    Instead of [grid], or besides it, tables under [[cells]] each name a set of settings. Trials are not recorded unless
+    the file sets recording.enabled.
+
+    The same command again goes on where it stopped, with more seeds, values or policies in the file too; what is
+    finished is never made again. Results depend neither on the engine nor on the number of workers.
+
+    Exit code 0: all cells are finished; 1: some failed; 2: the file, the folder or an option cannot be used; 130: ended
+    by Ctrl-C.
+    """
+
+    file: Annotated[str, tyro.conf.Positional]
+    """The study file (TOML)."""
+    out: str = ""
+    """Folder for the study; runs/NAME-OF-THE-FILE if not given."""
+    engine: str = ""
+    """sequential, processes or dask; processes if not given, dask with --scheduler."""
+    jobs: int = 0
+    """Processes, or workers of a Dask cluster of this machine's own; 0 takes one per core."""
+    scheduler: str = ""
+    """Dask: address of a scheduler, such as tcp://127.0.0.1:8786; its workers must see the same folders."""
+    yes: bool = False
+    """Do not ask before a study of more than 1000 cells."""

@@ -1,0 +1,1 @@
+"""Studies: many runs over configurations, policies and seeds, each finished once, on any number of processes."""
