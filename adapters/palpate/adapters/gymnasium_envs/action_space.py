@@ -40,12 +40,11 @@ def index_of(action: Any, count: int) -> int:
     Raises:
         ActionRefusedError: It is not a whole number from 0 to ``count - 1``.
     """
-    whole = isinstance(action, (int, np.integer)) or (
-        isinstance(action, np.ndarray) and action.size == 1 and np.issubdtype(action.dtype, np.integer)
-    )
-    if not whole or isinstance(action, bool) or not 0 <= int(action) < count:
+    # Some agents wrap the number into an array.
+    number = action.item() if isinstance(action, np.ndarray) and action.size == 1 else action
+    if not isinstance(number, (int, np.integer)) or isinstance(number, bool) or not 0 <= number < count:
         raise ActionRefusedError(f"action {action!r} is refused: a whole number from 0 to {count - 1}", action)
-    return int(action)
+    return int(number)
 
 
 class CompassSteps(Actions):

@@ -140,10 +140,14 @@ class InsertionEpisodes:
     def _advance(self, snapshot: Snapshot | None) -> None:
         """Tick by tick to the middle of the one in which a choice is due."""
         ticks, task = self._ticks, self.task
-        while ticks is not None and snapshot is not None:
-            if task.sense(snapshot) is not None:
-                return
-            snapshot = next_snapshot(ticks, task.act())
+        try:
+            while ticks is not None and snapshot is not None:
+                if task.sense(snapshot) is not None:
+                    return
+                snapshot = next_snapshot(ticks, task.act())
+        except BaseException:
+            self._let_go()
+            raise
         self._ticks = None
 
     @property

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, Final
 
 import numpy as np
 
 from palpate.core.checks import require_whole
 from palpate.core.errors import ConfigurationError
 
-_MOST_TRIALS = 1_000_000_000
+_MOST_TRIALS: Final = 1_000_000_000
 
 
 class Numbering:
@@ -19,7 +20,7 @@ class Numbering:
         self._seed: int | None = None
         self._next = 0
 
-    def next(self, seed: int | None, options: dict[str, Any] | None, rng: np.random.Generator) -> tuple[int, int]:
+    def next(self, seed: int | None, options: Mapping[str, Any] | None, rng: np.random.Generator) -> tuple[int, int]:
         """Seed and index of the next episode's trial.
 
         Args:
@@ -30,14 +31,18 @@ class Numbering:
         Raises:
             ConfigurationError: An option is unknown or refused.
         """
-        options = dict(options or {})
-        trial = options.pop("trial", None)
-        for name, value in options.items():
-            raise ConfigurationError(f"options.{name}", value, "no such option; there is trial")
+        if options is not None and not isinstance(options, Mapping):
+            raise ConfigurationError("options", options, 'a table such as {"trial": 3}, or None')
+        trial = None
+        for name, value in (options or {}).items():
+            if name != "trial":
+                raise ConfigurationError(f"options.{name}", value, "no such option; there is trial")
+            trial = value
         if trial is not None:
             require_whole("options.trial", trial, 0, _MOST_TRIALS)
         if seed is not None:
-            self._seed, self._next = int(seed), 0
+            require_whole("seed", seed, 0, 2**63 - 1)
+            self._seed, self._next = seed, 0
         elif self._seed is None:
             self._seed = int(rng.integers(2**31))
         return self._seed, self._next if trial is None else trial

@@ -1,0 +1,216 @@
+"""The environments as their users make them, and the proof that the core in them is that of every other run."""
+
+from __future__ import annotations
+
+import csv
+import json
+import subprocess
+import sys
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+
+from palpate.adapters.cli.main import main
+from palpate.adapters.composition import build_perception
+from palpate.adapters.grid.learning import GridLearning, learn
+from palpate.adapters.grid.states import Named
+from palpate.adapters.grid.worlds import grid_named
+from palpate.adapters.gymnasium_envs import PEG_INSERTION, SENSOR_MAP
+from palpate.adapters.gymnasium_envs.errors import ActionRefusedError
+from palpate.adapters.gymnasium_envs.peg_insertion import PegInsertionEnv
+from palpate.adapters.gymnasium_envs.sensor_map import SensorMapEnv
+from palpate.adapters.policies import learning_policy
+from palpate.core.policy import Observation, Policy, TabularLearner, Transition, learner_of, new_learner
+from palpate.core.randomness import Purpose, generator
+from palpate.simulation.grid.maps import grid_actions
+
+NOWHERE = (0.0, 0.0, 0.0)
+SHORT = {"task": {"time_limit_s": 2.0}}
+KINDS: list[tuple[str, dict[str, Any]]] = [
+    (PEG_INSERTION, {"config": SHORT}),
+    (PEG_INSERTION, {"config": SHORT, "actions": "continuous"}),
+    (PEG_INSERTION, {"config": SHORT, "observations": "raw", "scenario": "blind", "arm": "ur5"}),
+    (PEG_INSERTION, {"config": SHORT, "observations": "raw", "actions": "continuous"}),
+    (SENSOR_MAP, {}),
+    (SENSOR_MAP, {"map": "2", "size": 5, "state": "last-2", "step_limit": 30}),
+]
+kinds = pytest.mark.parametrize(("name", "arguments"), KINDS)
+
+
+@kinds
+def test_gymnasiums_own_checker_finds_nothing(name: str, arguments: dict[str, Any]) -> None:
+    # Warnings are errors here.
+    env = gymnasium.make(name, **arguments)
+    check_env(env.unwrapped)
+    assert env.spec is not None
+    assert env.spec.to_json()
+    env.close()
+
+
+@pytest.mark.parametrize("name", [PEG_INSERTION, SENSOR_MAP])
+def test_an_environment_can_be_made_by_its_name_alone(name: str) -> None:
+    program = (
+        "import gymnasium\n"
+        f"env = gymnasium.make('palpate.adapters.gymnasium_envs:{name}')\n"
+        "print(env.unwrapped.spec.id, env.reset(seed=1)[0] in env.observation_space)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-c", program], capture_output=True, text=True, timeout=60, check=False
+    )
+    assert (done.stdout, done.stderr) == (f"{name} True\n", "")
+
+
+def test_the_names_cost_nothing_before_an_environment_is_made() -> None:
+    program = (
+        "import sys, palpate.adapters.gymnasium_envs as envs\n"
+        "print([name for name in ('mujoco', 'pinocchio', 'torch') if name in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60, check=True)
+    assert done.stdout == "[]\n"
+
+
+def in_bytes(*parts: Any) -> bytes:
+    """Everything that an environment said, to the last bit; floats too, and types."""
+    return b"|".join(
+        part.dtype.str.encode() + part.tobytes() if isinstance(part, (np.ndarray, np.generic))
+        else in_bytes(*(x for pair in part.items() for x in pair)) if isinstance(part, dict)
+        else part.hex().encode() if isinstance(part, float)
+        else repr(part).encode()
+        for part in parts
+    )  # fmt: skip
+
+
+def episodes(env: gymnasium.Env[Any, Any], seed: int, count: int, steps: int = 12) -> list[bytes]:
+    """Episodes under random actions, the same for the same seed."""
+    env.action_space.seed(seed)
+    said = []
+    for episode in range(count):
+        said.append(in_bytes(*env.reset(seed=seed if episode == 0 else None)))
+        for _ in range(steps):
+            answer = env.step(env.action_space.sample())
+            said.append(in_bytes(*answer))
+            if answer[2] or answer[3]:
+                break
+    return said
+
+
+@kinds
+def test_equal_seeds_and_actions_give_equal_bytes_whatever_was_before(name: str, arguments: dict[str, Any]) -> None:
+    env, other = gymnasium.make(name, **arguments), gymnasium.make(name, **arguments)
+    first = episodes(env, 7, 2)
+    between = episodes(env, 8, 1)
+    env.reset(seed=99)
+    env.step(env.action_space.sample())  # an episode that is left in its middle
+    assert episodes(env, 7, 2) == first
+    assert episodes(other, 7, 2) == first
+    assert between[: len(first)] != first[: len(between)]
+    env.close()
+    other.close()
+
+
+@pytest.mark.parametrize(("name", "arguments"), [KINDS[3], KINDS[4]])
+@pytest.mark.parametrize("mode", ["sync", "async"])
+def test_vector_environments_do_what_single_ones_do(name: str, arguments: dict[str, Any], mode: str) -> None:
+    single = [gymnasium.make(name, **arguments) for _ in range(2)]
+    many = gymnasium.make_vec(name, num_envs=2, vectorization_mode=mode, **arguments)
+    many.action_space.seed(1)
+    seen, _ = many.reset(seed=[3, 4])
+    alone = [env.reset(seed=seed)[0] for env, seed in zip(single, (3, 4), strict=True)]
+    assert in_bytes(*seen) == in_bytes(*alone)
+    for _ in range(6):
+        actions = many.action_space.sample()
+        seen, rewards, _, _, info = many.step(actions)
+        answers = [env.step(action) for env, action in zip(single, actions, strict=True)]
+        assert in_bytes(*seen) == in_bytes(*(answer[0] for answer in answers))
+        assert rewards.tolist() == [answer[1] for answer in answers]
+        assert info["symbol"].tolist() == [answer[4]["symbol"] for answer in answers]
+    for env in (*single, many):
+        env.close()
+
+
+def test_an_error_in_a_worker_process_arrives_as_itself() -> None:
+    many = gymnasium.make_vec(SENSOR_MAP, num_envs=2, vectorization_mode="async")
+    many.reset(seed=0)
+    with (
+        pytest.warns(UserWarning, match="Worker|Traceback|Raising"),
+        pytest.raises(ActionRefusedError, match=r"action .*9.* is refused: a whole number from 0 to 7"),
+    ):
+        many.step(np.array([9, 0]))
+    many.close()
+
+
+Told = Callable[[int, bool, dict[str, Any]], None]
+
+
+def learn_outside(env: Any, policy: Policy, seed: int, trials: Iterable[int], tell: Told) -> None:
+    """Let a policy of palpate act and learn through the environment, by what any agent is told."""
+    for trial in trials:
+        state, info = env.reset(seed=seed, options={"trial": trial})
+        assert info["trial"] == trial
+        policy.begin_trial(trial, generator(seed, Purpose.POLICY, trial))
+        over, number = False, 0
+        while not over:
+            decision = policy.choose(Observation(int(state), NOWHERE, NOWHERE, NOWHERE, NOWHERE, number))
+            after, reward, terminated, truncated, info = env.step(decision.index)
+            assert decision.index is not None
+            policy.learn(Transition(int(state), decision.index, reward, None if terminated else int(after)))
+            state, over, number = after, terminated or truncated, number + 1
+        tell(trial, terminated, info)
+
+
+@pytest.mark.parametrize("arguments", [{}, {"scenario": "blind"}])
+def test_a_learner_has_the_same_trials_through_the_environment(tmp_path: Path, arguments: dict[str, str]) -> None:
+    seed, trials, config = 11, 8, {"task": {"time_limit_s": 4.0}}
+    flags = [word for name, value in arguments.items() for word in (f"--{name}", value)]
+    words = ["train", "--trials", trials, "--seed", seed, "--task.time-limit-s", 4, *flags, "--out", tmp_path]
+    assert main([str(word) for word in words]) == 0
+    with (tmp_path / "trials.csv").open(encoding="utf-8", newline="") as stream:
+        expected = list(csv.DictReader(stream))
+    env = PegInsertionEnv(**arguments, config=config, failure_penalty=0.0)
+    run = env._episodes.config
+    policy = learning_policy(run, build_perception(run))
+    rows = []
+
+    def tell(trial: int, terminated: bool, info: dict[str, Any]) -> None:
+        rows.append(
+            {
+                "trial": str(trial),
+                "outcome": info["outcome"],
+                "success": str(info["is_success"]),
+                "exploration_time_s": str(round(info["exploration_time_s"], 6)),
+                "actions": str(info["decisions"]),
+                "peak_force_N": str(round(info["peak_force_N"], 6)),
+                "depth_mm": str(round(info["true_depth_m"] * 1e3, 6)),
+                "ticks": str(round(info["time_s"] * 140)),
+            }
+        )
+
+    learn_outside(env, policy, seed, range(trials), tell)
+    env.close()
+    assert rows == [{name: row[name] for name in rows[0]} for row in expected]
+    assert {row["outcome"] for row in rows} >= ({"time limit"} if arguments else {"inserted", "time limit"})
+    # What was learned is the same to the last bit.
+    learner = learner_of(policy)
+    assert learner is not None
+    checkpoint = json.loads((tmp_path / "checkpoint.json").read_text(encoding="utf-8"))
+    assert json.loads(json.dumps(learner.get_state())) == checkpoint["learner"]
+
+
+@pytest.mark.parametrize("arguments", [{}, {"map": "2", "size": 5, "state": "last-2"}])
+@pytest.mark.parametrize("learner", ["q", "sarsa"])
+def test_a_learner_has_the_same_walks_through_the_environment(learner: str, arguments: dict[str, Any]) -> None:
+    seed, trials, learning = 5, 60, GridLearning(learner=learner)
+    grid = grid_named(arguments.get("map", "1"), arguments.get("size", 7))
+    expected = learn(grid, Named(arguments.get("state", "symbols")), learning, seed, trials)
+    env = SensorMapEnv(**arguments)
+    policy: TabularLearner = new_learner(learning.parameters(), env.identifier.states, grid_actions())
+    walks: list[tuple[int, bool]] = []
+    learn_outside(env, policy, seed, range(trials), lambda trial, reached, info: walks.append((info["steps"], reached)))
+    assert walks == [(walk.steps, walk.reached) for walk in expected.walks]
+    assert policy.q == expected.learner.q
+    assert policy.visits == expected.learner.visits

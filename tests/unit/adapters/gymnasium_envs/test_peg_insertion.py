@@ -1,0 +1,215 @@
+"""The insertion task as an environment: steps, rewards, ends and refusals."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import nan
+from typing import Any
+
+import numpy as np
+import pytest
+
+from palpate.adapters.gymnasium_envs.errors import ActionRefusedError, NotRunningError
+from palpate.adapters.gymnasium_envs.peg_insertion import PegInsertionEnv
+from palpate.core.errors import ConfigurationError, DeviceError
+from palpate.core.task_config import CONTROL_RATE_HZ
+
+EAST, WEST = 0, 4
+
+
+def cell(**arguments: Any) -> PegInsertionEnv:
+    return PegInsertionEnv(**arguments)
+
+
+@pytest.fixture
+def env() -> Iterator[PegInsertionEnv]:
+    made = cell(observations="raw", config={"task": {"time_limit_s": 1.0}})
+    yield made
+    made.close()
+
+
+def towards_hole(info: dict[str, Any]) -> Any:
+    """The free step that leads to the hole, as far as one step can."""
+    away = (info["true_hole_m"] - info["true_tip_m"])[:2] / 0.7e-3
+    return (away / max(np.linalg.norm(away), 1.0)).astype(np.float32)
+
+
+def test_a_step_is_one_decision_of_fourteen_ticks(env: PegInsertionEnv) -> None:
+    _, before = env.reset(seed=1)
+    assert (before["phase"], before["decisions"], before["seed"], before["trial"]) == ("explore", 0, 1, 0)
+    for count in (1, 2, 3):
+        _, reward, terminated, truncated, info = env.step(EAST)
+        assert (reward, terminated, truncated) == (-1.0, False, False)
+        assert info["decisions"] == count
+        assert info["time_s"] - before["time_s"] == pytest.approx(14 / CONTROL_RATE_HZ)
+        assert info["exploration_time_s"] - before["exploration_time_s"] == pytest.approx(14 / CONTROL_RATE_HZ)
+        before = info
+
+
+def test_raw_observations_are_tip_and_wrench_in_si_units(env: PegInsertionEnv) -> None:
+    first, info = env.reset(seed=2)
+    seen = first
+    for _ in range(4):
+        # Encoders do not see the springs of the gripper, and they count in steps.
+        assert seen[:2] == pytest.approx(info["true_tip_m"][:2], abs=0.25e-3)
+        assert seen[5] == pytest.approx(-4.9, abs=2.0)  # the plate pushes back with 0.5 kgf
+        assert env.observation_space.contains(seen)
+        before = seen
+        seen, _, _, _, info = env.step(EAST)
+        assert not np.shares_memory(seen, before)
+    # The spring of the gripper and friction hold the first step back a little.
+    assert seen[0] - first[0] == pytest.approx(4 * 0.7e-3, abs=0.5e-3)
+
+
+def test_free_steps_lead_into_the_hole_and_that_terminates() -> None:
+    env = cell(actions="continuous")
+    _, info = env.reset(seed=4)
+    rewards, terminated, truncated = [], False, False
+    while not terminated and not truncated:
+        _, reward, terminated, truncated, info = env.step(towards_hole(info))
+        rewards.append(reward)
+    assert (terminated, truncated, info["outcome"], info["is_success"]) == (True, False, "inserted", True)
+    assert info["phase"] == "done"
+    assert info["true_depth_m"] == pytest.approx(0.010, abs=1e-4)
+    assert rewards == [-1.0] * len(rewards)
+    assert len(rewards) < 12
+    with pytest.raises(NotRunningError, match="after an episode has ended"):
+        env.step(np.zeros(2, np.float32))
+    env.close()
+
+
+def test_the_time_limit_truncates_and_is_no_failure(env: PegInsertionEnv) -> None:
+    env.reset(seed=3)
+    rewards, ends = [], []
+    while not any(ends):
+        _, reward, *ends, info = env.step(EAST)
+        rewards.append(reward)
+    assert ends == [False, True]
+    assert info["outcome"] == "time limit"
+    assert not info["is_success"]
+    assert info["exploration_time_s"] == pytest.approx(1.0)
+    assert rewards == [-1.0] * 9
+
+
+def crash(**arguments: Any) -> tuple[float, bool, bool, dict[str, Any]]:
+    """An episode whose force limit is just above the pressing force, so that its first steps end it."""
+    config = {"task": {"max_force_N": 4.95, "time_limit_s": 4.0}, "learning": {"reinforcement": "action-penalty"}}
+    env = cell(config=config, **arguments)
+    total, over = 0.0, False
+    env.reset(seed=0)
+    while not over:
+        _, reward, terminated, truncated, info = env.step(EAST)
+        total, over = total + reward, terminated or truncated
+    env.close()
+    return total, terminated, truncated, info
+
+
+def test_a_failure_terminates_and_is_no_way_to_save_reward() -> None:
+    total, terminated, truncated, info = crash()
+    assert (terminated, truncated, info["outcome"]) == (True, False, "force limit")
+    assert not info["is_success"]
+    # As much as exploring to the time limit would have cost, to the decision that was under way.
+    assert total == pytest.approx(-40.0, abs=1.0)
+    assert info["reinforcement"] == -1.0
+
+
+@pytest.mark.parametrize("penalty", [0.0, 7.5])
+def test_the_penalty_of_a_failure_may_be_given(penalty: float) -> None:
+    total, _, _, info = crash(failure_penalty=penalty)
+    assert info["outcome"] == "force limit"
+    assert total == -info["decisions"] - penalty
+
+
+def test_a_trip_of_the_supervisor_terminates_and_the_next_episode_begins_anew() -> None:
+    # Nobody may push harder than this while the peg explores; the task itself would not mind.
+    env = cell(config={"supervision": {"max_force_N": 5.0}, "task": {"time_limit_s": 2.0}}, failure_penalty=0.0)
+    for _ in range(2):
+        env.reset(seed=0)
+        over = False
+        while not over:
+            _, reward, terminated, truncated, info = env.step(EAST)
+            over = terminated or truncated
+        assert (terminated, info["outcome"], reward) == (True, "safety trip", -1.0)
+    env.close()
+
+
+def test_the_reinforcement_is_the_cores_own() -> None:
+    env = cell(config={"learning": {"reinforcement": "effort", "effort_per_N_s": -5.0}})
+    env.reset(seed=0)
+    rewards = [env.step(EAST)[1] for _ in range(6)]
+    records = env._episodes.report.decisions
+    assert rewards == [record.reinforcement for record in records]
+    assert min(rewards) < -1.0  # pushing harder than pressing costs more
+    assert [record.source for record in records] == ["environment"] * 6
+    env.close()
+
+
+def test_a_trial_that_goes_straight_into_the_hole_is_skipped() -> None:
+    # The starts are so near that some trials hit the hole at once.
+    env = cell(config={"task": {"start_uncertainty_mm": 0.3}})
+    _, info = env.reset(seed=0)
+    skipped, trials = info["skipped_trials"], [info["trial"]]
+    while skipped == 0:
+        _, info = env.reset()
+        skipped = info["skipped_trials"]
+        trials.append(info["trial"])
+    assert info["phase"] == "explore"
+    assert trials[-1] == len(trials) - 1 + skipped
+    assert env.reset()[1]["trial"] > trials[-1]
+    env.close()
+
+
+def test_a_cell_without_any_decision_is_told_and_not_searched_for_ever() -> None:
+    env = cell(config={"task": {"start_uncertainty_mm": 0.0}})
+    with pytest.raises(DeviceError, match="50 trials without any decision"):
+        env.reset(seed=0)
+    with pytest.raises(NotRunningError):
+        env.step(EAST)
+    env.close()
+
+
+@pytest.mark.parametrize("action", [8, -1, nan, None])
+def test_a_refused_action_does_nothing(env: PegInsertionEnv, action: Any) -> None:
+    env.reset(seed=5)
+    expected = env.step(WEST)
+    env.reset(seed=5)
+    with pytest.raises(ActionRefusedError):
+        env.step(action)
+    again = env.step(WEST)
+    assert again[0].tobytes() == expected[0].tobytes()
+
+
+def test_a_step_needs_an_episode_and_an_open_environment() -> None:
+    env = cell()
+    with pytest.raises(NotRunningError, match="before the first step"):
+        env.step(EAST)
+    env.reset(seed=0)
+    env.close()
+    env.close()
+    for call in (lambda: env.step(EAST), env.reset):
+        with pytest.raises(NotRunningError, match="is closed; make another"):
+            call()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (
+            {"action": "discrete"},
+            "action = 'discrete' is refused: no such argument of palpate/PegInsertion-v0; there are",
+        ),
+        ({"actions": "both"}, "actions = 'both' is refused: one of discrete, continuous"),
+        ({"observations": 9}, "observations = 9 is refused: one of symbolic, raw"),
+        ({"scenario": "papr"}, "scenario = 'papr' is refused: one of paper, blind"),
+        ({"arm": "ur7"}, "arm = 'ur7' is refused: one of"),
+        ({"failure_penalty": -1.0}, "failure_penalty = -1.0 is refused"),
+        ({"failure_penalty": nan}, "failure_penalty = nan is refused"),
+        ({"render_mode": "human"}, "render_mode = 'human' is refused: None"),
+        ({"config": {"task": {"step": 1.0}}}, "task.step = 1.0 is refused: no such field; did you mean task.step_mm?"),
+        ({"config": {"control": {"damping_N_s_per_m": 1.0}}}, "control.damping_N_s_per_m = 1.0 is refused"),
+    ],
+)
+def test_what_there_is_not_is_refused(arguments: dict[str, Any], message: str) -> None:
+    with pytest.raises(ConfigurationError) as caught:
+        cell(**arguments)
+    assert str(caught.value).startswith(message)
