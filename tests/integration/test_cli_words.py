@@ -79,8 +79,8 @@ def desk(tmp_path: Path) -> Path:
         (
             "frobnicate",
             "frobnicate",
-            "train, run, compare, show, explore, infer, automaton, replay, log, check-adapter, emulate, doctor, "
-            "faults, version",
+            "train, run, compare, study, show, explore, infer, automaton, replay, report, log, render, view, "
+            "check-adapter, emulate, doctor, faults, version",
         ),
         ("train --trails 3", "--trails", "did you mean --trials?"),
         ("train --cell.peg.clearence-mm 1", "--cell.peg.clearence-mm", "did you mean --cell.peg.clearance-mm?"),

@@ -23,6 +23,8 @@ commands:
   replay         feed recorded trials back through the core; every command and decision must be equal
   report         one page about a run or a study, with its pictures, to be read in a browser
   log            look at recorded trials: info, plot, export, recover
+  render         a film or a picture of a recorded trial
+  view           watch trials in the simulator, in real time
   check-adapter  try the contract of a port on an adapter of your own
   emulate        serve the simulated cell behind emulated serial and CAN wires
   doctor         examine the devices of a rig, and say how to mend what is wrong
@@ -52,6 +54,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "replay": _replay,
         "report": _report,
         "log": _log,
+        "render": _render,
+        "view": _view,
         "check-adapter": _check_adapter,
         "emulate": _emulate,
         "doctor": _doctor,
@@ -178,6 +182,26 @@ def _log(words: Sequence[str]) -> int:
     from palpate.adapters.cli.log import log
 
     return log(words)
+
+
+def _render(words: Sequence[str]) -> int:
+    from palpate.adapters.cli.options import parse
+    from palpate.adapters.cli.picture_options import RenderOptions
+
+    options = parse(RenderOptions, "render", words)
+    from palpate.adapters.cli.render import render
+
+    return render(options)
+
+
+def _view(words: Sequence[str]) -> int:
+    from palpate.adapters.cli.options import parse
+    from palpate.adapters.cli.picture_options import ViewOptions
+
+    options = parse(ViewOptions, "view", words)
+    from palpate.adapters.cli.view import view
+
+    return view(options)
 
 
 def _check_adapter(words: Sequence[str]) -> int:

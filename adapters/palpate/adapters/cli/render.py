@@ -1,0 +1,132 @@
+"""``palpate render``."""
+
+from __future__ import annotations
+
+import os
+import re
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from palpate.adapters.cli.picture_options import RenderOptions
+from palpate.core.checks import require_in, require_one_of, require_whole
+from palpate.core.errors import ConfigurationError
+
+ENDINGS: Final = (".mp4", ".gif", ".png")
+_FILM_SIZE: Final = (640, 480)
+_SHEET_SIZE: Final = (1440, 760)
+_LEAST_PX: Final = 120
+_MOST_PX: Final = 4096
+_MOST_PICTURES: Final = 100
+_GIF_MOST: Final = 2_000
+_MP4_MOST: Final = 20_000
+_SAMPLES: Final = 7
+_GIF_MOST_FPS: Final = 50.0
+
+
+def render(options: RenderOptions) -> int:
+    """Draw a log into a file; returns the exit code.
+
+    Raises:
+        ConfigurationError: An option cannot be used.
+        LogError: The log cannot.
+        OutputError: Something is in the way of the file.
+        UsageError: A library is missing.
+    """
+    plan = _plan(options)
+    with _mujoco_without_graphics():
+        from palpate.adapters.rendering.course import course_of
+        from palpate.adapters.rendering.film import panel_size, require_video, sheet, write_gif, write_mp4
+        from palpate.adapters.rendering.picture import Painter
+    from tqdm import tqdm
+
+    from palpate.adapters.log.placing import new_file, require_no_file
+    from palpate.adapters.log.reader import read_log
+
+    out = Path(options.to)
+    require_no_file(out, "--to")
+    log = read_log(options.log)
+    if plan.ending == ".mp4":
+        require_video()
+    course = course_of(log)
+    still = plan.ending == ".png"
+    begin = course.approach_s if still and options.begin_s is None else options.begin_s
+    stretch = course.stretch(begin, options.end_s)
+    if still:
+        moments = course.spread(*stretch, options.pictures)
+    else:
+        moments = course.film(*stretch, plan.fps, options.speed, _GIF_MOST if plan.ending == ".gif" else _MP4_MOST)
+    size = panel_size(len(moments), plan.size) if still else plan.size
+    with new_file(out, "--to") as passing, Painter(log, course, size, options.camera) as painter:
+        shown = tqdm(moments, unit="picture", file=sys.stderr, leave=False, disable=None)
+        if still:
+            painted = [painter.paint(moment, notes=False, inset=not k) for k, moment in enumerate(shown)]
+            sheet(painted, plan.size, painter.title).save(passing, "PNG")
+        elif plan.ending == ".gif":
+            # Colours are chosen beforehand, so that not all pictures need be kept.
+            samples = [painter.paint(moment) for moment in course.spread(*stretch, _SAMPLES)]
+            write_gif(passing, (painter.paint(moment) for moment in shown), plan.fps, len(moments), samples)
+        else:
+            write_mp4(passing, (painter.paint(moment) for moment in shown), plan.fps)
+    sys.stdout.write(
+        f"{len(moments)} pictures of {stretch[0]:.2f} to {stretch[1]:.2f} s of the trial in {out},"
+        f" {os.path.getsize(out) / 1e6:.2f} MB\n"
+    )
+    return 0
+
+
+@dataclass(frozen=True)
+class _Plan:
+    ending: str
+    size: tuple[int, int]
+    fps: float
+
+
+def _plan(options: RenderOptions) -> _Plan:
+    ending = Path(options.to).suffix.lower()
+    if ending not in ENDINGS:
+        raise ConfigurationError("to", options.to, f"a file that ends with {', '.join(ENDINGS)}")
+    # Imported here, because it brings numpy with it.
+    from palpate.adapters.rendering.views import CAMERAS
+
+    require_one_of("camera", options.camera, CAMERAS)
+    size = _size(options.size, _SHEET_SIZE if ending == ".png" else _FILM_SIZE)
+    if ending == ".mp4" and (size[0] % 2 or size[1] % 2):
+        raise ConfigurationError("size", options.size, "even numbers for .mp4")
+    require_whole("pictures", options.pictures, 1, _MOST_PICTURES)
+    fps = (12.5 if ending == ".gif" else 25.0) if options.fps is None else options.fps
+    require_in("fps", fps, 0.1, _GIF_MOST_FPS if ending == ".gif" else 240.0)
+    require_in("speed", options.speed, 0.001, 1000.0)
+    return _Plan(ending, size, fps)
+
+
+def _size(text: str, default: tuple[int, int]) -> tuple[int, int]:
+    if not text:
+        return default
+    match = re.fullmatch(r"(\d{1,6})x(\d{1,6})", text)
+    if match is None:
+        raise ConfigurationError("size", text, "WIDTHxHEIGHT in pixels, as in 640x480")
+    width, height = int(match[1]), int(match[2])
+    if not (_LEAST_PX <= width <= _MOST_PX and _LEAST_PX <= height <= _MOST_PX):
+        raise ConfigurationError("size", text, f"{_LEAST_PX} to {_MOST_PX} pixels each way")
+    return width, height
+
+
+@contextmanager
+def _mujoco_without_graphics() -> Iterator[None]:
+    """MuJoCo loads the library that MUJOCO_GL names as it is imported, and breaks where that is missing.
+
+    Here it shall load none: which one works is found out later.
+    """
+    named = os.environ.get("MUJOCO_GL")
+    os.environ["MUJOCO_GL"] = "off"
+    try:
+        yield
+    finally:
+        if named is None:
+            del os.environ["MUJOCO_GL"]
+        else:
+            os.environ["MUJOCO_GL"] = named

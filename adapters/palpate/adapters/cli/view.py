@@ -1,0 +1,54 @@
+"""``palpate view``."""
+
+from __future__ import annotations
+
+import sys
+from contextlib import suppress
+from dataclasses import replace
+
+from palpate.adapters.chosen_policy import ChosenPolicy
+from palpate.adapters.cli.picture_options import ViewOptions
+from palpate.adapters.composition import SimulatedRig, find_ready_pose, require_usable
+from palpate.adapters.experiment import ScoredTrial
+from palpate.adapters.policies import COMPARATORS
+from palpate.adapters.rendering.live import ShownClock, WindowClosedError, open_viewer, require_display
+from palpate.adapters.session import FIRST_EVALUATION_TRIAL, run_policy
+from palpate.core.checks import require_in
+from palpate.core.errors import ConfigurationError
+
+
+def view(options: ViewOptions) -> int:
+    """Run trials in a window; returns the exit code.
+
+    Raises:
+        ConfigurationError: An option cannot be used.
+        UsageError: There is no display.
+    """
+    require_in("trials", options.trials, 1, 1_000_000)
+    require_in("speed", options.speed, 0.01, 100.0)
+    if not options.policy:
+        raise ConfigurationError("policy", "", f"a policy file, or one of {', '.join(COMPARATORS)}")
+    config = options.run
+    chosen = ChosenPolicy(options.policy, config)
+    require_display()
+    ready = find_ready_pose(config)
+    require_usable(config, ready)
+    goal = config.task.goal
+    target_m = (goal.x_mm * 1e-3, goal.y_mm * 1e-3, goal.z_mm * 1e-3)
+    with (
+        SimulatedRig(config, ready) as rig,
+        open_viewer(rig.cell.model, rig.cell.data, target_m) as window,
+        suppress(WindowClosedError),
+    ):
+        shown = ShownClock(rig.ports.clock, window, options.speed)
+        rig.ports = replace(rig.ports, clock=shown)
+
+        def done(scored: ScoredTrial) -> None:
+            report = scored.report
+            outcome = "" if report.outcome is None else report.outcome.value
+            number = report.setup.index - FIRST_EVALUATION_TRIAL
+            sys.stdout.write(f"trial {number}: {outcome}, exploration {report.exploration_time_s:.2f} s\n")
+
+        rows = run_policy(config, ready, rig, chosen.perception, chosen.on(rig), options.trials, done)
+        return 0 if len(rows) == options.trials else 130
+    return 0

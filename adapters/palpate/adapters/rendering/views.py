@@ -1,0 +1,83 @@
+"""Where a picture is seen from, and where in it a point of the world comes to lie. No graphics library is needed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import cos, radians, sin, tan
+from typing import Final, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+Array: TypeAlias = npt.NDArray[np.float64]
+
+CAMERAS: Final = ("both", "close-up", "arm")
+FIELD_OF_VIEW_DEG: Final = 20.0
+"""Vertical; narrow, so that lengths near and far compare."""
+_PEGS_HIGH: Final = 3.1
+"""How many diameters of the peg the close-up is high."""
+_MARGIN: Final = 1.3
+
+
+@dataclass(frozen=True)
+class View:
+    """A camera that looks at a point.
+
+    Attributes:
+        target_m: The point in the middle of the picture, (3,), base frame.
+        distance_m: From the camera to it.
+        azimuth_deg: Heading in which the camera looks, from the base's x towards its y.
+        elevation_deg: Above the horizon; negative looks down.
+        cut: Whether the half of the plate that is towards the camera is left out, to see into the hole.
+    """
+
+    target_m: tuple[float, float, float]
+    distance_m: float
+    azimuth_deg: float
+    elevation_deg: float
+    cut: bool = False
+
+    @property
+    def axes(self) -> Array:
+        """Right, up and forward of the picture as rows, (3, 3), base frame."""
+        a, e = radians(self.azimuth_deg), radians(self.elevation_deg)
+        forward = np.array([cos(e) * cos(a), cos(e) * sin(a), sin(e)])
+        right = np.array([sin(a), -cos(a), 0.0])
+        return np.array([right, np.cross(right, forward), forward])
+
+    def pixels_per_m(self, height: int) -> float:
+        """Scale at the target, across the line of sight, in a picture of this height."""
+        return height / (2.0 * self.distance_m * tan(radians(FIELD_OF_VIEW_DEG) / 2.0))
+
+    def pixel_of(self, point_m: Array, width: int, height: int) -> tuple[float, float]:
+        """Column and row in a picture of this size, from its upper left corner, at which a point (3,) appears."""
+        right, up, forward = self.axes @ (np.asarray(point_m) - np.array(self.target_m))
+        scale = self.pixels_per_m(height) * self.distance_m / (self.distance_m + forward)
+        return width / 2.0 + float(right * scale), height / 2.0 - float(up * scale)
+
+
+def close_up(mouth_m: Array, diameter_m: float) -> View:
+    """Peg and hole from the side, a little from above, the plate cut open.
+
+    Args:
+        mouth_m: Centre of the hole's mouth, (3,), base frame.
+        diameter_m: Width of the peg.
+    """
+    high = _PEGS_HIGH * diameter_m
+    x, y, z = mouth_m.tolist()
+    return View((x, y, z + 0.1 * high), _distance(high), 90.0, -20.0, cut=True)
+
+
+def whole_arm(points_m: Array) -> View:
+    """All of these points (n, 3), base frame, from the side and from above."""
+    low, high = points_m.min(axis=0), points_m.max(axis=0)
+    middle = (low + high) / 2.0
+    x, y, z = middle.tolist()
+    view = View((x, y, z), 1.0, 125.0, -18.0)
+    right, up, _ = view.axes @ (points_m - middle).T
+    extent = 2.0 * float(max(np.abs(right).max(), np.abs(up).max()))
+    return View(view.target_m, _distance(extent * _MARGIN), view.azimuth_deg, view.elevation_deg)
+
+
+def _distance(height_m: float) -> float:
+    return height_m / (2.0 * tan(radians(FIELD_OF_VIEW_DEG) / 2.0))
