@@ -16,9 +16,10 @@ from palpate.core.checks import require_in, require_one_of, require_whole
 from palpate.core.errors import ConfigurationError
 
 ENDINGS: Final = (".mp4", ".gif", ".png")
+LEAST_PX: Final = 120
+"""Smaller pictures leave no room for what is written into them."""
 _FILM_SIZE: Final = (640, 480)
 _SHEET_SIZE: Final = (1440, 760)
-_LEAST_PX: Final = 120
 _MOST_PX: Final = 4096
 _MOST_PICTURES: Final = 100
 _GIF_MOST: Final = 2_000
@@ -60,6 +61,9 @@ def render(options: RenderOptions) -> int:
     else:
         moments = course.film(*stretch, plan.fps, options.speed, _GIF_MOST if plan.ending == ".gif" else _MP4_MOST)
     size = panel_size(len(moments), plan.size) if still else plan.size
+    if min(size) < LEAST_PX:
+        accepted = f"a larger sheet, or fewer pictures: each would have {size[0]}x{size[1]} pixels"
+        raise ConfigurationError("size", f"{plan.size[0]}x{plan.size[1]}", accepted)
     with new_file(out, "--to") as passing, Painter(log, course, size, options.camera) as painter:
         shown = tqdm(moments, unit="picture", file=sys.stderr, leave=False, disable=None)
         if still:
@@ -110,8 +114,8 @@ def _size(text: str, default: tuple[int, int]) -> tuple[int, int]:
     if match is None:
         raise ConfigurationError("size", text, "WIDTHxHEIGHT in pixels, as in 640x480")
     width, height = int(match[1]), int(match[2])
-    if not (_LEAST_PX <= width <= _MOST_PX and _LEAST_PX <= height <= _MOST_PX):
-        raise ConfigurationError("size", text, f"{_LEAST_PX} to {_MOST_PX} pixels each way")
+    if not (LEAST_PX <= width <= _MOST_PX and LEAST_PX <= height <= _MOST_PX):
+        raise ConfigurationError("size", text, f"{LEAST_PX} to {_MOST_PX} pixels each way")
     return width, height
 
 

@@ -11,15 +11,17 @@ from typing import Any, Final
 
 from PIL import Image
 
+from palpate.adapters.rendering.arrows import ACTION, FORCE
 from palpate.adapters.rendering.captions import font_px, line_px, write_title
 from palpate.core.errors import UsageError
 
 HOLD_S: Final = 1.0
 """How long a film rests on its last picture."""
-_GIF_COLOURS: Final = 128
+_GIF_COLOURS: Final = 255
 _GIF_TICKS_PER_S: Final = 100
 _PAPER: Final = (255, 255, 255)
 _QUALITY: Final = "20"
+_PATCH_PX: Final = 24
 
 
 def require_video() -> Any:
@@ -136,7 +138,11 @@ def _held(pictures: Iterable[Image.Image], times: int) -> Iterator[Image.Image]:
 
 
 def _common_palette(samples: Sequence[Image.Image]) -> Image.Image:
-    strip = Image.new("RGB", (samples[0].width, samples[0].height * len(samples)))
+    # Below the samples a patch of what is small and matters: else the arrows' colours would be lost among many greys.
+    width, height = samples[0].size
+    strip = Image.new("RGB", (width, height * len(samples) + 2 * _PATCH_PX))
+    for k, colour in enumerate((FORCE, ACTION)):
+        strip.paste(colour, (0, strip.height - (k + 1) * _PATCH_PX, width, strip.height - k * _PATCH_PX))
     for k, picture in enumerate(samples):
-        strip.paste(picture, (0, k * picture.height))
+        strip.paste(picture, (0, k * height))
     return strip.quantize(_GIF_COLOURS, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)

@@ -4,21 +4,20 @@ from __future__ import annotations
 
 import importlib
 import os
+import subprocess
 import sys
 from typing import Any, Final
 
-from palpate.core.errors import ConfigurationError, UsageError
+from palpate.core.errors import UsageError
 
 LIBRARIES: Final = ("egl", "osmesa")
 """In the order in which they are tried."""
 REMEDY: Final = "install libegl1 and libgl1-mesa-dri (EGL), or libosmesa6 (OSMesa), as Debian and Ubuntu name them"
-_PLATFORM: Final = "PYOPENGL_PLATFORM"
+_PATIENCE_S: Final = 60.0
 
 
 def off_screen_context(width: int, height: int) -> Any:
     """An OpenGL context to draw in, made current; whoever takes it frees it.
-
-    The environment variable MUJOCO_GL, ``egl`` or ``osmesa``, names the library to use.
 
     Args:
         width: Of the largest picture, in pixels.
@@ -26,34 +25,48 @@ def off_screen_context(width: int, height: int) -> Any:
 
     Raises:
         UsageError: There is no graphics library that works.
-        ConfigurationError: MUJOCO_GL names another one.
     """
-    named = os.environ.get("MUJOCO_GL", "").lower()
-    if named not in ("", *LIBRARIES):
-        raise ConfigurationError("MUJOCO_GL", named, f"{' or '.join(LIBRARIES)} in the environment, or nothing")
-    problems = []
-    for library in (named,) if named else LIBRARIES:
-        try:
-            return _context(library, width, height)
-        except Exception as error:
-            # A library that is missing, one without a driver, one that refuses: each raises something of its own.
-            problems.append(f"{library}: {_line(error)}")
-            _forget_platform()
-    raise UsageError(f"no graphics library can draw off screen ({'; '.join(problems)}); {REMEDY}")
-
-
-def _context(library: str, width: int, height: int) -> Any:
-    context = importlib.import_module(f"mujoco.{library}").GLContext(width, height)
+    context = importlib.import_module(f"mujoco.{working_library()}").GLContext(width, height)
     context.make_current()
     return context
 
 
-def _forget_platform() -> None:
-    """PyOpenGL settles for one library when it is first imported; without this the next could not be tried."""
-    os.environ.pop(_PLATFORM, None)
-    for name in [name for name in sys.modules if name.split(".")[0] == "OpenGL"]:
-        del sys.modules[name]
+def working_library() -> str:
+    """The library to draw with: the one that the environment variable MUJOCO_GL names, else the first that works.
+
+    Raises:
+        UsageError: None works.
+    """
+    named = os.environ.get("MUJOCO_GL", "").lower()
+    problems = []
+    # Other names mean libraries that draw in windows.
+    for library in (named,) if named in LIBRARIES else LIBRARIES:
+        problem = problem_with(library)
+        if not problem:
+            return library
+        problems.append(f"{library}: {problem}")
+    raise UsageError(f"no graphics library can draw off screen ({'; '.join(problems)}); {REMEDY}")
 
 
-def _line(error: Exception) -> str:
-    return (" ".join(str(error).split()) or type(error).__name__)[:120]
+def problem_with(library: str) -> str:
+    """Why a library cannot draw; empty if it can.
+
+    Tried in a process of its own: a process keeps the first library it loads, and one without a driver may end it.
+    """
+    trial = f"from mujoco.{library} import GLContext; GLContext(8, 8).make_current()"
+    environment = {**os.environ, "MUJOCO_GL": "off"}
+    try:
+        tried = subprocess.run(
+            [sys.executable, "-c", trial],
+            capture_output=True,
+            text=True,
+            errors="replace",
+            check=False,
+            env=environment,
+            timeout=_PATIENCE_S,
+        )
+    except subprocess.TimeoutExpired:
+        return "does not answer"
+    if tried.returncode == 0:
+        return ""
+    return (tried.stderr.strip().splitlines() or [f"ended with {tried.returncode}"])[-1][:120]

@@ -133,9 +133,9 @@ class Painter:
         captions.write_line(
             picture, (width * _SCALE_AT[0] + small * 0.35, height * (_SCALE_AT[1] - 0.03)), scale, small, "ls"
         )
-        remarks = (self._notes if notes else []) + (
-            [self._outcome] if self._outcome and moment.tick == self._last else []
-        )
+        # The outcome comes last in time and stands above, so that nothing moves when it appears.
+        remarks = [self._outcome] if self._outcome and moment.tick == self._last else []
+        remarks += self._notes if notes else []
         for row, text in enumerate(reversed(remarks)):
             at = (width - margin - small * 0.35, height - margin - small * 0.35 - row * captions.line_px(small) * 1.25)
             captions.write_line(picture, at, text, small, "rd")
