@@ -5,13 +5,14 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 RUN ?= runs/paper
 
-.PHONY: help setup train test lint golden clean
+.PHONY: help setup train test lint golden browser-check clean
 
 help:
 	@echo "make setup   create .venv and install pinned dependencies (does nothing when nothing changed)"
 	@echo "make train   learn the paper's insertion, 350 trials; the result is left in $(RUN)"
 	@echo "make test    style, types, layering and all tests"
 	@echo "make lint    style, types and layering only"
+	@echo "make browser-check   reports in a headless browser, at laptop and phone width (Debian, needs root to install it)"
 	@echo "make golden  record the logs in tests/golden anew, after a change that is meant to change behaviour"
 
 setup: $(STAMP)
@@ -36,6 +37,17 @@ test: lint
 
 golden: setup
 	$(BIN)/python tests/golden/record.py
+
+# Not part of make test: it installs a browser. Its screenshots are there to be looked at.
+BROWSER := chromium chromium-driver python3-selenium
+DESK := runs/browser-check
+
+browser-check: setup
+	dpkg-query -W $(BROWSER) >/dev/null 2>&1 || { apt-get update -q && apt-get install -y -q $(BROWSER); }
+	rm -rf $(DESK)
+	$(BIN)/python -m tests.browser.sample_folders $(DESK)
+	for folder in $(DESK)/*/; do $(BIN)/palpate report "$$folder" || exit 1; done
+	/usr/bin/python3 tests/browser/check_report.py $(DESK)
 
 clean:
 	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache

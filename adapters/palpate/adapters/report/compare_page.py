@@ -43,6 +43,8 @@ def compare_page(folder: Path, title: str, *, logs: bool) -> Page:
         firsts: dict[Path, Path] = {}
         for log in paths:
             firsts.setdefault(log.parent, log)
+        order = {strategy.label: number for number, strategy in enumerate(strategies)}
+        firsts = dict(sorted(firsts.items(), key=lambda pair: order.get(pair[0].name, len(order))))
         names = [(log, f"{parent.relative_to(folder / LOG_FOLDER)}, first trial") for parent, log in firsts.items()]
         sections += log_sections(folder, paths, names[:_MOST_FORCES])
     sections.append(settings_section(folder / "run.toml"))

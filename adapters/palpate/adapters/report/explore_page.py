@@ -9,7 +9,7 @@ from palpate.adapters.report.files import is_there, read_json, read_table
 from palpate.adapters.report.grid_pictures import grid_picture
 from palpate.adapters.report.learning_pictures import Axes, Curve, Level, learning_picture
 from palpate.adapters.report.page import Cell, Page, Picture, Section, Table, counted, share
-from palpate.adapters.report.policy_pictures import arrows_picture, q_picture
+from palpate.adapters.report.policy_pictures import arrows_pictures, q_picture
 from palpate.adapters.report.run_source import policy_in
 from palpate.core.errors import OutputError
 
@@ -55,7 +55,7 @@ def explore_page(folder: Path, title: str, *, logs: bool) -> Page:
             _figures(scores, bounds),
             Section("Learning curve", pictures=(learning_picture("learning", [curve], levels, axes),)),
             *_policy(folder, [int(score["seed"]) for score in scores], rows),
-            Section("Settings", tuple(f"{name} = {value}" for name, value in learning.items())),
+            Section("Settings", listing="".join(f"{name} = {value}\n" for name, value in learning.items())),
         ),
         summary=tuple(_line(score, summary) for score in scores),
     )
@@ -90,11 +90,12 @@ def _policy(folder: Path, seeds: list[int], rows: list[str]) -> list[Section]:
         return []
     title = f"Policy of seed {path.stem.removeprefix('policy-')}"
     on_map = set("".join(rows)) & set(document.states) == set(document.states)
-    picture: Picture = (
-        grid_picture("policy", document, rows, title) if on_map else arrows_picture("policy", document, title, up=True)
-    )
+    if on_map:
+        pictures: tuple[Picture, ...] = (grid_picture("policy", document, rows, title),)
+    else:
+        pictures = arrows_pictures("policy", document, title, up=True)
     text = f"{counted(len(document.states), 'state')}, {counted(len(document.actions), 'action')}."
-    sections = [Section("Policy", (text,), pictures=(picture,))]
+    sections = [Section("Policy", (text,), pictures=pictures)]
     q = q_picture("q-policy", document, title)
     return sections + ([Section("Q values", pictures=(q,))] if q is not None else [])
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import hypot
 
 from palpate.adapters.report.canvas import COLOURS, drawn
 from palpate.adapters.report.page import Picture
@@ -43,10 +44,10 @@ def grid_picture(name: str, document: PolicyDocument, rows: Sequence[str], title
                     axes.plot([x], [y], marker="*", markersize=30 * side_in, color=COLOURS[1])
                 if entry is None:
                     continue
-                axes.text(x - 0.4, y - 0.4, letter, ha="left", va="top", fontsize=12 * side_in, color="#374151")
+                axes.text(x - 0.43, y - 0.43, letter, ha="left", va="top", fontsize=12 * side_in, color="#374151")
                 if entry.visits:
                     # Moves go upwards with y, rows are counted downwards.
-                    dx, dy = (0.3 * value for value in steps[entry.action])
+                    dx, dy = (0.3 * value / hypot(*steps[entry.action]) for value in steps[entry.action])
                     axes.annotate(
                         "", (x + dx, y - dy), (x - dx, y + dy),
                         arrowprops={"arrowstyle": "-|>", "color": "black", "linewidth": 2.2 * side_in,

@@ -21,6 +21,7 @@ class Block:
         columns: Names of the columns; empty without.
         rows: Names of the rows; empty without.
         axes: Names of the two axes; empty without.
+        caption: What must be known to read it; empty without.
         gap: (column, row) and words for a place where another block decides; None without.
     """
 
@@ -29,6 +30,7 @@ class Block:
     columns: tuple[str, ...] = ()
     rows: tuple[str, ...] = ()
     axes: tuple[str, str] = ("", "")
+    caption: str = ""
     gap: tuple[int, int, str] | None = None
 
 
@@ -61,6 +63,7 @@ def _position(position: dict[str, tuple[int, int]], torque: dict[str, tuple[int,
         ("x -", "x 0", "x +"),
         ("y -", "y 0", "y +"),
         ("position along x", "position along y"),
+        "Seen from above: x to the right, y down. Arrows that point to the middle point to the hole.",
         None if (0, 0) in position.values() or not torque else (1, 1, "torque\ndecides"),
     )
 
@@ -72,6 +75,8 @@ def _torque(torque: dict[str, tuple[int, int]]) -> Block:
         ("ty -", "ty 0", "ty +"),
         ("tx +", "tx 0", "tx -"),
         ("torque about y", "torque about x"),
+        "Each region lies on the side of the hole on which its torque is felt. Arrows that point to the middle point to"
+        " the hole.",
     )
 
 

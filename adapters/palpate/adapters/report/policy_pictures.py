@@ -7,7 +7,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from palpate.adapters.report.canvas import WIDTH_IN, drawn
+from palpate.adapters.report.canvas import WIDTH_IN, drawn, file_name
 from palpate.adapters.report.page import Picture, counted
 from palpate.adapters.report.policy_layout import Block, blocks_of
 from palpate.core.policy import PolicyDocument
@@ -15,41 +15,58 @@ from palpate.core.policy.entries import TableRow
 
 MOST_STATES: Final = 48
 """States that are drawn; of more, those that were learned from most often."""
+_WIDTH_IN: Final = 4.6
 _COLOUR_MAP: Final = "viridis"
 _NOT_LEARNED: Final = {"programmed": "#fbe3c0", "examples": "#e3d9f2"}
 _NEVER: Final = "#ececec"
 
 
-def arrows_picture(name: str, document: PolicyDocument, title: str, *, up: bool = False) -> Picture:
+def arrows_pictures(name: str, document: PolicyDocument, title: str, *, up: bool = False) -> tuple[Picture, ...]:
     """The best action of each state as an arrow, on the colour of its value.
 
     Args:
-        name: The picture's file name.
+        name: Beginning of the pictures' file names.
         document: The policy.
         title: Of what it is.
         up: Whether y points up, as in grid worlds; down, as seen from above the insertion, if not.
+
+    Returns:
+        A picture for each map of states; one for states that have no place on a map.
     """
+    from matplotlib.ticker import MaxNLocator
+
     blocks = blocks_of(document, MOST_STATES)
     rows = {row.state: row for row in document.table}
     sign = -1.0 if up else 1.0
     steps = {a.name: (a.displacement_mm[0], sign * a.displacement_mm[1]) for a in document.actions}
     longest = max((hypot(*step) for step in steps.values()), default=1.0) or 1.0
+    # One for all blocks: colours mean the same in each.
     shades = _Shades(document)
-    heights = [1 + max(row for _, row in block.places.values()) for block in blocks]
-    height = 4.0 if len(blocks) == 2 else 0.7 + 1.05 * heights[0]
-    with drawn(height) as canvas:
-        for axes, block in zip(canvas.figure.subplots(1, len(blocks), squeeze=False)[0], blocks, strict=True):
+    pictures = []
+    for block in blocks:
+        height = _WIDTH_IN + 0.5 if block.rows else 0.9 + 0.85 * (1 + max(row for _, row in block.places.values()))
+        with drawn(height, _WIDTH_IN if block.rows else WIDTH_IN) as canvas:
+            axes = canvas.figure.add_subplot()
             _frame(axes, block)
             for state, (column, row) in block.places.items():
                 _tile(axes, column, row, rows[state], shades)
                 _arrow(axes, column, row, rows[state], steps, longest)
-        if shades.map is not None:
-            bar = canvas.figure.colorbar(
-                shades.map, ax=canvas.figure.axes, orientation="horizontal", shrink=0.6, aspect=40
+            if shades.map is not None:
+                bar = canvas.figure.colorbar(
+                    shades.map, ax=axes, orientation="horizontal", shrink=0.7, aspect=40, ticks=MaxNLocator(5)
+                )
+                bar.set_label("Q of the best action: higher is better")
+                bar.outline.set_visible(False)
+        told = [rows[state] for state in block.places]
+        pictures.append(
+            Picture(
+                f"{name}-{file_name(block.title)}" if block.title else name,
+                _alt(told, f"{title}, {block.title.lower()}" if block.title else title),
+                _caption(document, block, told, title, up),
+                canvas.png,
             )
-            bar.set_label("Q of the best action: higher is better")
-            bar.outline.set_visible(False)
-    return Picture(name, _alt(document, title), _caption(document, blocks, title, up), canvas.png)
+        )
+    return tuple(pictures)
 
 
 def q_picture(name: str, document: PolicyDocument, title: str) -> Picture | None:
@@ -99,7 +116,7 @@ def q_picture(name: str, document: PolicyDocument, title: str) -> Picture | None
     caption = f"{title}. Bold: the best action of the state. Grey: never tried."
     if len(document.states) > len(rows):
         caption += f" Of {len(document.states)} states the {len(rows)} that were learned from most often."
-    return Picture(name, alt, caption, canvas.png, wide=len(actions) > 8)
+    return Picture(name, alt, caption, canvas.png, wide=True)
 
 
 class _Shades:
@@ -150,7 +167,7 @@ def _tile(axes: Any, column: int, row: int, entry: TableRow, shades: _Shades) ->
 
     colour, ink = shades.of(entry)
     axes.add_patch(Rectangle((column - 0.48, row - 0.48), 0.96, 0.96, facecolor=colour, linewidth=0.0))
-    axes.text(column, row - 0.33, entry.state, ha="center", va="center", fontsize=8, color=ink)
+    axes.text(column, row - 0.36, entry.state, ha="center", va="center", fontsize=9, color=ink)
     words = f"{entry.value:.1f}" if entry.visits and entry.value is not None else ""
     if entry.source != "learned":
         words = entry.source
@@ -158,7 +175,7 @@ def _tile(axes: Any, column: int, row: int, entry: TableRow, shades: _Shades) ->
         words = "never visited"
     elif _untried(entry):
         words = "untried"
-    axes.text(column, row + 0.35, words, ha="center", va="center", fontsize=8, color=ink)
+    axes.text(column, row + 0.37, words, ha="center", va="center", fontsize=9, color=ink)
 
 
 def _is_known(entry: TableRow) -> bool:
@@ -177,7 +194,7 @@ def _arrow(
     if entry.source == "learned" and not entry.visits:
         # All actions are equal there: an arrow would say something that nobody knows.
         return
-    x, y = (0.2 * value / longest for value in steps[entry.action])
+    x, y = (0.24 * value / longest for value in steps[entry.action])
     if hypot(x, y) == 0.0:
         return
     from matplotlib.patheffects import withStroke
@@ -193,27 +210,22 @@ def _arrow(
     )  # fmt: skip
 
 
-def _alt(document: PolicyDocument, title: str) -> str:
-    known = [row for row in document.table if row.visits or row.source != "learned"]
+def _alt(rows: list[TableRow], title: str) -> str:
+    known = [row for row in rows if row.visits or row.source != "learned"]
     told = "; ".join(f"{row.state}: {row.action}" for row in known[:20])
     more = f"; and {len(known) - 20} more states" if len(known) > 20 else ""
-    return f"Best action of each state of {title}. {told or 'Nothing was learned'}{more}."
+    return f"Best action of each state, {title}. {told or 'Nothing was learned'}{more}."
 
 
-def _caption(document: PolicyDocument, blocks: tuple[Block, ...], title: str, up: bool) -> str:
-    if len(blocks) == 2:
-        text = (
-            f"{title}. Seen from above, x to the right and y down; each torque region lies on the side of the hole on"
-            " which that torque is felt. Arrows that point to the middle point to the hole."
-        )
-    else:
-        text = f"{title}. Arrows: x to the right, y {'up' if up else 'down'}."
-        shown = len(blocks[0].places)
-        if shown < len(document.states):
-            text += f" Of {len(document.states)} states the {shown} that were learned from most often."
-    if any(row.source == "learned" and row.visits and _untried(row) for row in document.table):
+def _caption(document: PolicyDocument, block: Block, rows: list[TableRow], title: str, up: bool) -> str:
+    text = f"{title}. {block.title + '. ' if block.title else ''}{block.caption}"
+    if not block.rows:
+        text += f"Arrows: x to the right, y {'up' if up else 'down'}."
+        if len(rows) < len(document.states):
+            text += f" Of {len(document.states)} states the {len(rows)} that were learned from most often."
+    if any(row.source == "learned" and row.visits and _untried(row) for row in rows):
         text += " Untried: that action was never taken there, and only its initial value makes it the best."
-    sources = {row.source for row in document.table} - {"learned"}
+    sources = {row.source for row in rows} - {"learned"}
     if sources:
         text += f" Not learned: {' and '.join(sorted(sources))}."
     return text

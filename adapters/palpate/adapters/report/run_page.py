@@ -11,7 +11,7 @@ from palpate.adapters.report.force_pictures import force_picture
 from palpate.adapters.report.learning_pictures import learning_picture, window_of
 from palpate.adapters.report.logs import LogShelf, logs_in, spread_over
 from palpate.adapters.report.page import Cell, Page, Picture, Section, Table, counted, share
-from palpate.adapters.report.policy_pictures import arrows_picture, q_picture
+from palpate.adapters.report.policy_pictures import arrows_pictures, q_picture
 from palpate.adapters.report.run_source import RunSource
 from palpate.adapters.report.timing_section import timing_section
 from palpate.adapters.results import TrialRow
@@ -94,7 +94,7 @@ def policy_sections(document: PolicyDocument, name: str, title: str) -> list[Sec
     visited = sum(row.visits > 0 for row in document.table)
     if learner and visited < len(document.states):
         text += f" {counted(len(document.states) - visited, 'state was', 'states were')} never visited."
-    sections = [Section("Policy", (text,), pictures=(arrows_picture(name, document, title),))]
+    sections = [Section("Policy", (text,), pictures=arrows_pictures(name, document, title))]
     q = q_picture(f"q-{name}", document, title)
     if q is not None:
         sections.append(Section("Q values", pictures=(q,)))

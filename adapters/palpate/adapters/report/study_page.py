@@ -9,7 +9,7 @@ from palpate.adapters.report.intervals import mean_with_interval
 from palpate.adapters.report.learning_pictures import Axes, Level, learning_picture, window_of
 from palpate.adapters.report.logs import logs_in
 from palpate.adapters.report.page import Cell, Page, Picture, Section, Table, counted, listed, share
-from palpate.adapters.report.policy_pictures import arrows_picture, q_picture
+from palpate.adapters.report.policy_pictures import arrows_pictures, q_picture
 from palpate.adapters.report.run_page import log_sections, settings_section, summary_cells
 from palpate.adapters.report.run_source import curve_of
 from palpate.adapters.report.study_source import (
@@ -187,13 +187,15 @@ def _policies(study: StudySource, settings: list[Setting]) -> list[Section]:
     """Of each choice of settings the policy that the first seed learned."""
     arrows: list[Picture] = []
     values: list[Picture] = []
+    number = 0
     for (setting, policy), cells in study.groups.items():
         document = cells[0].run.document
         if setting not in settings or document is None:
             continue
         title = f"{policy}, {shown_setting(setting)}, seed {cells[0].seed}"
-        arrows.append(arrows_picture(f"policy-{len(arrows) + 1:02d}", document, title))
-        q = q_picture(f"q-{len(values) + 1:02d}", document, title)
+        number += 1
+        arrows += arrows_pictures(f"policy-{number:02d}", document, title)
+        q = q_picture(f"q-{number:02d}", document, title)
         values += [q] if q is not None else []
     text = ("The policy of the first seed of each choice of settings.",)
     return [Section("Policies", text, pictures=tuple(arrows)), Section("Q values", pictures=tuple(values))]

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -13,6 +14,11 @@ from palpate.adapters.report.run_source import RunSource
 from palpate.core.errors import OutputError
 
 FORMAT: Final = 1
+
+_CELL_FILE: Final = "cell.json"
+_BEGUN: Final = ".unfinished"
+_NUMBERED: Final = re.compile(r"(\.[0-9a-f]+)?\.unfinished$")
+"""A cell in the making has a folder of another name, and another one for every attempt."""
 
 Setting = tuple[tuple[str, str], ...]
 """Names and values of the swept fields, values as texts."""
@@ -68,14 +74,15 @@ class StudySource:
         names = [name for name in names if not name.startswith(".") and os.path.isdir(folder / name)]
         if not names:
             raise OutputError(str(path), "is a study without a cell", "let palpate study run first")
-        finished = [name for name in names if is_there(folder / name / "cell.json")]
+        finished = [name for name in names if is_there(folder / name / _CELL_FILE) and not name.endswith(_BEGUN)]
+        begun = dict.fromkeys(_NUMBERED.sub("", name) for name in names if name not in finished)
+        unfinished = tuple(name for name in begun if name not in finished)
         if not finished:
-            raise OutputError(
-                str(path), f"is a study of which none of {len(names)} cells is finished", "let palpate study go on"
-            )
-        cells = sorted((_cell(folder / name) for name in finished), key=_order)
-        _require_comparable(path, cells)
-        return cls(path, tuple(cells), tuple(name for name in names if name not in finished))
+            number = len(unfinished)
+            problem = f"is a study with {number} cell{'s' * (number > 1)}, none of them finished"
+            raise OutputError(str(path), problem, "let palpate study go on")
+        cells = _with_short_policies(_with_all_fields([_cell(folder / name) for name in finished]))
+        return cls(path, tuple(sorted(cells, key=_order)), unfinished)
 
     @property
     def swept(self) -> dict[str, list[Any]]:
@@ -119,7 +126,7 @@ def is_number(value: Any) -> bool:
 
 
 def _cell(folder: Path) -> StudyCell:
-    path = folder / "cell.json"
+    path = folder / _CELL_FILE
     content = read_json(path)
     if content.get("format") != FORMAT:
         raise OutputError(str(path), f"has format {content.get('format')!r}, not {FORMAT}", "another palpate wrote it")
@@ -132,17 +139,34 @@ def _cell(folder: Path) -> StudyCell:
                 str(folder), f"says that it is finished, but has no {name}",
                 "remove the cell's folder, and let palpate study make it again",
             )  # fmt: skip
-    return StudyCell(folder.name, dict(sorted(fields.items())), policy, seed, RunSource.read(folder))
+    return StudyCell(folder.name, fields, policy, seed, RunSource.read(folder))
 
 
-def _require_comparable(path: Path, cells: list[StudyCell]) -> None:
-    names = list(cells[0].fields)
-    for cell in cells:
-        if list(cell.fields) != names:
-            raise OutputError(
-                str(path / "cells" / cell.name), f"has the fields {', '.join(cell.fields) or 'none'}, and"
-                f" {cells[0].name} has {', '.join(names) or 'none'}", "put cells of one study together only",
-            )  # fmt: skip
+def _with_all_fields(cells: list[StudyCell]) -> list[StudyCell]:
+    """Cells that name the same fields: one that leaves a field as it is has the value that its run really had."""
+    names = sorted({name for cell in cells for name in cell.fields})
+    return [
+        replace(
+            cell, fields={name: cell.fields[name] if name in cell.fields else _in_run(cell, name) for name in names}
+        )
+        for cell in cells
+    ]
+
+
+def _in_run(cell: StudyCell, name: str) -> Any:
+    value: Any = cell.run.settings
+    for word in name.split("."):
+        value = value.get(word) if isinstance(value, dict) else None
+    return "default" if value is None else value
+
+
+def _with_short_policies(cells: list[StudyCell]) -> list[StudyCell]:
+    """Cells that call a policy file by the folder of the run that made it, unless two would have one name."""
+    paths = {cell.policy: Path(cell.policy) for cell in cells}
+    short = {name: path.parent.name or path.stem if path.suffix == ".json" else name for name, path in paths.items()}
+    if len(set(short.values())) < len(short):
+        return cells
+    return [replace(cell, policy=short[cell.policy]) for cell in cells]
 
 
 def _order(cell: StudyCell) -> tuple[Any, ...]:

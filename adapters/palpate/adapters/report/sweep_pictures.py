@@ -84,14 +84,16 @@ def _draw(upper: Any, lower: Any, line: Series, number: int, of: int, values: Se
     places = [float(p.value) if numeric else float(_index(values, p.value)) for p in line.points]
     width = (max(map(float, values)) - min(map(float, values))) / (len(values) - 1) if numeric else 1.0
     # Beside each other, so that no bar hides another.
-    places = [place + 0.12 * width * (number - (of - 1) / 2) / max(of - 1, 1) for place in places]
+    places = [place + 0.07 * width * (number - (of - 1) / 2) / max(of - 1, 1) for place in places]
     style: dict[str, Any] = {
         "color": colour, "marker": mark, "linestyle": LINES[number % len(LINES)], "linewidth": 1.6, "markersize": 6,
     }  # fmt: skip
     means = [mean_with_interval(p.times_s) for p in line.points]
     upper.plot(places, [mean for mean, _, _ in means], label=line.label, **style)
     for place, point, (_, low, high) in zip(places, line.points, means, strict=True):
-        upper.scatter([place] * len(point.times_s), point.times_s, s=12, color=colour, alpha=0.5, linewidths=0.0)
+        upper.scatter(
+            [place] * len(point.times_s), point.times_s, s=26, facecolors="none", edgecolors=colour, linewidths=1.0
+        )
         if low is not None:
             upper.vlines(place, low, high, color=colour, linewidth=1.3)
         lower.vlines(place, *point.success[1:], color=colour, linewidth=1.3)

@@ -1,0 +1,109 @@
+"""Folders of results, made by real short runs: for tests of reports, and for looking at reports in a browser.
+
+`python -m tests.browser.sample_folders DIR` makes one of each kind in a new folder.
+"""
+
+from __future__ import annotations
+
+import json
+import random
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from palpate.adapters.cli.main import main
+from palpate.adapters.log.schema import BY_ID, message_class
+from palpate.core.task_config import CONTROL_RATE_HZ
+from tests.log_surgery import messages_of, write_log
+
+QUICK = ("--task.time-limit-s", "1")
+UNRECORDED = ("--recording.no-enabled",)
+SECTIONS = ("clock", "read force", "read joints", "perceive", "decide", "control", "send", "record", "whole tick")
+
+
+def palpate(*words: object) -> None:
+    """Run a command, which must go well."""
+    if main([str(word) for word in words]) != 0:
+        raise RuntimeError(f"palpate {' '.join(map(str, words))} failed")
+
+
+def make_study(
+    folder: Path, steps_mm: Sequence[float], seeds: Sequence[int], trials: int, more: Sequence[object] = QUICK
+) -> Path:
+    """A study over one setting, with a policy that learns and one that does not."""
+    folder.mkdir(parents=True)
+    (folder / "study.toml").write_text(
+        f'[study]\ntrials = {trials}\nseeds = {list(seeds)}\npolicies = ["q-learning", "torque"]\n\n'
+        f'[grid]\n"task.step_mm" = {list(steps_mm)}\n'
+    )
+    for step_mm in steps_mm:
+        for seed in seeds:
+            for policy in ("q-learning", "torque"):
+                cell = folder / "cells" / f"{policy}-step_mm-{step_mm}-seed-{seed:03d}"
+                words = ("--trials", trials, "--seed", seed, "--task.step-mm", step_mm, *UNRECORDED, *more)
+                if policy == "q-learning":
+                    palpate("train", *words, "--out", cell)
+                else:
+                    palpate("run", "--policy", policy, *words, "--out", cell)
+                finish(cell, {"task.step_mm": step_mm}, policy, seed)
+    return folder
+
+
+def finish(cell: Path, fields: dict[str, Any], policy: str, seed: int) -> None:
+    """Say that a cell is finished."""
+    document = {"fields": fields, "policy": policy, "seed": seed, "format": 1}
+    (cell / "cell.json").write_text(json.dumps(document) + "\n")
+
+
+def in_real_time(log: Path) -> None:
+    """Change a log of the simulator into one whose ticks began late, as on a real clock, with a stopwatch's account."""
+    messages = messages_of(log)
+    chance = random.Random(0)
+    changed = []
+    for message in messages:
+        kind = BY_ID[message.channel].message
+        if kind in ("Tick", "End"):
+            made: Any = message_class(kind)()
+            made.ParseFromString(message.payload)
+            if kind == "Tick":
+                made.deadline_ns = made.time_ns
+                made.time_ns += round(chance.expovariate(1 / 60e3)) + 2_000_000 * (chance.random() < 0.002)
+            else:
+                made.timing_json = json.dumps(stopwatch_account())
+            message = message._replace(payload=made.SerializeToString(deterministic=True))
+        changed.append(message)
+    log.unlink()
+    write_log(log, changed)
+
+
+def stopwatch_account() -> dict[str, Any]:
+    """What a stopwatch leaves in a log's end, with made-up times."""
+    names = ("count", "mean_ns", "median_ns", "p99_ns", "p999_ns", "max_ns")
+    sections = {
+        name: dict(zip(names, (500, *(1e3 * (k + 2) * factor for factor in (1.1, 1, 3, 9, 20))), strict=True))
+        for k, name in enumerate(SECTIONS)
+    }
+    period_ns = 1e9 / CONTROL_RATE_HZ
+    return {"ticks": 500, "skipped_slots": 0, "period_ns": period_ns, "sections": sections}
+
+
+def make_all(desk: Path) -> None:
+    """A folder of every kind."""
+    palpate("train", "--trials", 25, "--out", desk / "train")
+    palpate("run", "--policy", "torque", "--trials", 6, "--out", desk / "run")
+    for log in sorted((desk / "run" / "logs").glob("*.mcap")):
+        in_real_time(log)
+    # A name that would break a layout which trusts names, and a state space of another kind.
+    long_name = desk / ("a-run-whose-name-is-long-because-somebody-wrote-all-settings-into-it-" * 2 + "<b>&amp;")
+    palpate("train", "--trials", 5, *QUICK, "--perception.memory", "last-2", "--out", long_name)
+    palpate("compare", "--trials", 4, "--out", desk / "compare", "--policy", desk / "train" / "policy.json")
+    palpate("explore", "--trials", 150, "--out", desk / "explore")
+    palpate("explore", "--strings", desk / "walks.txt", "--walks", 100)
+    palpate("infer", desk / "walks.txt", "--training.steps", 200, "--training.restarts", 4, "--out", desk / "infer")
+    study = make_study(desk / "study", (0.4, 0.6, 0.8), (0, 1, 2), 10, ("--task.time-limit-s", "3"))
+    (study / "cells" / "torque-step_mm-1.0-seed-000.0123abcd.unfinished").mkdir()
+
+
+if __name__ == "__main__":
+    make_all(Path(sys.argv[1]))
