@@ -20,6 +20,7 @@ class Purpose(enum.IntEnum):
     POLICY = 3
     PARTITION = 4
     FITTING = 5
+    WALKS = 6
 
 
 def generator(seed: int, purpose: Purpose, trial: int = 0) -> np.random.Generator:

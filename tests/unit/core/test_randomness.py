@@ -64,6 +64,7 @@ def test_purposes_are_never_renumbered() -> None:
         "POLICY": 3,
         "PARTITION": 4,
         "FITTING": 5,
+        "WALKS": 6,
     }
 
 

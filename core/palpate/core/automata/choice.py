@@ -5,16 +5,15 @@ For acceptance: the smallest q whose automaton is right about every training str
 For prediction there is no right or wrong. The automaton is taken as a model of its own: in each state the next symbol,
 or the end, has the probability with which it followed there in the training strings. Its cross-entropy on held-out
 strings falls as q grows, ever more slowly, while each state must be filled with experience by whoever learns on it. So
-a state has its price, that of stating its probabilities to the accuracy which the training strings give them, half a
-logarithm of their number each (Rissanen, 1978; Schwarz, 1978), and the lowest sum is chosen. On two-unit networks of
-three maps that is about where Q-learning was best too; cross-entropy alone would take the largest q.
+a state has its price, one nat for each of its probabilities (Akaike, 1974), and the lowest sum is chosen. On two-unit
+networks of two maps learners did best with such numbers of states; cross-entropy alone would take nearly the largest q,
+and the price of Schwarz (1978), which grows with the number of strings, about half as many states.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from math import log
 from typing import Final
 
 import numpy as np
@@ -194,8 +193,7 @@ def model_loss(machine: Machine, training: PrefixTree, held_out: PrefixTree) -> 
 
 def price_of(machine: Machine, training: PrefixTree) -> float:
     """What the states of an automaton are charged with, in nats a symbol of the training strings."""
-    drawn = int(training.counts.sum())
-    return 0.5 * len(machine.transitions) * len(machine.alphabet) * log(drawn) / drawn
+    return len(machine.transitions) * len(machine.alphabet) / int(training.counts.sum())
 
 
 def _wrong(cells: Partition, tree: PrefixTree) -> float:

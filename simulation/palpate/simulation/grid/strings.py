@@ -6,6 +6,7 @@ from palpate.core.automata.strings import Strings
 from palpate.core.checks import require_whole
 from palpate.core.perception import IdentityState
 from palpate.core.policy import RandomWalkPolicy
+from palpate.core.randomness import Purpose, generator
 from palpate.simulation.grid.maps import GridMap, grid_actions
 from palpate.simulation.grid.trial import STEP_LIMIT, run_trial
 
@@ -20,7 +21,7 @@ def walk_strings(grid: GridMap, count: int, seed: int, longest: int = STEP_LIMIT
     Args:
         grid: The map.
         count: How many strings, from 1.
-        seed: Gives the walks.
+        seed: Gives the walks, which have nothing in common with learning runs of the same seed.
         longest: Most symbols of a string, which is the most steps of a walk.
 
     Raises:
@@ -29,10 +30,11 @@ def walk_strings(grid: GridMap, count: int, seed: int, longest: int = STEP_LIMIT
     require_whole("walks", count, 1, 10_000_000)
     require_whole("longest", longest, 1, 10_000_000)
     identifier, policy = IdentityState(grid.symbols), RandomWalkPolicy(grid_actions())
+    own_seed = int(generator(seed, Purpose.WALKS).integers(2**63))
     words: list[tuple[int, ...]] = []
     trial = 0
     while len(words) < count:
-        walk = run_trial(grid, identifier, policy, seed, trial, step_limit=longest)
+        walk = run_trial(grid, identifier, policy, own_seed, trial, step_limit=longest)
         trial += 1
         if walk.reached:
             words.append(walk.symbols)

@@ -22,8 +22,10 @@ def test_settings_become_those_of_the_learner() -> None:
     assert GridLearning(**flags, learner="sarsa").parameters() == SarsaParameters(
         **common, temperature=schedule, trace_decay=0.4
     )
-    assert GridLearning().parameters().alpha_visits is None
-    assert [GridLearning(learner=name).parameters().alpha for name in ("q", "sarsa")] == [0.2, 0.1]
+    own = GridLearning().parameters()
+    assert (own.alpha, own.alpha_visits, own.alpha_floor) == (0.5, 20.0, 0.05)
+    given = [GridLearning(alpha=0.2), GridLearning(learner="sarsa")]
+    assert [(s.parameters().alpha, s.parameters().alpha_visits) for s in given] == [(0.2, None), (0.1, None)]
 
 
 @pytest.mark.parametrize(("learner", "kind"), [("q", QLearning), ("sarsa", Sarsa)])
@@ -57,7 +59,8 @@ def test_a_shorter_run_is_the_beginning_of_a_longer_one() -> None:
         ({"temperature_decay": 0.0}, "temperature_decay = 0"),
         ({"temperature_floor": 2.0}, "temperature_floor = 2"),
         ({"alpha_visits": -1.0}, "alpha_visits = -1"),
-        ({"alpha_floor": 0.9}, "alpha_floor = 0.9"),
+        ({"alpha": 0.5, "alpha_floor": 0.9}, "alpha_floor = 0.9"),
+        ({"alpha_visits": 5.0}, "alpha = None is refused: a learning rate, if it is told how to fall"),
         ({"trace_decay": 2.0, "learner": "sarsa"}, "trace_decay = 2"),
         ({"step_limit": 0}, "step_limit = 0"),
     ],

@@ -1,0 +1,199 @@
+"""Learners in ambiguous grid worlds on all kinds of states, most of them made of walk strings, over many seeds.
+
+    python benchmarks/automata_learners.py --seeds 30 --jobs 2 --out runs/automata.csv
+
+For each seed 1000 walks of at most 30 symbols, and 64 two-unit Elman networks on them. The states, all learned on
+with equal settings: the symbols; the last two; the last three; the inferred automaton; that of the same network
+before it was trained, with the same q; that which is chosen in the same way from all 64 untrained networks; a Markov
+chain from IoAlergia on the same strings, at two values of its eps; an acceptor from RPNI, which is also given as many
+strings that no walk can give, made with knowledge of the map. Medians over seeds of the mean number of steps in the
+last 100 of 1500 trials, with 95 % bootstrap intervals, and paired differences to the automaton. A run has converged
+in the trial after which the mean of 25 first comes to 5 steps (scenario 1) or 8 (the others). Walks and networks have
+seeds 200, 201, ..., learning 1200, 1201, ...; those that settings were chosen with are below 200 and 1000 to 1010.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import warnings
+from collections.abc import Iterator
+from dataclasses import replace
+from multiprocessing import Pool
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from aalpy.learning_algs import run_Alergia, run_RPNI
+
+from palpate.adapters.grid.learning import GridLearning, StateMaker, learn
+from palpate.adapters.grid.report import Score
+from palpate.adapters.grid.states import Followed, Named
+from palpate.adapters.grid.worlds import bounds_of, grid_named
+from palpate.adapters.statistics import bootstrap_interval
+from palpate.core.automata.elman import END, Network
+from palpate.core.automata.infer import Inference, InferenceSettings, infer
+from palpate.core.automata.machine import Kind, Machine
+from palpate.core.automata.partition import partition
+from palpate.core.automata.strings import Strings
+from palpate.core.automata.training import TrainingSettings
+from palpate.simulation.grid.maps import GridMap
+from palpate.simulation.grid.strings import walk_strings
+
+FIRST_SEED, LEARNING_SEED = 200, 1200
+CONVERGED = {"1": 5.0, "2": 8.0, "twin": 8.0}
+WINDOW = 25
+ALERGIA_EPS = (0.05, 0.5)
+"""AALpy's default, and one that merges fewer states; above 0.9 it finds hundreds of them and takes minutes."""
+TRIALS = 1500
+COLUMNS = ("map", "seed", "states", "learner", "count", "last_100", "greedy_exact", "converged")
+LEARNERS = {
+    "Q-learning": GridLearning(),
+    "Sarsa": GridLearning(learner="sarsa"),
+    "Sarsa, falling rate": GridLearning(learner="sarsa", alpha=0.2, alpha_visits=100.0, alpha_floor=0.03),
+}
+
+
+def alergia(strings: Strings, eps: float) -> Machine:
+    """IoAlergia's Markov chain, as an automaton: the next symbol names the next state."""
+    data = [["start", *(strings.alphabet[symbol] for symbol in word), END] for word in strings.words]
+    model = run_Alergia(data, "mc", eps=eps)
+    number = {state: place for place, state in enumerate(model.states)}
+    rows = []
+    for state in model.states:
+        after = {target.output: number[target] for target, _ in state.transitions}
+        rows.append(tuple(after.get(symbol) for symbol in strings.alphabet))
+    return Machine(Kind.MOORE, strings.alphabet, tuple(rows), ("",) * len(rows), (), number[model.initial_state])
+
+
+def possible(grid: GridMap, word: tuple[int, ...]) -> bool:
+    """Whether a walk can give these readings and end at the goal."""
+    places = {cell for cell in range(len(grid.cells)) if grid.readings[cell] == word[0]}
+    for symbol in word[1:]:
+        reached = {target for cell in places for target in grid.moves[cell] if target is not None}
+        places = {cell for cell in reached if grid.readings[cell] == symbol}
+    return any(None in grid.moves[cell] for cell in places)
+
+
+def rpni(grid: GridMap, strings: Strings, seed: int) -> Machine:
+    """RPNI's acceptor of walks, told from strings with one symbol changed so that no walk can give them."""
+    rng = np.random.default_rng(seed)
+    data: list[tuple[tuple[str, ...], bool]] = []
+    for word in strings.words:
+        data.append((tuple(strings.alphabet[symbol] for symbol in word), True))
+        for _ in range(100):
+            other = list(word)
+            other[rng.integers(len(word))] = int(rng.integers(len(strings.alphabet)))
+            if not possible(grid, tuple(other)):
+                data.append((tuple(strings.alphabet[symbol] for symbol in other), False))
+                break
+    model = run_RPNI(data, "dfa", print_info=False)
+    number = {state: place for place, state in enumerate(model.states)}
+    rows = tuple(
+        tuple(number.get(state.transitions.get(symbol)) for symbol in strings.alphabet) for state in model.states
+    )
+    accepted = tuple(bool(state.is_accepting) for state in model.states)
+    return Machine(Kind.DFA, strings.alphabet, rows, accepted, (), number[model.initial_state])
+
+
+def untrained_twin(found: Inference, untrained: Inference) -> Machine:
+    """The automaton of the chosen network as it was before training, with the same q."""
+    networks: dict[int, Network] = {one.restart: one.network for one in untrained.training.networks}
+    cells = partition(networks[found.network.restart], found.chosen.intervals)
+    return cells.minimal()
+
+
+def states_of(name: str, seed: int) -> Iterator[tuple[str, StateMaker]]:
+    """Kinds of state, as they are made for one seed."""
+    grid = grid_named(name, 7)
+    strings = walk_strings(grid, 1000, seed, 30)
+    settings = InferenceSettings(training=TrainingSettings(seed=seed))
+    found = infer(strings, settings)
+    untrained = infer(strings, replace(settings, training=replace(settings.training, steps=0)))
+    yield "symbols", Named()
+    yield "last 2", Named("last-2")
+    yield "last 3", Named("last-3")
+    yield "automaton", Followed(found.machine, strings)
+    yield "untrained, same q", Followed(untrained_twin(found, untrained), strings)
+    yield "untrained, chosen", Followed(untrained.machine, strings)
+    for eps in ALERGIA_EPS:
+        yield f"IoAlergia, eps {eps}", Followed(alergia(strings, eps), strings)
+    yield "RPNI", Followed(rpni(grid, strings, seed), strings)
+
+
+def converged(steps: list[int], most: float) -> int:
+    """Trials until the mean of a window first comes to ``most`` steps."""
+    means = np.convolve(steps, np.ones(WINDOW) / WINDOW, "valid")
+    below = np.flatnonzero(means <= most)
+    return int(below[0]) + WINDOW if len(below) else len(steps)
+
+
+def rows(job: tuple[str, int]) -> list[dict[str, Any]]:
+    name, number = job
+    warnings.simplefilter("ignore")
+    grid, done = grid_named(name, 7), []
+    for kind, make in states_of(name, FIRST_SEED + number):
+        for learner, learning in LEARNERS.items():
+            run = learn(grid, make, learning, LEARNING_SEED + number, TRIALS)
+            score = Score.of(grid, run)
+            values = (
+                name, number, kind, learner, len(run.identifier.states), score.last, round(score.greedy, 4),
+                converged(run.steps, CONVERGED[name]),
+            )  # fmt: skip
+            done.append(dict(zip(COLUMNS, values, strict=True)))
+    return done
+
+
+def column(table: list[dict[str, Any]], kind: str, learner: str, name: str) -> np.ndarray[Any, Any]:
+    found = sorted((row["seed"], row[name]) for row in table if (row["states"], row["learner"]) == (kind, learner))
+    return np.array([value for _, value in found], dtype=float)
+
+
+def tell(name: str, table: list[dict[str, Any]]) -> None:
+    bounds = bounds_of(grid_named(name, 7))
+    seeds = len({row["seed"] for row in table})
+    print(f"map {name}, {seeds} seeds: full information {bounds.full:.2f}, belief-state optimum {bounds.belief:.2f}")
+    for kind in dict.fromkeys(row["states"] for row in table):
+        count = np.median(column(table, kind, "Q-learning", "count"))
+        print(f"  {kind}, {count:.0f} states")
+        for learner in LEARNERS:
+            last = column(table, kind, learner, "last_100")
+            low, high = bootstrap_interval(list(last), 0.5)
+            gap = last - column(table, "automaton", learner, "last_100")
+            rng = np.random.default_rng(0)
+            means = rng.choice(gap, size=(2000, len(gap))).mean(axis=1)
+            trials = np.median(column(table, kind, learner, "converged"))
+            greedy = column(table, kind, learner, "greedy_exact")
+            print(
+                f"    {learner:20s} median {np.median(last):6.2f} ({low:.2f} to {high:.2f}), mean {last.mean():6.2f}; "
+                f"above the automaton {gap.mean():+.2f} ({np.quantile(means, 0.025):+.2f} to "
+                f"{np.quantile(means, 0.975):+.2f}); greedy {np.median(greedy):.2f}, least {greedy.min():.2f}; "
+                f"converged after {trials:.0f} trials"
+            )
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--maps", nargs="+", default=list(CONVERGED))
+    parser.add_argument("--seeds", type=int, default=30)
+    parser.add_argument("--jobs", type=int, default=1)
+    parser.add_argument("--out", type=Path, help="CSV file")
+    options = parser.parse_args()
+    whole: list[dict[str, Any]] = []
+    with Pool(options.jobs) as pool:
+        for name in options.maps:
+            table: list[dict[str, Any]] = []
+            for done in pool.imap(rows, [(name, number) for number in range(options.seeds)]):
+                table += done
+                if options.out:
+                    options.out.parent.mkdir(parents=True, exist_ok=True)
+                    with options.out.open("w", newline="") as stream:
+                        writer = csv.DictWriter(stream, COLUMNS, lineterminator="\n")
+                        writer.writeheader()
+                        writer.writerows(whole + table)
+            whole += table
+            tell(name, table)
+
+
+if __name__ == "__main__":
+    main()
