@@ -18,6 +18,8 @@ GREY: Final = "#6b7280"
 WIDTH_IN: Final = 6.2
 """Width of a picture. On a telephone it is shrunk to two thirds, and letters of 11 points can still be read."""
 _DPI: Final = 150
+_LONG_LABEL: Final = 26
+"""Longer labels do not fit beside each other."""
 _STYLE: Final = {
     "font.size": 11.0,
     "axes.titlesize": 11.5,
@@ -64,6 +66,13 @@ def drawn(height_in: float, width_in: float = WIDTH_IN) -> Iterator[Canvas]:
         # Without a date and a version in it, equal results give equal pictures.
         figure.savefig(buffer, format="png", metadata={"Software": None})
         canvas.png = buffer.getvalue()
+
+
+def legend_above(figure: Any, axes: Any) -> None:
+    """A legend of one panel above all panels: inside one it would lie on a curve sooner or later."""
+    handles, labels = axes.get_legend_handles_labels()
+    columns = 2 if max(map(len, labels), default=0) <= _LONG_LABEL else 1
+    figure.legend(handles, labels, loc="outside upper left", ncols=columns, frameon=False)
 
 
 def file_name(text: str) -> str:

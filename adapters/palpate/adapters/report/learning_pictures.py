@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from palpate.adapters.report.canvas import COLOURS, GREY, LINES, drawn
+from palpate.adapters.report.canvas import COLOURS, GREY, LINES, drawn, legend_above
 from palpate.adapters.report.intervals import Array, t_half_width
 from palpate.adapters.report.page import Picture, counted, share
 from palpate.adapters.statistics import WINDOW, moving_average
@@ -68,7 +68,7 @@ class Axes:
 
 def window_of(trials: int) -> int:
     """Trials in the moving average: the paper's 25, fewer where there are not many."""
-    return min(WINDOW, max(1, trials // 4))
+    return min(WINDOW, trials, max(3, trials // 4))
 
 
 def learning_picture(
@@ -101,8 +101,7 @@ def learning_picture(
         lower.set(xlabel="trial", ylabel=axes.success, ylim=(-0.04, 1.04))
         lower.yaxis.set_major_formatter(lambda value, _: f"{value:.0%}")
         lower.set_xlim(0.5, max(max(map(len, c.costs)) for c in curves) + 0.5)
-        # Above the panel: inside it would lie on a curve sooner or later.
-        canvas.figure.legend(*upper.get_legend_handles_labels(), loc="outside upper left", ncols=2, frameon=False)
+        legend_above(canvas.figure, upper)
     return Picture(name, _alt(curves, levels, axes), _caption(curves, axes), canvas.png)
 
 

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from typing import Final
 
 from palpate.core.policy import PolicyDocument
+from palpate.core.policy.base import LEARNED
+from palpate.core.policy.entries import TableRow
 
 _SIGNS: Final = {"-": -1, "0": 0, "+": 1}
 _ROW: Final = 6
@@ -43,16 +45,25 @@ def blocks_of(document: PolicyDocument, most: int) -> tuple[Block, ...]:
 
     Args:
         document: The policy.
-        most: States at most; of more, those that were learned from most often.
+        most: States at most, where they have no place on a map; see :func:`telling`.
     """
     position = {state: place for state in document.states if (place := _place(state, "x", "y")) is not None}
     torque = {state: place for state in document.states if (place := _place(state, "tx", "ty")) is not None}
     if len(position) + len(torque) == len(document.states) and position and torque:
         return _position(position, torque), _torque(torque)
-    rows = sorted(document.table, key=lambda row: -row.visits)[:most]
-    chosen = {row.state for row in rows}
+    chosen = {row.state for row in telling(document, most)}
     states = [state for state in document.states if state in chosen]
     return (Block("", {state: (n % _ROW, n // _ROW) for n, state in enumerate(states)}),)
+
+
+def telling(document: PolicyDocument, most: int) -> list[TableRow]:
+    """The rows that say something: learned from, or not learned at all; of too many, the most visited ones.
+
+    All of them where none does.
+    """
+    rows = [row for row in document.table if row.visits or row.source != LEARNED] or list(document.table)
+    chosen = {row.state for row in sorted(rows, key=lambda row: -row.visits)[:most]}
+    return [row for row in document.table if row.state in chosen]
 
 
 def _position(position: dict[str, tuple[int, int]], torque: dict[str, tuple[int, int]]) -> Block:

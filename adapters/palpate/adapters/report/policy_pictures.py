@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from math import hypot
+from textwrap import wrap
 from typing import Any, Final
 
 import numpy as np
 
 from palpate.adapters.report.canvas import WIDTH_IN, drawn, file_name
 from palpate.adapters.report.page import Picture, counted
-from palpate.adapters.report.policy_layout import Block, blocks_of
+from palpate.adapters.report.policy_layout import Block, blocks_of, telling
 from palpate.core.policy import PolicyDocument
+from palpate.core.policy.base import LEARNED
 from palpate.core.policy.entries import TableRow
 
 MOST_STATES: Final = 48
@@ -77,10 +79,8 @@ def q_picture(name: str, document: PolicyDocument, title: str) -> Picture | None
         document: The policy.
         title: Of what it is.
     """
-    table = sorted(document.table, key=lambda row: -row.visits)[:MOST_STATES]
-    chosen = {row.state for row in table}
-    rows = [row for row in document.table if row.state in chosen and row.q is not None]
-    if not rows or not any(row.visits for row in rows):
+    rows = [row for row in telling(document, MOST_STATES) if row.q is not None]
+    if not any(row.visits for row in rows):
         return None
     q = np.array([row.q for row in rows], dtype=float)
     visits = np.array([row.visits_per_action for row in rows])
@@ -115,7 +115,7 @@ def q_picture(name: str, document: PolicyDocument, title: str) -> Picture | None
     )
     caption = f"{title}. Bold: the best action of the state. Grey: never tried."
     if len(document.states) > len(rows):
-        caption += f" Of {len(document.states)} states the {len(rows)} that were learned from most often."
+        caption += f" {_some(len(rows), len(document.states))}"
     return Picture(name, alt, caption, canvas.png, wide=True)
 
 
@@ -125,12 +125,11 @@ class _Shades:
     def __init__(self, document: PolicyDocument) -> None:
         values = [row.value for row in document.table if _is_known(row) and row.value is not None]
         self.map: Any = None
-        if values:
+        if len(set(values)) > 1:
             from matplotlib.cm import ScalarMappable
             from matplotlib.colors import Normalize
 
-            low, high = min(values), max(values)
-            self.low, self.high = low, high if high > low else low + 1.0
+            self.low, self.high = min(values), max(values)
             self.map = ScalarMappable(Normalize(self.low, self.high), _COLOUR_MAP)
 
     def of(self, row: TableRow) -> tuple[Any, str]:
@@ -167,9 +166,12 @@ def _tile(axes: Any, column: int, row: int, entry: TableRow, shades: _Shades) ->
 
     colour, ink = shades.of(entry)
     axes.add_patch(Rectangle((column - 0.48, row - 0.48), 0.96, 0.96, facecolor=colour, linewidth=0.0))
-    axes.text(column, row - 0.36, entry.state, ha="center", va="center", fontsize=9, color=ink)
+    # A state that remembers has a line for each of its symbols.
+    lines = [line for part in entry.state.replace(" > ", "\n> ").split("\n") for line in wrap(part, 12)]
+    size = 9 if len(lines) == 1 and len(lines[0]) <= 9 else 7
+    axes.text(column, row - 0.45, "\n".join(lines[:3]), ha="center", va="top", fontsize=size, color=ink)
     words = f"{entry.value:.1f}" if entry.visits and entry.value is not None else ""
-    if entry.source != "learned":
+    if entry.source != LEARNED:
         words = entry.source
     elif not entry.visits:
         words = "never visited"
@@ -191,7 +193,7 @@ def _untried(entry: TableRow) -> bool:
 def _arrow(
     axes: Any, column: int, row: int, entry: TableRow, steps: dict[str, tuple[float, float]], longest: float
 ) -> None:
-    if entry.source == "learned" and not entry.visits:
+    if entry.source == LEARNED and not entry.visits:
         # All actions are equal there: an arrow would say something that nobody knows.
         return
     x, y = (0.24 * value / longest for value in steps[entry.action])
@@ -199,10 +201,13 @@ def _arrow(
         return
     from matplotlib.patheffects import withStroke
 
+    # Paler where nothing was learned of it.
+    colour = "#767676" if entry.source == LEARNED and _untried(entry) else "black"
+
     axes.annotate(
         "", (column + x, row + y), (column - x, row - y),
         arrowprops={
-            "arrowstyle": "-|>,head_length=0.5,head_width=0.28", "color": "black", "linewidth": 2.4,
+            "arrowstyle": "-|>,head_length=0.5,head_width=0.28", "color": colour, "linewidth": 2.4,
             "shrinkA": 0, "shrinkB": 0, "mutation_scale": 11,
             # Stands out from dark and from light colours.
             "path_effects": [withStroke(linewidth=5.0, foreground="white")],
@@ -210,8 +215,12 @@ def _arrow(
     )  # fmt: skip
 
 
+def _some(shown: int, states: int) -> str:
+    return f"Of {states} states {shown} are shown, those that were learned from most often."
+
+
 def _alt(rows: list[TableRow], title: str) -> str:
-    known = [row for row in rows if row.visits or row.source != "learned"]
+    known = [row for row in rows if row.visits or row.source != LEARNED]
     told = "; ".join(f"{row.state}: {row.action}" for row in known[:20])
     more = f"; and {len(known) - 20} more states" if len(known) > 20 else ""
     return f"Best action of each state, {title}. {told or 'Nothing was learned'}{more}."
@@ -222,10 +231,10 @@ def _caption(document: PolicyDocument, block: Block, rows: list[TableRow], title
     if not block.rows:
         text += f"Arrows: x to the right, y {'up' if up else 'down'}."
         if len(rows) < len(document.states):
-            text += f" Of {len(document.states)} states the {len(rows)} that were learned from most often."
-    if any(row.source == "learned" and row.visits and _untried(row) for row in rows):
+            text += f" {_some(len(rows), len(document.states))}"
+    if any(row.source == LEARNED and row.visits and _untried(row) for row in rows):
         text += " Untried: that action was never taken there, and only its initial value makes it the best."
-    sources = {row.source for row in rows} - {"learned"}
+    sources = {row.source for row in rows} - {LEARNED}
     if sources:
         text += f" Not learned: {' and '.join(sorted(sources))}."
     return text

@@ -59,7 +59,7 @@ def study_page(folder: Path, title: str, *, logs: bool) -> Page:
 
 
 def _facts(study: StudySource) -> tuple[tuple[str, str], ...]:
-    facts = [("Cells", f"{len(study.cells)} finished of {len(study.cells) + len(study.unfinished)}")]
+    facts = [("Cells", f"{len(study.cells)} finished of {len(study.cells) + study.unfinished}")]
     facts += [(f"Swept: {name}", listed([shown_value(v) for v in values], 12)) for name, values in study.swept.items()]
     facts.append(("Policies", listed(study.policies, 12)))
     seeds = sorted({cell.seed for cell in study.cells})
@@ -71,10 +71,13 @@ def _facts(study: StudySource) -> tuple[tuple[str, str], ...]:
 def _notices(study: StudySource, settings: list[Setting]) -> tuple[str, ...]:
     notices = []
     if study.unfinished:
+        begun = f" Begun: {listed(study.begun)}." if study.begun else ""
         notices.append(
-            f"This study is unfinished: {counted(len(study.unfinished), 'cell')} of"
-            f" {len(study.cells) + len(study.unfinished)} not counted here ({listed(study.unfinished)})."
+            f"This study is unfinished: {study.unfinished} of {study.unfinished + len(study.cells)} cells are missing"
+            f" here.{begun}"
         )
+    if study.problem:
+        notices.append(f"How many cells there should be is not known: {study.problem}")
     short = [cell.name for cell in study.cells if cell.run.missing]
     if short:
         notices.append(f"{counted(len(short), 'cell')} with fewer trials than asked for: {listed(short)}.")

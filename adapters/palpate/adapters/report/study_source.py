@@ -11,7 +11,8 @@ from typing import Any, Final
 
 from palpate.adapters.report.files import is_there, read_json
 from palpate.adapters.report.run_source import RunSource
-from palpate.core.errors import OutputError
+from palpate.adapters.study.document import Study
+from palpate.core.errors import ConfigurationError, OutputError
 
 FORMAT: Final = 1
 
@@ -55,12 +56,16 @@ class StudySource:
     Attributes:
         path: The folder.
         cells: The finished cells, ordered by their fields, policies and seeds.
-        unfinished: Names of the cells that are not finished.
+        begun: Names of cells that were begun and are not finished.
+        unfinished: How many cells are not finished, begun or not.
+        problem: Why ``study.toml`` does not tell how many cells there should be; empty if it does.
     """
 
     path: Path
     cells: tuple[StudyCell, ...]
-    unfinished: tuple[str, ...]
+    begun: tuple[str, ...]
+    unfinished: int
+    problem: str = ""
 
     @classmethod
     def read(cls, path: Path) -> StudySource:
@@ -76,13 +81,14 @@ class StudySource:
             raise OutputError(str(path), "is a study without a cell", "let palpate study run first")
         finished = [name for name in names if is_there(folder / name / _CELL_FILE) and not name.endswith(_BEGUN)]
         begun = dict.fromkeys(_NUMBERED.sub("", name) for name in names if name not in finished)
-        unfinished = tuple(name for name in begun if name not in finished)
+        begun = {name: None for name in begun if name not in finished}
+        asked, problem = _asked(path / "study.toml")
+        unfinished = max(len(begun), asked - len(finished))
         if not finished:
-            number = len(unfinished)
-            problem = f"is a study with {number} cell{'s' * (number > 1)}, none of them finished"
-            raise OutputError(str(path), problem, "let palpate study go on")
+            told = f"is a study with {unfinished} cell{'s' * (unfinished > 1)}, none of them finished"
+            raise OutputError(str(path), told, "let palpate study go on")
         cells = _with_short_policies(_with_all_fields([_cell(folder / name) for name in finished]))
-        return cls(path, tuple(sorted(cells, key=_order)), unfinished)
+        return cls(path, tuple(sorted(cells, key=_order)), tuple(begun), unfinished, problem)
 
     @property
     def swept(self) -> dict[str, list[Any]]:
@@ -123,6 +129,15 @@ def shown_setting(setting: Setting) -> str:
 def is_number(value: Any) -> bool:
     """Whether a value has a place on an axis."""
     return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _asked(path: Path) -> tuple[int, str]:
+    """How many cells the study asks for, or why nobody knows."""
+    try:
+        return Study.read(path).count, ""
+    except ConfigurationError as error:
+        # What is finished can be reported all the same.
+        return 0, " ".join(str(error).split())
 
 
 def _cell(folder: Path) -> StudyCell:

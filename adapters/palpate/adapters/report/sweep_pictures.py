@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from palpate.adapters.report.canvas import COLOURS, LINES, drawn, file_name
+from palpate.adapters.report.canvas import COLOURS, LINES, drawn, file_name, legend_above
 from palpate.adapters.report.intervals import mean_with_interval
 from palpate.adapters.report.page import Picture, share
 from palpate.adapters.report.study_source import is_number, shown_value
@@ -59,7 +59,7 @@ def sweep_picture(field: str, values: Sequence[Any], series: Sequence[Series]) -
         series: The lines.
     """
     numeric = all(map(is_number, values))
-    with drawn(5.2) as canvas:
+    with drawn(5.0 + 0.1 * len(series)) as canvas:
         upper, lower = canvas.figure.subplots(2, 1, sharex=True, height_ratios=(1.5, 1.0))
         for number, line in enumerate(series):
             _draw(upper, lower, line, number, len(series), values, numeric)
@@ -70,7 +70,7 @@ def sweep_picture(field: str, values: Sequence[Any], series: Sequence[Series]) -
         if not numeric or len(values) <= 8:
             places = values if numeric else range(len(values))
             lower.set_xticks(places, [shown_value(value) for value in values])
-        canvas.figure.legend(*upper.get_legend_handles_labels(), loc="outside upper left", ncols=2, frameon=False)
+        legend_above(canvas.figure, upper)
     caption = (
         "Time: every seed a dot, their mean a line, bars the 95 % interval of that mean (Student's t over seeds; none"
         " for a single seed). Success: all seeds' trials together, bars Wilson's 95 % interval. Of policies that learn,"

@@ -122,6 +122,7 @@ def _histogram(timing: Timing) -> Picture:
             axes = canvas.figure.add_subplot(len(shown), 1, number + 1)
             axes.hist(values, bins=60, color=COLOURS[number], log=True)
             axes.set(xlabel=label, ylabel="ticks")
+            axes.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
             if number == 0:
                 axes.axvline(period_ms, color="black", linewidth=1.0, linestyle="--")
     low, high = np.quantile(timing.interval_ms, (0.001, 0.999))
