@@ -35,6 +35,7 @@ _PEG: Final = (0.90, 0.72, 0.38, 1.0)
 _WRIST_M: Final = 0.024
 """Radius of the link to the sensor, which the physical model does without."""
 _SPRINGS: Final = ("slide_x", "slide_y", "slide_z", "tilt_x", "tilt_y", "turn_z")
+_MOST_BENT: Final = np.array([0.02, 0.02, 0.02, 0.2, 0.2, 0.2])
 _MOST_GEOMS: Final = 2000
 
 
@@ -56,23 +57,24 @@ class Cell:
 
     def __init__(self, log: TrialLog) -> None:
         config = config_of(log)
+        goal = goal_in_base(config.task.goal)
+        reach = wander_m(config) + config.cell.hole_uncertainty_mm * 1e-3 + 1e-3
         try:
             kinematics = Kinematics(arm_named(config.arm), ToolGeometry())
-            rotation = np.array(log.start.tip_rotation).reshape(3, 3)
+            yaw = goal.rotation.T @ np.array(log.start.tip_rotation).reshape(3, 3)[:, 0]
+            if not np.isfinite(yaw).all():
+                raise ValueError("the tool's orientation is none")
+            self.model = build_work_cell(
+                kinematics,
+                config.cell,
+                goal_in_base=goal,
+                tool_yaw_rad=float(np.arctan2(yaw[1], yaw[0])),
+                period_s=1.0 / CONTROL_RATE_HZ,
+                plate_reach_m=max(PLATE_REACH_M, reach),
+            )
         except (PalpateError, ValueError) as error:
             problem = f"does not say what the cell looked like ({error})"
             raise LogError(log.path, "/start", problem, "it cannot be drawn") from error
-        goal = goal_in_base(config.task.goal)
-        yaw = goal.rotation.T @ rotation[:, 0]
-        reach = wander_m(config) + config.cell.hole_uncertainty_mm * 1e-3 + 1e-3
-        self.model = build_work_cell(
-            kinematics,
-            config.cell,
-            goal_in_base=goal,
-            tool_yaw_rad=float(np.arctan2(yaw[1], yaw[0])),
-            period_s=1.0 / CONTROL_RATE_HZ,
-            plate_reach_m=max(PLATE_REACH_M, reach),
-        )
         hole = true_hole_m(log)
         self.hole_known = hole is not None
         self.joints = kinematics.joints
@@ -100,7 +102,8 @@ class Cell:
             raise LogError(self._path, f"tick {moment.tick}", problem, "it cannot be drawn")
         self.data.qpos[:] = 0.0
         self.data.qpos[: self.joints] = moment.joints_rad
-        self.data.qpos[self._springs] = self._bent(moment)
+        # Within what a gripper may do: a force that no sensor measures is no reason to draw the peg elsewhere.
+        self.data.qpos[self._springs] = np.clip(self._bent(moment), -_MOST_BENT, _MOST_BENT)
         mujoco.mj_kinematics(self.model, self.data)
         mujoco.mj_camlight(self.model, self.data)
 
