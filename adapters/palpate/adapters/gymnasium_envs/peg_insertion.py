@@ -19,6 +19,7 @@ from palpate.core.checks import require_in, require_one_of
 from palpate.core.errors import ConfigurationError
 from palpate.core.task_config import CONTROL_RATE_HZ
 from palpate.core.trial import Outcome
+from palpate.simulation.cell import WorkCell
 
 _NAME: Final = "palpate/PegInsertion-v0"
 _ARGUMENTS: Final = ("scenario", "arm", "actions", "observations", "failure_penalty", "config")
@@ -125,6 +126,11 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
             left = -episodes.plain_reinforcement * episodes.decisions_left
             reward -= left if self._penalty is None else self._penalty
         return self._observations.of(episodes.task), reward, over and not truncated, truncated, self._info(earned)
+
+    @property
+    def cell(self) -> WorkCell:
+        """The work cell with its MuJoCo model and data: for pictures and measurements, never for an agent."""
+        return self._episodes.rig.cell
 
     def close(self) -> None:
         """Stop the arm and close the work cell."""

@@ -1,0 +1,277 @@
+"""What a step of an environment costs beyond its physics, beside other MuJoCo environments of manipulation.
+
+    python benchmarks/environment_overhead.py --cache ~/.cache/palpate-peers
+    python benchmarks/environment_overhead.py --cache ~/.cache/palpate-peers --peers none
+
+Each peer runs from its published package in a virtual environment of its own below the cache folder, made on the first
+call (some hundred megabytes), with the MuJoCo that it needs: none of them runs on 4.0, so times of physics differ, and
+only the ratio compares. Rounds take turns, one process a measurement; the table has medians over rounds.
+
+The floor of each: ``mj_step`` on the same model, as many steps in as many calls as the environment makes, from the same
+states and under the same commands. An environment is made as its users make it, by ``gymnasium.make``; resets do not
+count. Times are CPU times, which other work on the machine disturbs less.
+
+This file is the worker of every virtual environment too, so beyond the standard library it imports inside.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import statistics
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+STEPS = 400
+SEED = 1
+
+
+@dataclass
+class Floor:
+    """Bare physics of what an environment did: where it began, and the commands of each call of ``mj_step``.
+
+    Attributes:
+        model: The MuJoCo model.
+        substeps: Physics steps of a call.
+        stretches: For each reset: state, plate and so on to begin from, and what was commanded call by call.
+    """
+
+    model: Any
+    substeps: int
+    stretches: list[tuple[dict[str, Any], list[dict[str, Any]]]] = field(default_factory=list)
+
+    def begin(self, data: Any) -> None:
+        begin = {
+            name: getattr(data, name).copy() for name in ("qpos", "qvel", "act", "ctrl", "mocap_pos", "mocap_quat")
+        }
+        self.stretches.append((begin | {"body_pos": self.model.body_pos.copy()}, []))
+
+    def command(self, data: Any) -> None:
+        commands = {name: getattr(data, name).copy() for name in ("ctrl", "mocap_pos", "mocap_quat")}
+        self.stretches[-1][1].append({name: value for name, value in commands.items() if value.size})
+
+    def seconds(self) -> float:
+        import mujoco
+
+        data, total = mujoco.MjData(self.model), 0.0
+        for begin, commands in self.stretches:
+            mujoco.mj_resetData(self.model, data)
+            self.model.body_pos[:] = begin["body_pos"]
+            for name, value in begin.items():
+                if name != "body_pos":
+                    getattr(data, name)[:] = value
+            mujoco.mj_forward(self.model, data)
+            for command in commands:
+                # Setting the commands is no physics.
+                for name, value in command.items():
+                    getattr(data, name)[:] = value
+                start = time.process_time()
+                mujoco.mj_step(self.model, data, nstep=self.substeps)
+                total += time.process_time() - start
+        return total
+
+    @property
+    def calls(self) -> int:
+        return sum(len(commands) for _, commands in self.stretches)
+
+
+def steps_of(env: Any, count: int, on_reset: Callable[[], None], after_step: Callable[[], None]) -> float:
+    """Seconds that so many steps under random actions take, without the resets between."""
+    env.action_space.seed(SEED)
+    env.reset(seed=SEED)
+    on_reset()
+    total = 0.0
+    for _ in range(count):
+        action = env.action_space.sample()
+        start = time.process_time()
+        _, _, terminated, truncated, _ = env.step(action)
+        total += time.process_time() - start
+        after_step()
+        if terminated or truncated:
+            env.reset()
+            on_reset()
+    return total
+
+
+def nothing() -> None:
+    return
+
+
+def palpate_round(count: int, **arguments: Any) -> dict[str, Any]:
+    import gymnasium
+
+    import palpate.adapters.gymnasium_envs as envs
+
+    env: Any = gymnasium.make(envs.PEG_INSERTION, **arguments)
+    steps_of(env, 20, nothing, nothing)
+    seconds = steps_of(env, count, nothing, nothing)
+    # Once more, equal to the bit, now with a look at every command: a step is many calls here.
+    cell = env.unwrapped.cell
+    floor = Floor(cell.model, cell.config.substeps)
+    stepping, advance = False, cell.advance
+
+    def watched() -> None:
+        if stepping:
+            floor.command(cell.data)
+        advance()
+
+    def begin() -> None:
+        nonlocal stepping
+        floor.begin(cell.data)
+        stepping = True
+
+    reset = env.reset
+
+    def plain_reset(**options: Any) -> Any:
+        nonlocal stepping
+        stepping = False
+        return reset(**options)
+
+    cell.advance, env.reset = watched, plain_reset
+    steps_of(env, count, begin, nothing)
+    return {"seconds": seconds, "floor": floor.seconds(), "calls": floor.calls, "substeps": floor.substeps}
+
+
+def peer_round(count: int, env: Any, substeps: int) -> dict[str, Any]:
+    steps_of(env, 20, nothing, nothing)
+    inner = env.unwrapped
+    floor = Floor(inner.model, substeps)
+    seconds = steps_of(env, count, lambda: floor.begin(inner.data), lambda: floor.command(inner.data))
+    return {"seconds": seconds, "floor": floor.seconds(), "calls": floor.calls, "substeps": substeps}
+
+
+def fetch_round(count: int) -> dict[str, Any]:
+    import gymnasium
+    import gymnasium_robotics
+
+    gymnasium.register_envs(gymnasium_robotics)
+    name = max(
+        (n for n in gymnasium.registry if n.startswith("FetchPickAndPlace-v")), key=lambda n: int(n.rsplit("v", 1)[1])
+    )
+    env: Any = gymnasium.make(name)
+    return peer_round(count, env, env.unwrapped.n_substeps) | {"name": name}
+
+
+def metaworld_round(count: int) -> dict[str, Any]:
+    import gymnasium
+    import metaworld
+
+    assert metaworld.__file__
+    env: Any = gymnasium.make("Meta-World/MT1", env_name="peg-insert-side-v3", seed=SEED)
+    return peer_round(count, env, env.unwrapped.frame_skip) | {"name": "peg-insert-side-v3"}
+
+
+WORKERS: dict[str, Callable[[int], dict[str, Any]]] = {
+    "palpate, symbolic": palpate_round,
+    "palpate, raw and continuous": lambda count: palpate_round(count, observations="raw", actions="continuous"),
+    "gymnasium-robotics": fetch_round,
+    "metaworld": metaworld_round,
+}
+PEERS = {
+    "gymnasium-robotics": ["gymnasium-robotics==1.4.2", "mujoco>=3.10,<3.11"],
+    "metaworld": ["metaworld==3.1.1", "mujoco==3.3.0", "packaging"],
+}
+
+
+def python_of(peer: str, cache: Path) -> Path:
+    """The interpreter that has this peer, which is installed now if it is not yet."""
+    folder = cache / peer
+    python, ready = folder / "bin" / "python", folder / "ready"
+    wanted = " ".join(PEERS[peer])
+    if not ready.exists() or ready.read_text(encoding="utf-8") != wanted:
+        print(f"installing {wanted} into {folder}", file=sys.stderr)
+        subprocess.run([sys.executable, "-m", "venv", "--clear", str(folder)], check=True)
+        pip = [str(python), "-m", "pip", "install", "--quiet", "--disable-pip-version-check", *PEERS[peer]]
+        subprocess.run(pip, check=True)
+        ready.write_text(wanted, encoding="utf-8")
+    return python
+
+
+def measured(name: str, python: Path, count: int) -> dict[str, Any]:
+    """One round in a process of its own."""
+    words = [str(python), "-W", "ignore", __file__, "--worker", name, "--steps", str(count)]
+    # One thread each, whatever libraries would like.
+    environment = os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+    done = subprocess.run(words, capture_output=True, text=True, env=environment, check=False)
+    if done.returncode != 0:
+        raise SystemExit(f"{name}: {done.stderr.strip().splitlines()[-1]}")
+    result: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
+    return result
+
+
+def work(name: str, count: int) -> None:
+    import mujoco
+
+    result = WORKERS[name](count)
+    print(json.dumps(result | {"steps": count, "mujoco": mujoco.__version__}))
+
+
+def table(rows: dict[str, list[dict[str, Any]]]) -> str:
+    head = (
+        "environment",
+        "MuJoCo",
+        "physics steps a step",
+        "step, CPU us",
+        "bare physics, CPU us",
+        "ratio",
+        "lowest to highest",
+    )
+    lines = [head]
+    for name, rounds in rows.items():
+        ratios = [r["seconds"] / r["floor"] for r in rounds]
+        first = rounds[0]
+        per_step = first["calls"] * first["substeps"] / first["steps"]
+        lines.append(
+            (
+                f"{name} ({first['name']})" if "name" in first else name,
+                first["mujoco"],
+                f"{per_step:.1f}",
+                f"{statistics.median(r['seconds'] / r['steps'] for r in rounds) * 1e6:.0f}",
+                f"{statistics.median(r['floor'] / r['steps'] for r in rounds) * 1e6:.0f}",
+                f"{statistics.median(ratios):.2f}",
+                f"{min(ratios):.2f} to {max(ratios):.2f}",
+            )
+        )
+    widths = [max(len(line[column]) for line in lines) for column in range(len(head))]
+    return "\n".join("  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)) for line in lines)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--cache", type=Path, help="folder for the peers' virtual environments")
+    parser.add_argument("--peers", nargs="*", default=list(PEERS), help=f"none, or any of {', '.join(PEERS)}")
+    parser.add_argument("--rounds", type=int, default=7)
+    parser.add_argument("--steps", type=int, default=STEPS, help="environment steps of a round")
+    parser.add_argument("--json", type=Path, help="write every round here")
+    parser.add_argument("--worker", choices=WORKERS, help=argparse.SUPPRESS)
+    options = parser.parse_args()
+    if options.worker:
+        work(options.worker, options.steps)
+        return
+    peers = [peer for peer in options.peers if peer != "none"]
+    if strange := [peer for peer in peers if peer not in PEERS]:
+        parser.error(f"no such peer: {', '.join(strange)}; there are {', '.join(PEERS)}")
+    if min(options.rounds, options.steps) < 1:
+        parser.error("--rounds and --steps must be 1 or more")
+    if peers and options.cache is None:
+        parser.error("--cache FOLDER is needed for the peers, or --peers none")
+    pythons = {name: Path(sys.executable) for name in WORKERS if name not in PEERS}
+    pythons |= {peer: python_of(peer, options.cache.expanduser().resolve()) for peer in peers}
+    rows: dict[str, list[dict[str, Any]]] = {name: [] for name in pythons}
+    for number in range(options.rounds):
+        for name, python in pythons.items():
+            rows[name].append(measured(name, python, options.steps))
+        print(f"round {number + 1} of {options.rounds}", file=sys.stderr)
+    print(table(rows))
+    if options.json is not None:
+        options.json.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
