@@ -32,7 +32,7 @@ from palpate.core.task_config import CONTROL_RATE_HZ
 from palpate.core.trial import Outcome, TrialReport
 from palpate.core.values import JointCommand, Snapshot
 
-_MOST_SKIPPED: Final = 50
+_MOST_SKIPPED: Final = 20
 """Trials in a row without any decision; a cell in which none ever has one is set up wrongly."""
 
 
@@ -118,7 +118,7 @@ class InsertionEpisodes:
         self.rig.set_clock_ticks(0)
         self.rig.prepare(self.trial)
         self._ticks = trial_ticks(self.task, self.rig.ports, trial_setup(self.config, self.trial), self._supervisor)
-        self._advance(next(self._ticks, None))
+        self._advance(self._ticks, first=True)
 
     def decide(self, decision: Decision) -> float:
         """Take an action, and run to the next decision or to the end of the trial.
@@ -133,15 +133,16 @@ class InsertionEpisodes:
         if self._ticks is None:
             raise NotRunningError("no trial runs; begin one first")
         self._policy.give(decision)
-        self._advance(next_snapshot(self._ticks, self.task.act()))
+        self._advance(self._ticks)
         earned = self.report.decisions[-1].reinforcement
         return self.plain_reinforcement if earned is None else earned
 
-    def _advance(self, snapshot: Snapshot | None) -> None:
-        """Tick by tick to the middle of the one in which a choice is due."""
-        ticks, task = self._ticks, self.task
+    def _advance(self, ticks: Generator[Snapshot, JointCommand, None], *, first: bool = False) -> None:
+        """Tick by tick, from the first or from the middle of one, to the middle of that in which a choice is due."""
+        task = self.task
         try:
-            while ticks is not None and snapshot is not None:
+            snapshot = next(ticks, None) if first else next_snapshot(ticks, task.act())
+            while snapshot is not None:
                 if task.sense(snapshot) is not None:
                     return
                 snapshot = next_snapshot(ticks, task.act())

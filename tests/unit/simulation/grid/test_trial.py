@@ -21,7 +21,7 @@ from palpate.core.policy import (
     Transition,
 )
 from palpate.simulation.grid.maps import SCENARIO_1, GridMap, grid_actions
-from palpate.simulation.grid.trial import run_trial
+from palpate.simulation.grid.trial import Walker, run_trial
 
 CORRIDOR = GridMap.from_text("ABB·")
 GRID = GridMap.from_regions(SCENARIO_1)
@@ -121,3 +121,21 @@ def test_an_identifier_of_other_symbols_is_refused() -> None:
 def test_a_limit_is_at_least_one_step(limit: int) -> None:
     with pytest.raises(ConfigurationError, match=r"grid\.step_limit"):
         run_trial(CORRIDOR, IdentityState(CORRIDOR.symbols), Diary(), 0, 0, step_limit=limit)
+
+
+def test_a_walker_is_the_same_trial_for_whoever_decides_outside() -> None:
+    diary = Diary((RIGHT, LEFT, RIGHT, RIGHT, RIGHT))
+    trial = trial_from(0)
+    walk = run_trial(CORRIDOR, LastSymbols(CORRIDOR.symbols, 2), diary, 0, trial)
+    walker = Walker(CORRIDOR, LastSymbols(CORRIDOR.symbols, 2), 0, trial)
+    told: list[object] = [("begin", trial)]
+    for action in walk.actions:
+        before = walker.observation()
+        following = walker.move(action)
+        told += [before, Transition(before.state, action, -1.0, following)]
+    assert told == diary.entries
+    assert walker.walk == walk
+    assert walker.cell is None
+    assert walker.steps == walk.steps
+    with pytest.raises(CommandError, match="at the goal there is no move"):
+        walker.move(RIGHT)
