@@ -19,7 +19,7 @@ StateMaker: TypeAlias = Callable[[GridMap], StateIdentifier]
 TRIALS: Final = 1500
 """Trials of a run (paper, section 4)."""
 RATES: Final = {"q": (0.5, 20.0, 0.05), "sarsa": (0.1, 0.0, 0.0)}
-"""Learners, and of each the learning rate, the visits that halve it and its floor that did well with all kinds of state.
+"""Of each learner the learning rate, the visits that halve it and its floor that did well with all kinds of state.
 
 Chosen on seeds 0 to 3 of networks and 1000 to 1003 of learning.
 """
