@@ -153,7 +153,7 @@ def draw(curves: list[Curve], seed: int, path: Path) -> None:
     axes: Any = figure.add_subplot()
     for curve, colour in zip(curves, COLOURS, strict=True):
         numbers = range(1, len(curve.trials) + 1)
-        axes.scatter(numbers, curve.times_s, s=7, color=colour, alpha=0.3, linewidths=0)
+        axes.scatter(numbers, curve.times_s, s=10, color=colour, alpha=0.4, linewidths=0)
         axes.plot(numbers, moving_average(curve.times_s), color=colour, linewidth=2.0, label=curve.name)
     axes.legend(loc="upper right", title=f"moving average of {WINDOW}")
     axes.set(xlabel="trial", ylabel="exploration time [s]", title=f"Peg in hole, scenario paper, seed {seed}")

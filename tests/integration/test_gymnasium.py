@@ -165,9 +165,9 @@ def learn_outside(env: Any, policy: Policy, seed: int, trials: Iterable[int], te
 
 @pytest.mark.parametrize("arguments", [{}, {"scenario": "blind"}])
 def test_a_learner_has_the_same_trials_through_the_environment(tmp_path: Path, arguments: dict[str, str]) -> None:
-    seed, trials, config = 11, 8, {"task": {"time_limit_s": 4.0}}
+    seed, trials, config = 11, 5, {"task": {"time_limit_s": 3.0}}
     flags = [word for name, value in arguments.items() for word in (f"--{name}", value)]
-    words = ["train", "--trials", trials, "--seed", seed, "--task.time-limit-s", 4, *flags, "--out", tmp_path]
+    words = ["train", "--trials", trials, "--seed", seed, "--task.time-limit-s", 3, *flags, "--out", tmp_path]
     assert main([str(word) for word in words]) == 0
     with (tmp_path / "trials.csv").open(encoding="utf-8", newline="") as stream:
         expected = list(csv.DictReader(stream))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import gymnasium
 import numpy as np
@@ -20,6 +20,9 @@ from palpate.core.errors import ConfigurationError
 from palpate.core.task_config import CONTROL_RATE_HZ
 from palpate.core.trial import Outcome
 from palpate.simulation.cell import WorkCell
+
+if TYPE_CHECKING:
+    from palpate.adapters.gymnasium_envs.picture import Camera
 
 _NAME: Final = "palpate/PegInsertion-v0"
 _ARGUMENTS: Final = ("scenario", "arm", "actions", "observations", "failure_penalty", "config")
@@ -45,14 +48,14 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
             time limit would have cost, so that failing early is no way to save reward; 0 gives the core's own
             reinforcement and nothing else.
         config: Any other settings: a nested table such as ``{"task": {"step_mm": 0.5}}``, or a TOML file.
-        render_mode: None; there are no pictures.
+        render_mode: None, or ``rgb_array``: close-ups of peg and hole, (480, 640, 3).
         unknown: Anything else is refused.
 
     Raises:
         ConfigurationError: An argument or a setting is unknown or refused.
     """
 
-    metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012 - Gymnasium declares it so
+    metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 10}  # noqa: RUF012 - Gymnasium declares it so
 
     def __init__(
         self,
@@ -70,9 +73,10 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
         require_one_of("observations", observations, observation_space.KINDS)
         if failure_penalty is not None:
             require_in("failure_penalty", failure_penalty, 0.0, 1e9)
-        if render_mode is not None:
-            raise ConfigurationError("render_mode", render_mode, "None: this environment draws no pictures")
-        self.render_mode = None
+        if render_mode not in (None, "rgb_array"):
+            raise ConfigurationError("render_mode", render_mode, "rgb_array, or None")
+        self.render_mode = render_mode
+        self._camera: Camera | None = None
         settings = run_config(scenario, arm, config)
         self._episodes = InsertionEpisodes(settings)
         self._penalty = failure_penalty
@@ -127,6 +131,21 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
             reward -= left if self._penalty is None else self._penalty
         return self._observations.of(episodes.task), reward, over and not truncated, truncated, self._info(earned)
 
+    def render(self) -> Any:
+        """A picture of the cell as it stands, where ``render_mode`` asks for pictures; None otherwise.
+
+        Raises:
+            UsageError: There is no graphics library that works.
+        """
+        if self.render_mode is None or self._closed:
+            return None
+        if self._camera is None:
+            # Here, because few episodes are looked at, and graphics take long to load.
+            from palpate.adapters.gymnasium_envs.picture import Camera
+
+            self._camera = Camera(self._episodes.config, self.cell)
+        return self._camera.picture()
+
     @property
     def cell(self) -> WorkCell:
         """The work cell with its MuJoCo model and data: for pictures and measurements, never for an agent."""
@@ -136,6 +155,8 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
         """Stop the arm and close the work cell."""
         if not self._closed:
             self._closed = True
+            if self._camera is not None:
+                self._camera.close()
             self._episodes.close()
 
     def _info(self, earned: float) -> dict[str, Any]:

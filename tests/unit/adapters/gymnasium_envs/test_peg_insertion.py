@@ -195,7 +195,7 @@ def test_a_step_needs_an_episode_and_an_open_environment() -> None:
         ({"arm": "ur7"}, "arm = 'ur7' is refused: one of"),
         ({"failure_penalty": -1.0}, "failure_penalty = -1.0 is refused"),
         ({"failure_penalty": nan}, "failure_penalty = nan is refused"),
-        ({"render_mode": "human"}, "render_mode = 'human' is refused: None"),
+        ({"render_mode": "human"}, "render_mode = 'human' is refused: rgb_array, or None"),
         ({"config": {"task": {"step": 1.0}}}, "task.step = 1.0 is refused: no such field; did you mean task.step_mm?"),
         ({"config": {"control": {"damping_N_s_per_m": 1.0}}}, "control.damping_N_s_per_m = 1.0 is refused"),
     ],

@@ -1,0 +1,71 @@
+"""Pictures of a running episode, by the means that draw recorded trials."""
+
+from __future__ import annotations
+
+from copy import deepcopy
+from typing import Any, Final
+
+import mujoco
+import numpy as np
+
+from palpate.adapters.config import RunConfig
+from palpate.adapters.rendering.stage import Cell, Stage
+from palpate.adapters.rendering.views import close_up
+from palpate.simulation.cell import WorkCell
+
+SIZE: Final = (640, 480)
+"""Width and height in pixels."""
+
+
+class RunningCell(Cell):
+    """The simulated cell itself, as it stands. Drawn from a copy of its model, which colours and cuts may change.
+
+    Args:
+        config: The run's configuration.
+        cell: The cell.
+    """
+
+    def __init__(self, config: RunConfig, cell: WorkCell) -> None:
+        self._source, self._plate = cell, cell.model.body("plate").id
+        self.model = deepcopy(cell.model)
+        self.data = mujoco.MjData(self.model)
+        self.hole_known, self.joints = True, cell.joints
+        peg = config.cell.peg
+        self.peg_diameter_m = peg.diameter_mm * 1e-3
+        self.hole_radius_m = self.peg_diameter_m / 2.0 + peg.clearance_mm * 1e-3
+        self.plate_depth_m = peg.hole_depth_mm * 1e-3 + 0.005
+        self.follow()
+
+    def follow(self) -> None:
+        """Stand as the simulated cell does now."""
+        self.data.qpos[:] = self._source.data.qpos
+        self.mouth_m = self._source.model.body_pos[self._plate].copy()
+        self.model.body_pos[self._plate] = self.mouth_m
+        mujoco.mj_kinematics(self.model, self.data)
+        mujoco.mj_camlight(self.model, self.data)
+
+
+class Camera:
+    """Takes close-ups of peg and hole, the plate cut open; :meth:`close` it when done.
+
+    Args:
+        config: The run's configuration.
+        cell: What to look at.
+
+    Raises:
+        UsageError: There is no graphics library that works.
+    """
+
+    def __init__(self, config: RunConfig, cell: WorkCell) -> None:
+        self._cell = RunningCell(config, cell)
+        self._stage = Stage(self._cell, SIZE)
+
+    def picture(self) -> np.ndarray[Any, np.dtype[np.uint8]]:
+        """The cell now, (480, 640, 3), 8 bits a colour."""
+        self._cell.follow()
+        view = close_up(self._cell.mouth_m, self._cell.peg_diameter_m)
+        return np.ascontiguousarray(self._stage.picture(view, *SIZE))
+
+    def close(self) -> None:
+        """Let the graphics library go."""
+        self._stage.close()
