@@ -74,6 +74,14 @@ def test_the_names_cost_nothing_before_an_environment_is_made() -> None:
     assert done.stdout == "[]\n"
 
 
+def test_without_gymnasium_the_remedy_is_told() -> None:
+    program = "import sys; sys.modules['gymnasium'] = None\nimport palpate.adapters.gymnasium_envs"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60, check=False)
+    assert done.stderr.splitlines()[-1] == (
+        "ModuleNotFoundError: the environments need Gymnasium: pip install 'palpate[gymnasium]'"
+    )
+
+
 def in_bytes(*parts: Any) -> bytes:
     """Everything that an environment said, to the last bit; floats too, and types."""
     return b"|".join(

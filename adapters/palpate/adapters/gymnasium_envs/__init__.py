@@ -7,7 +7,10 @@ did away with entry points by which a package could register without any import,
 
 from __future__ import annotations
 
-from gymnasium.envs.registration import register
+try:
+    from gymnasium.envs.registration import register
+except ModuleNotFoundError as error:
+    raise ModuleNotFoundError("the environments need Gymnasium: pip install 'palpate[gymnasium]'") from error
 
 PEG_INSERTION = "palpate/PegInsertion-v0"
 SENSOR_MAP = "palpate/SensorMap-v0"
