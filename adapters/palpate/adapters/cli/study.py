@@ -64,11 +64,13 @@ def study(options: StudyOptions) -> int:
             _say(f"{len(finished)} of them are finished already")
         jobs = _jobs(asked, folder, [cell for cell in cells if cell.name not in finished], files)
         progress = _Progress(len(cells), len(finished))
-        with _signals_raise():
-            progress.follow(engine, jobs)
-        # What workers left that died, or that were ended now.
-        folder.clear(cells, folder.finished(cells))
-        whole = folder.write_table(asked, cells)
+        try:
+            with _signals_raise():
+                progress.follow(engine, jobs)
+        finally:
+            # What workers left that died, or that were ended now.
+            folder.clear(cells, folder.finished(cells))
+            whole = folder.write_table(asked, cells)
     return _end(options, folder, progress, whole, len(cells))
 
 
@@ -138,12 +140,14 @@ class _Progress:
 
 @contextmanager
 def _signals_raise() -> Iterator[None]:
-    """While inside, SIGTERM ends the study as Ctrl-C does."""
-    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    """While inside, SIGTERM ends the study as Ctrl-C does, and that also where a shell lets it be ignored."""
+    numbers = (signal.SIGINT, signal.SIGTERM)
+    before = {number: signal.signal(number, signal.default_int_handler) for number in numbers}
     try:
         yield
     finally:
-        signal.signal(signal.SIGTERM, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def _end(options: StudyOptions, folder: StudyFolder, progress: _Progress, whole: int, total: int) -> int:

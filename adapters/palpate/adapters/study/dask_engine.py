@@ -4,20 +4,24 @@ from __future__ import annotations
 
 import logging
 import os
+import socket
 import uuid
 from collections.abc import Generator, Iterable, Iterator
-from contextlib import ExitStack, closing
+from contextlib import ExitStack
+from itertools import islice
 from pathlib import Path
 from typing import Any, Final, Self
-
-from joblib import Parallel, delayed, parallel_config
+from urllib.parse import urlsplit
 
 from palpate.adapters.provenance import made_with
-from palpate.adapters.study.engines import MOST_DEATHS, ONE_THREAD, Engine
-from palpate.adapters.study.run_cell import CellJob, CellOutcome, CellReport, begun, make_cell
+from palpate.adapters.study.engines import ONE_THREAD, Engine
+from palpate.adapters.study.run_cell import CellJob, CellOutcome, CellReport, make_cell
 from palpate.core.errors import ConfigurationError, DeviceError, OutputError
 
 _PATIENCE_S: Final = 10.0
+_LOGGERS: Final = ("client", "core", "scheduler", "nanny", "worker", "comm", "batched")
+_PORT: Final = 8786
+"""Of schedulers, where an address has none."""
 
 
 class Dask(Engine):
@@ -38,7 +42,10 @@ class Dask(Engine):
             accepted = "sequential or processes, unless Dask is installed: pip install 'palpate[dask]'"
             raise ConfigurationError("engine", "dask", accepted) from error
         # What goes wrong is told in one line, by us.
-        logging.getLogger("distributed").setLevel(logging.CRITICAL)
+        for name in _LOGGERS:
+            logging.getLogger(f"distributed.{name}").setLevel(logging.CRITICAL)
+        if self._address:
+            _require_answer(self._address)
         with ExitStack() as opened:
             if not self._address:
                 cluster = LocalCluster(
@@ -83,34 +90,46 @@ class Dask(Engine):
             )
 
     def run(self, jobs: Iterable[CellJob]) -> Generator[CellReport, None, None]:
-        """See :class:`Engine`."""
+        """See :class:`Engine`.
+
+        Through Dask's own futures. Through joblib a cluster of one worker would be left alone and the work be done here,
+        and all cells would be given up with the one over which workers die.
+
+        Raises:
+            DeviceError: The scheduler is gone.
+        """
+        from distributed import as_completed
+
+        fresh, running = iter(jobs), dict[Any, CellJob]()
+        done = as_completed(loop=self._client.loop)
+        try:
+            while True:
+                # Workers may come and go; some more cells than there are threads keep them busy.
+                for job in islice(fresh, max(0, 1 + 2 * sum(self._client.ncores().values()) - len(running))):
+                    future = self._client.submit(make_cell, job, pure=False)
+                    running[future] = job
+                    done.add(future)
+                if not running:
+                    return
+                future = next(done)
+                yield from self._reports(future, running.pop(future))
+        finally:
+            if self._client.status == "running":
+                self._client.cancel(list(running))
+
+    def _reports(self, future: Any, job: CellJob) -> Iterator[CellReport]:
         from distributed import KilledWorker
 
-        left = {job.cell.name: job for job in jobs}
-        while left:
-            try:
-                with parallel_config(backend="dask", client=self._client):
-                    reports = Parallel(n_jobs=-1, return_as="generator_unordered", batch_size=1)(
-                        delayed(make_cell)(job) for job in list(left.values())
-                    )
-                with closing(reports):
-                    for report in reports:
-                        if report.begun_before:
-                            yield CellReport(report.name, CellOutcome.DIED)
-                        if report.outcome is not CellOutcome.INTERRUPTED:
-                            del left[report.name]
-                            yield report
-            except KilledWorker:
-                # Dask gave up a task, and joblib with it all others. Which cell it was, the attempts at it tell.
-                yield from self._given_up(left)
-
-    def _given_up(self, left: dict[str, CellJob]) -> Iterator[CellReport]:
-        over = [name for name, job in left.items() if len(begun(Path(job.folder), name)) >= MOST_DEATHS]
-        if not over:
-            raise DeviceError("dask", "workers die before they begin; look at their logs")
-        for name in over:
-            del left[name]
-            yield CellReport(name, CellOutcome.FAILED, f"its worker died {MOST_DEATHS} times")
+        if future.cancelled():
+            raise DeviceError("dask", "the scheduler is gone; finished cells are kept, the same command goes on")
+        try:
+            report: CellReport = future.result()
+        except KilledWorker:
+            yield CellReport(job.cell.name, CellOutcome.FAILED, "its workers died")
+            return
+        for _ in range(report.begun_before):
+            yield CellReport(report.name, CellOutcome.DIED)
+        yield report
 
     def _require_same_versions(self) -> None:
         theirs = self._client.run(made_with)
@@ -122,6 +141,15 @@ class Dask(Engine):
                 if versions.get(name) != version:
                     accepted = f"{version} on every worker, as here; {worker} has another"
                     raise ConfigurationError(f"versions.{name}", versions.get(name), accepted)
+
+
+def _require_answer(address: str) -> None:
+    """Make sure that somebody listens there: Dask's own client is slow to give up, and not quiet about it."""
+    try:
+        found = urlsplit(address if "://" in address else f"tcp://{address}")
+        socket.create_connection((found.hostname, found.port or _PORT), _PATIENCE_S).close()
+    except (OSError, ValueError) as error:
+        raise ConfigurationError("scheduler", address, _ACCEPTED) from error
 
 
 _ACCEPTED: Final = "the address of a Dask scheduler that answers, such as tcp://127.0.0.1:8786"

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import signal
+import threading
+import time
 from abc import ABC, abstractmethod
 from collections import Counter, deque
 from collections.abc import Generator, Iterable, Iterator
@@ -18,6 +20,7 @@ from palpate.adapters.study.run_cell import CellJob, CellOutcome, CellReport, ma
 
 MOST_DEATHS: Final = 3
 """A cell over which so many workers died is given up."""
+_WATCH_S: Final = 1.0
 ONE_THREAD: Final = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "BLIS", "NUMEXPR")}
 
 
@@ -111,7 +114,9 @@ class _Worker:
 
     def make(self, job: CellJob) -> Future[CellReport]:
         if self._pool is None:
-            self._pool = ProcessPoolExecutor(max_workers=1, timeout=None, initializer=_begin, env=ONE_THREAD)
+            self._pool = ProcessPoolExecutor(
+                max_workers=1, timeout=None, initializer=_begin, initargs=(os.getpid(),), env=ONE_THREAD
+            )
         future: Future[CellReport] = self._pool.submit(make_cell, job)
         return future
 
@@ -121,7 +126,15 @@ class _Worker:
             self._pool = None
 
 
-def _begin() -> None:
-    """In a worker: Ctrl-C is the study's affair, which then ends its workers."""
+def _begin(study: int) -> None:
+    """In a worker: Ctrl-C is the study's affair, which then ends its workers; and they do not outlive it."""
     os.setpgrp()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with, args=(study,), daemon=True).start()
+
+
+def _end_with(parent: int) -> None:
+    # A worker of loky whose parent was killed waits for work for ever.
+    while os.getppid() == parent:
+        time.sleep(_WATCH_S)
+    os.kill(os.getpid(), signal.SIGKILL)
