@@ -46,7 +46,7 @@ def compare_page(folder: Path, title: str, *, logs: bool) -> Page:
         order = {strategy.label: number for number, strategy in enumerate(strategies)}
         firsts = dict(sorted(firsts.items(), key=lambda pair: order.get(pair[0].name, len(order))))
         names = [(log, f"{parent.relative_to(folder / LOG_FOLDER)}, first trial") for parent, log in firsts.items()]
-        sections += log_sections(folder, paths, names[:_MOST_FORCES])
+        sections += log_sections(paths, names[:_MOST_FORCES])
     sections.append(settings_section(folder / "run.toml"))
     settings, facts = read_run_toml(folder)
     told = [("Arm", settings.get("arm")), ("Scenario", settings.get("scenario")), ("Seed", settings.get("seed"))]

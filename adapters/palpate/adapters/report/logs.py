@@ -37,14 +37,9 @@ def spread_over(paths: Sequence[Path], most: int) -> tuple[Path, ...]:
 
 
 class LogShelf:
-    """Reads logs, each once.
+    """Reads logs, each once."""
 
-    Args:
-        folder: The results' folder: messages name logs by their place in it.
-    """
-
-    def __init__(self, folder: Path) -> None:
-        self._folder = folder
+    def __init__(self) -> None:
         self._logs: dict[Path, TrialLog] = {}
 
     def log(self, path: Path) -> TrialLog:
@@ -56,10 +51,6 @@ class LogShelf:
         if path not in self._logs:
             self._logs[path] = read_log(path)
         return self._logs[path]
-
-    def name(self, path: Path) -> str:
-        """Its place in the folder."""
-        return path.relative_to(self._folder).as_posix()
 
 
 def _require_whole(path: Path) -> None:

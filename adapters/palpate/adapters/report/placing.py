@@ -74,7 +74,8 @@ def place(folder: Path, page: str, files: Mapping[str, bytes], *, overwrite: boo
             _write(pictures / name, content)
         _write(folder / PAGE, page.encode("utf-8"))
         for name in sorted(ours - {*files, CONTENTS}):
-            (pictures / name).unlink(missing_ok=True)
+            if not os.path.isdir(pictures / name):
+                (pictures / name).unlink(missing_ok=True)
         _write(pictures / CONTENTS, _contents(files))
     except OSError as error:
         raise OutputError(str(folder), f"cannot be written to ({error.strerror})", "mend that and try again") from error

@@ -109,9 +109,10 @@ def q_picture(name: str, document: PolicyDocument, title: str) -> Picture | None
             spine.set_visible(False)
         canvas.figure.colorbar(image, ax=axes, label="Q", fraction=0.04, pad=0.02).outline.set_visible(False)
     line, column = np.unravel_index(np.nanargmin(q), q.shape)
+    untried = counted(int(np.isnan(q).sum()), "pair")
     alt = (
-        f"Q values of {title}: {len(rows)} states by {len(actions)} actions, from {low:.2f} (state {rows[line].state},"
-        f" action {actions[column]}) to {high:.2f}. {counted(int(np.isnan(q).sum()), 'pair')} never tried."
+        f"Q values of {title}: {counted(len(rows), 'state')} by {len(actions)} actions, from {low:.2f} (state"
+        f" {rows[line].state}, action {actions[column]}) to {high:.2f}. {untried} never tried."
     )
     caption = f"{title}. Bold: the best action of the state. Grey: never tried."
     if len(document.states) > len(rows):

@@ -39,7 +39,7 @@ def run_page(folder: Path, title: str, *, logs: bool) -> Page:
     if run.document is not None:
         sections += policy_sections(run.document, "policy", run.policy)
     if logs:
-        sections += log_sections(folder, logs_in(folder), list(_telling(run)))
+        sections += log_sections(logs_in(folder), list(_telling(run)))
     sections.append(settings_section(folder / "run.toml"))
     return Page(
         title=title,
@@ -101,18 +101,17 @@ def policy_sections(document: PolicyDocument, name: str, title: str) -> list[Sec
     return sections
 
 
-def log_sections(folder: Path, paths: Sequence[Path], chosen: Sequence[tuple[Path, str]]) -> list[Section]:
+def log_sections(paths: Sequence[Path], chosen: Sequence[tuple[Path, str]]) -> list[Section]:
     """Forces of single trials, and timing.
 
     Args:
-        folder: The results' folder.
         paths: All logs.
         chosen: Which trials' forces are drawn, and what they are; those without a log are left out.
 
     Raises:
         LogError: A log is damaged, or has nothing to draw.
     """
-    shelf = LogShelf(folder)
+    shelf = LogShelf()
     pictures: list[Picture] = []
     for path, title in chosen:
         if path in paths:

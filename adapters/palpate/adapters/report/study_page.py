@@ -213,7 +213,7 @@ def _logs(study: StudySource) -> list[Section]:
         cell, logs = found[0]
         if logs:
             chosen.append((logs[-1], f"{cell.policy}, {shown_setting(cell.setting)}, seed {cell.seed}, last trial"))
-    return log_sections(study.path, paths, chosen[:_MOST_FORCES])
+    return log_sections(paths, chosen[:_MOST_FORCES])
 
 
 def _summary(cells: list[StudyCell]) -> dict[str, Cell]:

@@ -1,0 +1,299 @@
+"""``palpate report``: a page that needs nothing else, of every kind of folder, and what is refused."""
+
+from __future__ import annotations
+
+import base64
+import csv
+import json
+import re
+import shutil
+from collections.abc import Sequence
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+from scipy.stats import t
+
+from palpate.adapters.cli.main import main
+from tests.browser.sample_folders import QUICK, in_real_time, make_study, palpate
+from tests.integration.command_line import files_in, refused_here, succeed
+
+STEPS = (0.5, 0.7)
+SEEDS = (0, 1)
+TRIALS = 3
+
+
+class Page(HTMLParser):
+    """What a browser would find in a report."""
+
+    def __init__(self, path: Path) -> None:
+        super().__init__()
+        self.path, self.text = path, path.read_text(encoding="utf-8")
+        self.tags: list[tuple[str, dict[str, str]]] = []
+        self.headings: list[str] = []
+        self._heading = False
+        self.feed(self.text)
+
+    def handle_starttag(self, tag: str, attrs: Sequence[tuple[str, str | None]]) -> None:
+        self.tags.append((tag, {name: value or "" for name, value in attrs}))
+        self._heading = tag == "h2"
+
+    def handle_data(self, data: str) -> None:
+        if self._heading:
+            self.headings.append(data)
+            self._heading = False
+
+    @property
+    def images(self) -> list[dict[str, str]]:
+        return [attrs for tag, attrs in self.tags if tag == "img"]
+
+
+def reported(folder: Path, *words: str) -> Page:
+    assert main(["report", str(folder), *words]) == 0
+    return Page(folder / "report.html")
+
+
+def lines_of(path: Path) -> list[dict[str, str]]:
+    with path.open(newline="") as stream:
+        return list(csv.DictReader(stream))
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A finished study; to be read, not changed."""
+    return make_study(tmp_path_factory.mktemp("study") / "study", STEPS, SEEDS, TRIALS)
+
+
+@pytest.fixture(scope="module")
+def others(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A comparison, an exploration and an inference; to be read, not changed."""
+    desk = tmp_path_factory.mktemp("others")
+    palpate("compare", "--trials", 1, *QUICK, "--out", desk / "compare")
+    palpate("explore", "--trials", 40, "--seeds", 2, "--out", desk / "explore")
+    palpate("explore", "--strings", desk / "walks.txt", "--walks", 40)
+    quick = ("--training.steps", 40, "--training.restarts", 2)
+    palpate("infer", desk / "walks.txt", *quick, "--out", desk / "infer")
+    return desk
+
+
+@pytest.fixture
+def desk(tmp_path: Path, trained: Path, study: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with copies of a run and of a study, which may be changed."""
+    shutil.copytree(trained, tmp_path / "run")
+    shutil.copytree(study, tmp_path / "study")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def require_complete(page: Page) -> None:
+    """The page needs nothing outside itself, and can be used without seeing its pictures."""
+    assert "script" not in {tag for tag, _ in page.tags}
+    for tag, attrs in page.tags:
+        for name in ("src", "href", "action", "data", "srcset", "poster"):
+            assert attrs.get(name, "#").startswith(("#", "data:")), (tag, attrs)
+    assert not re.search(r"url\(|@import", page.text)
+    pictures = {path.name: path.read_bytes() for path in (page.path.parent / "report").glob("*.png")}
+    assert {base64.b64decode(image["src"].partition(",")[2]) for image in page.images} == set(pictures.values())
+    assert len(page.images) == len(pictures)
+    for image in page.images:
+        assert len(image["alt"]) > 20
+    anchors = {attrs["id"] for _, attrs in page.tags if "id" in attrs}
+    assert {attrs["href"][1:] for tag, attrs in page.tags if tag == "a"} <= anchors
+
+
+def test_a_training_run(desk: Path) -> None:
+    page = reported(desk / "run")
+    require_complete(page)
+    assert page.headings == [
+        "In figures", "Learning curve", "Policy", "Q values", "Forces of single trials", "Cycle timing", "Settings",
+    ]  # fmt: skip
+    (line,) = lines_of(desk / "run" / "report" / "summary.csv")
+    assert (line["policy"], line["trials"], line["counted"]) == ("q-learning", "3", "1")
+    last = lines_of(desk / "run" / "trials.csv")[-1]
+    assert float(line["mean_s"]) == pytest.approx(float(last["exploration_time_s"]), abs=1e-4)
+    # Every trial of this short run is the first, the last or the one with the highest force.
+    assert {"force-01.png", "force-02.png"} <= {path.name for path in (desk / "run" / "report").iterdir()}
+
+
+def test_equal_folders_give_equal_bytes_and_so_does_a_second_report(desk: Path, trained: Path) -> None:
+    reported(desk / "run")
+    first, results = files_in(desk / "run"), files_in(trained)
+    # All results are as they were.
+    assert {name: first[name] for name in results} == results
+    shutil.copytree(desk / "run", desk / "elsewhere" / "run")
+    # In a process of its own: nothing that was drawn before has an influence.
+    succeed("report", desk / "elsewhere" / "run")
+    assert files_in(desk / "elsewhere" / "run") == first
+
+
+def test_a_study(desk: Path) -> None:
+    (desk / "study" / "summary.csv").write_text("the study's own\n")
+    page = reported(desk / "study")
+    require_complete(page)
+    assert page.headings == [
+        "Against the swept settings", "In figures", "Learning curves", "Policies", "Q values", "Settings",
+    ]  # fmt: skip
+    assert "unfinished" not in page.text
+    curves = [image["alt"] for image in page.images if "Learning curve" in image["alt"]]
+    assert len(curves) == len(STEPS)
+    assert all("q-learning" in alt and "torque" in alt for alt in curves)
+    names = {path.name for path in (desk / "study" / "report").iterdir()}
+    assert {"sweep-task.step-mm.png", "learning-01.png", "policy-02-torque-regions.png", "q-01.png"} <= names
+    assert (desk / "study" / "summary.csv").read_text() == "the study's own\n"
+    require_true_figures(desk / "study")
+
+
+def require_true_figures(study: Path) -> None:
+    """What the report says of a study is what the trials of its cells say."""
+    lines = {(line["task.step_mm"], line["policy"]): line for line in lines_of(study / "report" / "summary.csv")}
+    assert list(lines) == [(f"{step}", policy) for step in STEPS for policy in ("q-learning", "torque")]
+    for (step, policy), line in lines.items():
+        cells = [study / "cells" / f"{policy}-step_mm-{step}-seed-{seed:03d}" for seed in SEEDS]
+        rows = [lines_of(cell / "trials.csv") for cell in cells]
+        # Half of the trials of a learner as short as this one, all of the others.
+        rows = [part[-(TRIALS // 2) :] if policy == "q-learning" else part for part in rows]
+        means = [sum(float(row["exploration_time_s"]) for row in part) / len(part) for part in rows]
+        mean = sum(means) / 2
+        # The standard error of two values is half their distance.
+        half = t.ppf(0.975, 1) * abs(means[0] - means[1]) / 2
+        assert float(line["mean_s"]) == pytest.approx(mean, abs=1e-4)
+        assert float(line["mean_s_high"]) == pytest.approx(mean + half, abs=1e-4)
+        assert float(line["mean_s_low"]) == pytest.approx(max(0.0, mean - half), abs=1e-4)
+        wins = [row["success"] == "True" for part in rows for row in part]
+        assert float(line["success"]) == pytest.approx(sum(wins) / len(wins), abs=1e-4)
+        assert line["seeds"] == "2"
+
+
+def test_unfinished_cells_are_told(desk: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    cells = desk / "study" / "cells"
+    shutil.rmtree(cells / "torque-step_mm-0.5-seed-000")
+    (cells / "torque-step_mm-0.7-seed-001" / "cell.json").unlink()
+    page = reported(desk / "study")
+    assert "This study is unfinished: 2 of 8 cells are missing here." in page.text
+    assert "Begun: torque-step_mm-0.7-seed-001." in page.text
+    assert "mind: This study is unfinished: 2 of 8 cells" in capsys.readouterr().out
+
+
+def test_an_unfinished_run_is_told(desk: Path) -> None:
+    for name in ("summary.json", "policy.json"):
+        (desk / "run" / name).unlink()
+    path = desk / "run" / "run.toml"
+    path.write_text(path.read_text().replace("trials = 3", "trials = 9"))
+    page = reported(desk / "run", "--no-logs")
+    assert "This run is unfinished: 3 of 9 trials have been made." in page.text
+    assert "Policy" not in page.headings
+
+
+def test_a_real_clock_has_a_histogram(desk: Path) -> None:
+    for log in (desk / "run" / "logs").iterdir():
+        in_real_time(log)
+    page = reported(desk / "run")
+    assert (desk / "run" / "report" / "timing.png").is_file()
+    assert "read joints" in page.text
+
+
+def test_a_comparison(others: Path) -> None:
+    page = reported(others / "compare")
+    require_complete(page)
+    assert page.headings == ["Side by side", "Forces of single trials", "Cycle timing", "Settings"]
+    (table,) = [image["alt"] for image in page.images if image["alt"].startswith("Success and time")]
+    assert all(name in table for name in ("omniscient", "torque", "spiral-10", "spiral-5", "random"))
+    summary = lines_of(others / "compare" / "report" / "summary.csv")
+    assert summary == lines_of(others / "compare" / "compare.csv")
+
+
+def test_an_exploration(others: Path) -> None:
+    page = reported(others / "explore")
+    require_complete(page)
+    assert page.headings == ["In figures", "Learning curve", "Policy", "Q values", "Settings"]
+    (curve,) = [image["alt"] for image in page.images if "Learning curve" in image["alt"]]
+    assert "belief-state optimum: 2.71 steps" in curve
+    summary = json.loads((others / "explore" / "summary.json").read_text())
+    lines = lines_of(others / "explore" / "report" / "summary.csv")
+    assert [float(line["last"]) for line in lines] == [run["last"] for run in summary["runs"]]
+    assert "Cells of one letter and colour" in page.text
+
+
+def test_an_inference(others: Path) -> None:
+    page = reported(others / "infer")
+    require_complete(page)
+    assert page.headings == ["Automaton", "How fine to cut", "Training"]
+    assert (others / "infer/report/hidden.png").read_bytes() == (others / "infer/hidden.png").read_bytes()
+
+
+def test_what_is_no_folder_of_ours(desk: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (desk / "empty").mkdir()
+    (desk / "file").touch()
+    for words, problem in (
+        ("nowhere", "nowhere: is not there"),
+        ("empty", "empty: is no folder that palpate left"),
+        ("file", "file: is a file, not a folder"),
+        ("run/logs", "run/logs: is no folder that palpate left"),
+        ("", "Missing"),
+        ("run study", "study is not an option"),
+        ("run --overwrit", "did you mean --overwrite?"),
+        ("x" * 300, "is not there"),
+    ):
+        assert problem in refused_here(f"report {words}", desk, capsys)
+
+
+def test_a_study_with_nothing_in_it(desk: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    cells = desk / "study" / "cells"
+    for cell in cells.iterdir():
+        (cell / "cell.json").unlink()
+    assert "none of them finished" in refused_here("report study", desk, capsys)
+    shutil.rmtree(cells)
+    assert "study: is a study without a cell" in refused_here("report study", desk, capsys)
+
+
+def test_a_half_written_cell(desk: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    cell = desk / "study" / "cells" / "torque-step_mm-0.5-seed-000"
+    trials = cell / "trials.csv"
+    whole = trials.read_bytes()
+    trials.write_bytes(whole[:-9])
+    assert "seed-000/trials.csv: ends in the middle of a line" in refused_here("report study", desk, capsys)
+    trials.unlink()
+    assert "but has no trials.csv" in refused_here("report study", desk, capsys)
+    trials.write_bytes(whole)
+    (cell / "cell.json").write_text('{"fields": {"task.st')
+    assert "seed-000/cell.json: is no whole JSON file" in refused_here("report study", desk, capsys)
+
+
+def test_a_torn_log(desk: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    log = desk / "run" / "logs" / "trial-00001.mcap"
+    whole = log.read_bytes()
+    log.write_bytes(whole[:-100])
+    assert "trial-00001.mcap: ends in the middle" in refused_here("report run", desk, capsys)
+    # Whole to look at, damaged within.
+    log.write_bytes(whole[:3000] + bytes(50) + whole[3050:])
+    assert "trial-00001.mcap" in refused_here("report run", desk, capsys)
+    assert "Forces of single trials" not in reported(desk / "run", "--no-logs").headings
+
+
+@pytest.mark.parametrize("name", ["trials.csv", "summary.json", "policy.json", "run.toml"])
+def test_damaged_files_of_a_run(desk: Path, capsys: pytest.CaptureFixture[str], name: str) -> None:
+    path = desk / "run" / name
+    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+    assert f"run/{name}" in refused_here("report run", desk, capsys)
+
+
+def test_somebody_else_s_report(desk: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    page = desk / "run" / "report.html"
+    page.write_text("<!doctype html><title>mine</title>")
+    told = refused_here("report run", desk, capsys)
+    assert "run/report.html: is there already and was not made by palpate report" in told
+    assert "--overwrite" in told
+    reported(desk / "run", "--overwrite", "--no-logs")
+    assert "mine" not in page.read_text()
+
+
+def test_somebody_else_s_picture(desk: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (desk / "run" / "report").mkdir()
+    (desk / "run" / "report" / "learning.png").write_bytes(b"mine")
+    assert "run/report/learning.png: is there already" in refused_here("report run", desk, capsys)
+
+
+def test_it_explains_itself() -> None:
+    printed = succeed("report", "--help")
+    assert {"--logs", "--no-logs", "--overwrite"} <= set(re.findall(r"--[\w-]+", printed))
+    assert "\n  report " in succeed("--help")
