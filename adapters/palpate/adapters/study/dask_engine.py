@@ -92,8 +92,8 @@ class Dask(Engine):
     def run(self, jobs: Iterable[CellJob]) -> Generator[CellReport, None, None]:
         """See :class:`Engine`.
 
-        Through Dask's own futures. Through joblib a cluster of one worker would be left alone and the work be done here,
-        and all cells would be given up with the one over which workers die.
+        Through Dask's own futures: joblib would leave a cluster of one worker alone and do the work in this process,
+        and would give up all cells with the one over which workers die.
 
         Raises:
             DeviceError: The scheduler is gone.
