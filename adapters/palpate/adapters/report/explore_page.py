@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, Final
 
+from palpate.adapters.report.automaton_section import automaton_section, machine_in
 from palpate.adapters.report.files import is_there, read_json, read_table
 from palpate.adapters.report.grid_pictures import grid_picture
 from palpate.adapters.report.learning_pictures import Axes, Curve, Level, learning_picture
@@ -68,7 +69,8 @@ def _figures(scores: list[dict[str, Any]], bounds: list[tuple[str, Any]]) -> Sec
         for s in scores
     )
     possible = "; ".join(f"{words} {float(value):.2f}" for words, value in bounds)
-    return Section("In figures", (f"What is possible, mean steps: {possible}.",), (Table("Runs", head, rows),))
+    text = f"What is possible, mean steps: {possible}."
+    return Section("In figures", (text,), (Table("A line for each seed", head, rows),))
 
 
 def _curve(path: Path, label: str) -> Curve:
@@ -97,7 +99,11 @@ def _policy(folder: Path, seeds: list[int], rows: list[str]) -> list[Section]:
     text = f"{counted(len(document.states), 'state')}, {counted(len(document.actions), 'action')}."
     sections = [Section("Policy", (text,), pictures=pictures)]
     q = q_picture("q-policy", document, title)
-    return sections + ([Section("Q values", pictures=(q,))] if q is not None else [])
+    sections += [Section("Q values", pictures=(q,))] if q is not None else []
+    machine = machine_in(document)
+    if machine is not None:
+        sections.append(automaton_section(machine, text="Its states are the policy's."))
+    return sections
 
 
 def _line(score: dict[str, Any], summary: dict[str, Any]) -> dict[str, Cell]:

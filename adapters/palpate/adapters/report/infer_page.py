@@ -5,15 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from palpate.adapters.automaton_picture import machine_picture
+from palpate.adapters.report.automaton_section import automaton_section
 from palpate.adapters.report.files import is_there, read_json, read_png
-from palpate.adapters.report.page import Page, Picture, Section, Table, counted
+from palpate.adapters.report.page import Page, Picture, Section, Table
 from palpate.core.automata.document import load
-from palpate.core.automata.machine import Machine
 from palpate.core.automata.texts import shown_name
 from palpate.core.errors import OutputError
 
-_MOST_DRAWN = 40
 _COLUMNS = ("q", "raw_states", "states", "wrong", "agreement", "loss")
 
 
@@ -46,25 +44,6 @@ def infer_page(folder: Path, title: str, *, logs: bool) -> Page:
         sections=(automaton_section(machine), _choice(told, rows), _training(folder)),
         summary=tuple(rows),
     )
-
-
-def automaton_section(machine: Machine, title: str = "Automaton") -> Section:
-    """The automaton as a picture, where it is small enough, and as a table."""
-    states, names = len(machine.transitions), machine.names
-    pictures: tuple[Picture, ...] = ()
-    if states <= _MOST_DRAWN:
-        alt = (
-            f"{title} with {counted(states, 'state')} over {counted(len(machine.alphabet), 'symbol')}, as in the table."
-        )
-        caption = "The arrow from nowhere leads to the start. An edge has the colour of the state that it leaves."
-        pictures = (Picture("automaton", alt, caption, machine_picture(machine, file_format="png"), wide=True),)
-    head = ("state", *map(shown_name, machine.alphabet))
-    rows = tuple(
-        (names[n], *("-" if target is None else names[target] for target in row))
-        for n, row in enumerate(machine.transitions)
-    )
-    caption = f"Next state by symbol; it starts in {names[machine.start]}"
-    return Section(title, tables=(Table(caption, head, rows),), pictures=pictures)
 
 
 def _choice(told: dict[str, Any], rows: list[dict[str, Any]]) -> Section:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from palpate.adapters.log.reader import TrialLog
+from palpate.adapters.report.automaton_section import automaton_section, machine_in
 from palpate.adapters.report.files import is_there, read_text
 from palpate.adapters.report.force_pictures import force_picture
 from palpate.adapters.report.learning_pictures import learning_picture, window_of
@@ -98,6 +99,9 @@ def policy_sections(document: PolicyDocument, name: str, title: str) -> list[Sec
     q = q_picture(f"q-{name}", document, title)
     if q is not None:
         sections.append(Section("Q values", pictures=(q,)))
+    machine = machine_in(document)
+    if machine is not None:
+        sections.append(automaton_section(machine, text="Its states are the policy's."))
     return sections
 
 

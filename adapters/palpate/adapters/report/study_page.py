@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, Final
 
+from palpate.adapters.report.automaton_section import automaton_section, machine_in
 from palpate.adapters.report.intervals import mean_with_interval
 from palpate.adapters.report.learning_pictures import Axes, Level, learning_picture, window_of
 from palpate.adapters.report.logs import logs_in
@@ -22,11 +23,13 @@ from palpate.adapters.report.study_source import (
 )
 from palpate.adapters.report.sweep_pictures import Point, Series, sweep_picture
 from palpate.adapters.statistics import wilson_interval
+from palpate.core.automata.machine import Machine
 
 MOST_SETTINGS: Final = 12
 """Choices of settings with pictures of their own; all are in the tables."""
 _MOST_LINES: Final = 8
 _MOST_FORCES: Final = 4
+_MOST_AUTOMATA: Final = 4
 
 
 def study_page(folder: Path, title: str, *, logs: bool) -> Page:
@@ -189,6 +192,7 @@ def _highest(study: StudySource) -> float:
 def _policies(study: StudySource, settings: list[Setting]) -> list[Section]:
     """Of each choice of settings the policy that the first seed learned."""
     arrows: list[Picture] = []
+    machines: dict[Machine, str] = {}
     values: list[Picture] = []
     number = 0
     for (setting, policy), cells in study.groups.items():
@@ -200,8 +204,16 @@ def _policies(study: StudySource, settings: list[Setting]) -> list[Section]:
         arrows += arrows_pictures(f"policy-{number:02d}", document, title)
         q = q_picture(f"q-{number:02d}", document, title)
         values += [q] if q is not None else []
+        machine = machine_in(document)
+        if machine is not None:
+            machines.setdefault(machine, shown_setting(setting))
     text = ("The policy of the first seed of each choice of settings.",)
-    return [Section("Policies", text, pictures=tuple(arrows)), Section("Q values", pictures=tuple(values))]
+    sections = [Section("Policies", text, pictures=tuple(arrows)), Section("Q values", pictures=tuple(values))]
+    for number, (machine, told) in enumerate(list(machines.items())[:_MOST_AUTOMATA], 1):
+        sections.append(
+            automaton_section(machine, f"automaton-{number:02d}", f"Automaton {number}", f"Gives the states of {told}.")
+        )
+    return sections
 
 
 def _logs(study: StudySource) -> list[Section]:

@@ -133,6 +133,8 @@ def is_number(value: Any) -> bool:
 
 def _asked(path: Path) -> tuple[int, str]:
     """How many cells the study asks for, or why nobody knows."""
+    if not is_there(path):
+        return 0, f"there is no {path.name}"
     try:
         return Study.read(path).count, ""
     except ConfigurationError as error:
