@@ -4,8 +4,9 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 RUN ?= runs/paper
+BENCH ?= runs/bench.json
 
-.PHONY: help setup train test lint golden browser-check clean
+.PHONY: help setup train test lint golden browser-check bench bench-full clean
 
 help:
 	@echo "make setup   create .venv and install pinned dependencies (does nothing when nothing changed)"
@@ -13,6 +14,8 @@ help:
 	@echo "make test    style, types, layering and all tests"
 	@echo "make lint    style, types and layering only"
 	@echo "make browser-check   reports in a headless browser, at laptop and phone width (Debian, needs root to install it)"
+	@echo "make bench   benchmarks beside floors and peers, under three minutes; figures also in $(BENCH)"
+	@echo "make bench-full  the full form, which also writes its section of docs/results.md"
 	@echo "make golden  record the logs in tests/golden anew, after a change that is meant to change behaviour"
 
 setup: $(STAMP)
@@ -48,6 +51,13 @@ browser-check: setup
 	$(BIN)/python -m tests.browser.sample_folders $(DESK)
 	for folder in $(DESK)/*/; do $(BIN)/palpate report "$$folder" || exit 1; done
 	/usr/bin/python3 tests/browser/check_report.py $(DESK)
+
+# An otherwise idle machine, please: ratios bear some other work, times do not.
+bench: setup
+	$(BIN)/python -m benchmarks.suite --quick --json $(BENCH)
+
+bench-full: setup
+	$(BIN)/python -m benchmarks.suite --json $(BENCH) --write docs/results.md
 
 clean:
 	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache

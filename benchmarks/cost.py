@@ -4,7 +4,8 @@
     python benchmarks/cost.py --quick    40 trials
 
 The floor: the same number of ``mj_step`` calls on the same scene in the same process, under the very servo commands
-that the run sent (recorded as it went), so that floor and run do the same physics, contact by contact.
+that the run sent (recorded as it went), so that floor and run do the same physics, contact by contact. Both are CPU
+times, which other work on the machine disturbs less.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import argparse
 import subprocess
 import sys
 import time
+from dataclasses import dataclass
 from itertools import pairwise
 
 import mujoco
@@ -57,23 +59,42 @@ class Recorded:
             data.qpos[:] = qpos
             data.ctrl[:] = qpos[: len(data.ctrl)]
             mujoco.mj_forward(model, data)
-            start = time.perf_counter()
+            start = time.process_time()
             for command in commands:
                 data.ctrl[:] = command
                 for _ in range(calls_per_tick):
                     mujoco.mj_step(model, data, nstep // calls_per_tick)
-            total += time.perf_counter() - start
+            total += time.process_time() - start
         return total
 
 
-def run_against_floor(trials: int) -> None:
+@dataclass(frozen=True)
+class Throughput:
+    """CPU time of a training run and of its physics alone.
+
+    Attributes:
+        ticks: Control ticks.
+        steps: Physics steps.
+        run_s: The run.
+        floor_s: The same number of ``mj_step`` calls, under the same commands.
+        strict_s: The same with one call for all steps of a tick.
+    """
+
+    ticks: int
+    steps: int
+    run_s: float
+    floor_s: float
+    strict_s: float
+
+
+def throughput(trials: int) -> Throughput:
     config = scenario("paper")
     ready, perception = find_ready_pose(config), build_perception(config)
     plain = build_task(config, ready, perception, learning_policy(config, perception))
     with SimulatedRig(config, ready) as rig:
-        start = time.perf_counter()
+        start = time.process_time()
         ticks = sum(run_scored_trial(config, rig, plain, k).report.ticks for k in range(trials))
-        seconds = time.perf_counter() - start
+        seconds = time.process_time() - start
     # The same run once more (equal to the bit), now keeping the commands for the floor.
     task = build_task(config, ready, perception, learning_policy(config, perception))
     with SimulatedRig(config, ready) as rig:
@@ -81,13 +102,19 @@ def run_against_floor(trials: int) -> None:
         again = sum(run_scored_trial(config, rig, task, k).report.ticks for k in range(trials))
     if again != ticks:
         raise SystemExit(f"the two runs differ: {ticks} and {again} ticks")
-    floor = recorded.bare_seconds(config.cell.substeps)
-    strict = recorded.bare_seconds(1)
-    steps = ticks * config.cell.substeps
-    print(f"{trials} trials, {ticks} ticks, {ticks / RATE_HZ:.0f} s of simulated time, {steps} physics steps")
-    print(f"run {seconds:.1f} s, bare mj_step {floor:.1f} s: ratio {seconds / floor:.3f} (at most 1.25)")
-    print(f"stricter floor, one call for all steps of a tick: {strict:.1f} s, ratio {seconds / strict:.3f}")
-    print(f"{ticks / RATE_HZ / seconds:.1f} times real time on one core (at least 20)")
+    substeps = config.cell.substeps
+    return Throughput(ticks, ticks * substeps, seconds, recorded.bare_seconds(substeps), recorded.bare_seconds(1))
+
+
+def run_against_floor(trials: int) -> None:
+    found = throughput(trials)
+    simulated_s = found.ticks / RATE_HZ
+    print(f"{trials} trials, {found.ticks} ticks, {simulated_s:.0f} s of simulated time, {found.steps} physics steps")
+    ratio = found.run_s / found.floor_s
+    print(f"run {found.run_s:.1f} s, bare mj_step {found.floor_s:.1f} s: ratio {ratio:.3f} (at most 1.25)")
+    strict = found.run_s / found.strict_s
+    print(f"stricter floor, one call for all steps of a tick: {found.strict_s:.1f} s, ratio {strict:.3f}")
+    print(f"{simulated_s / found.run_s:.1f} times real time on one core (at least 20)")
 
 
 class TimedTask(InsertionTask):
@@ -102,7 +129,8 @@ class TimedTask(InsertionTask):
         return command
 
 
-def tick_without_physics(trials: int) -> None:
+def tick_us(trials: int) -> dict[str, np.ndarray]:
+    """Microseconds of each tick between two stretches of physics, in all and of the core alone."""
     config = scenario("paper")
     ready, perception = find_ready_pose(config), build_perception(config)
     task = build_task(config, ready, perception, learning_policy(config, perception))
@@ -125,27 +153,36 @@ def tick_without_physics(trials: int) -> None:
             run_scored_trial(config, rig, task, k)
             # From the end of one physics tick to the begin of the next: read, filter, kinematics, symbols, command.
             whole += [b[0] - a[1] for a, b in pairwise(marks)]
-    for name, values in (("whole tick (ports and core)", whole), ("core alone", task.durations)):
-        us = np.array(values) * 1e6
+    return {"whole tick (ports and core)": np.array(whole) * 1e6, "core alone": np.array(task.durations) * 1e6}
+
+
+def tick_without_physics(trials: int) -> None:
+    for name, us in tick_us(trials).items():
         median, high = np.quantile(us, [0.5, 0.999])
         print(f"{name}: median {median:.1f} us, 99.9th percentile {high:.1f} us over {len(us)} ticks")
 
 
-def start_up() -> None:
+def start_up_seconds(runs: int = 7) -> dict[str, float]:
+    """Wall time of whole processes, medians."""
     import_core = "import palpate.core"
     import_all = "import palpate.core.cycle, palpate.core.insertion, palpate.core.contracts"
-    for label, code in (
-        ("python -c pass", "pass"),
-        (import_core, import_core),
-        ("every module of the core", import_all),
-    ):
-        print(f"{label}: {_median_seconds([sys.executable, '-c', code]):.3f} s (whole process)")
     help_call = [sys.executable, "-m", "palpate.adapters.cli.main"]
-    print(f"palpate --help: {_median_seconds([*help_call, '--help']):.3f} s")
-    print(f"palpate train --help: {_median_seconds([*help_call, 'train', '--help']):.3f} s")
+    calls = {
+        "python -c pass": [sys.executable, "-c", "pass"],
+        import_core: [sys.executable, "-c", import_core],
+        "every module of the core": [sys.executable, "-c", import_all],
+        "palpate --help": [*help_call, "--help"],
+        "palpate train --help": [*help_call, "train", "--help"],
+    }
+    return {label: _median_seconds(call, runs) for label, call in calls.items()}
 
 
-def _median_seconds(command: list[str], runs: int = 7) -> float:
+def start_up() -> None:
+    for label, seconds in start_up_seconds().items():
+        print(f"{label}: {seconds:.3f} s (whole process)")
+
+
+def _median_seconds(command: list[str], runs: int) -> float:
     times = []
     for _ in range(runs):
         start = time.perf_counter()

@@ -14,7 +14,8 @@ import queue
 import tempfile
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
@@ -140,35 +141,60 @@ class Bench:
         return time.perf_counter() - begin
 
 
-def compare(trials: int, *, paced: bool) -> None:
+@dataclass(frozen=True)
+class Measured:
+    """What one way of recording took.
+
+    Attributes:
+        seconds: Wall time of each trial.
+        end_s: What finishing the logs took at the end.
+        tick_us: Each tick between two stretches of physics.
+    """
+
+    seconds: np.ndarray
+    end_s: float
+    tick_us: np.ndarray
+
+    @property
+    def whole_s(self) -> float:
+        return float(self.seconds.sum()) + self.end_s
+
+
+def measured(trials: int, ways: Sequence[str] = WAYS, *, paced: bool) -> tuple[int, dict[str, Measured]]:
+    """Ticks of a course, and what each way took."""
     config = scenario("paper")
     ready = find_ready_pose(config)
     with tempfile.TemporaryDirectory() as folder:
-        benches = {way: Bench(way, config, ready, Path(folder), paced=paced) for way in WAYS}
+        benches = {way: Bench(way, config, ready, Path(folder), paced=paced) for way in ways}
         total = 0
         for trial in range(trials):
             # Back and forth, so that no way always comes after the same one.
-            order = WAYS if trial % 2 == 0 else WAYS[::-1]
+            order = ways if trial % 2 == 0 else ways[::-1]
             ticks = {benches[way].run(trial) for way in order}
             if len(ticks) != 1:
                 raise SystemExit(f"trial {trial} is not the same for all: {ticks}")
             total += ticks.pop()
         ends = {way: bench.close() for way, bench in benches.items()}
+    found = {
+        way: Measured(np.array(bench.seconds), ends[way] if way != "none" else 0.0, np.array(bench.ticks_s) * 1e6)
+        for way, bench in benches.items()
+    }
+    return total, found
+
+
+def compare(trials: int, *, paced: bool) -> None:
+    total, found = measured(trials, paced=paced)
     print(f"{'real time' if paced else 'free-running'}: {trials} trials, {total} ticks each")
-    floor = sum(benches["none"].seconds)
-    for way, bench in benches.items():
-        whole = sum(bench.seconds) + (ends[way] if way != "none" else 0.0)
-        us = np.array(bench.ticks_s) * 1e6
-        median, high = np.quantile(us, [0.5, 0.999])
-        share = "" if paced else f"wall time {100 * (whole / floor - 1):+5.1f} %, "
+    floor = found["none"].whole_s
+    for way, one in found.items():
+        median, high = np.quantile(one.tick_us, [0.5, 0.999])
+        share = "" if paced else f"wall time {100 * (one.whole_s / floor - 1):+5.1f} %, "
         print(
             f"  {way:12s} {share}tick median {median:5.1f} us, 99.9th percentile {high:6.0f} us,"
-            f" worst {us.max():7.0f} us"
+            f" worst {one.tick_us.max():7.0f} us"
         )
-    base = np.array(benches["none"].seconds)
-    other = np.array(benches["process"].seconds)
     if not paced:
-        ratios = other / base
+        ratios = found["process"].seconds / found["none"].seconds
         low, high = np.quantile(
             [np.mean(np.random.default_rng(k).choice(ratios, len(ratios))) for k in range(1000)], [0.025, 0.975]
         )

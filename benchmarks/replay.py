@@ -152,32 +152,56 @@ def changed_core(log: Path) -> None:
         print("\n".join(line for line in done.stdout.splitlines() if "/tick" in line))
 
 
-def speed(logs: list[Path]) -> None:
-    """Times real time on one core, and the same work without ports and comparison."""
+@dataclass(frozen=True)
+class Speed:
+    """CPU time of replaying logs, and of the same work without ports and comparison.
+
+    Attributes:
+        ticks: Control ticks.
+        whole_s: Replaying.
+        decoding_s: Reading and decoding the logs.
+        stepping_s: The core's step on the same snapshots.
+    """
+
+    ticks: int
+    whole_s: float
+    decoding_s: float
+    stepping_s: float
+
+
+def replay_speed(logs: list[Path]) -> Speed:
     rebuilder = Rebuilder()
     replay_file(logs[0], rebuilder)
-    began = time.perf_counter()
+    began = time.process_time()
     ticks = sum(replay_file(path, rebuilder).ticks for path in logs)
-    whole = time.perf_counter() - began
+    whole = time.process_time() - began
     decoding = stepping = 0.0
     for path in logs:
-        began = time.perf_counter()
+        began = time.process_time()
         log = read_log(path)
         records = list(log.records())
-        decoding += time.perf_counter() - began
+        decoding += time.process_time() - began
         rebuilt = rebuilder.rebuild(log)
         snapshots = _snapshots(records)
         rebuilt.task.begin(rebuilt.setup)
         step = rebuilt.task.step
-        began = time.perf_counter()
+        began = time.process_time()
         for snapshot in snapshots:
             step(snapshot)
-        stepping += time.perf_counter() - began
+        stepping += time.process_time() - began
+    return Speed(ticks, whole, decoding, stepping)
+
+
+def speed(logs: list[Path]) -> None:
+    """Times real time on one core, and the same work without ports and comparison."""
+    found = replay_speed(logs)
+    ticks, whole = found.ticks, found.whole_s
     real = ticks / CONTROL_RATE_HZ
-    print(f"{len(logs)} logs, {ticks} ticks, {real:.0f} s of trials replayed in {whole:.2f} s on one core")
+    print(f"{len(logs)} logs, {ticks} ticks, {real:.0f} s of trials replayed in {whole:.2f} CPU s on one core")
     print(f"{real / whole:.0f} times real time (at least 80, aim 200); {whole / ticks * 1e6:.1f} us a tick")
-    floor = decoding + stepping
-    print(f"floor: decoding {decoding / ticks * 1e6:.1f} us and the core's step {stepping / ticks * 1e6:.1f} us a tick")
+    decoding_us, stepping_us = found.decoding_s / ticks * 1e6, found.stepping_s / ticks * 1e6
+    print(f"floor: decoding {decoding_us:.1f} us and the core's step {stepping_us:.1f} us a tick")
+    floor = found.decoding_s + found.stepping_s
     print(f"replay over floor: {whole / floor:.2f}; the floor itself is {real / floor:.0f} times real time", flush=True)
 
 
@@ -191,6 +215,12 @@ def _snapshots(records: list[TickRecord]) -> list[Snapshot]:
     return snapshots
 
 
+def train(run: Path, trials: int) -> None:
+    """A training run, recorded."""
+    call = [*PALPATE, "train", "--trials", str(trials), "--seed", "300", "--out", str(run)]
+    subprocess.run(call, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true")
@@ -200,9 +230,7 @@ def main() -> None:
         run = options.run
         if run is None:
             run = Path(folder) / "run"
-            trials = "20" if options.quick else "350"
-            call = [*PALPATE, "train", "--trials", trials, "--seed", "300", "--out", str(run)]
-            subprocess.run(call, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            train(run, 20 if options.quick else 350)
         logs = sorted((run / "logs").glob("*.mcap"))
         whole_run(run)
         speed(logs)

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import argparse
 import time
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -37,26 +38,37 @@ def overheard(supervisor: Supervisor) -> Heard:
     return heard
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--trials", type=int, default=3)
-    parser.add_argument("--rounds", type=int, default=20)
-    options = parser.parse_args()
+@dataclass(frozen=True)
+class Found:
+    """Microseconds a tick, one number a round.
+
+    Attributes:
+        ticks: Ticks of a round.
+        checks_us: The supervisor.
+        steps_us: The task's own step.
+    """
+
+    ticks: int
+    checks_us: np.ndarray
+    steps_us: np.ndarray
+
+
+def measured(trials: int, rounds: int) -> Found:
     config = scenario("paper")
     ready, perception = find_ready_pose(config), build_perception(config)
     task = build_task(config, ready, perception, comparator("torque", config, tuple))
-    trials = []
+    overheard_trials = []
     with SimulatedRig(config, ready) as rig:
-        for trial in range(options.trials):
+        for trial in range(trials):
             rig.prepare(trial)
             supervisor = build_supervisor(config)
-            trials.append(overheard(supervisor))
+            overheard_trials.append(overheard(supervisor))
             run_trial(task, rig.ports, trial_setup(config, trial), supervisor)
-    ticks = sum(map(len, trials))
+    ticks = sum(map(len, overheard_trials))
     checks, steps = [], []
-    for _ in range(options.rounds):
+    for _ in range(rounds):
         spent = thought = 0
-        for number, heard in enumerate(trials):
+        for number, heard in enumerate(overheard_trials):
             supervisor = build_supervisor(config)
             supervisor.begin()
             begin = time.perf_counter_ns()
@@ -70,12 +82,21 @@ def main() -> None:
             thought += time.perf_counter_ns() - begin
         checks.append(spent * 1e-3 / ticks)
         steps.append(thought * 1e-3 / ticks)
-    low, middle = min(checks), float(np.median(checks))
+    return Found(ticks, np.array(checks), np.array(steps))
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--trials", type=int, default=3)
+    parser.add_argument("--rounds", type=int, default=20)
+    options = parser.parse_args()
+    found = measured(options.trials, options.rounds)
     print(
-        f"supervisor: {low:.2f} us a tick at best, {middle:.2f} at the median of {options.rounds} rounds, {ticks} ticks"
+        f"supervisor: {found.checks_us.min():.2f} us a tick at best, {np.median(found.checks_us):.2f} at the median of"
+        f" {options.rounds} rounds, {found.ticks} ticks"
     )
-    print(f"the task's own step: {min(steps):.2f} and {float(np.median(steps)):.2f} us")
-    print(f"ratio: {float(np.median(np.array(checks) / np.array(steps))):.3f}")
+    print(f"the task's own step: {found.steps_us.min():.2f} and {np.median(found.steps_us):.2f} us")
+    print(f"ratio: {np.median(found.checks_us / found.steps_us):.3f}")
 
 
 if __name__ == "__main__":

@@ -1,0 +1,1 @@
+"""All benchmarks through one entry point: ``python -m benchmarks.suite --help``."""
