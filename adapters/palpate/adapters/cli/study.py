@@ -50,6 +50,7 @@ def study(options: StudyOptions) -> int:
     require_possible(asked)
     cells = list(asked.cells())
     folder.require_fits(asked, cells, files)
+    folder.finished(cells)
     with ExitStack() as opened:
         engine = _engine(name, options, opened)
         opened.enter_context(folder.opened(asked, files))

@@ -7,6 +7,7 @@ import json
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Final
 
@@ -31,7 +32,7 @@ class Cell:
     policy: str
     seed: int
 
-    @property
+    @cached_property
     def name(self) -> str:
         """Name of its folder. It depends on the cell alone, so a study that grows renames nothing."""
         facts = {"fields": self.fields, "policy": self.policy, "seed": self.seed}
@@ -40,7 +41,10 @@ class Cell:
         policy = self.policy
         if policy.endswith(".json"):
             policy = Path(policy).parent.name or Path(policy).stem
-        words = [policy, *(f"{field.rsplit('.', 1)[-1]}-{_word(value)}" for field, value in self.fields.items())]
+        words = [
+            policy,
+            *(f"{field.rsplit('.', 1)[-1]}-{_word(value)}" for field, value in sorted(self.fields.items())),
+        ]
         readable = re.sub(r"[^A-Za-z0-9.+-]+", "_", "-".join(words))[:_LONGEST].strip("._-")
         return f"{readable}-seed-{self.seed:03d}-{digest}"
 

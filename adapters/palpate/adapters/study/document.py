@@ -33,7 +33,7 @@ class Study:
 
     Attributes:
         trials: Trials of each run.
-        seeds: Seeds, each once.
+        seeds: Seeds, each once; a range where they follow each other.
         policies: Policies, each once.
         base: Settings of all cells, by dotted names.
         listed: Sets of settings; each is combined with all of the grid. One empty set if none are listed.
@@ -41,7 +41,7 @@ class Study:
     """
 
     trials: int
-    seeds: tuple[int, ...]
+    seeds: Sequence[int]
     policies: tuple[str, ...]
     base: Mapping[str, Any]
     listed: tuple[Mapping[str, Any], ...]
@@ -54,7 +54,10 @@ class Study:
         Raises:
             ConfigurationError: Something in it cannot be used.
         """
-        table = read_toml(path)
+        try:
+            table = read_toml(path)
+        except ConfigurationError as error:
+            raise ConfigurationError("study file", error.value, error.accepted) from error
         _require_known(table, (*_TABLES, *_WRITTEN), _TABLES, "")
         if table.get("format", FORMAT) != FORMAT:
             raise ConfigurationError("format", table["format"], f"{FORMAT}, the only one that this version knows")
@@ -162,7 +165,7 @@ def _listed(tables: Any) -> tuple[Mapping[str, Any], ...]:
     return _once("cells", found)
 
 
-def _seeds(value: Any) -> tuple[int, ...]:
+def _seeds(value: Any) -> Sequence[int]:
     name = "study.seeds"
     if isinstance(value, Mapping):
         _require_known(value, ("first", "count"), ("first", "count"), f"{name}.")
@@ -170,12 +173,14 @@ def _seeds(value: Any) -> tuple[int, ...]:
         require_whole(f"{name}.first", first, 0, _MOST_SEED)
         require_whole(f"{name}.count", count, 1, MOST_CELLS)
         require_in(f"{name}.first", first, 0, _MOST_SEED - count)
-        return tuple(range(first, first + count))
+        return range(first, first + count)
     if not isinstance(value, list) or not value:
         raise ConfigurationError(name, value, "a list of seeds, or { first = 0, count = 20 }")
     for seed in value:
         require_whole(name, seed, 0, _MOST_SEED)
-    return _once(name, value)
+    _once(name, value)
+    run = range(value[0], value[0] + len(value))
+    return run if list(run) == value else tuple(value)
 
 
 def _policies(value: Any) -> tuple[str, ...]:
@@ -200,6 +205,6 @@ def _once(name: str, values: Sequence[Any]) -> tuple[Any, ...]:
 
 
 def _seeds_text(seeds: Sequence[int]) -> str:
-    if len(seeds) > 1 and list(seeds) == list(range(seeds[0], seeds[0] + len(seeds))):
+    if isinstance(seeds, range):
         return f"{{ first = {seeds[0]}, count = {len(seeds)} }}"
     return literal(seeds)

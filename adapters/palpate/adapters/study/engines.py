@@ -8,7 +8,7 @@ import threading
 import time
 from abc import ABC, abstractmethod
 from collections import Counter, deque
-from collections.abc import Generator, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from concurrent.futures.process import BrokenProcessPool
 from itertools import chain
@@ -22,6 +22,8 @@ MOST_DEATHS: Final = 3
 """A cell over which so many workers died is given up."""
 _WATCH_S: Final = 1.0
 ONE_THREAD: Final = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "BLIS", "NUMEXPR")}
+
+Make = Callable[[CellJob], CellReport]
 
 
 class Engine(ABC):
@@ -55,10 +57,11 @@ class Processes(Engine):
 
     Args:
         count: Number of processes.
+        make: Makes a cell there.
     """
 
-    def __init__(self, count: int) -> None:
-        self._count = count
+    def __init__(self, count: int, make: Make = make_cell) -> None:
+        self._count, self._make = count, make
 
     def run(self, jobs: Iterable[CellJob]) -> Generator[CellReport, None, None]:
         """See :class:`Engine`."""
@@ -71,7 +74,7 @@ class Processes(Engine):
             while True:
                 while idle and (job := next(chain(_taken(again), fresh), None)) is not None:
                     worker = idle.pop()
-                    running[worker.make(job)] = worker, job
+                    running[worker.start(self._make, job)] = worker, job
                 if not running:
                     return
                 for future in wait(running, return_when=FIRST_COMPLETED).done:
@@ -112,12 +115,12 @@ class _Worker:
     def __init__(self) -> None:
         self._pool: ProcessPoolExecutor | None = None
 
-    def make(self, job: CellJob) -> Future[CellReport]:
+    def start(self, make: Make, job: CellJob) -> Future[CellReport]:
         if self._pool is None:
             self._pool = ProcessPoolExecutor(
                 max_workers=1, timeout=None, initializer=_begin, initargs=(os.getpid(),), env=ONE_THREAD
             )
-        future: Future[CellReport] = self._pool.submit(make_cell, job)
+        future: Future[CellReport] = self._pool.submit(make, job)
         return future
 
     def end(self) -> None:
