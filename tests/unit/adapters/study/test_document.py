@@ -6,10 +6,12 @@ from pathlib import Path
 
 import pytest
 
+from palpate.adapters.study.check import require_possible
 from palpate.adapters.study.document import MOST_CELLS, Study
 from palpate.core.errors import ConfigurationError
 from tests.unit.adapters.study.studies import study_of
 
+EXAMPLES = Path(__file__).parents[4] / "examples" / "studies"
 WHOLE = """
 [study]
 trials = 3
@@ -140,3 +142,10 @@ def test_what_cannot_be_used_is_named(tmp_path: Path, text: str, field: str, acc
 def test_a_file_that_is_not_there(tmp_path: Path) -> None:
     with pytest.raises(ConfigurationError, match="study file"):
         Study.read(tmp_path / "nowhere.toml")
+
+
+@pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.toml")), ids=lambda path: path.stem)
+def test_the_examples_can_be_run(path: Path) -> None:
+    study = Study.read(path)
+    require_possible(study)
+    assert study.count > 10
