@@ -69,7 +69,6 @@ def main(words: Sequence[str] | None = None) -> int:
     names = [benchmark.name for benchmark in ALL]
     parser.add_argument("--quick", action="store_true", help="the quick form")
     parser.add_argument("--only", nargs="+", choices=names, default=names, metavar="NAME", help=", ".join(names))
-    parser.add_argument("--jobs", type=int, default=2, help="most processes at once, for studies")
     parser.add_argument("--cache", default="", help="folder with virtual environments of peers, made if need be")
     parser.add_argument("--json", type=Path, help="write the figures here")
     parser.add_argument("--write", type=Path, help="document whose marked section is written anew")
@@ -81,7 +80,7 @@ def main(words: Sequence[str] | None = None) -> int:
         except (OSError, ValueError, KeyError, TypeError) as error:
             parser.error(f"{options.source} holds no figures of this suite ({error})")
     else:
-        form = replace(QUICK if options.quick else FULL, jobs=options.jobs, cache=options.cache)
+        form = replace(QUICK if options.quick else FULL, cache=options.cache)
         suite = measure([benchmark for benchmark in ALL if benchmark.name in options.only], form)
     sys.stdout.write(table(suite))
     if options.json is not None:

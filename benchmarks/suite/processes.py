@@ -7,7 +7,6 @@ import os
 import subprocess
 import sys
 import tempfile
-import time
 from pathlib import Path
 from statistics import median
 
@@ -18,7 +17,6 @@ from palpate.core.task_config import CONTROL_RATE_HZ
 LIBRARIES = "import google.protobuf.message, lz4.frame, mcap.writer, mujoco, numpy, pinocchio, tqdm, tyro, zstandard"
 """What a command that runs trials loads besides palpate."""
 COMMAND = "import palpate.adapters.cli.run"
-PALPATE = (sys.executable, "-m", "palpate.adapters.cli.main")
 
 
 def start_up(form: Form) -> list[Row]:
@@ -26,16 +24,16 @@ def start_up(form: Form) -> list[Row]:
     seconds = cost.start_up_seconds(form.rounds)
     bare = seconds.pop("python -c pass")
     rows = [Row(name, 1e3 * value, "ms", "python -c pass", 1e3 * bare) for name, value in seconds.items()]
-    ours, libraries = (median(_usage(code)[0] for _ in range(form.rounds)) for code in (COMMAND, LIBRARIES))
+    ours, libraries = (median(cpu_s(code) for _ in range(form.rounds)) for code in (COMMAND, LIBRARIES))
     return [*rows, Row("all that palpate run imports, CPU", 1e3 * ours, "ms", "the libraries in it", 1e3 * libraries)]
 
 
 def memory(form: Form) -> list[Row]:
     """Largest resident memory."""
-    libraries, command = _usage(LIBRARIES)[1], _usage(COMMAND)[1]
+    libraries, command = peak_MB(LIBRARIES), peak_MB(COMMAND)
     few, many = max(form.trials // 3, 4), form.trials
     with tempfile.TemporaryDirectory() as folder:
-        trained = [_trained_MB(Path(folder) / str(trials), trials) for trials in (few, many)]
+        trained = [peak_MB(_training(Path(folder) / str(trials), trials)) for trials in (few, many)]
     return [
         Row("all that palpate run imports", command, "MB", "the libraries in it", libraries),
         Row(f"palpate train, {few} trials", trained[0], "MB", "what it imports", command),
@@ -80,23 +78,27 @@ def environment(form: Form) -> list[Row]:
 
 
 def scaling(form: Form) -> list[Row]:
-    """Wall time of a study on several processes, against its share of the time on one."""
-    seeds = 4
-    trials = form.trials * 2
-    text = f'[study]\ntrials = {trials}\nseeds = {{ first = 0, count = {seeds} }}\npolicies = ["torque"]\n'
+    """Wall time of a study on two processes, against what two processes of bare physics gain."""
+    if importlib.util.find_spec("benchmarks.study_scaling") is None:
+        raise MissingError("benchmarks/study_scaling.py is not there")
+    from benchmarks import study_scaling
+
+    full = form.name == "full"
+    seeds, trials, bare_s = (4, 12, 10.0) if full else (1, 12, 2.0)
+    one_s, two_s, gains = [], [], []
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "study.toml"
-        file.write_text(text)
-        one_s = _study_s(file, "--engine", "sequential", "--out", f"{folder}/one")
-        many_s = _study_s(file, "--jobs", str(form.jobs), "--out", f"{folder}/many")
-    name = f"{seeds} runs of {trials} trials, {form.jobs} processes"
-    return [Row(name, many_s, "s", f"one process, its time over {form.jobs}", one_s / form.jobs)]
-
-
-def _study_s(file: Path, *options: str) -> float:
-    began = time.perf_counter()
-    _run([*PALPATE, "study", str(file), *options])
-    return time.perf_counter() - began
+        file.write_text(study_scaling.STUDY.format(trials=trials, seeds=seeds, limit=2.0))
+        for turn in range(3 if full else 1):
+            gains.append(study_scaling.bare_rate(2, bare_s) / study_scaling.bare_rate(1, bare_s))
+            one_s.append(study_scaling.study(file, Path(folder) / f"one-{turn}", "--engine", "sequential"))
+            two_s.append(study_scaling.study(file, Path(folder) / f"two-{turn}", "--jobs", 2))
+    floor = median(one / gain for one, gain in zip(one_s, gains, strict=True))
+    name = f"{4 * seeds} runs of {trials} trials, two processes"
+    return [
+        Row(name, median(two_s), "s", "one after the other, over the gain of bare mj_step", floor),
+        Row("gain of two processes of bare mj_step", median(gains), "(2 at best)"),
+    ]
 
 
 def _require(module: str) -> None:
@@ -104,19 +106,27 @@ def _require(module: str) -> None:
         raise MissingError(f"{module} is not installed")
 
 
-def _usage(code: str) -> tuple[float, float]:
-    """CPU seconds and largest resident memory in MB of a Python process."""
-    return _run([sys.executable, "-c", code])
-
-
-def _trained_MB(out: Path, trials: int) -> float:
-    return _run([*PALPATE, "train", "--trials", str(trials), "--out", str(out)])[1]
-
-
-def _run(words: list[str]) -> tuple[float, float]:
-    process = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+def cpu_s(code: str) -> float:
+    """CPU time of a Python process."""
+    process = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.DEVNULL)
     _, status, usage = os.wait4(process.pid, 0)
     process.returncode = os.waitstatus_to_exitcode(status)
     if process.returncode:
-        raise RuntimeError(f"{' '.join(words)} ended with {process.returncode}")
-    return usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024
+        raise RuntimeError(f"{code} ended with {process.returncode}")
+    return usage.ru_utime + usage.ru_stime
+
+
+def peak_MB(code: str) -> float:
+    """Largest resident memory of a Python process, by its own word.
+
+    What the system tells its parent also counts the parent itself, of which the process was once a copy.
+    """
+    told = f"{code}\nimport sys\nsys.stdout.write('\\n' + open('/proc/self/status').read())"
+    done = subprocess.run([sys.executable, "-c", told], capture_output=True, text=True, check=True)
+    (line,) = [line for line in done.stdout.splitlines() if line.startswith("VmHWM:")]
+    return float(line.split()[1]) / 1024
+
+
+def _training(out: Path, trials: int) -> str:
+    words = ["train", "--trials", str(trials), "--out", str(out)]
+    return f"from palpate.adapters.cli.main import main\nif main({words!r}): raise SystemExit('it failed')"

@@ -106,7 +106,6 @@ class Form:
         restarts: Networks that are trained.
         walks: Strings that they are trained on.
         machines: Automata that are minimised.
-        jobs: Most processes at once.
         cache: Folder with the peers' virtual environments; empty leaves these peers out.
     """
 
@@ -116,7 +115,6 @@ class Form:
     restarts: int
     walks: int
     machines: int
-    jobs: int = 2
     cache: str = ""
 
 

@@ -8,6 +8,8 @@ from pathlib import Path
 from benchmarks.suite.rows import Group, Row, Suite
 
 BEGIN, END = "<!-- bench: begin -->", "<!-- bench: end -->"
+BUSY = 1.0
+"""Above this load other work counts."""
 HEAD = ("figure", "measured", "floor or peer", "ratio")
 
 
@@ -62,7 +64,8 @@ def described(suite: Suite) -> str:
         f"{name} {value}" if name not in ("processor", "memory", "system") else value
         for name, value in suite.machine.items()
     ]
-    return f"{', '.join(facts)}; load at the beginning {suite.busy:.1f}"
+    warning = " (busy: times are too long, and ratios less sure)" if suite.busy > BUSY else ""
+    return f"{', '.join(facts)}; load at the beginning {suite.busy:.1f}{warning}"
 
 
 def rewrite(path: Path, text: str) -> None:

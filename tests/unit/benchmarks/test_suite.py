@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import subprocess
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,9 +12,9 @@ import pytest
 
 from benchmarks.suite import __main__ as suite
 from benchmarks.suite.machine import machine, processor
-from benchmarks.suite.processes import LIBRARIES
+from benchmarks.suite.processes import LIBRARIES, peak_MB
 from benchmarks.suite.rows import QUICK, Benchmark, Form, MissingError, Row, Suite
-from benchmarks.suite.text import BEGIN, END, cells, number, rewrite, section, table
+from benchmarks.suite.text import BEGIN, END, cells, described, number, rewrite, section, table
 
 
 def quick_rows(form: Form) -> list[Row]:
@@ -175,6 +176,19 @@ def test_a_short_benchmark_of_each_kind_gives_figures_with_floors() -> None:
         (benchmark,) = [one for one in suite.ALL if one.name == name]
         rows = benchmark.measure(short)
         assert all(row.value > 0.0 and row.ratio is not None and row.ratio > 0.0 for row in rows)
+
+
+def test_memory_is_that_of_the_process_alone() -> None:
+    bare, more = peak_MB("pass"), peak_MB("kept = bytearray(80_000_000)")
+    assert 3.0 < bare < 60.0
+    assert more - bare == pytest.approx(76.3, abs=5.0)
+    with pytest.raises(subprocess.CalledProcessError):
+        peak_MB("raise SystemExit(3)")
+
+
+def test_a_busy_machine_is_told(measured: Suite) -> None:
+    assert "busy" not in described(replace(measured, busy=0.5))
+    assert "busy: times are too long" in described(replace(measured, busy=4.0))
 
 
 def test_the_libraries_that_imports_are_held_against_are_there() -> None:
