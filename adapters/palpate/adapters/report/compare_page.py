@@ -7,7 +7,7 @@ from typing import Final
 
 from palpate.adapters.recording.trials import LOG_FOLDER
 from palpate.adapters.report.compare_pictures import Interval, Strategy, strategies_picture
-from palpate.adapters.report.files import is_there, read_json, read_run_toml, read_table
+from palpate.adapters.report.files import is_there, number, read_json, read_run_toml, read_table
 from palpate.adapters.report.logs import logs_in
 from palpate.adapters.report.page import Page, Section, Table, share
 from palpate.adapters.report.run_page import log_sections, settings_section
@@ -77,7 +77,7 @@ def _side_by_side(strategies: list[Strategy], rows: list[dict[str, str]]) -> Sec
 
 def _strategy(path: Path, row: dict[str, str]) -> Strategy:
     try:
-        v = {name: float(row[name]) for name in _NUMBERS}
+        v = {name: number(row[name]) for name in _NUMBERS}
     except ValueError as error:
         raise OutputError(str(path), f"is damaged ({error})", "let palpate compare run again") from error
     return Strategy(

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from palpate.adapters.report.automaton_section import automaton_section, machine_in
-from palpate.adapters.report.files import is_there, read_json, read_table
+from palpate.adapters.report.files import is_there, number, read_json, read_table
 from palpate.adapters.report.grid_pictures import grid_picture
 from palpate.adapters.report.learning_pictures import Axes, Curve, Level, learning_picture
 from palpate.adapters.report.page import Cell, Page, Picture, Section, Table, counted, share
@@ -35,15 +35,15 @@ def explore_page(folder: Path, title: str, *, logs: bool) -> Page:
     """
     summary = read_json(folder / "summary.json")
     try:
-        settings, scores = summary["settings"], [{name: run[name] for name in _SCORES} for run in summary["runs"]]
-        bounds = [(words, summary[key]) for key, words in _BOUNDS if summary[key] is not None]
+        settings, scores = summary["settings"], [_score(run) for run in summary["runs"]]
+        bounds = [(words, number(summary[key])) for key, words in _BOUNDS if summary[key] is not None]
         rows, state = [str(row) for row in settings["map"]], str(settings["state"])
         learning = dict(settings["learning"])
-        curve = _curve(folder / "trials.csv", f"{learning.get('learner')}, states: {state}")
     except (KeyError, TypeError, ValueError) as error:
         problem = f"is no summary of palpate explore ({error})"
         raise OutputError(str(folder / "summary.json"), problem, "explore again") from error
-    levels = [Level(words, float(value)) for words, value in bounds]
+    curve = _curve(folder / "trials.csv", f"{learning.get('learner')}, states: {state}")
+    levels = [Level(words, value) for words, value in bounds]
     axes = Axes(cost="steps to the goal", unit="steps", success="goal reached")
     facts = [("Learner", str(learning.get("learner"))), ("States", state), ("Seeds", str(len(scores)))]
     facts += [("Trials of each", str(settings.get("trials"))), ("Map", " / ".join(rows))]
@@ -62,13 +62,17 @@ def explore_page(folder: Path, title: str, *, logs: bool) -> Page:
     )
 
 
-def _figures(scores: list[dict[str, Any]], bounds: list[tuple[str, Any]]) -> Section:
+def _score(run: dict[str, Any]) -> dict[str, Any]:
+    return {name: int(run[name]) if name == "seed" else number(run[name]) for name in _SCORES}
+
+
+def _figures(scores: list[dict[str, Any]], bounds: list[tuple[str, float]]) -> Section:
     head = ("seed", "first trials [steps]", "last trials [steps]", "goal reached", "greedy, exact [steps]")
     rows = tuple(
         (str(s["seed"]), f"{s['first']:.2f}", f"{s['last']:.2f}", share(s["reached"]), f"{s['greedy']:.2f}")
         for s in scores
     )
-    possible = "; ".join(f"{words} {float(value):.2f}" for words, value in bounds)
+    possible = "; ".join(f"{words} {value:.2f}" for words, value in bounds)
     text = f"What is possible, mean steps: {possible}."
     return Section("In figures", (text,), (Table("A line for each seed", head, rows),))
 
@@ -77,7 +81,10 @@ def _curve(path: Path, label: str) -> Curve:
     steps: dict[str, list[float]] = {}
     reached: dict[str, list[bool]] = {}
     for row in read_table(path, ("seed", "steps", "reached")):
-        steps.setdefault(row["seed"], []).append(float(row["steps"]))
+        try:
+            steps.setdefault(row["seed"], []).append(number(row["steps"]))
+        except ValueError as error:
+            raise OutputError(str(path), f"is damaged ({error})", "explore again") from error
         reached.setdefault(row["seed"], []).append(row["reached"] == "True")
     if not steps:
         raise OutputError(str(path), "holds no trial", "explore again")

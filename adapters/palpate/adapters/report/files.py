@@ -7,6 +7,7 @@ import io
 import json
 import os
 import tomllib
+from math import isfinite
 from pathlib import Path
 from typing import Any, Final
 
@@ -94,7 +95,22 @@ def read_trials(folder: Path) -> tuple[TrialRow, ...]:
     rows = RunFolder(folder).read_trials()
     if any(row.marked is None for row in rows):
         raise OutputError(str(path), "has a line with too few columns", "mend it or begin a new run")
+    if not all(isfinite(row.exploration_time_s) and isfinite(row.peak_force_N) for row in rows):
+        raise OutputError(str(path), "has a time or a force that is not finite", "mend it or begin a new run")
     return tuple(rows)
+
+
+def number(value: Any) -> float:
+    """A finite number from a file.
+
+    Raises:
+        ValueError: It is none.
+        TypeError: It is something else altogether.
+    """
+    found = float(value)
+    if not isfinite(found):
+        raise ValueError(f"{value} is not finite")
+    return found
 
 
 def read_table(path: Path, columns: tuple[str, ...]) -> list[dict[str, str]]:

@@ -57,6 +57,10 @@ def facts_of(run: RunSource) -> tuple[tuple[str, str], ...]:
     facts = [("Arm", run.settings.get("arm")), ("Scenario", run.settings.get("scenario"))]
     facts += [("Policy", run.facts.get("policy")), ("Seed", run.settings.get("seed"))]
     facts += [("Trials", len(run.rows))]
+    inside = run.summary.get("holes_inside_area")
+    if isinstance(inside, float) and inside < 1.0:
+        # No strategy can do better than that.
+        facts.append(("Holes inside the exploration area", share(inside)))
     versions = run.facts.get("versions")
     if isinstance(versions, dict):
         facts.append(("Made with", ", ".join(f"{name} {version}" for name, version in versions.items())))

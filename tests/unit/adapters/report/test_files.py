@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from palpate.adapters.report.files import read_json, read_png, read_run_toml, read_table, read_text, read_trials
+from palpate.adapters.report.files import number, read_json, read_png, read_run_toml, read_table, read_text, read_trials
 from palpate.adapters.results import RunFolder
 from palpate.core.errors import OutputError
 from tests.unit.adapters.samples import scored_trial
@@ -42,6 +42,21 @@ def test_trials_with_a_column_too_few(run: Path) -> None:
     path.write_text("\n".join([*lines[:-1], lines[-1].rpartition(",")[0], ""]))
     with pytest.raises(OutputError, match="too few columns"):
         read_trials(run)
+
+
+@pytest.mark.parametrize("word", ["nan", "inf"])
+def test_trials_with_a_number_that_is_none(run: Path, word: str) -> None:
+    path = run / "trials.csv"
+    path.write_text(path.read_text().replace("1.5,", f"{word},"))
+    with pytest.raises(OutputError, match="not finite"):
+        read_trials(run)
+
+
+@pytest.mark.parametrize("value", ["nan", "x", "", None, []])
+def test_numbers(value: object) -> None:
+    assert number("2.5") == 2.5
+    with pytest.raises((ValueError, TypeError)):
+        number(value)
 
 
 @pytest.mark.parametrize("text", ["", "{", '{"a": 1', "[1]", "nothing"])
