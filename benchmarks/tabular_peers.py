@@ -3,10 +3,12 @@
     python benchmarks/tabular_peers.py --cache ~/.cache/palpate-peers --seeds 10
 
 MushroomRL 1.10.2 is the published package whose Q-learning, Sarsa(lambda) and Boltzmann policy are the same algorithms.
-It learns through ``palpate/SensorMap-v0``, with the settings of palpate's own learners and from the same starts; its
-random numbers are others. It pins versions of 2024 of NumPy and PyTorch that palpate does not run with, so it is
-installed without its dependencies; its tabular part works with newer ones. Each peer and seed is a process of its own,
-and they take turns. Steps to the goal: a trial that is cut off counts with its limit.
+It learns through ``palpate/SensorMap-v0``, with the same settings (constant learning rates, as it has them) and from
+the same starts; its random numbers are others. It pins older versions of NumPy and PyTorch that palpate does not run
+with, so it is installed without its dependencies; its tabular part works with newer ones.
+
+Each learner's package and seed is a process of its own, and they take turns. A trial that is cut off counts with its
+limit. Times are CPU times of learning and world together; palpate learns without Gymnasium in between.
 """
 
 from __future__ import annotations
@@ -29,13 +31,13 @@ from palpate.adapters.grid.worlds import bounds_of, grid_named
 
 ROOT = Path(__file__).parents[1]
 MAPS = (("1", "symbols"), ("2", "symbols"), ("2", "last-2"))
-LEARNERS = ("q", "sarsa")
+SETTINGS = {"q": GridLearning(learner="q", alpha=0.2), "sarsa": GridLearning(learner="sarsa", alpha=0.1)}
 PEER = ("mushroom-rl==1.10.2", "opencv-python-headless", "pygame")
 
 
 def by_palpate(name: str, state: str, learner: str, seed: int, trials: int) -> list[int]:
     """Steps of each trial."""
-    return learn(grid_named(name, 7), Named(state), GridLearning(learner=learner), seed, trials).steps
+    return learn(grid_named(name, 7), Named(state), SETTINGS[learner], seed, trials).steps
 
 
 def by_mushroom(name: str, state: str, learner: str, seed: int, trials: int) -> list[int]:
@@ -50,7 +52,7 @@ def by_mushroom(name: str, state: str, learner: str, seed: int, trials: int) -> 
 
     import palpate.adapters.gymnasium_envs as envs
 
-    settings = GridLearning(learner=learner)
+    settings = SETTINGS[learner]
     parameters: Any = settings.parameters()
     steps = [0]
 
@@ -98,7 +100,7 @@ WORKERS: dict[str, Callable[[str, str, str, int, int], list[int]]] = {
 def work(who: str, seed: int, trials: int) -> None:
     rows = []
     for name, state in MAPS:
-        for learner in LEARNERS:
+        for learner in SETTINGS:
             WORKERS[who](name, state, learner, seed, 3)  # whatever is loaded on first use does not count
             start = time.process_time()
             steps = WORKERS[who](name, state, learner, seed, trials)
@@ -144,7 +146,7 @@ def table(rows: list[dict[str, Any]]) -> str:
     for name, state in MAPS:
         bounds = bounds_of(grid_named(name, 7))
         optimum = "" if bounds.belief is None else f"best possible {bounds.belief:.2f}"
-        for learner in LEARNERS:
+        for learner in SETTINGS:
             for who in WORKERS:
                 own = [r for r in rows if (r["map"], r["state"], r["learner"], r["who"]) == (name, state, learner, who)]
                 last = [r["last"] for r in own]

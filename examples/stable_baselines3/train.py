@@ -93,7 +93,7 @@ def dqn(seed: int) -> DQN:
 def ppo(seed: int) -> PPO:
     """Policy gradients over tip and wrench, scaled to -1 to 1, with free steps."""
     env = gymnasium.make(PEG_INSERTION, observations="raw", actions="continuous")
-    scaled = Monitor(RescaleObservation(env, -1.0, 1.0))
+    scaled = Monitor(RescaleObservation(env, np.float32(-1.0), np.float32(1.0)))
     return PPO("MlpPolicy", scaled, seed=seed, n_steps=512, batch_size=64, gamma=0.99, device="cpu")
 
 
