@@ -66,6 +66,7 @@ def arrows_pictures(name: str, document: PolicyDocument, title: str, *, up: bool
                 _alt(told, f"{title}, {block.title.lower()}" if block.title else title),
                 _caption(document, block, told, title, up),
                 canvas.png,
+                wide=not block.rows,
             )
         )
     return tuple(pictures)
