@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import os
 import sys
+import threading
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any, Final, Protocol
 
 from palpate.adapters.monotonic_clock import MonotonicClock
@@ -13,7 +16,8 @@ from palpate.core.ports import Clock
 
 DISPLAYS: Final = ("DISPLAY", "WAYLAND_DISPLAY")
 _NS: Final = 1_000_000_000
-_DISTANCE_M: Final = 0.6
+_PATIENCE_S: Final = 10.0
+_DISTANCE_M: Final = 0.4
 _INSTEAD: Final = "palpate render makes films of recorded trials without a display"
 _BEHIND_NS: Final = _NS // 10
 """A picture that is later than this is not made up for: as after a pause, or on a machine that is too slow."""
@@ -79,8 +83,9 @@ class ShownClock(Clock):
         self._origin_ns, self._real_origin_ns = self._simulated.now_ns(), self._real.now_ns()
 
 
-def open_viewer(model: Any, data: Any, target_m: tuple[float, float, float]) -> Any:
-    """MuJoCo's viewer in a window of its own; a context manager, which gives a :class:`Viewer`.
+@contextmanager
+def open_viewer(model: Any, data: Any, target_m: tuple[float, float, float]) -> Iterator[Viewer]:
+    """MuJoCo's viewer in a window of its own, for as long as this lasts.
 
     Args:
         model: The MuJoCo model.
@@ -93,11 +98,19 @@ def open_viewer(model: Any, data: Any, target_m: tuple[float, float, float]) -> 
     require_display()
     import mujoco.viewer
 
+    before = set(threading.enumerate())
     window = mujoco.viewer.launch_passive(model, data, show_left_ui=False, show_right_ui=False)
-    with window.lock():
-        window.cam.lookat[:] = target_m
-        window.cam.distance, window.cam.azimuth, window.cam.elevation = _DISTANCE_M, 90.0, -20.0
-    return window
+    drawing = [thread for thread in threading.enumerate() if thread not in before]
+    try:
+        with window.lock():
+            window.cam.lookat[:] = target_m
+            window.cam.distance, window.cam.azimuth, window.cam.elevation = _DISTANCE_M, 90.0, -20.0
+        yield window
+    finally:
+        window.close()
+        # Closing only asks for it: until the window is gone its thread reads the model, which must not go before.
+        for thread in drawing:
+            thread.join(_PATIENCE_S)
 
 
 def require_display() -> None:

@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
+import sys
+import threading
+import time
+from contextlib import nullcontext
+from types import SimpleNamespace
+
+import mujoco
 import pytest
 
 from palpate.adapters.rendering import live
-from palpate.adapters.rendering.live import ShownClock, WindowClosedError, require_display
+from palpate.adapters.rendering.live import ShownClock, WindowClosedError, open_viewer, require_display
 from palpate.core.errors import UsageError
 from palpate.core.ports import Clock
 
@@ -92,3 +99,34 @@ def test_a_display_that_nobody_serves_is_none(monkeypatch: pytest.MonkeyPatch) -
     monkeypatch.setenv("DISPLAY", ":987")
     with pytest.raises(UsageError, match="no window can be opened"):
         require_display()
+
+
+def test_the_window_is_gone_before_the_model_may_go(monkeypatch: pytest.MonkeyPatch) -> None:
+    closing, gone = threading.Event(), threading.Event()
+
+    def draw() -> None:
+        closing.wait(10.0)
+        # A window takes a while to go; its thread reads the model until then.
+        time.sleep(0.05)
+        gone.set()
+
+    class Passive(Window):
+        cam = SimpleNamespace(lookat=[0.0] * 3)
+
+        def lock(self) -> nullcontext[None]:
+            return nullcontext()
+
+        def close(self) -> None:
+            closing.set()
+
+    def launch(model: object, data: object, **options: object) -> Passive:
+        threading.Thread(target=draw).start()
+        return Passive()
+
+    monkeypatch.setattr(live, "require_display", lambda: None)
+    monkeypatch.setitem(sys.modules, "mujoco.viewer", SimpleNamespace(launch_passive=launch))
+    monkeypatch.setattr(mujoco, "viewer", sys.modules["mujoco.viewer"], raising=False)
+    with open_viewer(None, None, (0.4, 0.0, 0.02)) as window:
+        assert window.cam.lookat == [0.4, 0.0, 0.02]  # type: ignore[attr-defined]
+        assert not closing.is_set()
+    assert gone.is_set()
