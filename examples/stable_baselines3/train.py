@@ -58,11 +58,12 @@ class Curve:
 
     def line(self) -> str:
         """Its first and last trials in words."""
-        first, last = np.mean(self.times_s[:WINDOW]), np.mean(self.times_s[-WINDOW:])
-        wins = f"{sum(self.successes[-WINDOW:])} of {len(self.successes[-WINDOW:])}"
+        count = min(WINDOW, len(self.times_s))
+        first, last = np.mean(self.times_s[:count]), np.mean(self.times_s[-count:])
+        wins = f"{sum(self.successes[-count:])} of {count}"
         return (
             f"{self.name}: {len(self.trials)} trials, {self.decisions} decisions; mean exploration time {first:.2f} s "
-            f"in the first {WINDOW} and {last:.2f} s in the last {WINDOW}, inserted in the last {WINDOW}: {wins}"
+            f"in the first {count} and {last:.2f} s in the last {count}, inserted in the last {count}: {wins}"
         )
 
 
