@@ -30,6 +30,7 @@ _MANY: Final = 1000
 _MOST_LINES: Final = 20
 _BYTES_PER_CELL: Final = 60_000
 _BYTES_PER_TRIAL: Final = 2_000
+_BYTES_PER_LOG: Final = 200_000
 _ENGINES: Final = ("sequential", "processes", "dask")
 
 
@@ -56,7 +57,7 @@ def study(options: StudyOptions) -> int:
         opened.enter_context(folder.opened(asked, files))
         if isinstance(engine, Dask):
             engine.require_sight(folder.path)
-        tell_weakened(asked.config({}))
+        tell_weakened(asked.config(next(asked.settings())))
         _say(size)
         finished = folder.finished(cells)
         for cell in folder.clear(cells, finished):
@@ -76,10 +77,12 @@ def study(options: StudyOptions) -> int:
 
 
 def _size(asked: Study, folder: StudyFolder) -> str:
-    cell = _BYTES_PER_CELL + asked.trials * _BYTES_PER_TRIAL
+    recorded = asked.base.get("recording.enabled", False)
+    cell = _BYTES_PER_CELL + asked.trials * (_BYTES_PER_TRIAL + recorded * _BYTES_PER_LOG)
     total = asked.count * cell * 1e-6
     text = f"{total / 1e3:.1f} GB" if total >= 1e3 else f"{max(total, 0.1):.1f} MB"
-    return f"{asked.count} cells of {asked.trials} trials in {folder.path}, about {text} without recordings"
+    logs = "with" if recorded else "without"
+    return f"{asked.count} cells of {asked.trials} trials in {folder.path}, about {text} {logs} logs"
 
 
 def _permit(asked: Study, folder: StudyFolder, size: str, yes: bool) -> None:

@@ -85,7 +85,9 @@ class StudyFolder:
     def _require_same(self, held: Study, study: Study) -> None:
         if held.trials != study.trials:
             raise ConfigurationError("study.trials", study.trials, f"{held.trials}, {_as_held(self.path)}")
-        if difference := first_difference(study.config({}), held.config({})):
+        # With settings of a cell: without any, the base need not make sense.
+        fields = next(held.settings())
+        if difference := first_difference(study.config(fields), held.config(fields)):
             name, value, before = difference
             raise ConfigurationError(f"base.{name}", value, f"{before!r}, {_as_held(self.path)}")
 
@@ -138,11 +140,8 @@ class StudyFolder:
 
     def write_table(self, study: Study, cells: Sequence[Cell]) -> int:
         """Write ``summary.csv``, a line for each finished cell in the order of the study; returns their number."""
-        rows = []
-        for cell in cells:
-            path = self.cells / cell.name
-            if os.path.exists(path / CELL_FILE) and (figures := _json(path / "summary.json")) is not None:
-                rows.append((cell, figures))
+        finished = self.finished(cells)
+        rows = [(cell, _json(self.cells / cell.name / "summary.json")) for cell in cells if cell.name in finished]
         RunFolder(self.path).write_text("summary.csv", table_of(study, rows))
         return len(rows)
 

@@ -146,3 +146,10 @@ def test_a_cell_that_leaves_a_setting_as_it_is_shows_its_value(tmp_path: Path) -
         rows = list(csv.DictReader(stream))
     assert [row["task.step_mm"] for row in rows] == ["0.5", "0.6", "0.5"]
     assert [row["perception.channels"] for row in rows] == ['["x", "y", "tx", "ty"]'] * 2 + ['["x"]']
+
+
+def test_a_base_that_makes_sense_with_the_grid_alone(tmp_path: Path) -> None:
+    text = "[base]\ntask.start_uncertainty_mm = 5.0\n[grid]\ntask.area_half_width_mm = [6.0, 7.0]"
+    study, folder = study_of(text, tmp_path), StudyFolder(tmp_path / "out")
+    with folder.opened(study, {}):
+        folder.require_fits(study, list(study.cells()), {})
