@@ -1,0 +1,67 @@
+"""A study: two policies, two clearances, two seeds, from one TOML file, with a report.
+
+You see a progress bar over the eight runs of ``clearance.toml``, then for each policy and clearance the share of trials
+that put the peg in and the median time. Ended with Ctrl-C and called again, it goes on where it was. Takes about a
+minute; with ``--quick``, two runs of two short trials, a few seconds.
+
+The command line does the same with ``palpate study examples/clearance.toml`` and ``palpate report runs/clearance``.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import sys
+import tempfile
+from collections import defaultdict
+from pathlib import Path
+from statistics import mean
+
+from palpate.adapters.cli.main import main as palpate
+
+STUDY = Path(__file__).with_name("clearance.toml")
+CLEARANCE = "cell.peg.clearance_mm"
+QUICK = {"trials = 40": "trials = 2", "seeds = [0, 1]": "seeds = [0]", "[0.05, 0.15]": "[0.15]"}
+
+
+def quick_copy(folder: Path) -> Path:
+    """The same study, but much smaller."""
+    text = STUDY.read_text(encoding="utf-8")
+    for before, after in QUICK.items():
+        text = text.replace(before, after)
+    path = folder / "clearance.toml"
+    path.write_text(text.replace("[grid]", "task.time_limit_s = 2.0\n\n[grid]"), encoding="utf-8")
+    return path
+
+
+def print_table(table: Path) -> None:
+    """Means over the seeds, from the study's table of all runs."""
+    groups: defaultdict[tuple[str, str], list[dict[str, str]]] = defaultdict(list)
+    with table.open(encoding="utf-8", newline="") as stream:
+        for row in csv.DictReader(stream):
+            groups[row["policy"], row[CLEARANCE]].append(row)
+    for (policy, clearance), rows in groups.items():
+        success, time_s = (mean(float(row[name]) for row in rows) for name in ("success", "median_s"))
+        print(f"{policy}, {clearance} mm all round: {success:.0%} inserted, median {time_s:.2f} s")
+
+
+def main() -> None:
+    """The command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--quick", action="store_true", help="two runs of two short trials")
+    parser.add_argument("--out", type=Path, default=Path("runs/clearance"), help="folder of the study")
+    options = parser.parse_args()
+    with tempfile.TemporaryDirectory() as scratch:
+        file = quick_copy(Path(scratch)) if options.quick else STUDY
+        engine = "sequential" if options.quick else "processes"
+        code = palpate(["study", str(file), "--out", str(options.out), "--engine", engine])
+    if code:
+        sys.exit(code)
+    print_table(options.out / "summary.csv")
+    if code := palpate(["report", str(options.out)]):
+        sys.exit(code)
+    print(f"look at {options.out}/report.html")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,119 @@
+"""The examples run, say where to look, and what they name is there; wrong calls are told in one line."""
+
+from __future__ import annotations
+
+import re
+import runpy
+import sys
+from pathlib import Path
+
+import pytest
+
+from palpate.core.policy import PolicyDocument
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+ALL = ("train_and_look", "own_policy", "own_arm", "clearance_study", "replay_gate", "infer_automaton")
+QUICK = frozenset(ALL) - {"own_arm", "replay_gate"}
+"""Those that have a shorter form; the others are short."""
+
+
+class Example:
+    """Runs examples, as ``python examples/NAME.py`` would, and reads what they print.
+
+    In this process, because loading simulator and learners would take longer than the examples do.
+    """
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> None:
+        self._monkeypatch, self._capfd = monkeypatch, capfd
+
+    def code(self, name: str, *words: object) -> int:
+        """The exit code of a call."""
+        path = EXAMPLES / f"{name}.py"
+        with self._monkeypatch.context() as patched:
+            patched.setattr(sys, "argv", [str(path), *map(str, words)])
+            # Python puts a script's folder there, and own_arm the one of the arm.
+            patched.setattr(sys, "path", [str(EXAMPLES), *sys.path])
+            try:
+                runpy.run_path(str(path), run_name="__main__")
+            except SystemExit as end:
+                # What sys.exit does with a text.
+                return end.code if isinstance(end.code, int) else int(end.code is not None)
+        return 0
+
+    def printed(self, name: str, out: Path) -> str:
+        """What the quick form prints; it must go well, and end by telling where to look.
+
+        A call with a slip of the pen must do nothing before.
+        """
+        assert "--outt" in self.complaint(name, "--outt", out)
+        assert not out.exists()
+        code = self.code(name, *(["--quick"] if name in QUICK else []), "--out", out)
+        printed, complaint = self._capfd.readouterr()
+        assert code == 0, complaint
+        last = printed.splitlines()[-1]
+        assert last.startswith("look at ")
+        found = [Path(place) for place in re.findall(rf"{re.escape(str(out))}[^\s,)]*", last)]
+        assert found
+        assert [str(place) for place in found if not place.exists()] == []
+        return printed
+
+    def complaint(self, name: str, *words: object) -> str:
+        """The last line of what a refused call says."""
+        assert self.code(name, *words) == 2
+        printed, complaint = self._capfd.readouterr()
+        assert printed == ""
+        assert "Traceback" not in complaint
+        return complaint.splitlines()[-1]
+
+
+@pytest.fixture
+def example(monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Example:
+    return Example(monkeypatch, capfd)
+
+
+def test_every_example_is_here() -> None:
+    assert {path.stem for path in EXAMPLES.glob("*.py")} == set(ALL)
+
+
+def test_train_and_look(example: Example, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    printed = example.printed("train_and_look", out)
+    assert printed.count(" s of exploration, ") == 3
+    assert "17 states, 8 actions; q-learning, 3 trials learned" in printed
+    assert PolicyDocument.load(out / "policy.json").learner is not None
+    assert len(list((out / "logs").glob("*.mcap"))) == 3
+    # A second run may not overwrite the first.
+    assert "already holds a run" in example.complaint("train_and_look", "--quick", "--out", out)
+
+
+def test_own_policy(example: Example, tmp_path: Path) -> None:
+    printed = example.printed("own_policy", tmp_path / "out")
+    assert re.search(r"^torque: \d of 3 inserted, median \d+\.\d\d s$", printed, re.MULTILINE)
+    (inserted,) = re.findall(r"^homing: (\d) of 3 inserted", printed, re.MULTILINE)
+    assert int(inserted) >= 2
+
+
+def test_own_arm(example: Example, tmp_path: Path) -> None:
+    printed = example.printed("own_arm", tmp_path / "out")
+    assert "applied 0.1193 (joint velocity limit)" in printed
+    assert printed.count(" passed, 0 failed") == 2
+
+
+def test_clearance_study(example: Example, tmp_path: Path) -> None:
+    printed = example.printed("clearance_study", tmp_path / "out")
+    assert "2 of 2 cells are finished" in printed
+    assert re.search(r"^torque, 0.15 mm all round: \d+% inserted, median \d\.\d\d s$", printed, re.MULTILINE)
+
+
+def test_replay_gate(example: Example, tmp_path: Path) -> None:
+    printed = example.printed("replay_gate", tmp_path / "out")
+    assert "2 of 2 equal in every bit" in printed
+    assert "the core's code is not the one that recorded" in printed
+    assert re.findall(r"^exit code (\d)$", printed, re.MULTILINE) == ["0", "1"]
+
+
+def test_infer_automaton(example: Example, tmp_path: Path) -> None:
+    printed = example.printed("infer_automaton", tmp_path / "out")
+    (letters,) = re.findall(r"^letters: 4 states, (\S+) steps", printed, re.MULTILINE)
+    (automaton,) = re.findall(r"^automaton: \d+ states, (\S+) steps", printed, re.MULTILINE)
+    assert float(automaton) < float(letters)
