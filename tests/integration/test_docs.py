@@ -1,0 +1,158 @@
+"""What the documents show works: links lead somewhere, the tutorial runs, the units of all settings are explained."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+import shlex
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from palpate.adapters.cli.main import main
+from palpate.adapters.config import RunConfig
+from palpate.adapters.toml_config import overlay
+from tests.integration.command_line import QUICK
+
+ROOT = Path(__file__).parents[2]
+DOCS = ROOT / "docs"
+PAGES = sorted(DOCS.rglob("*.md"))
+
+
+def blocks(page: Path) -> list[tuple[str, list[str]]]:
+    """Fenced blocks of a page: language and lines."""
+    found = re.findall(r"^```(\w*)\n(.*?)^```", page.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
+    return [(language, text.splitlines()) for language, text in found]
+
+
+def anchors(page: Path) -> set[str]:
+    """What links can point at within a page."""
+    text = re.sub(r"^```.*?^```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
+    titles = re.findall(r"^#+ (.*)$", text, re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in titles}
+
+
+def shape(line: str) -> str:
+    """A line without its numbers: another machine may be a little quicker, or have other versions."""
+    return " ".join(re.sub(r"\d[\d.]*", "#", line).split())
+
+
+@pytest.mark.parametrize("page", PAGES, ids=[str(page.relative_to(DOCS)) for page in PAGES])
+def test_every_link_leads_somewhere(page: Path) -> None:
+    lost = []
+    for link in re.findall(r"\]\(([^)\s]+)\)", page.read_text(encoding="utf-8")):
+        if link.startswith(("http", "mailto")):
+            continue
+        name, _, anchor = link.partition("#")
+        target = page if not name else page.parent / name
+        if not target.exists() or (anchor and anchor not in anchors(target)):
+            lost.append(link)
+    assert lost == []
+
+
+def test_every_page_is_in_the_index() -> None:
+    index = (DOCS / "README.md").read_text(encoding="utf-8")
+    listed = {(DOCS / link.partition("#")[0]).resolve() for link in re.findall(r"\]\(([^)]+)\)", index)}
+    pages = [page for page in PAGES if page.parent.name != "decisions" and page != DOCS / "README.md"]
+    assert [page for page in pages if page not in listed] == []
+    examples = [path for path in (ROOT / "examples").rglob("*.py") if path.name not in ("checks.py", "__init__.py")]
+    assert [path for path in examples if path not in listed] == []
+
+
+def shortened(line: str) -> str:
+    """The same command, but quick."""
+    if line.startswith("palpate train"):
+        return shlex.join([*shlex.split(line), *QUICK, "--trials", "2"])
+    if line.startswith("palpate run --policy runs/paper"):
+        return shlex.join([*shlex.split(line.replace("--trials 5", "--trials 2")), *QUICK])
+    return line
+
+
+def test_the_tutorial(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.chdir(tmp_path)
+    printed, short, codes = "", False, {}
+    for language, lines in blocks(DOCS / "tutorial.md"):
+        if language == "text":
+            there = {shape(line) for line in printed.splitlines()}
+            missing = [line for line in lines if shape(line) not in there]
+            # After a shortened training other trials succeed, but the same is told of them.
+            assert len(missing) < len(lines) if short else missing == []
+            continue
+        assert language == "sh"
+        calls = [line for line in lines if line.startswith("palpate ")]
+        assert set(lines) - set(calls) <= {"make setup", ". .venv/bin/activate"}
+        printed = ""
+        for line in calls:
+            codes[line] = main(shlex.split(shortened(line))[1:])
+            out, complaint = capfd.readouterr()
+            assert codes[line] == (1 if "--set" in line else 0), (line, complaint)
+            assert "--set" not in line or "counterfactual from tick" in out
+            printed, short = printed + out, short or shortened(line) != line
+    assert sum("--set" in line for line in codes) == 1
+    # Where it sends its reader to look.
+    for name in ("first/logs/trial-00000.png", "first.png", "paper/learning_curve.png", "used/report.html"):
+        assert (tmp_path / "runs" / name).is_file()
+
+
+def test_policies_of_ones_own(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for language, lines in blocks(DOCS / "how-to" / "your-own-policy.md"):
+        if language == "toml":
+            (tmp_path / lines[0].removeprefix("# ")).write_text("\n".join(lines))
+        for line in lines if language == "sh" else []:
+            quick = [] if line.startswith("palpate show") else [*QUICK, "--trials", "1", "--recording.no-enabled"]
+            assert main([*shlex.split(line)[1:], *quick]) == 0, capfd.readouterr().err
+            if line.startswith("palpate show"):
+                table = capfd.readouterr().out
+                assert re.search(r"^x\+ y0 +programmed +-x ", table, re.MULTILINE)
+                assert len(re.findall(r"^\S+ \S+ +programmed ", table, re.MULTILINE)) == 2
+    main(["show", "runs/taught/policy.json"])
+    assert "examples" in capfd.readouterr().out
+
+
+def numeric_settings(config: Any, path: str = "") -> Iterator[str]:
+    """Dotted names of all settings that are numbers."""
+    for field in dataclasses.fields(config):
+        value = getattr(config, field.name)
+        if dataclasses.is_dataclass(value):
+            yield from numeric_settings(value, f"{path}{field.name}.")
+        elif isinstance(value, (int, float)) and not isinstance(value, bool):
+            yield path + field.name
+
+
+UNITS = {"m", "mm", "s", "ms", "ns", "Hz", "N", "Nm", "kgf", "kg", "kB", "rad", "mrad", "deg", "ticks", "per", "share"}
+
+
+def unit_of(name: str) -> str:
+    """The ending of a name that tells its unit."""
+    words = name.rpartition(".")[2].split("_")
+    while words and not all(word in UNITS for word in words):
+        words = words[1:]
+    return "".join(f"_{word}" for word in words)
+
+
+def test_the_glossary_explains_every_unit() -> None:
+    text = (DOCS / "glossary.md").read_text(encoding="utf-8")
+    rows = [line.split("|") for line in text.splitlines() if line.startswith("| `_")]
+    explained = {ending for row in rows for ending in re.findall(r"`(_\w+)`", row[1])}
+    settings = list(numeric_settings(RunConfig()))
+    units = {unit_of(name) for name in settings} - {""}
+    assert len(units) > 10
+    assert units - explained == set()
+    # Nor does it name settings that are none.
+    named = {name for row in rows for name in re.findall(r"`([a-z_]+\.[\w.]+)`", row[3])}
+    assert named
+    assert named - set(settings) == set()
+
+
+@pytest.mark.parametrize("page", [DOCS / "how-to" / "your-own-policy.md"], ids=lambda page: page.stem)
+def test_settings_that_are_shown_are_settings(page: Path) -> None:
+    shown = [lines for language, lines in blocks(page) if language == "toml"]
+    assert shown
+    for lines in shown:
+        overlay(RunConfig(), tomllib.loads("\n".join(lines)))
