@@ -5,7 +5,8 @@
 For each seed: random walks in the work cell give symbol strings (those that ended in the hole and are not too long); an
 automaton is inferred from them; Q-learning then has the same trials, settings and number of trials with each memory:
 none (the 17 plain states), the last two symbols, the last three, the automaton. Seeds begin at 300. All but the torque
-rule learn; it is beside them because it needs no memory and no learning.
+rule learn; it is beside them because it needs no memory and no learning. The paper's symbols tell the torque only where
+both coordinates are within --position-mm of where the hole is believed to be; with a large one they tell it always.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from pathlib import Path
 import numpy as np
 
 from palpate.adapters.composition import SimulatedRig, build_perception, build_task, find_ready_pose
-from palpate.adapters.config import RunConfig, scenario
+from palpate.adapters.config import PerceptionConfig, RunConfig, scenario
 from palpate.adapters.experiment import run_scored_trial
 from palpate.adapters.policies import comparator, learning_policy
 from palpate.adapters.statistics import bootstrap_interval
@@ -62,9 +63,12 @@ def trials_of(config: RunConfig, policy_of: str, trials: int) -> tuple[np.ndarra
     return times, np.array([one.success for one in scored])
 
 
-def one_seed(job: tuple[str, int, int, int, int]) -> tuple[int, str, dict[str, tuple[np.ndarray, np.ndarray, int]]]:
-    name, seed, trials, walks, longest = job
+def one_seed(
+    job: tuple[str, int, int, int, int, float],
+) -> tuple[int, str, dict[str, tuple[np.ndarray, np.ndarray, int]]]:
+    name, seed, trials, walks, longest, position_mm = job
     config = replace(scenario(name), seed=seed)
+    config = replace(config, perception=replace(config.perception, position_threshold_mm=position_mm))
     begin = time.perf_counter()
     strings = walk_strings(config, walks, longest)
     walked = time.perf_counter()
@@ -95,12 +99,14 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=4)
     parser.add_argument("--trials", type=int, default=350)
     parser.add_argument("--walks", type=int, default=200)
-    parser.add_argument("--longest", type=int, default=100)
+    parser.add_argument("--longest", type=int, default=200)
+    parser.add_argument("--position-mm", type=float, default=PerceptionConfig().position_threshold_mm)
+    parser.add_argument("--first-seed", type=int, default=FIRST_SEED)
     parser.add_argument("--jobs", type=int, default=1)
     options = parser.parse_args()
     jobs = [
-        (options.scenario, FIRST_SEED + number, options.trials, options.walks, options.longest)
-        for number in range(options.seeds)
+        (options.scenario, seed, options.trials, options.walks, options.longest, options.position_mm)
+        for seed in range(options.first_seed, options.first_seed + options.seeds)
     ]
     gathered: dict[str, list[tuple[np.ndarray, np.ndarray, int]]] = {}
     with Pool(options.jobs) as pool:
