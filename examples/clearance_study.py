@@ -1,8 +1,8 @@
 """A study: two policies, two clearances, two seeds, from one TOML file, with a report.
 
 You see a progress bar over the eight runs of ``clearance.toml``, then for each policy and clearance the share of trials
-that put the peg in and the median time. Ended with Ctrl-C and called again, it goes on where it was. Takes about a
-minute; with ``--quick``, two runs of two short trials, a few seconds.
+that put the peg in and the median time. Ended with Ctrl-C and called again, it goes on where it was. Takes a minute
+or two; with ``--quick``, two runs of two short trials, a few seconds.
 
 The command line does the same with ``palpate study examples/clearance.toml`` and ``palpate report runs/clearance``.
 """

@@ -5,9 +5,9 @@ trained on the letters of random walks, an automaton is made of it, and Q-learni
 own. Beside it learns the same learner with the bare letters.
 
 You see the automaton's figures, then for both kinds of state the mean steps to the goal in the last 100 trials: with
-letters some 40, with the automaton a few, beside what is possible at all.
+letters some 40, with the automaton far fewer, beside what is possible at all.
 
-Takes about half a minute; with ``--quick``, which is too short for a good automaton, a few seconds.
+Takes a few minutes; with ``--quick``, which is too short for a good automaton, a few seconds.
 
 The command line does the same with ``palpate explore --strings``, ``palpate infer`` and ``palpate explore --state``.
 """
@@ -39,11 +39,11 @@ def main() -> None:
     options = parser.parse_args()
     walks, networks, steps, trials = (200, 4, 150, 200) if options.quick else (1000, 64, 500, 1500)
     try:
+        training = TrainingSettings(restarts=networks, batch=networks, steps=steps, seed=options.seed)
         require_free_folder(options.out)
         grid = grid_named("2", 7)
         bounds = bounds_of(grid)
         strings = walk_strings(grid, walks, options.seed, longest=30)
-        training = TrainingSettings(restarts=networks, batch=networks, steps=steps, seed=options.seed)
         found = infer(strings, InferenceSettings(training=training))
         print(found.summary, flush=True)
         kinds: dict[str, StateMaker] = {"letters": Named(), "automaton": Followed(found.machine, strings)}

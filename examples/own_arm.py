@@ -49,6 +49,10 @@ def main() -> None:
     path = options.out / "clauses.txt"
     if path.exists():
         parser.error(f"{path} is there already; name another folder with --out")
+    try:
+        options.out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        parser.error(f"{options.out} cannot be made ({error.strerror}); name another folder with --out")
     move()
     lines = []
     for suite in (ArmChecks(), EncoderChecks()):
@@ -56,7 +60,6 @@ def main() -> None:
         counts = Counter(result.outcome for result in results)
         print(f"{type(suite).__name__}: " + ", ".join(f"{counts[outcome]} {outcome.value}" for outcome in Outcome))
         lines += [f"{result.outcome.value}: {result.clause.statement} {result.message}".rstrip() for result in results]
-    options.out.mkdir(parents=True, exist_ok=True)
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
     print(f"look at {path}")
     sys.exit(any(line.startswith(Outcome.FAILED.value) for line in lines))

@@ -27,6 +27,7 @@ from palpate.adapters.policies import learning_policy
 from palpate.adapters.recording.trials import LOG_FOLDER, TrialRecorder
 from palpate.adapters.results import RunFolder
 from palpate.adapters.session import Trainer, run_toml
+from palpate.core.checks import require_whole
 from palpate.core.errors import PalpateError
 from palpate.core.policy import PolicyDocument, render_table
 
@@ -67,6 +68,7 @@ def main() -> None:
         config, trials = replace(config, task=replace(config.task, time_limit_s=2.0)), 3
     folder = RunFolder(options.out)
     try:
+        require_whole("trials", trials, 1, 1_000_000)
         train(config, trials, folder)
         last = read_log(max((folder.path / LOG_FOLDER).glob("*.mcap")))
         folder.write_bytes("last-trial.png", timeline(last))
