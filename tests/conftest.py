@@ -1,7 +1,7 @@
 """Settings for all tests."""
 
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path
 
@@ -11,6 +11,11 @@ from xdist.remote import Producer
 from xdist.scheduler import LoadGroupScheduling
 
 from palpate.adapters.realtime import take_real_time
+from palpate.adapters.replay.batch import replay_file
+from palpate.adapters.replay.engine import Verdict
+from palpate.adapters.replay.rebuild import Rebuilder
+from tests.golden.record import HERE as GOLDEN
+from tests.golden.record import record
 
 # The same examples at every run, and no stopwatch: a busy machine must not fail a property.
 settings.register_profile("palpate", deadline=None, derandomize=True)
@@ -30,6 +35,26 @@ def real_time() -> Iterator[None]:
     finally:
         if granted:
             os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
+
+
+@pytest.fixture(scope="session")
+def golden_here(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
+    """A golden log that holds the very bits that this machine gives.
+
+    That is the one in the repository, unless this machine's sines differ from those of the machine that recorded it:
+    then the same commands have recorded another.
+    """
+
+    @cache
+    def find(name: str) -> Path:
+        kept = GOLDEN / f"{name}.mcap"
+        if replay_file(kept, Rebuilder()).verdict is not Verdict.NOT_BIT_COMPARABLE:
+            return kept
+        own = tmp_path_factory.mktemp("golden") / kept.name
+        record(name, own)
+        return own
+
+    return find
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -34,17 +34,17 @@ RECORDINGS: dict[str, tuple[str, ...]] = {
 }  # fmt: skip
 
 
-def record() -> None:
-    """Run each command and keep the log of its last trial."""
-    for name, words in RECORDINGS.items():
-        with tempfile.TemporaryDirectory() as folder:
-            out = Path(folder) / "run"
-            call = [sys.executable, "-m", "palpate.adapters.cli.main", *words, "--out", str(out)]
-            subprocess.run(call, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-            last = sorted((out / "logs").glob("*.mcap"))[-1]
-            shutil.copyfile(last, HERE / f"{name}.mcap")
-            sys.stdout.write(f"{name}: {last.stat().st_size / 1000:.0f} kB\n")
+def record(name: str, to: Path) -> None:
+    """Run the command of that name and keep the log of its last trial."""
+    with tempfile.TemporaryDirectory() as folder:
+        out = Path(folder) / "run"
+        call = [sys.executable, "-m", "palpate.adapters.cli.main", *RECORDINGS[name], "--out", str(out)]
+        subprocess.run(call, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        shutil.copyfile(sorted((out / "logs").glob("*.mcap"))[-1], to)
 
 
 if __name__ == "__main__":
-    record()
+    for recording in RECORDINGS:
+        log = HERE / f"{recording}.mcap"
+        record(recording, log)
+        sys.stdout.write(f"{recording}: {log.stat().st_size / 1000:.0f} kB\n")

@@ -28,7 +28,7 @@ task.time_limit_s = 0.3
 """
 SLOW = """
 [study]
-trials = 6
+trials = 9
 seeds = [0, 1]
 policies = ["random"]
 [base]

@@ -5,11 +5,11 @@ from __future__ import annotations
 import shutil
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
-from tests.integration.test_golden_logs import GOLDEN
 from tests.log_surgery import changed, indices, messages_of, one_ulp, write_log
 
 
@@ -19,11 +19,11 @@ def run_pytest(laboratory: Path, *words: object) -> subprocess.CompletedProcess[
 
 
 @pytest.fixture
-def laboratory(tmp_path: Path) -> Path:
+def laboratory(tmp_path: Path, golden_here: Callable[[str], Path]) -> Path:
     """Someone's repository with two recorded trials and no tests of its own."""
     (tmp_path / "trials").mkdir()
     for name in ("train-paper", "torque-ur5"):
-        shutil.copy(GOLDEN / f"{name}.mcap", tmp_path / "trials")
+        shutil.copy(golden_here(name), tmp_path / "trials")
     return tmp_path
 
 
@@ -42,10 +42,11 @@ def test_logs_stand_beside_other_tests_and_can_be_chosen(laboratory: Path) -> No
 
 
 def test_a_trial_that_differs_fails_in_one_line(laboratory: Path) -> None:
-    messages = messages_of(GOLDEN / "torque-ur5.mcap")
+    sound = laboratory / "trials" / "torque-ur5.mcap"
+    messages = messages_of(sound)
     altered = changed(messages, indices(messages, "/tick")[20], one_ulp("asked_rad", 1))
     write_log(laboratory / "trials" / "altered.mcap", altered)
-    (laboratory / "trials" / "torn.mcap").write_bytes((GOLDEN / "torque-ur5.mcap").read_bytes()[:5000])
+    (laboratory / "trials" / "torn.mcap").write_bytes(sound.read_bytes()[:5000])
     done = run_pytest(laboratory, "--palpate-logs", "trials")
     assert done.returncode == 1
     assert "2 failed, 2 passed" in done.stdout

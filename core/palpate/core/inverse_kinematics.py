@@ -3,6 +3,9 @@
 Our own few lines on Pinocchio's Jacobian rather than a quadratic program: the step has an exact answer for
 six joints, costs a few microseconds, and its only inequality constraints are boxes on the joints
 (``docs/decisions/0004-inverse-kinematics.md`` has the comparison with pin-pink).
+
+Eigen solves, and not LAPACK, whose kernels are chosen by the processor: equal inputs give equal bytes on the
+next machine too (``docs/decisions/0015-equal-on-another-processor.md``).
 """
 
 from __future__ import annotations
@@ -15,6 +18,7 @@ from typing import Final
 
 import numpy as np
 import pinocchio as pin
+from eigenpy import LLT, PartialPivLU
 
 from palpate.core.errors import UnreachableError
 from palpate.core.kinematics import Array, Kinematics
@@ -47,10 +51,6 @@ class InverseKinematics:
     """
 
     def __init__(self, kinematics: Kinematics, period_s: float) -> None:
-        # Imported here: scipy.linalg takes longer to load than all of the core.
-        from scipy.linalg.lapack import dgesv, dposv
-
-        self._solve_square, self._solve_spd = dgesv, dposv
         self._kinematics = kinematics
         self._square = kinematics.joints == 6
         self._lower: list[float] = kinematics.lower_rad.tolist()
@@ -69,9 +69,10 @@ class InverseKinematics:
         error = self._kinematics.tip_error(tip_target_in_base)
         # Nearly every tick ends in this block. Plain floats: a numpy call on six numbers costs a microsecond.
         if self._square:
-            triangular, _, dq, _ = self._solve_square(jacobian, error)
-            # The product of the diagonal is the product of the singular values: manipulability for free.
-            if abs(prod(triangular.diagonal().tolist())) >= _SINGULAR:
+            factors = PartialPivLU(jacobian)
+            # The determinant is the product of the singular values: manipulability for free.
+            if abs(factors.determinant()) >= _SINGULAR:
+                dq: Array = factors.solve(error)
                 q: Array = q_rad + dq
                 if self._is_inside(q.tolist()) and max(map(abs, dq.tolist())) <= self._least_reach_rad:
                     return JointStep(q, False)
@@ -145,21 +146,21 @@ class InverseKinematics:
         return JointStep(q + dq, limited)
 
     def _damped_least_squares(self, jacobian: Array, error: Array) -> tuple[Array, bool]:
-        gram = jacobian.dot(jacobian.T)
+        gram = np.einsum("ik,jk->ij", jacobian, jacobian)
         gram.flat[:: len(gram) + 1] += _DAMPING
-        factor, solution, _ = self._solve_spd(gram, error)
+        factors = LLT(gram)
         # As above: the diagonal of the Cholesky factor.
-        manipulability = float(factor.diagonal().prod())
-        if manipulability >= _SINGULAR:
-            return jacobian.T.dot(solution), False
-        gram.flat[:: len(gram) + 1] += _MAX_DAMPING * (1.0 - manipulability / _SINGULAR) ** 2
-        _, solution, _ = self._solve_spd(gram, error)
-        return jacobian.T.dot(solution), True
+        manipulability = prod(factors.matrixLLT().diagonal().tolist())
+        singular = manipulability < _SINGULAR
+        if singular:
+            gram.flat[:: len(gram) + 1] += _MAX_DAMPING * (1.0 - manipulability / _SINGULAR) ** 2
+            factors = LLT(gram)
+        return np.einsum("ij,i->j", jacobian, factors.solve(error)), singular
 
 
 def _axis_error(tip: pin.SE3, target: pin.SE3) -> Array:
     """Like ``Kinematics.tip_error`` without the rotation about the tool axis, (5,)."""
-    to_tip = tip.rotation.T
-    x, y, z = (to_tip @ target.rotation[:, 2]).tolist()
+    target_in_tip = tip.actInv(target)
+    x, y, z = target_in_tip.rotation[:, 2].tolist()
     turn = (-y, x) if z > 0.0 else (1.0, 0.0)
-    return np.concatenate((to_tip @ (target.translation - tip.translation), turn))
+    return np.concatenate((target_in_tip.translation, turn))

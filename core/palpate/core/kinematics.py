@@ -90,6 +90,10 @@ class Kinematics:
         """Placement of the tip frame in the base frame, as a copy."""
         return self._tip.copy()
 
+    def tip_in(self, frame_in_base: pin.SE3) -> pin.SE3:
+        """Placement of the tip frame in another frame."""
+        return frame_in_base.actInv(self._tip)
+
     @property
     def tip_position_m(self) -> Array:
         """Tip position in the base frame, (3,); a view that the next ``update`` changes."""

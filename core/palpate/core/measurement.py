@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pinocchio as pin
 
-from palpate.core.kinematics import Array, Kinematics, wrench_about
+from palpate.core.kinematics import Kinematics, wrench_about
 from palpate.core.perception import SignalProcessor, Wrench
 from palpate.core.values import Snapshot, Vector3
 
@@ -25,8 +25,7 @@ class Measurement:
 
     def __init__(self, kinematics: Kinematics, task_in_base: pin.SE3, signal: SignalProcessor) -> None:
         self._kinematics, self._signal = kinematics, signal
-        self._base_to_task: Array = task_in_base.rotation.T.copy()
-        self._origin: Array = task_in_base.translation.copy()
+        self._task_in_base = task_in_base.copy()
         self._tip_in_sensor: Vector3 = (0.0, 0.0, kinematics.tool.tip_from_sensor_m)
         self._scale = signal.scale[:3]
         self.reset()
@@ -55,9 +54,10 @@ class Measurement:
         """Take in one tick."""
         kinematics = self._kinematics
         kinematics.update(snapshot.joints.position_rad)
-        px, py, pz = self._base_to_task.dot(kinematics.tip_position_m - self._origin).tolist()
+        tip_in_task = kinematics.tip_in(self._task_in_base)
+        px, py, pz = tip_in_task.translation.tolist()
         self.position_m = (px, py, pz)
-        self._rotation = rotation = self._base_to_task.dot(kinematics.tip_rotation).tolist()
+        self._rotation = rotation = tip_in_task.rotation.tolist()
         raw = snapshot.wrench
         bias, (sx, sy, sz) = self._bias, self._scale
         fx, fy, fz = raw.force_N

@@ -73,7 +73,7 @@ class WorkCell:
         wander_m: float = 0.0,
     ) -> None:
         kinematics.update(ready_rad)
-        yaw_axis = goal_in_base.rotation.T @ kinematics.tip_rotation[:, 0]
+        yaw_axis = kinematics.tip_in(goal_in_base).rotation[:, 0]
         self.config = config
         self.model = build_work_cell(
             kinematics,

@@ -7,7 +7,7 @@ cylinder on a flat plate gives torque directions that are wrong by tens of degre
 
 from __future__ import annotations
 
-from math import cos, pi, sin, sqrt
+from math import cos, hypot, pi, sin, sqrt
 from typing import Final
 
 import mujoco
@@ -106,7 +106,7 @@ def _add_arm(spec: mujoco.MjSpec, kinematics: Kinematics) -> mujoco.MjsBody:
             limited=mujoco.mjtLimited.mjLIMITED_TRUE,
             armature=arm.servo_armature_kg_m2[j],
         )
-        start, length = placement.translation, float(np.linalg.norm(placement.translation))
+        start, length = placement.translation, hypot(*placement.translation)
         if length > 0.02:
             parent.add_geom(
                 type=mujoco.mjtGeom.mjGEOM_CAPSULE,
@@ -279,7 +279,7 @@ def _joint_axes(model: pin.Model) -> list[tuple[float, float, float]]:
         before = data.oMi[index].copy()
         q[index - 1] = 1.0
         pin.forwardKinematics(model, data, q)
-        x, y, z = pin.log3(before.rotation.T @ data.oMi[index].rotation).tolist()
+        x, y, z = pin.log3(before.actInv(data.oMi[index]).rotation).tolist()
         axes.append((x, y, z))
     return axes
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import platform
 import subprocess
 import sys
 from dataclasses import replace
@@ -24,12 +25,12 @@ def short_run(arm: str) -> RunConfig:
     )
 
 
-def digests_of_a_fresh_process(arm: str) -> list[str]:
+def digests_of_a_fresh_process(arm: str, **processor: str) -> list[str]:
     program = (
         "from tests.integration.physics import test_reproducible as t\n"
         f"print(*t.digests(t.short_run({arm!r}), range(2)))"
     )
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path), "PYTHONHASHSEED": "random"}
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path), "PYTHONHASHSEED": "random", **processor}
     done = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=True)
     return done.stdout.split()
 
@@ -39,6 +40,14 @@ def test_a_fresh_process_repeats_every_command_and_sample(arm: str) -> None:
     first, second = digests_of_a_fresh_process(arm), digests_of_a_fresh_process(arm)
     assert len(set(first)) == 2
     assert first == second == digests(short_run(arm), range(2))
+
+
+@pytest.mark.skipif(platform.machine() != "x86_64", reason="these are the kernels of x86-64 processors")
+@pytest.mark.parametrize("kernels", ["Prescott", "Haswell", "SkylakeX"])
+def test_kernels_that_are_chosen_by_the_processor_play_no_part(kernels: str) -> None:
+    vectors = {"NPY_DISABLE_CPU_FEATURES": "X86_V3 X86_V4"} if kernels == "Prescott" else {}
+    there = digests_of_a_fresh_process("zebra-zero", OPENBLAS_CORETYPE=kernels, **vectors)
+    assert there == digests(short_run("zebra-zero"), range(2))
 
 
 @pytest.mark.parametrize("arm", ARMS)

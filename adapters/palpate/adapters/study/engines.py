@@ -20,7 +20,7 @@ from palpate.adapters.study.run_cell import CellJob, CellOutcome, CellReport, ma
 
 MOST_DEATHS: Final = 3
 """A cell over which so many workers died is given up."""
-_WATCH_S: Final = 1.0
+_WATCH_S: Final = 0.1
 ONE_THREAD: Final = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "BLIS", "NUMEXPR")}
 
 Make = Callable[[CellJob], CellReport]

@@ -170,7 +170,7 @@ def predicting_extracts(
         visited = held_out.states(cells.transitions)
         same = (network.read(cells.vectors) > settings.least_share)[visited] == sets
         loss, price = model_loss(machine, training, held_out), price_of(machine, training)
-        agreement = float(same.all(axis=1) @ weights)
+        agreement = float(weights[same.all(axis=1)].sum())
         found.append(Extract(cells, machine, agreement=agreement, loss=loss, price=price))
     return tuple(found)
 

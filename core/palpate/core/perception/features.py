@@ -124,7 +124,7 @@ class PrincipalComponents:
 
     def extract(self, signal: tuple[float, ...]) -> tuple[float, ...]:
         """Coordinates along the components, most variance first."""
-        values = self._components @ self.normalisation.apply([signal[i] for i in self._indices])
+        values = np.einsum("ij,j->i", self._components, self.normalisation.apply([signal[i] for i in self._indices]))
         return tuple(values.tolist())
 
 

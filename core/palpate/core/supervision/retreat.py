@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from palpate.core.inverse_kinematics import InverseKinematics
-from palpate.core.kinematics import Array, Kinematics
+from palpate.core.kinematics import Kinematics
 from palpate.core.values import JointVector
 
 _THERE_M: Final = 1e-5
@@ -36,8 +36,7 @@ class Retreat:
         """Begin where the arm is told to be, (n,)."""
         self._kinematics.update(held_rad)
         self._target = self._kinematics.tip_in_base
-        self._from: Array = self._target.translation.copy()
-        self._axis: Array = self._target.rotation[:, 2].copy()
+        self._start = self._target.copy()
         self._asked_m = self.way_m = 0.0
         self._ticks = 0
         self.finished = False
@@ -50,10 +49,10 @@ class Retreat:
         """
         self._ticks += 1
         self._asked_m = min(self._asked_m + self._step_m, self._distance_m)
-        self._target.translation = self._from - self._asked_m * self._axis
+        self._target.translation = self._start.act(np.array([0.0, 0.0, -self._asked_m]))
         q = self._inverse.step(np.array(held_rad), self._target).q_rad
         self._kinematics.update(q)
-        way = float((self._from - self._kinematics.tip_position_m).dot(self._axis))
+        way = -float(self._kinematics.tip_in(self._start).translation[2])
         if not way >= self.way_m:
             # A joint limit or a singularity is in the way: better to stay than to advance.
             self.finished = True

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from math import nextafter
 from pathlib import Path
+from typing import TypeAlias
 
 import pytest
 
@@ -14,26 +16,36 @@ from palpate.adapters.replay.rebuild import Rebuilder
 from palpate.core.control import DampingControl
 from tests.log_surgery import Change, changed, in_start, indices, messages_of, one_ulp, write_log
 
-GOLDEN = Path(__file__).parents[3] / "golden"
-LOG = GOLDEN / "train-paper.mcap"
+ReplayChanged: TypeAlias = Callable[[str, int, Change], Replay]
 
 
-def replay_changed(tmp_path: Path, topic: str, number: int, change: Change, log: Path = LOG) -> Replay:
-    messages = messages_of(log)
-    index = indices(messages, topic)[number]
-    return replay_file(write_log(tmp_path / "changed.mcap", changed(messages, index, change)), Rebuilder())
+@pytest.fixture
+def log(golden_here: Callable[[str], Path]) -> Path:
+    return golden_here("train-paper")
 
 
-def test_surgery_alone_changes_nothing(tmp_path: Path) -> None:
-    one = replay_file(write_log(tmp_path / "same.mcap", messages_of(LOG)), Rebuilder())
+@pytest.fixture
+def replay_changed(log: Path, tmp_path: Path) -> ReplayChanged:
+    """Replays the log after a change to one of its messages."""
+
+    def replay(topic: str, number: int, change: Change) -> Replay:
+        messages = messages_of(log)
+        index = indices(messages, topic)[number]
+        return replay_file(write_log(tmp_path / "changed.mcap", changed(messages, index, change)), Rebuilder())
+
+    return replay
+
+
+def test_surgery_alone_changes_nothing(log: Path, tmp_path: Path) -> None:
+    one = replay_file(write_log(tmp_path / "same.mcap", messages_of(log)), Rebuilder())
     assert one.verdict is Verdict.EQUAL
 
 
 @pytest.mark.parametrize("tick", [0, 1, 100, 335])
 @pytest.mark.parametrize("joint", [0, 2, 5])
 @pytest.mark.parametrize("field", ["asked_rad", "applied_rad"])
-def test_a_command_changed_by_one_bit(tmp_path: Path, tick: int, joint: int, field: str) -> None:
-    one = replay_changed(tmp_path, "/tick", tick, one_ulp(field, joint))
+def test_a_command_changed_by_one_bit(replay_changed: ReplayChanged, tick: int, joint: int, field: str) -> None:
+    one = replay_changed("/tick", tick, one_ulp(field, joint))
     assert one.verdict is Verdict.DIVERGED
     assert one.first is not None
     assert (one.first.tick, one.first.channel) == (tick, "/tick")
@@ -53,10 +65,12 @@ def test_a_command_changed_by_one_bit(tmp_path: Path, tick: int, joint: int, fie
     ],
 )
 @pytest.mark.parametrize("number", [0, -1])
-def test_a_decision_or_its_reward(tmp_path: Path, topic: str, field: str, change: Change, number: int) -> None:
-    messages = messages_of(LOG)
+def test_a_decision_or_its_reward(
+    log: Path, replay_changed: ReplayChanged, topic: str, field: str, change: Change, number: int
+) -> None:
+    messages = messages_of(log)
     index = indices(messages, topic)[number]
-    one = replay_changed(tmp_path, topic, number, change)
+    one = replay_changed(topic, number, change)
     assert one.first is not None
     assert (one.first.channel, one.first.field) == (topic, field)
     assert one.first.tick == _tick_of(messages[index].payload, topic)
@@ -71,27 +85,27 @@ def _tick_of(payload: bytes, topic: str) -> int:
 
 
 @pytest.mark.parametrize("field", ["exploration_time_s", "peak_force_N", "depth_m"])
-def test_the_account_at_the_end(tmp_path: Path, field: str) -> None:
-    one = replay_changed(tmp_path, "/end", 0, one_ulp(field))
+def test_the_account_at_the_end(replay_changed: ReplayChanged, field: str) -> None:
+    one = replay_changed("/end", 0, one_ulp(field))
     assert one.first is not None
     assert (one.first.channel, one.first.field) == ("/end", field)
 
 
-def test_one_value_that_was_learned(tmp_path: Path) -> None:
+def test_one_value_that_was_learned(replay_changed: ReplayChanged) -> None:
     def teach(made: object) -> None:
         learner = json.loads(made.learner_json)  # type: ignore[attr-defined]
         learner["q"][3][1] = nextafter(learner["q"][3][1], 1.0)
         made.learner_json = json.dumps(learner)  # type: ignore[attr-defined]
 
-    one = replay_changed(tmp_path, "/end", 0, teach)
+    one = replay_changed("/end", 0, teach)
     assert one.first is not None
     assert one.first.field == "learner.q[3][1]"
 
 
 @pytest.mark.parametrize("topic", ["/decision", "/event", "/reinforcement"])
 @pytest.mark.parametrize("number", [0, 1, -1])
-def test_a_message_that_is_missing(tmp_path: Path, topic: str, number: int) -> None:
-    messages = messages_of(LOG)
+def test_a_message_that_is_missing(log: Path, tmp_path: Path, topic: str, number: int) -> None:
+    messages = messages_of(log)
     del messages[indices(messages, topic)[number]]
     one = replay_file(write_log(tmp_path / "short.mcap", messages), Rebuilder())
     assert one.verdict is Verdict.DIVERGED
@@ -99,33 +113,35 @@ def test_a_message_that_is_missing(tmp_path: Path, topic: str, number: int) -> N
     assert one.first.channel == topic
 
 
-def test_the_sleep_until_the_next_tick(tmp_path: Path) -> None:
-    one = replay_changed(tmp_path, "/tick", 7, lambda made: setattr(made, "deadline_ns", made.deadline_ns + 1))
+def test_the_sleep_until_the_next_tick(replay_changed: ReplayChanged) -> None:
+    one = replay_changed("/tick", 7, lambda made: setattr(made, "deadline_ns", made.deadline_ns + 1))
     assert one.first is not None
     assert (one.first.tick, one.first.field) == (7, "deadline_ns")
 
 
-def test_the_state_of_the_random_generator(tmp_path: Path) -> None:
-    one = replay_changed(tmp_path, "/start", 0, in_start(generator_json={"bit_generator": "PCG64"}))
+def test_the_state_of_the_random_generator(replay_changed: ReplayChanged) -> None:
+    one = replay_changed("/start", 0, in_start(generator_json={"bit_generator": "PCG64"}))
     assert one.first is not None
     assert (one.first.channel, one.first.field) == ("/start", "generator")
 
 
-def test_a_gain_in_the_core_that_is_other_by_one_part_in_a_million_million(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_gain_in_the_core_that_is_other_by_one_part_in_a_million_million(
+    log: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     law = DampingControl.__init__
 
     def changed_gain(self: DampingControl, damping: float, *others: object) -> None:
         law(self, damping * (1.0 + 1e-12), *others)  # type: ignore[arg-type]
 
     monkeypatch.setattr(DampingControl, "__init__", changed_gain)
-    one = replay_file(LOG, Rebuilder())
+    one = replay_file(log, Rebuilder())
     assert one.verdict is Verdict.DIVERGED
     assert one.first is not None
     assert one.first.field.startswith("asked_rad")
 
 
-def test_a_sample_that_is_other_alters_what_the_core_does(tmp_path: Path) -> None:
-    one = replay_changed(tmp_path, "/tick", 150, lambda made: made.wrench.force_N.__setitem__(2, -7.0))
+def test_a_sample_that_is_other_alters_what_the_core_does(replay_changed: ReplayChanged) -> None:
+    one = replay_changed("/tick", 150, lambda made: made.wrench.force_N.__setitem__(2, -7.0))
     assert one.verdict is Verdict.DIVERGED
     assert one.first is not None
     assert one.first.tick == 150
