@@ -39,7 +39,15 @@ class Bench:
         port = self.server.start()
         self.clock = MonotonicClock()
         context = RigContext(self.clock, arm_named("zebra-zero"), LOWER, UPPER, (1.0,) * 6)
-        table = {"port": port, "baud": BAUD, "adapter_latency_ms": 0.0, "divider": DIVIDER, "at_home": True, **settings}
+        table = {
+            "port": port,
+            "baud": BAUD,
+            "adapter_latency_ms": 0.0,
+            "divider": DIVIDER,
+            "at_home": True,
+            "reset_wait_ms": 10.0,
+            **settings,
+        }
         arm = make_zebra_nmc(table, context).arm
         assert isinstance(arm, BusArm)
         self.arm = arm

@@ -57,6 +57,11 @@ def emulated(rig: Path, *words: object) -> Iterator[subprocess.Popen[str]]:
         process.communicate()
 
 
+def is_recording(out: Path) -> bool:
+    """Whether a trial is under way whose log has got some seconds of it."""
+    return any(log.stat().st_size > 100_000 for log in (out / "logs").glob("*.mcap"))
+
+
 def outcomes(out: Path) -> list[str]:
     with (out / "trials.csv").open() as stream:
         return [row["outcome"] for row in csv.DictReader(stream)]
@@ -94,7 +99,7 @@ def test_a_cable_pulled_in_mid_motion_ends_the_run_with_a_log(tmp_path: Path) ->
         words = ("run", "--rig", rig, "--policy", "spiral-5", "--trials", 50, "--out", out, *PATIENT)
         run = subprocess.Popen(command(*words), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         try:
-            wait_until(lambda: (out / "trials.csv").exists(), run, 60.0)
+            wait_until(lambda: is_recording(out), run, 60.0)
             devices.send_signal(signal.SIGKILL)
             _, complaint = run.communicate(timeout=60)
         finally:
@@ -114,8 +119,7 @@ def test_the_operator_s_signal_ends_the_run_and_the_log_names_it(tmp_path: Path)
         words = ("run", "--rig", rig, "--policy", "spiral-5", "--trials", 50, "--out", out, *PATIENT)
         run = subprocess.Popen(command(*words), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         try:
-            # In mid-trial: the first one is over, and the second has a log.
-            wait_until(lambda: len(list((out / "logs").glob("*.mcap"))) > 1, run, 60.0)
+            wait_until(lambda: is_recording(out), run, 60.0)
             run.send_signal(signal.SIGUSR1)
             _, complaint = run.communicate(timeout=60)
         finally:

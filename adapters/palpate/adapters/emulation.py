@@ -193,7 +193,7 @@ class EmulatedCell:
                 self._entries["arm"] = {
                     "adapter": "zebra-nmc", "port": server.path, "baud": emulation.baud,
                     "adapter_latency_ms": emulation.usb_latency_ms, "divider": emulation.divider, "at_home": True,
-                    "counts_file": self._counts_file,
+                    "counts_file": self._counts_file, "reset_wait_ms": 20.0 + 2.0 * emulation.usb_latency_ms,
                 }  # fmt: skip
 
             self._serve.append(serve)

@@ -148,7 +148,10 @@ class ZebraDriver(ArmDriver):
 
 @dataclass(frozen=True)
 class _ZebraTable:
-    """The table ``[arm]`` of a rig file. ``patience`` is a factor on the wait for an answer."""
+    """The table ``[arm]`` of a rig file.
+
+    ``patience`` is a factor on the wait for an answer; ``reset_wait_ms`` is what the modules get to wake after a reset.
+    """
 
     port: str = "/dev/ttyUSB0"
     baud: int = 115_200
@@ -162,12 +165,14 @@ class _ZebraTable:
     streaming: str = "by firmware"
     max_age_ms: float = 100.0
     patience: float = 1.0
+    reset_wait_ms: float = 100.0
 
     def __post_init__(self) -> None:
         require_whole("arm.divider", self.divider, 1, 14)
         require_in("arm.adapter_latency_ms", self.adapter_latency_ms, 0.0, 100.0)
         require_in("arm.max_age_ms", self.max_age_ms, 1.0, 10_000.0)
         require_in("arm.patience", self.patience, 0.1, 100.0)
+        require_in("arm.reset_wait_ms", self.reset_wait_ms, 0.0, 10_000.0)
         require_one_of("arm.streaming", self.streaming, tuple(way.value for way in Streaming))
         require_one_of("arm.joint1_sign", str(self.joint1_sign), ("1", "-1"))
 
@@ -190,6 +195,7 @@ def make_zebra_nmc(settings: Settings, context: RigContext) -> ArmAdapter:
                 baud=table.baud,
                 adapter_latency_s=table.adapter_latency_ms * 1e-3,
                 slack_s=0.02 * table.patience,
+                reset_wait_s=table.reset_wait_ms * 1e-3,
             ),
             transmission=Transmission(joint_1_sign=table.joint1_sign),
             limits=JointLimits(

@@ -63,7 +63,15 @@ def zebra(opened: ExitStack, context: RigContext, **settings: Any) -> tuple[PtyS
     port = server.start()
     opened.callback(server.stop)
     # So slow that a busy machine does not disturb it.
-    table = {"port": port, "baud": 230_400, "adapter_latency_ms": 8.0, "divider": 10, "at_home": True, **settings}
+    table = {
+        "port": port,
+        "baud": 230_400,
+        "adapter_latency_ms": 8.0,
+        "divider": 10,
+        "at_home": True,
+        "reset_wait_ms": 40.0,
+        **settings,
+    }
     arm = make_zebra_nmc(table, context).arm
     assert isinstance(arm, BusArm)
     driver = arm.driver

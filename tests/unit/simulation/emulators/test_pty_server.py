@@ -113,11 +113,24 @@ def test_a_change_of_rate(nmc: PtyServer[NmcBus]) -> None:
         port.reset_input_buffer()
         port.write(bytes(30))
         assert exchange(port, NOP) == b"\x19\x19"
-        # 57600 is not close enough either, nor is a rate without a name.
+        # 57600 is not close enough either, nor is a rate that termios has no name for.
         for wrong in (57_600, 100_000):
             port.baudrate = wrong
             assert exchange(port, NOP) != b"\x19\x19"
         port.baudrate = 115_200
+        port.reset_input_buffer()
+        port.write(bytes(30))
+        port.read(100)
+        assert exchange(port, NOP) == b"\x19\x19"
+
+
+def test_a_rate_without_a_name_is_understood(nmc: PtyServer[NmcBus]) -> None:
+    with connect(nmc.path, 19_200, timeout=0.1) as port:
+        address_all(lambda data: exchange(port, data))
+        assert exchange(port, command(ALL, 0xA, bytes([4]))) == b""
+        with nmc.exclusive() as bus:
+            assert bus.baud == 250_000
+        port.baudrate = 250_000
         port.reset_input_buffer()
         port.write(bytes(30))
         port.read(100)
