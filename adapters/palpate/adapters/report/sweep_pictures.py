@@ -72,9 +72,9 @@ def sweep_picture(field: str, values: Sequence[Any], series: Sequence[Series]) -
             lower.set_xticks(places, [shown_value(value) for value in values])
         legend_above(canvas.figure, upper)
     caption = (
-        "Time: every seed a dot, their mean a line, bars the 95 % interval of that mean (Student's t over seeds; none"
-        " for a single seed). Success: all seeds' trials together, bars Wilson's 95 % interval. Of policies that learn,"
-        " the last 25 trials count (half of them if there are fewer than 50). Lines lie a little beside each other."
+        "Time: every seed a circle, their mean a filled mark, bars the 95 % interval of that mean (Student's t over"
+        " seeds; none for a single seed). Success: all seeds' trials together, bars Wilson's 95 % interval. Of policies"
+        " that learn, the last 25 trials count (half of them if fewer than 50). Policies lie beside each other."
     )
     return Picture(f"sweep-{file_name(field)}", _alt(field, series), caption, canvas.png)
 
@@ -84,9 +84,12 @@ def _draw(upper: Any, lower: Any, line: Series, number: int, of: int, values: Se
     places = [float(p.value) if numeric else float(_index(values, p.value)) for p in line.points]
     width = (max(map(float, values)) - min(map(float, values))) / (len(values) - 1) if numeric else 1.0
     # Beside each other, so that no bar hides another.
-    places = [place + 0.07 * width * (number - (of - 1) / 2) / max(of - 1, 1) for place in places]
+    spread = 0.07 if numeric else 0.4
+    places = [place + spread * width * (number - (of - 1) / 2) / max(of - 1, 1) for place in places]
     style: dict[str, Any] = {
-        "color": colour, "marker": mark, "linestyle": LINES[number % len(LINES)], "linewidth": 1.6, "markersize": 6,
+        # Nothing lies between two names, and a line would say that something does.
+        "color": colour, "marker": mark, "linestyle": LINES[number % len(LINES)] if numeric else "none",
+        "linewidth": 1.6, "markersize": 6,
     }  # fmt: skip
     means = [mean_with_interval(p.times_s) for p in line.points]
     upper.plot(places, [mean for mean, _, _ in means], label=line.label, **style)

@@ -43,6 +43,17 @@ def test_numbers_lie_where_they_belong_and_names_side_by_side() -> None:
     assert place([0.0, 1.0, 10.0]) < place(["a", "b", "c"])
 
 
+def test_a_line_joins_numbers_and_not_names() -> None:
+    def longest_gap(values: list[float] | list[str]) -> int:
+        points = tuple(Point(value, (1.0,), 1, 1) for value in values)
+        columns = np.unique(coloured(sweep_picture("f", values, [Series("a", points)]).png, COLOURS[0]))
+        return int(np.diff(columns).max())
+
+    # The legend's mark is apart from the others either way.
+    assert longest_gap([0.0, 1.0]) < 100
+    assert longest_gap(["a", "b"]) > 300
+
+
 def test_success_has_wilson_s_interval() -> None:
     share, low, high = Point(1.0, (1.0,), 10, 10).success
     assert share == 1.0
