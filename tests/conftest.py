@@ -1,6 +1,7 @@
 """Settings for all tests."""
 
 import os
+import signal
 from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path
@@ -55,6 +56,15 @@ def golden_here(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Pat
         return own
 
     return find
+
+
+def pytest_configure() -> None:
+    """Take Ctrl-C as ever, also where the tests run in the background of a script and have inherited to ignore it.
+
+    The processes that tests start, and interrupt, inherit it in turn.
+    """
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
