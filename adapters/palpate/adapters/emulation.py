@@ -190,6 +190,7 @@ class EmulatedCell:
 
             def serve() -> None:
                 self._servers.enter_context(server)
+                # Emulated modules wake at once: the wait is for the reset to get through line and adapter.
                 self._entries["arm"] = {
                     "adapter": "zebra-nmc", "port": server.path, "baud": emulation.baud,
                     "adapter_latency_ms": emulation.usb_latency_ms, "divider": emulation.divider, "at_home": True,

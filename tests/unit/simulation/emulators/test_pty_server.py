@@ -80,6 +80,21 @@ def exchange(port: serial.Serial, data: bytes, size: int = 2) -> bytes:
     return bytes(port.read(size))
 
 
+def change_rate(nmc: PtyServer[NmcBus], port: serial.Serial, divisor: int, baud: int) -> None:
+    """Address the modules, send them to another rate, and leave the host at the old one."""
+    address_all(lambda data: exchange(port, data))
+    assert exchange(port, command(ALL, 0xA, bytes([divisor]))) == b""
+    with nmc.exclusive() as bus:
+        assert bus.baud == baud
+
+
+def follow(port: serial.Serial, baud: int) -> None:
+    """Take the host to that rate and complete whatever frame the modules made of what they heard before."""
+    port.baudrate = baud
+    port.reset_input_buffer()
+    port.write(bytes(30))
+
+
 def test_every_byte_value_passes(echo: PtyServer[Echo]) -> None:
     everything = bytes(value for value in range(256) if value != 10) + b"\n"
     with connect(echo.path) as port:
@@ -103,36 +118,24 @@ def test_hosts_come_and_go(nmc: PtyServer[NmcBus]) -> None:
 
 def test_a_change_of_rate(nmc: PtyServer[NmcBus]) -> None:
     with connect(nmc.path, 19_200, timeout=0.1) as port:
-        address_all(lambda data: exchange(port, data))
-        assert exchange(port, command(ALL, 0xA, bytes([10]))) == b""
-        with nmc.exclusive() as bus:
-            assert bus.baud == 115_200
+        change_rate(nmc, port, 10, 115_200)
         assert exchange(port, NOP) != b"\x19\x19"  # the host is still at 19200
         assert nmc.faults.injected["baud_mismatch"] >= 1
-        port.baudrate = 115_200
-        port.reset_input_buffer()
-        port.write(bytes(30))
+        follow(port, 115_200)
         assert exchange(port, NOP) == b"\x19\x19"
         # 57600 is not close enough either, nor is a rate that termios has no name for.
         for wrong in (57_600, 100_000):
             port.baudrate = wrong
             assert exchange(port, NOP) != b"\x19\x19"
-        port.baudrate = 115_200
-        port.reset_input_buffer()
-        port.write(bytes(30))
+        follow(port, 115_200)
         port.read(100)
         assert exchange(port, NOP) == b"\x19\x19"
 
 
 def test_a_rate_without_a_name_is_understood(nmc: PtyServer[NmcBus]) -> None:
     with connect(nmc.path, 19_200, timeout=0.1) as port:
-        address_all(lambda data: exchange(port, data))
-        assert exchange(port, command(ALL, 0xA, bytes([4]))) == b""
-        with nmc.exclusive() as bus:
-            assert bus.baud == 250_000
-        port.baudrate = 250_000
-        port.reset_input_buffer()
-        port.write(bytes(30))
+        change_rate(nmc, port, 4, 250_000)
+        follow(port, 250_000)
         port.read(100)
         assert exchange(port, NOP) == b"\x19\x19"
 
