@@ -44,6 +44,9 @@ class Stopwatch:
         account: The kernel's account of the thread, read in every tick before the loop sleeps; None leaves causes
             unknown.
         tell: Is told of what exceeds a limit to warn of.
+        clock_works: Whether the clock works while the loop sleeps, as one does that drives a simulation. With any other
+            clock, processor time that the kernel charges to a sleeper is not its own work: interrupts and a hypervisor
+            are charged to whoever was there.
         now_ns: Time, for the sections.
 
     Attributes:
@@ -64,6 +67,7 @@ class Stopwatch:
         rate_Hz: int = CONTROL_RATE_HZ,
         account: ThreadAccount | None = None,
         tell: Callable[[LateTick | SlowCore], None] | None = None,
+        clock_works: bool = False,
         now_ns: Callable[[], int] = time.perf_counter_ns,
     ) -> None:
         self.limits = limits if limits is not None else Limits()
@@ -73,7 +77,7 @@ class Stopwatch:
         self.ticks = self.skipped_slots = self.slow_cores = 0
         self.late_ticks = dict.fromkeys(Cause, 0)
         self.newest_late: deque[LateTick] = deque(maxlen=_KEPT)
-        self._account, self._tell = account, tell
+        self._account, self._tell, self._clock_works = account, tell, clock_works
         self._warm_up = self.limits.warm_up_ticks
         # Whichever is exceeded first makes the tick worth a closer look.
         watched = [limit for limit in (self.limits.warn_late_ns, self.limits.stop_late_ns) if limit]
@@ -166,12 +170,12 @@ class Stopwatch:
         if self._account is None:
             return Attribution(Cause.UNKNOWN, 0, 0, late_ns)
         run, delay = self._account.read()
-        run_asleep, delay_asleep = run - self._account_now[0], delay - self._account_now[1]
+        run_asleep = run - self._account_now[0] if self._clock_works else 0
+        delay_asleep = delay - self._account_now[1]
         # The deadline may have passed before the loop even came to sleep.
         asleep = self._begun_ns - self._slept_ns
         overrun = max(late_ns - asleep, 0)
         delay_at_work = min(overrun, self._account_now[1] - self._before[1])
-        # A clock may work while it seems to sleep: one that drives a simulation does.
         return attribute(late_ns, overrun - delay_at_work + run_asleep, delay_at_work + delay_asleep)
 
     def _fold(self) -> None:

@@ -72,10 +72,14 @@ class LazyClock(FakeClock):
 class Bench:
     """Ports under a stopwatch, and the loop over them."""
 
-    def __init__(self, limits: Limits | None = None, account: ThreadAccount | None = None) -> None:
+    def __init__(
+        self, limits: Limits | None = None, account: ThreadAccount | None = None, *, clock_works: bool = False
+    ) -> None:
         self.clock = LazyClock(5)
         self.told: list[LateTick | SlowCore] = []
-        self.stopwatch = Stopwatch(limits, account=account, tell=self.told.append, now_ns=self.clock.now_ns)
+        self.stopwatch = Stopwatch(
+            limits, account=account, tell=self.told.append, clock_works=clock_works, now_ns=self.clock.now_ns
+        )
         self.arm = SlowArm(self.clock, HOME_RAD, lower_rad=(-1.0,) * 3, upper_rad=(1.0,) * 3, max_step_rad=0.02)
         self.sensor = SlowSensor(self.clock)
         self.encoder = SlowEncoder(self.clock, self.arm.position_rad)

@@ -97,6 +97,21 @@ def test_a_tick_without_a_processor_is_the_system_s_fault() -> None:
     assert (late.attribution.no_cpu_ns, late.attribution.woken_late_ns) == (2 * MS - 100, 100)
 
 
+@pytest.mark.parametrize(("clock_works", "cause"), [(False, Cause.WOKEN_LATE), (True, Cause.OWN_WORK)])
+def test_what_a_sleeper_is_charged_is_its_own_work_only_where_the_clock_works(clock_works: bool, cause: Cause) -> None:
+    account = FakeAccount()
+    bench = Bench(Limits(warn_late_ns=MS), account, clock_works=clock_works)
+    clock = bench.ports.clock
+    clock.now_ns()
+    bench.clock.late_ns = 2 * MS
+    clock.sleep_until(bench.clock.now_ns() + PERIOD_NS)
+    account.run_ns += 2 * MS
+    clock.now_ns()
+    (late,) = bench.told
+    assert isinstance(late, LateTick)
+    assert late.attribution.cause is cause
+
+
 def test_a_tick_after_one_that_took_too_long_is_our_own_fault() -> None:
     bench = Bench(Limits(warn_late_ns=MS), FakeAccount())
     bench.core_ns = PERIOD_NS + 2 * MS
