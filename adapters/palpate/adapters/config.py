@@ -98,6 +98,9 @@ class LearningConfig:
     """Its factor from trial to trial."""
     temperature_floor: float = 0.2
     """It never falls below this: states are aliased, and a greedy policy would loop in them."""
+    back_off_visits: float = 0.0
+    """With a memory: visits after which a state's own experience counts as much as that of its last symbol, which
+    stands in for it until then; 0 for never."""
     reinforcement: str = "action-penalty"
     """action-penalty: -1 per action; effort: force beyond the pressing force costs too."""
     effort_per_N_s: float = -1.0
@@ -115,6 +118,7 @@ class LearningConfig:
         require_in("learning.temperature", self.temperature, 1e-9, 1e6)
         require_in("learning.temperature_decay", self.temperature_decay, 1e-3, 1.0)
         require_in("learning.temperature_floor", self.temperature_floor, 0.0, self.temperature)
+        require_in("learning.back_off_visits", self.back_off_visits, 0.0, 1e9)
         require_one_of("learning.reinforcement", self.reinforcement, ("action-penalty", "effort"))
         require_in("learning.effort_per_N_s", self.effort_per_N_s, -1e6, 0.0)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import fields, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -13,16 +13,17 @@ from palpate.adapters.config import RunConfig
 from palpate.core.errors import ConfigurationError, PolicyFileError
 from palpate.core.perception import Perception, perception_from_dict, perception_to_dict
 from palpate.core.policy import (
+    BackOff,
     ExamplesPolicy,
     MixedPolicy,
     Policy,
     PolicyDocument,
     ProgrammedPolicy,
-    QLearning,
     QParameters,
     RandomWalkPolicy,
     TemperatureSchedule,
     load_examples,
+    new_learner,
     policy_from,
 )
 from palpate.core.task_config import N_PER_KGF
@@ -94,9 +95,8 @@ def learning_policy(config: RunConfig, perception: Perception) -> Policy:
         # The core does not know under which name the setting is written in the configuration.
         field = error.field.replace("policy.", "learning.", 1)
         raise ConfigurationError(field, error.value, error.accepted) from error
-    parameters = learning_parameters(config)
-    settings = {f.name: getattr(parameters, f.name) for f in fields(parameters)}
-    parts.append(QLearning(perception.states, actions, **settings))
+    back_off = BackOff.of(learning.back_off_visits, perception.identifier.symbol_of)
+    parts.append(new_learner(learning_parameters(config), perception.states, actions, back_off=back_off))
     return parts[0] if len(parts) == 1 else MixedPolicy(perception.states, parts)
 
 

@@ -9,7 +9,7 @@ from typing import Any, Final, TypeAlias
 from palpate.core.checks import require_in, require_one_of, require_whole
 from palpate.core.errors import ConfigurationError
 from palpate.core.perception import StateIdentifier
-from palpate.core.policy import QParameters, SarsaParameters, TabularLearner, TemperatureSchedule, new_learner
+from palpate.core.policy import BackOff, QParameters, SarsaParameters, TabularLearner, TemperatureSchedule, new_learner
 from palpate.simulation.grid.maps import GridMap, grid_actions
 from palpate.simulation.grid.trial import STEP_LIMIT, Walk, run_trial
 
@@ -23,6 +23,9 @@ RATES: Final = {"q": (0.5, 20.0, 0.05), "sarsa": (0.1, 0.0, 0.0)}
 
 Chosen on seeds 0 to 3 of networks and 1000 to 1003 of learning.
 """
+
+BACK_OFF: Final = {"q": 20.0, "sarsa": 0.0}
+"""Of each learner the visits after which a state counts as much as its symbol, chosen on the same seeds."""
 
 
 @dataclass(frozen=True)
@@ -43,12 +46,15 @@ class GridLearning:
     """Lowest learning rate, beside alpha."""
     gamma: float = 1.0
     """Discount."""
-    temperature: float = 1.0
+    temperature: float = 0.3
     """Exploration temperature of the first trial."""
     temperature_decay: float = 0.995
     """Its factor from one trial to the next."""
     temperature_floor: float = 0.1
     """Its lowest value."""
+    back_off: float | None = None
+    """Visits after which a state's own experience counts as much as that of its last symbol, which stands in for it
+    until then; 0 for never. Without it: q 20, sarsa never."""
     trace_decay: float = 0.8
     """Lambda of sarsa."""
     step_limit: int = STEP_LIMIT
@@ -60,6 +66,8 @@ class GridLearning:
         if self.alpha is None and (self.alpha_visits or self.alpha_floor):
             raise ConfigurationError("alpha", None, "a learning rate, if it is told how to fall")
         require_whole("step_limit", self.step_limit, 1, 1_000_000)
+        if self.back_off is not None:
+            require_in("back_off", self.back_off, 0.0, 0.0 if self.learner == "sarsa" else 1e9)
         try:
             self.parameters()
         except ConfigurationError as error:
@@ -68,6 +76,11 @@ class GridLearning:
             names = {f"temperature.{part}": f"temperature_{part}" for part in ("decay", "floor")}
             names["temperature.initial"] = "temperature"
             raise ConfigurationError(names.get(field, field), error.value, error.accepted) from error
+
+    @property
+    def back_off_visits(self) -> float:
+        """The setting, or its default."""
+        return BACK_OFF[self.learner] if self.back_off is None else self.back_off
 
     def parameters(self) -> QParameters:
         """Settings of the learner."""
@@ -133,7 +146,8 @@ def learn(
     """
     require_whole("trials", trials, 1, 1_000_000)
     identifier = make_identifier(grid)
-    learner = new_learner(learning.parameters(), identifier.states, grid_actions())
+    back_off = BackOff.of(learning.back_off_visits, identifier.symbol_of)
+    learner = new_learner(learning.parameters(), identifier.states, grid_actions(), back_off=back_off)
     walks, temperatures = [], []
     for trial in range(trials):
         walk = run_trial(grid, identifier, learner, seed, trial, step_limit=learning.step_limit)

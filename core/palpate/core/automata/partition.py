@@ -75,8 +75,9 @@ class Partition:
 
         Args:
             least_share: As for :meth:`machine`.
-            merge_symbols: Whether states of a prediction automaton may be merged that different symbols lead into. By
-                default they are kept apart: the last symbol is what a policy would know without any automaton.
+            merge_symbols: Whether different symbols may lead into one state of a prediction automaton. By default they
+                do not: a cell that several lead into makes as many states, and states of different last symbols are not
+                merged. The last symbol is what a policy would know without any automaton.
 
         Raises:
             ConfigurationError: ``least_share`` is not a probability below 1.
@@ -84,7 +85,24 @@ class Partition:
         machine = self.machine(least_share)
         if merge_symbols or machine.kind is Kind.DFA:
             return minimised(machine)
-        return minimised(machine, self._entered())
+        split, cells, last = self._by_last_symbol(machine)
+        entered = self._entered()
+        return minimised(split, [(entered[cell], symbol) for cell, symbol in zip(cells, last, strict=True)])
+
+    def _by_last_symbol(self, machine: Machine) -> tuple[Machine, list[int], list[int]]:
+        """The automaton with a state for each cell and symbol that leads into it; their cells, their symbols.
+
+        State 0 is the start cell before the first symbol, which is numbered -1.
+        """
+        targets, symbols = self.transitions, range(self.transitions.shape[1])
+        place = np.zeros_like(targets)
+        place[targets, symbols] = 1
+        entered = np.argwhere(place)
+        place[entered[:, 0], entered[:, 1]] = np.arange(1, len(entered) + 1)
+        cells, last = [0, *entered[:, 0].tolist()], [-1, *entered[:, 1].tolist()]
+        rows = tuple(map(tuple, place[targets, symbols][cells].tolist()))
+        outputs = tuple(machine.state_outputs[cell] for cell in cells)
+        return Machine(machine.kind, machine.alphabet, rows, outputs), cells, last
 
     def _entered(self) -> list[int]:
         """For each cell the set of symbols that lead into it, as a number with a bit a symbol."""

@@ -122,6 +122,19 @@ class AutomatonState:
         return (*self.automaton, LOST)
 
     @property
+    def symbol_of(self) -> tuple[int | None, ...]:
+        """For each state the symbol that leads into it, of several the one that does so from most states, (states,).
+
+        None for states that no known transition leads into, and for ``lost``.
+        """
+        entered = [[0] * len(self.symbols) for _ in self.states]
+        for row in self.transitions:
+            for symbol, target in enumerate(row):
+                if target is not None:
+                    entered[target][symbol] += 1
+        return tuple(counts.index(max(counts)) if any(counts) else None for counts in entered)
+
+    @property
     def lost(self) -> int:
         """Number of the state ``lost``."""
         return len(self.automaton)

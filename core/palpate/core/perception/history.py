@@ -49,6 +49,11 @@ class LastSymbols:
         object.__setattr__(self, "states", names("perception.identifier.states", tuple(words)))
         object.__setattr__(self, "_recent", deque(maxlen=length))
 
+    @property
+    def symbol_of(self) -> tuple[int, ...]:
+        """The last of the symbols that each state remembers, (states,)."""
+        return tuple(state % len(self.symbols) for state in range(len(self.states)))
+
     def reset(self) -> None:
         """Forget the symbols."""
         self._recent.clear()

@@ -25,6 +25,11 @@ class StateIdentifier(Protocol):
     def states(self) -> tuple[str, ...]:
         """Readable names of the states; state ``i`` is ``states[i]``."""
 
+    @property
+    @abstractmethod
+    def symbol_of(self) -> tuple[int | None, ...]:
+        """For each state the last symbol, of several the usual one, (states,); None where there is none."""
+
     @abstractmethod
     def reset(self) -> None:
         """Forget: a trial begins."""
@@ -70,6 +75,11 @@ class IdentityState:
     def states(self) -> tuple[str, ...]:
         """Names of the states: those of the symbols."""
         return self.symbols
+
+    @property
+    def symbol_of(self) -> tuple[int, ...]:
+        """The symbols themselves."""
+        return tuple(range(len(self.symbols)))
 
     def reset(self) -> None:
         """Nothing to forget."""

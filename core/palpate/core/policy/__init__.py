@@ -2,6 +2,7 @@
 
 from palpate.core.policy.actions import Action, compass_actions
 from palpate.core.policy.assigned import AssignedPolicy
+from palpate.core.policy.back_off import BackingOff, BackOff
 from palpate.core.policy.base import EXAMPLES, LEARNED, PROGRAMMED, Decision, Observation, Policy, Transition
 from palpate.core.policy.conversion import document_of, learner_of, new_learner, policy_from
 from palpate.core.policy.entries import ActionEntry, LearnerEntry, TableRow
@@ -27,6 +28,8 @@ __all__ = [
     "ActionOutcome",
     "ActionPenalty",
     "AssignedPolicy",
+    "BackOff",
+    "BackingOff",
     "Decision",
     "ExamplesPolicy",
     "InternalEffort",

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import fields
 from typing import Any
 
-from palpate.core.errors import PolicyFileError
+from palpate.core.errors import ConfigurationError, PolicyFileError
 from palpate.core.policy.actions import Action
 from palpate.core.policy.assigned import AssignedPolicy
+from palpate.core.policy.back_off import BackingOff, BackOff
+from palpate.core.policy.back_off_entry import BackOffEntry
 from palpate.core.policy.base import EXAMPLES, LEARNED, PROGRAMMED, Policy
 from palpate.core.policy.entries import ActionEntry, LearnerEntry, TableRow
 from palpate.core.policy.examples import ExamplesPolicy
@@ -54,7 +55,9 @@ def document_of(policy: Policy, *, created_with: Mapping[str, Any], perception: 
         states=states,
         actions=tuple(ActionEntry.of(action) for action in actions),
         table=tuple(_row_of(state, parts, learner) for state in range(len(states))),
-        learner=None if learner is None else LearnerEntry(learner.parameters, learner.trials_learned),
+        learner=None
+        if learner is None
+        else LearnerEntry(learner.parameters, learner.trials_learned, _backing(learner)),
     )
 
 
@@ -92,8 +95,14 @@ def policy_from(
     if pairs[EXAMPLES]:
         parts.append(ExamplesPolicy(states, actions, pairs[EXAMPLES]))
     if document.learner is not None:
+        backing = document.learner.back_off
         learner = new_learner(
-            document.learner.parameters, states, actions, frozen=frozen, frozen_temperature=frozen_temperature
+            document.learner.parameters,
+            states,
+            actions,
+            back_off=None if backing is None else backing.settings,
+            frozen=frozen,
+            frozen_temperature=frozen_temperature,
         )
         parts.append(_learned(learner, document, document.learner))
     return parts[0] if len(parts) == 1 else MixedPolicy(states, parts)
@@ -124,6 +133,7 @@ def new_learner(
     states: Sequence[str],
     actions: Sequence[Action],
     *,
+    back_off: BackOff | None = None,
     frozen: bool = False,
     frozen_temperature: float | None = None,
 ) -> TabularLearner:
@@ -133,24 +143,39 @@ def new_learner(
         parameters: Its settings.
         states: Names of the states.
         actions: The action set.
+        back_off: The symbols that stand in for states that were little tried; Q-learning only.
         frozen: Learn nothing, and keep the temperature at ``frozen_temperature``.
         frozen_temperature: Temperature while frozen; None takes the floor of the schedule.
 
     Raises:
-        ConfigurationError: A value is out of its range, or names repeat.
+        ConfigurationError: A value is out of its range, names repeat, or Sarsa is to back off.
     """
     if isinstance(parameters, SarsaParameters):
+        if back_off is not None:
+            raise ConfigurationError("policy.back_off", back_off.visits, "none with Sarsa; Q-learning can back off")
         return Sarsa(states, actions, parameters, frozen=frozen, frozen_temperature=frozen_temperature)
-    settings = {f.name: getattr(parameters, f.name) for f in fields(parameters)}
-    return QLearning(states, actions, **settings, frozen=frozen, frozen_temperature=frozen_temperature)
+    if back_off is None:
+        return QLearning(states, actions, parameters, frozen=frozen, frozen_temperature=frozen_temperature)
+    return BackingOff(states, actions, parameters, back_off, frozen=frozen, frozen_temperature=frozen_temperature)
 
 
 def _learned(learner: TabularLearner, document: PolicyDocument, entry: LearnerEntry) -> TabularLearner:
     """The learner, with what the document says it knows."""
-    learned = {
+    learned: dict[str, Any] = {
         "q": [row.q or () for row in document.table],
         "visits": [row.visits_per_action or () for row in document.table],
         "trials_learned": entry.trials_learned,
     }
+    if entry.back_off is not None:
+        backing = entry.back_off
+        learned |= {"q": backing.state_q, "symbol_q": backing.symbol_q, "symbol_visits": backing.symbol_visits}
     learner.set_state(learner.get_state() | learned)
     return learner
+
+
+def _backing(learner: TabularLearner) -> BackOffEntry | None:
+    if not isinstance(learner, BackingOff):
+        return None
+    state = learner.get_state()
+    tables = (tuple(map(tuple, state[key])) for key in ("q", "symbol_q", "symbol_visits"))
+    return BackOffEntry(learner.back_off, *tables)

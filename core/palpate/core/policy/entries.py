@@ -7,6 +7,7 @@ from typing import Any, Final
 
 from palpate.core.errors import ConfigurationError, PolicyFileError
 from palpate.core.policy.actions import Action
+from palpate.core.policy.back_off_entry import BackOffEntry
 from palpate.core.policy.base import EXAMPLES, LEARNED, PROGRAMMED
 from palpate.core.policy.exploration import TemperatureSchedule
 from palpate.core.policy.parsing import read_count, read_list, read_number, read_object, read_text
@@ -136,10 +137,12 @@ class LearnerEntry:
     Attributes:
         parameters: Its settings.
         trials_learned: Number of trials it learned in.
+        back_off: What it backs off to where states were little tried; None where it does not.
     """
 
     parameters: QParameters
     trials_learned: int
+    back_off: BackOffEntry | None = None
 
     @property
     def kind(self) -> str:
@@ -150,8 +153,8 @@ class LearnerEntry:
         """The learner as JSON has it."""
         settings = {key: getattr(self.parameters, key) for key in _setting_keys(type(self.parameters))}
         temperature = asdict(self.parameters.temperature)
-        trials = {"trials_learned": self.trials_learned}
-        return {"kind": self.kind} | settings | {"temperature": temperature} | trials
+        content = {"kind": self.kind} | settings | {"temperature": temperature, "trials_learned": self.trials_learned}
+        return content if self.back_off is None else content | {"back_off": self.back_off.content()}
 
     @classmethod
     def read(cls, raw: object) -> LearnerEntry:
@@ -160,12 +163,14 @@ class LearnerEntry:
         Raises:
             PolicyFileError: It is no learner that there is, or its settings are out of range.
         """
-        kind = read_object("learner", raw).get("kind")
+        given = read_object("learner", raw)
+        kind = given.get("kind")
         settings_of = LEARNERS.get(kind) if isinstance(kind, str) else None
         if settings_of is None:
             raise PolicyFileError("learner.kind", kind, f"one of {', '.join(LEARNERS)}")
         keys = _setting_keys(settings_of)
-        entry = read_object("learner", raw, ("kind", *keys, "temperature", "trials_learned"))
+        backs_off = ("back_off",) if "back_off" in given and settings_of is QParameters else ()
+        entry = read_object("learner", raw, ("kind", *keys, "temperature", "trials_learned", *backs_off))
         settings = {
             key: read_number(f"learner.{key}", entry[key])
             for key in keys
@@ -178,7 +183,8 @@ class LearnerEntry:
         except ConfigurationError as error:
             field = error.field.replace("policy.", "learner.", 1)
             raise PolicyFileError(field, error.value, error.accepted) from error
-        return cls(parameters, read_count("learner.trials_learned", entry["trials_learned"]))
+        back_off = BackOffEntry.read(entry["back_off"]) if backs_off else None
+        return cls(parameters, read_count("learner.trials_learned", entry["trials_learned"]), back_off)
 
 
 def _setting_keys(settings: type[QParameters]) -> tuple[str, ...]:

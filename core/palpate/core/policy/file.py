@@ -92,12 +92,15 @@ class PolicyDocument:
         actions = tuple(ActionEntry.read(f"actions[{n}]", entry) for n, entry in enumerate(entries))
         names = _read_names("actions", [action.name for action in actions])
         learner = None if raw["learner"] is None else LearnerEntry.read(raw["learner"])
+        table = _read_table(read_list("table", raw["table"]), states, list(names), learner is not None)
+        if learner is not None and learner.back_off is not None:
+            learner.back_off.check_table([row.q or () for row in table], [row.visits_per_action or () for row in table])
         return cls(
             created_with=read_object("created_with", raw["created_with"]),
             perception=read_object("perception", raw["perception"]),
             states=states,
             actions=actions,
-            table=_read_table(read_list("table", raw["table"]), states, list(names), learner is not None),
+            table=table,
             learner=learner,
         )
 
@@ -144,9 +147,11 @@ class PolicyDocument:
         initial, actions = self.learner.parameters.initial_value, self.actions
         rows = []
         for row in self.table:
-            blank = replace(row, q=(initial,) * len(actions), visits_per_action=(0,) * len(actions))
-            rows.append(replace(blank, action=actions[0].name, best=0) if row.source == LEARNED else blank)
-        return replace(self, table=tuple(rows), learner=replace(self.learner, trials_learned=0))
+            fresh = replace(row, q=(initial,) * len(actions), visits_per_action=(0,) * len(actions))
+            rows.append(replace(fresh, action=actions[0].name, best=0) if row.source == LEARNED else fresh)
+        back_off = self.learner.back_off
+        blank = None if back_off is None else back_off.blank(initial)
+        return replace(self, table=tuple(rows), learner=replace(self.learner, trials_learned=0, back_off=blank))
 
     def check_matches(self, states: Sequence[str], actions: Sequence[Action]) -> None:
         """Refuse to serve a task with other states or actions.

@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
-from palpate.core.policy.actions import Action
 from palpate.core.policy.base import Transition
-from palpate.core.policy.exploration import TemperatureSchedule
-from palpate.core.policy.tabular import QParameters, TabularLearner
+from palpate.core.policy.tabular import TabularLearner
 
 
 class QLearning(TabularLearner):
@@ -15,46 +11,7 @@ class QLearning(TabularLearner):
 
     The value of the goal is 0. Where another policy is bound to act in ``j`` (see
     :class:`~palpate.core.policy.mixed.MixedPolicy`), ``V(j)`` is the Q of that policy's action.
-
-    Args:
-        states: Names of the states.
-        actions: The action set.
-        alpha: See :class:`QParameters`, as for the next five.
-        gamma: Discount.
-        temperature: Temperature of the exploration.
-        alpha_visits: Visits that halve the learning rate.
-        alpha_floor: Lowest learning rate.
-        initial_value: Q before the first visit.
-        frozen: Learn nothing, and keep the temperature at ``frozen_temperature``.
-        frozen_temperature: Temperature while frozen; None takes the floor of the schedule.
-
-    Raises:
-        ConfigurationError: A value is out of its range, or names repeat.
     """
-
-    def __init__(
-        self,
-        states: Sequence[str],
-        actions: Sequence[Action],
-        *,
-        alpha: float,
-        gamma: float = 1.0,
-        temperature: TemperatureSchedule,
-        alpha_visits: float | None = None,
-        alpha_floor: float = 0.0,
-        initial_value: float = 0.0,
-        frozen: bool = False,
-        frozen_temperature: float | None = None,
-    ) -> None:
-        parameters = QParameters(
-            alpha=alpha,
-            gamma=gamma,
-            temperature=temperature,
-            alpha_visits=alpha_visits,
-            alpha_floor=alpha_floor,
-            initial_value=initial_value,
-        )
-        super().__init__(states, actions, parameters, frozen=frozen, frozen_temperature=frozen_temperature)
 
     def learn(self, transition: Transition) -> None:
         """Update the Q of one state and action, unless frozen."""
@@ -69,6 +26,6 @@ class QLearning(TabularLearner):
     def _value_after(self, transition: Transition) -> float:
         if transition.next_state is None:
             return 0.0
-        values = self._q[transition.next_state]
+        values = self._values(transition.next_state)
         bound = transition.next_action_index
         return max(values) if bound is None else values[bound]

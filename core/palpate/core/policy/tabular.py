@@ -149,8 +149,12 @@ class TabularLearner(Policy):
     def learn(self, transition: Transition) -> None:
         """Update the table, unless frozen."""
 
+    def _values(self, state: int) -> Sequence[float]:
+        """Q of each action in a state, by which the learner acts."""
+        return self._q[state]
+
     def _drawn(self, state: int) -> int:
-        return boltzmann(self._q[state], self._temperature, drawing_from(self._rng, type(self).__name__))
+        return boltzmann(self._values(state), self._temperature, drawing_from(self._rng, type(self).__name__))
 
     def _decision(self, index: int) -> Decision:
         return Decision(self.actions[index], index, LEARNED)

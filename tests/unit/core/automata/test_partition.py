@@ -129,7 +129,12 @@ def test_states_of_different_last_symbols_stay_apart() -> None:
     assert len(forgetful().minimal(merge_symbols=True).transitions) == 1
     apart = forgetful().minimal()
     assert len(apart.transitions) == 3
-    assert all(len(symbols) <= 1 for symbols in entered_by(apart))
+
+
+@given(shapes, st.integers(0, 10**6), st.integers(2, 9))
+def test_one_symbol_at_most_leads_into_each_state_also_where_several_lead_into_its_cell(shape, seed, intervals) -> None:
+    machine = partition(drawn(shape, seed), intervals).minimal()
+    assert machine.kind is Kind.DFA or all(len(symbols) <= 1 for symbols in entered_by(machine))
 
 
 @given(shapes, st.integers(0, 10**6), st.integers(2, 9))

@@ -23,7 +23,8 @@ ZERO = (0.0, 0.0, 0.0)
 
 def learner(trials: int = 30, states=STATES, **settings) -> QLearning:
     """One that has wandered about."""
-    q = QLearning(states, ACTIONS, alpha=0.3, temperature=TemperatureSchedule(5.0, 0.9, 0.5), **settings)
+    parameters = QParameters(alpha=0.3, gamma=1.0, temperature=TemperatureSchedule(5.0, 0.9, 0.5), **settings)
+    q = QLearning(states, ACTIONS, parameters)
     wander(q, range(trials), seed=1)
     return q
 

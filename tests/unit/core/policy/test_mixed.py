@@ -10,6 +10,7 @@ from palpate.core.policy.mixed import MixedPolicy
 from palpate.core.policy.programmed import ProgrammedPolicy
 from palpate.core.policy.q_learning import QLearning
 from palpate.core.policy.random_walk import RandomWalkPolicy
+from palpate.core.policy.tabular import QParameters
 
 TWO = compass_actions(0.001, 2)
 RIGHT, LEFT = (action.name for action in TWO)
@@ -22,7 +23,8 @@ def observation(state: int) -> Observation:
 
 
 def learner(states=STATES, **settings) -> QLearning:
-    return QLearning(states, TWO, **({"alpha": 1.0, "temperature": TemperatureSchedule(2.0, 0.5, 0.5)} | settings))
+    plain = {"alpha": 1.0, "gamma": 1.0, "temperature": TemperatureSchedule(2.0, 0.5, 0.5)}
+    return QLearning(states, TWO, QParameters(**plain | settings))
 
 
 class Spy(Policy):

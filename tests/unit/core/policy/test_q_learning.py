@@ -20,7 +20,8 @@ GREEDY = TemperatureSchedule(0.0, 1.0, 0.0)
 
 def learner(states=("i", "j"), actions=TWO, **settings) -> QLearning:
     settings = {"alpha": 0.5, "gamma": 1.0, "temperature": TemperatureSchedule(1.0, 0.9, 0.1)} | settings
-    return QLearning(states, actions, **settings)
+    frozen = {key: settings.pop(key) for key in ("frozen", "frozen_temperature") if key in settings}
+    return QLearning(states, actions, QParameters(**settings), **frozen)
 
 
 def observation(state: int) -> Observation:

@@ -6,13 +6,14 @@ from palpate.core.policy.mixed import MixedPolicy
 from palpate.core.policy.programmed import ProgrammedPolicy
 from palpate.core.policy.q_learning import QLearning
 from palpate.core.policy.table import render_table
+from palpate.core.policy.tabular import QParameters
 
 ACTIONS = compass_actions(0.001)
 STATES = ("north", "in the middle", "south", "west")
 
 
 def test_a_mixed_policy_is_shown_state_by_state():
-    q = QLearning(STATES, ACTIONS, alpha=1.0, temperature=TemperatureSchedule(1.0, 1.0, 0.1))
+    q = QLearning(STATES, ACTIONS, QParameters(alpha=1.0, gamma=1.0, temperature=TemperatureSchedule(1.0, 1.0, 0.1)))
     policy = MixedPolicy(STATES, [ProgrammedPolicy(STATES, ACTIONS, {"south": "+y", "west": "+x"}), q])
     for index in range(8):
         policy.learn(Transition(0, index, -1.5 if index == 6 else -20.0, None))

@@ -13,7 +13,7 @@ from palpate.core.automata.machine import Kind, Machine
 from palpate.core.automata.tracker import AutomatonState
 from palpate.core.errors import ConfigurationError
 from palpate.core.perception import IdentityState, LastSymbols
-from palpate.core.policy import QLearning, RandomWalkPolicy, TemperatureSchedule
+from palpate.core.policy import QLearning, QParameters, RandomWalkPolicy, TemperatureSchedule
 from palpate.simulation.grid import chain
 from palpate.simulation.grid.belief import belief_optimum
 from palpate.simulation.grid.chain import Expectation, expected_steps, greedy, uniform
@@ -92,14 +92,11 @@ def test_best_fixed_actions_a_symbol(name: str, actions: tuple[int, ...], steps:
 def test_what_is_simulated_agrees() -> None:
     grid = MAPS["2"]
     identifier = LastSymbols(grid.symbols, 2)
-    learner = QLearning(
-        identifier.states, grid_actions(), alpha=0.3, temperature=TemperatureSchedule(1.0, 0.99, 0.2), frozen=False
-    )
+    parameters = QParameters(alpha=0.3, gamma=1.0, temperature=TemperatureSchedule(1.0, 0.99, 0.2))
+    learner = QLearning(identifier.states, grid_actions(), parameters)
     for trial in range(400):
         run_trial(grid, identifier, learner, 0, trial)
-    frozen = QLearning(
-        identifier.states, grid_actions(), alpha=0.3, temperature=TemperatureSchedule(0.0, 1.0, 0.0), frozen=True
-    )
+    frozen = QLearning(identifier.states, grid_actions(), parameters, frozen=True, frozen_temperature=0.0)
     frozen.set_state(learner.get_state())
     walks = [run_trial(grid, identifier, frozen, 1, trial) for trial in range(2000)]
     exact = expected_steps(grid, identifier, greedy(learner.q))
@@ -146,7 +143,8 @@ def test_no_policy_over_past_symbols_is_below_the_belief_state_optimum(
 def test_nor_is_a_learned_one(name: str, length: int) -> None:
     grid = MAPS[name]
     identifier = LastSymbols(grid.symbols, length)
-    learner = QLearning(identifier.states, grid_actions(), alpha=0.2, temperature=TemperatureSchedule(1.0, 0.99, 0.1))
+    parameters = QParameters(alpha=0.2, gamma=1.0, temperature=TemperatureSchedule(1.0, 0.99, 0.1))
+    learner = QLearning(identifier.states, grid_actions(), parameters)
     for trial in range(300):
         run_trial(grid, identifier, learner, 3, trial)
     assert expected_steps(grid, identifier, greedy(learner.q)).limited_steps >= float(belief_optimum(grid))

@@ -16,6 +16,7 @@ from palpate.core.policy import (
     Observation,
     Policy,
     QLearning,
+    QParameters,
     RandomWalkPolicy,
     TemperatureSchedule,
     Transition,
@@ -101,7 +102,8 @@ def test_every_cell_is_a_start_and_none_more_often_than_others() -> None:
 
 def test_the_learner_of_the_insertion_task_learns_here() -> None:
     grid = GridMap.from_regions("ABC/D·E/FGH", 5)
-    learner = QLearning(grid.symbols, grid_actions(), alpha=0.5, temperature=TemperatureSchedule(1.0, 0.97, 0.05))
+    parameters = QParameters(alpha=0.5, gamma=1.0, temperature=TemperatureSchedule(1.0, 0.97, 0.05))
+    learner = QLearning(grid.symbols, grid_actions(), parameters)
     steps = [run_trial(grid, IdentityState(grid.symbols), learner, 0, trial).steps for trial in range(300)]
     assert np.mean(steps[:20]) > 5.0
     assert np.mean(steps[-100:]) < 1.9  # 1.667 with full information
