@@ -77,7 +77,7 @@ def one_seed(
     inferred = time.perf_counter()
     told = (
         f"seed {seed}: {len(strings.words)} strings of {walks} walks ({walked - begin:.0f} s), {strings.symbols}"
-        f" symbols; q = {found.chosen.intervals}, {found.chosen.raw_states} states, {found.chosen.states} minimal"
+        f" symbols; q = {found.chosen.intervals}, {found.chosen.raw_states} cells, {found.chosen.states} states"
         f" ({inferred - walked:.0f} s), agreement {found.chosen.agreement:.3f}"
     )
     results: dict[str, tuple[np.ndarray, np.ndarray, int]] = {}

@@ -2,16 +2,16 @@
 
     python benchmarks/automata_learners.py --seeds 30 --jobs 2 --out runs/automata.csv
 
-For each seed 1000 walks of at most 30 symbols, and 64 two-unit Elman networks on them. The states, all learned on
-with equal settings in four runs each: the symbols; the last two; the last three; the inferred automaton; that of the same network
-before it was trained, with the same q; that which is chosen in the same way from all 64 untrained networks; a Markov
-chain from IoAlergia on the same strings, at two values of its eps; an acceptor from RPNI, which is also given as many
-strings that no walk can give, made with knowledge of the map. Each seed counts with the mean over its runs: medians
-over seeds of the mean number of steps in the last 100 of 1500 trials, with 95 % bootstrap intervals, and paired mean
-differences to the automaton. A run has converged in the trial after which the mean of 25 first comes to so many steps;
-compared with that of the learner on symbols alone, whose own final level the lowest of these is. Walks and networks
-have seeds 200, 201, ..., learning 1200, 1201, ..., and 100 more for each further run; those that settings were chosen
-with are below 200 and 1000 to 1167.
+For each seed 1000 walks of at most 30 symbols, and 64 two-unit Elman networks on them. The states, all learned on with
+equal settings in four runs each: the symbols; the last two; the last three; the inferred automaton; that of the same
+network before it was trained, with the same q; that which is chosen in the same way from all 64 untrained networks; a
+Markov chain from IoAlergia on the same strings, at two values of its eps; an acceptor from RPNI, which is also given as
+many strings that no walk can give, made with knowledge of the map. Each seed counts with the mean over its runs:
+medians over seeds of the mean number of steps in the last 100 of 1500 trials, with 95 % bootstrap intervals, and paired
+mean differences to the automaton. A run has converged in the trial after which the mean of 25 first comes to so many
+steps; compared with that of the learner on symbols alone, whose own final level the lowest of these is. Walks and
+networks have seeds 200, 201, ..., learning 1200, 1201, ..., and 100 more for each further run; those that settings were
+chosen with are below 200 and 1000 to 1167.
 """
 
 from __future__ import annotations

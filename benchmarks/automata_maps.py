@@ -78,7 +78,7 @@ def lines(job: tuple[str, int, argparse.Namespace]) -> list[str]:
     contenders |= {"untrained": raw.machine, "automaton": found.machine}
     for who, machine in contenders.items():
         chosen = {"untrained": raw.chosen, "automaton": found.chosen}.get(who)
-        about = "" if chosen is None else f", q = {chosen.intervals}, {chosen.raw_states} before minimisation"
+        about = "" if chosen is None else f", q = {chosen.intervals}, {chosen.raw_states} cells"
         loss = model_loss(machine, kept, held)
         told.append(f"    {who:10s} {len(machine.transitions):4d} states, loss {loss:.4f}{about}")
         if options.learn:

@@ -245,5 +245,6 @@ def _lesson(log: TrialLog) -> Lesson | None:
 
 
 def values_digest(learner: Mapping[str, Any]) -> str:
-    """Digest of what a learner has learned: values and visits, to the last bit."""
-    return hashlib.sha256(json.dumps([learner["q"], learner["visits"]]).encode()).hexdigest()
+    """Digest of what a learner has learned: values and visits, of states and of symbols, to the last bit."""
+    tables = [learner["q"], learner["visits"], learner.get("symbol_q"), learner.get("symbol_visits")]
+    return hashlib.sha256(json.dumps(tables).encode()).hexdigest()

@@ -109,7 +109,7 @@ class Extract:
 
     @property
     def raw_states(self) -> int:
-        """Number of states before minimisation."""
+        """Number of cells: states before those of different last symbols are told apart, and before minimisation."""
         return len(self.partition.vectors)
 
     @property

@@ -98,7 +98,7 @@ class Inference:
         chosen = self.chosen
         lines = [
             f"training: {self.training.summary}",
-            f"automaton: q = {chosen.intervals}, {chosen.raw_states} states, {chosen.states} after minimisation",
+            f"automaton: q = {chosen.intervals}, {chosen.raw_states} cells, {chosen.states} states after minimisation",
         ]
         if chosen.wrong:
             lines.append(f"not consistent: wrong about {chosen.wrong:.1%} of {self.strings} training strings")

@@ -32,6 +32,11 @@ class BackOffEntry:
     symbol_q: tuple[tuple[float, ...], ...]
     symbol_visits: tuple[tuple[int, ...], ...]
 
+    def values(self) -> dict[str, Any]:
+        """What was learned, by the names and in the shapes that the state of a learner has."""
+        tables = {"q": self.state_q, "symbol_q": self.symbol_q, "symbol_visits": self.symbol_visits}
+        return {name: [list(row) for row in rows] for name, rows in tables.items()}
+
     def content(self) -> dict[str, Any]:
         """The entry as JSON has it."""
         settings = {"visits": self.settings.visits, "symbol_of": self.settings.symbol_of}

@@ -161,15 +161,7 @@ def new_learner(
 
 def _learned(learner: TabularLearner, document: PolicyDocument, entry: LearnerEntry) -> TabularLearner:
     """The learner, with what the document says it knows."""
-    learned: dict[str, Any] = {
-        "q": [row.q or () for row in document.table],
-        "visits": [row.visits_per_action or () for row in document.table],
-        "trials_learned": entry.trials_learned,
-    }
-    if entry.back_off is not None:
-        backing = entry.back_off
-        learned |= {"q": backing.state_q, "symbol_q": backing.symbol_q, "symbol_visits": backing.symbol_visits}
-    learner.set_state(learner.get_state() | learned)
+    learner.set_state(learner.get_state() | document.values() | {"trials_learned": entry.trials_learned})
     return learner
 
 

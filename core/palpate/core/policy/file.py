@@ -140,6 +140,13 @@ class PolicyDocument:
         except PolicyFileError as error:
             raise PolicyFileError(f"{path}: {error.field}", error.value, error.accepted) from error
 
+    def values(self) -> dict[str, Any]:
+        """All that was learned, by the names and in the shapes that the state of a learner has."""
+        back_off = None if self.learner is None else self.learner.back_off
+        learned = {} if back_off is None else back_off.values()
+        q = [list(row.q or ()) for row in self.table]
+        return {"q": q, "visits": [list(row.visits_per_action or ()) for row in self.table]} | learned
+
     def unlearned(self) -> PolicyDocument:
         """The same policy before it learned anything: what was programmed and set up, with initial values."""
         if self.learner is None:

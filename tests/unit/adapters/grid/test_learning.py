@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from palpate.adapters.grid.learning import GridLearning, learn
 from palpate.adapters.grid.states import Named
 from palpate.core.errors import ConfigurationError
-from palpate.core.policy import QLearning, QParameters, Sarsa, SarsaParameters, TemperatureSchedule
+from palpate.core.policy import BackingOff, QLearning, QParameters, Sarsa, SarsaParameters, TemperatureSchedule
 from palpate.simulation.grid.maps import SCENARIO_1, GridMap
 from palpate.simulation.grid.trial import Walk
 
@@ -28,7 +29,7 @@ def test_settings_become_those_of_the_learner() -> None:
     assert [(s.parameters().alpha, s.parameters().alpha_visits) for s in given] == [(0.2, None), (0.1, None)]
 
 
-@pytest.mark.parametrize(("learner", "kind"), [("q", QLearning), ("sarsa", Sarsa)])
+@pytest.mark.parametrize(("learner", "kind"), [("q", BackingOff), ("sarsa", Sarsa)])
 def test_equal_seeds_give_equal_runs(learner: str, kind: type) -> None:
     settings = GridLearning(learner=learner, step_limit=30)
     told: list[Walk] = []
@@ -41,7 +42,7 @@ def test_equal_seeds_give_equal_runs(learner: str, kind: type) -> None:
     assert told == list(first.walks)
     assert len(first.steps) == 40
     assert max(first.steps) <= 30
-    assert first.temperatures[:2] == (1.0, 0.995)
+    assert first.temperatures[:2] == (0.3, 0.3 * 0.995)
 
 
 def test_a_shorter_run_is_the_beginning_of_a_longer_one() -> None:
@@ -63,12 +64,36 @@ def test_a_shorter_run_is_the_beginning_of_a_longer_one() -> None:
         ({"alpha_visits": 5.0}, "alpha = None is refused: a learning rate, if it is told how to fall"),
         ({"trace_decay": 2.0, "learner": "sarsa"}, "trace_decay = 2"),
         ({"step_limit": 0}, "step_limit = 0"),
+        ({"back_off": -1.0}, "back_off = -1"),
+        ({"back_off": float("nan")}, "back_off = nan"),
+        ({"back_off": 9.0, "learner": "sarsa"}, "back_off = 9.0 is refused: 0; only the learner q can back off"),
     ],
 )
 def test_settings_out_of_range_are_refused_by_the_name_of_their_flag(settings: dict, says: str) -> None:
     with pytest.raises(ConfigurationError) as refused:
         GridLearning(**settings)
     assert str(refused.value).startswith(says)
+
+
+@pytest.mark.parametrize(
+    ("states", "settings", "kind"),
+    [
+        ("last-2", {}, BackingOff),
+        ("last-2", {"back_off": 0.0}, QLearning),
+        ("symbols", {}, QLearning),
+        ("last-2", {"learner": "sarsa"}, Sarsa),
+    ],
+)
+def test_a_memory_backs_off_unless_told_otherwise(states: str, settings: dict, kind: type) -> None:
+    assert type(learn(GRID, Named(states), GridLearning(**settings), 0, 1).learner) is kind
+
+
+def test_with_backing_off_a_memory_learns_sooner() -> None:
+    def steps(**settings) -> float:
+        runs = [learn(GRID, Named("last-2"), GridLearning(**settings), seed, 150) for seed in range(5)]
+        return float(np.mean([run.steps[50:] for run in runs]))
+
+    assert steps() < 0.7 * steps(back_off=0.0)
 
 
 def test_there_is_at_least_one_trial() -> None:
