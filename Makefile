@@ -6,7 +6,7 @@ STAMP := $(VENV)/.installed
 RUN ?= runs/paper
 BENCH ?= runs/bench.json
 
-.PHONY: help setup train test lint golden browser-check bench bench-full clean
+.PHONY: help setup train test lint golden browser-check foxglove-check bench bench-full clean
 
 help:
 	@echo "make setup   create .venv and install pinned dependencies (does nothing when nothing changed)"
@@ -14,6 +14,7 @@ help:
 	@echo "make test    style, types, layering and all tests"
 	@echo "make lint    style, types and layering only"
 	@echo "make browser-check   reports in a headless browser, at laptop and phone width (Debian, needs root to install it)"
+	@echo "make foxglove-check  a recorded trial in Foxglove Studio, its numbers held against the log (the same, and npm)"
 	@echo "make bench   benchmarks beside floors and peers, under three minutes; figures also in $(BENCH)"
 	@echo "make bench-full  the full form, which also writes its section of docs/results.md"
 	@echo "make golden  record the logs in tests/golden anew, after a change that is meant to change behaviour"
@@ -51,6 +52,17 @@ browser-check: setup
 	$(BIN)/python -m tests.browser.sample_folders $(DESK)
 	for folder in $(DESK)/*/; do $(BIN)/palpate report "$$folder" || exit 1; done
 	/usr/bin/python3 tests/browser/check_report.py $(DESK)
+
+# The last Foxglove Studio that npm has as a package; its page is opened without any other network.
+FOXGLOVE := @foxglove/studio-base@1.48.0 react@17.0.2 react-dom@17.0.2
+FOXDESK := runs/foxglove-check
+FOXLOG ?= tests/golden/train-paper.mcap
+
+foxglove-check: setup
+	dpkg-query -W $(BROWSER) >/dev/null 2>&1 || { apt-get update -q && apt-get install -y -q $(BROWSER); }
+	$(BIN)/python -m tests.browser.foxglove_desk $(FOXLOG) $(FOXDESK)
+	cd $(FOXDESK) && npm install --silent --no-audit --no-fund --ignore-scripts --legacy-peer-deps $(FOXGLOVE)
+	/usr/bin/python3 tests/browser/check_foxglove.py $(FOXDESK)
 
 # An otherwise idle machine, please: ratios bear some other work, times do not.
 bench: setup

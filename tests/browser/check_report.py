@@ -86,13 +86,13 @@ def main() -> int:
     return 1 if bad or not pages else 0
 
 
-def browser(width: int, height: int, density: float) -> webdriver.Chrome:
-    """A browser with a window of that size, in which no name leads anywhere."""
+def browser(width: int, height: int, density: float, *, reaches: str = "MAP * ~NOTFOUND") -> webdriver.Chrome:
+    """A browser with a window of that size, in which no name leads anywhere unless told otherwise."""
     options = webdriver.ChromeOptions()
     options.binary_location = "/usr/bin/chromium"
     for word in (
         "--headless=new", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", "--disable-background-networking",
-        "--host-resolver-rules=MAP * ~NOTFOUND", "--allow-file-access-from-files",
+        f"--host-resolver-rules={reaches}", "--allow-file-access-from-files",
     ):  # fmt: skip
         options.add_argument(word)
     options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})

@@ -49,7 +49,7 @@ class GridLearning:
     """Lowest learning rate, beside alpha."""
     gamma: float = 1.0
     """Discount."""
-    temperature: float = 0.3
+    temperature: float = 0.5
     """Exploration temperature of the first trial."""
     temperature_decay: float = 0.995
     """Its factor from one trial to the next."""

@@ -42,7 +42,7 @@ def test_equal_seeds_give_equal_runs(learner: str, kind: type) -> None:
     assert told == list(first.walks)
     assert len(first.steps) == 40
     assert max(first.steps) <= 30
-    assert first.temperatures[:2] == (0.3, 0.3 * 0.995)
+    assert first.temperatures[:2] == (0.5, 0.5 * 0.995)
 
 
 def test_a_shorter_run_is_the_beginning_of_a_longer_one() -> None:
