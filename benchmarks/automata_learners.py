@@ -183,8 +183,9 @@ def tell(name: str, table: list[dict[str, Any]]) -> None:
             means = np.random.default_rng(0).choice(last, size=(2000, len(last))).mean(axis=1)
             low, high = np.quantile(means, (0.025, 0.975))
             greedy = [row["greedy_exact"] for row in mine]
+            median = np.median([row["last_100"] for row in mine])
             print(
-                f"    {learner:23s} median {np.median([row['last_100'] for row in mine]):6.2f}, mean {last.mean():6.2f} "
+                f"    {learner:23s} median {median:6.2f}, mean {last.mean():6.2f} "
                 f"({low:.2f} to {high:.2f}); above the automaton "
                 f"{gap(last, column(table, 'automaton', learner, 'last_100'), 2)}; "
                 f"greedy {np.median(greedy):.2f}, least {min(greedy):.2f}"
@@ -192,9 +193,10 @@ def tell(name: str, table: list[dict[str, Any]]) -> None:
             for level in CONVERGED[name]:
                 trials = column(table, kind, learner, level_name(level))
                 symbols = column(table, "symbols", learner, level_name(level))
+                median = np.median([row[level_name(level)] for row in mine])
                 print(
-                    f"      to {level:g} steps: median {np.median([row[level_name(level)] for row in mine]):.0f} trials, "
-                    f"mean {trials.mean():.0f}; above symbols {gap(trials, symbols, 0)}"
+                    f"      to {level:g} steps: median {median:.0f} trials, mean {trials.mean():.0f}; above symbols "
+                    f"{gap(trials, symbols, 0)}"
                 )
 
 

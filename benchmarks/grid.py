@@ -46,10 +46,10 @@ class Contender:
     learning: GridLearning = field(default_factory=GridLearning)
 
 
-CONSTANT = GridLearning(alpha=0.2)
-SARSA = GridLearning(learner="sarsa")
+CONSTANT = GridLearning(alpha=0.2, temperature=1.0, back_off=0.0)
+SARSA = GridLearning(learner="sarsa", temperature=1.0)
 # What was best for symbols alone in the second scenario and its twin: there only dice lead out of circles.
-HOT_Q = GridLearning(alpha=0.05, temperature=3.0, temperature_decay=0.995, temperature_floor=1.0)
+HOT_Q = GridLearning(alpha=0.05, temperature=3.0, temperature_decay=0.995, temperature_floor=1.0, back_off=0.0)
 HOT_SARSA = GridLearning(
     learner="sarsa", alpha=0.05, temperature=1.5, temperature_decay=1.0, temperature_floor=1.5, trace_decay=0.95
 )

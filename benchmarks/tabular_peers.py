@@ -31,7 +31,10 @@ from palpate.adapters.grid.worlds import bounds_of, grid_named
 
 ROOT = Path(__file__).parents[1]
 MAPS = (("1", "symbols"), ("2", "symbols"), ("2", "last-2"))
-SETTINGS = {"q": GridLearning(learner="q", alpha=0.2), "sarsa": GridLearning(learner="sarsa", alpha=0.1)}
+SETTINGS = {
+    "q": GridLearning(learner="q", alpha=0.2, temperature=1.0, back_off=0.0),
+    "sarsa": GridLearning(learner="sarsa", alpha=0.1, temperature=1.0),
+}
 PEER = ("mushroom-rl==1.10.2", "opencv-python-headless", "pygame")
 
 

@@ -92,7 +92,9 @@ def main() -> int:
         time.sleep(10.0)
         driver.save_screenshot(str(desk / "foxglove.png"))
     sys.stdout.write("".join(f"BAD  {fault}\n" for fault in faults))
-    sys.stdout.write(f"{'BAD ' if faults else 'good'} Foxglove, {len(expected['topics'])} topics; {desk}/foxglove.png\n")
+    sys.stdout.write(
+        f"{'BAD ' if faults else 'good'} Foxglove, {len(expected['topics'])} topics; {desk}/foxglove.png\n"
+    )
     return 1 if faults else 0
 
 

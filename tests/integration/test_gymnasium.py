@@ -25,9 +25,8 @@ from palpate.adapters.gymnasium_envs.errors import ActionRefusedError
 from palpate.adapters.gymnasium_envs.peg_insertion import PegInsertionEnv
 from palpate.adapters.gymnasium_envs.sensor_map import SensorMapEnv
 from palpate.adapters.policies import learning_policy
-from palpate.core.policy import Observation, Policy, TabularLearner, Transition, learner_of, new_learner
+from palpate.core.policy import Observation, Policy, Transition, learner_of
 from palpate.core.randomness import Purpose, generator
-from palpate.simulation.grid.maps import grid_actions
 
 NOWHERE = (0.0, 0.0, 0.0)
 SHORT = {"task": {"time_limit_s": 2.0}}
@@ -216,7 +215,7 @@ def test_a_learner_has_the_same_walks_through_the_environment(learner: str, argu
     grid = grid_named(arguments.get("map", "1"), arguments.get("size", 7))
     expected = learn(grid, Named(arguments.get("state", "symbols")), learning, seed, trials)
     env = SensorMapEnv(**arguments)
-    policy: TabularLearner = new_learner(learning.parameters(), env.identifier.states, grid_actions())
+    policy = learning.new_learner(env.identifier)
     walks: list[tuple[int, bool]] = []
     learn_outside(env, policy, seed, range(trials), lambda trial, reached, info: walks.append((info["steps"], reached)))
     assert walks == [(walk.steps, walk.reached) for walk in expected.walks]

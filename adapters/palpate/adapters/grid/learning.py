@@ -102,6 +102,11 @@ class GridLearning:
             return SarsaParameters(**settings, trace_decay=self.trace_decay)
         return QParameters(**settings)
 
+    def new_learner(self, identifier: StateIdentifier) -> TabularLearner:
+        """A learner on these states that has learned nothing."""
+        back_off = BackOff.of(self.back_off_visits, identifier.symbol_of)
+        return new_learner(self.parameters(), identifier.states, grid_actions(), back_off=back_off)
+
 
 @dataclass(frozen=True)
 class LearningRun:
@@ -150,8 +155,7 @@ def learn(
     """
     require_whole("trials", trials, 1, 1_000_000)
     identifier = make_identifier(grid)
-    back_off = BackOff.of(learning.back_off_visits, identifier.symbol_of)
-    learner = new_learner(learning.parameters(), identifier.states, grid_actions(), back_off=back_off)
+    learner = learning.new_learner(identifier)
     walks, temperatures = [], []
     for trial in range(trials):
         walk = run_trial(grid, identifier, learner, seed, trial, step_limit=learning.step_limit)

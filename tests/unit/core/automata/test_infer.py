@@ -26,7 +26,9 @@ def test_a_language_is_inferred_from_labelled_strings() -> None:
     assert found.chosen.raw_states >= 2
     assert found.extracts == (found.chosen,)
     assert tuple(told) == found.training.curve
-    assert f"q = {found.chosen.intervals}, {found.chosen.raw_states} cells, 2 states after minimisation" in found.summary
+    assert (
+        f"q = {found.chosen.intervals}, {found.chosen.raw_states} cells, 2 states after minimisation" in found.summary
+    )
     assert "agreement" not in found.summary
 
 
