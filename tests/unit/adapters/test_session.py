@@ -28,6 +28,7 @@ from palpate.core.policy import (
     Decision,
     Observation,
     QLearning,
+    QParameters,
     RandomWalkPolicy,
     TemperatureSchedule,
 )
@@ -41,7 +42,8 @@ class CtrlC(QLearning):
     """A learner whose operator presses Ctrl-C at a certain choice, the first being 1."""
 
     def __init__(self, states: Sequence[str], actions: Sequence[Action], at_choice: int) -> None:
-        super().__init__(states, actions, alpha=0.3, temperature=TemperatureSchedule(5.0, 0.96, 0.3))
+        schedule = TemperatureSchedule(5.0, 0.96, 0.3)
+        super().__init__(states, actions, QParameters(alpha=0.3, gamma=1.0, temperature=schedule))
         self.at_choice, self.choices = at_choice, 0
 
     def choose(self, observation: Observation) -> Decision:
