@@ -74,8 +74,23 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     a device does come late: then they are right to stop it. What is wrong in the code fails each time.
     """
     for item in items:
-        if any(mark.args == (REAL_TIME,) for mark in item.iter_markers("xdist_group")):
+        if _against_the_clock(item):
             item.add_marker(pytest.mark.flaky(reruns=3, reruns_delay=1))
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Let tests that run against the wall clock go before others, and all that a test starts with it.
+
+    They mostly wait, so that one more worker than there are processors costs them nothing. Only root may take a low
+    priority back.
+    """
+    if os.geteuid() == 0:
+        os.setpriority(os.PRIO_PROCESS, 0, 0 if _against_the_clock(item) else 10)
+
+
+def _against_the_clock(item: pytest.Item) -> bool:
+    return any(mark.args == (REAL_TIME,) for mark in item.iter_markers("xdist_group"))
 
 
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Producer) -> LoadGroupScheduling:
