@@ -7,6 +7,7 @@ automaton is inferred from them; Q-learning then has the same trials, settings a
 none (the 17 plain states), the last two symbols, the last three, the automaton. Seeds begin at 300. All but the torque
 rule learn; it is beside them because it needs no memory and no learning. The paper's symbols tell the torque only where
 both coordinates are within --position-mm of where the hole is believed to be; with a large one they tell it always.
+With --back-off states with a memory act by their last symbol until they were tried about so often.
 """
 
 from __future__ import annotations
@@ -64,11 +65,12 @@ def trials_of(config: RunConfig, policy_of: str, trials: int) -> tuple[np.ndarra
 
 
 def one_seed(
-    job: tuple[str, int, int, int, int, float],
+    job: tuple[str, int, int, int, int, float, float],
 ) -> tuple[int, str, dict[str, tuple[np.ndarray, np.ndarray, int]]]:
-    name, seed, trials, walks, longest, position_mm = job
+    name, seed, trials, walks, longest, position_mm, back_off = job
     config = replace(scenario(name), seed=seed)
     config = replace(config, perception=replace(config.perception, position_threshold_mm=position_mm))
+    config = replace(config, learning=replace(config.learning, back_off_visits=back_off))
     begin = time.perf_counter()
     strings = walk_strings(config, walks, longest)
     walked = time.perf_counter()
@@ -101,11 +103,12 @@ def main() -> None:
     parser.add_argument("--walks", type=int, default=200)
     parser.add_argument("--longest", type=int, default=200)
     parser.add_argument("--position-mm", type=float, default=PerceptionConfig().position_threshold_mm)
+    parser.add_argument("--back-off", type=float, default=0.0, help="visits; 0 for never, as in the paper")
     parser.add_argument("--first-seed", type=int, default=FIRST_SEED)
     parser.add_argument("--jobs", type=int, default=1)
     options = parser.parse_args()
     jobs = [
-        (options.scenario, seed, options.trials, options.walks, options.longest, options.position_mm)
+        (options.scenario, seed, options.trials, options.walks, options.longest, options.position_mm, options.back_off)
         for seed in range(options.first_seed, options.first_seed + options.seeds)
     ]
     gathered: dict[str, list[tuple[np.ndarray, np.ndarray, int]]] = {}
