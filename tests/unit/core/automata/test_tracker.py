@@ -44,6 +44,13 @@ def test_it_is_a_state_identifier() -> None:
     assert AutomatonState.of(COMPLETE).states == ("s0", "s1", "s2", "s3", LOST)
 
 
+def test_states_have_the_symbol_that_most_often_leads_into_them() -> None:
+    a, b, c = range(3)
+    assert AutomatonState.of(PARTIAL).symbol_of == (None, a, b, b, None)
+    # Two lead into the first, from one state each; into the last all three, but c from most.
+    assert AutomatonState.of(COMPLETE).symbol_of == (b, a, b, c, None)
+
+
 def test_a_transition_that_is_not_known_leads_to_lost_and_the_next_symbol_back() -> None:
     # The second a is unknown after an a. Where an a usually leads is "after a", and from there b is known.
     tracker = AutomatonState.of(PARTIAL)

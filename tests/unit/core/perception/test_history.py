@@ -36,7 +36,9 @@ def test_the_name_of_the_state_tells_the_symbols(count: int, length: int, word: 
     past: list[str] = []
     for symbol in word:
         past.append(names[symbol % count])
-        assert identifier.states[identifier.update(symbol % count)] == " > ".join(past[-length:])
+        state = identifier.update(symbol % count)
+        assert identifier.states[state] == " > ".join(past[-length:])
+        assert identifier.symbol_of[state] == symbol % count
 
 
 def test_one_symbol_is_the_identity() -> None:

@@ -7,6 +7,7 @@ from palpate.core.perception.state import IdentityState, StateIdentifier
 def test_the_state_is_the_last_symbol_whatever_came_before() -> None:
     identifier = IdentityState(("a", "b", "c"))
     assert identifier.states == ("a", "b", "c")
+    assert identifier.symbol_of == (0, 1, 2)
     assert [identifier.update(symbol) for symbol in (2, 0, 0, 1, 2)] == [2, 0, 0, 1, 2]
     identifier.reset()
     assert identifier.update(1) == 1
