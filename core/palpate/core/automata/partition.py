@@ -85,32 +85,25 @@ class Partition:
         machine = self.machine(least_share)
         if merge_symbols or machine.kind is Kind.DFA:
             return minimised(machine)
-        split, cells, last = self._by_last_symbol(machine)
-        entered = self._entered()
-        return minimised(split, [(entered[cell], symbol) for cell, symbol in zip(cells, last, strict=True)])
+        return minimised(*self._by_last_symbol(machine))
 
-    def _by_last_symbol(self, machine: Machine) -> tuple[Machine, list[int], list[int]]:
-        """The automaton with a state for each cell and symbol that leads into it; their cells, their symbols.
+    def _by_last_symbol(self, machine: Machine) -> tuple[Machine, list[tuple[bytes, int]]]:
+        """The automaton with a state for each cell and symbol that leads into it, and what keeps its states apart.
 
+        That is the symbol, and the set of all that lead into the cell: the possible successors alone tell too little.
         State 0 is the start cell before the first symbol, which is numbered -1.
         """
         targets, symbols = self.transitions, range(self.transitions.shape[1])
-        place = np.zeros_like(targets)
-        place[targets, symbols] = 1
-        entered = np.argwhere(place)
-        place[entered[:, 0], entered[:, 1]] = np.arange(1, len(entered) + 1)
-        cells, last = [0, *entered[:, 0].tolist()], [-1, *entered[:, 1].tolist()]
-        rows = tuple(map(tuple, place[targets, symbols][cells].tolist()))
+        enters = np.zeros(targets.shape, dtype=bool)
+        enters[targets, symbols] = True
+        pairs = np.argwhere(enters)
+        state_of = np.zeros_like(targets)
+        state_of[enters] = np.arange(1, len(pairs) + 1)
+        cells, last = [0, *pairs[:, 0].tolist()], [-1, *pairs[:, 1].tolist()]
+        rows = tuple(map(tuple, state_of[targets, symbols][cells].tolist()))
         outputs = tuple(machine.state_outputs[cell] for cell in cells)
-        return Machine(machine.kind, machine.alphabet, rows, outputs), cells, last
-
-    def _entered(self) -> list[int]:
-        """For each cell the set of symbols that lead into it, as a number with a bit a symbol."""
-        entered = [0] * len(self.vectors)
-        for row in self.transitions.tolist():
-            for symbol, target in enumerate(row):
-                entered[target] |= 1 << symbol
-        return entered
+        apart = [(enters[cell].tobytes(), symbol) for cell, symbol in zip(cells, last, strict=True)]
+        return Machine(machine.kind, machine.alphabet, rows, outputs), apart
 
 
 def partition(network: Network, intervals: int, *, centres: bool = False) -> Partition:
