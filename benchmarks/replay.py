@@ -11,6 +11,7 @@ process, without ports, comparison and everything else.
 from __future__ import annotations
 
 import argparse
+import os
 import random
 import re
 import shutil
@@ -146,7 +147,11 @@ def changed_core(log: Path) -> None:
             raise SystemExit(f"{source.name} no longer says {gain}")
         source.write_text(text.replace(gain, f"(1.0 + 1e-12) * {gain}"))
         done = subprocess.run(
-            [*PALPATE, "replay", str(log)], capture_output=True, text=True, check=False, env={"PYTHONPATH": folder}
+            [*PALPATE, "replay", str(log)],
+            capture_output=True,
+            text=True,
+            check=False,
+            env=os.environ | {"PYTHONPATH": folder},
         )
         print(f"gate on the changed core: exit code {done.returncode}")
         print("\n".join(line for line in done.stdout.splitlines() if "/tick" in line))

@@ -13,6 +13,7 @@ import pytest
 from mcap.writer import Writer
 
 from palpate.adapters.log.reader import read_log
+from palpate.adapters.provenance import processor
 from tests.integration.command_line import (
     QUICK,
     command,
@@ -126,6 +127,15 @@ def test_another_processor_may_differ_in_the_last_bits_only(trained: Path, tmp_p
     assert palpate("replay", write_log(tmp_path / "gross.mcap", gross)).returncode == 1
     other = changed(messages, indices(messages, "/decision")[0], lambda made: setattr(made, "action", "none"))
     assert palpate("replay", write_log(tmp_path / "decision.mcap", other)).returncode == 1
+
+
+def test_other_kernels_of_blas_excuse_nothing(trained: Path, tmp_path: Path) -> None:
+    messages = messages_of(trained / "logs" / "trial-00001.mcap")
+    messages = changed(messages, 0, in_start(processor_json=processor() | {"blas": ["of another machine"]}))
+    messages = changed(messages, indices(messages, "/tick")[100], one_ulp("asked_rad", 2))
+    done = palpate("replay", write_log(tmp_path / "kernels.mcap", messages))
+    assert done.returncode == 1
+    assert "another processor" not in done.stdout
 
 
 @pytest.fixture

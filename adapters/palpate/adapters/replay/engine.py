@@ -222,8 +222,9 @@ def known_causes(log: TrialLog, rebuilt: Rebuilt) -> tuple[str, ...]:
 
 
 def _other_processor(log: TrialLog) -> bool:
-    recorded: Any = json.loads(log.start.processor_json or "{}")
-    return bool(recorded != processor())
+    recorded: dict[str, Any] = json.loads(log.start.processor_json or "{}")
+    # Which kernels BLAS takes is recorded, and excuses nothing: no trial uses them (docs/decisions/0015).
+    return recorded | {"blas": None} != processor() | {"blas": None}
 
 
 def _verdict(differences: Differences, log: TrialLog) -> Verdict:
