@@ -6,7 +6,7 @@ STAMP := $(VENV)/.installed
 RUN ?= runs/paper
 BENCH ?= runs/bench.json
 
-.PHONY: help setup train test lint golden browser-check foxglove-check bench bench-full clean
+.PHONY: help setup train test lint golden browser browser-check foxglove-check bench bench-full clean
 
 help:
 	@echo "make setup   create .venv and install pinned dependencies (does nothing when nothing changed)"
@@ -46,8 +46,10 @@ golden: setup
 BROWSER := chromium chromium-driver python3-selenium
 DESK := runs/browser-check
 
-browser-check: setup
+browser:
 	dpkg-query -W $(BROWSER) >/dev/null 2>&1 || { apt-get update -q && apt-get install -y -q $(BROWSER); }
+
+browser-check: setup browser
 	rm -rf $(DESK)
 	$(BIN)/python -m tests.browser.sample_folders $(DESK)
 	for folder in $(DESK)/*/; do $(BIN)/palpate report "$$folder" || exit 1; done
@@ -58,8 +60,7 @@ FOXGLOVE := @foxglove/studio-base@1.48.0 react@17.0.2 react-dom@17.0.2
 FOXDESK := runs/foxglove-check
 FOXLOG ?= tests/golden/train-paper.mcap
 
-foxglove-check: setup
-	dpkg-query -W $(BROWSER) >/dev/null 2>&1 || { apt-get update -q && apt-get install -y -q $(BROWSER); }
+foxglove-check: setup browser
 	$(BIN)/python -m tests.browser.foxglove_desk $(FOXLOG) $(FOXDESK)
 	cd $(FOXDESK) && npm install --silent --no-audit --no-fund --ignore-scripts --legacy-peer-deps $(FOXGLOVE)
 	/usr/bin/python3 tests/browser/check_foxglove.py $(FOXDESK)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from contextlib import AbstractContextManager, ExitStack, nullcontext
 from dataclasses import dataclass, replace
@@ -14,6 +13,7 @@ import numpy as np
 
 from palpate.adapters.composition import ReadyPose, wander_m
 from palpate.adapters.config import RunConfig
+from palpate.adapters.monotonic_clock import MonotonicClock
 from palpate.core.arms import arm_named
 from palpate.core.checks import require_in, require_one_of, require_whole
 from palpate.core.errors import ConfigurationError
@@ -148,7 +148,8 @@ class EmulatedCell:
             ended: Asked each tick.
             told: Called with the truth when the peg has newly reached full depth.
         """
-        start_ns, tick = time.monotonic_ns(), 0
+        clock = MonotonicClock()
+        start_ns, tick = clock.now_ns(), 0
         while not ended():
             with self._hold():
                 targets = self._motors.targets_rad()
@@ -159,12 +160,12 @@ class EmulatedCell:
                 self._motors.measured_rad(self.cell.joint_angles())
             self._watch(told)
             tick += 1
-            late_ns = time.monotonic_ns() - (start_ns + tick * _NS // CONTROL_RATE_HZ)
-            if late_ns < 0:
-                time.sleep(-late_ns * 1e-9)
-            elif late_ns > _NS // 10:
+            deadline_ns = start_ns + tick * _NS // CONTROL_RATE_HZ
+            if clock.now_ns() - deadline_ns > _NS // 10:
                 # Far behind, as after a suspended machine: time goes on from here, nothing is made up for.
-                start_ns, tick = time.monotonic_ns(), 0
+                start_ns, tick = clock.now_ns(), 0
+            else:
+                clock.sleep_until(deadline_ns)
 
     def _watch(self, told: Callable[[Truth], None]) -> None:
         if self.cell.ticks % 14:
