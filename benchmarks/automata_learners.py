@@ -21,6 +21,7 @@ import csv
 import warnings
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import islice
 from multiprocessing import Pool
 from pathlib import Path
 from typing import Any
@@ -108,7 +109,7 @@ def untrained_twin(found: Inference, untrained: Inference) -> Machine:
 
 
 def states_of(name: str, seed: int) -> Iterator[tuple[str, StateMaker]]:
-    """Kinds of state, as they are made for one seed."""
+    """Kinds of state, as they are made for one seed, each when it is asked for."""
     grid = grid_named(name, 7)
     strings = walk_strings(grid, 1000, seed, 30)
     settings = InferenceSettings(training=TrainingSettings(seed=seed))
@@ -132,14 +133,14 @@ def converged(steps: list[int], most: float) -> int:
     return int(below[0]) + WINDOW if len(below) else len(steps)
 
 
-def rows(job: tuple[str, int]) -> list[dict[str, Any]]:
-    name, number = job
+def rows(job: tuple[str, int, int | None, int, str]) -> list[dict[str, Any]]:
+    name, number, kinds, runs, only = job
     warnings.simplefilter("ignore")
     grid, done = grid_named(name, 7), []
-    for kind, make in states_of(name, FIRST_SEED + number):
-        for learner, learning in LEARNERS.items():
-            for repeat in range(RUNS):
-                run = learn(grid, make, learning, LEARNING_SEED + number + NEXT_RUN * repeat, TRIALS)
+    for kind, make in islice(states_of(name, FIRST_SEED + number), kinds):
+        for learner in asked(only):
+            for repeat in range(runs):
+                run = learn(grid, make, LEARNERS[learner], LEARNING_SEED + number + NEXT_RUN * repeat, TRIALS)
                 score = Score.of(grid, run)
                 values = (
                     name, number, repeat, kind, learner, len(run.identifier.states), score.last, round(score.greedy, 4),
@@ -147,6 +148,11 @@ def rows(job: tuple[str, int]) -> list[dict[str, Any]]:
                 reached = {level_name(level): converged(run.steps, level) for level in CONVERGED[name]}
                 done.append(dict(zip(COLUMNS, values, strict=True)) | reached)
     return done
+
+
+def asked(only: str) -> list[str]:
+    """Names of learners."""
+    return [only] if only else list(LEARNERS)
 
 
 def level_name(level: float) -> str:
@@ -170,14 +176,14 @@ def gap(ours: np.ndarray[Any, Any], theirs: np.ndarray[Any, Any], digits: int) -
     return f"{differences.mean():+.{digits}f} ({low:+.{digits}f} to {high:+.{digits}f})"
 
 
-def tell(name: str, table: list[dict[str, Any]]) -> None:
+def tell(name: str, table: list[dict[str, Any]], learners: list[str]) -> None:
     bounds = bounds_of(grid_named(name, 7))
     seeds = len({row["seed"] for row in table})
     print(f"map {name}, {seeds} seeds: full information {bounds.full:.2f}, belief-state optimum {bounds.belief:.2f}")
     for kind in dict.fromkeys(row["states"] for row in table):
-        count = np.median(column(table, kind, "Q-learning", "count"))
+        count = np.median(column(table, kind, learners[0], "count"))
         print(f"  {kind}, {count:.0f} states")
-        for learner in LEARNERS:
+        for learner in learners:
             mine = [row for row in table if (row["states"], row["learner"]) == (kind, learner)]
             last = column(table, kind, learner, "last_100")
             means = np.random.default_rng(0).choice(last, size=(2000, len(last))).mean(axis=1)
@@ -204,15 +210,21 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--maps", nargs="+", default=list(CONVERGED))
     parser.add_argument("--seeds", type=int, default=30)
+    parser.add_argument("--first", type=int, default=0, help="how many seeds to leave out before them")
+    parser.add_argument("--kinds", type=int, help="how many kinds of state, in the order above; all without it")
+    parser.add_argument("--runs", type=int, default=RUNS, help="runs of learning a seed, at most 10")
+    parser.add_argument("--learner", choices=LEARNERS, default="", help="only this one")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--out", type=Path, help="CSV file")
     options = parser.parse_args()
     levels = dict.fromkeys(level_name(level) for name in options.maps for level in CONVERGED[name])
+    what = options.kinds, options.runs, options.learner
+    numbers = range(options.first, options.first + options.seeds)
     columns, whole = (*COLUMNS, *levels), list[dict[str, Any]]()
     with Pool(options.jobs) as pool:
         for name in options.maps:
             table: list[dict[str, Any]] = []
-            for done in pool.imap(rows, [(name, number) for number in range(options.seeds)]):
+            for done in pool.imap(rows, [(name, number, *what) for number in numbers]):
                 table += done
                 if options.out:
                     options.out.parent.mkdir(parents=True, exist_ok=True)
@@ -221,7 +233,7 @@ def main() -> None:
                         writer.writeheader()
                         writer.writerows(whole + table)
             whole += table
-            tell(name, table)
+            tell(name, table, asked(options.learner))
 
 
 if __name__ == "__main__":

@@ -216,7 +216,7 @@ def measure(options: argparse.Namespace) -> None:
     rate = options.rate if options.rig in ("fake", "sleep") else CONTROL_RATE_HZ
     wishes = RealTimeConfig()
     if options.rt:
-        wishes = RealTimeConfig(True, options.priority, True, options.cpu, options.garbage)
+        wishes = RealTimeConfig(True, options.priority, True, options.cpu, options.garbage, options.awake)
     account = ThreadAccount.if_kept()
     limits = Limits(warn_late_ns=round(options.late_ms * 1e6), warm_up_ticks=wishes.warm_up_ticks)
     late: deque[LateTick | SlowCore] = deque(maxlen=SHOWN)
@@ -315,6 +315,7 @@ def main() -> None:
     parser.add_argument("--priority", type=int, default=50)
     parser.add_argument("--cpu", type=int, default=-1, help="with --rt: keep the loop on this CPU")
     parser.add_argument("--garbage", default="as is", help="with --rt: as is, frozen or off")
+    parser.add_argument("--awake", action="store_true", help="with --rt: let no processor sleep")
     parser.add_argument("--bare", action="store_true", help="without section timing and causes")
     parser.add_argument("--cost", action="store_true", help="measure what measuring costs, and nothing else")
     options = parser.parse_args()

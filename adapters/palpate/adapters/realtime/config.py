@@ -29,6 +29,8 @@ class RealTimeConfig:
     """Keep the loop on this CPU while a trial runs; -1 leaves it to the system."""
     garbage_collection: str = AS_IS
     """as is; frozen: what is there at the start is never looked at again; off: only between trials."""
+    stay_awake: bool = False
+    """Keep idle processors from sleeping while the run lasts: they wake sooner, and need more power."""
     warm_up_ticks: int = 70
     """Ticks at the start of a run whose times do not count: caches fill and code runs for the first time."""
     warn_late_ms: float = 3.5

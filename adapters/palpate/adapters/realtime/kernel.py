@@ -13,6 +13,7 @@ _MCL_CURRENT: Final = 1
 _MCL_FUTURE: Final = 2
 _MCL_ONFAULT: Final = 4
 _CAP_IPC_LOCK: Final = 14
+_WAKE_UP: Final = "/dev/cpu_dma_latency"
 
 
 class Kernel:
@@ -53,6 +54,21 @@ class Kernel:
     def unlock_memory(self) -> None:
         """Undo :meth:`lock_memory`."""
         self._call("munlockall")
+
+    def stay_awake(self) -> int:
+        """Let no idle processor sleep until :meth:`may_sleep` is called with what this returns."""
+        # The kernel's interface for it: no more microseconds than these to wake up in, for as long as the file is open.
+        held = os.open(_WAKE_UP, os.O_WRONLY)
+        try:
+            os.write(held, bytes(4))
+        except OSError:
+            os.close(held)
+            raise
+        return held
+
+    def may_sleep(self, held: int) -> None:
+        """Undo :meth:`stay_awake`."""
+        os.close(held)
 
     def may_lock_any_amount(self) -> bool:
         """Whether locked memory has no limit: then allocating more can never fail for being locked."""

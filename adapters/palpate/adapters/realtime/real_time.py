@@ -19,10 +19,11 @@ _SWITCH_S: Final = 0.0005
 class RealTime:
     """What a run gets from the system. A context manager around the run; :meth:`loop` goes around each trial.
 
-    Memory and frozen objects belong to the process, hence to the run. Priority and CPU belong to the loop's thread
-    and are held within :meth:`loop` only, so that whatever is started outside of it (the log's writer, the thread of
-    a bus, watchdogs) inherits neither. For what is started within, priority is reset by the kernel
-    (``SCHED_RESET_ON_FORK``); there is no such flag for the CPU, so nothing should be started there with one.
+    Memory and frozen objects belong to the process, hence to the run, and idle processors stay awake for as long.
+    Priority and CPU belong to the loop's thread and are held within :meth:`loop` only, so that whatever is started
+    outside of it (the log's writer, the thread of a bus, watchdogs) inherits neither. For what is started within,
+    priority is reset by the kernel (``SCHED_RESET_ON_FORK``); there is no such flag for the CPU, so nothing should be
+    started there with one.
 
     Args:
         config: What to ask for.
@@ -50,6 +51,8 @@ class RealTime:
                 self._cpu_granted = grants[-1].granted
             if config.lock_memory:
                 grants.append(self._lock_memory(stack))
+            if config.stay_awake:
+                grants.append(self._stay_awake(stack))
             if config.garbage_collection == FROZEN:
                 gc.collect()
                 gc.freeze()
@@ -116,6 +119,16 @@ class RealTime:
         except OSError as error:
             return Grant(wish, False, _words(error), remedy)
         stack.callback(_unless_refused, self._kernel.unlock_memory)
+        return Grant(wish, True)
+
+    def _stay_awake(self, stack: ExitStack) -> Grant:
+        wish = "idle processors that stay awake"
+        try:
+            held = self._kernel.stay_awake()
+        except OSError as error:
+            remedy = "allow this user to write /dev/cpu_dma_latency (a udev rule); a container needs --device"
+            return Grant(wish, False, _words(error), remedy)
+        stack.callback(_unless_refused, lambda: self._kernel.may_sleep(held))
         return Grant(wish, True)
 
     def _raise_priority(self, stack: ExitStack) -> None:

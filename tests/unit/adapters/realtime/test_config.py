@@ -14,6 +14,7 @@ def test_by_default_nothing_is_asked_of_the_system() -> None:
     config = RealTimeConfig()
     assert not config.scheduling
     assert not config.lock_memory
+    assert not config.stay_awake
     assert config.cpu == -1
     assert config.stop_late_ms == 0.0
 

@@ -14,7 +14,7 @@ import pytest
 
 from palpate.adapters.realtime import Grant, Kernel, RealTime, RealTimeConfig, request, take_real_time
 
-ALL = RealTimeConfig(scheduling=True, priority=7, lock_memory=True, cpu=1, garbage_collection="off")
+ALL = RealTimeConfig(scheduling=True, priority=7, lock_memory=True, cpu=1, garbage_collection="off", stay_awake=True)
 FIFO, FLAG = 1, 0x4000_0000
 
 
@@ -24,6 +24,7 @@ class FakeKernel(Kernel):
     def __init__(self, *refused: str, limit_bytes: float = float("inf")) -> None:
         self.refused, self.limit_bytes = set(refused), limit_bytes
         self.policy, self.at, self.cpus, self.locked = 0, 0, frozenset((0, 1)), False
+        self.awake: list[int] = []
 
     def scheduling(self) -> tuple[int, int]:
         return self.policy, self.at
@@ -50,6 +51,14 @@ class FakeKernel(Kernel):
 
     def unlock_memory(self) -> None:
         self.locked = False
+
+    def stay_awake(self) -> int:
+        self._ask("awake", errno.EACCES)
+        self.awake.append(11)
+        return 11
+
+    def may_sleep(self, held: int) -> None:
+        self.awake.remove(held)
 
     def may_lock_any_amount(self) -> bool:
         return self.limit_bytes == float("inf")
@@ -79,9 +88,9 @@ def test_without_wishes_nothing_happens() -> None:
 def test_what_is_granted_is_held_where_it_belongs_and_given_back() -> None:
     kernel = FakeKernel()
     with RealTime(ALL, kernel) as real_time:
-        assert [grant.granted for grant in real_time.grants] == [True] * 4
+        assert [grant.granted for grant in real_time.grants] == [True] * 5
         # What is started here, as a log's writer or a bus's thread is, inherits neither priority nor CPU.
-        assert (kernel.policy, kernel.cpus, kernel.locked) == (0, {0, 1}, True)
+        assert (kernel.policy, kernel.cpus, kernel.locked, kernel.awake) == (0, {0, 1}, True, [11])
         for _ in range(2):
             with real_time.loop():
                 assert (kernel.policy, kernel.at, kernel.cpus) == (FIFO | FLAG, 7, {1})
@@ -89,6 +98,7 @@ def test_what_is_granted_is_held_where_it_belongs_and_given_back() -> None:
             assert (kernel.policy, kernel.cpus) == (0, {0, 1})
             assert gc.isenabled()
     assert not kernel.locked
+    assert not kernel.awake
 
 
 def test_other_threads_let_go_of_the_interpreter_soon_while_a_trial_runs() -> None:
@@ -107,7 +117,7 @@ def test_a_trial_that_fails_gives_everything_back() -> None:
 
     with pytest.raises(ZeroDivisionError):
         fail()
-    assert (kernel.policy, kernel.cpus, kernel.locked) == (0, {0, 1}, False)
+    assert (kernel.policy, kernel.cpus, kernel.locked, kernel.awake) == (0, {0, 1}, False, [])
 
 
 @pytest.mark.parametrize(
@@ -116,6 +126,7 @@ def test_a_trial_that_fails_gives_everything_back() -> None:
         ("scheduling", 0, "operation not permitted", "CAP_SYS_NICE"),
         ("affinity", 1, "invalid argument", "0, 1"),
         ("memory", 2, "cannot allocate memory", "CAP_IPC_LOCK"),
+        ("awake", 3, "permission denied", "/dev/cpu_dma_latency"),
     ],
 )
 def test_a_refusal_is_told_with_what_would_help_and_the_rest_goes_on(
@@ -161,6 +172,24 @@ def test_the_system_itself_is_asked_without_an_error() -> None:
     grants = request(RealTimeConfig(scheduling=True, priority=1, cpu=min(Kernel().affinity())))
     assert len(grants) == 2
     assert (Kernel().scheduling()[1], Kernel().affinity()) == (before[0][1], before[1])
+
+
+def test_processors_stay_awake_while_the_file_is_open(tmp_path, monkeypatch) -> None:
+    device = tmp_path / "cpu_dma_latency"
+    device.write_bytes(b"")
+    monkeypatch.setattr("palpate.adapters.realtime.kernel._WAKE_UP", str(device))
+
+    def open_files() -> list[str]:
+        return [os.readlink(link) for link in os.scandir("/proc/self/fd") if os.path.exists(link)]
+
+    with RealTime(RealTimeConfig(stay_awake=True)) as real_time:
+        assert [grant.granted for grant in real_time.grants] == [True]
+        # No microseconds to wake up in, as a number of 32 bits.
+        assert device.read_bytes() == b"\0\0\0\0"
+        assert str(device) in open_files()
+    assert str(device) not in open_files()
+    device.unlink()
+    assert not request(RealTimeConfig(stay_awake=True))[0].granted
 
 
 def test_a_cpu_that_is_not_there_is_refused() -> None:
