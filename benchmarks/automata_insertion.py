@@ -4,7 +4,8 @@
 
 For each seed: random walks in the work cell give symbol strings (those that ended in the hole and are not too long); an
 automaton is inferred from them; Q-learning then has the same trials, settings and number of trials with each memory:
-none (the 17 plain states), the last two symbols, the last three, the automaton. Seeds begin at 300. All but the torque
+none (the 17 plain states), the last two symbols, the last three, the automaton, and an automaton of the same strings
+whose states different symbols may lead into ("merged"). Seeds begin at 300. All but the torque
 rule learn; it is beside them because it needs no memory and no learning. The paper's symbols tell the torque only where
 both coordinates are within --position-mm of where the hole is believed to be; with a large one they tell it always.
 With --back-off states with a memory act by their last symbol until they were tried about so often.
@@ -26,6 +27,7 @@ from palpate.adapters.config import PerceptionConfig, RunConfig, scenario
 from palpate.adapters.experiment import run_scored_trial
 from palpate.adapters.policies import comparator, learning_policy
 from palpate.adapters.statistics import bootstrap_interval
+from palpate.core.automata.choice import ExtractionSettings
 from palpate.core.automata.document import save
 from palpate.core.automata.infer import InferenceSettings, infer
 from palpate.core.automata.strings import Strings
@@ -34,7 +36,7 @@ from palpate.core.policy import Policy
 
 FIRST_SEED = 300
 FIRST_WALK = 2_000_000
-MEMORIES = ("none", "last-2", "last-3", "automaton")
+MEMORIES = ("none", "last-2", "last-3", "automaton", "merged")
 LAST = 50
 
 
@@ -75,19 +77,27 @@ def one_seed(
     strings = walk_strings(config, walks, longest)
     walked = time.perf_counter()
     settings = InferenceSettings(training=TrainingSettings(restarts=32, batch=32, seed=seed))
-    found = infer(strings, settings)
+    found = {
+        "automaton": infer(strings, settings),
+        "merged": infer(strings, replace(settings, extraction=ExtractionSettings(merge_symbols=True))),
+    }
     inferred = time.perf_counter()
     told = (
         f"seed {seed}: {len(strings.words)} strings of {walks} walks ({walked - begin:.0f} s), {strings.symbols}"
-        f" symbols; q = {found.chosen.intervals}, {found.chosen.raw_states} cells, {found.chosen.states} states"
-        f" ({inferred - walked:.0f} s), agreement {found.chosen.agreement:.3f}"
+        f" symbols; inferred in {inferred - walked:.0f} s"
     )
+    for kind, one in found.items():
+        told += (
+            f"\n  {kind}: q = {one.chosen.intervals}, {one.chosen.raw_states} cells, {one.chosen.states} states,"
+            f" agreement {one.chosen.agreement:.3f}"
+        )
     results: dict[str, tuple[np.ndarray, np.ndarray, int]] = {}
     with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "automaton.json"
-        save(found.machine, file)
         for memory in MEMORIES:
-            own = replace(config.perception, memory=str(file) if memory == "automaton" else memory)
+            file = Path(folder) / f"{memory}.json"
+            if memory in found:
+                save(found[memory].machine, file)
+            own = replace(config.perception, memory=str(file) if memory in found else memory)
             remembering = replace(config, perception=own)
             states = len(build_perception(remembering).states)
             results[memory] = (*trials_of(remembering, "learn", trials), states)

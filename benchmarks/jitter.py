@@ -4,6 +4,7 @@
     python -m benchmarks.jitter --seconds 600 --rig emulated --rt     devices behind wires, in another process
     python -m benchmarks.jitter --seconds 600 --rig fake --rate 1000  the fakes, at any rate
     python -m benchmarks.jitter --seconds 600 --rig sleep --rt        nothing but sleeping: the machine's own floor
+    python -m benchmarks.jitter --seconds 600 --rig sum --rt          sleeping, then adding numbers for a fixed time
     python -m benchmarks.jitter --cost                                what measuring itself costs
 
 The core's rate is 140 Hz and fixed: ``mujoco`` and ``emulated`` run whole trials at it. ``fake`` runs a loop with the
@@ -56,6 +57,8 @@ from palpate.core.values import AppliedCommand, JointCommand, JointVector, Snaps
 
 NS = 10**9
 PALPATE = [sys.executable, "-m", "palpate.adapters.cli.main"]
+FLOORS = {"sleep": range(0), "sum": range(12_000)}
+"""Nothing of ours to do; the sum takes about as long as the core with the fakes."""
 ENDS = 1000
 SHOWN = 10
 
@@ -156,12 +159,14 @@ def run_loop(task: OpenTask, ports: Ports, phase: WatchedPhase, most_ticks: int 
     return tick
 
 
-def sleep_only(clock: Clock, phase: WatchedPhase) -> None:
-    """The same schedule without anything to do."""
+def sleep_only(clock: Clock, phase: WatchedPhase, numbers: range) -> None:
+    """The same schedule without anything to do but to add numbers."""
     start_ns, slot = clock.now_ns(), 0
     while not phase.over:
         clock.sleep_until(start_ns + slot * NS // phase.rate_Hz)
-        slot = max(slot + 1, (clock.now_ns() - start_ns) * phase.rate_Hz // NS + 1)
+        time_ns = clock.now_ns()
+        sum(numbers)
+        slot = max(slot + 1, (time_ns - start_ns) * phase.rate_Hz // NS + 1)
 
 
 def run_trials(config: RunConfig, rig: Rig, ports: Ports, phase: WatchedPhase, task: OpenTask, rt: RealTime) -> None:
@@ -213,7 +218,7 @@ def stolen_ms() -> float:
 
 def measure(options: argparse.Namespace) -> None:
     config = scenario("paper")
-    rate = options.rate if options.rig in ("fake", "sleep") else CONTROL_RATE_HZ
+    rate = options.rate if options.rig in ("fake", *FLOORS) else CONTROL_RATE_HZ
     wishes = RealTimeConfig()
     if options.rt:
         wishes = RealTimeConfig(True, options.priority, True, options.cpu, options.garbage, options.awake)
@@ -238,10 +243,10 @@ def measure(options: argparse.Namespace) -> None:
             phase = WatchedPhase(ports.clock, rate, options.seconds)
             return replace(ports, clock=phase), phase
 
-        if options.rig == "sleep":
+        if options.rig in FLOORS:
             ports, phase = watch(fake_ports(MonotonicClock(), tuple(find_ready_pose(config).q_rad.tolist())))
             with rt.loop():
-                sleep_only(ports.clock, phase)
+                sleep_only(ports.clock, phase, FLOORS[options.rig])
         elif options.rig == "fake":
             home = tuple(find_ready_pose(config).q_rad.tolist())
             ports, phase = watch(fake_ports(MonotonicClock(), home))
@@ -307,7 +312,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seconds", type=float, default=600.0)
     parser.add_argument("--rate", type=int, default=CONTROL_RATE_HZ, help="ticks per second of the fakes")
-    parser.add_argument("--rig", choices=("mujoco", "emulated", "fake", "sleep"), default="mujoco")
+    parser.add_argument("--rig", choices=("mujoco", "emulated", "fake", *FLOORS), default="mujoco")
     parser.add_argument("--arm", default="zebra-nmc", help="emulated arm")
     parser.add_argument("--force", default="jr3-can", help="emulated force sensor")
     parser.add_argument("--late-ms", type=float, default=1.0, help="a tick later than this is looked into")

@@ -15,10 +15,9 @@ from typing import Any
 import pytest
 
 from palpate.adapters.rig_file import RigFile
-from tests.integration.command_line import RT_EMULATOR, command, palpate, refusal, succeed, wait_until
+from tests.integration.command_line import RT_EMULATOR, command, palpate, wait_until
 
 pytestmark = pytest.mark.xdist_group("real time")
-RIGS = Path(__file__).parents[2] / "rigs"
 DISTURBED = ("computer wakes", "were lost or damaged", "do not fit", "silent", "answers missing", "SYNCs in a row",
              "readings missing", "instead of", "heartbeat", "adapter adds", "clumps", "no new reading")  # fmt: skip
 """What a machine with other work to do may bring about by itself; all else must be as it should."""
@@ -140,24 +139,6 @@ def test_interrupted_and_unplugged(tmp_path: Path) -> None:
     assert "there is no /dev/nowhere" in sensor
 
 
-def test_rig_files_and_options_that_cannot_be_used(tmp_path: Path) -> None:
-    rig = tmp_path / "rig.toml"
-    tables = '[arm]\nadapter = "zebra-nmc"\n{}\n[force_sensor]\nadapter = "jr3-uart"\n'
-    for text, named in (
-        ("[arm]\n", "arm.adapter"),
-        ("a = [", "TOML"),
-        (tables.replace("zebra-nmc", "puma"), "arm.adapter = 'puma'"),
-        (tables.format('prot = "/dev/ttyUSB0"'), "did you mean arm.port?"),
-        (tables.format("divider = 99"), "arm.divider = 99"),
-    ):
-        rig.write_text(text.replace("{}", ""))
-        assert named in refusal("doctor", "--rig", rig)
-    rig.write_text(tables.format(""))
-    assert "seconds = 0.0" in refusal("doctor", "--rig", rig, "--seconds", "0")
-    assert "rig" in refusal("doctor")
-    assert "missing.toml" in refusal("doctor", "--rig", tmp_path / "missing.toml")
-
-
 def test_what_only_the_driver_refuses_is_a_finding(tmp_path: Path) -> None:
     rig = tmp_path / "rig.toml"
     rig.write_text(
@@ -179,16 +160,3 @@ def test_a_port_without_permission(tmp_path: Path) -> None:
         f'[arm]\nadapter = "zebra-nmc"\nport = "{port}"\n[force_sensor]\nadapter = "jr3-uart"\nport = "{port}2"\n'
     )
     assert "dialout" in wrongs(examined(rig), 1)[0]
-
-
-@pytest.mark.parametrize("name", ["zebra-nmc-jr3.toml", "cia402-jr3-uart.toml"])
-def test_the_shipped_rig_files_can_be_used(name: str) -> None:
-    done = palpate("doctor", "--rig", RIGS / name, "--seconds", "0.2")
-    assert done.returncode in (0, 1), done.stderr
-    assert "arm:" in done.stdout
-    assert "does not fit" not in done.stdout
-
-
-def test_help() -> None:
-    printed = succeed("doctor", "--help")
-    assert all(flag in printed for flag in ("--rig", "--seconds", "--push", "--move", "--json"))

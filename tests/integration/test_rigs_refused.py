@@ -1,0 +1,61 @@
+"""Rig files and words about rigs that cannot work. Apart from test_rigs.py: nothing here runs in real time."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.integration.command_line import palpate, refusal
+
+
+@pytest.mark.parametrize(
+    ("content", "reason"),
+    [
+        ("", "arm = None"),
+        ("[arm]\nadapter = 'zebra-nmc'\n", "force_sensor = None"),
+        ("[arm]\nadapter = 'irb'\n[force_sensor]\nadapter = 'jr3-can'\n", "one of cia402, zebra-nmc"),
+        ("[arm]\nadapter = 'zebra-nmc'\n[force_sensor]\nadapter = 'ati'\n", "one of jr3-can, jr3-uart"),
+        ("[arm]\nadapter = 'zebra-nmc'\nbaudrate = 3\n[force_sensor]\nadapter = 'jr3-can'\n", "did you mean arm.baud"),
+        ("[arm]\nadapter = 'zebra-nmc'\nbaud = 1200\n[force_sensor]\nadapter = 'jr3-can'\n", "19200, 57600"),
+        ("[arm]\nadapter = 'zebra-nmc'\ndivider = 1\n[force_sensor]\nadapter = 'jr3-can'\n", "46.67, 35, 28"),
+        ("[arm]\nadapter = 'cia402'\n[force_sensor]\nadapter = 'jr3-can'\n", "arm.counts_per_rad"),
+        ("[rig]\nname = 3\n[arm]\nadapter = 'cia402'\n[force_sensor]\nadapter = 'jr3-can'\n", "rig.name"),
+        ("[rig]\nspeed = 3\n[arm]\nadapter = 'cia402'\n[force_sensor]\nadapter = 'jr3-can'\n", "rig.speed"),
+        ("[gripper]\n", "gripper"),
+        ("[watchdog]\ncommand_ms = 0\n[arm]\nadapter = 'cia402'\n[force_sensor]\nadapter = 'jr3-can'\n", "command_ms"),
+        ("[watchdog]\nloop = 1\n[arm]\nadapter = 'cia402'\n[force_sensor]\nadapter = 'jr3-can'\n", "watchdog.loop"),
+        ("[arm\n", "a TOML file"),
+    ],
+)
+def test_rig_files_that_cannot_work_are_refused_in_one_line(tmp_path: Path, content: str, reason: str) -> None:
+    (tmp_path / "rig.toml").write_text(content)
+    line = refusal("run", "--rig", "rig.toml", "--policy", "torque", "--out", "run", cwd=tmp_path)
+    assert reason in line
+
+
+@pytest.mark.parametrize(
+    ("words", "reason"),
+    [
+        (("run", "--rig", "missing.toml", "--policy", "torque"), "missing.toml"),
+        (("run", "--rig", "missing.toml", "--policy", "omniscient"), "on a real rig"),
+        (("emulate", "--arm", "irb"), "arm = 'irb'"),
+        (("emulate", "--force", "ati"), "force = 'ati'"),
+        (("emulate", "--wrist-backlash-deg", "-1"), "wrist_backlash_deg"),
+        (("emulate", "--arm", "cia402", "--wrist-backlash-deg", "0.1"), "except for zebra-nmc"),
+        (("emulate", "--scenario", "sealed"), "scenario"),
+        (("emulate", "--priority", "100"), "priority = 100"),
+        (("emulate", "--rig-file", "."), "is there already"),
+    ],
+)
+def test_wrong_words(tmp_path: Path, words: tuple[str, ...], reason: str) -> None:
+    assert reason in refusal(*words, cwd=tmp_path)
+
+
+def test_devices_that_are_not_there_are_the_operator_s_to_mend(tmp_path: Path) -> None:
+    rig = "[arm]\nadapter = 'zebra-nmc'\nport = '/dev/ttyNONE'\nat_home = true\n"
+    (tmp_path / "rig.toml").write_text(rig + "[force_sensor]\nadapter = 'jr3-uart'\nport = '/dev/ttyNONE'\n")
+    done = palpate("run", "--rig", tmp_path / "rig.toml", "--policy", "torque", "--out", tmp_path / "run")
+    assert done.returncode == 1
+    assert "/dev/ttyNONE cannot be opened" in done.stderr
+    assert "the operator's fault" in done.stderr
