@@ -6,7 +6,14 @@ from pathlib import Path
 
 import pytest
 
-from tests.integration.command_line import palpate, refusal
+from tests.integration.command_line import palpate, refused_here
+
+
+@pytest.fixture
+def desk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The folder that commands are called in."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
 
 
 @pytest.mark.parametrize(
@@ -28,28 +35,29 @@ from tests.integration.command_line import palpate, refusal
         ("[arm\n", "a TOML file"),
     ],
 )
-def test_rig_files_that_cannot_work_are_refused_in_one_line(tmp_path: Path, content: str, reason: str) -> None:
-    (tmp_path / "rig.toml").write_text(content)
-    line = refusal("run", "--rig", "rig.toml", "--policy", "torque", "--out", "run", cwd=tmp_path)
-    assert reason in line
+def test_rig_files_that_cannot_work_are_refused_in_one_line(
+    desk: Path, capsys: pytest.CaptureFixture[str], content: str, reason: str
+) -> None:
+    Path("rig.toml").write_text(content)
+    assert reason in refused_here("run --rig rig.toml --policy torque --out run", desk, capsys)
 
 
 @pytest.mark.parametrize(
     ("words", "reason"),
     [
-        (("run", "--rig", "missing.toml", "--policy", "torque"), "missing.toml"),
-        (("run", "--rig", "missing.toml", "--policy", "omniscient"), "on a real rig"),
-        (("emulate", "--arm", "irb"), "arm = 'irb'"),
-        (("emulate", "--force", "ati"), "force = 'ati'"),
-        (("emulate", "--wrist-backlash-deg", "-1"), "wrist_backlash_deg"),
-        (("emulate", "--arm", "cia402", "--wrist-backlash-deg", "0.1"), "except for zebra-nmc"),
-        (("emulate", "--scenario", "sealed"), "scenario"),
-        (("emulate", "--priority", "100"), "priority = 100"),
-        (("emulate", "--rig-file", "."), "is there already"),
+        ("run --rig missing.toml --policy torque", "missing.toml"),
+        ("run --rig missing.toml --policy omniscient", "on a real rig"),
+        ("emulate --arm irb", "arm = 'irb'"),
+        ("emulate --force ati", "force = 'ati'"),
+        ("emulate --wrist-backlash-deg -1", "wrist_backlash_deg"),
+        ("emulate --arm cia402 --wrist-backlash-deg 0.1", "except for zebra-nmc"),
+        ("emulate --scenario sealed", "scenario"),
+        ("emulate --priority 100", "priority = 100"),
+        ("emulate --rig-file .", "is there already"),
     ],
 )
-def test_wrong_words(tmp_path: Path, words: tuple[str, ...], reason: str) -> None:
-    assert reason in refusal(*words, cwd=tmp_path)
+def test_wrong_words(desk: Path, capsys: pytest.CaptureFixture[str], words: str, reason: str) -> None:
+    assert reason in refused_here(words, desk, capsys)
 
 
 def test_devices_that_are_not_there_are_the_operator_s_to_mend(tmp_path: Path) -> None:
@@ -59,3 +67,5 @@ def test_devices_that_are_not_there_are_the_operator_s_to_mend(tmp_path: Path) -
     assert done.returncode == 1
     assert "/dev/ttyNONE cannot be opened" in done.stderr
     assert "the operator's fault" in done.stderr
+    # The same call is to go through once the devices are plugged in.
+    assert not (tmp_path / "run").exists()

@@ -199,7 +199,7 @@ def require_usable(config: RunConfig, ready: ReadyPose) -> None:
     require_fitting(config.supervision, config.task, kinematics, ready.q_rad, facts)
 
 
-def open_rig(config: RunConfig, ready: ReadyPose, rig_file: str) -> Rig:
+def open_rig(config: RunConfig, ready: ReadyPose, rig_file: str = "") -> Rig:
     """The rig that trials run on, not yet entered: the simulator, or the devices of a rig file.
 
     Raises:

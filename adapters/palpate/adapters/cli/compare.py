@@ -15,7 +15,7 @@ from palpate.adapters.chosen_policy import ChosenPolicy
 from palpate.adapters.cli.notices import report_troubles, tell_weakened
 from palpate.adapters.cli.options import CompareOptions
 from palpate.adapters.cli.run import run_named
-from palpate.adapters.composition import find_ready_pose, require_usable
+from palpate.adapters.composition import find_ready_pose, open_rig, require_usable
 from palpate.adapters.policies import COMPARATORS
 from palpate.adapters.recording.trials import LOG_FOLDER, TrialRecorder
 from palpate.adapters.results import RunFolder
@@ -46,9 +46,10 @@ def compare(options: CompareOptions) -> int:
             # Two runs may have folders of the same name, or one of a comparator's.
             taken = policy.label in summaries or (policy.label in COMPARATORS and policy.name not in COMPARATORS)
             logs = f"{policy.label}-{number}" if taken else policy.label
-            rows, finished = run_named(
-                policy, config, ready, options.trials, recorder=recorder, command="compare", subfolder=logs
-            )
+            with open_rig(config, ready) as rig:
+                rows, finished = run_named(
+                    policy, config, ready, rig, options.trials, recorder=recorder, command="compare", subfolder=logs
+                )
             if rows:
                 summaries[policy.name if taken else policy.label] = summary_of(rows)
             if not finished:

@@ -12,18 +12,14 @@ from palpate.adapters.beat import Beat
 from palpate.adapters.chosen_policy import NOBODY_KNOWS, ChosenPolicy
 from palpate.adapters.cli.notices import marked_line, recording_for, report_troubles, tell_grants, tell_weakened
 from palpate.adapters.cli.options import RunOptions
-from palpate.adapters.composition import (
-    ReadyPose,
-    find_ready_pose,
-    open_rig,
-    require_usable,
-)
+from palpate.adapters.composition import ReadyPose, find_ready_pose, open_rig, require_usable
 from palpate.adapters.config import RunConfig
 from palpate.adapters.experiment import ScoredTrial
 from palpate.adapters.plots import learning_curve
 from palpate.adapters.policies import COMPARATORS
 from palpate.adapters.recording.trials import LOG_FOLDER, TrialRecorder
 from palpate.adapters.results import RunFolder, TrialRow, next_free_folder
+from palpate.adapters.rig import Rig
 from palpate.adapters.run_summary import policy_summary
 from palpate.adapters.session import FIRST_EVALUATION_TRIAL, Recorded, run_policy, run_toml
 from palpate.adapters.warm_up import warm_up
@@ -45,15 +41,24 @@ def run(options: RunOptions) -> int:
     ready = find_ready_pose(config)
     require_usable(config, ready)
     tell_weakened(config)
-    folder.create()
-    folder.write_text("run.toml", run_toml(config, "run", trials=options.trials, policy=options.policy))
     with ExitStack() as opened:
+        closed = open_rig(config, ready, options.rig)
+        if options.rig:
+            warm_up(config, ready)
+        rig = opened.enter_context(closed)
+        # Only now are words, files and devices known to be good: a refused call must not leave a folder in the way.
+        folder.create()
+        folder.write_text("run.toml", run_toml(config, "run", trials=options.trials, policy=options.policy))
         recorder = TrialRecorder.into(folder.path / LOG_FOLDER, recording_for(config, options.rig))
         if recorder is not None:
             opened.enter_context(recorder)
+        beat = opened.enter_context(Beat(config.real_time)) if options.rig else None
+        tell_grants(beat)
         rows, finished = run_named(
-            chosen, config, ready, options.trials, folder=folder, recorder=recorder, rig_file=options.rig
+            chosen, config, ready, rig, options.trials, folder=folder, recorder=recorder, beat=beat
         )
+        if beat is not None:
+            sys.stdout.write(beat.report() + "\n")
     report_troubles(recorder)
     summary = policy_summary(config, options.policy, rows, options.trials)
     folder.write_json("summary.json", summary)
@@ -75,13 +80,14 @@ def run_named(
     chosen: ChosenPolicy,
     config: RunConfig,
     ready: ReadyPose,
+    rig: Rig,
     trials: int,
     *,
     folder: RunFolder | None = None,
     recorder: TrialRecorder | None = None,
     command: str = "run",
     subfolder: str = "",
-    rig_file: str = "",
+    beat: Beat | None = None,
 ) -> tuple[list[TrialRow], bool]:
     """Run trials with progress on the terminal; returns the finished ones and whether these are all.
 
@@ -89,21 +95,15 @@ def run_named(
         chosen: The policy.
         config: The run's configuration.
         ready: The ready pose.
+        rig: What to run on, entered.
         trials: Number of trials.
         folder: Where the trials are noted; None notes them nowhere.
         recorder: Records them; None records none.
         command: The command that runs, for the logs.
         subfolder: Where in the recorder's folder the logs go.
-        rig_file: The devices to run on; the simulator if it is empty.
+        beat: Real time, entered; None where the rig has none.
     """
-    closed = open_rig(config, ready, rig_file)
-    if rig_file:
-        warm_up(config, ready)
-    with (
-        ExitStack() as opened,
-        closed as rig,
-        tqdm(total=trials, unit="trial", desc=chosen.label, file=sys.stderr) as bar,
-    ):
+    with tqdm(total=trials, unit="trial", desc=chosen.label, file=sys.stderr) as bar:
         policy = chosen.on(rig)
         name = chosen.name if chosen.document is None else ""
         recorded = None if recorder is None else Recorded(recorder, command, name, subfolder)
@@ -113,9 +113,5 @@ def run_named(
                 folder.append_trial(scored, FIRST_EVALUATION_TRIAL)
             bar.update()
 
-        beat = opened.enter_context(Beat(config.real_time)) if rig_file else None
-        tell_grants(beat)
         rows = run_policy(config, ready, rig, chosen.perception, policy, trials, done, recorded, beat)
-        if beat is not None:
-            sys.stdout.write(beat.report() + "\n")
     return rows, len(rows) == trials
