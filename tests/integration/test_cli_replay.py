@@ -112,9 +112,14 @@ def test_known_causes_are_told(trained: Path, tmp_path: Path) -> None:
         assert cause in done.stdout
 
 
-def test_another_processor_may_differ_in_the_last_bits_only(trained: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "other", [{"machine": "another"}, {"libc": "another"}, {"simd": ["X86_V2"]}], ids=["machine", "libc", "sine"]
+)
+def test_another_processor_may_differ_in_the_last_bits_only(
+    trained: Path, tmp_path: Path, other: dict[str, object]
+) -> None:
     messages = messages_of(trained / "logs" / "trial-00001.mcap")
-    messages = changed(messages, 0, in_start(processor_json={"machine": "another"}))
+    messages = changed(messages, 0, in_start(processor_json=processor() | other))
     last_bit = changed(messages, indices(messages, "/tick")[100], one_ulp("asked_rad", 2))
     log = write_log(tmp_path / "elsewhere.mcap", last_bit)
     printed = succeed("replay", log)
@@ -125,13 +130,21 @@ def test_another_processor_may_differ_in_the_last_bits_only(trained: Path, tmp_p
     assert "1 of 1 equal" in succeed("replay", write_log(tmp_path / "same.mcap", messages))
     gross = changed(messages, indices(messages, "/tick")[100], lambda made: made.asked_rad.__setitem__(2, 0.1))
     assert palpate("replay", write_log(tmp_path / "gross.mcap", gross)).returncode == 1
-    other = changed(messages, indices(messages, "/decision")[0], lambda made: setattr(made, "action", "none"))
-    assert palpate("replay", write_log(tmp_path / "decision.mcap", other)).returncode == 1
+    decision = changed(messages, indices(messages, "/decision")[0], lambda made: setattr(made, "action", "none"))
+    assert palpate("replay", write_log(tmp_path / "decision.mcap", decision)).returncode == 1
 
 
-def test_other_kernels_of_blas_excuse_nothing(trained: Path, tmp_path: Path) -> None:
+@pytest.mark.skipif("X86_V3" not in processor()["simd"], reason="a processor without fused multiply-add")
+@pytest.mark.parametrize(
+    "other",
+    [{"blas": ["of another machine"]}, {"simd": ["X86_V2", "X86_V3"]}, {"simd": ["X86_V2", "X86_V3", "X86_V4"]}],
+    ids=["BLAS", "AVX2", "AVX-512"],
+)
+def test_kernels_and_vector_loops_of_another_processor_excuse_nothing(
+    trained: Path, tmp_path: Path, other: dict[str, object]
+) -> None:
     messages = messages_of(trained / "logs" / "trial-00001.mcap")
-    messages = changed(messages, 0, in_start(processor_json=processor() | {"blas": ["of another machine"]}))
+    messages = changed(messages, 0, in_start(processor_json=processor() | other))
     messages = changed(messages, indices(messages, "/tick")[100], one_ulp("asked_rad", 2))
     done = palpate("replay", write_log(tmp_path / "kernels.mcap", messages))
     assert done.returncode == 1

@@ -4,16 +4,20 @@ from __future__ import annotations
 
 import hashlib
 import platform
+from collections.abc import Mapping
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
 import palpate.core
 from palpate.core.arms import arm_named
 from palpate.core.kinematics import ToolGeometry
+
+_FUSED: Final = frozenset({"FMA3", "X86_V3"})
+"""Names that numpy has, or had, for what comes with fused multiply-add."""
 
 
 def made_with() -> dict[str, str]:
@@ -57,3 +61,15 @@ def processor() -> dict[str, Any]:
         "blas": sorted({str(i.get("architecture")) for i in threadpool_info() if i.get("user_api") == "blas"}),
         "libc": " ".join(platform.libc_ver()),
     }
+
+
+def decisive(found: Mapping[str, Any]) -> tuple[Any, ...]:
+    """What of :func:`processor` the last bits of a trial do depend on, and may excuse a difference (record 0015).
+
+    That is the C library's sine, which on x86-64 has a form for processors with fused multiply-add, and one for those
+    without. The kernels of BLAS and numpy's vector loops play no part.
+    """
+    simd: Any = found.get("simd") or []
+    if found.get("machine") == "x86_64":
+        simd = not _FUSED.isdisjoint(simd)
+    return found.get("machine"), found.get("libc"), simd

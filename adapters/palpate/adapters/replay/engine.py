@@ -13,7 +13,7 @@ from typing import Any, Final
 from palpate.adapters.experiment import ScoredTrial
 from palpate.adapters.log.reader import TrialLog, learner_of_json
 from palpate.adapters.log.records import DecisionEntry
-from palpate.adapters.provenance import arm_sha256, core_sha256, made_with, processor
+from palpate.adapters.provenance import arm_sha256, core_sha256, decisive, made_with, processor
 from palpate.adapters.replay.compare import compare_learners, compare_reports, compare_start, decisions_of
 from palpate.adapters.replay.handover import continue_in_mujoco
 from palpate.adapters.replay.rebuild import Rebuilder, Rebuilt
@@ -222,9 +222,7 @@ def known_causes(log: TrialLog, rebuilt: Rebuilt) -> tuple[str, ...]:
 
 
 def _other_processor(log: TrialLog) -> bool:
-    recorded: dict[str, Any] = json.loads(log.start.processor_json or "{}")
-    # Which kernels BLAS takes is recorded, and excuses nothing: no trial uses them (docs/decisions/0015).
-    return recorded | {"blas": None} != processor() | {"blas": None}
+    return decisive(json.loads(log.start.processor_json or "{}")) != decisive(processor())
 
 
 def _verdict(differences: Differences, log: TrialLog) -> Verdict:
