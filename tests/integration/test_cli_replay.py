@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from mcap.writer import Writer
 
-from palpate.adapters.log.reader import read_log
+from palpate.adapters.log.reader import RawMessage, read_log
 from palpate.adapters.provenance import processor
 from tests.integration.command_line import (
     QUICK,
@@ -112,16 +112,24 @@ def test_known_causes_are_told(trained: Path, tmp_path: Path) -> None:
         assert cause in done.stdout
 
 
+def recorded_on(trained: Path, other: dict[str, object]) -> list[RawMessage]:
+    """A trial of this machine that says that it was recorded on one that differs."""
+    messages = messages_of(trained / "logs" / "trial-00001.mcap")
+    return changed(messages, 0, in_start(processor_json=processor() | other))
+
+
+def off_by_a_bit(messages: list[RawMessage]) -> list[RawMessage]:
+    return changed(messages, indices(messages, "/tick")[100], one_ulp("asked_rad", 2))
+
+
 @pytest.mark.parametrize(
     "other", [{"machine": "another"}, {"libc": "another"}, {"simd": ["X86_V2"]}], ids=["machine", "libc", "sine"]
 )
 def test_another_processor_may_differ_in_the_last_bits_only(
     trained: Path, tmp_path: Path, other: dict[str, object]
 ) -> None:
-    messages = messages_of(trained / "logs" / "trial-00001.mcap")
-    messages = changed(messages, 0, in_start(processor_json=processor() | other))
-    last_bit = changed(messages, indices(messages, "/tick")[100], one_ulp("asked_rad", 2))
-    log = write_log(tmp_path / "elsewhere.mcap", last_bit)
+    messages = recorded_on(trained, other)
+    log = write_log(tmp_path / "elsewhere.mcap", off_by_a_bit(messages))
     printed = succeed("replay", log)
     assert "not bit-comparable" in printed
     assert "another processor" in printed
@@ -143,10 +151,7 @@ def test_another_processor_may_differ_in_the_last_bits_only(
 def test_kernels_and_vector_loops_of_another_processor_excuse_nothing(
     trained: Path, tmp_path: Path, other: dict[str, object]
 ) -> None:
-    messages = messages_of(trained / "logs" / "trial-00001.mcap")
-    messages = changed(messages, 0, in_start(processor_json=processor() | other))
-    messages = changed(messages, indices(messages, "/tick")[100], one_ulp("asked_rad", 2))
-    done = palpate("replay", write_log(tmp_path / "kernels.mcap", messages))
+    done = palpate("replay", write_log(tmp_path / "kernels.mcap", off_by_a_bit(recorded_on(trained, other))))
     assert done.returncode == 1
     assert "another processor" not in done.stdout
 
