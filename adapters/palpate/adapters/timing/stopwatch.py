@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from palpate.adapters.timing.attribution import Attribution, Cause, ThreadAccount, attribute
+from palpate.adapters.timing.attribution import Account, Attribution, Cause, ThreadAccount, attribute
 from palpate.adapters.timing.histogram import Histograms, Spread
 from palpate.adapters.timing.lateness import LateTick, Limits, SlowCore
 from palpate.adapters.timing.sections import BUSY, COLUMNS, CORE, LATE, Section
@@ -89,13 +89,15 @@ class Stopwatch:
         self._begun_ns = self._slept_ns = now_ns()
         self._deadline_ns: int | None = None
         self._no_skip_ns = _NS * 3 // (2 * rate_Hz)
-        self._before = self._account_now = (0, 0) if account is None else account.read()
+        self._before = self._account_now = Account(0, 0, 0) if account is None else account.read()
+        self._worked_ns = 0
 
     # What the decorators tell.
 
     def tick_ends(self, at_ns: int | None = None) -> None:
         """The loop goes to sleep, or is over; now, or since then by the stopwatch's time."""
         self._slept_ns = now = self.now_ns() if at_ns is None else at_ns
+        self._worked_ns = now - self._begun_ns if self.in_tick else 0
         if self.in_tick:
             self.in_tick = False
             self.ticks += 1
@@ -168,15 +170,19 @@ class Stopwatch:
 
     def _attribute(self, late_ns: int) -> Attribution:
         if self._account is None:
-            return Attribution(Cause.UNKNOWN, 0, 0, late_ns)
-        run, delay = self._account.read()
-        run_asleep = run - self._account_now[0] if self._clock_works else 0
-        delay_asleep = delay - self._account_now[1]
+            return Attribution(Cause.UNKNOWN, 0, 0, 0, late_ns)
+        before, slept, woken = self._before, self._account_now, self._account.read()
+        run_asleep = woken.run_ns - slept.run_ns if self._clock_works else 0
+        delay_asleep = woken.delay_ns - slept.delay_ns
         # The deadline may have passed before the loop even came to sleep.
         asleep = self._begun_ns - self._slept_ns
         overrun = max(late_ns - asleep, 0)
-        delay_at_work = min(overrun, self._account_now[1] - self._before[1])
-        return attribute(late_ns, overrun - delay_at_work + run_asleep, delay_at_work + delay_asleep)
+        delay_at_work = min(overrun, slept.delay_ns - before.delay_ns)
+        # A thread that was given a processor only on waking cannot have waited for a device while it worked: what it
+        # was not charged for, its processor did for somebody else.
+        taken = self._worked_ns - (slept.run_ns - before.run_ns) if slept.turns - before.turns <= 1 else 0
+        at_work = overrun - delay_at_work
+        return attribute(late_ns, at_work + run_asleep, delay_at_work + delay_asleep, min(taken, at_work))
 
     def _fold(self) -> None:
         if not self._filled:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from palpate.adapters.fake import FakeArm, FakeClock, FakeForceSensor, FakeJointEncoder
 from palpate.adapters.timing import Limits, Stopwatch, ThreadAccount, timed
+from palpate.adapters.timing.attribution import Account
 from palpate.adapters.timing.lateness import LateTick, SlowCore
 from palpate.core.cycle import Ports, next_slot, tick_time_ns
 from palpate.core.values import JointCommand, JointSample, WrenchSample
@@ -15,11 +16,14 @@ MS = 1_000_000
 class FakeAccount(ThreadAccount):
     """An account that says what it is told to."""
 
-    def __init__(self) -> None:
-        self.run_ns = self.delay_ns = 0
+    def __init__(self, run_ns_each: int = 0, turns_each: int = 1) -> None:
+        self.run_ns = self.delay_ns = self.turns = 0
+        self.run_ns_each, self.turns_each = run_ns_each, turns_each
 
-    def read(self) -> tuple[int, int]:
-        return self.run_ns, self.delay_ns
+    def read(self) -> Account:
+        self.run_ns += self.run_ns_each
+        self.turns += self.turns_each
+        return Account(self.run_ns, self.delay_ns, self.turns)
 
 
 class SlowSensor(FakeForceSensor):

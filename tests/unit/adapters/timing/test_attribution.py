@@ -11,30 +11,34 @@ from hypothesis import strategies as st
 
 from palpate.adapters.timing import Cause, ThreadAccount, attribute
 
-NS = st.integers(0, 10**12)
+NS, ANY_NS = st.integers(0, 10**12), st.integers(-(10**12), 10**12)
 
 
 @pytest.mark.parametrize(
-    ("own_ns", "delay_ns", "cause"),
+    ("at_work_ns", "delay_ns", "taken_ns", "cause"),
     [
-        (0, 0, Cause.WOKEN_LATE),
-        (900, 0, Cause.OWN_WORK),
-        (0, 900, Cause.NO_CPU),
-        # The kernel's account is exact: what it explains, our work does not have to.
-        (1000, 900, Cause.NO_CPU),
-        (600, 300, Cause.OWN_WORK),
-        (100, 300, Cause.WOKEN_LATE),
+        (0, 0, 0, Cause.WOKEN_LATE),
+        (900, 0, 0, Cause.OWN_WORK),
+        (0, 900, 0, Cause.NO_CPU),
+        # The kernel's accounts are exact: what they explain, our work does not have to.
+        (1000, 900, 0, Cause.NO_CPU),
+        (600, 300, 0, Cause.OWN_WORK),
+        (100, 300, 0, Cause.WOKEN_LATE),
+        (900, 0, 600, Cause.TAKEN),
+        (900, 0, 300, Cause.OWN_WORK),
+        # A processor can be taken away only from who is at work.
+        (0, 0, 600, Cause.WOKEN_LATE),
     ],
 )
-def test_the_largest_share_is_the_cause(own_ns: int, delay_ns: int, cause: Cause) -> None:
-    assert attribute(1000, own_ns, delay_ns).cause is cause
+def test_the_largest_share_is_the_cause(at_work_ns: int, delay_ns: int, taken_ns: int, cause: Cause) -> None:
+    assert attribute(1000, at_work_ns, delay_ns, taken_ns).cause is cause
 
 
-@given(late=NS, own=st.integers(-(10**12), 10**12), delay=st.integers(-(10**12), 10**12))
-def test_the_shares_add_up_and_none_is_negative(late: int, own: int, delay: int) -> None:
-    a = attribute(late, own, delay)
-    assert a.own_ns + a.no_cpu_ns + a.woken_late_ns == late
-    assert min(a.own_ns, a.no_cpu_ns, a.woken_late_ns) >= 0
+@given(late=NS, at_work=ANY_NS, delay=ANY_NS, taken=ANY_NS)
+def test_the_shares_add_up_and_none_is_negative(late: int, at_work: int, delay: int, taken: int) -> None:
+    a = attribute(late, at_work, delay, taken)
+    assert a.own_ns + a.no_cpu_ns + a.taken_ns + a.woken_late_ns == late
+    assert min(a.own_ns, a.no_cpu_ns, a.taken_ns, a.woken_late_ns) >= 0
 
 
 def account() -> ThreadAccount:
@@ -54,7 +58,17 @@ def test_the_account_is_of_this_thread_and_only_grows() -> None:
     while time.thread_time_ns() < until:
         pass
     after = mine.read()
-    assert after[0] >= before[0] + 1_000_000
-    assert after[1] >= before[1]
+    assert after.run_ns >= before.run_ns + 1_000_000
+    assert after.delay_ns >= before.delay_ns
+    assert after.turns >= before.turns
     mine.close()
+    mine.close()
+
+
+def test_a_thread_that_waits_is_given_a_processor_anew() -> None:
+    mine = account()
+    before = mine.read()
+    for _ in range(5):
+        time.sleep(0.001)
+    assert mine.read().turns >= before.turns + 5
     mine.close()

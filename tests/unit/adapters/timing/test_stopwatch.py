@@ -112,15 +112,29 @@ def test_what_a_sleeper_is_charged_is_its_own_work_only_where_the_clock_works(cl
     assert late.attribution.cause is cause
 
 
-def test_a_tick_after_one_that_took_too_long_is_our_own_fault() -> None:
-    bench = Bench(Limits(warn_late_ns=MS), FakeAccount())
+def late_after_working_too_long(account: FakeAccount) -> LateTick:
+    bench = Bench(Limits(warn_late_ns=MS), account)
     bench.core_ns = PERIOD_NS + 2 * MS
     bench.trial(2)
     (late,) = bench.told
     assert isinstance(late, LateTick)
+    return late
+
+
+# The second was charged for nothing, but may have waited for a device.
+@pytest.mark.parametrize("account", [FakeAccount(run_ns_each=PERIOD_NS + 2 * MS), FakeAccount(turns_each=2)])
+def test_a_tick_after_one_that_took_too_long_is_our_own_fault(account: FakeAccount) -> None:
+    late = late_after_working_too_long(account)
     assert late.attribution.cause is Cause.OWN_WORK
     assert late.attribution.own_ns == late.late_ns
     assert "own work" in str(late)
+
+
+def test_work_that_the_kernel_does_not_charge_for_is_a_processor_that_was_taken_away() -> None:
+    late = late_after_working_too_long(FakeAccount(run_ns_each=PERIOD_NS + MS // 2))
+    assert late.attribution.cause is Cause.TAKEN
+    assert (late.attribution.own_ns, late.attribution.taken_ns) == (late.late_ns - 3 * MS // 2, 3 * MS // 2)
+    assert "processor taken away" in str(late)
 
 
 def test_without_an_account_the_cause_is_not_known() -> None:
