@@ -44,8 +44,7 @@ from palpate.adapters.paced_clock import PacedClock
 from palpate.adapters.realtime import RealTime, RealTimeConfig
 from palpate.adapters.rig import Rig
 from palpate.adapters.rig_file import RigFile
-from palpate.adapters.timing import Limits, SlowCore, Stopwatch, ThreadAccount, table, timed, timed_parts
-from palpate.adapters.timing.lateness import LateTick
+from palpate.adapters.timing import Cause, Limits, Stopwatch, ThreadAccount, table, timed, timed_parts
 from palpate.core.cycle import Ports, run_trial
 from palpate.core.errors import PalpateError
 from palpate.core.insertion import InsertionTask
@@ -224,10 +223,9 @@ def measure(options: argparse.Namespace) -> None:
         wishes = RealTimeConfig(True, options.priority, True, options.cpu, options.garbage, options.awake)
     account = ThreadAccount.if_kept()
     limits = Limits(warn_late_ns=round(options.late_ms * 1e6), warm_up_ticks=wishes.warm_up_ticks)
-    late: deque[LateTick | SlowCore] = deque(maxlen=SHOWN)
     # The simulated cell's physics runs within the sleep.
     works = options.rig == "mujoco"
-    stopwatch = Stopwatch(limits, rate_Hz=rate, account=account, tell=late.append, clock_works=works)
+    stopwatch = Stopwatch(limits, rate_Hz=rate, account=account, clock_works=works)
     task = open_task(config)
     if not options.bare:
         task.time_parts(stopwatch)
@@ -265,14 +263,16 @@ def measure(options: argparse.Namespace) -> None:
             ):
                 ports, phase = watch(hardware.ports)
                 run_trials(config, hardware, ports, phase, task, rt)
-    report(stopwatch, phase, late)
+    report(stopwatch, phase)
     print(f"a hypervisor took {stolen_ms() - stolen:.0f} ms of all processors meanwhile")
 
 
-def report(stopwatch: Stopwatch, phase: WatchedPhase, late: deque[LateTick | SlowCore]) -> None:
+def report(stopwatch: Stopwatch, phase: WatchedPhase) -> None:
     print(table(stopwatch))
+    late = list(stopwatch.newest_late)
     for tick in late:
-        print(f"  {tick}")
+        if tick.attribution.cause is Cause.OWN_WORK or tick in late[-SHOWN:]:
+            print(f"  {tick}")
     first, last = median(phase.first) * 1e-3, median(phase.last) * 1e-3
     print(
         f"phase of the schedule: at most {phase.worst_phase_ns} ns off (last slot {phase.last_slot});"

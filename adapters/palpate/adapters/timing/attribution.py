@@ -5,6 +5,7 @@ from __future__ import annotations
 import enum
 import os
 import time
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple, Self
 
@@ -13,53 +14,53 @@ class Cause(enum.Enum):
     """What made a tick late, for the most part."""
 
     OWN_WORK = "own work"
-    """The loop was still busy: the core, a port that took long, the recorder."""
+    """The loop was still busy: the core, a port, the recorder."""
+    WAITED = "waited at work"
+    """The loop was not done, and waited: for a device, or for another thread of the program."""
     NO_CPU = "no processor free"
     """The loop was ready to run, and the system ran something else."""
     TAKEN = "processor taken away"
     """The loop was at work, and a hypervisor or an interrupt had its processor."""
     WOKEN_LATE = "woken late"
-    """Neither: a timer, an interrupt or a hypervisor that came late."""
+    """None of these: a timer, an interrupt or a hypervisor that came late."""
     UNKNOWN = "not known"
     """The system keeps no accounts that tell."""
 
 
 @dataclass(frozen=True, slots=True)
 class Attribution:
-    """How the lateness of a tick is made up; the four add up to it.
+    """How the lateness of a tick is made up.
 
     Attributes:
-        cause: The largest of them.
-        own_ns: Own work past the deadline.
-        no_cpu_ns: Ready to run, without a processor.
-        taken_ns: At work, as far as this system knows, on a processor that did something else.
-        woken_late_ns: What none of them explains.
+        shares_ns: What each cause has to do with it; they add up to it.
     """
 
-    cause: Cause
-    own_ns: int
-    no_cpu_ns: int
-    taken_ns: int
-    woken_late_ns: int
+    shares_ns: Mapping[Cause, int]
+
+    @property
+    def cause(self) -> Cause:
+        """The one with the largest share; of equal ones the first to be named."""
+        return max(self.shares_ns, key=lambda cause: self.shares_ns[cause])
+
+    def __str__(self) -> str:
+        return ", ".join(f"{cause.value} {ns * 1e-6:.2f} ms" for cause, ns in self.shares_ns.items() if ns)
 
 
-def attribute(late_ns: int, at_work_ns: int, run_delay_ns: int, taken_ns: int = 0) -> Attribution:
+def attribute(late_ns: int, claims: Iterable[tuple[Cause, int]]) -> Attribution:
     """Share out the lateness of a tick.
-
-    The kernel's accounts come first, because they are exact; own work explains at most what is left.
 
     Args:
         late_ns: How late the tick began.
-        at_work_ns: How much of the time after the deadline the loop was still at work.
-        run_delay_ns: How long the thread waited for a processor meanwhile.
-        taken_ns: For how long its processor did something else while it was at work.
+        claims: Causes and how long each of them lasted, ns, the surest first: each explains at most what those before
+            it have left. What is left in the end is a thread that was woken late.
     """
-    no_cpu = min(late_ns, max(run_delay_ns, 0))
-    at_work = min(late_ns - no_cpu, max(at_work_ns, 0))
-    taken = min(at_work, max(taken_ns, 0))
-    own, rest = at_work - taken, late_ns - no_cpu - at_work
-    shares = {Cause.OWN_WORK: own, Cause.NO_CPU: no_cpu, Cause.TAKEN: taken, Cause.WOKEN_LATE: rest}
-    return Attribution(max(shares, key=lambda cause: shares[cause]), own, no_cpu, taken, rest)
+    shares: dict[Cause, int] = {}
+    left = late_ns
+    for cause, lasted_ns in (*claims, (Cause.WOKEN_LATE, late_ns)):
+        share = min(left, max(lasted_ns, 0))
+        shares[cause] = shares.get(cause, 0) + share
+        left -= share
+    return Attribution(shares)
 
 
 class Account(NamedTuple):

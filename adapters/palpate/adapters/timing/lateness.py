@@ -49,13 +49,9 @@ class LateTick:
     attribution: Attribution
 
     def __str__(self) -> str:
-        a = self.attribution
-        parts = (
-            f"own work {a.own_ns * 1e-6:.2f}, no processor {a.no_cpu_ns * 1e-6:.2f}, taken away {a.taken_ns * 1e-6:.2f}"
-        )
         return (
             f"tick {self.tick} at {self.time_ns * 1e-9:.3f} s began {self.late_ns * 1e-6:.2f} ms late:"
-            f" {a.cause.value} ({parts}, woken late {a.woken_late_ns * 1e-6:.2f} ms)"
+            f" {self.attribution.cause.value} ({self.attribution})"
         )
 
 

@@ -91,6 +91,7 @@ class Stopwatch:
         self._no_skip_ns = _NS * 3 // (2 * rate_Hz)
         self._before = self._account_now = Account(0, 0, 0) if account is None else account.read()
         self._worked_ns = 0
+        self._looked_at: LateTick | None = None
 
     # What the decorators tell.
 
@@ -150,7 +151,7 @@ class Stopwatch:
         return self._histograms.spread(column)
 
     def _look_at(self, late_ns: int, time_ns: int) -> None:
-        tick = LateTick(self.ticks, time_ns, late_ns, self._attribute(late_ns))
+        self._looked_at = tick = LateTick(self.ticks, time_ns, late_ns, self._attribute(late_ns))
         limits = self.limits
         if limits.warn_late_ns and late_ns > limits.warn_late_ns:
             self.late_ticks[tick.attribution.cause] += 1
@@ -170,19 +171,28 @@ class Stopwatch:
 
     def _attribute(self, late_ns: int) -> Attribution:
         if self._account is None:
-            return Attribution(Cause.UNKNOWN, 0, 0, 0, late_ns)
+            return attribute(late_ns, [(Cause.UNKNOWN, late_ns)])
         before, slept, woken = self._before, self._account_now, self._account.read()
-        run_asleep = woken.run_ns - slept.run_ns if self._clock_works else 0
-        delay_asleep = woken.delay_ns - slept.delay_ns
         # The deadline may have passed before the loop even came to sleep.
-        asleep = self._begun_ns - self._slept_ns
-        overrun = max(late_ns - asleep, 0)
-        delay_at_work = min(overrun, slept.delay_ns - before.delay_ns)
-        # A thread that was given a processor only on waking cannot have waited for a device while it worked: what it
-        # was not charged for, its processor did for somebody else.
-        taken = self._worked_ns - (slept.run_ns - before.run_ns) if slept.turns - before.turns <= 1 else 0
-        at_work = overrun - delay_at_work
-        return attribute(late_ns, at_work + run_asleep, delay_at_work + delay_asleep, min(taken, at_work))
+        overrun = max(late_ns - (self._begun_ns - self._slept_ns), 0)
+        # Work that began late ends late, through no fault of its own.
+        last, carried, carried_cause = self._looked_at, 0, Cause.WOKEN_LATE
+        if last is not None and last.tick == self.ticks - 1:
+            carried, carried_cause = min(overrun, last.late_ns % (_NS // self.rate_Hz)), last.attribution.cause
+        delay_at_work = min(overrun - carried, slept.delay_ns - before.delay_ns)
+        overrun -= carried + delay_at_work
+        # What the thread was not charged for. Unless it was given a processor anew, it cannot have waited.
+        off = min(overrun, max(self._worked_ns - (slept.run_ns - before.run_ns), 0))
+        waited = slept.turns - before.turns > 1
+        return attribute(
+            late_ns,
+            [
+                (Cause.NO_CPU, delay_at_work + woken.delay_ns - slept.delay_ns),
+                (carried_cause, carried),
+                (Cause.WAITED if waited else Cause.TAKEN, off),
+                (Cause.OWN_WORK, overrun - off + (woken.run_ns - slept.run_ns if self._clock_works else 0)),
+            ],
+        )
 
     def _fold(self) -> None:
         if not self._filled:

@@ -18,7 +18,7 @@ from palpate.core.cycle import next_slot, tick_time_ns
 from palpate.core.errors import DeviceError
 from palpate.core.task_config import CONTROL_RATE_HZ
 from tests.unit.adapters.recording.bench import STARTING, Task
-from tests.unit.adapters.timing.bench import MS, Bench, FakeAccount
+from tests.unit.adapters.timing.bench import MS, Bench, FakeAccount, work
 
 PERIOD_NS = 10**9 // CONTROL_RATE_HZ
 
@@ -94,7 +94,8 @@ def test_a_tick_without_a_processor_is_the_system_s_fault() -> None:
     (late,) = bench.told
     assert isinstance(late, LateTick)
     assert late.attribution.cause is Cause.NO_CPU
-    assert (late.attribution.no_cpu_ns, late.attribution.woken_late_ns) == (2 * MS - 100, 100)
+    shares = late.attribution.shares_ns
+    assert (shares[Cause.NO_CPU], shares[Cause.WOKEN_LATE]) == (2 * MS - 100, 100)
 
 
 @pytest.mark.parametrize(("clock_works", "cause"), [(False, Cause.WOKEN_LATE), (True, Cause.OWN_WORK)])
@@ -121,20 +122,41 @@ def late_after_working_too_long(account: FakeAccount) -> LateTick:
     return late
 
 
-# The second was charged for nothing, but may have waited for a device.
-@pytest.mark.parametrize("account", [FakeAccount(run_ns_each=PERIOD_NS + 2 * MS), FakeAccount(turns_each=2)])
-def test_a_tick_after_one_that_took_too_long_is_our_own_fault(account: FakeAccount) -> None:
-    late = late_after_working_too_long(account)
+def test_a_tick_after_one_that_took_too_long_is_our_own_fault() -> None:
+    late = late_after_working_too_long(FakeAccount(run_ns_each=PERIOD_NS + 2 * MS))
     assert late.attribution.cause is Cause.OWN_WORK
-    assert late.attribution.own_ns == late.late_ns
+    assert late.attribution.shares_ns[Cause.OWN_WORK] == late.late_ns
     assert "own work" in str(late)
 
 
-def test_work_that_the_kernel_does_not_charge_for_is_a_processor_that_was_taken_away() -> None:
-    late = late_after_working_too_long(FakeAccount(run_ns_each=PERIOD_NS + MS // 2))
-    assert late.attribution.cause is Cause.TAKEN
-    assert (late.attribution.own_ns, late.attribution.taken_ns) == (late.late_ns - 3 * MS // 2, 3 * MS // 2)
-    assert "processor taken away" in str(late)
+@pytest.mark.parametrize(("turns", "cause"), [(1, Cause.TAKEN), (2, Cause.WAITED)])
+def test_the_kernel_does_not_charge_for_a_processor_that_was_taken_away_nor_for_waiting(
+    turns: int, cause: Cause
+) -> None:
+    late = late_after_working_too_long(FakeAccount(run_ns_each=PERIOD_NS + MS // 2, turns_each=turns))
+    assert late.attribution.cause is cause
+    shares = late.attribution.shares_ns
+    assert (shares[Cause.OWN_WORK], shares[cause]) == (late.late_ns - 3 * MS // 2, 3 * MS // 2)
+
+
+def test_a_tick_that_is_late_after_a_late_one_has_the_cause_of_that_one() -> None:
+    account = FakeAccount(run_ns_each=2 * MS)
+    bench = Bench(Limits(warn_late_ns=MS), account)
+    clock = bench.ports.clock
+    start_ns = clock.now_ns()
+    clock.sleep_until(start_ns)
+    clock.now_ns()
+    bench.clock.late_ns = 2 * PERIOD_NS - MS // 2
+    for tick, slot in enumerate((1, 3)):
+        clock.sleep_until(tick_time_ns(start_ns, slot))
+        bench.clock.late_ns = 0
+        clock.now_ns()
+        work(bench.clock, 2 * MS if tick == 0 else 0)
+    first, second = bench.told
+    assert isinstance(first, LateTick)
+    assert isinstance(second, LateTick)
+    assert first.attribution.cause is second.attribution.cause is Cause.WOKEN_LATE
+    assert second.late_ns == pytest.approx(3 * MS // 2, abs=10)
 
 
 def test_without_an_account_the_cause_is_not_known() -> None:
