@@ -174,7 +174,10 @@ class Stopwatch:
             return attribute(late_ns, [(Cause.UNKNOWN, late_ns)])
         before, slept, woken = self._before, self._account_now, self._account.read()
         # The deadline may have passed before the loop even came to sleep.
-        overrun = max(late_ns - (self._begun_ns - self._slept_ns), 0)
+        to_deadline = self._begun_ns - self._slept_ns - late_ns
+        overrun = max(-to_deadline, 0)
+        # A clock that works had the time until the deadline for it.
+        clock_late = woken.run_ns - slept.run_ns - max(to_deadline, 0) if self._clock_works else 0
         # Work that began late ends late, through no fault of its own.
         last, carried, carried_cause = self._looked_at, 0, Cause.WOKEN_LATE
         if last is not None and last.tick == self.ticks - 1:
@@ -190,7 +193,7 @@ class Stopwatch:
                 (Cause.NO_CPU, delay_at_work + woken.delay_ns - slept.delay_ns),
                 (carried_cause, carried),
                 (Cause.WAITED if waited else Cause.TAKEN, off),
-                (Cause.OWN_WORK, overrun - off + (woken.run_ns - slept.run_ns if self._clock_works else 0)),
+                (Cause.OWN_WORK, overrun - off + max(clock_late, 0)),
             ],
         )
 

@@ -98,15 +98,25 @@ def test_a_tick_without_a_processor_is_the_system_s_fault() -> None:
     assert (shares[Cause.NO_CPU], shares[Cause.WOKEN_LATE]) == (2 * MS - 100, 100)
 
 
-@pytest.mark.parametrize(("clock_works", "cause"), [(False, Cause.WOKEN_LATE), (True, Cause.OWN_WORK)])
-def test_what_a_sleeper_is_charged_is_its_own_work_only_where_the_clock_works(clock_works: bool, cause: Cause) -> None:
+@pytest.mark.parametrize(
+    ("clock_works", "charged_ns", "cause"),
+    [
+        (False, PERIOD_NS + 2 * MS, Cause.WOKEN_LATE),
+        (True, PERIOD_NS + 2 * MS, Cause.OWN_WORK),
+        # It had the time until the deadline for that.
+        (True, 2 * MS, Cause.WOKEN_LATE),
+    ],
+)
+def test_what_a_sleeper_is_charged_is_its_own_work_only_where_the_clock_works(
+    clock_works: bool, charged_ns: int, cause: Cause
+) -> None:
     account = FakeAccount()
     bench = Bench(Limits(warn_late_ns=MS), account, clock_works=clock_works)
     clock = bench.ports.clock
     clock.now_ns()
     bench.clock.late_ns = 2 * MS
     clock.sleep_until(bench.clock.now_ns() + PERIOD_NS)
-    account.run_ns += 2 * MS
+    account.run_ns += charged_ns
     clock.now_ns()
     (late,) = bench.told
     assert isinstance(late, LateTick)
