@@ -173,19 +173,17 @@ class Stopwatch:
         if self._account is None:
             return attribute(late_ns, [(Cause.UNKNOWN, late_ns)])
         before, slept, woken = self._before, self._account_now, self._account.read()
-        # The deadline may have passed before the loop even came to sleep.
+        # The deadline may have passed before the loop even came to sleep; a clock that works had until then for it.
         to_deadline = self._begun_ns - self._slept_ns - late_ns
-        overrun = max(-to_deadline, 0)
-        # A clock that works had the time until the deadline for it.
-        clock_late = woken.run_ns - slept.run_ns - max(to_deadline, 0) if self._clock_works else 0
+        run_asleep = woken.run_ns - slept.run_ns if self._clock_works else 0
+        at_work, clock = max(-to_deadline, 0), max(run_asleep - max(to_deadline, 0), 0)
         # Work that began late ends late, through no fault of its own.
         last, carried, carried_cause = self._looked_at, 0, Cause.WOKEN_LATE
         if last is not None and last.tick == self.ticks - 1:
-            carried, carried_cause = min(overrun, last.late_ns % (_NS // self.rate_Hz)), last.attribution.cause
-        delay_at_work = min(overrun - carried, slept.delay_ns - before.delay_ns)
-        overrun -= carried + delay_at_work
+            carried, carried_cause = min(at_work + clock, last.late_ns % (_NS // self.rate_Hz)), last.attribution.cause
+        delay_at_work = min(max(at_work - carried, 0), slept.delay_ns - before.delay_ns)
         # What the thread was not charged for. Unless it was given a processor anew, it cannot have waited.
-        off = min(overrun, max(self._worked_ns - (slept.run_ns - before.run_ns), 0))
+        off = min(max(at_work - carried - delay_at_work, 0), max(self._worked_ns - (slept.run_ns - before.run_ns), 0))
         waited = slept.turns - before.turns > 1
         return attribute(
             late_ns,
@@ -193,7 +191,7 @@ class Stopwatch:
                 (Cause.NO_CPU, delay_at_work + woken.delay_ns - slept.delay_ns),
                 (carried_cause, carried),
                 (Cause.WAITED if waited else Cause.TAKEN, off),
-                (Cause.OWN_WORK, overrun - off + max(clock_late, 0)),
+                (Cause.OWN_WORK, at_work + clock - carried - delay_at_work - off),
             ],
         )
 

@@ -149,9 +149,10 @@ def test_the_kernel_does_not_charge_for_a_processor_that_was_taken_away_nor_for_
     assert (shares[Cause.OWN_WORK], shares[cause]) == (late.late_ns - 3 * MS // 2, 3 * MS // 2)
 
 
-def test_a_tick_that_is_late_after_a_late_one_has_the_cause_of_that_one() -> None:
+@pytest.mark.parametrize("clock_works", [False, True])
+def test_a_tick_that_is_late_after_a_late_one_has_the_cause_of_that_one(clock_works: bool) -> None:
     account = FakeAccount(run_ns_each=2 * MS)
-    bench = Bench(Limits(warn_late_ns=MS), account)
+    bench = Bench(Limits(warn_late_ns=MS), account, clock_works=clock_works)
     clock = bench.ports.clock
     start_ns = clock.now_ns()
     clock.sleep_until(start_ns)
@@ -161,7 +162,10 @@ def test_a_tick_that_is_late_after_a_late_one_has_the_cause_of_that_one() -> Non
         clock.sleep_until(tick_time_ns(start_ns, slot))
         bench.clock.late_ns = 0
         clock.now_ns()
-        work(bench.clock, 2 * MS if tick == 0 else 0)
+        if tick == 0 and clock_works:
+            bench.clock.late_ns = 3 * MS // 2
+        elif tick == 0:
+            work(bench.clock, 2 * MS)
     first, second = bench.told
     assert isinstance(first, LateTick)
     assert isinstance(second, LateTick)
