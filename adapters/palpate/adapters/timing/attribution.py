@@ -15,8 +15,8 @@ class Cause(enum.Enum):
 
     OWN_WORK = "own work"
     """The loop was still busy: the core, a port, the recorder."""
-    WAITED = "waited at work"
-    """The loop was not done, and waited: for a device, or for another thread of the program."""
+    WAITED = "waited"
+    """The loop was not done, or had woken, and waited: for a device, or for a thread that held the interpreter."""
     NO_CPU = "no processor free"
     """The loop was ready to run, and the system ran something else."""
     TAKEN = "processor taken away"

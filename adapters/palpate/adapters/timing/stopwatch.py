@@ -185,6 +185,8 @@ class Stopwatch:
         # What the thread was not charged for. Unless it was given a processor anew, it cannot have waited.
         off = min(max(at_work - carried - delay_at_work, 0), max(self._worked_ns - (slept.run_ns - before.run_ns), 0))
         waited = slept.turns - before.turns > 1
+        # After waking, too: for the interpreter, when another thread has it.
+        waited_on_waking = woken.turns - slept.turns > 1
         return attribute(
             late_ns,
             [
@@ -192,6 +194,7 @@ class Stopwatch:
                 (carried_cause, carried),
                 (Cause.WAITED if waited else Cause.TAKEN, off),
                 (Cause.OWN_WORK, at_work + clock - carried - delay_at_work - off),
+                (Cause.WAITED, late_ns if waited_on_waking else 0),
             ],
         )
 

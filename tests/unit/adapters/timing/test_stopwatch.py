@@ -82,6 +82,13 @@ def test_a_tick_that_is_woken_late_is_the_system_s_fault() -> None:
     assert list(bench.stopwatch.newest_late) == [late]
 
 
+def test_a_loop_that_was_woken_and_had_to_wait_again_waited_for_the_program() -> None:
+    bench = Bench(Limits(warn_late_ns=MS), FakeAccount(turns_each=2))
+    bench.clock.late_ns = 2 * MS
+    bench.trial(3)
+    assert {late.attribution.cause for late in bench.told if isinstance(late, LateTick)} == {Cause.WAITED}
+
+
 def test_a_tick_without_a_processor_is_the_system_s_fault() -> None:
     account = FakeAccount()
     bench = Bench(Limits(warn_late_ns=MS), account)
