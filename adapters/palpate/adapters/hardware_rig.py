@@ -13,7 +13,7 @@ from palpate.adapters.approach import Approach, walk
 from palpate.adapters.config import RunConfig
 from palpate.adapters.monotonic_clock import MonotonicClock
 from palpate.adapters.plugins import RigContext, arm_maker, force_sensor_maker
-from palpate.adapters.realtime import RealTime, RealTimeConfig, take_real_time
+from palpate.adapters.realtime import RealTime, RealTimeConfig, join_loop
 from palpate.adapters.rig import Rig, World
 from palpate.adapters.rig_file import RigFile
 from palpate.adapters.watchdogs import (
@@ -46,10 +46,7 @@ class HardwareRig(Rig):
 
     def __init__(self, file: RigFile, config: RunConfig, approach: Approach) -> None:
         clock, real_time = MonotonicClock(), config.real_time
-        context = RigContext.of(config.arm, clock)
-        if real_time.scheduling:
-            # What the system says to that is told when the loop itself asks.
-            context = replace(context, hurry=lambda: take_real_time(real_time.priority))
+        context = replace(RigContext.of(config.arm, clock), hurry=lambda: join_loop(real_time))
         sensor = force_sensor_maker(file.force_sensor.adapter)(file.force_sensor.settings, context)
         adapter = arm_maker(file.arm.adapter)(file.arm.settings, context)
         table, watchdog = file.operator, file.watchdog

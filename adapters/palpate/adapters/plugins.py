@@ -35,7 +35,7 @@ class RigContext:
         upper_rad: Upper joint limits, (n,).
         velocity_limit_rad_s: Joint velocity limits, (n,).
         hurry: Called first by each thread that an adapter starts to keep the arm's cycles: puts it into the real-time
-            class where the run asks for that.
+            class and onto the loop's CPU, where the run asks for these.
     """
 
     clock: Clock

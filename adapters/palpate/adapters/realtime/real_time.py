@@ -177,6 +177,24 @@ def take_real_time(priority: int, kernel: Kernel | None = None) -> Grant:
     return Grant(_wish(priority), True)
 
 
+def join_loop(config: RealTimeConfig, kernel: Kernel | None = None) -> None:
+    """Put this thread for good where the loop runs, as far as the run asks for it: its CPU and its real-time class.
+
+    For a thread that the loop must wait for, since both need the interpreter. On another CPU it may be kept from
+    running, by a hypervisor or by an interrupt, while it holds the interpreter and the loop's own CPU is free. What is
+    refused here is refused to the loop as well, and told there.
+
+    Args:
+        config: What the run asks for.
+        kernel: The system calls.
+    """
+    kernel = kernel or Kernel()
+    if config.cpu >= 0:
+        _unless_refused(lambda: kernel.set_affinity(frozenset((config.cpu,))))
+    if config.scheduling:
+        take_real_time(config.priority, kernel)
+
+
 def _wish(priority: int) -> str:
     return f"real-time scheduling (SCHED_FIFO) at priority {priority}"
 
@@ -203,7 +221,7 @@ def _words(error: OSError) -> str:
 
 
 def _unless_refused(call: Callable[[], None]) -> None:
-    """Giving back must not hide what ended the run."""
+    """For what must not end a run: giving back, which would hide what did end it, and what is told elsewhere."""
     try:
         call()
     except OSError:

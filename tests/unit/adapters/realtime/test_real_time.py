@@ -12,7 +12,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from palpate.adapters.realtime import Grant, Kernel, RealTime, RealTimeConfig, request, take_real_time
+from palpate.adapters.realtime import Grant, Kernel, RealTime, RealTimeConfig, join_loop, request, take_real_time
 
 ALL = RealTimeConfig(scheduling=True, priority=7, lock_memory=True, cpu=1, garbage_collection="off", stay_awake=True)
 FIFO, FLAG = 1, 0x4000_0000
@@ -233,3 +233,22 @@ def test_a_thread_that_takes_it_for_good_hands_it_on() -> None:
     thread.start()
     thread.join()
     assert seen in ([], [os.SCHED_FIFO])
+
+
+@pytest.mark.parametrize(
+    ("config", "refused", "left"),
+    [
+        (RealTimeConfig(), (), (0, 0, {0, 1})),
+        (RealTimeConfig(cpu=1), (), (0, 0, {1})),
+        (RealTimeConfig(scheduling=True, priority=7), (), (FIFO, 7, {0, 1})),
+        (ALL, (), (FIFO, 7, {1})),
+        (ALL, ("affinity",), (FIFO, 7, {0, 1})),
+        (ALL, ("scheduling",), (0, 0, {1})),
+    ],
+)
+def test_a_thread_that_joins_the_loop_takes_what_the_run_asks_for_and_no_refusal_ends_it(
+    config: RealTimeConfig, refused: tuple[str, ...], left: tuple[int, int, set[int]]
+) -> None:
+    kernel = FakeKernel(*refused)
+    join_loop(config, kernel)
+    assert (kernel.policy, kernel.at, set(kernel.cpus)) == left
