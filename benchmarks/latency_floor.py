@@ -60,6 +60,8 @@ def main() -> None:
     parser.add_argument("--ordinary", action="store_true", help="ordinary scheduling, memory not locked")
     parser.add_argument("--drowsy", action="store_true", help="leave idle processors as they are")
     options = parser.parse_args()
+    if options.rate < 1 or options.seconds < 1:
+        parser.error("--rate and --seconds must be 1 or more")
     stolen = stolen_ms()
     late = histogram(options)
     period_us = 1e6 / options.rate

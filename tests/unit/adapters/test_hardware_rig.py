@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import sys
+import threading
 from collections.abc import Callable
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from palpate.adapters.config import RunConfig
 from palpate.adapters.fake import FakeArm, FakeForceSensor, FakeJointEncoder
 from palpate.adapters.hardware_rig import HardwareRig
 from palpate.adapters.plugins import ArmAdapter, RigContext
+from palpate.adapters.realtime import RealTimeConfig
 from palpate.adapters.rig_file import DeviceEntry, OperatorTable, RigFile, WatchdogTable
 from palpate.core.errors import ConfigurationError, DeviceError, FaultLatchedError
 from palpate.core.values import AppliedCommand, CommandReason, JointCommand
@@ -43,13 +45,19 @@ class Devices:
 
     arm: CountedArm
     sensor: FakeForceSensor
+    context: RigContext
+
+
+Make = Callable[..., tuple[HardwareRig, Devices]]
+NO_KEYS = OperatorTable(keys=False)
 
 
 @pytest.fixture
-def rig_of(monkeypatch: pytest.MonkeyPatch) -> Callable[[WatchdogTable, OperatorTable], tuple[HardwareRig, Devices]]:
+def rig_of(monkeypatch: pytest.MonkeyPatch) -> Make:
     devices = Devices()
 
     def arm(_: object, context: RigContext) -> ArmAdapter:
+        devices.context = context
         devices.arm = CountedArm(
             context.clock, READY, lower_rad=context.lower_rad, upper_rad=context.upper_rad, max_step_rad=0.1
         )
@@ -62,16 +70,14 @@ def rig_of(monkeypatch: pytest.MonkeyPatch) -> Callable[[WatchdogTable, Operator
     monkeypatch.setattr(hardware_rig, "arm_maker", lambda _: arm)
     monkeypatch.setattr(hardware_rig, "force_sensor_maker", lambda _: force)
 
-    def make(watchdog: WatchdogTable, operator: OperatorTable) -> tuple[HardwareRig, Devices]:
+    def make(
+        watchdog: WatchdogTable, operator: OperatorTable, config: RunConfig = CONFIG
+    ) -> tuple[HardwareRig, Devices]:
         entry = DeviceEntry("fake", {})
         file = RigFile("fakes", entry, entry, 2.0, operator, watchdog)
-        return HardwareRig(file, CONFIG, find_approach(CONFIG, ready_pose())), devices
+        return HardwareRig(file, config, find_approach(config, ready_pose())), devices
 
     return make
-
-
-Make = Callable[[WatchdogTable, OperatorTable], tuple[HardwareRig, Devices]]
-NO_KEYS = OperatorTable(keys=False)
 
 
 def test_the_arm_walks_to_the_ready_pose_once_and_again_on_request(rig_of: Make) -> None:
@@ -87,6 +93,21 @@ def test_the_arm_walks_to_the_ready_pose_once_and_again_on_request(rig_of: Make)
         rig.prepare(2)
         assert devices.arm.sent > before
         assert rig.stopped_by() == ""
+
+
+def test_what_a_run_asks_of_the_system_reaches_the_threads_of_its_adapters(rig_of: Make) -> None:
+    loops_cpu = max(os.sched_getaffinity(0))
+    _, devices = rig_of(WatchdogTable(), NO_KEYS, RunConfig(real_time=RealTimeConfig(cpu=loops_cpu)))
+    seen: list[set[int]] = []
+
+    def adapters_thread() -> None:
+        devices.context.hurry()
+        seen.append(os.sched_getaffinity(0))
+
+    thread = threading.Thread(target=adapters_thread)
+    thread.start()
+    thread.join()
+    assert seen == [{loops_cpu}]
 
 
 def test_an_arm_that_gets_no_commands_is_stopped_by_another_thread(

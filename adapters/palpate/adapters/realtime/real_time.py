@@ -13,7 +13,8 @@ from palpate.adapters.realtime.config import FROZEN, OFF, RealTimeConfig
 from palpate.adapters.realtime.grants import Grant
 from palpate.adapters.realtime.kernel import Kernel
 
-_SWITCH_S: Final = 0.0005
+# How long the loop waits before it asks another thread for the interpreter; by default Python waits 5 ms.
+_SWITCH_S: Final = 0.0001
 
 
 class RealTime:

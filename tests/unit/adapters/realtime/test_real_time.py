@@ -104,7 +104,7 @@ def test_what_is_granted_is_held_where_it_belongs_and_given_back() -> None:
 def test_other_threads_let_go_of_the_interpreter_soon_while_a_trial_runs() -> None:
     before = sys.getswitchinterval()
     with RealTime(RealTimeConfig(), FakeKernel()) as real_time, real_time.loop():
-        assert sys.getswitchinterval() == pytest.approx(0.0005)
+        assert sys.getswitchinterval() == pytest.approx(0.0001)
     assert sys.getswitchinterval() == before
 
 
