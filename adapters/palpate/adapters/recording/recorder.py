@@ -106,11 +106,12 @@ class FlightRecorder:
         if not self._recording:
             return
         self._begun()
+        # From here on nothing is handed over that the sink may refuse: closing takes all of it.
+        self._recording = False
         self._finish_tick()
         self._follow(final=True)
         if record is not None:
             self._keep(END, encode_record, END.message, replace(record, counterfactual=self._off_path()))
-        self._recording = False
         self._sink.close(b"".join(self._packed()))
         self._ask_sink()
 
@@ -229,7 +230,7 @@ class FlightRecorder:
             self._message(kind.id, encode(*record))
         except _UNFIT as error:
             self._refuse(kind, error, self._tick)
-        if len(self._batch) >= _BATCH:
+        if self._recording and len(self._batch) >= _BATCH:
             self._hand_over()
 
     def _message(self, channel: int, payload: bytes) -> None:

@@ -269,6 +269,24 @@ def test_what_the_trial_starts_with_is_never_dropped() -> None:
     assert bench.log().losses[0].dropped_messages == len([m for m in sink.lost if m[0] != 7])
 
 
+@pytest.mark.parametrize("ticks", range(40, 54))
+@pytest.mark.parametrize("resting", [False, True])
+def test_what_the_trial_came_to_is_never_dropped(ticks: int, resting: bool) -> None:
+    sink = ChokingSink()
+    bench = Bench(sink)
+    bench.begin()
+    bench.run(ticks)
+    sink.full = True
+    if resting:
+        bench.ports.clock.sleep_until(10**12)
+    bench.end(outcome="inserted")
+    log = bench.log()
+    assert log.end is not None
+    assert log.end.outcome == "inserted"
+    assert ticks_of(log) == list(range(ticks + resting))
+    assert (log.losses, sink.lost) == ([], [])
+
+
 def test_trouble_ends_the_trial_where_that_is_wanted() -> None:
     sink = ChokingSink()
     bench = Bench(sink, stop_on_trouble=True)
