@@ -22,9 +22,9 @@ class RealTime:
 
     Memory and frozen objects belong to the process, hence to the run, and idle processors stay awake for as long.
     Priority and CPU belong to the loop's thread and are held within :meth:`loop` only, so that whatever is started
-    outside of it (the log's writer, the thread of a bus, watchdogs) inherits neither. For what is started within,
-    priority is reset by the kernel (``SCHED_RESET_ON_FORK``); there is no such flag for the CPU, so nothing should be
-    started there with one.
+    outside of it (the log's writer, watchdogs) inherits neither; the thread of a bus asks for both with
+    :func:`join_loop`. For what is started within, priority is reset by the kernel (``SCHED_RESET_ON_FORK``); there is
+    no such flag for the CPU, so nothing should be started there with one.
 
     Args:
         config: What to ask for.
