@@ -7,7 +7,7 @@ import errno
 import os
 from math import inf
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 _MCL_CURRENT: Final = 1
 _MCL_FUTURE: Final = 2
@@ -21,29 +21,27 @@ class Kernel:
 
     def scheduling(self) -> tuple[int, int]:
         """Policy, with its flags, and priority of the calling thread."""
-        if not hasattr(os, "sched_getscheduler"):
-            raise _missing("sched_getscheduler")
-        return os.sched_getscheduler(0), os.sched_getparam(0).sched_priority
+        policy: int = _system("sched_getscheduler")(0)
+        return policy, _system("sched_getparam")(0).sched_priority
 
     def set_scheduling(self, policy: int, priority: int) -> None:
         """Set policy, with its flags, and priority of the calling thread."""
-        os.sched_setscheduler(0, policy, os.sched_param(priority))
+        _system("sched_setscheduler")(0, policy, _system("sched_param")(priority))
 
     def fifo(self, priority: int, *, inherited: bool = False) -> None:
         """Put the calling thread into ``SCHED_FIFO``, and what it starts from now on if that is to inherit it."""
         # Without the flag every thread and process that is started later would run at this priority too, the
         # writer of the logs for one, and compete with the loop.
-        self.set_scheduling(os.SCHED_FIFO | (0 if inherited else os.SCHED_RESET_ON_FORK), priority)
+        flag = 0 if inherited else _system("SCHED_RESET_ON_FORK")
+        self.set_scheduling(_system("SCHED_FIFO") | flag, priority)
 
     def affinity(self) -> frozenset[int]:
         """CPUs that the calling thread may run on."""
-        if not hasattr(os, "sched_getaffinity"):
-            raise _missing("sched_getaffinity")
-        return frozenset(os.sched_getaffinity(0))
+        return frozenset(_system("sched_getaffinity")(0))
 
     def set_affinity(self, cpus: frozenset[int]) -> None:
         """Let the calling thread run on these CPUs only."""
-        os.sched_setaffinity(0, cpus)
+        _system("sched_setaffinity")(0, cpus)
 
     def lock_memory(self) -> None:
         """Keep what is, and what will be, in memory there."""
@@ -108,6 +106,14 @@ class Kernel:
         if function(*arguments):
             number = ctypes.get_errno()
             raise OSError(number, os.strerror(number))
+
+
+def _system(name: str) -> Any:
+    """What only some systems have."""
+    try:
+        return getattr(os, name)
+    except AttributeError as error:
+        raise _missing(name) from error
 
 
 def _missing(name: str) -> OSError:

@@ -252,3 +252,14 @@ def test_a_thread_that_joins_the_loop_takes_what_the_run_asks_for_and_no_refusal
     kernel = FakeKernel(*refused)
     join_loop(config, kernel)
     assert (kernel.policy, kernel.at, set(kernel.cpus)) == left
+
+
+def test_a_system_without_these_calls_refuses_and_ends_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in [name for name in dir(os) if name.lower().startswith("sched_")]:
+        monkeypatch.delattr(os, name)
+    grants = request(RealTimeConfig(scheduling=True, cpu=0))
+    assert [(grant.granted, "this system has no sched" in grant.reason.lower()) for grant in grants] == [
+        (False, True)
+    ] * 2
+    assert not take_real_time(1).granted
+    join_loop(RealTimeConfig(scheduling=True, cpu=0))
