@@ -22,16 +22,18 @@ from pathlib import Path
 
 import numpy as np
 
-from palpate.adapters.composition import SimulatedRig, build_perception, build_task, find_ready_pose
-from palpate.adapters.config import PerceptionConfig, RunConfig, scenario
-from palpate.adapters.experiment import run_scored_trial
-from palpate.adapters.policies import comparator, learning_policy
-from palpate.adapters.statistics import bootstrap_interval
+from palpate.adapters.config.run import PerceptionConfig, RunConfig, scenario
+from palpate.adapters.experiments.build import build_perception, build_task
+from palpate.adapters.experiments.policies import comparator, learning_policy
+from palpate.adapters.experiments.statistics import bootstrap_interval
+from palpate.adapters.experiments.trial import run_scored_trial
+from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.core.automata.choice import ExtractionSettings
 from palpate.core.automata.document import save
 from palpate.core.automata.infer import InferenceSettings, infer
 from palpate.core.automata.strings import Strings
 from palpate.core.automata.training import TrainingSettings
+from palpate.core.insertion.ready_pose import find_ready_pose
 from palpate.core.policy import Policy
 
 FIRST_SEED = 300
@@ -42,7 +44,7 @@ LAST = 50
 
 def walk_strings(config: RunConfig, walks: int, longest: int) -> Strings:
     """What random walks felt that ended in the hole."""
-    ready, perception = find_ready_pose(config), build_perception(config)
+    ready, perception = find_ready_pose(config.arm, config.task), build_perception(config)
     task = build_task(config, ready, perception, comparator("random", config, tuple))
     words = []
     with SimulatedRig(config, ready) as rig:
@@ -56,7 +58,7 @@ def walk_strings(config: RunConfig, walks: int, longest: int) -> Strings:
 
 def trials_of(config: RunConfig, policy_of: str, trials: int) -> tuple[np.ndarray, np.ndarray]:
     """Exploration times and successes."""
-    ready, perception = find_ready_pose(config), build_perception(config)
+    ready, perception = find_ready_pose(config.arm, config.task), build_perception(config)
     policy: Policy
     policy = learning_policy(config, perception) if policy_of == "learn" else comparator(policy_of, config, tuple)
     task = build_task(config, ready, perception, policy)

@@ -29,10 +29,10 @@ from typing import Any
 import numpy as np
 from aalpy.learning_algs import run_Alergia, run_RPNI
 
-from palpate.adapters.grid.learning import GridLearning, StateMaker, learn
-from palpate.adapters.grid.report import Score
-from palpate.adapters.grid.states import Followed, Named
-from palpate.adapters.grid.worlds import bounds_of, grid_named
+from palpate.adapters.experiments.grid.learning import GridLearning, StateMaker, learn
+from palpate.adapters.experiments.grid.report import Score
+from palpate.adapters.experiments.grid.states import Followed, Named
+from palpate.adapters.experiments.grid.worlds import bounds_of, grid_named
 from palpate.core.automata.elman import END, Network
 from palpate.core.automata.infer import Inference, InferenceSettings, infer
 from palpate.core.automata.machine import Kind, Machine

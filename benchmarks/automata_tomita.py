@@ -24,10 +24,9 @@ from time import process_time
 
 import numpy as np
 
-from palpate.core.automata.compare import equivalent
 from palpate.core.automata.infer import InferenceSettings, infer
 from palpate.core.automata.machine import Kind, Machine
-from palpate.core.automata.minimise import minimised
+from palpate.core.automata.minimise import equivalent, minimised
 from palpate.core.automata.strings import Strings
 from palpate.core.automata.training import TrainingSettings
 

@@ -9,9 +9,9 @@ from math import ceil
 
 import serial
 
-from palpate.simulation.emulators.nmc_bus import NmcBus
-from palpate.simulation.emulators.plant import IdealPlant
-from palpate.simulation.emulators.pty_server import LineTiming, PtyServer
+from palpate.simulation.emulators.lines.pty_server import LineTiming, PtyServer
+from palpate.simulation.emulators.motors.plant import IdealPlant
+from palpate.simulation.emulators.nmc.bus import NmcBus
 
 CYCLES = 200
 AXES = 6

@@ -16,11 +16,11 @@ from uuid import uuid4
 import can
 import numpy as np
 
-from palpate.simulation.emulators.can_bus_server import VirtualBusServer
-from palpate.simulation.emulators.can_wire import CanWire, frame_bits
-from palpate.simulation.emulators.jr3_can import Jr3CanNode
-from palpate.simulation.emulators.jr3_config import Jr3Config
-from palpate.simulation.emulators.slcan_server import SlcanServer
+from palpate.simulation.emulators.jr3.can import Jr3CanNode
+from palpate.simulation.emulators.jr3.config import Jr3Config
+from palpate.simulation.emulators.lines.can_bus_server import VirtualBusServer
+from palpate.simulation.emulators.lines.can_wire import CanWire, frame_bits
+from palpate.simulation.emulators.lines.slcan_server import SlcanServer
 
 NODES_AND_PERIODS_us = ((1, 7143), (1, 1000), (1, 500), (1, 300), (2, 1000), (4, 1000), (4, 500))
 DURATION_s = 3.0

@@ -22,13 +22,13 @@ import numpy as np
 from palpate.drivers.cia402.arm import Cia402Arm
 from palpate.drivers.cia402.budget import BusBudget
 from palpate.drivers.cia402.link import CanLink
+from palpate.drivers.cia402.mailbox import ArmStatistics
 from palpate.drivers.cia402.settings import ArmSettings, JointDrive
-from palpate.drivers.cia402.statistics import ArmStatistics
-from palpate.simulation.emulators.can_bus_server import VirtualBusServer
-from palpate.simulation.emulators.can_wire import CanWire
-from palpate.simulation.emulators.canopen_node import CanopenDrive
-from palpate.simulation.emulators.plant import IdealPlant
-from palpate.simulation.emulators.slcan_server import SlcanServer
+from palpate.simulation.emulators.cia402.node import CanopenDrive
+from palpate.simulation.emulators.lines.can_bus_server import VirtualBusServer
+from palpate.simulation.emulators.lines.can_wire import CanWire
+from palpate.simulation.emulators.lines.slcan_server import SlcanServer
+from palpate.simulation.emulators.motors.plant import IdealPlant
 
 NODES = (1, 2, 3, 4, 5, 6)
 BITRATE = 1_000_000

@@ -20,12 +20,14 @@ from itertools import pairwise
 import mujoco
 import numpy as np
 
-from palpate.adapters.composition import SimulatedRig, build_perception, build_task, find_ready_pose
-from palpate.adapters.config import scenario
-from palpate.adapters.experiment import run_scored_trial
-from palpate.adapters.policies import learning_policy
-from palpate.core.insertion import InsertionTask
-from palpate.core.values import JointCommand, Snapshot
+from palpate.adapters.config.run import scenario
+from palpate.adapters.experiments.build import build_perception, build_task
+from palpate.adapters.experiments.policies import learning_policy
+from palpate.adapters.experiments.trial import run_scored_trial
+from palpate.adapters.mujoco.rig import SimulatedRig
+from palpate.core.insertion.ready_pose import find_ready_pose
+from palpate.core.insertion.task import InsertionTask
+from palpate.core.ports.values import JointCommand, Snapshot
 
 RATE_HZ = 140
 
@@ -89,7 +91,7 @@ class Throughput:
 
 def throughput(trials: int) -> Throughput:
     config = scenario("paper")
-    ready, perception = find_ready_pose(config), build_perception(config)
+    ready, perception = find_ready_pose(config.arm, config.task), build_perception(config)
     plain = build_task(config, ready, perception, learning_policy(config, perception))
     with SimulatedRig(config, ready) as rig:
         start = time.process_time()
@@ -132,7 +134,7 @@ class TimedTask(InsertionTask):
 def tick_us(trials: int) -> dict[str, np.ndarray]:
     """Microseconds of each tick between two stretches of physics, in all and of the core alone."""
     config = scenario("paper")
-    ready, perception = find_ready_pose(config), build_perception(config)
+    ready, perception = find_ready_pose(config.arm, config.task), build_perception(config)
     task = build_task(config, ready, perception, learning_policy(config, perception))
     task.__class__ = TimedTask
     assert isinstance(task, TimedTask)
@@ -165,7 +167,7 @@ def tick_without_physics(trials: int) -> None:
 def start_up_seconds(runs: int = 7) -> dict[str, float]:
     """Wall time of whole processes, medians."""
     import_core = "import palpate.core"
-    import_all = "import palpate.core.cycle, palpate.core.insertion, palpate.core.contracts"
+    import_all = "import palpate.core.control_loop, palpate.core.insertion.task, palpate.core.ports.contracts"
     help_call = [sys.executable, "-m", "palpate.adapters.cli.main"]
     calls = {
         "python -c pass": [sys.executable, "-c", "pass"],

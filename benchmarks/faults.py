@@ -27,20 +27,27 @@ from pathlib import Path
 
 from palpate.adapters.log.file import dump_json
 from palpate.adapters.log.reader import read_log
+from palpate.adapters.log.recorded_ports import recorded
+from palpate.adapters.log.recorder import FlightRecorder
 from palpate.adapters.log.records import StartRecord
 from palpate.adapters.log.recover import recover
 from palpate.adapters.log.schema import SCHEMA
 from palpate.adapters.log.tick_layout import TickRecord
-from palpate.adapters.recording.ports import recorded
-from palpate.adapters.recording.recorder import FlightRecorder
-from palpate.adapters.recording.sinks import Opening, ProcessSink
-from palpate.core.cycle import Ports, run_trial
+from palpate.adapters.log.writer_client import Opening, ProcessSink
+from palpate.core.control_loop import run_trial
 from palpate.core.errors import LogError
-from palpate.core.lifecycle import ManagedDevice
-from palpate.core.ports import ArmCommand, Clock, ForceSensor, JointEncoder
-from palpate.core.task_config import CONTROL_RATE_HZ
-from palpate.core.trial import TrialReport, TrialSetup
-from palpate.core.values import AppliedCommand, JointCommand, JointSample, JointVector, Snapshot, WrenchSample
+from palpate.core.insertion.trial import TrialReport, TrialSetup
+from palpate.core.ports.devices import ArmCommand, Clock, ForceSensor, JointEncoder, Ports
+from palpate.core.ports.lifecycle import ManagedDevice
+from palpate.core.ports.values import (
+    CONTROL_RATE_HZ,
+    AppliedCommand,
+    JointCommand,
+    JointSample,
+    JointVector,
+    Snapshot,
+    WrenchSample,
+)
 
 ROOT = Path(__file__).parents[1]
 MOST_LOST_S = 0.5

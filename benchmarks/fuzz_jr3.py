@@ -18,10 +18,9 @@ from pathlib import Path
 
 from palpate.drivers.jr3.codec_can import CanDecoder, CanFrame, FrameKind
 from palpate.drivers.jr3.codec_uart import MAX_FRAME, UartParser
-from palpate.drivers.jr3.counter import FrameCounter
-from palpate.drivers.jr3.joiner import PairJoiner
-from palpate.drivers.jr3.messages import Ack, Forces, Message, Moments, Reading
-from palpate.drivers.jr3.scaling import FullScales, Scaling
+from palpate.drivers.jr3.messages import Ack, Forces, FullScales, Message, Moments, Reading, Scaling
+from palpate.drivers.jr3.reassembly import PairJoiner
+from palpate.drivers.jr3.sampling import FrameCounter
 
 CORPUS = Path(__file__).parents[1] / "tests" / "fuzz"
 PERIOD_US = 10_000

@@ -74,8 +74,7 @@ def once(data: bytes) -> None:
     """All targets on one input; raises what the driver should not have raised."""
     # Imported here, so that atheris can instrument them first.
     from palpate.drivers.errors import DriverError
-    from palpate.drivers.nmc.flags import Item
-    from palpate.drivers.nmc.frames import find_frame
+    from palpate.drivers.nmc.frames import Item, find_frame
     from palpate.drivers.nmc.replies import Reply, decode_reply, reply_size_bytes
     from palpate.drivers.zebra_zero.arm import ZebraZero
     from palpate.drivers.zebra_zero.counts import HOME_RAD

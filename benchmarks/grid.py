@@ -23,12 +23,12 @@ from pathlib import Path
 
 import numpy as np
 
-from palpate.adapters.grid.learning import GridLearning, learn
-from palpate.adapters.grid.report import Score, mean_interval
-from palpate.adapters.grid.states import Named
-from palpate.adapters.grid.worlds import bounds_of, grid_named
-from palpate.adapters.statistics import bootstrap_interval
-from palpate.core.policy.actions import COMPASS_NAMES
+from palpate.adapters.experiments.grid.learning import GridLearning, learn
+from palpate.adapters.experiments.grid.report import Score, mean_interval
+from palpate.adapters.experiments.grid.states import Named
+from palpate.adapters.experiments.grid.worlds import bounds_of, grid_named
+from palpate.adapters.experiments.statistics import bootstrap_interval
+from palpate.core.policy.base import COMPASS_NAMES
 from palpate.simulation.grid.maps import GridMap
 from palpate.simulation.grid.memoryless import best_fixed_actions
 from palpate.simulation.grid.optimum import best_actions

@@ -12,7 +12,8 @@ import sys
 import threading
 import time
 
-from palpate.adapters.realtime import RealTime, RealTimeConfig
+from palpate.adapters.config.real_time import RealTimeConfig
+from palpate.adapters.hardware.real_time import RealTime
 
 RATE_HZ, TICKS, ROUNDS = 140, 600, 3
 INTERVALS_S = (0.005, 0.0005, 0.0001)

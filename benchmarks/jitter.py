@@ -27,32 +27,36 @@ from dataclasses import replace
 from pathlib import Path
 from statistics import median
 
-from palpate.adapters.composition import (
-    SimulatedRig,
-    build_perception,
-    build_task,
-    find_approach,
-    find_ready_pose,
-    task_actions,
+from benchmarks.paced_clock import PacedClock
+from palpate.adapters.config.real_time import RealTimeConfig
+from palpate.adapters.config.rig import RigFile
+from palpate.adapters.config.run import RunConfig, scenario
+from palpate.adapters.experiments.build import build_perception, build_task, task_actions
+from palpate.adapters.experiments.trial import trial_setup
+from palpate.adapters.hardware.approach import find_approach
+from palpate.adapters.hardware.clock import MonotonicClock
+from palpate.adapters.hardware.real_time import (
+    Cause,
+    Limits,
+    RealTime,
+    Stopwatch,
+    ThreadAccount,
+    table,
+    timed,
+    timed_parts,
 )
-from palpate.adapters.config import RunConfig, scenario
-from palpate.adapters.experiment import trial_setup
-from palpate.adapters.fake import FakeArm, FakeClock, FakeForceSensor, FakeJointEncoder
-from palpate.adapters.hardware_rig import HardwareRig
-from palpate.adapters.monotonic_clock import MonotonicClock
-from palpate.adapters.paced_clock import PacedClock
-from palpate.adapters.realtime import RealTime, RealTimeConfig
-from palpate.adapters.rig import Rig
-from palpate.adapters.rig_file import RigFile
-from palpate.adapters.timing import Cause, Limits, Stopwatch, ThreadAccount, table, timed, timed_parts
-from palpate.core.cycle import Ports, run_trial
+from palpate.adapters.hardware.rig import HardwareRig
+from palpate.adapters.mujoco.rig import SimulatedRig
+from palpate.core.control_loop import run_trial
 from palpate.core.errors import PalpateError
-from palpate.core.insertion import InsertionTask
-from palpate.core.lifecycle import Life, ManagedDevice
+from palpate.core.insertion.ready_pose import find_ready_pose
+from palpate.core.insertion.task import InsertionTask
 from palpate.core.policy import RandomWalkPolicy
-from palpate.core.ports import Clock
-from palpate.core.task_config import CONTROL_RATE_HZ
-from palpate.core.values import AppliedCommand, JointCommand, JointVector, Snapshot
+from palpate.core.ports.contracts.fakes import FakeArm, FakeClock, FakeForceSensor, FakeJointEncoder
+from palpate.core.ports.devices import Clock, Ports
+from palpate.core.ports.lifecycle import Life, ManagedDevice
+from palpate.core.ports.rig import Rig
+from palpate.core.ports.values import CONTROL_RATE_HZ, AppliedCommand, JointCommand, JointVector, Snapshot
 
 NS = 10**9
 PALPATE = [sys.executable, "-m", "palpate.adapters.cli.main"]
@@ -121,7 +125,7 @@ class OpenTask(InsertionTask):
 
 
 def open_task(config: RunConfig) -> OpenTask:
-    ready, walk = find_ready_pose(config), RandomWalkPolicy(task_actions(config))
+    ready, walk = find_ready_pose(config.arm, config.task), RandomWalkPolicy(task_actions(config))
     task = build_task(config, ready, build_perception(config), walk)
     task.__class__ = OpenTask
     assert isinstance(task, OpenTask)
@@ -242,21 +246,23 @@ def measure(options: argparse.Namespace) -> None:
             return replace(ports, clock=phase), phase
 
         if options.rig in FLOORS:
-            ports, phase = watch(fake_ports(MonotonicClock(), tuple(find_ready_pose(config).q_rad.tolist())))
+            ports, phase = watch(
+                fake_ports(MonotonicClock(), tuple(find_ready_pose(config.arm, config.task).q_rad.tolist()))
+            )
             with rt.loop():
                 sleep_only(ports.clock, phase, FLOORS[options.rig])
         elif options.rig == "fake":
-            home = tuple(find_ready_pose(config).q_rad.tolist())
+            home = tuple(find_ready_pose(config.arm, config.task).q_rad.tolist())
             ports, phase = watch(fake_ports(MonotonicClock(), home))
             task.start_at(home)
             with rt.loop():
                 run_loop(task, ports, phase)
         elif options.rig == "mujoco":
-            with SimulatedRig(config, find_ready_pose(config)) as rig:
+            with SimulatedRig(config, find_ready_pose(config.arm, config.task)) as rig:
                 ports, phase = watch(replace(rig.ports, clock=PacedClock(rig.cell)))
                 run_trials(config, rig, ports, phase, task, rt)
         else:
-            ready = find_ready_pose(config)
+            ready = find_ready_pose(config.arm, config.task)
             with (
                 emulated_cell(options.arm, options.force, 30 if options.rt else 0) as file,
                 HardwareRig(file, config, find_approach(config, ready)) as hardware,
@@ -284,7 +290,7 @@ def report(stopwatch: Stopwatch, phase: WatchedPhase) -> None:
 def cost(ticks: int = 20_000, rounds: int = 5) -> None:
     """The loop over the fakes in virtual time, with and without a stopwatch."""
     config = scenario("paper")
-    home = tuple(find_ready_pose(config).q_rad.tolist())
+    home = tuple(find_ready_pose(config.arm, config.task).q_rad.tolist())
     best: dict[str, float] = {}
     for _ in range(rounds):
         for name in ("bare", "timed", "timed, with the kernel's account"):

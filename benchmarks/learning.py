@@ -18,11 +18,13 @@ from pathlib import Path
 
 import numpy as np
 
-from palpate.adapters.composition import SimulatedRig, build_perception, build_task, find_ready_pose
-from palpate.adapters.config import scenario
-from palpate.adapters.experiment import run_scored_trial
-from palpate.adapters.policies import learning_policy
-from palpate.adapters.statistics import moving_average
+from palpate.adapters.config.run import scenario
+from palpate.adapters.experiments.build import build_perception, build_task
+from palpate.adapters.experiments.policies import learning_policy
+from palpate.adapters.experiments.statistics import moving_average
+from palpate.adapters.experiments.trial import run_scored_trial
+from palpate.adapters.mujoco.rig import SimulatedRig
+from palpate.core.insertion.ready_pose import find_ready_pose
 
 FIRST_SEED = 100
 
@@ -31,7 +33,7 @@ def learn(job: tuple[str, str, int, int]) -> tuple[int, list[float], list[bool],
     """One training run: seed, exploration times, successes, outcomes, highest true force."""
     name, arm, seed, trials = job
     config = replace(scenario(name), arm=arm, seed=seed)
-    ready, perception = find_ready_pose(config), build_perception(config)
+    ready, perception = find_ready_pose(config.arm, config.task), build_perception(config)
     task = build_task(config, ready, perception, learning_policy(config, perception))
     times, wins, outcomes, peak = [], [], [], 0.0
     with SimulatedRig(config, ready) as rig:

@@ -14,9 +14,9 @@ from functools import partial
 import mujoco
 import numpy as np
 
-from palpate.adapters.config import RunConfig
-from palpate.core.arms import ARMS
-from palpate.simulation.cell_config import ComplianceConfig, PegConfig
+from palpate.adapters.config.run import RunConfig
+from palpate.core.motion.arm import ARMS
+from palpate.simulation.work_cell.config import ComplianceConfig, PegConfig
 from tests.integration.physics.bench import OFFSETS_M, Bench, headings, quiet, rms
 
 FLAT_M = 6e-3

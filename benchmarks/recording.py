@@ -21,15 +21,17 @@ from pathlib import Path
 
 import numpy as np
 
-from palpate.adapters.composition import ReadyPose, SimulatedRig, build_perception, build_task, find_ready_pose
-from palpate.adapters.config import RecordingConfig, RunConfig, scenario
-from palpate.adapters.experiment import run_scored_trial
+from palpate.adapters.config.run import RecordingConfig, RunConfig, scenario
+from palpate.adapters.experiments.build import build_perception, build_task
+from palpate.adapters.experiments.policies import learning_policy
+from palpate.adapters.experiments.trial import run_scored_trial
 from palpate.adapters.log.file import LogFile, NewFile, describe_channels
-from palpate.adapters.policies import learning_policy
-from palpate.adapters.recording.frames import messages_in
-from palpate.adapters.recording.sinks import Opening, ProcessSink, Sink
-from palpate.adapters.recording.trials import TrialRecorder
-from palpate.core.task_config import CONTROL_RATE_HZ
+from palpate.adapters.log.trial_recorder import TrialRecorder
+from palpate.adapters.log.writer_client import Opening, ProcessSink, Sink
+from palpate.adapters.log.writer_process import messages_in
+from palpate.adapters.mujoco.rig import SimulatedRig
+from palpate.core.insertion.ready_pose import ReadyPose, find_ready_pose
+from palpate.core.ports.values import CONTROL_RATE_HZ
 
 WAYS = ("none", "in the loop", "thread", "process")
 
@@ -163,7 +165,7 @@ class Measured:
 def measured(trials: int, ways: Sequence[str] = WAYS, *, paced: bool) -> tuple[int, dict[str, Measured]]:
     """Ticks of a course, and what each way took."""
     config = scenario("paper")
-    ready = find_ready_pose(config)
+    ready = find_ready_pose(config.arm, config.task)
     with tempfile.TemporaryDirectory() as folder:
         benches = {way: Bench(way, config, ready, Path(folder), paced=paced) for way in ways}
         total = 0

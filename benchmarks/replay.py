@@ -30,8 +30,7 @@ from palpate.adapters.log.tick_layout import TickRecord
 from palpate.adapters.replay.batch import replay_file
 from palpate.adapters.replay.engine import Replay, Verdict
 from palpate.adapters.replay.rebuild import Rebuilder
-from palpate.core.task_config import CONTROL_RATE_HZ
-from palpate.core.values import Snapshot
+from palpate.core.ports.values import CONTROL_RATE_HZ, Snapshot
 from tests.log_surgery import Change, changed, indices, messages_of, one_ulp, write_log
 
 PALPATE = [sys.executable, "-m", "palpate.adapters.cli.main"]

@@ -26,31 +26,27 @@ from pathlib import Path
 import numpy as np
 from scipy import stats
 
-from palpate.adapters.beat import Beat
-from palpate.adapters.campaign.variants import variants
-from palpate.adapters.composition import (
-    build_perception,
-    build_supervisor,
-    build_task,
-    find_approach,
-    find_ready_pose,
-)
-from palpate.adapters.config import RunConfig, scenario
-from palpate.adapters.experiment import trial_setup
-from palpate.adapters.faults.plan import FaultPlan
-from palpate.adapters.faults.ports import faulty
-from palpate.adapters.faults.schedule import Delivery
-from palpate.adapters.hardware_rig import HardwareRig
+from palpate.adapters.config.real_time import RealTimeConfig
+from palpate.adapters.config.rig import RigFile
+from palpate.adapters.config.run import RunConfig, scenario
+from palpate.adapters.experiments.build import build_perception, build_supervisor, build_task
+from palpate.adapters.experiments.policies import comparator
+from palpate.adapters.experiments.trial import trial_setup
+from palpate.adapters.fault_injection.campaign.variants import variants
+from palpate.adapters.fault_injection.plan import FaultPlan
+from palpate.adapters.fault_injection.ports import faulty
+from palpate.adapters.fault_injection.schedule import Delivery
+from palpate.adapters.hardware.approach import find_approach
+from palpate.adapters.hardware.real_time.session import Beat
+from palpate.adapters.hardware.rig import HardwareRig
 from palpate.adapters.log.reader import read_log
-from palpate.adapters.policies import comparator
-from palpate.adapters.realtime import RealTimeConfig
-from palpate.adapters.recording.sinks import ProcessSink
-from palpate.adapters.recording.trials import TrialRecorder, trial_name
-from palpate.adapters.rig_file import RigFile
-from palpate.core.cycle import run_trial
+from palpate.adapters.log.trial_recorder import TrialRecorder, trial_name
+from palpate.adapters.log.writer_client import ProcessSink
+from palpate.core.control_loop import run_trial
 from palpate.core.errors import LogError, PalpateError
-from palpate.core.lifecycle import Life
-from palpate.core.trial import Outcome
+from palpate.core.insertion.ready_pose import find_ready_pose
+from palpate.core.insertion.trial import Outcome
+from palpate.core.ports.lifecycle import Life
 
 PALPATE = [sys.executable, "-m", "palpate.adapters.cli.main"]
 PAGE = os.sysconf("SC_PAGE_SIZE")
@@ -113,7 +109,7 @@ def soak(options: argparse.Namespace, folder: Path, note: Callable[[list[object]
     """Trials until the time is over; what was used after each."""
     real_time = RealTimeConfig(scheduling=not options.no_rt, lock_memory=not options.no_rt)
     config = replace(scenario("paper"), seed=options.seed, real_time=real_time)
-    ready = find_ready_pose(config)
+    ready = find_ready_pose(config.arm, config.task)
     perception, policy = build_perception(config), comparator("torque", config, lambda: (0.0, 0.0))
     supervisor, uses = build_supervisor(config), []
     sink = ProcessSink(queue_bytes=config.recording.queue_kB * 1000, patient=False)

@@ -43,11 +43,12 @@ def bare_steps(seconds: float, start: object, counts: object) -> None:
     """Step the model of a cell, and nothing else, for so many seconds."""
     import mujoco
 
-    from palpate.adapters.composition import SimulatedRig, find_ready_pose
-    from palpate.adapters.config import RunConfig
+    from palpate.adapters.config.run import RunConfig
+    from palpate.adapters.mujoco.rig import SimulatedRig
+    from palpate.core.insertion.ready_pose import find_ready_pose
 
     config = RunConfig()
-    cell = SimulatedRig(config, find_ready_pose(config)).cell
+    cell = SimulatedRig(config, find_ready_pose(config.arm, config.task)).cell
     cell.reset(0, 0)
     model, data = cell.model, cell.data
     for _ in range(100):

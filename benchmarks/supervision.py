@@ -15,12 +15,15 @@ from typing import Any
 
 import numpy as np
 
-from palpate.adapters.composition import SimulatedRig, build_perception, build_supervisor, build_task, find_ready_pose
-from palpate.adapters.config import scenario
-from palpate.adapters.experiment import trial_setup
-from palpate.adapters.policies import comparator
-from palpate.core.cycle import run_trial
-from palpate.core.supervision import Supervised, Supervisor
+from palpate.adapters.config.run import scenario
+from palpate.adapters.experiments.build import build_perception, build_supervisor, build_task
+from palpate.adapters.experiments.policies import comparator
+from palpate.adapters.experiments.trial import trial_setup
+from palpate.adapters.mujoco.rig import SimulatedRig
+from palpate.core.control_loop import run_trial
+from palpate.core.insertion.expectation import Supervised
+from palpate.core.insertion.ready_pose import find_ready_pose
+from palpate.core.supervision import Supervisor
 
 Heard = list[tuple[Any, ...]]
 
@@ -55,7 +58,7 @@ class Found:
 
 def measured(trials: int, rounds: int) -> Found:
     config = scenario("paper")
-    ready, perception = find_ready_pose(config), build_perception(config)
+    ready, perception = find_ready_pose(config.arm, config.task), build_perception(config)
     task = build_task(config, ready, perception, comparator("torque", config, tuple))
     overheard_trials = []
     with SimulatedRig(config, ready) as rig:

@@ -24,10 +24,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from palpate.adapters.grid.learning import TRIALS, GridLearning, learn
-from palpate.adapters.grid.report import LAST
-from palpate.adapters.grid.states import Named
-from palpate.adapters.grid.worlds import bounds_of, grid_named
+from palpate.adapters.experiments.grid.learning import TRIALS, GridLearning, learn
+from palpate.adapters.experiments.grid.report import LAST
+from palpate.adapters.experiments.grid.states import Named
+from palpate.adapters.experiments.grid.worlds import bounds_of, grid_named
 
 ROOT = Path(__file__).parents[1]
 MAPS = (("1", "symbols"), ("2", "symbols"), ("2", "last-2"))

@@ -17,16 +17,16 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from palpate.adapters.automaton_picture import machine_picture
-from palpate.adapters.grid.figure import Panel, learning_figure
-from palpate.adapters.grid.learning import GridLearning, StateMaker, learn
-from palpate.adapters.grid.states import Followed, Named
-from palpate.adapters.grid.worlds import bounds_of, grid_named
-from palpate.adapters.log.placing import new_folder, require_free_folder
+from palpate.adapters.experiments.grid.figure import Panel, learning_figure
+from palpate.adapters.experiments.grid.learning import GridLearning, StateMaker, learn
+from palpate.adapters.experiments.grid.states import Followed, Named
+from palpate.adapters.experiments.grid.worlds import bounds_of, grid_named
+from palpate.adapters.visualisation.automaton import machine_picture
 from palpate.core.automata.document import to_json_text
 from palpate.core.automata.infer import InferenceSettings, infer
 from palpate.core.automata.training import TrainingSettings
 from palpate.core.errors import PalpateError
+from palpate.core.files import new_folder, require_free_folder
 from palpate.simulation.grid.strings import walk_strings
 
 

@@ -17,14 +17,15 @@ from statistics import median
 
 import numpy as np
 
-from palpate.adapters.composition import SimulatedRig, build_perception, find_ready_pose
-from palpate.adapters.config import scenario
-from palpate.adapters.log.placing import new_folder, require_free_folder
-from palpate.adapters.plots import learning_curve
-from palpate.adapters.policies import comparator
-from palpate.adapters.session import run_policy
-from palpate.core.checks import require_whole
-from palpate.core.errors import PalpateError
+from palpate.adapters.config.run import scenario
+from palpate.adapters.experiments.build import build_perception
+from palpate.adapters.experiments.evaluation import run_policy
+from palpate.adapters.experiments.learning_curve import learning_curve
+from palpate.adapters.experiments.policies import comparator
+from palpate.adapters.mujoco.rig import SimulatedRig
+from palpate.core.errors import PalpateError, require_whole
+from palpate.core.files import new_folder, require_free_folder
+from palpate.core.insertion.ready_pose import find_ready_pose
 from palpate.core.policy import Action, Decision, Observation, Policy, Transition
 
 FIRST_STEP_M, SHORTEST_STEP_M = 0.7e-3, 0.2e-3
@@ -76,7 +77,7 @@ def main() -> None:
     try:
         require_whole("trials", trials, 1, 1_000_000)
         require_free_folder(options.out)
-        ready, perception = find_ready_pose(config), build_perception(config)
+        ready, perception = find_ready_pose(config.arm, config.task), build_perception(config)
         with SimulatedRig(config, ready) as rig, new_folder(options.out) as folder:
             policies = {"torque": comparator("torque", config, lambda: ()), "homing": Homing()}
             for name, policy in policies.items():

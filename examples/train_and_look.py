@@ -17,18 +17,19 @@ from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 
-from palpate.adapters.composition import SimulatedRig, build_perception, find_ready_pose
-from palpate.adapters.config import RunConfig, scenario
-from palpate.adapters.experiment import ScoredTrial
+from palpate.adapters.config.run import RunConfig, scenario
+from palpate.adapters.experiments.build import build_perception
+from palpate.adapters.experiments.learning_curve import learning_curve
+from palpate.adapters.experiments.policies import learning_policy
+from palpate.adapters.experiments.results import RunFolder
+from palpate.adapters.experiments.training import Trainer, run_toml
+from palpate.adapters.experiments.trial import ScoredTrial
 from palpate.adapters.log.plot import timeline
 from palpate.adapters.log.reader import read_log
-from palpate.adapters.plots import learning_curve
-from palpate.adapters.policies import learning_policy
-from palpate.adapters.recording.trials import LOG_FOLDER, TrialRecorder
-from palpate.adapters.results import RunFolder
-from palpate.adapters.session import Trainer, run_toml
-from palpate.core.checks import require_whole
-from palpate.core.errors import PalpateError
+from palpate.adapters.log.trial_recorder import LOG_FOLDER, TrialRecorder
+from palpate.adapters.mujoco.rig import SimulatedRig
+from palpate.core.errors import PalpateError, require_whole
+from palpate.core.insertion.ready_pose import find_ready_pose
 from palpate.core.policy import PolicyDocument, render_table
 
 
@@ -41,7 +42,7 @@ def tell(scored: ScoredTrial) -> None:
 def train(config: RunConfig, trials: int, folder: RunFolder) -> None:
     """Train into the folder, as ``palpate train`` does."""
     folder.require_free()
-    ready = find_ready_pose(config)
+    ready = find_ready_pose(config.arm, config.task)
     perception = build_perception(config)
     policy = learning_policy(config, perception)
     folder.create()

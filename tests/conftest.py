@@ -12,9 +12,9 @@ from hypothesis import settings
 from xdist.remote import Producer
 from xdist.scheduler import LoadGroupScheduling
 
+from palpate.adapters.hardware.real_time import take_real_time
+from palpate.adapters.log.provenance import decisive, processor
 from palpate.adapters.log.reader import read_log
-from palpate.adapters.provenance import decisive, processor
-from palpate.adapters.realtime import take_real_time
 from tests.golden.record import HERE as GOLDEN
 from tests.golden.record import record
 

@@ -22,7 +22,7 @@ PEER_STEPS = 20
 def inferred(form: Form) -> list[Row]:
     """Training beside PyTorch's own recurrent network, inference beside IoAlergia, on the same strings."""
     from benchmarks.automata_maps import extraction_ms
-    from palpate.adapters.grid.worlds import grid_named
+    from palpate.adapters.experiments.grid.worlds import grid_named
     from palpate.core.automata.elman import Architecture, Reading
     from palpate.core.automata.training import train
     from palpate.simulation.grid.strings import walk_strings

@@ -6,7 +6,7 @@ import os
 import platform
 from pathlib import Path
 
-from palpate.adapters.provenance import made_with
+from palpate.adapters.log.provenance import made_with
 
 _PACKAGES = ("palpate", "mujoco", "pin", "numpy", "scipy", "torch")
 

@@ -10,9 +10,9 @@ import mujoco
 
 from benchmarks.suite.rows import Form, MissingError, Row
 from palpate.adapters.log.reader import read_log
-from palpate.adapters.rendering.course import course_of
-from palpate.adapters.rendering.graphics import working_library
-from palpate.adapters.rendering.picture import Painter
+from palpate.adapters.mujoco.graphics import working_library
+from palpate.adapters.visualisation.film.course import course_of
+from palpate.adapters.visualisation.film.picture import Painter
 from palpate.core.errors import UsageError
 
 LOG = Path(__file__).parents[2] / "tests" / "golden" / "omniscient-blind.mcap"

@@ -12,7 +12,7 @@ from statistics import median
 
 from benchmarks import cost, replay
 from benchmarks.suite.rows import Form, MissingError, Row
-from palpate.core.task_config import CONTROL_RATE_HZ
+from palpate.core.ports.values import CONTROL_RATE_HZ
 
 LIBRARIES = "import google.protobuf.message, lz4.frame, mcap.writer, mujoco, numpy, pinocchio, tqdm, tyro, zstandard"
 """What a command that runs trials loads besides palpate."""

@@ -13,17 +13,19 @@ import pinocchio as pin
 
 from benchmarks import cost, recording, supervision
 from benchmarks.suite.rows import Form, Row
-from palpate.adapters.composition import SimulatedRig, build_perception, build_task, find_ready_pose
-from palpate.adapters.config import scenario
-from palpate.adapters.experiment import trial_setup
-from palpate.adapters.policies import learning_policy
-from palpate.adapters.recording.sinks import ProcessSink
-from palpate.adapters.recording.trials import TrialRecorder
-from palpate.adapters.timing import Section, Stopwatch, timed, timed_recording
-from palpate.adapters.timing.sections import BUSY
-from palpate.core.arms import arm_named
-from palpate.core.cycle import run_trial
-from palpate.core.kinematics import Kinematics, ToolGeometry
+from palpate.adapters.config.run import scenario
+from palpate.adapters.experiments.build import build_perception, build_task
+from palpate.adapters.experiments.policies import learning_policy
+from palpate.adapters.experiments.trial import trial_setup
+from palpate.adapters.hardware.real_time import Section, Stopwatch, timed, timed_recording
+from palpate.adapters.hardware.real_time.sections import BUSY
+from palpate.adapters.log.trial_recorder import TrialRecorder
+from palpate.adapters.log.writer_client import ProcessSink
+from palpate.adapters.mujoco.rig import SimulatedRig
+from palpate.core.control_loop import run_trial
+from palpate.core.insertion.ready_pose import find_ready_pose
+from palpate.core.motion.arm import arm_named
+from palpate.core.motion.model import Kinematics, ToolGeometry
 
 STAGES = {
     Section.FORCE: "read the force sensor",
@@ -112,7 +114,7 @@ def bare_kinematics_us(rounds: int, calls: int = 2000) -> float:
 def _timed_run(trials: int) -> tuple[Stopwatch, float]:
     """A recorded training with a stopwatch in it, and the median of its physics a tick, in microseconds."""
     config = scenario("paper")
-    ready, perception = find_ready_pose(config), build_perception(config)
+    ready, perception = find_ready_pose(config.arm, config.task), build_perception(config)
     policy, stopwatch = learning_policy(config, perception), Stopwatch()
     task = build_task(config, ready, perception, policy, stopwatch)
     physics: list[list[float]] = []

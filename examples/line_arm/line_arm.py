@@ -11,13 +11,19 @@ from typing import Any, Protocol
 
 import serial
 
-from palpate.adapters.plugins import ArmAdapter, RigContext
-from palpate.core.command_limits import CommandLimiter
+from palpate.adapters.hardware.plugins import ArmAdapter, RigContext
 from palpate.core.errors import CommandError, ConfigurationError, DeviceError
-from palpate.core.lifecycle import Life, ManagedDevice
-from palpate.core.ports import Clock
-from palpate.core.task_config import CONTROL_RATE_HZ
-from palpate.core.values import AppliedCommand, CommandReason, JointCommand, JointSample, JointVector
+from palpate.core.ports.command_limits import CommandLimiter
+from palpate.core.ports.devices import Clock
+from palpate.core.ports.lifecycle import Life, ManagedDevice
+from palpate.core.ports.values import (
+    CONTROL_RATE_HZ,
+    AppliedCommand,
+    CommandReason,
+    JointCommand,
+    JointSample,
+    JointVector,
+)
 
 
 class Line(Protocol):

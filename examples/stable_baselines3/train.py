@@ -27,13 +27,13 @@ from stable_baselines3 import DQN, PPO
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.monitor import Monitor
 
-from palpate.adapters.composition import build_perception
-from palpate.adapters.config import RunConfig
+from palpate.adapters.config.run import RunConfig
+from palpate.adapters.experiments.build import build_perception
+from palpate.adapters.experiments.policies import learning_policy
+from palpate.adapters.experiments.statistics import WINDOW, moving_average
 from palpate.adapters.gymnasium_envs import PEG_INSERTION
-from palpate.adapters.policies import learning_policy
-from palpate.adapters.statistics import WINDOW, moving_average
+from palpate.core.insertion.trial import Purpose, generator
 from palpate.core.policy import Observation, Transition
-from palpate.core.randomness import Purpose, generator
 
 NOWHERE = (0.0, 0.0, 0.0)
 COLOURS = ("#4878a8", "#d1751e")

@@ -14,7 +14,7 @@ from typing import Any
 
 from palpate.adapters.cli.main import main
 from palpate.adapters.log.schema import BY_ID, message_class
-from palpate.core.task_config import CONTROL_RATE_HZ
+from palpate.core.ports.values import CONTROL_RATE_HZ
 from tests.log_surgery import messages_of, write_log
 
 QUICK = ("--task.time-limit-s", "1")

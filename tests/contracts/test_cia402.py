@@ -9,18 +9,18 @@ from typing import Any
 import numpy as np
 import pytest
 
-from palpate.adapters.bus_arm import BusArm
-from palpate.adapters.cia402_ports import make_cia402
-from palpate.adapters.monotonic_clock import MonotonicClock
-from palpate.adapters.plugins import RigContext
-from palpate.core.arms import arm_named
-from palpate.core.contracts import ArmCommandContract, ArmCommandRig, JointEncoderContract, JointEncoderRig
+from palpate.adapters.hardware.arm_on_bus import BusArm
+from palpate.adapters.hardware.cia402 import make_cia402
+from palpate.adapters.hardware.clock import MonotonicClock
+from palpate.adapters.hardware.plugins import RigContext
 from palpate.core.errors import ConfigurationError
-from palpate.core.lifecycle import Life
-from palpate.simulation.emulators.can_bus_server import VirtualBusServer
-from palpate.simulation.emulators.can_wire import CanWire
-from palpate.simulation.emulators.canopen_node import CanopenDrive
-from palpate.simulation.emulators.direct_motors import DirectMotors
+from palpate.core.motion.arm import arm_named
+from palpate.core.ports.contracts import ArmCommandContract, ArmCommandRig, JointEncoderContract, JointEncoderRig
+from palpate.core.ports.lifecycle import Life
+from palpate.simulation.emulators.cia402.node import CanopenDrive
+from palpate.simulation.emulators.lines.can_bus_server import VirtualBusServer
+from palpate.simulation.emulators.lines.can_wire import CanWire
+from palpate.simulation.emulators.motors.direct_motors import DirectMotors
 
 pytestmark = [pytest.mark.xdist_group("real time"), pytest.mark.usefixtures("real_time")]
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from palpate.adapters.fake import MAX_AGE_NS, FakeArm, FakeClock, FakeForceSensor, FakeJointEncoder
-from palpate.core.contracts import (
+from palpate.core.errors import DeviceError
+from palpate.core.ports.contracts import (
     ArmCommandContract,
     ArmCommandRig,
     ClockContract,
@@ -15,10 +15,10 @@ from palpate.core.contracts import (
     JointEncoderContract,
     JointEncoderRig,
 )
-from palpate.core.errors import DeviceError
-from palpate.core.lifecycle import Life
-from palpate.core.ports import ArmCommand, Clock, ForceSensor, JointEncoder
-from palpate.core.values import CommandReason, JointCommand, Validity
+from palpate.core.ports.contracts.fakes import MAX_AGE_NS, FakeArm, FakeClock, FakeForceSensor, FakeJointEncoder
+from palpate.core.ports.devices import ArmCommand, Clock, ForceSensor, JointEncoder
+from palpate.core.ports.lifecycle import Life
+from palpate.core.ports.values import CommandReason, JointCommand, Validity
 
 HOME_RAD = (0.1, -0.2, 0.3)
 LOWER_RAD = (-1.0, -1.0, -1.0)

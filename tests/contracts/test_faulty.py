@@ -7,8 +7,15 @@ from typing import Any
 
 import pytest
 
-from palpate.adapters.faults import KINDS, FaultPlan, FaultyArm, FaultyClock, FaultyForceSensor, FaultyJointEncoder
-from palpate.core.contracts import (
+from palpate.adapters.fault_injection import (
+    KINDS,
+    FaultPlan,
+    FaultyArm,
+    FaultyClock,
+    FaultyForceSensor,
+    FaultyJointEncoder,
+)
+from palpate.core.ports.contracts import (
     ArmCommandContract,
     ArmCommandRig,
     ClockContract,
@@ -20,7 +27,7 @@ from palpate.core.contracts import (
     Outcome,
     run_clauses,
 )
-from palpate.core.ports import ArmCommand, Clock, ForceSensor, JointEncoder
+from palpate.core.ports.devices import ArmCommand, Clock, ForceSensor, JointEncoder
 
 # As modules: a suite that is imported by name would be run here once more as it is.
 from tests.contracts import test_fake as fake

@@ -11,22 +11,22 @@ from typing import Any
 import numpy as np
 import pytest
 
-from palpate.adapters.jr3_ports import Jr3ForceSensor, make_jr3_can, make_jr3_uart
-from palpate.adapters.monotonic_clock import MonotonicClock
-from palpate.adapters.plugins import RigContext
-from palpate.core.arms import arm_named
-from palpate.core.contracts import ForceSensorContract, ForceSensorRig
+from palpate.adapters.hardware.clock import MonotonicClock
+from palpate.adapters.hardware.jr3 import Jr3ForceSensor, make_jr3_can, make_jr3_uart
+from palpate.adapters.hardware.plugins import RigContext
 from palpate.core.errors import ConfigurationError, DeviceError
-from palpate.core.lifecycle import Life
-from palpate.core.ports import ForceSensor
-from palpate.core.values import Validity
-from palpate.simulation.emulators import jr3_uart
-from palpate.simulation.emulators.can_bus_server import VirtualBusServer
-from palpate.simulation.emulators.can_wire import CanWire
-from palpate.simulation.emulators.jr3_can import Jr3CanNode
-from palpate.simulation.emulators.jr3_config import Jr3Config
-from palpate.simulation.emulators.jr3_uart import UART_CONFIG, Jr3UartNode
-from palpate.simulation.emulators.pty_server import PtyServer
+from palpate.core.motion.arm import arm_named
+from palpate.core.ports.contracts import ForceSensorContract, ForceSensorRig
+from palpate.core.ports.devices import ForceSensor
+from palpate.core.ports.lifecycle import Life
+from palpate.core.ports.values import Validity
+from palpate.simulation.emulators.jr3 import uart as jr3_uart
+from palpate.simulation.emulators.jr3.can import Jr3CanNode
+from palpate.simulation.emulators.jr3.config import Jr3Config
+from palpate.simulation.emulators.jr3.uart import UART_CONFIG, Jr3UartNode
+from palpate.simulation.emulators.lines.can_bus_server import VirtualBusServer
+from palpate.simulation.emulators.lines.can_wire import CanWire
+from palpate.simulation.emulators.lines.pty_server import PtyServer
 
 pytestmark = [pytest.mark.xdist_group("real time"), pytest.mark.usefixtures("real_time")]
 CHANNELS = count()

@@ -9,11 +9,13 @@ from typing import Self
 import numpy as np
 import pytest
 
-from palpate.adapters.composition import find_ready_pose
-from palpate.adapters.config import RunConfig
-from palpate.adapters.mujoco_ports import MujocoArm, MujocoClock, MujocoForceSensor, MujocoJointEncoder
-from palpate.core.arms import arm_named
-from palpate.core.contracts import (
+from palpate.adapters.config.run import RunConfig
+from palpate.adapters.mujoco.ports import MujocoArm, MujocoClock, MujocoForceSensor, MujocoJointEncoder
+from palpate.core.insertion.frame import goal_in_base
+from palpate.core.insertion.ready_pose import find_ready_pose
+from palpate.core.motion.arm import arm_named
+from palpate.core.motion.model import Kinematics, ToolGeometry
+from palpate.core.ports.contracts import (
     ArmCommandContract,
     ArmCommandRig,
     ClockContract,
@@ -23,13 +25,10 @@ from palpate.core.contracts import (
     JointEncoderContract,
     JointEncoderRig,
 )
-from palpate.core.kinematics import Kinematics, ToolGeometry
-from palpate.core.lifecycle import ManagedDevice
-from palpate.core.ports import ArmCommand, Clock, ForceSensor, JointEncoder
-from palpate.core.task_config import CONTROL_RATE_HZ
-from palpate.core.task_frame import goal_in_base
-from palpate.core.values import CommandReason, JointCommand, JointVector
-from palpate.simulation.cell import WorkCell
+from palpate.core.ports.devices import ArmCommand, Clock, ForceSensor, JointEncoder
+from palpate.core.ports.lifecycle import ManagedDevice
+from palpate.core.ports.values import CONTROL_RATE_HZ, CommandReason, JointCommand, JointVector
+from palpate.simulation.work_cell.cell import WorkCell
 
 TICK_NS = 10**9 // CONTROL_RATE_HZ
 # Loud enough to tell two samples apart, far below the loads; a bias, so that a hidden tare would show.
@@ -48,7 +47,7 @@ def the_cell() -> WorkCell:
         Kinematics(arm_named(config.arm), ToolGeometry()),
         replace(config.cell, sensor=sensor),
         goal_in_base=goal_in_base(config.task.goal),
-        ready_rad=find_ready_pose(config).q_rad,
+        ready_rad=find_ready_pose(config.arm, config.task).q_rad,
         rate_Hz=CONTROL_RATE_HZ,
     )
 

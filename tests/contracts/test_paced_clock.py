@@ -5,11 +5,11 @@ from __future__ import annotations
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from palpate.adapters.fake import FakeClock
-from palpate.adapters.mujoco_ports import MujocoClock, MujocoJointEncoder
-from palpate.adapters.paced_clock import PacedClock
-from palpate.core.contracts import ClockContract, ClockRig
-from palpate.core.cycle import next_slot, tick_time_ns
+from benchmarks.paced_clock import PacedClock
+from palpate.adapters.mujoco.ports import MujocoClock, MujocoJointEncoder
+from palpate.core.control_loop import next_slot, tick_time_ns
+from palpate.core.ports.contracts import ClockContract, ClockRig
+from palpate.core.ports.contracts.fakes import FakeClock
 
 # As a module: its suites would be run here once more otherwise.
 from tests.contracts import test_mujoco as mujoco

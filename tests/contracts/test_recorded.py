@@ -9,11 +9,11 @@ from pathlib import Path
 import pytest
 
 from palpate.adapters.log.reader import assemble, sound_messages
+from palpate.adapters.log.recorded_ports import RecordedArm, RecordedClock, RecordedForceSensor, RecordedJointEncoder
+from palpate.adapters.log.recorder import FlightRecorder
 from palpate.adapters.log.records import EndRecord
-from palpate.adapters.recording.ports import RecordedArm, RecordedClock, RecordedForceSensor, RecordedJointEncoder
-from palpate.adapters.recording.recorder import FlightRecorder
-from palpate.adapters.recording.sinks import MemorySink, Opening
-from palpate.core.contracts import (
+from palpate.adapters.log.writer_client import MemorySink, Opening
+from palpate.core.ports.contracts import (
     ArmCommandContract,
     ArmCommandRig,
     ClockContract,
@@ -23,13 +23,13 @@ from palpate.core.contracts import (
     JointEncoderContract,
     JointEncoderRig,
 )
-from palpate.core.ports import ArmCommand, Clock, ForceSensor, JointEncoder
+from palpate.core.ports.devices import ArmCommand, Clock, ForceSensor, JointEncoder
 
 # As modules: a suite that is imported by name would be run here once more as it is.
 from tests.contracts import test_fake as fake
 from tests.contracts import test_mujoco as mujoco
-from tests.unit.adapters.recording.bench import Task
-from tests.unit.adapters.recording.crafted import STARTING
+from tests.unit.adapters.log.crafted import STARTING
+from tests.unit.adapters.log.recording_bench import Task
 
 
 class UnderRecorder:

@@ -11,12 +11,13 @@ from typing import Any
 import pytest
 
 from palpate.adapters.log.reader import TrialLog, assemble, sound_messages
+from palpate.adapters.log.recorded_ports import RecordedArm, RecordedClock, RecordedForceSensor, RecordedJointEncoder
+from palpate.adapters.log.recorder import FlightRecorder
 from palpate.adapters.log.records import EndRecord, StartRecord
-from palpate.adapters.recording.ports import RecordedArm, RecordedClock, RecordedForceSensor, RecordedJointEncoder
-from palpate.adapters.recording.recorder import FlightRecorder
-from palpate.adapters.recording.sinks import MemorySink, Opening
+from palpate.adapters.log.writer_client import MemorySink, Opening
 from palpate.adapters.replay.tape import ReplayArm, ReplayClock, ReplayForceSensor, ReplayJointEncoder, Tape
-from palpate.core.contracts import (
+from palpate.core.insertion.trial import TrialReport, TrialSetup
+from palpate.core.ports.contracts import (
     ArmCommandContract,
     ClauseNotApplicable,
     ClockContract,
@@ -24,10 +25,9 @@ from palpate.core.contracts import (
     JointEncoderContract,
     clauses,
 )
-from palpate.core.contracts.rigs import ArmCommandRig, ClockRig, ForceSensorRig, JointEncoderRig
-from palpate.core.ports import ArmCommand, Clock, ForceSensor, JointEncoder
-from palpate.core.trial import TrialReport, TrialSetup
-from palpate.core.values import JointVector
+from palpate.core.ports.contracts.rigs import ArmCommandRig, ClockRig, ForceSensorRig, JointEncoderRig
+from palpate.core.ports.devices import ArmCommand, Clock, ForceSensor, JointEncoder
+from palpate.core.ports.values import JointVector
 from tests.contracts.test_fake import TestFakeArm as FakeArmSuite
 from tests.contracts.test_fake import TestFakeClock as FakeClockSuite
 from tests.contracts.test_fake import TestFakeForceSensor as FakeForceSensorSuite

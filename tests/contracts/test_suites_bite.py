@@ -14,8 +14,7 @@ from typing import Any
 
 import pytest
 
-from palpate.adapters.fake import MAX_AGE_NS, TICK_NS, FakeArm, FakeClock, FakeForceSensor, FakeJointEncoder
-from palpate.core.contracts import (
+from palpate.core.ports.contracts import (
     ArmCommandContract,
     ArmCommandRig,
     ClauseNotApplicable,
@@ -30,15 +29,16 @@ from palpate.core.contracts import (
     clauses,
     run_clauses,
 )
-from palpate.core.lifecycle import Life
-from palpate.core.values import (
-    AppliedCommand,
-    CommandReason,
-    JointCommand,
-    JointSample,
-    WrenchKind,
-    WrenchSample,
+from palpate.core.ports.contracts.fakes import (
+    MAX_AGE_NS,
+    TICK_NS,
+    FakeArm,
+    FakeClock,
+    FakeForceSensor,
+    FakeJointEncoder,
 )
+from palpate.core.ports.lifecycle import Life
+from palpate.core.ports.values import AppliedCommand, CommandReason, JointCommand, JointSample, WrenchKind, WrenchSample
 
 HOME_RAD = (0.1, -0.2, 0.3)
 STEP_NS = 5_000_000

@@ -7,8 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from palpate.adapters.fake import MAX_AGE_NS, TICK_NS
-from palpate.adapters.watchdogs import (
+from palpate.adapters.hardware.watchdogs import (
     GuardedArm,
     LoopWatchdog,
     OperatorSources,
@@ -18,7 +17,7 @@ from palpate.adapters.watchdogs import (
     WatchedForceSensor,
     WatchedJointEncoder,
 )
-from palpate.core.contracts import (
+from palpate.core.ports.contracts import (
     ArmCommandContract,
     ArmCommandRig,
     ClockContract,
@@ -28,7 +27,8 @@ from palpate.core.contracts import (
     JointEncoderContract,
     JointEncoderRig,
 )
-from palpate.core.ports import ArmCommand, Clock, ForceSensor, JointEncoder
+from palpate.core.ports.contracts.fakes import MAX_AGE_NS, TICK_NS
+from palpate.core.ports.devices import ArmCommand, Clock, ForceSensor, JointEncoder
 
 # As modules: a suite that is imported by name would be run here once more as it is.
 from tests.contracts import test_fake as fake

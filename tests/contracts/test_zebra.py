@@ -7,17 +7,17 @@ from typing import Any
 
 import pytest
 
-from palpate.adapters.bus_arm import BusArm
-from palpate.adapters.monotonic_clock import MonotonicClock
-from palpate.adapters.plugins import RigContext
-from palpate.adapters.zebra_ports import make_zebra_nmc
-from palpate.core.arms import arm_named
-from palpate.core.contracts import ArmCommandContract, ArmCommandRig, JointEncoderContract, JointEncoderRig
-from palpate.core.lifecycle import Life
-from palpate.simulation.emulators.nmc_bus import NmcBus
-from palpate.simulation.emulators.nmc_joints import HOME_RAD
-from palpate.simulation.emulators.plant import IdealPlant
-from palpate.simulation.emulators.pty_server import PtyServer
+from palpate.adapters.hardware.arm_on_bus import BusArm
+from palpate.adapters.hardware.clock import MonotonicClock
+from palpate.adapters.hardware.plugins import RigContext
+from palpate.adapters.hardware.zebra_zero import make_zebra_nmc
+from palpate.core.motion.arm import arm_named
+from palpate.core.ports.contracts import ArmCommandContract, ArmCommandRig, JointEncoderContract, JointEncoderRig
+from palpate.core.ports.lifecycle import Life
+from palpate.simulation.emulators.lines.pty_server import PtyServer
+from palpate.simulation.emulators.motors.plant import IdealPlant
+from palpate.simulation.emulators.nmc.bus import NmcBus
+from palpate.simulation.emulators.nmc.joints import HOME_RAD
 
 BAUD = 230_400
 DIVIDER = 2

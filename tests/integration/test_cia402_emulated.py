@@ -12,18 +12,17 @@ import numpy as np
 import pytest
 
 from palpate.drivers.cia402.arm import Cia402Arm
-from palpate.drivers.cia402.limits import AppliedReason
 from palpate.drivers.cia402.link import CanLink
 from palpate.drivers.cia402.measured import ArmState, Measured
-from palpate.drivers.cia402.profile import DriveState, Mode
-from palpate.drivers.cia402.settings import ArmSettings, JointDrive
+from palpate.drivers.cia402.object_dictionary import DriveState, Mode
+from palpate.drivers.cia402.settings import AppliedReason, ArmSettings, JointDrive
 from palpate.drivers.errors import DeviceFaultError, SilentError
-from palpate.simulation.emulators.can_bus_server import CanBusServer, VirtualBusServer
-from palpate.simulation.emulators.can_wire import CanWire
-from palpate.simulation.emulators.canopen_node import CanopenDrive
-from palpate.simulation.emulators.canopen_state import PowerState
-from palpate.simulation.emulators.plant import IdealPlant
-from palpate.simulation.emulators.slcan_server import SlcanServer
+from palpate.simulation.emulators.cia402.node import CanopenDrive
+from palpate.simulation.emulators.cia402.state import PowerState
+from palpate.simulation.emulators.lines.can_bus_server import CanBusServer, VirtualBusServer
+from palpate.simulation.emulators.lines.can_wire import CanWire
+from palpate.simulation.emulators.lines.slcan_server import SlcanServer
+from palpate.simulation.emulators.motors.plant import IdealPlant
 
 pytestmark = [pytest.mark.xdist_group("real time"), pytest.mark.usefixtures("real_time")]
 SCALE = 30_557.75

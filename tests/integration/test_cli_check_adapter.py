@@ -20,8 +20,8 @@ def test_the_example_keeps_its_contract(name: str, clauses: int) -> None:
 
 
 BROKEN = """
-from palpate.adapters.fake import FakeClock, FakeForceSensor
-from palpate.core.contracts import ForceSensorRig
+from palpate.core.ports.contracts.fakes import FakeClock, FakeForceSensor
+from palpate.core.ports.contracts import ForceSensorRig
 
 class Broken(FakeForceSensor):
     def read(self):
@@ -81,7 +81,7 @@ def test_an_adapter_without_a_rig_is_tried_as_far_as_that_goes(laboratory: Path)
         ("mine:Nobody", "it has no Nobody"),
         ("mine:number", "package.module:Name"),
         ("mine:fails", "no hardware here"),
-        ("palpate.adapters.fake:FakeArm", "calling it failed"),
+        ("palpate.core.ports.contracts.fakes:FakeArm", "calling it failed"),
     ],
 )
 def test_names_that_lead_nowhere(laboratory: Path, name: str, reason: str) -> None:

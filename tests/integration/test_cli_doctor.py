@@ -14,7 +14,7 @@ from typing import Any
 
 import pytest
 
-from palpate.adapters.rig_file import RigFile
+from palpate.adapters.config.rig import RigFile
 from tests.integration.command_line import RT_EMULATOR, command, palpate, wait_until
 
 pytestmark = pytest.mark.xdist_group("real time")

@@ -12,10 +12,10 @@ import pytest
 
 from palpate.adapters.cli import explore
 from palpate.adapters.cli.main import main
-from palpate.adapters.grid.learning import LearningRun
+from palpate.adapters.experiments.grid.learning import LearningRun
 from palpate.core.automata.document import save
 from palpate.core.automata.machine import Kind, Machine
-from palpate.core.automata.strings_file import read_strings
+from palpate.core.automata.strings import read_strings
 from palpate.core.policy import PolicyDocument, policy_from
 from palpate.simulation.grid.maps import grid_actions
 from tests.integration.command_line import files_in, palpate, refused_here, succeed

@@ -12,10 +12,11 @@ import pytest
 from PIL import Image
 
 from palpate.adapters.cli.main import main
-from palpate.adapters.rendering import graphics, live
+from palpate.adapters.mujoco import graphics
+from palpate.adapters.visualisation import viewer as live
 from tests.integration.command_line import refused_here, succeed
 from tests.unit.adapters.log.made_logs import start, tick, write_log
-from tests.unit.adapters.rendering.trials import INSERTION, require_graphics
+from tests.unit.adapters.visualisation.film.trials import INSERTION, require_graphics
 
 SMALL = ("--size", "200x150")
 

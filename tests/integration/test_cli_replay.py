@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 from mcap.writer import Writer
 
+from palpate.adapters.log.provenance import processor
 from palpate.adapters.log.reader import RawMessage, read_log
-from palpate.adapters.provenance import processor
 from tests.integration.command_line import (
     QUICK,
     command,

@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 from palpate.adapters.cli.main import main
-from palpate.adapters.study.cell import Cell
+from palpate.adapters.experiments.study.cell import Cell
 from tests.integration.command_line import RESULTS, command, files_in, refused_here, results_in, succeed, wait_until
 
 SMALL = """

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from palpate.core.arms import arm_named
-from palpate.core.kinematics import Kinematics, ToolGeometry
+from palpate.core.motion.arm import arm_named
+from palpate.core.motion.model import Kinematics, ToolGeometry
 from palpate.drivers.zebra_zero.counts import Transmission
 
 POSES = 2000

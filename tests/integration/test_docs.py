@@ -13,8 +13,8 @@ from typing import Any
 import pytest
 
 from palpate.adapters.cli.main import main
-from palpate.adapters.config import RunConfig
-from palpate.adapters.toml_config import overlay
+from palpate.adapters.config.run import RunConfig
+from palpate.adapters.config.toml import overlay
 from tests.integration.command_line import QUICK
 
 ROOT = Path(__file__).parents[2]

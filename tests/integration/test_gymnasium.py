@@ -16,17 +16,17 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 from palpate.adapters.cli.main import main
-from palpate.adapters.composition import build_perception
-from palpate.adapters.grid.learning import GridLearning, learn
-from palpate.adapters.grid.states import Named
-from palpate.adapters.grid.worlds import grid_named
+from palpate.adapters.experiments.build import build_perception
+from palpate.adapters.experiments.grid.learning import GridLearning, learn
+from palpate.adapters.experiments.grid.states import Named
+from palpate.adapters.experiments.grid.worlds import grid_named
+from palpate.adapters.experiments.policies import learning_policy
 from palpate.adapters.gymnasium_envs import PEG_INSERTION, SENSOR_MAP
-from palpate.adapters.gymnasium_envs.errors import ActionRefusedError
+from palpate.adapters.gymnasium_envs.episode import ActionRefusedError
 from palpate.adapters.gymnasium_envs.peg_insertion import PegInsertionEnv
 from palpate.adapters.gymnasium_envs.sensor_map import SensorMapEnv
-from palpate.adapters.policies import learning_policy
+from palpate.core.insertion.trial import Purpose, generator
 from palpate.core.policy import Observation, Policy, Transition, learner_of
-from palpate.core.randomness import Purpose, generator
 
 NOWHERE = (0.0, 0.0, 0.0)
 SHORT = {"task": {"time_limit_s": 2.0}}

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from palpate.adapters.config import RunConfig
-from palpate.adapters.toml_config import overlay
+from palpate.adapters.config.run import RunConfig
+from palpate.adapters.config.toml import overlay
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")

@@ -13,20 +13,21 @@ from typing import Self
 
 import numpy as np
 
-from palpate.adapters.composition import ReadyPose, SimulatedRig, find_ready_pose
-from palpate.adapters.config import RunConfig
-from palpate.core.arms import arm_named
-from palpate.core.control import ControlLaw, DampingControl, HybridControl, PositionControl
-from palpate.core.cycle import tick_time_ns
-from palpate.core.insertion import PERIOD_S
-from palpate.core.kinematics import Kinematics, ToolGeometry
-from palpate.core.measurement import Measurement
+from palpate.adapters.config.run import RunConfig
+from palpate.adapters.mujoco.rig import SimulatedRig
+from palpate.core.control_loop import tick_time_ns
+from palpate.core.insertion.config import N_PER_KGF
+from palpate.core.insertion.frame import goal_in_base
+from palpate.core.insertion.measurement import Measurement
+from palpate.core.insertion.ready_pose import ReadyPose, find_ready_pose
+from palpate.core.insertion.task import PERIOD_S
+from palpate.core.motion.arm import arm_named
+from palpate.core.motion.laws import ControlLaw, DampingControl, HybridControl, PositionControl
+from palpate.core.motion.model import Kinematics, ToolGeometry
+from palpate.core.motion.tip_motion import TipMotion
 from palpate.core.perception import SignalProcessor
-from palpate.core.task_config import CONTROL_RATE_HZ, N_PER_KGF
-from palpate.core.task_frame import goal_in_base
-from palpate.core.tip_motion import TipMotion
-from palpate.core.values import Snapshot, Vector3, WrenchSample
-from palpate.simulation.cell_config import CellConfig, ComplianceConfig, PegConfig, SensorConfig
+from palpate.core.ports.values import CONTROL_RATE_HZ, Snapshot, Vector3, WrenchSample
+from palpate.simulation.work_cell.config import CellConfig, ComplianceConfig, PegConfig, SensorConfig
 
 OFFSETS_M = (0.3e-3, 1e-3, 2e-3, 3e-3)
 _SILENT = SensorConfig(force_noise_N=0.0, torque_noise_Nm=0.0, force_bias_N=0.0, torque_bias_Nm=0.0)
@@ -60,7 +61,7 @@ def rms(values: list[float]) -> float:
 @cache
 def ready_pose(arm: str) -> ReadyPose:
     """The ready pose over the default goal; the same for every cell."""
-    return find_ready_pose(RunConfig(arm=arm))
+    return find_ready_pose(arm, RunConfig().task)
 
 
 class Bench:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from palpate.core.arms import ARMS
-from palpate.simulation.cell_config import ComplianceConfig
+from palpate.core.motion.arm import ARMS
+from palpate.simulation.work_cell.config import ComplianceConfig
 from tests.integration.physics.bench import OFFSETS_M, Bench, headings, quiet
 
 FLAT_M = 6e-3

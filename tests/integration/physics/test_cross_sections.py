@@ -6,12 +6,12 @@ import mujoco
 import numpy as np
 import pytest
 
-from palpate.adapters.composition import SimulatedRig
-from palpate.adapters.config import RunConfig
-from palpate.core.arms import ARMS
-from palpate.core.trial import Outcome
-from palpate.simulation.cell_config import CellConfig, PegConfig
-from palpate.simulation.cross_section import SIDES
+from palpate.adapters.config.run import RunConfig
+from palpate.adapters.mujoco.rig import SimulatedRig
+from palpate.core.insertion.trial import Outcome
+from palpate.core.motion.arm import ARMS
+from palpate.simulation.work_cell.config import CellConfig, PegConfig
+from palpate.simulation.work_cell.cross_section import SIDES
 from tests.integration.physics.bench import ready_pose
 from tests.integration.physics.trials import random_walk
 

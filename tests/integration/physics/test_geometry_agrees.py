@@ -8,10 +8,10 @@ import mujoco
 import numpy as np
 import pytest
 
-from palpate.adapters.composition import SimulatedRig
-from palpate.adapters.config import RunConfig
-from palpate.core.arms import ARMS, arm_named
-from palpate.core.kinematics import Kinematics, ToolGeometry
+from palpate.adapters.config.run import RunConfig
+from palpate.adapters.mujoco.rig import SimulatedRig
+from palpate.core.motion.arm import ARMS, arm_named
+from palpate.core.motion.model import Kinematics, ToolGeometry
 from tests.integration.physics.bench import ready_pose
 
 

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from palpate.adapters.config import RunConfig
-from palpate.core.arms import ARMS
+from palpate.adapters.config.run import RunConfig
+from palpate.core.motion.arm import ARMS
 from tests.integration.physics.trials import digests
 
 

@@ -6,8 +6,8 @@ from math import cos, sin
 
 import pytest
 
-from palpate.core.arms import ARMS
-from palpate.simulation.cell_config import ComplianceConfig
+from palpate.core.motion.arm import ARMS
+from palpate.simulation.work_cell.config import ComplianceConfig
 from tests.integration.physics.bench import OFFSETS_M, Bench, headings, quiet, rms
 
 

@@ -6,11 +6,13 @@ import hashlib
 from collections.abc import Sequence
 from typing import Any
 
-from palpate.adapters.composition import SimulatedRig, build_perception, build_task, task_actions
-from palpate.adapters.config import RunConfig
-from palpate.core.cycle import Ports, run_trial
+from palpate.adapters.config.run import RunConfig
+from palpate.adapters.experiments.build import build_perception, build_task, task_actions
+from palpate.adapters.mujoco.rig import SimulatedRig
+from palpate.core.control_loop import run_trial
+from palpate.core.insertion.trial import TrialReport, TrialSetup
 from palpate.core.policy import RandomWalkPolicy
-from palpate.core.trial import TrialReport, TrialSetup
+from palpate.core.ports.devices import Ports
 from tests.integration.physics.bench import ready_pose
 
 

@@ -5,14 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import cache
 
-from palpate.adapters.composition import ReadyPose, find_ready_pose
-from palpate.adapters.config import RunConfig
-from palpate.adapters.experiment import ScoredTrial
-from palpate.adapters.results import TrialRow
+from palpate.adapters.config.run import RunConfig
+from palpate.adapters.experiments.results import TrialRow
+from palpate.adapters.experiments.trial import ScoredTrial
+from palpate.core.insertion.config import TaskConfig
+from palpate.core.insertion.ready_pose import ReadyPose, find_ready_pose
+from palpate.core.insertion.trial import DecisionRecord, Outcome, TrialReport, TrialSetup
 from palpate.core.policy import Observation
-from palpate.core.task_config import TaskConfig
-from palpate.core.trial import DecisionRecord, Outcome, TrialReport, TrialSetup
-from palpate.simulation.cell import Truth
+from palpate.core.ports.rig import Truth
 
 QUICK = RunConfig(task=TaskConfig(time_limit_s=1.0))
 
@@ -20,7 +20,7 @@ QUICK = RunConfig(task=TaskConfig(time_limit_s=1.0))
 @cache
 def ready_pose() -> ReadyPose:
     """The ready pose of the default arm and goal."""
-    return find_ready_pose(RunConfig())
+    return find_ready_pose(RunConfig().arm, RunConfig().task)
 
 
 def scored_trial(index: int, *, success: bool = True, decisions: int = 2) -> ScoredTrial:

@@ -17,14 +17,15 @@ from typing import Self
 import numpy as np
 import pinocchio as pin
 
-from palpate.adapters.fake import FakeArm, FakeClock, FakeForceSensor, FakeJointEncoder
-from palpate.core.arms import arm_named
-from palpate.core.cycle import Ports
-from palpate.core.explorer import Explorer
-from palpate.core.insertion import PERIOD_S, InsertionTask
-from palpate.core.inverse_kinematics import InverseKinematics
-from palpate.core.kinematics import Array, Kinematics, ToolGeometry
-from palpate.core.measurement import Measurement
+from palpate.core.insertion.agent import Explorer
+from palpate.core.insertion.config import N_PER_KGF, ControlConfig, GoalConfig, TaskConfig
+from palpate.core.insertion.frame import goal_in_base
+from palpate.core.insertion.measurement import Measurement
+from palpate.core.insertion.task import PERIOD_S, InsertionTask
+from palpate.core.motion.arm import arm_named
+from palpate.core.motion.inverse import InverseKinematics
+from palpate.core.motion.model import Array, Kinematics, ToolGeometry
+from palpate.core.motion.tip_motion import TipMotion
 from palpate.core.perception import (
     GatedThresholds,
     IdentityState,
@@ -43,10 +44,9 @@ from palpate.core.policy import (
     Transition,
     compass_actions,
 )
-from palpate.core.task_config import CONTROL_RATE_HZ, N_PER_KGF, ControlConfig, GoalConfig, TaskConfig
-from palpate.core.task_frame import goal_in_base
-from palpate.core.tip_motion import TipMotion
-from palpate.core.values import JointVector, Vector3, WrenchSample
+from palpate.core.ports.contracts.fakes import FakeArm, FakeClock, FakeForceSensor, FakeJointEncoder
+from palpate.core.ports.devices import Ports
+from palpate.core.ports.values import CONTROL_RATE_HZ, JointVector, Vector3, WrenchSample
 
 TOOL = ToolGeometry()
 STIFFNESS_N_PER_M = 5e3

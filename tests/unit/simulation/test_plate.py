@@ -6,10 +6,10 @@ import mujoco
 import numpy as np
 import pytest
 
-from palpate.simulation.cell_config import CellConfig, PegConfig
-from palpate.simulation.cross_section import CrossSection
-from palpate.simulation.work_cell import PLATE_REACH_M
-from tests.unit.simulation.test_work_cell import cell_of
+from palpate.simulation.work_cell.config import CellConfig, PegConfig
+from palpate.simulation.work_cell.cross_section import CrossSection
+from palpate.simulation.work_cell.model import PLATE_REACH_M
+from tests.unit.simulation.work_cell.test_model import cell_of
 
 
 def walls(model: mujoco.MjModel) -> list[tuple[np.ndarray, float, np.ndarray]]:

@@ -7,17 +7,16 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Final
 
-from palpate.adapters.automaton_picture import machine_picture
 from palpate.adapters.cli.automaton_options import CompareAutomataOptions, MinimiseOptions, ShowAutomatonOptions
 from palpate.adapters.cli.options import parse
-from palpate.adapters.log.placing import new_file, require_no_file
-from palpate.core.automata.compare import difference
+from palpate.adapters.visualisation.automaton import machine_picture
 from palpate.core.automata.document import load, to_json_text
 from palpate.core.automata.dot import from_dot_text, to_dot_text
 from palpate.core.automata.machine import Kind, Machine
-from palpate.core.automata.minimise import minimised
+from palpate.core.automata.minimise import difference, minimised
 from palpate.core.automata.texts import shown_output
 from palpate.core.errors import ConfigurationError, UsageError
+from palpate.core.files import new_file, require_no_file
 
 _HELP: Final = """usage: palpate automaton COMMAND [OPTIONS]
 

@@ -2,11 +2,137 @@
 
 from __future__ import annotations
 
+import importlib
 import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Final
 
-from palpate.adapters.checking import check
 from palpate.adapters.cli.options import CheckAdapterOptions
-from palpate.core.contracts import Outcome
+from palpate.adapters.hardware.clock import MonotonicClock
+from palpate.core.errors import ConfigurationError
+from palpate.core.ports.contracts import (
+    ArmCommandContract,
+    ArmCommandRig,
+    ClauseResult,
+    ClockContract,
+    ClockRig,
+    ForceSensorContract,
+    ForceSensorRig,
+    JointEncoderContract,
+    JointEncoderRig,
+    Outcome,
+    run_clauses,
+)
+from palpate.core.ports.devices import ArmCommand, Clock, ForceSensor, JointEncoder
+from palpate.core.ports.values import CONTROL_RATE_HZ
+
+_CONTRACTS: Final[dict[type, type]] = {
+    ForceSensorRig: ForceSensorContract,
+    JointEncoderRig: JointEncoderContract,
+    ArmCommandRig: ArmCommandContract,
+    ClockRig: ClockContract,
+}
+_ACCEPTED: Final = (
+    "package.module:Name, where Name is a contract suite with its make(), a function that makes a rig, or a force"
+    " sensor or clock that can be made without arguments"
+)
+_MAX_AGE_NS: Final = 100_000_000
+
+
+def find_suite(name: str) -> tuple[str, object]:
+    """The contract suite for what a name leads to.
+
+    Args:
+        name: ``package.module:Name``.
+
+    Returns:
+        The port's name, and the suite, ready to be run.
+
+    Raises:
+        ConfigurationError: It leads to nothing that can be tried.
+    """
+    found = _load(name)
+    if isinstance(found, type):
+        contract = next((c for c in _CONTRACTS.values() if issubclass(found, c)), None)
+        if contract is not None:
+            return _port(contract), _made(name, found)
+    if not callable(found):
+        raise ConfigurationError("adapter", name, _ACCEPTED)
+    first = _made(name, found)
+    contract = _CONTRACTS.get(type(first))
+    if contract is not None:
+        return _port(contract), _suite(contract, found)
+    return _bare(name, found, first)
+
+
+def check(name: str) -> tuple[str, list[ClauseResult]]:
+    """The port's name, and what became of each clause of its contract.
+
+    Raises:
+        ConfigurationError: The name leads to nothing that can be tried.
+    """
+    port, suite = find_suite(name)
+    return port, run_clauses(suite)
+
+
+def _load(name: str) -> Any:
+    module_name, colon, attribute = name.partition(":")
+    if not colon or not module_name or not attribute:
+        raise ConfigurationError("adapter", name, _ACCEPTED)
+    # As with `python -m`, what lies in the current folder can be named.
+    here = str(Path.cwd())
+    if here not in sys.path:
+        sys.path.insert(0, here)
+    try:
+        module = importlib.import_module(module_name)
+    except ImportError as error:
+        raise ConfigurationError("adapter", name, f"a module that can be imported ({error})") from error
+    except Exception as error:
+        # Whatever a stranger's module does as it is imported.
+        raise ConfigurationError("adapter", name, f"a module that imports without failing ({error!r})") from error
+    if not hasattr(module, attribute):
+        raise ConfigurationError("adapter", name, f"a name in {module_name}; it has no {attribute}")
+    return getattr(module, attribute)
+
+
+def _made(name: str, maker: Callable[[], Any]) -> Any:
+    try:
+        return maker()
+    except Exception as error:
+        raise ConfigurationError("adapter", name, f"{_ACCEPTED}; calling it failed: {error!r}") from error
+
+
+def _suite(contract: type, maker: Callable[[], Any]) -> object:
+    made: object = type(f"Checked{contract.__name__}", (contract,), {"make": lambda self: maker()})()
+    return made
+
+
+def _bare(name: str, maker: Callable[[], Any], first: Any) -> tuple[str, object]:
+    """A rig with no knobs: many clauses do not apply, but the life cycle and the samples are tried."""
+    if isinstance(first, ForceSensor):
+        return "ForceSensor", _suite(ForceSensorContract, lambda: _bare_sensor(maker()))
+    if isinstance(first, (JointEncoder, ArmCommand)):
+        accepted = "a function that makes a rig: where the arm stands at first, and its limits, must be known"
+        raise ConfigurationError("adapter", name, accepted)
+    if isinstance(first, Clock):
+        return "Clock", _suite(ClockContract, lambda: ClockRig(clock=maker(), tolerance_ns=_MAX_AGE_NS))
+    raise ConfigurationError("adapter", name, _ACCEPTED)
+
+
+def _bare_sensor(device: ForceSensor) -> ForceSensorRig:
+    return ForceSensorRig(
+        device=device,
+        clock=MonotonicClock(),
+        advance=lambda ticks: time.sleep(ticks / CONTROL_RATE_HZ),
+        max_age_ns=_MAX_AGE_NS,
+        runs_by_itself=True,
+    )
+
+
+def _port(contract: type) -> str:
+    return contract.__name__.removesuffix("Contract")
 
 
 def check_adapter(options: CheckAdapterOptions) -> int:

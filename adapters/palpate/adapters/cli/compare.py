@@ -10,18 +10,19 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
-from palpate.adapters.capture import capture_half_width_m
-from palpate.adapters.chosen_policy import ChosenPolicy
 from palpate.adapters.cli.notices import report_troubles, tell_weakened
 from palpate.adapters.cli.options import CompareOptions
 from palpate.adapters.cli.run import run_named
-from palpate.adapters.composition import find_ready_pose, open_rig, require_usable
-from palpate.adapters.policies import COMPARATORS
-from palpate.adapters.recording.trials import LOG_FOLDER, TrialRecorder
-from palpate.adapters.results import RunFolder
-from palpate.adapters.session import run_toml
-from palpate.adapters.statistics import summary_of
-from palpate.core.checks import require_in
+from palpate.adapters.experiments.build import open_rig, require_usable
+from palpate.adapters.experiments.capture_width import capture_half_width_m
+from palpate.adapters.experiments.evaluation import ChosenPolicy
+from palpate.adapters.experiments.policies import COMPARATORS
+from palpate.adapters.experiments.results import RunFolder
+from palpate.adapters.experiments.statistics import summary_of
+from palpate.adapters.experiments.training import run_toml
+from palpate.adapters.log.trial_recorder import LOG_FOLDER, TrialRecorder
+from palpate.core.errors import require_in
+from palpate.core.insertion.ready_pose import find_ready_pose
 
 
 def compare(options: CompareOptions) -> int:
@@ -31,7 +32,7 @@ def compare(options: CompareOptions) -> int:
     folder = RunFolder(Path(options.out or f"runs/{config.scenario}-compare"))
     folder.require_free()
     chosen = [ChosenPolicy(name, config) for name in (*options.policy, *COMPARATORS)]
-    ready = find_ready_pose(config)
+    ready = find_ready_pose(config.arm, config.task)
     require_usable(config, ready)
     tell_weakened(config)
     folder.create()

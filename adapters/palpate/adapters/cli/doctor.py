@@ -7,16 +7,15 @@ import sys
 from pathlib import Path
 
 from palpate.adapters.cli.options import DoctorOptions
-from palpate.adapters.doctor.examination import Examination, Wishes
-from palpate.adapters.doctor.findings import Level, Section
-from palpate.adapters.doctor.push import Person
-from palpate.adapters.doctor.report import report_json, section_text, summary_text
-from palpate.adapters.doctor.system import System
-from palpate.adapters.monotonic_clock import MonotonicClock
-from palpate.adapters.plugins import RigContext
-from palpate.adapters.rig_file import RigFile
-from palpate.core.checks import require_in
-from palpate.core.errors import ConfigurationError
+from palpate.adapters.config.rig import RigFile
+from palpate.adapters.hardware.clock import MonotonicClock
+from palpate.adapters.hardware.doctor.examination import Examination, Wishes
+from palpate.adapters.hardware.doctor.findings import Level, Section
+from palpate.adapters.hardware.doctor.push import Person
+from palpate.adapters.hardware.doctor.report import report_json, section_text, summary_text
+from palpate.adapters.hardware.doctor.system import System
+from palpate.adapters.hardware.plugins import RigContext
+from palpate.core.errors import ConfigurationError, require_in
 
 
 class _Terminal(Person):

@@ -10,13 +10,12 @@ from pathlib import Path
 from types import FrameType
 
 from palpate.adapters.cli.options import EmulateOptions
-from palpate.adapters.composition import find_ready_pose
-from palpate.adapters.config import scenario
-from palpate.adapters.emulation import EmulatedCell, EmulationConfig
-from palpate.adapters.realtime import take_real_time
-from palpate.core.checks import require_whole
-from palpate.core.errors import OutputError
-from palpate.simulation.cell import Truth
+from palpate.adapters.config.run import scenario
+from palpate.adapters.hardware.emulated_cell import EmulatedCell, EmulationConfig
+from palpate.adapters.hardware.real_time import take_real_time
+from palpate.core.errors import OutputError, require_whole
+from palpate.core.insertion.ready_pose import find_ready_pose
+from palpate.core.ports.rig import Truth
 
 
 def emulate(options: EmulateOptions) -> int:
@@ -40,7 +39,7 @@ def emulate(options: EmulateOptions) -> int:
     before = {number: signal.signal(number, end) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
         counts = str(Path(options.rig_file).resolve().with_suffix(".counts.json")) if options.rig_file else ""
-        with EmulatedCell(config, find_ready_pose(config), emulation, counts) as cell:
+        with EmulatedCell(config, find_ready_pose(config.arm, config.task), emulation, counts) as cell:
             rig = cell.rig_toml()
             if options.rig_file:
                 _write_new(Path(options.rig_file), rig)

@@ -11,15 +11,14 @@ from typing import Any, Final
 from tqdm import tqdm
 
 from palpate.adapters.cli.options import ExploreOptions
-from palpate.adapters.grid.figure import Panel, learning_figure
-from palpate.adapters.grid.learning import LearningRun, StateMaker, learn
-from palpate.adapters.grid.report import Score, score_table, summary, trials_csv
-from palpate.adapters.grid.states import Named, inferred
-from palpate.adapters.grid.worlds import bounds_of, grid_named
-from palpate.adapters.log.placing import new_file, new_folder, require_free_folder, require_no_file
-from palpate.core.automata.strings_file import write_strings
-from palpate.core.checks import require_whole
-from palpate.core.errors import ConfigurationError, UsageError
+from palpate.adapters.experiments.grid.figure import Panel, learning_figure
+from palpate.adapters.experiments.grid.learning import LearningRun, StateMaker, learn
+from palpate.adapters.experiments.grid.report import Score, score_table, summary, trials_csv
+from palpate.adapters.experiments.grid.states import Named, inferred
+from palpate.adapters.experiments.grid.worlds import bounds_of, grid_named
+from palpate.core.automata.strings import write_strings
+from palpate.core.errors import ConfigurationError, UsageError, require_whole
+from palpate.core.files import new_file, new_folder, require_free_folder, require_no_file
 from palpate.core.perception import stage_to_dict
 from palpate.core.policy import document_of
 from palpate.simulation.grid.maps import GridMap
@@ -85,7 +84,7 @@ def _write(
     text: str,
     figures: dict[str, Any],
 ) -> None:
-    from palpate.adapters.provenance import made_with
+    from palpate.adapters.log.provenance import made_with
 
     learning = {name: getattr(options.learning, name) for name in options.learning.__dataclass_fields__}
     settings = {"map": list(grid.rows), "state": options.state, "trials": options.trials, "learning": learning}

@@ -8,13 +8,12 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from palpate.adapters.campaign.campaign import cases, run_cases
-from palpate.adapters.campaign.runs import Class, FaultRun
-from palpate.adapters.campaign.table import as_csv, summary, table
 from palpate.adapters.cli.notices import tell_weakened
 from palpate.adapters.cli.options import FaultsOptions
-from palpate.core.checks import require_in
-from palpate.core.errors import OutputError
+from palpate.adapters.fault_injection.campaign.campaign import cases, run_cases
+from palpate.adapters.fault_injection.campaign.runs import Class, FaultRun
+from palpate.adapters.fault_injection.campaign.table import as_csv, summary, table
+from palpate.core.errors import OutputError, require_in
 
 
 def faults(options: FaultsOptions) -> int:

@@ -10,21 +10,20 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from palpate.adapters.automaton_picture import machine_picture
 from palpate.adapters.cli.automaton_options import InferOptions
-from palpate.adapters.inference_pictures import hidden_picture, training_picture
-from palpate.adapters.log.placing import new_folder, require_free_folder
-from palpate.adapters.symbol_strings import strings_from
+from palpate.adapters.log.symbol_strings import strings_from
+from palpate.adapters.visualisation.automaton import machine_picture
+from palpate.adapters.visualisation.inference import hidden_picture, training_picture
 from palpate.core.automata.document import to_json_text
 from palpate.core.automata.dot import to_dot_text
-from palpate.core.automata.elman_file import save_network
+from palpate.core.automata.elman import save_network
 from palpate.core.automata.infer import Inference, infer
 from palpate.core.automata.machine import Machine
-from palpate.core.automata.strings import Strings
-from palpate.core.automata.strings_file import read_strings
+from palpate.core.automata.strings import Strings, read_strings
 from palpate.core.automata.tracker import AutomatonState
 from palpate.core.automata.training import Progress
 from palpate.core.errors import UsageError
+from palpate.core.files import new_folder, require_free_folder
 
 
 def infer_command(options: InferOptions) -> int:

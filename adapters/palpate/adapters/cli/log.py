@@ -11,8 +11,7 @@ from typing import Final
 
 from palpate.adapters.cli.log_options import ExportOptions, InfoOptions, PlotOptions, RecoverOptions
 from palpate.adapters.cli.options import parse
-from palpate.core.checks import require_one_of, require_whole
-from palpate.core.errors import ConfigurationError, LogError, UsageError
+from palpate.core.errors import ConfigurationError, LogError, UsageError, require_one_of, require_whole
 
 _HELP: Final = """usage: palpate log COMMAND [OPTIONS]
 
@@ -60,9 +59,9 @@ def _info(words: Sequence[str]) -> int:
     _require_files(options.files, "info")
     import dataclasses
 
+    from palpate.adapters.log.file import finite
     from palpate.adapters.log.info import info_of
     from palpate.adapters.log.info_text import describe, table
-    from palpate.adapters.log.json_text import finite
     from palpate.adapters.log.reader import read_log
 
     infos = []
@@ -84,8 +83,8 @@ def _info(words: Sequence[str]) -> int:
 
 def _plot(words: Sequence[str]) -> int:
     options = parse(PlotOptions, "log plot", words)
-    from palpate.adapters.log.placing import new_file, require_no_file
     from palpate.adapters.log.reader import read_log
+    from palpate.core.files import new_file, require_no_file
 
     out = Path(options.out or Path(options.file).with_suffix(".png"))
     trial = read_log(options.file)
@@ -116,7 +115,7 @@ def _export(words: Sequence[str]) -> int:
         folders = export_csv(paths, out)
         sys.stdout.write(f"{len(folders)} trial{'s' * (len(folders) > 1)} as CSV in {out}\n")
         return 0
-    from palpate.core.task_config import CONTROL_RATE_HZ
+    from palpate.core.ports.values import CONTROL_RATE_HZ
 
     fps = CONTROL_RATE_HZ if options.fps is None else options.fps
     require_whole("fps", fps, 1, _MOST_FPS)

@@ -243,7 +243,7 @@ def _faults(words: Sequence[str]) -> int:
 def _version(words: Sequence[str]) -> int:
     if words:
         raise UsageError(f"palpate version takes no {words[0]}")
-    from palpate.adapters.provenance import made_with
+    from palpate.adapters.log.provenance import made_with
 
     sys.stdout.write("".join(f"{name} {version}\n" for name, version in made_with().items()))
     return 0

@@ -7,9 +7,9 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from palpate.adapters.beat import Beat
-from palpate.adapters.config import RecordingConfig, RunConfig
-from palpate.adapters.recording.trials import TrialRecorder
+from palpate.adapters.config.run import RecordingConfig, RunConfig
+from palpate.adapters.hardware.real_time.session import Beat
+from palpate.adapters.log.trial_recorder import TrialRecorder
 from palpate.core.supervision import weakened_lines
 
 _MOST = 5

@@ -18,9 +18,9 @@ from typing import Annotated, Any, TypeVar
 
 import tyro
 
-from palpate.adapters.config import RunConfig, scenario
-from palpate.adapters.grid.learning import TRIALS, GridLearning
-from palpate.adapters.toml_config import overlay, read_toml
+from palpate.adapters.config.run import RunConfig, scenario
+from palpate.adapters.config.toml import overlay, read_toml
+from palpate.adapters.experiments.grid.learning import TRIALS, GridLearning
 from palpate.core.errors import ConfigurationError, UsageError
 
 T = TypeVar("T")

@@ -8,7 +8,7 @@ from typing import Annotated
 import tyro
 
 from palpate.adapters.cli.options import Flat
-from palpate.adapters.config import RunConfig
+from palpate.adapters.config.run import RunConfig
 
 
 @dataclass(frozen=True)

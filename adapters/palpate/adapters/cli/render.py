@@ -12,8 +12,7 @@ from pathlib import Path
 from typing import Final
 
 from palpate.adapters.cli.picture_options import RenderOptions
-from palpate.core.checks import require_in, require_one_of, require_whole
-from palpate.core.errors import ConfigurationError
+from palpate.core.errors import ConfigurationError, require_in, require_one_of, require_whole
 
 ENDINGS: Final = (".mp4", ".gif", ".png")
 LEAST_PX: Final = 120
@@ -39,13 +38,13 @@ def render(options: RenderOptions) -> int:
     """
     plan = _plan(options)
     with _mujoco_without_graphics():
-        from palpate.adapters.rendering.course import course_of
-        from palpate.adapters.rendering.film import panel_size, require_video, sheet, write_gif, write_mp4
-        from palpate.adapters.rendering.picture import Painter
+        from palpate.adapters.visualisation.film.course import course_of
+        from palpate.adapters.visualisation.film.film import panel_size, require_video, sheet, write_gif, write_mp4
+        from palpate.adapters.visualisation.film.picture import Painter
     from tqdm import tqdm
 
-    from palpate.adapters.log.placing import new_file, require_no_file
     from palpate.adapters.log.reader import read_log
+    from palpate.core.files import new_file, require_no_file
 
     out = Path(options.to)
     require_no_file(out, "--to")
@@ -94,7 +93,7 @@ def _plan(options: RenderOptions) -> _Plan:
     if ending not in ENDINGS:
         raise ConfigurationError("to", options.to, f"a file that ends with {', '.join(ENDINGS)}")
     # Imported here, because it brings numpy with it.
-    from palpate.adapters.rendering.views import CAMERAS
+    from palpate.adapters.mujoco.views import CAMERAS
 
     require_one_of("camera", options.camera, CAMERAS)
     size = _size(options.size, _SHEET_SIZE if ending == ".png" else _FILM_SIZE)

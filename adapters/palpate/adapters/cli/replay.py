@@ -12,16 +12,16 @@ from typing import Final
 from tqdm import tqdm
 
 from palpate.adapters.cli.options import ReplayOptions
-from palpate.adapters.config import RunConfig
-from palpate.adapters.policies import COMPARATORS
+from palpate.adapters.config.run import RunConfig
+from palpate.adapters.config.toml import overlay, read_toml
+from palpate.adapters.experiments.policies import COMPARATORS
 from palpate.adapters.replay.batch import WhatIf, find_logs, learning_problems, replay_files
 from palpate.adapters.replay.engine import Replay, Verdict
+from palpate.adapters.replay.explain import exit_code, explanation
 from palpate.adapters.replay.rebuild import Changes, parse_setting
-from palpate.adapters.toml_config import overlay, read_toml
-from palpate.core.checks import require_in
-from palpate.core.errors import ConfigurationError, LogError, OutputError
+from palpate.core.errors import ConfigurationError, LogError, OutputError, require_in
 from palpate.core.policy import PolicyDocument
-from palpate.core.task_config import CONTROL_RATE_HZ
+from palpate.core.ports.values import CONTROL_RATE_HZ
 
 _FEW: Final = 20
 """So many logs get a line each; of more only those that are not equal do."""
@@ -86,14 +86,6 @@ def read_changes(options: ReplayOptions) -> Changes:
     return changes
 
 
-def exit_code(replays: Sequence[Replay], problems: Sequence[str], *, strict: bool) -> int:
-    """0: all equal; 1: something differs; 2: nothing differs, but a log could not be replayed."""
-    verdicts = {one.verdict for one in replays}
-    if Verdict.DIVERGED in verdicts or problems or (strict and Verdict.NOT_BIT_COMPARABLE in verdicts):
-        return 1
-    return 2 if Verdict.REFUSED in verdicts else 0
-
-
 def report(replays: Sequence[Replay], changes: Changes, *, verbose: bool, strict: bool) -> None:
     """Write the table, and what is to be said of those that are not equal."""
     every = verbose or len(replays) <= _FEW
@@ -127,35 +119,6 @@ def table(replays: Sequence[Replay], changes: Changes) -> str:
     return "".join(
         "  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)).rstrip() + "\n" for line in lines
     )
-
-
-def explanation(one: Replay, changes: Changes, *, strict: bool) -> str:
-    """What differs, and why as far as it is known; one line."""
-    if one.verdict is Verdict.REFUSED:
-        return f"{one.problem}\n"
-    text = f"{one.path}: "
-    if one.first is not None:
-        text += str(one.first)
-        if one.differences > 1:
-            text += f" (and {one.differences - 1} more)"
-        causes = [*_changes_told(changes), *one.causes]
-        text += (
-            f"; known to be other: {', '.join(causes)}" if causes else "; no cause is known: same code, same versions"
-        )
-        if one.verdict is Verdict.NOT_BIT_COMPARABLE:
-            text += "; decisions are equal and numbers within 1e-9" + (" (--strict: a failure)" if strict else "")
-    if one.note:
-        text += ("; " if one.first is not None else "") + one.note
-    return text + "\n"
-
-
-def _changes_told(changes: Changes) -> list[str]:
-    told = list(changes.settings)
-    if changes.policy is not None:
-        told.append(f"policy {changes.policy_name}")
-    if changes.config is not None:
-        told.append("the configuration given")
-    return told
 
 
 def _report_learning(replays: Sequence[Replay]) -> list[str]:

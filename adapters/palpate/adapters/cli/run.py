@@ -8,23 +8,29 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from palpate.adapters.beat import Beat
-from palpate.adapters.chosen_policy import NOBODY_KNOWS, ChosenPolicy
 from palpate.adapters.cli.notices import marked_line, recording_for, report_troubles, tell_grants, tell_weakened
 from palpate.adapters.cli.options import RunOptions
-from palpate.adapters.composition import ReadyPose, find_ready_pose, open_rig, require_usable
-from palpate.adapters.config import RunConfig
-from palpate.adapters.experiment import ScoredTrial
-from palpate.adapters.plots import learning_curve
-from palpate.adapters.policies import COMPARATORS
-from palpate.adapters.recording.trials import LOG_FOLDER, TrialRecorder
-from palpate.adapters.results import RunFolder, TrialRow, next_free_folder
-from palpate.adapters.rig import Rig
-from palpate.adapters.run_summary import policy_summary
-from palpate.adapters.session import FIRST_EVALUATION_TRIAL, Recorded, run_policy, run_toml
-from palpate.adapters.warm_up import warm_up
-from palpate.core.checks import require_in
-from palpate.core.errors import ConfigurationError
+from palpate.adapters.config.run import RunConfig
+from palpate.adapters.experiments.build import open_rig, require_usable
+from palpate.adapters.experiments.evaluation import (
+    FIRST_EVALUATION_TRIAL,
+    NOBODY_KNOWS,
+    ChosenPolicy,
+    Recorded,
+    run_policy,
+)
+from palpate.adapters.experiments.learning_curve import learning_curve
+from palpate.adapters.experiments.policies import COMPARATORS
+from palpate.adapters.experiments.results import RunFolder, TrialRow, next_free_folder
+from palpate.adapters.experiments.run_summary import policy_summary
+from palpate.adapters.experiments.training import run_toml
+from palpate.adapters.experiments.trial import ScoredTrial
+from palpate.adapters.experiments.warm_up import warm_up
+from palpate.adapters.hardware.real_time.session import Beat
+from palpate.adapters.log.trial_recorder import LOG_FOLDER, TrialRecorder
+from palpate.core.errors import ConfigurationError, require_in
+from palpate.core.insertion.ready_pose import ReadyPose, find_ready_pose
+from palpate.core.ports.rig import Rig
 
 
 def run(options: RunOptions) -> int:
@@ -38,7 +44,7 @@ def run(options: RunOptions) -> int:
     if options.policy == "omniscient" and options.rig:
         raise ConfigurationError("policy", options.policy, NOBODY_KNOWS)
     chosen = ChosenPolicy(options.policy, config)
-    ready = find_ready_pose(config)
+    ready = find_ready_pose(config.arm, config.task)
     require_usable(config, ready)
     tell_weakened(config)
     with ExitStack() as opened:

@@ -15,15 +15,14 @@ from tqdm import tqdm
 
 from palpate.adapters.cli.notices import tell_weakened
 from palpate.adapters.cli.study_options import StudyOptions
-from palpate.adapters.study.cell import Cell
-from palpate.adapters.study.check import require_possible
-from palpate.adapters.study.dask_engine import Dask
-from palpate.adapters.study.document import MOST_CELLS, Study
-from palpate.adapters.study.engines import Engine, Processes, Sequential
-from palpate.adapters.study.folder import StudyFolder
-from palpate.adapters.study.run_cell import CellJob, CellOutcome, CellReport, digest_of
-from palpate.core.checks import require_one_of, require_whole
-from palpate.core.errors import ConfigurationError, UsageError
+from palpate.adapters.experiments.study.cell import Cell
+from palpate.adapters.experiments.study.check import require_possible
+from palpate.adapters.experiments.study.dask_engine import Dask
+from palpate.adapters.experiments.study.document import MOST_CELLS, Study
+from palpate.adapters.experiments.study.engines import Engine, Processes, Sequential
+from palpate.adapters.experiments.study.folder import StudyFolder
+from palpate.adapters.experiments.study.run_cell import CellJob, CellOutcome, CellReport, digest_of
+from palpate.core.errors import ConfigurationError, UsageError, require_one_of, require_whole
 
 _MANY: Final = 1000
 """A study of more cells is asked about before it begins."""

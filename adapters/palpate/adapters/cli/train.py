@@ -9,27 +9,27 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from palpate.adapters.beat import Beat
 from palpate.adapters.cli.notices import marked_line, recording_for, report_troubles, tell_grants, tell_weakened
 from palpate.adapters.cli.options import TrainOptions
-from palpate.adapters.composition import find_ready_pose, open_rig, require_usable
-from palpate.adapters.config import RunConfig
-from palpate.adapters.experiment import ScoredTrial
-from palpate.adapters.fitting import configured_perception, fitted_perception
-from palpate.adapters.plots import learning_curve
-from palpate.adapters.policies import learning_policy, loaded_policy, perception_of
-from palpate.adapters.provenance import made_with
-from palpate.adapters.recording.trials import LOG_FOLDER, TrialRecorder, set_aside
-from palpate.adapters.results import RunFolder
-from palpate.adapters.run_summary import training_summary
-from palpate.adapters.session import Checkpoint, Trainer, checkpoint_perception, resume_from, run_toml
-from palpate.adapters.statistics import WINDOW, moving_average
-from palpate.adapters.toml_config import overlay, read_toml, to_toml
-from palpate.adapters.warm_up import warm_up
-from palpate.core.checks import require_in
-from palpate.core.errors import ConfigurationError, OutputError
+from palpate.adapters.config.run import RunConfig
+from palpate.adapters.config.toml import overlay, read_toml, to_toml
+from palpate.adapters.experiments.build import open_rig, require_usable
+from palpate.adapters.experiments.fitting import configured_perception, fitted_perception
+from palpate.adapters.experiments.learning_curve import learning_curve
+from palpate.adapters.experiments.policies import learning_policy, loaded_policy, perception_of
+from palpate.adapters.experiments.results import RunFolder
+from palpate.adapters.experiments.run_summary import training_summary
+from palpate.adapters.experiments.statistics import WINDOW, moving_average
+from palpate.adapters.experiments.training import Checkpoint, Trainer, checkpoint_perception, resume_from, run_toml
+from palpate.adapters.experiments.trial import ScoredTrial
+from palpate.adapters.experiments.warm_up import warm_up
+from palpate.adapters.hardware.real_time.session import Beat
+from palpate.adapters.log.provenance import made_with
+from palpate.adapters.log.trial_recorder import LOG_FOLDER, TrialRecorder, set_aside
+from palpate.core.errors import ConfigurationError, OutputError, require_in
+from palpate.core.insertion.frame import reachable_share
+from palpate.core.insertion.ready_pose import find_ready_pose
 from palpate.core.policy import PolicyDocument
-from palpate.core.task_frame import reachable_share
 
 
 def train(options: TrainOptions) -> int:
@@ -49,7 +49,7 @@ def train(options: TrainOptions) -> int:
             "learning.programmed", config.learning.programmed or config.learning.examples,
             "nothing programmed and no examples beside --policy FILE, which brings its own",
         )  # fmt: skip
-    ready = find_ready_pose(config)
+    ready = find_ready_pose(config.arm, config.task)
     perception = configured_perception(config)
     if document is not None:
         perception = perception_of(document, config, perception)

@@ -6,15 +6,15 @@ import sys
 from contextlib import suppress
 from dataclasses import replace
 
-from palpate.adapters.chosen_policy import ChosenPolicy
 from palpate.adapters.cli.picture_options import ViewOptions
-from palpate.adapters.composition import SimulatedRig, find_ready_pose, require_usable
-from palpate.adapters.experiment import ScoredTrial
-from palpate.adapters.policies import COMPARATORS
-from palpate.adapters.rendering.live import ShownClock, WindowClosedError, open_viewer, require_display
-from palpate.adapters.session import FIRST_EVALUATION_TRIAL, run_policy
-from palpate.core.checks import require_in
-from palpate.core.errors import ConfigurationError
+from palpate.adapters.experiments.build import require_usable
+from palpate.adapters.experiments.evaluation import FIRST_EVALUATION_TRIAL, ChosenPolicy, run_policy
+from palpate.adapters.experiments.policies import COMPARATORS
+from palpate.adapters.experiments.trial import ScoredTrial
+from palpate.adapters.mujoco.rig import SimulatedRig
+from palpate.adapters.visualisation.viewer import ShownClock, WindowClosedError, open_viewer, require_display
+from palpate.core.errors import ConfigurationError, require_in
+from palpate.core.insertion.ready_pose import find_ready_pose
 
 
 def view(options: ViewOptions) -> int:
@@ -31,7 +31,7 @@ def view(options: ViewOptions) -> int:
     config = options.run
     chosen = ChosenPolicy(options.policy, config)
     require_display()
-    ready = find_ready_pose(config)
+    ready = find_ready_pose(config.arm, config.task)
     require_usable(config, ready)
     goal = config.task.goal
     target_m = (goal.x_mm * 1e-3, goal.y_mm * 1e-3, goal.z_mm * 1e-3)

@@ -6,31 +6,102 @@ supervisor, reinforcement. Nothing here knows of Gymnasium.
 
 from __future__ import annotations
 
-from collections.abc import Generator
+import os
+from collections.abc import Generator, Mapping
 from contextlib import ExitStack
 from dataclasses import replace
-from typing import Final
+from pathlib import Path
+from typing import Any, Final, TypeAlias
 
-from palpate.adapters.composition import (
-    SimulatedRig,
-    build_reinforcement,
-    build_supervisor,
-    build_task,
-    find_ready_pose,
-    require_usable,
-)
-from palpate.adapters.config import RunConfig
-from palpate.adapters.experiment import ScoredTrial, score, trial_setup
-from palpate.adapters.fitting import configured_perception, fitted_perception
-from palpate.adapters.gymnasium_envs.errors import NotRunningError
-from palpate.adapters.gymnasium_envs.given import GivenActions
-from palpate.core.cycle import next_snapshot, trial_ticks
-from palpate.core.errors import DeviceError
-from palpate.core.insertion import PERIOD_S
-from palpate.core.policy import ActionOutcome, Decision
-from palpate.core.task_config import CONTROL_RATE_HZ
-from palpate.core.trial import Outcome, TrialReport
-from palpate.core.values import JointCommand, Snapshot
+import gymnasium.error
+import numpy as np
+
+from palpate.adapters.config.run import RunConfig, scenario
+from palpate.adapters.config.toml import overlay, read_toml
+from palpate.adapters.experiments.build import build_reinforcement, build_supervisor, build_task, require_usable
+from palpate.adapters.experiments.fitting import configured_perception, fitted_perception
+from palpate.adapters.experiments.trial import ScoredTrial, score, trial_setup
+from palpate.adapters.mujoco.rig import SimulatedRig
+from palpate.core.control_loop import next_snapshot, trial_ticks
+from palpate.core.errors import CommandError, ConfigurationError, DeviceError, LifecycleError
+from palpate.core.insertion.ready_pose import find_ready_pose
+from palpate.core.insertion.task import PERIOD_S
+from palpate.core.insertion.trial import Outcome, TrialReport
+from palpate.core.policy import ActionOutcome, Decision, Observation, Policy, Transition
+from palpate.core.ports.values import CONTROL_RATE_HZ, JointCommand, Snapshot
+
+
+class ActionRefusedError(CommandError, gymnasium.error.InvalidAction):
+    """An action that the environment does not have.
+
+    Attributes:
+        value: The action, as text.
+    """
+
+    def __init__(self, text: str, action: object = None) -> None:
+        self.value = repr(action)
+        Exception.__init__(self, text)
+
+
+class NotRunningError(LifecycleError, gymnasium.error.ResetNeeded):
+    """A step without an episode that runs."""
+
+    def __init__(self, text: str) -> None:
+        self.state, self.request = text, "step()"
+        Exception.__init__(self, text)
+
+
+def refuse_unknown(environment: str, unknown: dict[str, object], known: tuple[str, ...]) -> None:
+    """Refuse keyword arguments that an environment does not have.
+
+    Raises:
+        ConfigurationError: Naming the first of them, and those that there are.
+    """
+    for name, value in unknown.items():
+        raise ConfigurationError(name, value, f"no such argument of {environment}; there are {', '.join(known)}")
+
+
+SOURCE = "environment"
+"""Where decisions come from, in the records of a trial."""
+
+
+class GivenActions(Policy):
+    """Chooses what it was given; learning is the affair of whoever gave it."""
+
+    def __init__(self) -> None:
+        self._decision: Decision | None = None
+
+    @property
+    def temperature(self) -> float | None:
+        """There is no such thing."""
+        return None
+
+    def serves(self, state: int) -> bool:
+        """True for every state."""
+        return True
+
+    def begin_trial(self, trial: int, rng: np.random.Generator) -> None:
+        """Forget what was given before."""
+        self._decision = None
+
+    def give(self, decision: Decision) -> None:
+        """What :meth:`choose` shall choose next."""
+        self._decision = decision
+
+    def choose(self, observation: Observation) -> Decision:
+        """What was given; each only once.
+
+        Raises:
+            LifecycleError: Nothing was given since the last choice.
+        """
+        decision, self._decision = self._decision, None
+        if decision is None:
+            raise LifecycleError("given actions", "none is given", "choose()", "call give() first")
+        return decision
+
+    def learn(self, transition: Transition) -> None:
+        """Nothing is learned here."""
+
 
 _MOST_SKIPPED: Final = 20
 """Trials in a row without any decision; a cell in which none ever has one is set up wrongly."""
@@ -54,7 +125,7 @@ class InsertionEpisodes:
     """
 
     def __init__(self, config: RunConfig) -> None:
-        ready = find_ready_pose(config)
+        ready = find_ready_pose(config.arm, config.task)
         require_usable(config, ready)
         self.config, self.trial, self.skipped = config, 0, 0
         self._opened = ExitStack()
@@ -174,3 +245,36 @@ class InsertionEpisodes:
         """Stop the arm and close every device; a second time does nothing."""
         self._let_go()
         self._opened.close()
+
+
+Settings: TypeAlias = Mapping[str, Any] | str | os.PathLike[str] | None
+"""A nested table of settings, a TOML file with one (a ``run.toml`` too), or nothing."""
+
+
+def run_config(scenario_name: str, arm: str, settings: Settings) -> RunConfig:
+    """The configuration of the trials.
+
+    Args:
+        scenario_name: Preset to start from; empty takes the one of the settings, or ``paper``.
+        arm: Name of the arm; empty takes that of the settings.
+        settings: Put over the preset.
+
+    Raises:
+        ConfigurationError: A setting is unknown or refused, or the file cannot be read.
+    """
+    table = _table(settings)
+    # How the run of a run.toml came about is no setting.
+    table.pop("run", None)
+    name = scenario_name or table.get("scenario", "paper")
+    config = overlay(scenario(name), {**table, "scenario": name})
+    return replace(config, arm=arm) if arm else config
+
+
+def _table(settings: Settings) -> dict[str, Any]:
+    if settings is None:
+        return {}
+    if isinstance(settings, Mapping):
+        return dict(settings)
+    if isinstance(settings, (str, os.PathLike)):
+        return read_toml(Path(settings))
+    raise ConfigurationError("config", settings, "a table of settings, the name of a TOML file, or None")

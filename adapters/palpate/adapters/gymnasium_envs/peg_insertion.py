@@ -2,24 +2,76 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Final
 
 import gymnasium
 import numpy as np
 
-from palpate.adapters.composition import task_actions
-from palpate.adapters.gymnasium_envs import action_space, observation_space
-from palpate.adapters.gymnasium_envs.action_space import Actions, CompassSteps, FreeSteps
-from palpate.adapters.gymnasium_envs.episode import InsertionEpisodes
-from palpate.adapters.gymnasium_envs.errors import NotRunningError, refuse_unknown
-from palpate.adapters.gymnasium_envs.numbering import Numbering
-from palpate.adapters.gymnasium_envs.observation_space import Observations, StateIndex, TipWrench
-from palpate.adapters.gymnasium_envs.settings import Settings, run_config
-from palpate.core.checks import require_in, require_one_of
-from palpate.core.errors import ConfigurationError
-from palpate.core.task_config import CONTROL_RATE_HZ
-from palpate.core.trial import Outcome
-from palpate.simulation.cell import WorkCell
+from palpate.adapters.experiments.build import task_actions
+from palpate.adapters.gymnasium_envs.episode import (
+    InsertionEpisodes,
+    NotRunningError,
+    Settings,
+    refuse_unknown,
+    run_config,
+)
+from palpate.adapters.gymnasium_envs.spaces import (
+    ACTION_KINDS,
+    OBSERVATION_KINDS,
+    Actions,
+    CompassSteps,
+    FreeSteps,
+    Observations,
+    StateIndex,
+    TipWrench,
+)
+from palpate.core.errors import ConfigurationError, require_in, require_one_of, require_whole
+from palpate.core.insertion.trial import Outcome
+from palpate.core.ports.values import CONTROL_RATE_HZ
+from palpate.simulation.work_cell.cell import WorkCell
+
+_MOST_TRIALS: Final = 1_000_000_000
+
+
+class Numbering:
+    """Episodes after ``reset(seed=s)`` are the trials 0, 1, 2, ... of the seed s, whatever happened before."""
+
+    def __init__(self) -> None:
+        self._seed: int | None = None
+        self._next = 0
+
+    def next(self, seed: int | None, options: Mapping[str, Any] | None, rng: np.random.Generator) -> tuple[int, int]:
+        """Seed and index of the next episode's trial.
+
+        Args:
+            seed: A new seed; its trials begin at 0.
+            options: ``{"trial": k}`` goes to that trial; those after it follow.
+            rng: Draws a seed where none was ever given, as Gymnasium has it.
+
+        Raises:
+            ConfigurationError: An option is unknown or refused.
+        """
+        if options is not None and not isinstance(options, Mapping):
+            raise ConfigurationError("options", options, 'a table such as {"trial": 3}, or None')
+        trial = None
+        for name, value in (options or {}).items():
+            if name != "trial":
+                raise ConfigurationError(f"options.{name}", value, "no such option; there is trial")
+            trial = value
+        if trial is not None:
+            require_whole("options.trial", trial, 0, _MOST_TRIALS)
+        if seed is not None:
+            require_whole("seed", seed, 0, 2**63 - 1)
+            self._seed, self._next = seed, 0
+        elif self._seed is None:
+            self._seed = int(rng.integers(2**31))
+        return self._seed, self._next if trial is None else trial
+
+    def passed(self, trial: int) -> None:
+        """This trial has begun; the one after it comes next."""
+        self._next = trial + 1
+
 
 if TYPE_CHECKING:
     from palpate.adapters.gymnasium_envs.picture import Camera
@@ -41,9 +93,9 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
         scenario: ``paper`` or ``blind``; empty takes that of ``config``, or ``paper``.
         arm: ``zebra-zero`` or ``ur5``; empty takes that of ``config``.
         actions: ``discrete``: the eight compass steps; ``continuous``: any step in the plane, (2,), see
-            :class:`~palpate.adapters.gymnasium_envs.action_space.FreeSteps`.
+            :class:`~palpate.adapters.gymnasium_envs.spaces.FreeSteps`.
         observations: ``symbolic``: the number of the state; ``raw``: tip and wrench, (9,), see
-            :class:`~palpate.adapters.gymnasium_envs.observation_space.TipWrench`.
+            :class:`~palpate.adapters.gymnasium_envs.spaces.TipWrench`.
         failure_penalty: Taken from the last reward of an episode that failed. None takes what the decisions left of the
             time limit would have cost, so that failing early is no way to save reward; 0 gives the core's own
             reinforcement and nothing else.
@@ -69,8 +121,8 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
         **unknown: object,
     ) -> None:
         refuse_unknown(_NAME, unknown, _ARGUMENTS)
-        require_one_of("actions", actions, action_space.KINDS)
-        require_one_of("observations", observations, observation_space.KINDS)
+        require_one_of("actions", actions, ACTION_KINDS)
+        require_one_of("observations", observations, OBSERVATION_KINDS)
         if failure_penalty is not None:
             require_in("failure_penalty", failure_penalty, 0.0, 1e9)
         if render_mode not in (None, "rgb_array"):

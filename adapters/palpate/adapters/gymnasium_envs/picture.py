@@ -8,10 +8,10 @@ from typing import Any, Final
 import mujoco
 import numpy as np
 
-from palpate.adapters.config import RunConfig
-from palpate.adapters.rendering.stage import Cell, Stage
-from palpate.adapters.rendering.views import close_up
-from palpate.simulation.cell import WorkCell
+from palpate.adapters.config.run import RunConfig
+from palpate.adapters.mujoco.scene import Cell, Stage
+from palpate.adapters.mujoco.views import close_up
+from palpate.simulation.work_cell.cell import WorkCell
 
 SIZE: Final = (640, 480)
 """Width and height in pixels."""

@@ -8,13 +8,12 @@ import gymnasium
 import numpy as np
 from gymnasium import spaces
 
-from palpate.adapters.grid.states import SYMBOLS, Named
-from palpate.adapters.grid.worlds import grid_named
-from palpate.adapters.gymnasium_envs.action_space import index_of
-from palpate.adapters.gymnasium_envs.errors import NotRunningError, refuse_unknown
-from palpate.adapters.gymnasium_envs.numbering import Numbering
-from palpate.core.checks import require_whole
-from palpate.core.errors import ConfigurationError
+from palpate.adapters.experiments.grid.states import SYMBOLS, Named
+from palpate.adapters.experiments.grid.worlds import grid_named
+from palpate.adapters.gymnasium_envs.episode import NotRunningError, refuse_unknown
+from palpate.adapters.gymnasium_envs.peg_insertion import Numbering
+from palpate.adapters.gymnasium_envs.spaces import index_of
+from palpate.core.errors import ConfigurationError, require_whole
 from palpate.simulation.grid.maps import COMPASS, GOAL
 from palpate.simulation.grid.trial import PENALTY, STEP_LIMIT, Walker
 

@@ -11,15 +11,14 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from palpate.adapters.log.frames import Frames, frames_of
+from palpate.adapters.log.file import finite
 from palpate.adapters.log.info import LogInfo, info_of
-from palpate.adapters.log.json_text import finite
 from palpate.adapters.log.lerobot_files import Episode, Feature, Table, require_pyarrow, write_dataset
-from palpate.adapters.log.placing import new_folder
+from palpate.adapters.log.lerobot_frames import Frames, frames_of
 from palpate.adapters.log.reader import TrialLog, read_log
-from palpate.adapters.log.series import config_of
-from palpate.adapters.log.tare import tare_of
+from palpate.adapters.log.series import config_of, tare_of
 from palpate.core.errors import LogError
+from palpate.core.files import new_folder
 
 FACTS_FILE: Final = "meta/palpate.json"
 """Facts about each episode that the format has no place for."""

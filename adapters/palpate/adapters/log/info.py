@@ -10,11 +10,11 @@ from itertools import pairwise
 from statistics import fmean, median, stdev
 from typing import Any, Final
 
-from palpate.adapters.log.json_text import json_in
+from palpate.adapters.log.file import json_in
 from palpate.adapters.log.reader import TrialLog
 from palpate.adapters.log.tick_layout import TickRecord
 from palpate.core.errors import LogError
-from palpate.core.values import CommandReason, JointSample, Validity, WrenchSample
+from palpate.core.ports.values import CommandReason, JointSample, Validity, WrenchSample
 
 NS: Final = 1e-9
 LATE_S: Final = 0.001

@@ -10,7 +10,6 @@ from typing import Final
 from mcap.opcode import Opcode
 
 from palpate.adapters.log.file import LogFile, NewFile, describe_channels
-from palpate.adapters.log.placing import new_file
 from palpate.adapters.log.reader import (
     ChannelMap,
     RawMessage,
@@ -23,6 +22,7 @@ from palpate.adapters.log.reader import (
 from palpate.adapters.log.records import LossEntry, encode_record
 from palpate.adapters.log.schema import RECORDER, SCHEMA
 from palpate.core.errors import LogError
+from palpate.core.files import new_file
 
 RECOVERED: Final = "recovered"
 """The problem that the recorder's message in a recovered log names."""

@@ -2,21 +2,78 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from dataclasses import dataclass
+from math import isfinite
 from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
-from palpate.adapters.config import RunConfig
+from palpate.adapters.config.run import RunConfig
+from palpate.adapters.config.toml import overlay
 from palpate.adapters.log.info import NS
 from palpate.adapters.log.reader import TrialLog
-from palpate.adapters.log.tare import Tare, tare_of
 from palpate.adapters.log.tick_layout import TickRecord
-from palpate.adapters.toml_config import overlay
 from palpate.core.errors import ConfigurationError, LogError, PalpateError
-from palpate.core.values import JointVector, Validity
+from palpate.core.insertion.trial import Phase
+from palpate.core.ports.values import JointVector, Validity
+
+_NUMBERS = re.compile(r"(\S+) (\S+) (\S+) N, (\S+) (\S+) (\S+) N m\b")
+
+
+@dataclass(frozen=True)
+class Tare:
+    """A zero, and where it is from.
+
+    Attributes:
+        bias: Fx Fy Fz in N, Tx Ty Tz in N m, in the samples' own frame.
+        origin: In words.
+    """
+
+    bias: tuple[float, ...]
+    origin: str
+
+
+def tare_of(log: TrialLog, ticks: list[TickRecord]) -> Tare:
+    """The zero that the task found; without one, the mean while the arm was at rest; without that, none.
+
+    Args:
+        log: The trial.
+        ticks: Its ticks, decoded.
+    """
+    for event in log.events:
+        found = _NUMBERS.match(event.detail) if event.name == "tare" else None
+        if found is not None:
+            bias = _floats(found.groups())
+            if bias is not None:
+                return Tare(bias, f"tare event at tick {event.tick}")
+    at_rest = _at_rest(log, ticks)
+    if at_rest:
+        mean = tuple(sum(column) / len(at_rest) for column in zip(*at_rest, strict=True))
+        return Tare(mean, f"mean of the settle phase, {len(at_rest)} samples, because there is no tare event")
+    return Tare((0.0,) * 6, "nothing: raw, for there is neither a tare event nor a settle phase")
+
+
+def _at_rest(log: TrialLog, ticks: list[TickRecord]) -> list[tuple[float, ...]]:
+    phases = [(event.tick, event.detail) for event in log.events if event.name == "phase"]
+    samples: list[tuple[float, ...]] = []
+    for record in ticks:
+        begun = [phase for tick, phase in phases if tick <= record.tick]
+        wrench = record.wrench
+        if begun and begun[-1] == Phase.SETTLE.value and wrench is not None and wrench.validity is Validity.VALID:
+            samples.append((*wrench.force_N, *wrench.torque_Nm))
+    return samples
+
+
+def _floats(texts: tuple[str, ...]) -> tuple[float, ...] | None:
+    try:
+        values = tuple(float(text) for text in texts)
+    except ValueError:
+        return None
+    return values if all(isfinite(value) for value in values) else None
+
 
 Array: TypeAlias = npt.NDArray[np.float64]
 
@@ -97,9 +154,9 @@ class _Tip:
     """Forward kinematics of the arm that the log names."""
 
     def __init__(self, log: TrialLog, config: RunConfig) -> None:
-        from palpate.core.arms import arm_named
-        from palpate.core.kinematics import Kinematics, ToolGeometry
-        from palpate.core.task_frame import goal_in_base
+        from palpate.core.insertion.frame import goal_in_base
+        from palpate.core.motion.arm import arm_named
+        from palpate.core.motion.model import Kinematics, ToolGeometry
 
         try:
             self._kinematics = Kinematics(arm_named(config.arm), ToolGeometry())

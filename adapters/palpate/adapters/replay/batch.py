@@ -12,12 +12,12 @@ from pathlib import Path
 
 from joblib import Parallel, delayed
 
-from palpate.adapters.config import RecordingConfig
+from palpate.adapters.config.run import RecordingConfig
 from palpate.adapters.log.reader import read_log
-from palpate.adapters.recording.trials import TrialRecorder
+from palpate.adapters.log.trial_recorder import TrialRecorder
 from palpate.adapters.replay.engine import Replay, Verdict, replay, values_digest
+from palpate.adapters.replay.handover import WhatIfRecording
 from palpate.adapters.replay.rebuild import Changes, Rebuilder
-from palpate.adapters.replay.what_if import WhatIfRecording
 from palpate.core.errors import LogError, OutputError, PalpateError
 from palpate.core.policy import PolicyDocument
 

@@ -9,12 +9,11 @@ from typing import Any
 from palpate.adapters.log.file import dump_json
 from palpate.adapters.log.reader import TrialLog
 from palpate.adapters.log.records import DecisionEntry, EndRecord, EventEntry
-from palpate.adapters.recording.trials import end_of
+from palpate.adapters.log.trial_recorder import end_of
 from palpate.adapters.replay.rebuild import Rebuilt
 from palpate.adapters.replay.tape import Difference, Differences, close_enough, same_bits
+from palpate.core.insertion.trial import Purpose, TrialReport, generator
 from palpate.core.policy import learner_of
-from palpate.core.randomness import Purpose, generator
-from palpate.core.trial import TrialReport
 
 
 def compare_start(differences: Differences, log: TrialLog, rebuilt: Rebuilt) -> None:

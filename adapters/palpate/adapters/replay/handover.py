@@ -9,20 +9,60 @@ that nobody needs to take it on trust.
 from __future__ import annotations
 
 import json
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
-from palpate.adapters.composition import SimulatedRig
-from palpate.adapters.decorator import DeviceDecorator
-from palpate.adapters.experiment import ScoredTrial, score, truth_fields
+from palpate.adapters.experiments.trial import ScoredTrial, score, truth_fields
 from palpate.adapters.log.reader import TrialLog
+from palpate.adapters.log.trial_recorder import TrialRecorder
+from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.adapters.replay.rebuild import Rebuilt, log_config
 from palpate.adapters.replay.tape import Tape, same_bits
-from palpate.adapters.replay.what_if import WhatIfRecording
-from palpate.adapters.rig import SIMULATOR
-from palpate.core.cycle import Ports, run_trial
+from palpate.core.control_loop import run_trial
 from palpate.core.errors import LogError
-from palpate.core.ports import ArmCommand, Clock, ForceSensor, JointEncoder
-from palpate.core.values import AppliedCommand, JointCommand, JointSample, WrenchSample
+from palpate.core.ports.decorator import DeviceDecorator
+from palpate.core.ports.devices import ArmCommand, Clock, ForceSensor, JointEncoder, Ports
+from palpate.core.ports.rig import SIMULATOR, World
+from palpate.core.ports.values import AppliedCommand, JointCommand, JointSample, WrenchSample
+
+
+class WhatIfRecording:
+    """Records one what-if, or nothing.
+
+    Args:
+        recorder: Where to; None records nothing.
+        name: Name of the log, without its ending.
+
+    Attributes:
+        truth: Fields of the end record that only a simulator can fill; to be set before the trial is left.
+    """
+
+    def __init__(self, recorder: TrialRecorder | None = None, name: str = "") -> None:
+        self._recorder, self._name = recorder, name
+        self.truth: dict[str, Any] = {}
+
+    @contextmanager
+    def of(self, tape: Tape, rebuilt: Rebuilt, world: World) -> Iterator[Callable[[Ports], Ports]]:
+        """While inside, the trial runs over the ports that the given function makes of ports."""
+        recorder, log = self._recorder, tape.log
+        if recorder is None:
+            yield lambda ports: ports
+            return
+        recorder.of(
+            "what-if", rebuilt.config, rebuilt.ready, rebuilt.task, rebuilt.perception, rebuilt.policy,
+            name=rebuilt.comparator, frozen=rebuilt.frozen, derived_from=log.path,
+        )  # fmt: skip
+
+        def left() -> bool:
+            return tape.differences.first_command_tick is not None
+
+        try:
+            yield lambda ports: recorder.begin(rebuilt.setup, ports, world, self._name, left)
+        except BaseException as error:
+            recorder.fail(rebuilt.task.report, error)
+            raise
+        recorder.end(rebuilt.task.report, self.truth)
 
 
 def continue_in_mujoco(tape: Tape, rebuilt: Rebuilt, recording: WhatIfRecording) -> ScoredTrial:

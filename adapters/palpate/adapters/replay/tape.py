@@ -12,9 +12,9 @@ from palpate.adapters.log.reader import TrialLog
 from palpate.adapters.log.records import CallEntry
 from palpate.core import errors
 from palpate.core.errors import CommandError, LogError, PalpateError
-from palpate.core.lifecycle import Life, ManagedDevice
-from palpate.core.ports import ArmCommand, Clock, ForceSensor, JointEncoder
-from palpate.core.values import (
+from palpate.core.ports.devices import ArmCommand, Clock, ForceSensor, JointEncoder
+from palpate.core.ports.lifecycle import Life, ManagedDevice
+from palpate.core.ports.values import (
     AppliedCommand,
     CommandReason,
     JointCommand,

@@ -22,8 +22,7 @@ from palpate.core.automata.elman import Array, Network
 from palpate.core.automata.machine import Machine
 from palpate.core.automata.partition import LEAST_SHARE, MOST_STATES, Partition, bounded_partition
 from palpate.core.automata.prefix_tree import UNLABELLED, Integers, PrefixTree
-from palpate.core.checks import require_in, require_whole
-from palpate.core.errors import ConfigurationError
+from palpate.core.errors import ConfigurationError, require_in, require_whole
 
 _PSEUDO_COUNT: Final = 0.5
 """Added to each count, so that what never followed is not held to be impossible (Krichevsky and Trofimov, 1981)."""

@@ -29,8 +29,7 @@ from typing import Any, Final, NoReturn
 
 from palpate.core.automata.machine import Kind, Machine, Output
 from palpate.core.automata.texts import shown_name, shown_names
-from palpate.core.checks import require_one_of
-from palpate.core.errors import ConfigurationError, OutputError
+from palpate.core.errors import ConfigurationError, OutputError, require_one_of
 
 SCHEMA: Final = "palpate.automaton/1"
 

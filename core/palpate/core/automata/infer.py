@@ -11,20 +11,13 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from palpate.core.automata.choice import (
-    Extract,
-    ExtractionSettings,
-    accepting_extract,
-    cheapest,
-    predicting_extracts,
-)
+from palpate.core.automata.choice import Extract, ExtractionSettings, accepting_extract, cheapest, predicting_extracts
 from palpate.core.automata.elman import Architecture, Array, Reading
 from palpate.core.automata.machine import Machine
 from palpate.core.automata.prefix_tree import Integers, PrefixTree
 from palpate.core.automata.strings import Strings
 from palpate.core.automata.training import OnProgress, TrainedNetwork, Training, TrainingSettings, train
-from palpate.core.checks import require_in, require_whole
-from palpate.core.errors import ConfigurationError
+from palpate.core.errors import ConfigurationError, require_in, require_whole
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -17,8 +17,7 @@ from palpate.core.automata.elman import END, RANGES, Array, Network, Reading
 from palpate.core.automata.machine import Kind, Machine
 from palpate.core.automata.minimise import minimised
 from palpate.core.automata.prefix_tree import Integers
-from palpate.core.checks import require_in, require_whole
-from palpate.core.errors import ConfigurationError
+from palpate.core.errors import ConfigurationError, require_in, require_whole
 
 LEAST_SHARE: Final = 0.02
 """Probability above which a successor is held to be possible."""

@@ -8,10 +8,9 @@ from typing import Final, TypeAlias
 
 from palpate.core.automata.machine import Machine
 from palpate.core.automata.strings import Strings
-from palpate.core.checks import require_one_of
-from palpate.core.errors import CommandError, ConfigurationError
-from palpate.core.perception.checks import integer, names, vector
-from palpate.core.perception.stages import register_stage
+from palpate.core.errors import CommandError, ConfigurationError, require_one_of
+from palpate.core.perception.channels import integer, names, vector
+from palpate.core.perception.pipeline import register_stage
 
 LOST: Final = "lost"
 """Name of the state of not knowing."""

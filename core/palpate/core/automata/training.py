@@ -16,8 +16,7 @@ from palpate.core.automata.elman import Architecture, Network, Reading
 from palpate.core.automata.prefix_tree import PrefixTree
 from palpate.core.automata.restarts import Restarts, Task
 from palpate.core.automata.strings import Strings
-from palpate.core.checks import require_in, require_whole
-from palpate.core.errors import ConfigurationError
+from palpate.core.errors import ConfigurationError, require_in, require_whole
 
 if TYPE_CHECKING:
     from torch import Tensor

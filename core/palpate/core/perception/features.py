@@ -15,8 +15,8 @@ from typing import Protocol, TypeAlias, runtime_checkable
 import numpy as np
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.perception.channels import CHANNELS
-from palpate.core.perception.checks import (
+from palpate.core.perception.channels import (
+    CHANNELS,
     Array,
     Matrix,
     integer,
@@ -26,7 +26,7 @@ from palpate.core.perception.checks import (
     require_finite,
     samples,
 )
-from palpate.core.perception.normalisation import Normalisation
+from palpate.core.perception.signal import Normalisation
 
 Samples: TypeAlias = Iterable[Sequence[float]] | Array
 

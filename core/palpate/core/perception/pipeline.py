@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+import contextlib
+import dataclasses
+import json
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
 
-from palpate.core.errors import CommandError, ConfigurationError
+from palpate.core.errors import CommandError, ConfigurationError, OutputError
 from palpate.core.perception.channels import CHANNELS
-from palpate.core.perception.features import FeatureExtractor
-from palpate.core.perception.state import StateIdentifier
-from palpate.core.perception.symbols import Symboliser
+from palpate.core.perception.features import FeatureExtractor, PrincipalComponents, SelectedChannels, SelfOrganisingMap
+from palpate.core.perception.signal import Normalisation, SignalProcessor
+from palpate.core.perception.state import IdentityState, LastSymbols, StateIdentifier
+from palpate.core.perception.symbols import Clusters, GatedThresholds, RandomPartition, Symboliser, Thresholds
 
 
 @dataclass(frozen=True)
@@ -70,3 +77,158 @@ class Perception:
 def _require_same(field: str, asked: tuple[str, ...], given: tuple[str, ...]) -> None:
     if asked != given:
         raise ConfigurationError(field, asked, f"the names that the stage before gives: {', '.join(given)}")
+
+
+SCHEMA: Final = "palpate.perception/1"
+_ROLES: Final = {"extractor": FeatureExtractor, "symboliser": Symboliser, "identifier": StateIdentifier}
+_KINDS: Final[dict[str, type[Any]]] = {
+    "normalisation": Normalisation,
+    "signal_processor": SignalProcessor,
+    "selected_channels": SelectedChannels,
+    "principal_components": PrincipalComponents,
+    "self_organising_map": SelfOrganisingMap,
+    "thresholds": Thresholds,
+    "gated_thresholds": GatedThresholds,
+    "random_partition": RandomPartition,
+    "clusters": Clusters,
+    "identity": IdentityState,
+    "last_symbols": LastSymbols,
+}
+
+
+def register_stage(kind: str, stage: type[Any]) -> None:
+    """Let a further kind of stage be written and read.
+
+    Args:
+        kind: Its name in files.
+        stage: A dataclass whose constructor takes plain JSON values (or other stages) and checks them.
+
+    Raises:
+        ConfigurationError: The name belongs to another class, or it is not a dataclass.
+    """
+    if not dataclasses.is_dataclass(stage):
+        raise ConfigurationError("perception.stage", stage, "a dataclass")
+    if _KINDS.setdefault(kind, stage) is not stage:
+        raise ConfigurationError("perception.stage.kind", kind, "a name that is not taken")
+
+
+def stage_to_dict(stage: object) -> dict[str, Any]:
+    """Write a stage as plain JSON values.
+
+    Raises:
+        ConfigurationError: Not a stage of a registered kind.
+    """
+    kind = next((kind for kind, known in _KINDS.items() if type(stage) is known), None)
+    if kind is None or not dataclasses.is_dataclass(stage):
+        raise ConfigurationError("perception.stage", stage, f"a stage of kind {', '.join(_KINDS)}")
+    values = {f.name: _plain(getattr(stage, f.name)) for f in dataclasses.fields(stage) if f.init}
+    return {"kind": kind, **values}
+
+
+def stage_from_dict(data: object, where: str = "perception.stage") -> Any:
+    """Read what :func:`stage_to_dict` wrote.
+
+    Args:
+        data: Plain values.
+        where: Dotted name of the place, for messages.
+
+    Raises:
+        ConfigurationError: Unknown kind, a key is missing or too many, or a value is wrong.
+    """
+    if not isinstance(data, dict):
+        raise ConfigurationError(where, data, "a table with a 'kind'")
+    kind = data.get("kind")
+    known = _KINDS.get(kind) if isinstance(kind, str) else None
+    if known is None:
+        raise ConfigurationError(f"{where}.kind", kind, f"one of {', '.join(_KINDS)}")
+    wanted = [f.name for f in dataclasses.fields(known) if f.init]
+    _require_keys(where, data, ["kind", *wanted])
+    values = {key: _value(data[key], f"{where}.{key}") for key in wanted}
+    try:
+        return known(**values)
+    except ConfigurationError as error:
+        # The constructor names its own field; the place in this file says more.
+        raise _placed(error, where, wanted) from error
+
+
+def perception_to_dict(perception: Perception) -> dict[str, Any]:
+    """Write a whole perception as plain JSON values, for a file or inside another."""
+    return {"schema": SCHEMA, **{role: stage_to_dict(getattr(perception, role)) for role in _ROLES}}
+
+
+def perception_from_dict(data: object) -> Perception:
+    """Read what :func:`perception_to_dict` wrote.
+
+    Raises:
+        ConfigurationError: Another schema, a key is missing or too many, or a stage is wrong.
+    """
+    if not isinstance(data, dict):
+        raise ConfigurationError("perception", data, f"a table with schema {SCHEMA!r}")
+    if data.get("schema") != SCHEMA:
+        raise ConfigurationError("perception.schema", data.get("schema"), repr(SCHEMA))
+    _require_keys("perception", data, ["schema", *_ROLES])
+    stages: dict[str, Any] = {}
+    for role, protocol in _ROLES.items():
+        stages[role] = stage_from_dict(data[role], f"perception.{role}")
+        if not isinstance(stages[role], protocol):
+            raise ConfigurationError(f"perception.{role}.kind", data[role]["kind"], f"a kind of {role}")
+    return Perception(**stages)
+
+
+def save_perception(perception: Perception, path: str | os.PathLike[str]) -> None:
+    """Write a perception file; an older one of the name is replaced, whole or not at all.
+
+    Raises:
+        OutputError: The place cannot be written to.
+    """
+    target = Path(path)
+    text = json.dumps(perception_to_dict(perception), indent=1, allow_nan=False) + "\n"
+    beside = target.with_name(f".{target.name}.{os.getpid()}.tmp")
+    try:
+        beside.write_text(text, encoding="utf-8")
+        os.replace(beside, target)
+    except OSError as error:
+        with contextlib.suppress(OSError):
+            beside.unlink()
+        raise OutputError(str(target), f"cannot be written ({error.strerror})", "choose another place") from error
+
+
+def load_perception(path: str | os.PathLike[str]) -> Perception:
+    """Read a perception file.
+
+    Raises:
+        ConfigurationError: No such file, or not one that :func:`save_perception` wrote.
+    """
+    try:
+        data = json.loads(Path(path).read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ConfigurationError("perception.file", str(path), f"a readable file ({error.strerror})") from error
+    except ValueError as error:
+        raise ConfigurationError("perception.file", str(path), "a JSON file from save_perception") from error
+    return perception_from_dict(data)
+
+
+def _plain(value: object) -> object:
+    if dataclasses.is_dataclass(value):
+        return stage_to_dict(value)
+    return [_plain(item) for item in value] if isinstance(value, (tuple, list)) else value
+
+
+def _value(value: object, where: str) -> object:
+    return stage_from_dict(value, where) if isinstance(value, dict) else value
+
+
+def _require_keys(where: str, data: dict[Any, Any], keys: list[str]) -> None:
+    for key in keys:
+        if key not in data:
+            raise ConfigurationError(f"{where}.{key}", "missing", f"keys are {', '.join(keys)}")
+    for key in data:
+        if key not in keys:
+            raise ConfigurationError(f"{where}.{key}", data[key], f"keys are {', '.join(keys)}")
+
+
+def _placed(error: ConfigurationError, where: str, wanted: list[str]) -> ConfigurationError:
+    last = error.field.rsplit(".", 1)[-1]
+    if last in wanted and error.field != f"{where}.{last}":
+        return ConfigurationError(f"{where}.{last}", error.value, error.accepted)
+    return error

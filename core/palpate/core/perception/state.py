@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from itertools import product
 from typing import Protocol, runtime_checkable
 
 from palpate.core.errors import CommandError, ConfigurationError
-from palpate.core.perception.checks import names
+from palpate.core.perception.channels import integer, names
+from palpate.core.perception.symbols import MOST_SYMBOLS
 
 
 @runtime_checkable
@@ -98,3 +101,84 @@ class IdentityState:
         """Accept only the empty memory."""
         if len(state):
             raise ConfigurationError("perception.identifier.state", state, "an empty list")
+
+
+BETWEEN = " > "
+"""Stands between the symbols in the name of a state, the older one first."""
+
+
+@dataclass(frozen=True)
+class LastSymbols:
+    """The state is the last few symbols in their order; fewer of them while a trial is that young.
+
+    All combinations are states, those of one symbol first, whether they can occur or not: states must have their
+    numbers before anything was seen.
+
+    Attributes:
+        symbols: Names of the symbols.
+        length: How many symbols are remembered, 1 or more.
+        states: Names of the states, such as ``A > C``.
+
+    Raises:
+        ConfigurationError: No names, one twice, or more states than could be learned.
+    """
+
+    symbols: tuple[str, ...]
+    length: int
+    states: tuple[str, ...] = field(init=False, repr=False, compare=False)
+    _recent: deque[int] = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        symbols = names("perception.identifier.symbols", self.symbols)
+        length = integer("perception.identifier.length", self.length, 1, 64)
+        count = sum(len(symbols) ** size for size in range(1, length + 1))
+        if count > MOST_SYMBOLS:
+            accepted = f"one that makes at most {MOST_SYMBOLS} states; with {len(symbols)} symbols there are {count}"
+            raise ConfigurationError("perception.identifier.length", length, accepted)
+        words = (BETWEEN.join(word) for size in range(1, length + 1) for word in product(symbols, repeat=size))
+        object.__setattr__(self, "symbols", symbols)
+        object.__setattr__(self, "length", length)
+        object.__setattr__(self, "states", names("perception.identifier.states", tuple(words)))
+        object.__setattr__(self, "_recent", deque(maxlen=length))
+
+    @property
+    def symbol_of(self) -> tuple[int, ...]:
+        """The last of the symbols that each state remembers, (states,)."""
+        return tuple(state % len(self.symbols) for state in range(len(self.states)))
+
+    def reset(self) -> None:
+        """Forget the symbols."""
+        self._recent.clear()
+
+    def update(self, symbol: int) -> int:
+        """State after one more symbol.
+
+        Raises:
+            CommandError: No such symbol.
+        """
+        count = len(self.symbols)
+        if not 0 <= symbol < count:
+            raise CommandError(f"a symbol must be from 0 to {count - 1}", symbol)
+        self._recent.append(symbol)
+        # Counting from 1 in this base puts shorter words before longer ones.
+        number = 0
+        for recent in self._recent:
+            number = number * count + recent + 1
+        return number - 1
+
+    def get_state(self) -> list[float]:
+        """The symbols that are remembered, the oldest first."""
+        return [float(symbol) for symbol in self._recent]
+
+    def set_state(self, state: Sequence[float]) -> None:
+        """Remember these symbols.
+
+        Raises:
+            ConfigurationError: Too many of them, or something that is no symbol.
+        """
+        known = all(value in range(len(self.symbols)) for value in state)
+        if len(state) > self.length or not known:
+            accepted = f"at most {self.length} whole numbers from 0 to {len(self.symbols) - 1}"
+            raise ConfigurationError("perception.identifier.state", tuple(state), accepted)
+        self._recent.clear()
+        self._recent.extend(int(value) for value in state)

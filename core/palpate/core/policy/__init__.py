@@ -1,22 +1,26 @@
 """From a state to an action: programmed, from examples, or learned from experience (paper, section 3.5)."""
 
-from palpate.core.policy.actions import Action, compass_actions
-from palpate.core.policy.assigned import AssignedPolicy
 from palpate.core.policy.back_off import BackingOff, BackOff
-from palpate.core.policy.base import EXAMPLES, LEARNED, PROGRAMMED, Decision, Observation, Policy, Transition
+from palpate.core.policy.base import (
+    EXAMPLES,
+    LEARNED,
+    PROGRAMMED,
+    Action,
+    Decision,
+    Observation,
+    Policy,
+    Transition,
+    compass_actions,
+)
 from palpate.core.policy.conversion import document_of, learner_of, new_learner, policy_from
 from palpate.core.policy.entries import ActionEntry, LearnerEntry, TableRow
 from palpate.core.policy.examples import ExamplesPolicy, load_examples
 from palpate.core.policy.exploration import TemperatureSchedule, boltzmann, boltzmann_probabilities
-from palpate.core.policy.file import SCHEMA, PolicyDocument
-from palpate.core.policy.mixed import MixedPolicy
-from palpate.core.policy.programmed import ProgrammedPolicy
-from palpate.core.policy.q_learning import QLearning
-from palpate.core.policy.random_walk import RandomWalkPolicy
+from palpate.core.policy.file import SCHEMA, PolicyDocument, render_table
+from palpate.core.policy.programmed import AssignedPolicy, MixedPolicy, ProgrammedPolicy, RandomWalkPolicy
 from palpate.core.policy.reinforcement import ActionOutcome, ActionPenalty, InternalEffort, Reinforcement
 from palpate.core.policy.sarsa import Sarsa, SarsaParameters
-from palpate.core.policy.table import render_table
-from palpate.core.policy.tabular import QParameters, TabularLearner
+from palpate.core.policy.tabular import QLearning, QParameters, TabularLearner
 
 __all__ = [
     "EXAMPLES",

@@ -15,10 +15,8 @@ from math import isfinite
 from typing import Any, Self
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.policy.actions import Action
-from palpate.core.policy.base import Transition
-from palpate.core.policy.q_learning import QLearning
-from palpate.core.policy.tabular import QParameters
+from palpate.core.policy.base import Action, Transition
+from palpate.core.policy.tabular import QLearning, QParameters
 
 
 @dataclass(frozen=True, slots=True)

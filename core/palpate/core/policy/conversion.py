@@ -6,19 +6,15 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from palpate.core.errors import ConfigurationError, PolicyFileError
-from palpate.core.policy.actions import Action
-from palpate.core.policy.assigned import AssignedPolicy
 from palpate.core.policy.back_off import BackingOff, BackOff
 from palpate.core.policy.back_off_entry import BackOffEntry
-from palpate.core.policy.base import EXAMPLES, LEARNED, PROGRAMMED, Policy
+from palpate.core.policy.base import EXAMPLES, LEARNED, PROGRAMMED, Action, Policy
 from palpate.core.policy.entries import ActionEntry, LearnerEntry, TableRow
 from palpate.core.policy.examples import ExamplesPolicy
 from palpate.core.policy.file import PolicyDocument
-from palpate.core.policy.mixed import MixedPolicy
-from palpate.core.policy.programmed import ProgrammedPolicy
-from palpate.core.policy.q_learning import QLearning
+from palpate.core.policy.programmed import AssignedPolicy, MixedPolicy, ProgrammedPolicy
 from palpate.core.policy.sarsa import Sarsa, SarsaParameters
-from palpate.core.policy.tabular import QParameters, TabularLearner
+from palpate.core.policy.tabular import QLearning, QParameters, TabularLearner
 
 
 def learner_of(policy: Policy) -> TabularLearner | None:

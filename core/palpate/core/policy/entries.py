@@ -6,9 +6,8 @@ from dataclasses import asdict, dataclass
 from typing import Any, Final
 
 from palpate.core.errors import ConfigurationError, PolicyFileError
-from palpate.core.policy.actions import Action
 from palpate.core.policy.back_off_entry import BackOffEntry
-from palpate.core.policy.base import EXAMPLES, LEARNED, PROGRAMMED
+from palpate.core.policy.base import EXAMPLES, LEARNED, PROGRAMMED, Action
 from palpate.core.policy.exploration import TemperatureSchedule
 from palpate.core.policy.parsing import read_count, read_list, read_number, read_object, read_text
 from palpate.core.policy.sarsa import SarsaParameters

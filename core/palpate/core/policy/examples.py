@@ -7,9 +7,8 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.policy.actions import Action
-from palpate.core.policy.assigned import AssignedPolicy, check_known
-from palpate.core.policy.base import EXAMPLES
+from palpate.core.policy.base import EXAMPLES, Action
+from palpate.core.policy.programmed import AssignedPolicy, check_known
 
 _FIELD = "policy.examples"
 

@@ -3,10 +3,90 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
-from palpate.core.policy.actions import Action
-from palpate.core.policy.assigned import AssignedPolicy, check_known
-from palpate.core.policy.base import PROGRAMMED
+import numpy as np
+
+from palpate.core.errors import ConfigurationError
+from palpate.core.policy.base import (
+    PROGRAMMED,
+    Action,
+    Decision,
+    Observation,
+    Policy,
+    Transition,
+    check_names,
+    drawing_from,
+)
+
+
+class AssignedPolicy(Policy):
+    """Always takes the action assigned to a state; serves only the states that have one.
+
+    Args:
+        states: Names of the states.
+        actions: The action set.
+        assigned: Index of each state's action, or None, (n states,).
+        source: Which knowledge this is, as decisions will say.
+    """
+
+    def __init__(
+        self, states: Sequence[str], actions: Sequence[Action], assigned: Sequence[int | None], source: str
+    ) -> None:
+        check_names(states, actions)
+        self.states, self.actions, self.source = tuple(states), tuple(actions), source
+        self._assigned = tuple(assigned)
+
+    @property
+    def temperature(self) -> float | None:
+        """None: nothing here is random."""
+        return None
+
+    def assigned(self, state: int) -> int | None:
+        """Index of the action of a state; None where there is none."""
+        return self._assigned[state]
+
+    def serves(self, state: int) -> bool:
+        """Whether the state has an action."""
+        return self._assigned[state] is not None
+
+    def begin_trial(self, trial: int, rng: np.random.Generator) -> None:
+        """Nothing to do; takes no random number."""
+
+    def choose(self, observation: Observation) -> Decision:
+        """The action of the state.
+
+        Raises:
+            ConfigurationError: The state has none.
+        """
+        index = self._assigned[observation.state]
+        if index is None:
+            accepted = "an action for every state that occurs, or a learner beside it in a mixed policy"
+            raise ConfigurationError(f"policy.{self.source}", self.states[observation.state], accepted)
+        return Decision(self.actions[index], index, self.source)
+
+    def learn(self, transition: Transition) -> None:
+        """Ignored: this knowledge is fixed."""
+
+
+def check_known(field: str, state: str, action: str, states: Sequence[str], actions: Sequence[Action]) -> None:
+    """Refuse a pair of names that the task does not have.
+
+    Args:
+        field: Where the pair was written.
+        state: Name of a state.
+        action: Name of an action.
+        states: The names that are accepted.
+        actions: The actions that are accepted.
+
+    Raises:
+        ConfigurationError: Naming ``field`` and all that is accepted.
+    """
+    if state not in states:
+        raise ConfigurationError(field, state, f"a state of this task: {', '.join(states)}")
+    names = [known.name for known in actions]
+    if action not in names:
+        raise ConfigurationError(field, action, f"for state {state!r} an action of: {', '.join(names)}")
 
 
 class ProgrammedPolicy(AssignedPolicy):
@@ -27,3 +107,112 @@ class ProgrammedPolicy(AssignedPolicy):
         index = {action.name: number for number, action in enumerate(actions)}
         assigned = [index[table[state]] if state in table else None for state in states]
         super().__init__(states, actions, assigned, PROGRAMMED)
+
+
+class RandomWalkPolicy(Policy):
+    """Draws each action uniformly; exactly one random number a choice.
+
+    Args:
+        actions: The action set.
+
+    Raises:
+        ConfigurationError: There is no action.
+    """
+
+    def __init__(self, actions: Sequence[Action]) -> None:
+        if not actions:
+            raise ConfigurationError("policy.actions", tuple(actions), "at least one action")
+        self.actions = tuple(actions)
+        self._rng: np.random.Generator | None = None
+
+    @property
+    def temperature(self) -> float | None:
+        """None: it is always as random as can be."""
+        return None
+
+    def serves(self, state: int) -> bool:
+        """True for every state."""
+        return True
+
+    def begin_trial(self, trial: int, rng: np.random.Generator) -> None:
+        """Take the random numbers of the trial from ``rng``."""
+        self._rng = rng
+
+    def choose(self, observation: Observation) -> Decision:
+        """Any action.
+
+        Raises:
+            LifecycleError: No trial has begun.
+        """
+        index = int(drawing_from(self._rng, "random walk").random() * len(self.actions))
+        return Decision(self.actions[index], index, "random")
+
+    def learn(self, transition: Transition) -> None:
+        """Ignored."""
+
+
+class MixedPolicy(Policy):
+    """In each state the first part that serves it decides.
+
+    Every part hears of every transition, whoever chose the action: Q-learning is off-policy, and a
+    learner needs the value of the states that others decide, to judge the actions that lead there. In
+    those states it must not take the best of all actions for that value: the ones that are never tried
+    would keep their initial 0, and the state would look as good as the goal. So where the next state
+    belongs to a part with a fixed action, the transition says so in ``next_action_index``.
+
+    Args:
+        states: Names of the states.
+        parts: Policies over these states and one action set, the most trusted first.
+
+    Raises:
+        ConfigurationError: Nobody serves some state.
+    """
+
+    def __init__(self, states: Sequence[str], parts: Sequence[Policy]) -> None:
+        self.states, self.parts = tuple(states), tuple(parts)
+        orphans = [name for state, name in enumerate(self.states) if not any(p.serves(state) for p in self.parts)]
+        if orphans:
+            accepted = "a part that serves each state: add entries, or a learner as the last part"
+            raise ConfigurationError("policy.mixed", ", ".join(orphans), accepted)
+
+    @property
+    def temperature(self) -> float | None:
+        """Temperature of the first part that has one."""
+        return next((part.temperature for part in self.parts if part.temperature is not None), None)
+
+    def part_for(self, state: int) -> Policy:
+        """The part that decides in a state.
+
+        Raises:
+            ConfigurationError: None of them serves it (any more).
+        """
+        for part in self.parts:
+            if part.serves(state):
+                return part
+        raise ConfigurationError("policy.mixed", self.states[state], "a part that serves this state")
+
+    def serves(self, state: int) -> bool:
+        """Whether any part serves it."""
+        return any(part.serves(state) for part in self.parts)
+
+    def begin_trial(self, trial: int, rng: np.random.Generator) -> None:
+        """Begin the trial in every part; they share ``rng``."""
+        for part in self.parts:
+            part.begin_trial(trial, rng)
+
+    def choose(self, observation: Observation) -> Decision:
+        """What the part in charge of the state chooses.
+
+        Raises:
+            ConfigurationError: Nobody serves the state.
+        """
+        return self.part_for(observation.state).choose(observation)
+
+    def learn(self, transition: Transition) -> None:
+        """Tell every part."""
+        if transition.next_state is not None:
+            owner = self.part_for(transition.next_state)
+            if isinstance(owner, AssignedPolicy):
+                transition = replace(transition, next_action_index=owner.assigned(transition.next_state))
+        for part in self.parts:
+            part.learn(transition)

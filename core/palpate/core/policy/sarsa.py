@@ -13,8 +13,7 @@ from typing import Any
 import numpy as np
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.policy.actions import Action
-from palpate.core.policy.base import Decision, Observation, Transition
+from palpate.core.policy.base import Action, Decision, Observation, Transition
 from palpate.core.policy.tabular import QParameters, TabularLearner
 
 

@@ -9,10 +9,11 @@ from typing import Final
 import numpy as np
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.kinematics import Array, Kinematics
+from palpate.core.insertion.config import N_PER_KGF, TaskConfig
+from palpate.core.motion.model import Array, Kinematics
+from palpate.core.ports.values import CONTROL_RATE_HZ
+from palpate.core.supervision.config import SupervisionConfig
 from palpate.core.supervision.retreat import Retreat
-from palpate.core.supervision_config import SupervisionConfig
-from palpate.core.task_config import CONTROL_RATE_HZ, N_PER_KGF, TaskConfig
 
 _NOISE: Final = 9.0
 """The difference of two samples of three channels stays below so many standard deviations of one of them."""

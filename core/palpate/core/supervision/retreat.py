@@ -7,9 +7,9 @@ from typing import Final
 
 import numpy as np
 
-from palpate.core.inverse_kinematics import InverseKinematics
-from palpate.core.kinematics import Kinematics
-from palpate.core.values import JointVector
+from palpate.core.motion.inverse import InverseKinematics
+from palpate.core.motion.model import Kinematics
+from palpate.core.ports.values import JointVector
 
 _THERE_M: Final = 1e-5
 

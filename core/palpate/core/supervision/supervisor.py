@@ -2,22 +2,61 @@
 
 from __future__ import annotations
 
+import enum
 from math import isfinite
 from operator import sub
+from typing import Final
 
-from palpate.core.command_limits import CommandLimiter
 from palpate.core.errors import CommandError, DeviceError, FaultLatchedError, LifecycleError
-from palpate.core.kinematics import Kinematics
-from palpate.core.supervision.joints import JointWatch
-from palpate.core.supervision.places import PlaceWatch
+from palpate.core.insertion.config import TaskConfig
+from palpate.core.insertion.expectation import Expectation, Intervention, Supervised, Trip, TripReason
+from palpate.core.motion.model import Kinematics
+from palpate.core.ports.command_limits import CommandLimiter
+from palpate.core.ports.values import (
+    CONTROL_RATE_HZ,
+    AppliedCommand,
+    CommandReason,
+    JointCommand,
+    JointVector,
+    Snapshot,
+    Validity,
+    Vector3,
+)
+from palpate.core.supervision.config import SupervisionConfig
 from palpate.core.supervision.retreat import Retreat
-from palpate.core.supervision.samples import SampleWatch
-from palpate.core.supervision.states import TRANSITIONS, Cue, Guard
-from palpate.core.supervision.values import Expectation, Intervention, Supervised, Trip, TripReason
-from palpate.core.supervision.wrench import WrenchWatch
-from palpate.core.supervision_config import SupervisionConfig
-from palpate.core.task_config import CONTROL_RATE_HZ, TaskConfig
-from palpate.core.values import AppliedCommand, CommandReason, JointCommand, JointVector, Snapshot, Validity, Vector3
+from palpate.core.supervision.watches import JointWatch, PlaceWatch, SampleWatch, WrenchWatch
+
+
+class Guard(enum.Enum):
+    """States of the supervisor."""
+
+    READY = "ready"
+    ACTIVE = "active"
+    TRIPPED_RETRACTING = "tripped, retracting"
+    TRIPPED_HOLDING = "tripped, holding"
+
+
+class Cue(enum.Enum):
+    """What moves it from state to state."""
+
+    BEGIN = "begin()"
+    TRIP_AND_RETRACT = "trip, retracting"
+    TRIP_AND_HOLD = "trip, holding"
+    ARRIVE = "end of the retraction"
+    ACKNOWLEDGE = "acknowledge()"
+
+
+TRANSITIONS: Final[dict[tuple[Guard, Cue], Guard]] = {
+    (Guard.READY, Cue.BEGIN): Guard.ACTIVE,
+    (Guard.ACTIVE, Cue.BEGIN): Guard.ACTIVE,
+    (Guard.ACTIVE, Cue.TRIP_AND_RETRACT): Guard.TRIPPED_RETRACTING,
+    (Guard.ACTIVE, Cue.TRIP_AND_HOLD): Guard.TRIPPED_HOLDING,
+    (Guard.TRIPPED_RETRACTING, Cue.ARRIVE): Guard.TRIPPED_HOLDING,
+    # A retraction may have been cut short by an exception; a person may acknowledge that too.
+    (Guard.TRIPPED_RETRACTING, Cue.ACKNOWLEDGE): Guard.READY,
+    (Guard.TRIPPED_HOLDING, Cue.ACKNOWLEDGE): Guard.READY,
+}
+
 
 _NAME = "supervisor"
 

@@ -12,15 +12,13 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Final
 
 from palpate.drivers.cia402.bring_up import BringUp
-from palpate.drivers.cia402.drive import DriveIdentity
+from palpate.drivers.cia402.drive import DriveIdentity, Targets
 from palpate.drivers.cia402.exchange import Exchange
-from palpate.drivers.cia402.limits import Applied, AppliedReason, limited, require_sound
 from palpate.drivers.cia402.link import CanLink
+from palpate.drivers.cia402.mailbox import ArmStatistics
 from palpate.drivers.cia402.measured import ArmState, Measured
-from palpate.drivers.cia402.profile import Command, DriveState
-from palpate.drivers.cia402.settings import ArmSettings
-from palpate.drivers.cia402.statistics import ArmStatistics
-from palpate.drivers.cia402.targets import Targets
+from palpate.drivers.cia402.object_dictionary import Command, DriveState
+from palpate.drivers.cia402.settings import Applied, AppliedReason, ArmSettings, limited, require_sound
 from palpate.drivers.cia402.watch import outside, trouble
 from palpate.drivers.errors import DeviceFaultError, DriverError, SilentError, StateError
 

@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Final
 
-from palpate.drivers.cia402.drive import DriveIdentity, arm_watchdog, identify, set_up
+from palpate.drivers.cia402.drive import DriveIdentity, Targets, arm_watchdog, identify, set_up
 from palpate.drivers.cia402.exchange import NMT_PRE_OPERATIONAL, NMT_START, Exchange
-from palpate.drivers.cia402.identifiers import SDO_ANSWER
 from palpate.drivers.cia402.link import CanLink
-from palpate.drivers.cia402.profile import Command, DriveState, Mode, command_towards
+from palpate.drivers.cia402.object_dictionary import SDO_ANSWER, Command, DriveState, Mode, command_towards
 from palpate.drivers.cia402.settings import ArmSettings
-from palpate.drivers.cia402.targets import Targets
 from palpate.drivers.cia402.watch import AxisView, trouble
 from palpate.drivers.errors import DeviceFaultError, SilentError
 

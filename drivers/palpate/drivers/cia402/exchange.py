@@ -8,12 +8,10 @@ from dataclasses import replace
 from typing import Final
 
 from palpate.drivers.cia402.drive import RPDO, TPDO
-from palpate.drivers.cia402.identifiers import EMCY, HEARTBEAT, NMT, RPDO1, SYNC, TPDO1
 from palpate.drivers.cia402.link import CanLink
-from palpate.drivers.cia402.mailbox import Mailbox, NodeBox
-from palpate.drivers.cia402.profile import state_of
+from palpate.drivers.cia402.mailbox import ArmStatistics, Mailbox, NodeBox, Tally
+from palpate.drivers.cia402.object_dictionary import EMCY, HEARTBEAT, NMT, RPDO1, SYNC, TPDO1, state_of
 from palpate.drivers.cia402.settings import ArmSettings
-from palpate.drivers.cia402.statistics import ArmStatistics, Tally
 from palpate.drivers.cia402.watch import AxisView
 from palpate.drivers.errors import SilentError
 

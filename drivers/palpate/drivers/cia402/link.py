@@ -18,8 +18,7 @@ import canopen
 from canopen.objectdictionary import ObjectDictionary
 from canopen.sdo import SdoClient
 
-from palpate.drivers.cia402.identifiers import SDO_ANSWER, SDO_REQUEST
-from palpate.drivers.cia402.sdo import Objects
+from palpate.drivers.cia402.object_dictionary import SDO_ANSWER, SDO_REQUEST, Objects
 from palpate.drivers.errors import SilentError, WiringError
 
 Subscriber: TypeAlias = Callable[[int, bytearray, float], None]

@@ -5,8 +5,8 @@ from __future__ import annotations
 import enum
 from dataclasses import dataclass
 
-from palpate.drivers.cia402.limits import Applied
-from palpate.drivers.cia402.profile import DriveState
+from palpate.drivers.cia402.object_dictionary import DriveState
+from palpate.drivers.cia402.settings import Applied
 
 
 class ArmState(enum.Enum):

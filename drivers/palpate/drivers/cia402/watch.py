@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from palpate.drivers.cia402.mailbox import NodeBox
-from palpate.drivers.cia402.profile import DriveState
+from palpate.drivers.cia402.object_dictionary import DriveState
 from palpate.drivers.cia402.settings import ArmSettings, JointDrive
 from palpate.drivers.errors import DeviceFaultError, DriverError, SilentError
 

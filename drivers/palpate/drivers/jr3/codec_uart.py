@@ -7,7 +7,7 @@ fixed length of each operation instead.
 
 How far to trust a frame: there is no checksum and 14 of the 18 bytes of a reading are payload, so 77.8 % of all
 readings with one damaged bit parse as good (CALC; 75 % with three damaged bytes in a row, measured). The check of the
-frame counter in :mod:`palpate.drivers.jr3.counter` leaves 71 % to 72 % (measured, 10 ms). A lost byte is always
+frame counter in :mod:`palpate.drivers.jr3.sampling` leaves 71 % to 72 % (measured, 10 ms). A lost byte is always
 noticed. Random bytes look like a frame once in 2**31 positions (CALC), about every two days of pure noise. CAN frames
 bear a CRC of 15 bits.
 """

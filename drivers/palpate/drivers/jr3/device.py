@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from palpate.drivers.errors import DriverError, SettingError, StateError
-from palpate.drivers.jr3 import verdicts
+from palpate.drivers.jr3 import errors as verdicts
 from palpate.drivers.jr3.exchange import Exchange
-from palpate.drivers.jr3.messages import Ack, Op, Reading, Request
+from palpate.drivers.jr3.messages import Ack, FullScales, Jr3Sample, Op, Reading, Request
 from palpate.drivers.jr3.phases import FLOWING, READABLE, REQUESTS, TRANSITIONS, Cue, Phase
-from palpate.drivers.jr3.sample import Jr3Sample
 from palpate.drivers.jr3.sampling import Sampler, Zero
-from palpate.drivers.jr3.scaling import FullScales
 from palpate.drivers.jr3.settings import Jr3Settings, settling_ns
 from palpate.drivers.jr3.statistics import Identity, Jr3Statistics
-from palpate.drivers.jr3.wires import Wire
+from palpate.drivers.jr3.transport import Wire
 
 FIRST_READING_NS = 500_000_000
 """Longest wait for the first reading after START, in ns. Assumed."""

@@ -10,6 +10,8 @@ import enum
 from dataclasses import dataclass
 from typing import TypeAlias
 
+from palpate.drivers.errors import DeviceFaultError, SettingError
+
 Counts3: TypeAlias = tuple[int, int, int]
 
 
@@ -95,3 +97,151 @@ class Reading:
 
 
 Message: TypeAlias = Ack | Bootup | Reading
+
+
+Vector3: TypeAlias = tuple[float, float, float]
+Signs: TypeAlias = tuple[int, int, int, int, int, int]
+
+LEFT_HANDED: Signs = (-1, 1, 1, -1, 1, 1)
+"""Signs that make a JR3's left-handed axes right-handed. FACT: yarp-devices (Jr3Mbed, Jr3Pci) negates Fx and Mx.
+
+INFERENCE: that is right when moments follow the right-hand rule about each of the sensor's axes. If a sensor computes
+    its moments as r x F in its own left-handed axes instead, the signs are (-1, 1, 1, 1, -1, -1). So check with known
+    pushes, the sensor upright and unloaded before: a weight of m kg hung at +0.1 m along each axis that points sideways
+    must change the force by 9.81 m N downwards and the moments by r x F, with the lever arm r in right-handed axes. Fx,
+    Fy and Fz tell the sign of each axis, the moments which of the two sets applies.
+"""
+
+RIGHT_HANDED: Signs = (1, 1, 1, 1, 1, 1)
+"""Signs for a board that already reports right-handed axes."""
+
+FULL_SCALE_COUNTS = 16384
+"""Counts at full scale. FACT (comedi jr3_pci driver); a 16-bit number reaches twice the full scale (CALC)."""
+
+NEAR_SATURATION_COUNTS = 26214
+"""Counts, 80 % of 32768, above which the JR3 processor warns. FACT (comedi jr3_pci driver), but of *raw* channels."""
+
+SATURATION_COUNTS = 32752
+"""Counts from which a value may be clipped: 32768 - 2**(16 - bits). FACT the formula; assumed: a 12-bit converter."""
+
+
+@dataclass(frozen=True, slots=True)
+class FullScales:
+    """What full scale means on each axis; the only thing by which the board can be identified.
+
+    FACT: forces in N, moments in 0.1 N m (comedi jr3_pci driver, units word 1). Values of two sensors at can-plotter.py
+        of jr3-mbed-firmware-can: (115, 111, 185) N with (56, 52, 61), and (317, 314, 845) N with (221, 219, 307).
+
+    Attributes:
+        force_N: Fx, Fy, Fz.
+        moment_dNm: Mx, My, Mz in tenths of a newton metre.
+
+    Raises:
+        DeviceFaultError: A full scale is 0, with which every reading would be 0.
+    """
+
+    force_N: Counts3
+    moment_dNm: Counts3
+
+    def __post_init__(self) -> None:
+        if min(*self.force_N, *self.moment_dNm) <= 0:
+            problem = f"reports full scales of {self.force_N} N and {self.moment_dNm} x 0.1 N m"
+            raise DeviceFaultError("JR3", problem, "check the sensor's cable and power the board again")
+
+    @property
+    def lsb_N(self) -> Vector3:
+        """Force of one count on each axis, in N (CALC)."""
+        x, y, z = self.force_N
+        return (x / FULL_SCALE_COUNTS, y / FULL_SCALE_COUNTS, z / FULL_SCALE_COUNTS)
+
+    @property
+    def lsb_Nm(self) -> Vector3:
+        """Moment of one count on each axis, in N m (CALC)."""
+        x, y, z = self.moment_dNm
+        counts = 10 * FULL_SCALE_COUNTS
+        return (x / counts, y / counts, z / counts)
+
+
+class Scaling:
+    """Turns readings into physical values.
+
+    Args:
+        full_scales: As the board reports them.
+        signs: +1 or -1 for Fx, Fy, Fz, Mx, My, Mz.
+
+    Raises:
+        SettingError: ``signs`` are not six of +1 and -1.
+    """
+
+    def __init__(self, full_scales: FullScales, signs: Signs = LEFT_HANDED) -> None:
+        check_signs(signs)
+        scales = (*full_scales.force_N, *full_scales.moment_dNm)
+        self._signed = tuple(sign * scale for sign, scale in zip(signs, scales, strict=True))
+
+    def wrench(self, reading: Reading) -> tuple[Vector3, Vector3]:
+        """Force in N and moment in N m.
+
+        FACT: F = counts x full scale / 16384, M = counts x full scale in 0.1 N m / 163840.
+        """
+        (fx, fy, fz), (mx, my, mz) = reading.forces, reading.moments
+        a, b, c, d, e, f = self._signed
+        force, moment = FULL_SCALE_COUNTS, 10 * FULL_SCALE_COUNTS
+        return (
+            (fx * a / force, fy * b / force, fz * c / force),
+            (mx * d / moment, my * e / moment, mz * f / moment),
+        )
+
+
+def check_signs(signs: Signs) -> None:
+    """Refuse signs that are not six of +1 and -1.
+
+    Raises:
+        SettingError: They are not.
+    """
+    if len(signs) != 6 or any(sign not in (-1, 1) for sign in signs):
+        raise SettingError("JR3", f"signs {signs} are wrong", "give +1 or -1 for Fx, Fy, Fz, Mx, My, Mz")
+
+
+def peak_counts(reading: Reading) -> int:
+    """Largest magnitude on any axis, in counts; to be compared with the limits of this module.
+
+    INFERENCE: an approximation only. FACT: the JR3 processor judges saturation on raw channels, because each axis of
+        the decoupled data is a mixture of all channels, one of which may be clipped while the mixture looks harmless.
+        The board sends decoupled, filtered data, so short peaks are hidden as well. And the firmware's conversion to 16
+        bits does not limit (INFERENCE from its utils.cpp): beyond twice the full scale the number wraps. Treat
+        near-saturation as the limit.
+    """
+    values = (*reading.forces, *reading.moments)
+    return max(max(values), -min(values))
+
+
+@dataclass(frozen=True, slots=True)
+class Jr3Sample:
+    """A reading as the driver's user sees it.
+
+    Attributes:
+        force_N: Force, (3,), in the sensor's axes made right-handed.
+        torque_Nm: Moment about the sensor's origin, (3,), in the same axes.
+        counter: Frame counter of the board, 0 to 65535.
+        sequence: The counter unwrapped: always increases, also across restarts of the board.
+        receive_time_ns: Clock of the poll that found the sample; it is older by the wait for that poll, the wire and
+            the filter's delay (CALC: about 1/(2 pi cut-off)).
+        over_range: Beyond full scale on an axis, where the calibration ends.
+        near_saturated: Beyond 80 % of the converter's range; treat as saturated (see
+            :mod:`~palpate.drivers.jr3.messages`). saturated: At the end of the converter's range. settling: Within five
+            time constants of the filter after a start or a zeroing; the filter starts from 0. after_boot: The board
+            restarted in mid-run and nobody has acknowledged it yet. zero_lost: A zero that was set on request is gone
+            and nobody has acknowledged it yet.
+    """
+
+    force_N: Vector3
+    torque_Nm: Vector3
+    counter: int
+    sequence: int
+    receive_time_ns: int
+    over_range: bool = False
+    near_saturated: bool = False
+    saturated: bool = False
+    settling: bool = False
+    after_boot: bool = False
+    zero_lost: bool = False

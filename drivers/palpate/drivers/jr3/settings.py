@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from math import isfinite, pi
 
 from palpate.drivers.errors import SettingError
-from palpate.drivers.jr3.scaling import LEFT_HANDED, Signs, check_signs
+from palpate.drivers.jr3.messages import LEFT_HANDED, Signs, check_signs
 
 MAX_CUTOFF_HZ = 655.35
 """Hz: 16 bits of 0.01 Hz (FACT, README of jr3-mbed-firmware-can)."""
@@ -26,7 +26,7 @@ class Jr3Settings:
     Attributes:
         cutoff_Hz: Cut-off of the board's first-order low-pass filter; 0 = unfiltered, otherwise 0.01 to 655.35.
         period_us: Time between readings, in microseconds.
-        signs: See :data:`palpate.drivers.jr3.scaling.LEFT_HANDED`.
+        signs: See :data:`palpate.drivers.jr3.messages.LEFT_HANDED`.
         stall_periods: Periods without a new reading after which the sensor counts as silent.
 
     Raises:

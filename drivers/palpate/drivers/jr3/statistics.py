@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from palpate.drivers.jr3.scaling import FullScales
-from palpate.drivers.jr3.wires import WireCounts
+from palpate.drivers.jr3.messages import FullScales
+from palpate.drivers.jr3.transport import WireCounts
 
 
 @dataclass(frozen=True, slots=True)

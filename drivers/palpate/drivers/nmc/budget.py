@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from palpate.drivers.errors import SettingError
-from palpate.drivers.nmc.flags import Item
-from palpate.drivers.nmc.frames import Command
+from palpate.drivers.nmc.frames import Command, Item
 from palpate.drivers.nmc.replies import reply_size_bytes
 
 BITS_PER_BYTE: Final = 10

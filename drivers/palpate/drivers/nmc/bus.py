@@ -9,17 +9,42 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Callable
-from typing import Final
+from typing import Final, Protocol
 
 from palpate.drivers.errors import DriverError, GarbledError, SilentError, StateError, WiringError
 from palpate.drivers.nmc.budget import LineTiming
 from palpate.drivers.nmc.commands import CLEAR_BITS
-from palpate.drivers.nmc.flags import Code, Item
-from palpate.drivers.nmc.frames import FRAME_OVERHEAD_BYTES, MAX_DATA_BYTES, Command, find_frame
+from palpate.drivers.nmc.frames import FRAME_OVERHEAD_BYTES, MAX_DATA_BYTES, Code, Command, Item, find_frame
 from palpate.drivers.nmc.replies import Discarded, Reply, decode_reply, reply_size_bytes
 from palpate.drivers.nmc.settings import POWER_UP_BAUD, BusSettings
 from palpate.drivers.nmc.statistics import BusStatistics, Counters
-from palpate.drivers.nmc.stream import ByteStream
+
+
+class ByteStream(Protocol):
+    """A serial port as of pyserial, opened by the caller, so that sockets and pseudo-terminals do as well.
+
+    Attributes:
+        baudrate: Line rate, bit/s; the bus sets it.
+        timeout: Longest wait of ``read``, s; the bus sets it, and only when the rate changes, because that
+            reconfigures the port on some systems.
+    """
+
+    baudrate: int
+    timeout: float | None
+
+    @property
+    def in_waiting(self) -> int:
+        """Bytes that have arrived and were not read."""
+
+    def read(self, size: int = 1, /) -> bytes:
+        """Up to ``size`` bytes, fewer after ``timeout``; raises ``OSError`` when the port is gone."""
+
+    def write(self, data: bytes, /) -> int | None:
+        """Sends the bytes; raises ``OSError`` when the port is gone."""
+
+    def reset_input_buffer(self) -> None:
+        """Throws away what has arrived."""
+
 
 DEVICE: Final = "NMC bus"
 _RESYNC: Final = bytes(30)

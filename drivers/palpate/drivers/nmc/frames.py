@@ -5,11 +5,132 @@ The sum is that of all bytes but the first, modulo 256; multi-byte fields are li
 
 from __future__ import annotations
 
+import enum
 from dataclasses import dataclass
 from typing import Final
 
 from palpate.drivers.errors import RefusedError
-from palpate.drivers.nmc.flags import UNANSWERED, Code
+
+
+class Code(enum.IntEnum):
+    """Command codes, the low nibble of a frame's third byte."""
+
+    RESET_POS = 0x0
+    SET_ADDR = 0x1
+    DEF_STAT = 0x2
+    READ_STAT = 0x3
+    LOAD_TRAJ = 0x4
+    START_MOVE = 0x5
+    SET_GAIN = 0x6
+    STOP_MOTOR = 0x7
+    IO_CTRL = 0x8
+    SET_HOMING = 0x9
+    SET_BAUD = 0xA
+    CLEAR_BITS = 0xB
+    SAVE_AS_HOME = 0xC
+    ADD_PATHPOINT = 0xD
+    NOP = 0xE
+    HARD_RESET = 0xF
+
+
+UNANSWERED: Final = frozenset({Code.SET_BAUD, Code.HARD_RESET})
+"""Commands that no module answers."""
+
+
+class Status(enum.IntFlag):
+    """Status byte, the first of every reply.
+
+    ``OVERCURRENT`` and ``POS_ERROR`` stay set until CLEAR_BITS; ``POS_ERROR`` is also set while the servo is off.
+    ``MOVE_DONE`` is clear during a trapezoid and during a velocity ramp.
+    """
+
+    MOVE_DONE = 0x01
+    CKSUM_ERROR = 0x02
+    OVERCURRENT = 0x04
+    POWER_ON = 0x08
+    POS_ERROR = 0x10
+    LIMIT1 = 0x20
+    LIMIT2 = 0x40
+    HOME_IN_PROGRESS = 0x80
+
+
+class Aux(enum.IntFlag):
+    """Auxiliary status byte; ``POS_WRAP`` and ``SERVO_OVERRUN`` stay set until CLEAR_BITS."""
+
+    INDEX = 0x01
+    POS_WRAP = 0x02
+    SERVO_ON = 0x04
+    ACCEL_DONE = 0x08
+    SLEW_DONE = 0x10
+    SERVO_OVERRUN = 0x20
+    PATH_MODE = 0x40
+
+
+class Item(enum.IntFlag):
+    """Status mask: which items follow the status byte, in this order."""
+
+    POSITION = 0x01
+    ANALOG = 0x02
+    VELOCITY = 0x04
+    AUX = 0x08
+    HOME = 0x10
+    IDENTITY = 0x20
+    POSITION_ERROR = 0x40
+    PATH_POINTS = 0x80
+
+
+class Traj(enum.IntFlag):
+    """Control byte of LOAD_TRAJ; the fields follow it in the order position, velocity, acceleration, PWM."""
+
+    POSITION = 0x01
+    VELOCITY = 0x02
+    ACCELERATION = 0x04
+    PWM = 0x08
+    SERVO = 0x10
+    VELOCITY_PROFILE = 0x20
+    REVERSE_OR_RELATIVE = 0x40
+    START_NOW = 0x80
+
+
+class Stop(enum.IntFlag):
+    """Control byte of STOP_MOTOR. ``MOTOR_OFF`` is 0x02; one public port of the arm uses 0x04, which is wrong."""
+
+    AMP_ENABLE = 0x01
+    MOTOR_OFF = 0x02
+    ABRUPT = 0x04
+    SMOOTH = 0x08
+    HERE = 0x10
+    ADVANCED = 0x20
+
+
+class Homing(enum.IntFlag):
+    """Control byte of SET_HOMING: what ends the homing, and how the motor stops then."""
+
+    ON_LIMIT1 = 0x01
+    ON_LIMIT2 = 0x02
+    MOTOR_OFF = 0x04
+    ON_INDEX = 0x08
+    STOP_ABRUPT = 0x10
+    STOP_SMOOTH = 0x20
+    ON_POS_ERROR = 0x40
+    ON_CURRENT = 0x80
+
+
+class ModuleType(enum.IntEnum):
+    """Type byte of the identity item."""
+
+    SERVO = 0
+    ADC = 1
+    IO = 2
+    STEP = 3
+
+
+STICKY_STATUS: Final = Status.OVERCURRENT | Status.POS_ERROR
+"""Status bits that only CLEAR_BITS clears."""
+
+STICKY_AUX: Final = Aux.POS_WRAP | Aux.SERVO_OVERRUN
+"""Auxiliary bits that only CLEAR_BITS clears."""
+
 
 HEADER: Final = 0xAA
 FRAME_OVERHEAD_BYTES: Final = 4

@@ -12,8 +12,7 @@ import struct
 from dataclasses import dataclass
 from typing import Final
 
-from palpate.drivers.nmc.flags import Aux, Item, ModuleType, Status
-from palpate.drivers.nmc.frames import checksum
+from palpate.drivers.nmc.frames import Aux, Item, ModuleType, Status, checksum
 
 REPLY_OVERHEAD_BYTES: Final = 2
 

@@ -13,8 +13,7 @@ from typing import Final
 from palpate.drivers.errors import SilentError, WiringError
 from palpate.drivers.nmc.bus import DEVICE, NmcBus
 from palpate.drivers.nmc.commands import HARD_RESET, read_stat, set_addr, set_baud
-from palpate.drivers.nmc.flags import Item
-from palpate.drivers.nmc.frames import EVERYBODY
+from palpate.drivers.nmc.frames import EVERYBODY, Item
 from palpate.drivers.nmc.replies import Discarded, Identity, Reply
 from palpate.drivers.nmc.settings import BAUD_DIVISORS, POWER_UP_BAUD
 

@@ -7,22 +7,27 @@ from contextlib import suppress
 from typing import Final, NoReturn, Self
 
 from palpate.drivers.errors import DeviceFaultError, DriverError, StateError, WiringError
-from palpate.drivers.nmc.bus import NmcBus
+from palpate.drivers.nmc.bus import ByteStream, NmcBus
 from palpate.drivers.nmc.commands import NOP
 from palpate.drivers.nmc.frames import Command
 from palpate.drivers.nmc.startup import Module, start
-from palpate.drivers.nmc.stream import ByteStream
 from palpate.drivers.zebra_zero.counts import DEVICE, JOINTS, SixCounts, six
 from palpate.drivers.zebra_zero.faults import Fault, FaultKind
-from palpate.drivers.zebra_zero.limits import Applied, AppliedReason
 from palpate.drivers.zebra_zero.measured import ArmReport, Measured
 from palpate.drivers.zebra_zero.rounds import Rounds, Trouble, lost
-from palpate.drivers.zebra_zero.servos import AXES, GO_HOME, Servos, check_modules, setpoint, streaming_for
-from palpate.drivers.zebra_zero.setpoints import Setpoints
-from palpate.drivers.zebra_zero.settings import Streaming, ZebraZeroSettings
+from palpate.drivers.zebra_zero.servos import (
+    AXES,
+    GO_HOME,
+    Servos,
+    StopOutcome,
+    bring_to_rest,
+    check_modules,
+    setpoint,
+    streaming_for,
+)
+from palpate.drivers.zebra_zero.settings import Applied, AppliedReason, Streaming, ZebraZeroSettings
 from palpate.drivers.zebra_zero.states import Event, State, after
-from palpate.drivers.zebra_zero.stopping import StopOutcome, bring_to_rest
-from palpate.drivers.zebra_zero.tracking import Tracking
+from palpate.drivers.zebra_zero.tracking import Setpoints, Tracking
 
 _CYCLING: Final = (State.HOMED, State.SERVO_ON, State.STOPPED)
 _TRIPPED: Final = (FaultKind.POSITION_ERROR, FaultKind.OVERCURRENT, FaultKind.SERVO_OFF)

@@ -6,7 +6,7 @@ import enum
 from dataclasses import dataclass
 
 from palpate.drivers.errors import DeviceFaultError
-from palpate.drivers.nmc.flags import Aux, Status
+from palpate.drivers.nmc.frames import Aux, Status
 from palpate.drivers.nmc.replies import Reply
 from palpate.drivers.zebra_zero.counts import DEVICE
 from palpate.drivers.zebra_zero.settings import ZebraZeroSettings

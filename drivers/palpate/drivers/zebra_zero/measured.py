@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from palpate.drivers.nmc.budget import CycleBudget
-from palpate.drivers.nmc.flags import Aux, Status
+from palpate.drivers.nmc.frames import Aux, Status
 from palpate.drivers.nmc.startup import Module
 from palpate.drivers.nmc.statistics import BusStatistics
 from palpate.drivers.zebra_zero.counts import Six, SixCounts
-from palpate.drivers.zebra_zero.limits import Applied
-from palpate.drivers.zebra_zero.settings import Streaming
+from palpate.drivers.zebra_zero.settings import Applied, Streaming
 from palpate.drivers.zebra_zero.states import State
 
 

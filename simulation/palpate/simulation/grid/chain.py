@@ -16,8 +16,7 @@ from scipy.sparse import csc_array, eye_array
 from scipy.sparse.linalg import MatrixRankWarning, spsolve
 
 from palpate.core.automata.tracker import AutomatonState
-from palpate.core.checks import require_whole
-from palpate.core.errors import ConfigurationError
+from palpate.core.errors import ConfigurationError, require_whole
 from palpate.core.perception import StateIdentifier
 from palpate.core.policy import boltzmann_probabilities
 from palpate.simulation.grid.maps import COMPASS, GridMap

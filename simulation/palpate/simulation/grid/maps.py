@@ -12,7 +12,7 @@ from typing import Final
 
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy import Action
-from palpate.core.policy.actions import COMPASS_NAMES
+from palpate.core.policy.base import COMPASS_NAMES
 
 GOAL: Final = "·"
 WALL: Final = "#"

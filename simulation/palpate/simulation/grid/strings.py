@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from palpate.core.automata.strings import Strings
-from palpate.core.checks import require_whole
+from palpate.core.errors import require_whole
+from palpate.core.insertion.trial import Purpose, generator
 from palpate.core.perception import IdentityState
 from palpate.core.policy import RandomWalkPolicy
-from palpate.core.randomness import Purpose, generator
 from palpate.simulation.grid.maps import GridMap, grid_actions
 from palpate.simulation.grid.trial import STEP_LIMIT, run_trial
 
@@ -16,7 +16,7 @@ def walk_strings(grid: GridMap, count: int, seed: int, longest: int = STEP_LIMIT
 
     The walks are trials 0, 1, 2, ... of :func:`~palpate.simulation.grid.trial.run_trial` under a random policy; those
     that have not reached the goal after ``longest`` steps are left out, and the next trial takes their place. Files of
-    such strings are those of :mod:`palpate.core.automata.strings_file`.
+    such strings are those of :mod:`palpate.core.automata.strings`.
 
     Args:
         grid: The map.

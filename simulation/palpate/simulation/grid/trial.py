@@ -1,7 +1,7 @@
 """Trials in a grid world, with the states, policies and learners that the insertion task has.
 
-What :class:`~palpate.core.explorer.Explorer` does above a force sensor is done here above a map: a symbol, its state,
-what the last action came to, the next action, in this order.
+What :class:`~palpate.core.insertion.agent.Explorer` does above a force sensor is done here above a map: a symbol, its
+state, what the last action came to, the next action, in this order.
 """
 
 from __future__ import annotations
@@ -9,12 +9,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-from palpate.core.checks import require_whole
-from palpate.core.errors import CommandError, ConfigurationError
+from palpate.core.errors import CommandError, ConfigurationError, require_whole
+from palpate.core.insertion.trial import Purpose, generator
 from palpate.core.perception import StateIdentifier
 from palpate.core.policy import ActionPenalty, Observation, Policy, Transition
-from palpate.core.randomness import Purpose, generator
-from palpate.core.values import Vector3
+from palpate.core.ports.values import Vector3
 from palpate.simulation.grid.maps import GridMap
 
 STEP_LIMIT: Final = 100

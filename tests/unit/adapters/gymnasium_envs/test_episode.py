@@ -6,15 +6,14 @@ from collections.abc import Iterator
 
 import pytest
 
-from palpate.adapters.composition import task_actions
-from palpate.adapters.config import PerceptionConfig, RunConfig
-from palpate.adapters.gymnasium_envs.episode import InsertionEpisodes
-from palpate.adapters.gymnasium_envs.errors import NotRunningError
+from palpate.adapters.config.run import PerceptionConfig, RunConfig
+from palpate.adapters.experiments.build import task_actions
+from palpate.adapters.gymnasium_envs.episode import InsertionEpisodes, NotRunningError
 from palpate.core.errors import DeviceError
+from palpate.core.insertion.config import TaskConfig
+from palpate.core.insertion.trial import Outcome, Phase
 from palpate.core.policy import Decision
-from palpate.core.task_config import TaskConfig
-from palpate.core.trial import Outcome, Phase
-from palpate.core.values import CommandReason, JointCommand
+from palpate.core.ports.values import CommandReason, JointCommand
 
 EAST = Decision(task_actions(RunConfig())[0], 0, "test")
 

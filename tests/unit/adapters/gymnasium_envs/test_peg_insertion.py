@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from palpate.adapters.gymnasium_envs.errors import ActionRefusedError, NotRunningError
+from palpate.adapters.gymnasium_envs.episode import ActionRefusedError, NotRunningError
 from palpate.adapters.gymnasium_envs.peg_insertion import PegInsertionEnv
 from palpate.core.errors import ConfigurationError
-from palpate.core.task_config import CONTROL_RATE_HZ
+from palpate.core.ports.values import CONTROL_RATE_HZ
 
 EAST, WEST = 0, 4
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from palpate.adapters.gymnasium_envs.errors import ActionRefusedError, NotRunningError
+from palpate.adapters.gymnasium_envs.episode import ActionRefusedError, NotRunningError
 from palpate.adapters.gymnasium_envs.sensor_map import SensorMapEnv
 from palpate.core.errors import ConfigurationError
 

@@ -7,7 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from palpate.adapters.config import scenario
+from palpate.adapters.config.run import scenario
+from palpate.adapters.config.toml import to_toml
 from palpate.adapters.log.file import LogFile, NewFile, describe_channels
 from palpate.adapters.log.records import (
     CallEntry,
@@ -22,8 +23,7 @@ from palpate.adapters.log.records import (
 )
 from palpate.adapters.log.schema import BY_TOPIC, SCHEMA
 from palpate.adapters.log.tick_layout import TickRecord, encode_tick
-from palpate.adapters.toml_config import to_toml
-from palpate.core.values import AppliedCommand, JointSample, WrenchSample
+from palpate.core.ports.values import AppliedCommand, JointSample, WrenchSample
 
 PERIOD_NS = 1_000_000_000 // 140
 POSTURE = (0.0, 1.0752755, -1.4561609, 0.0, 0.6101755, 0.0)

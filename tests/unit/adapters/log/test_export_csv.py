@@ -12,19 +12,12 @@ from pathlib import Path
 
 import pytest
 
-from palpate.adapters.config import RunConfig, scenario
+from palpate.adapters.config.run import RunConfig, scenario
+from palpate.adapters.config.toml import overlay
 from palpate.adapters.log.export_csv import export_csv
-from palpate.adapters.log.records import (
-    CallEntry,
-    DecisionEntry,
-    EndRecord,
-    EventEntry,
-    LossEntry,
-    ReinforcementEntry,
-)
-from palpate.adapters.toml_config import overlay
+from palpate.adapters.log.records import CallEntry, DecisionEntry, EndRecord, EventEntry, LossEntry, ReinforcementEntry
 from palpate.core.errors import LogError, OutputError
-from palpate.core.values import AppliedCommand, CommandReason, Validity, WrenchSample
+from palpate.core.ports.values import AppliedCommand, CommandReason, Validity, WrenchSample
 from tests.unit.adapters.log.made_logs import PERIOD_NS, POSTURE, start, tick, write_log
 
 AWKWARD = (0.1 + 0.2, -0.0, 5e-324, 1.7976931348623157e308, math.pi, 1 / 3)

@@ -13,15 +13,15 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
-from palpate.adapters.config import scenario
+from palpate.adapters.config.run import scenario
+from palpate.adapters.config.toml import to_toml
 from palpate.adapters.log.export_lerobot import export_lerobot
-from palpate.adapters.log.frames import Frames, frames_of
+from palpate.adapters.log.lerobot_frames import Frames, frames_of
 from palpate.adapters.log.reader import read_log
 from palpate.adapters.log.records import EndRecord, ReinforcementEntry
 from palpate.adapters.log.tick_layout import TickRecord
-from palpate.adapters.toml_config import to_toml
 from palpate.core.errors import ConfigurationError, LogError, OutputError
-from palpate.core.values import AppliedCommand, CommandReason, JointSample, Validity, WrenchSample
+from palpate.core.ports.values import AppliedCommand, CommandReason, JointSample, Validity, WrenchSample
 from tests.unit.adapters.log.made_logs import PERIOD_NS, POSTURE, start, tick, write_log
 
 NS = 1_000_000_000

@@ -21,7 +21,7 @@ from palpate.adapters.log import file as module
 from palpate.adapters.log.file import CHUNK_BYTES, CHUNK_NS, LogFile, NewFile, describe_channels, dump_json
 from palpate.adapters.log.reader import ChannelMap, RawMessage, outer_records, require_mcap
 from palpate.adapters.log.schema import EVENT
-from tests.unit.adapters.recording.crafted import log_bytes, messages
+from tests.unit.adapters.log.crafted import log_bytes, messages
 
 
 def chunks(data: bytes) -> list[tuple[Chunk, list[RawMessage]]]:

@@ -8,13 +8,13 @@ from pathlib import Path
 
 import pytest
 
+from palpate.adapters.log.file import finite
 from palpate.adapters.log.info import LogInfo, info_of
 from palpate.adapters.log.info_text import describe, table
-from palpate.adapters.log.json_text import finite
 from palpate.adapters.log.reader import read_log
 from palpate.adapters.log.records import CallEntry, EndRecord, LossEntry
 from palpate.core.errors import LogError
-from palpate.core.values import AppliedCommand, CommandReason, JointSample, Validity, WrenchSample
+from palpate.core.ports.values import AppliedCommand, CommandReason, JointSample, Validity, WrenchSample
 from tests.unit.adapters.log.made_logs import PERIOD_NS, POSTURE, start, tick, write_log
 
 MS = 1_000_000

@@ -14,18 +14,17 @@ import pytest
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from palpate.adapters.config import scenario
+from palpate.adapters.config.run import scenario
 from palpate.adapters.log.plot import timeline
 from palpate.adapters.log.reader import TrialLog, read_log
 from palpate.adapters.log.records import DecisionEntry, EndRecord, EventEntry
-from palpate.adapters.log.series import series_of
-from palpate.adapters.log.tare import tare_of
+from palpate.adapters.log.series import series_of, tare_of
 from palpate.adapters.log.tick_layout import TickRecord
-from palpate.core.arms import arm_named
 from palpate.core.errors import LogError
-from palpate.core.kinematics import Kinematics, ToolGeometry
-from palpate.core.task_frame import goal_in_base
-from palpate.core.values import AppliedCommand, CommandReason, JointSample, Validity, WrenchSample
+from palpate.core.insertion.frame import goal_in_base
+from palpate.core.motion.arm import arm_named
+from palpate.core.motion.model import Kinematics, ToolGeometry
+from palpate.core.ports.values import AppliedCommand, CommandReason, JointSample, Validity, WrenchSample
 from tests.unit.adapters.log.made_logs import PERIOD_NS, POSTURE, start, tick, write_log
 
 TARE = EventEntry(tick=20, name="tare", detail="0.5 -1 2.5 N, 0.01 0.02 -3e-05 N m, sensor frame")

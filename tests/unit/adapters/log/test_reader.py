@@ -34,15 +34,7 @@ from palpate.adapters.log.records import EventEntry, encode_record
 from palpate.adapters.log.schema import EVENT, START, TICK
 from palpate.adapters.log.tick_layout import encode_tick
 from palpate.core.errors import LogError
-from tests.unit.adapters.recording.crafted import (
-    ENDING,
-    STARTING,
-    log_bytes,
-    messages,
-    rewritten,
-    start_with,
-    tick_record,
-)
+from tests.unit.adapters.log.crafted import ENDING, STARTING, log_bytes, messages, rewritten, start_with, tick_record
 
 SMALL = messages(range(6))
 

@@ -25,8 +25,8 @@ from palpate.adapters.log.records import (
     encode_record,
 )
 from palpate.adapters.log.schema import MESSAGES, message_class
-from palpate.core.values import AppliedCommand, CommandReason
-from tests.unit.adapters.recording.crafted import ENDING, STARTING, tick_record
+from palpate.core.ports.values import AppliedCommand, CommandReason
+from tests.unit.adapters.log.crafted import ENDING, STARTING, tick_record
 
 DECIDED = DecisionEntry(tick=14, number=1, symbol="x+ y0", state="x+ y0", action="-x", source="learned")
 RECORDS = [

@@ -19,8 +19,8 @@ from palpate.adapters.log.schema import (
     enum_number,
     message_class,
 )
-from palpate.core.values import CommandReason, Validity, WrenchKind
-from tests.unit.adapters.recording.crafted import tick_record
+from palpate.core.ports.values import CommandReason, Validity, WrenchKind
+from tests.unit.adapters.log.crafted import tick_record
 
 
 def foreign_class(message: str) -> Any:

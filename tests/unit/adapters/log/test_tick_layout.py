@@ -22,8 +22,8 @@ from palpate.adapters.log.tick_layout import (
     layout_of,
     wrench_fields,
 )
-from palpate.core.values import AppliedCommand, CommandReason, JointSample, Validity, WrenchKind, WrenchSample
-from tests.unit.adapters.recording.crafted import tick_record
+from palpate.core.ports.values import AppliedCommand, CommandReason, JointSample, Validity, WrenchKind, WrenchSample
+from tests.unit.adapters.log.crafted import tick_record
 
 Draw = Any
 

@@ -13,7 +13,7 @@ import pytest
 from palpate.adapters.replay.batch import replay_file
 from palpate.adapters.replay.engine import Replay, Verdict
 from palpate.adapters.replay.rebuild import Rebuilder
-from palpate.core.control import DampingControl
+from palpate.core.motion.laws import DampingControl
 from tests.log_surgery import Change, changed, in_start, indices, messages_of, one_ulp, write_log
 
 ReplayChanged: TypeAlias = Callable[[str, int, Change], Replay]

@@ -20,7 +20,7 @@ from palpate.adapters.replay.tape import (
     same_bits,
 )
 from palpate.core.errors import CommandError, DeviceError, LifecycleError, LogError
-from palpate.core.values import AppliedCommand, CommandReason, JointCommand, JointSample, WrenchSample
+from palpate.core.ports.values import AppliedCommand, CommandReason, JointCommand, JointSample, WrenchSample
 
 START = StartRecord(
     schema="palpate.log/1", command="test", config_toml="", arm="", model_sha256="", core_sha256="", seed=0, trial=0,

@@ -12,9 +12,8 @@ from aalpy.automata import Dfa, DfaState, MealyMachine, MealyState, MooreMachine
 from aalpy.utils import bisimilar
 from automata.fa.dfa import DFA
 
-from palpate.core.automata.compare import difference
 from palpate.core.automata.machine import Kind, Machine
-from palpate.core.automata.minimise import canonical, minimised
+from palpate.core.automata.minimise import canonical, difference, minimised
 from tests.unit.core.automata.machines import doubled, random_machine
 
 Result = TypeVar("Result")

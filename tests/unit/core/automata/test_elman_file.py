@@ -3,8 +3,15 @@ import json
 import numpy as np
 import pytest
 
-from palpate.core.automata.elman import Architecture, Network, Reading
-from palpate.core.automata.elman_file import load_network, network_from_dict, network_to_dict, save_network
+from palpate.core.automata.elman import (
+    Architecture,
+    Network,
+    Reading,
+    load_network,
+    network_from_dict,
+    network_to_dict,
+    save_network,
+)
 from palpate.core.errors import ConfigurationError, OutputError
 
 

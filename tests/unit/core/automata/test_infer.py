@@ -1,10 +1,10 @@
 import pytest
 
 from palpate.core.automata.choice import ExtractionSettings
-from palpate.core.automata.compare import equivalent
 from palpate.core.automata.elman import END
 from palpate.core.automata.infer import InferenceSettings, infer
 from palpate.core.automata.machine import Kind, Machine
+from palpate.core.automata.minimise import equivalent
 from palpate.core.automata.strings import Strings
 from palpate.core.automata.training import Progress, TrainingSettings
 from palpate.core.errors import ConfigurationError

@@ -4,8 +4,8 @@ import random
 
 import pytest
 
-from palpate.core.automata.compare import difference
 from palpate.core.automata.machine import Kind
+from palpate.core.automata.minimise import difference
 from tests.unit.core.automata.machines import KINDS, random_machine
 from tests.unit.core.automata.others import (
     SORTS,

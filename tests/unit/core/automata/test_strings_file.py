@@ -2,8 +2,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from palpate.core.automata.strings import Strings
-from palpate.core.automata.strings_file import read_strings, strings_of, text_of, write_strings
+from palpate.core.automata.strings import Strings, read_strings, strings_of, text_of, write_strings
 from palpate.core.errors import ConfigurationError, OutputError
 
 

@@ -134,7 +134,7 @@ def test_bad_settings_are_refused_by_name(settings) -> None:
 
 def test_importing_is_light() -> None:
     core = Path(errors.__file__).parents[2]
-    modules = "strings strings_file prefix_tree elman elman_file restarts training partition choice infer tracker"
+    modules = "strings prefix_tree elman restarts training partition choice infer tracker"
     program = (
         f"import sys, importlib; sys.path.insert(0, {str(core)!r})\n"
         f"for name in {modules.split()!r}: importlib.import_module('palpate.core.automata.' + name)\n"

@@ -8,13 +8,8 @@ from sklearn.preprocessing import StandardScaler
 
 from palpate.core.errors import CommandError, ConfigurationError
 from palpate.core.perception.channels import CHANNELS
-from palpate.core.perception.features import (
-    FeatureExtractor,
-    PrincipalComponents,
-    SelectedChannels,
-    SelfOrganisingMap,
-)
-from palpate.core.perception.normalisation import Normalisation
+from palpate.core.perception.features import FeatureExtractor, PrincipalComponents, SelectedChannels, SelfOrganisingMap
+from palpate.core.perception.signal import Normalisation
 
 SIGNAL = tuple(float(i) for i in range(9))
 UNIT = Normalisation((0.0,) * 9, (1.0,) * 9)

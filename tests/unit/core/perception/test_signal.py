@@ -8,8 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.core.errors import CommandError, ConfigurationError, LifecycleError
-from palpate.core.perception.normalisation import Normalisation
-from palpate.core.perception.signal import SignalProcessor, Wrench
+from palpate.core.perception.signal import Normalisation, SignalProcessor, Wrench
 
 ZERO: Wrench = (0.0,) * 6
 ORDERS = pytest.mark.parametrize("order", [1, 2])

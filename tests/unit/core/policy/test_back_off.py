@@ -9,15 +9,13 @@ from hypothesis import strategies as st
 
 from palpate.core.errors import ConfigurationError, PolicyFileError
 from palpate.core.perception import IdentityState, LastSymbols
-from palpate.core.policy.actions import compass_actions
 from palpate.core.policy.back_off import BackingOff, BackOff
-from palpate.core.policy.base import Observation, Transition
+from palpate.core.policy.base import Observation, Transition, compass_actions
 from palpate.core.policy.conversion import document_of, new_learner, policy_from
 from palpate.core.policy.exploration import TemperatureSchedule
 from palpate.core.policy.file import PolicyDocument
-from palpate.core.policy.q_learning import QLearning
 from palpate.core.policy.sarsa import SarsaParameters
-from palpate.core.policy.tabular import QParameters
+from palpate.core.policy.tabular import QLearning, QParameters
 
 ACTIONS = compass_actions(0.001, 2)
 STATES = ("a", "x > a", "y > a", "b")

@@ -2,8 +2,16 @@ import numpy as np
 import pytest
 
 from palpate.core.errors import CommandError, ConfigurationError, LifecycleError
-from palpate.core.policy.actions import Action, compass_actions
-from palpate.core.policy.base import Decision, Observation, Policy, Transition, check_names, drawing_from
+from palpate.core.policy.base import (
+    Action,
+    Decision,
+    Observation,
+    Policy,
+    Transition,
+    check_names,
+    compass_actions,
+    drawing_from,
+)
 
 
 def observation(state: int) -> Observation:

@@ -2,19 +2,14 @@ import numpy as np
 import pytest
 
 from palpate.core.errors import PolicyFileError
-from palpate.core.policy.actions import compass_actions
-from palpate.core.policy.base import Observation, Transition
+from palpate.core.policy.base import Observation, Transition, compass_actions
 from palpate.core.policy.conversion import document_of, learner_of, new_learner, policy_from
 from palpate.core.policy.examples import ExamplesPolicy
 from palpate.core.policy.exploration import TemperatureSchedule
-from palpate.core.policy.file import PolicyDocument
-from palpate.core.policy.mixed import MixedPolicy
-from palpate.core.policy.programmed import ProgrammedPolicy
-from palpate.core.policy.q_learning import QLearning
-from palpate.core.policy.random_walk import RandomWalkPolicy
+from palpate.core.policy.file import PolicyDocument, render_table
+from palpate.core.policy.programmed import MixedPolicy, ProgrammedPolicy, RandomWalkPolicy
 from palpate.core.policy.sarsa import Sarsa, SarsaParameters
-from palpate.core.policy.table import render_table
-from palpate.core.policy.tabular import QParameters
+from palpate.core.policy.tabular import QLearning, QParameters
 
 ACTIONS = compass_actions(0.0007)
 STATES = ("a", "b", "c", "d")

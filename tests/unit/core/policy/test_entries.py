@@ -3,7 +3,7 @@ import json
 import pytest
 
 from palpate.core.errors import PolicyFileError
-from palpate.core.policy.actions import Action, compass_actions
+from palpate.core.policy.base import Action, compass_actions
 from palpate.core.policy.entries import ActionEntry, LearnerEntry, TableRow
 from palpate.core.policy.exploration import TemperatureSchedule
 from palpate.core.policy.sarsa import SarsaParameters

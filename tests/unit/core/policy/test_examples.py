@@ -5,8 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.policy.actions import compass_actions
-from palpate.core.policy.base import Observation
+from palpate.core.policy.base import Observation, compass_actions
 from palpate.core.policy.examples import ExamplesPolicy, load_examples
 
 EIGHT = compass_actions(0.001)

@@ -8,12 +8,7 @@ from scipy.special import softmax
 from scipy.stats import chisquare
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.policy.exploration import (
-    GREEDY_BELOW,
-    TemperatureSchedule,
-    boltzmann,
-    boltzmann_probabilities,
-)
+from palpate.core.policy.exploration import GREEDY_BELOW, TemperatureSchedule, boltzmann, boltzmann_probabilities
 
 finite = st.floats(allow_nan=False, allow_infinity=False)
 rows = st.lists(finite, min_size=1, max_size=12)

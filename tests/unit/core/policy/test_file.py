@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from palpate.core.errors import OutputError, PolicyFileError
 from palpate.core.policy import file as file_module
-from palpate.core.policy.actions import Action, compass_actions
+from palpate.core.policy.base import Action, compass_actions
 from palpate.core.policy.entries import ActionEntry, LearnerEntry, TableRow
 from palpate.core.policy.exploration import TemperatureSchedule
 from palpate.core.policy.file import SCHEMA, PolicyDocument

@@ -1,8 +1,7 @@
 import pytest
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.policy.actions import compass_actions
-from palpate.core.policy.base import Observation
+from palpate.core.policy.base import Observation, compass_actions
 from palpate.core.policy.programmed import ProgrammedPolicy
 
 EIGHT = compass_actions(0.001)

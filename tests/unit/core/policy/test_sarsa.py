@@ -4,11 +4,9 @@ import numpy as np
 import pytest
 
 from palpate.core.errors import ConfigurationError, LifecycleError
-from palpate.core.policy.actions import compass_actions
-from palpate.core.policy.base import Observation, Transition
+from palpate.core.policy.base import Observation, Transition, compass_actions
 from palpate.core.policy.exploration import TemperatureSchedule
-from palpate.core.policy.mixed import MixedPolicy
-from palpate.core.policy.programmed import ProgrammedPolicy
+from palpate.core.policy.programmed import MixedPolicy, ProgrammedPolicy
 from palpate.core.policy.sarsa import Sarsa, SarsaParameters
 
 TWO = compass_actions(0.001, 2)

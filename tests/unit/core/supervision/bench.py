@@ -5,12 +5,21 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from palpate.core.arms import arm_named
-from palpate.core.cycle import tick_time_ns
-from palpate.core.kinematics import Kinematics
-from palpate.core.supervision import Expectation, Supervised, SupervisionConfig, Supervisor
-from palpate.core.task_config import TaskConfig
-from palpate.core.values import AppliedCommand, JointCommand, JointSample, JointVector, Snapshot, Vector3, WrenchSample
+from palpate.core.control_loop import tick_time_ns
+from palpate.core.insertion.config import TaskConfig
+from palpate.core.insertion.expectation import Expectation, Supervised
+from palpate.core.motion.arm import arm_named
+from palpate.core.motion.model import Kinematics
+from palpate.core.ports.values import (
+    AppliedCommand,
+    JointCommand,
+    JointSample,
+    JointVector,
+    Snapshot,
+    Vector3,
+    WrenchSample,
+)
+from palpate.core.supervision import SupervisionConfig, Supervisor
 from tests.unit.core.fake_world import TOOL, ready_pose
 
 BIAS = (0.7, -0.4, 6.0, 0.05, -0.02, 0.01)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from palpate.core.supervision import TripReason
-from palpate.core.values import AppliedCommand, CommandReason, JointVector
+from palpate.core.insertion.expectation import TripReason
+from palpate.core.ports.values import AppliedCommand, CommandReason, JointVector
 from tests.unit.core.supervision.bench import Bench
 
 REACH_RAD = 1.0 / 140

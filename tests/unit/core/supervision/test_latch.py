@@ -8,13 +8,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from palpate.core.arms import arm_named
 from palpate.core.errors import CommandError, DeviceError, FaultLatchedError, LifecycleError
-from palpate.core.kinematics import Kinematics
-from palpate.core.supervision import Guard, SupervisionConfig, TripReason
+from palpate.core.insertion.expectation import TripReason
+from palpate.core.motion.arm import arm_named
+from palpate.core.motion.model import Kinematics
+from palpate.core.ports.values import AppliedCommand, CommandReason, JointCommand, JointVector, Validity
+from palpate.core.supervision import Guard, SupervisionConfig
 from palpate.core.supervision.retreat import Retreat
-from palpate.core.supervision.states import TRANSITIONS, Cue
-from palpate.core.values import AppliedCommand, CommandReason, JointCommand, JointVector, Validity
+from palpate.core.supervision.supervisor import TRANSITIONS, Cue
 from tests.unit.core.fake_world import TOOL
 from tests.unit.core.supervision.bench import TOUCHING, Bench
 

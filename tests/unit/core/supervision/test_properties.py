@@ -14,11 +14,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from palpate.core.arms import arm_named
-from palpate.core.kinematics import Kinematics
-from palpate.core.supervision import Expectation, Guard, SupervisionConfig, Supervisor
-from palpate.core.task_frame import ExplorationArea
-from palpate.core.values import (
+from palpate.core.insertion.expectation import Expectation
+from palpate.core.insertion.frame import ExplorationArea
+from palpate.core.motion.arm import arm_named
+from palpate.core.motion.model import Kinematics
+from palpate.core.ports.values import (
     AppliedCommand,
     CommandReason,
     JointCommand,
@@ -29,6 +29,7 @@ from palpate.core.values import (
     Vector3,
     WrenchSample,
 )
+from palpate.core.supervision import Guard, SupervisionConfig, Supervisor
 from tests.unit.core.fake_world import TOOL, ready_pose
 from tests.unit.core.supervision.bench import BIAS, supervisor
 

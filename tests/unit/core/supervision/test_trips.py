@@ -8,9 +8,10 @@ from typing import Any
 
 import pytest
 
-from palpate.core.supervision import SupervisionConfig, TripReason
-from palpate.core.task_frame import ExplorationArea
-from palpate.core.values import Validity
+from palpate.core.insertion.expectation import TripReason
+from palpate.core.insertion.frame import ExplorationArea
+from palpate.core.ports.values import Validity
+from palpate.core.supervision import SupervisionConfig
 from tests.unit.core.supervision.bench import FREE, TOUCHING, UNTARED, Bench
 
 MS = 1_000_000

@@ -7,8 +7,9 @@ from typing import Any
 
 import pytest
 
-from palpate.core.supervision import Expectation, SupervisionConfig, TripReason
-from palpate.core.values import AppliedCommand, CommandReason, JointCommand, Validity
+from palpate.core.insertion.expectation import Expectation, TripReason
+from palpate.core.ports.values import AppliedCommand, CommandReason, JointCommand, Validity
+from palpate.core.supervision import SupervisionConfig
 from tests.unit.core.supervision.bench import TOUCHING, UNTARED, Bench
 
 MS = 1_000_000

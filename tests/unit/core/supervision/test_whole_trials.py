@@ -8,11 +8,12 @@ from itertools import pairwise
 
 import pytest
 
-from palpate.core.cycle import next_slot, tick_time_ns
-from palpate.core.insertion import InsertionTask
-from palpate.core.supervision import Expectation, Guard, Supervised, SupervisionConfig, Supervisor, TripReason
-from palpate.core.trial import Outcome, Phase, TrialSetup
-from palpate.core.values import AppliedCommand, CommandReason, Snapshot, Validity, WrenchSample
+from palpate.core.control_loop import next_slot, tick_time_ns
+from palpate.core.insertion.expectation import Expectation, Supervised, TripReason
+from palpate.core.insertion.task import InsertionTask
+from palpate.core.insertion.trial import Outcome, Phase, TrialSetup
+from palpate.core.ports.values import AppliedCommand, CommandReason, Snapshot, Validity, WrenchSample
+from palpate.core.supervision import Guard, SupervisionConfig, Supervisor
 from tests.unit.core.fake_world import FakeWorld, FollowTorque, Pit, build_task
 from tests.unit.core.supervision.bench import supervisor
 

@@ -8,9 +8,9 @@ from typing import Any
 from palpate.drivers.cia402.arm import Cia402Arm
 from palpate.drivers.cia402.link import CanLink
 from palpate.drivers.cia402.settings import ArmSettings, JointDrive
-from palpate.simulation.emulators.can_frame import CanFrame
-from palpate.simulation.emulators.canopen_node import CanopenDrive
-from palpate.simulation.emulators.plant import IdealPlant
+from palpate.simulation.emulators.cia402.node import CanopenDrive
+from palpate.simulation.emulators.lines.can_frame import CanFrame
+from palpate.simulation.emulators.motors.plant import IdealPlant
 
 SCALE = 10_000.0
 NODES = (1, 2, 3, 4, 5, 6)

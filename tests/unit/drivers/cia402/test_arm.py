@@ -7,11 +7,11 @@ from typing import Any
 
 import pytest
 
-from palpate.drivers.cia402.limits import AppliedReason
 from palpate.drivers.cia402.measured import ArmState
-from palpate.drivers.cia402.profile import DriveState, Mode
+from palpate.drivers.cia402.object_dictionary import DriveState, Mode
+from palpate.drivers.cia402.settings import AppliedReason
 from palpate.drivers.errors import DeviceFaultError, RefusedError, SilentError, StateError, WiringError
-from palpate.simulation.emulators.canopen_state import PowerState
+from palpate.simulation.emulators.cia402.state import PowerState
 from tests.unit.drivers.cia402.bench import SCALE, Bench
 
 modes = pytest.mark.parametrize("mode", list(Mode))

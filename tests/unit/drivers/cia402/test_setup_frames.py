@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from palpate.drivers.cia402.profile import Mode
+from palpate.drivers.cia402.object_dictionary import Mode
 from tests.unit.drivers.cia402.bench import Bench
 
 COMMON = [

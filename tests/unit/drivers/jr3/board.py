@@ -9,10 +9,10 @@ from palpate.drivers.errors import SilentError
 from palpate.drivers.jr3.blocking import Pace
 from palpate.drivers.jr3.codec_can import CanFrame
 from palpate.drivers.jr3.device import Jr3
+from palpate.drivers.jr3.messages import Jr3Sample
 from palpate.drivers.jr3.phases import Phase
-from palpate.drivers.jr3.sample import Jr3Sample
 from palpate.drivers.jr3.settings import Jr3Settings
-from palpate.drivers.jr3.wires import CanWire
+from palpate.drivers.jr3.transport import CanWire
 
 MS = 1_000_000
 FORCES_N, MOMENTS_DNM = (115, 111, 185), (56, 52, 61)

@@ -9,10 +9,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from palpate.drivers.errors import DeviceFaultError, SettingError
-from palpate.drivers.jr3.counter import FrameCounter
-from palpate.drivers.jr3.joiner import PairJoiner
-from palpate.drivers.jr3.messages import Forces, Moments, Reading
-from palpate.drivers.jr3.scaling import LEFT_HANDED, RIGHT_HANDED, FullScales, Scaling, peak_counts
+from palpate.drivers.jr3.messages import (
+    LEFT_HANDED,
+    RIGHT_HANDED,
+    Forces,
+    FullScales,
+    Moments,
+    Reading,
+    Scaling,
+    peak_counts,
+)
+from palpate.drivers.jr3.reassembly import PairJoiner
+from palpate.drivers.jr3.sampling import FrameCounter
 from palpate.drivers.jr3.settings import Jr3Settings, check_node, settling_ns
 
 WRIST = FullScales((115, 111, 185), (56, 52, 61))

@@ -6,22 +6,15 @@ import dataclasses
 
 import pytest
 
-from palpate.drivers.errors import (
-    DeviceFaultError,
-    GarbledError,
-    SettingError,
-    SilentError,
-    StateError,
-    WiringError,
-)
+from palpate.drivers.errors import DeviceFaultError, GarbledError, SettingError, SilentError, StateError, WiringError
 from palpate.drivers.jr3.blocking import identify, shut_down, start_up, zero
 from palpate.drivers.jr3.codec_can import CanFrame
 from palpate.drivers.jr3.device import Jr3
+from palpate.drivers.jr3.messages import FullScales
 from palpate.drivers.jr3.phases import TRANSITIONS, Cue, Phase
 from palpate.drivers.jr3.sampling import Zero
-from palpate.drivers.jr3.scaling import FullScales
 from palpate.drivers.jr3.settings import Jr3Settings
-from palpate.drivers.jr3.wires import CanWire, UartWire
+from palpate.drivers.jr3.transport import CanWire, UartWire
 from tests.unit.drivers.jr3.board import FORCES_N, MOMENTS_DNM, MS, Bench, FakeCanLink, forces, moments
 
 

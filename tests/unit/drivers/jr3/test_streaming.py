@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from palpate.drivers.errors import (
-    DeviceFaultError,
-    SilentError,
-)
+from palpate.drivers.errors import DeviceFaultError, SilentError
 from palpate.drivers.jr3.blocking import shut_down
 from palpate.drivers.jr3.codec_can import CanFrame
 from palpate.drivers.jr3.device import MAX_BOOTS

@@ -5,7 +5,7 @@ import pytest
 from palpate.drivers.errors import SettingError
 from palpate.drivers.nmc.budget import LineTiming, exchange_size_bytes, same_for_all
 from palpate.drivers.nmc.commands import NOP, load_traj, stop_motor
-from palpate.drivers.nmc.flags import Item, Stop, Traj
+from palpate.drivers.nmc.frames import Item, Stop, Traj
 from palpate.drivers.nmc.settings import BAUD_DIVISORS, BusSettings
 
 POS_VEL = Item.POSITION | Item.VELOCITY

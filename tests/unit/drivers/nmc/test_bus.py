@@ -5,7 +5,7 @@ import pytest
 from palpate.drivers.errors import GarbledError, SilentError, StateError, WiringError
 from palpate.drivers.nmc.bus import NmcBus
 from palpate.drivers.nmc.commands import NOP, def_stat, load_traj, stop_motor
-from palpate.drivers.nmc.flags import Item, Stop, Traj
+from palpate.drivers.nmc.frames import Item, Stop, Traj
 from palpate.drivers.nmc.replies import Discarded, Reply
 from palpate.drivers.nmc.settings import BusSettings
 from palpate.drivers.nmc.startup import start

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from palpate.drivers.nmc.flags import Item, Status
+from palpate.drivers.nmc.frames import Item, Status
 from palpate.drivers.nmc.replies import Discarded, Identity, Reply, decode_reply, reply_size_bytes
 
 MASKS = st.integers(0, 255).map(Item)

@@ -5,7 +5,7 @@ import pytest
 from palpate.drivers.errors import SilentError, WiringError
 from palpate.drivers.nmc.bus import NmcBus
 from palpate.drivers.nmc.commands import NOP, stop_motor
-from palpate.drivers.nmc.flags import Item, Stop
+from palpate.drivers.nmc.frames import Item, Stop
 from palpate.drivers.nmc.replies import Reply
 from palpate.drivers.nmc.settings import BAUD_DIVISORS, BusSettings
 from palpate.drivers.nmc.startup import attach, start

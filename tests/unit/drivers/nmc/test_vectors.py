@@ -6,16 +6,27 @@ from hypothesis import strategies as st
 
 from palpate.drivers.errors import RefusedError
 from palpate.drivers.nmc import commands
-from palpate.drivers.nmc.flags import Aux, Code, Homing, Item, Status, Stop, Traj
-from palpate.drivers.nmc.frames import EVERYBODY, Command, checksum, find_frame
-from palpate.drivers.nmc.replies import decode_reply, reply_size_bytes
-from palpate.drivers.nmc.scaling import (
+from palpate.drivers.nmc.commands import (
     acceleration_counts_per_s2,
     acceleration_word,
     path_point,
     velocity_counts_per_s,
     velocity_word,
 )
+from palpate.drivers.nmc.frames import (
+    EVERYBODY,
+    Aux,
+    Code,
+    Command,
+    Homing,
+    Item,
+    Status,
+    Stop,
+    Traj,
+    checksum,
+    find_frame,
+)
+from palpate.drivers.nmc.replies import decode_reply, reply_size_bytes
 
 GAINS = {
     "kp": 200,

@@ -15,10 +15,9 @@ from palpate.drivers.nmc.settings import BusSettings
 from palpate.drivers.zebra_zero.arm import ZebraZero
 from palpate.drivers.zebra_zero.counts import HOME_RAD, Transmission
 from palpate.drivers.zebra_zero.faults import FaultKind
-from palpate.drivers.zebra_zero.limits import AppliedReason, JointLimits
-from palpate.drivers.zebra_zero.settings import Streaming, ZebraZeroSettings
+from palpate.drivers.zebra_zero.servos import StopOutcome
+from palpate.drivers.zebra_zero.settings import AppliedReason, JointLimits, Streaming, ZebraZeroSettings
 from palpate.drivers.zebra_zero.states import TRANSITIONS, Event, State, after
-from palpate.drivers.zebra_zero.stopping import StopOutcome
 from tests.unit.drivers.nmc.line import Line, Module
 
 PERIOD_S = 3 / 140

@@ -3,10 +3,10 @@
 import pytest
 
 from palpate.drivers.errors import DeviceFaultError, GarbledError, SilentError, StateError, WiringError
-from palpate.drivers.nmc.flags import Stop
+from palpate.drivers.nmc.frames import Stop
 from palpate.drivers.zebra_zero.faults import FaultKind
+from palpate.drivers.zebra_zero.servos import StopOutcome
 from palpate.drivers.zebra_zero.states import State
-from palpate.drivers.zebra_zero.stopping import StopOutcome
 from tests.unit.drivers.nmc.line import Line
 from tests.unit.drivers.zebra_zero.test_arm import arm_on, moved, place, ready, running, tick
 

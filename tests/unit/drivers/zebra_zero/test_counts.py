@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from palpate.drivers.errors import RefusedError, SettingError
 from palpate.drivers.zebra_zero.counts import ALTERNATIVE_WRIST_FACTOR, HOME_RAD, Transmission
-from palpate.drivers.zebra_zero.limits import JointLimits
+from palpate.drivers.zebra_zero.settings import JointLimits
 
 C, W = 30557.75, 11034.53
 PLAIN = Transmission()

@@ -6,9 +6,9 @@ import struct
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from palpate.simulation.emulators.nmc_bus import NmcBus
-from palpate.simulation.emulators.nmc_settings import ModuleSettings
-from palpate.simulation.emulators.plant import IdealPlant, JointPlant
+from palpate.simulation.emulators.motors.plant import IdealPlant, JointPlant
+from palpate.simulation.emulators.nmc.bus import NmcBus
+from palpate.simulation.emulators.nmc.settings import ModuleSettings
 
 TICK_NS = 512_000
 ALL = 0xFF

@@ -7,14 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.policy.actions import COMPASS_NAMES
-from palpate.simulation.grid.maps import (
-    COMPASS,
-    SCENARIO_1,
-    SCENARIOS,
-    GridMap,
-    grid_actions,
-)
+from palpate.core.policy.base import COMPASS_NAMES
+from palpate.simulation.grid.maps import COMPASS, SCENARIO_1, SCENARIOS, GridMap, grid_actions
 
 PRINTED = "CAAABBAABBEDBBDFEEEEDEEEEC"
 """The string that the paper prints for a walk in scenario 1 (section 4)."""

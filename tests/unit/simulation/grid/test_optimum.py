@@ -7,7 +7,7 @@ from fractions import Fraction
 import pytest
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.policy.actions import COMPASS_NAMES
+from palpate.core.policy.base import COMPASS_NAMES
 from palpate.simulation.grid.belief import belief_optimum
 from palpate.simulation.grid.maps import SCENARIO_1, SCENARIO_2, SCENARIOS, TWIN, GridMap
 from palpate.simulation.grid.optimum import best_actions, full_information_optimum

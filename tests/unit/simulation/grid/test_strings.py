@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from palpate.core.automata.strings_file import read_strings, write_strings
+from palpate.core.automata.strings import read_strings, write_strings
 from palpate.core.errors import ConfigurationError
 from palpate.simulation.grid.maps import SCENARIO_1, GridMap
 from palpate.simulation.grid.strings import walk_strings

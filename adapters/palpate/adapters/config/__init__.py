@@ -1,0 +1,1 @@
+"""All settings: of a run, of a rig, of real time; and their TOML form."""

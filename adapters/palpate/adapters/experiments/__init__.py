@@ -1,0 +1,1 @@
+"""Trials, training, evaluation and studies: from a configuration to scored results."""

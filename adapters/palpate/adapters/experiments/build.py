@@ -1,0 +1,169 @@
+"""The composition root: the one place where a configuration becomes objects that work together."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Final
+
+from palpate.adapters.config.rig import RigFile
+from palpate.adapters.config.run import RunConfig
+from palpate.adapters.hardware.approach import find_approach
+from palpate.adapters.hardware.real_time import Stopwatch, timed_parts
+from palpate.adapters.hardware.rig import HardwareRig
+from palpate.adapters.mujoco.rig import SimulatedRig
+from palpate.core.automata.document import load
+from palpate.core.automata.tracker import AutomatonState
+from palpate.core.errors import ConfigurationError
+from palpate.core.insertion.agent import Explorer
+from palpate.core.insertion.config import N_PER_KGF
+from palpate.core.insertion.frame import goal_in_base
+from palpate.core.insertion.measurement import Measurement
+from palpate.core.insertion.ready_pose import ReadyPose
+from palpate.core.insertion.task import PERIOD_S, InsertionTask
+from palpate.core.motion.arm import arm_named
+from palpate.core.motion.model import Kinematics, ToolGeometry
+from palpate.core.motion.tip_motion import TipMotion
+from palpate.core.perception import (
+    GatedThresholds,
+    IdentityState,
+    LastSymbols,
+    Perception,
+    SelectedChannels,
+    SignalProcessor,
+    StateIdentifier,
+    Symboliser,
+    Thresholds,
+)
+from palpate.core.policy import (
+    Action,
+    ActionPenalty,
+    InternalEffort,
+    Policy,
+    RandomWalkPolicy,
+    Reinforcement,
+    compass_actions,
+)
+from palpate.core.ports.rig import Rig
+from palpate.core.ports.values import CONTROL_RATE_HZ
+from palpate.core.supervision import SensorFacts, Supervisor, require_fitting
+
+NONE: Final = "none"
+_FIELD: Final = "perception.memory"
+_ACCEPTED: Final = "none, last-2, last-3 and so on, or an automaton file ending in .json"
+
+
+def identifier(memory: str, symbols: tuple[str, ...]) -> StateIdentifier:
+    """The state identification of that name, over these symbols.
+
+    Args:
+        memory: ``none``: the state is the last symbol; ``last-N``: the last N symbols in their order; or the path of an
+            automaton file: the state is that of the automaton.
+        symbols: Names of the symbols.
+
+    Raises:
+        ConfigurationError: No such memory, one with more states than can be learned, or an automaton over other
+            symbols.
+    """
+    if memory == NONE:
+        return IdentityState(symbols)
+    try:
+        if memory.endswith(".json"):
+            return AutomatonState.of(load(memory), symbols=symbols)
+        if last := re.fullmatch(r"last-([1-9][0-9]?)", memory):
+            return LastSymbols(symbols, int(last[1]))
+    except ConfigurationError as error:
+        raise ConfigurationError(_FIELD, memory, error.accepted) from error
+    raise ConfigurationError(_FIELD, memory, _ACCEPTED)
+
+
+def task_actions(config: RunConfig) -> tuple[Action, ...]:
+    """The compass steps that policies choose from."""
+    return compass_actions(config.task.step_mm * 1e-3)
+
+
+def build_perception(config: RunConfig) -> Perception:
+    """Perception from task knowledge alone; stages that need fitting come from the module ``fitting``."""
+    p = config.perception
+    position, torque = p.position_threshold_mm * 1e-3, p.torque_threshold_kgf_mm * 1e-3 * N_PER_KGF
+    names = p.channels
+    symboliser: Symboliser
+    if p.symbols == "regions":
+        symboliser = GatedThresholds(
+            Thresholds(names[:2], ((-position, position),) * 2),
+            Thresholds(names[2:], ((-torque, torque),) * 2),
+        )
+    else:
+        symboliser = Thresholds(names, ((-position, position),) * 2 + ((-torque, torque),) * 2)
+    return Perception(SelectedChannels(names), symboliser, identifier(p.memory, symboliser.symbols))
+
+
+def build_reinforcement(config: RunConfig) -> Reinforcement:
+    """What an action earns."""
+    if config.learning.reinforcement == "effort":
+        return InternalEffort(per_N_s=config.learning.effort_per_N_s, free_force_N=config.task.press_kgf * N_PER_KGF)
+    return ActionPenalty()
+
+
+def build_task(
+    config: RunConfig,
+    ready: ReadyPose,
+    perception: Perception,
+    policy: Policy,
+    stopwatch: Stopwatch | None = None,
+) -> InsertionTask:
+    """The core, ready to run over any ports.
+
+    Args:
+        config: The run's configuration.
+        ready: The ready pose.
+        perception: From signals to states.
+        policy: Chooses the actions.
+        stopwatch: Times perceiving, deciding and control; None times nothing.
+    """
+    arm, goal = arm_named(config.arm), goal_in_base(config.task.goal)
+    signal = SignalProcessor(
+        CONTROL_RATE_HZ,
+        config.perception.cutoff_Hz,
+        config.perception.filter_order,
+        config.perception.calibration,
+    )
+    measurement = Measurement(Kinematics(arm, ToolGeometry()), goal, signal)
+    motion = TipMotion(Kinematics(arm, ToolGeometry()), goal, ready.tip_rotation, PERIOD_S)
+    explorer = Explorer(perception, policy, build_reinforcement(config), PERIOD_S)
+    if stopwatch is not None:
+        timed_parts(measurement, explorer, motion, stopwatch)
+    return InsertionTask(config.task, config.control, measurement, motion, explorer)
+
+
+def build_supervisor(config: RunConfig) -> Supervisor:
+    """The supervisor that stands between the task and the arm."""
+    kinematics = Kinematics(arm_named(config.arm), ToolGeometry())
+    # A cell without noise is a simulated one: there equal samples are no sign of anything.
+    noisy = config.cell.sensor.force_noise_N > 0.0
+    return Supervisor(config.supervision, config.task, kinematics, config.perception.calibration, noisy=noisy)
+
+
+def require_usable(config: RunConfig, ready: ReadyPose) -> None:
+    """Build a task once: some settings are refused only there, and better so before a folder is made.
+
+    Raises:
+        ConfigurationError: A setting is refused.
+    """
+    walk = RandomWalkPolicy(task_actions(config))
+    build_task(config, ready, build_perception(RunConfig(task=config.task)), walk)
+    sensor = config.cell.sensor
+    facts = SensorFacts(force_noise_N=sensor.force_noise_N, torque_noise_Nm=sensor.torque_noise_Nm)
+    kinematics = Kinematics(arm_named(config.arm), ToolGeometry())
+    require_fitting(config.supervision, config.task, kinematics, ready.q_rad, facts)
+
+
+def open_rig(config: RunConfig, ready: ReadyPose, rig_file: str = "") -> Rig:
+    """The rig that trials run on, not yet entered: the simulator, or the devices of a rig file.
+
+    Raises:
+        ConfigurationError: The rig file or a setting in it cannot be used.
+    """
+    if not rig_file:
+        return SimulatedRig(config, ready)
+    return HardwareRig(RigFile.load(Path(rig_file)), config, find_approach(config, ready))

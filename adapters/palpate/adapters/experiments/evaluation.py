@@ -1,0 +1,141 @@
+"""A policy by name or file, checked before anything is built, and then put to work on a rig."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from palpate.adapters.config.run import RunConfig
+from palpate.adapters.experiments.build import build_perception, build_supervisor, build_task
+from palpate.adapters.experiments.fitting import configured_perception
+from palpate.adapters.experiments.policies import (
+    COMPARATORS,
+    comparator,
+    loaded_policy,
+    perception_of,
+)
+from palpate.adapters.experiments.results import TrialRow
+from palpate.adapters.experiments.trial import ScoredTrial, interrupting, require_sound, run_scored_trial
+from palpate.adapters.hardware.real_time.session import Beat
+from palpate.adapters.log.trial_recorder import TrialRecorder
+from palpate.core.errors import ConfigurationError
+from palpate.core.insertion.ready_pose import ReadyPose
+from palpate.core.insertion.trial import Outcome
+from palpate.core.perception import Perception
+from palpate.core.policy import Policy, PolicyDocument
+from palpate.core.ports.rig import Rig
+
+FIRST_EVALUATION_TRIAL: Final = 500_000
+"""Trials that evaluate are numbered from here for their random streams: never the ones that a policy was trained on."""
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """How the trials of a policy are recorded.
+
+    Attributes:
+        recorder: Records them.
+        command: The command that runs.
+        comparator: Name of the policy, if no policy file can hold it.
+        subfolder: Where in the recorder's folder the logs go.
+    """
+
+    recorder: TrialRecorder
+    command: str
+    comparator: str = ""
+    subfolder: str = ""
+
+
+def run_policy(
+    config: RunConfig,
+    ready: ReadyPose,
+    rig: Rig,
+    perception: Perception,
+    policy: Policy,
+    trials: int,
+    on_trial: Callable[[ScoredTrial], None],
+    recorded: Recorded | None = None,
+    beat: Beat | None = None,
+) -> list[TrialRow]:
+    """Run a policy that does not learn; returns early on Ctrl-C with the trials that were finished."""
+    recorder = None if recorded is None else recorded.recorder
+    task = build_task(config, ready, perception, policy, None if beat is None else beat.stopwatch)
+    supervisor = build_supervisor(config)
+    if recorded is not None:
+        recorded.recorder.of(
+            recorded.command, config, ready, task, perception, policy,
+            name=recorded.comparator, subfolder=recorded.subfolder,
+        )  # fmt: skip
+    rows: list[TrialRow] = []
+    ended = False
+
+    def end() -> None:
+        nonlocal ended
+        ended = True
+        task.interrupt()
+
+    with interrupting(end):
+        for trial in range(trials):
+            scored = run_scored_trial(
+                config, rig, task, FIRST_EVALUATION_TRIAL + trial, recorder, FIRST_EVALUATION_TRIAL, supervisor, beat
+            )
+            if scored.report.outcome is Outcome.INTERRUPTED:
+                break
+            require_sound(scored)
+            rows.append(TrialRow.of(scored, FIRST_EVALUATION_TRIAL))
+            on_trial(scored)
+            if ended:
+                break
+    return rows
+
+
+NOBODY_KNOWS: Final = "a policy that need not know where the hole is, on a real rig"
+
+
+class ChosenPolicy:
+    """A policy by name or file, checked before anything is built.
+
+    Args:
+        name: A comparator's name, or the path of a policy file.
+        config: The run's configuration.
+
+    Attributes:
+        label: Short name for tables.
+        document: The policy file; None for a comparator.
+        perception: From signals to states.
+    """
+
+    def __init__(self, name: str, config: RunConfig) -> None:
+        self.name, self._config = name, config
+        self.document: PolicyDocument | None = None
+        self.perception: Perception
+        if name in COMPARATORS:
+            self.label = name
+            self.perception = build_perception(RunConfig(task=config.task))
+        else:
+            self.label = Path(name).parent.name or Path(name).stem
+            if not os.path.exists(name):
+                raise ConfigurationError("policy", name, f"a policy file, or one of {', '.join(COMPARATORS)}")
+            self.document = PolicyDocument.load(Path(name))
+            self.perception = perception_of(self.document, config, configured_perception(config))
+
+    def on(self, rig: Rig) -> Policy:
+        """The policy at work on a rig; it does not learn."""
+        if self.document is None:
+            return comparator(self.name, self._config, lambda: true_hole_m(rig))
+        return loaded_policy(self.document, self._config, self.perception, frozen=True)
+
+
+def true_hole_m(rig: Rig) -> Sequence[float]:
+    """Where the hole really is.
+
+    Raises:
+        ConfigurationError: Nobody knows.
+    """
+    truth = rig.truth()
+    if truth is None:
+        raise ConfigurationError("policy", "omniscient", NOBODY_KNOWS)
+    return truth.hole_in_task_m

@@ -1,0 +1,91 @@
+"""Perception that has to be fitted first: from samples of random-walk trials."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from palpate.adapters.config.run import PerceptionConfig, RunConfig
+from palpate.adapters.experiments.build import build_perception, build_supervisor, build_task, identifier, task_actions
+from palpate.adapters.experiments.trial import require_sound, run_scored_trial
+from palpate.core.insertion.ready_pose import ReadyPose
+from palpate.core.insertion.trial import Purpose, generator
+from palpate.core.perception import (
+    Clusters,
+    FeatureExtractor,
+    Perception,
+    PrincipalComponents,
+    RandomPartition,
+    SelectedChannels,
+    SelfOrganisingMap,
+    Symboliser,
+)
+from palpate.core.policy import Action, Decision, Observation, RandomWalkPolicy
+from palpate.core.ports.rig import Rig
+
+FIRST_FITTING_TRIAL = 1_000_000
+"""Fitting trials are numbered from here, so that they never share a random stream with a run's own."""
+
+
+def needs_fitting(config: RunConfig) -> bool:
+    """Whether the perception cannot be built from the configuration alone."""
+    return config.perception.features != "channels" or config.perception.symbols in ("random", "clusters")
+
+
+def configured_perception(config: RunConfig) -> Perception | None:
+    """The perception that the configuration tells, or None if it has to be fitted."""
+    return None if needs_fitting(config) else build_perception(config)
+
+
+def fitted_perception(config: RunConfig, ready: ReadyPose, rig: Rig) -> Perception:
+    """Collect samples by random walks and fit the stages to them."""
+    p = config.perception
+    samples = _collect(config, ready, rig)
+    extractor = _extractor(p, samples, _seed(config, Purpose.FITTING))
+    seed = _seed(config, Purpose.PARTITION)
+    features = np.array([extractor.extract(tuple(row)) for row in samples])
+    symboliser: Symboliser
+    if p.symbols == "random":
+        low, high = features.min(axis=0), features.max(axis=0)
+        bounds = {name: (float(a), float(b)) for name, a, b in zip(extractor.names, low, high, strict=True)}
+        symboliser = RandomPartition.draw(bounds, p.symbol_count, seed)
+    else:
+        symboliser = Clusters.fit(features, p.symbol_count, seed, features=extractor.names)
+    return Perception(extractor, symboliser, identifier(p.memory, symboliser.symbols))
+
+
+def _seed(config: RunConfig, purpose: Purpose) -> int:
+    return int(generator(config.seed, purpose).integers(2**31))
+
+
+def _extractor(p: PerceptionConfig, samples: Sequence[tuple[float, ...]], seed: int) -> FeatureExtractor:
+    if p.features == "pca":
+        return PrincipalComponents.fit(samples, p.components, channels=p.channels)
+    if p.features == "som":
+        return SelfOrganisingMap.fit(samples, p.som_side, p.som_side, seed, channels=p.channels)
+    return SelectedChannels(p.channels)
+
+
+def _collect(config: RunConfig, ready: ReadyPose, rig: Rig) -> list[tuple[float, ...]]:
+    """Measurement vectors (in the order of ``CHANNELS``) at the decisions of random walks."""
+    walk = _Recorder(task_actions(config))
+    plain = RunConfig(task=config.task)
+    task = build_task(config, ready, build_perception(plain), walk)
+    supervisor = build_supervisor(config)
+    for k in range(config.perception.fit_trials):
+        require_sound(run_scored_trial(config, rig, task, FIRST_FITTING_TRIAL + k, supervisor=supervisor))
+    return walk.samples
+
+
+class _Recorder(RandomWalkPolicy):
+    """A random walk that keeps what it observed."""
+
+    def __init__(self, actions: Sequence[Action]) -> None:
+        super().__init__(actions)
+        self.samples: list[tuple[float, ...]] = []
+
+    def choose(self, observation: Observation) -> Decision:
+        """Take note, then walk on."""
+        self.samples.append((*observation.position_m, *observation.force_N, *observation.torque_Nm))
+        return super().choose(observation)

@@ -1,0 +1,125 @@
+"""What learning runs came to: a table for people, figures for programs, a line for every trial.
+
+The mean over the last trials never stands alone: beside it stand what full information and the best policy without it
+would need, because "better than before" says little where nobody knows what is possible.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+
+from palpate.adapters.experiments.grid.learning import LearningRun
+from palpate.adapters.experiments.grid.worlds import Bounds
+from palpate.simulation.grid.chain import expected_steps, greedy
+from palpate.simulation.grid.maps import GridMap
+from palpate.simulation.grid.trial import STEP_LIMIT
+
+LAST: Final = 100
+"""Trials at either end of a run that are averaged."""
+_COLUMNS: Final = ("seed", "trial", "steps", "reached", "start_column", "start_row", "temperature")
+
+
+@dataclass(frozen=True, slots=True)
+class Score:
+    """What one run came to.
+
+    Attributes:
+        seed: Its seed.
+        first: Mean steps of its first trials.
+        last: Mean steps of its last trials.
+        reached: Share of the last trials that ended at the goal.
+        greedy: Exact mean steps of the greedy policy that was learned, cut off at the limit.
+        greedy_reaches: Probability with which that policy reaches the goal within the limit.
+    """
+
+    seed: int
+    first: float
+    last: float
+    reached: float
+    greedy: float
+    greedy_reaches: float
+
+    @classmethod
+    def of(cls, grid: GridMap, run: LearningRun, step_limit: int = STEP_LIMIT) -> Score:
+        """Score a run."""
+        exact = expected_steps(grid, run.identifier, greedy(run.learner.q), step_limit)
+        last = run.walks[-LAST:]
+        return cls(
+            seed=run.seed,
+            first=_mean(run.steps[:LAST]),
+            last=_mean([walk.steps for walk in last]),
+            reached=_mean([walk.reached for walk in last]),
+            greedy=exact.limited_steps,
+            greedy_reaches=exact.reaches_in_time,
+        )
+
+
+def mean_interval(values: Sequence[float], draws: int = 2000, level: float = 0.95) -> tuple[float, float]:
+    """Percentile bootstrap interval of a mean; fixed seed, because it describes the data and nothing else."""
+    data = np.asarray(values, dtype=float)
+    means = np.random.default_rng(0).choice(data, size=(draws, len(data))).mean(axis=1)
+    low, high = np.quantile(means, [(1 - level) / 2, (1 + level) / 2])
+    return float(low), float(high)
+
+
+def score_table(scores: Sequence[Score], bounds: Bounds, trials: int) -> str:
+    """A line for each run, their mean, and what is possible."""
+    count = min(LAST, trials)
+    lines = [("seed", f"first {count}", f"last {count}", "goal reached", "greedy, exact")]
+    lines += [(str(s.seed), *_cells(s.first, s.last, s.reached, s.greedy)) for s in scores]
+    if len(scores) > 1:
+        means = [_mean([getattr(s, name) for s in scores]) for name in ("first", "last", "reached", "greedy")]
+        lines.append(("mean", *_cells(*means)))
+    widths = [max(len(line[column]) for line in lines) for column in range(len(lines[0]))]
+    text = ["  ".join(cell.rjust(width) for cell, width in zip(line, widths, strict=True)) for line in lines]
+    belief = "not found: it takes too long" if bounds.belief is None else f"{bounds.belief:.2f}"
+    text += [
+        "",
+        "what is possible, mean steps",
+        f"  full information      {bounds.full:.2f}",
+        f"  belief-state optimum  {belief}",
+        f"  random walk           {bounds.random_walk:.2f}",
+    ]
+    return "\n".join(text) + "\n"
+
+
+def summary(scores: Sequence[Score], bounds: Bounds) -> dict[str, Any]:
+    """The same as plain values, with intervals over runs (95 %)."""
+    last = [score.last for score in scores]
+    return {
+        "mean_last": round(_mean(last), 4),
+        "mean_last_95": [round(value, 4) for value in mean_interval(last)],
+        "mean_first": round(_mean([score.first for score in scores]), 4),
+        "reached_last": round(_mean([score.reached for score in scores]), 4),
+        "greedy_exact": round(_mean([score.greedy for score in scores]), 4),
+        "full_information": round(bounds.full, 4),
+        "belief_optimum": None if bounds.belief is None else round(bounds.belief, 4),
+        "random_walk": round(bounds.random_walk, 4),
+        "runs": [{name: round(getattr(score, name), 4) for name in Score.__slots__} for score in scores],
+    }
+
+
+def trials_csv(grid: GridMap, runs: Sequence[LearningRun]) -> str:
+    """A line for every trial of every run."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(_COLUMNS)
+    for run in runs:
+        for trial, (walk, temperature) in enumerate(zip(run.walks, run.temperatures, strict=True)):
+            column, row = grid.cells[walk.start]
+            writer.writerow([run.seed, trial, walk.steps, walk.reached, column, row, temperature])
+    return text.getvalue()
+
+
+def _cells(first: float, last: float, reached: float, exact: float) -> tuple[str, str, str, str]:
+    return f"{first:.2f}", f"{last:.2f}", f"{reached:.0%}", f"{exact:.2f}"
+
+
+def _mean(values: Sequence[float]) -> float:
+    return float(np.mean(values))

@@ -1,0 +1,151 @@
+"""Policies by name or from a file: learners, programmed and example states beside them, and comparators."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, Final
+
+from palpate.adapters.config.run import RunConfig
+from palpate.adapters.experiments.build import task_actions
+from palpate.adapters.experiments.comparators import Omniscient, Spiral, TorqueFollowing
+from palpate.core.errors import ConfigurationError, PolicyFileError
+from palpate.core.insertion.config import N_PER_KGF
+from palpate.core.perception import Perception, perception_from_dict, perception_to_dict
+from palpate.core.policy import (
+    BackOff,
+    ExamplesPolicy,
+    MixedPolicy,
+    Policy,
+    PolicyDocument,
+    ProgrammedPolicy,
+    QParameters,
+    RandomWalkPolicy,
+    TemperatureSchedule,
+    load_examples,
+    new_learner,
+    policy_from,
+)
+
+SPIRAL_PITCH_M: Final = 0.30e-3
+"""Distance between the turns: 1.7 times the capture half-width of the default cell (docs/results.md), because chords
+between the points of a spiral leave wider gaps than its turns."""
+OMNISCIENT_SPEED_M_S: Final = 0.01
+
+Hole = Callable[[], Sequence[float]]
+
+COMPARATORS: Final[dict[str, str]] = {
+    "omniscient": "straight to the true hole",
+    "torque": "hand-written: step where the torque says the hole is",
+    "spiral-10": "Archimedean spiral, 10 mm/s",
+    "spiral-5": "Archimedean spiral, 5 mm/s",
+    "random": "random walk over the compass steps",
+}
+
+
+def comparator(name: str, config: RunConfig, hole_m: Hole) -> Policy:
+    """The comparator of that name.
+
+    Args:
+        name: One of ``COMPARATORS``.
+        config: The run's configuration.
+        hole_m: Gives the true hole of the running trial; only the omniscient one asks.
+
+    Raises:
+        ConfigurationError: There is none of that name.
+    """
+    actions = task_actions(config)
+    per_action = config.task.ticks_per_action / 140
+    makers: dict[str, Callable[[], Policy]] = {
+        "omniscient": lambda: Omniscient(hole_m, OMNISCIENT_SPEED_M_S * per_action),
+        "torque": lambda: TorqueFollowing(actions, config.perception.torque_threshold_kgf_mm * 1e-3 * N_PER_KGF),
+        "spiral-10": lambda: Spiral("spiral-10", SPIRAL_PITCH_M, 0.010 * per_action),
+        "spiral-5": lambda: Spiral("spiral-5", SPIRAL_PITCH_M, 0.005 * per_action),
+        "random": lambda: RandomWalkPolicy(actions),
+    }
+    if name not in makers:
+        raise ConfigurationError("policy", name, f"a policy file, or one of {', '.join(makers)}")
+    return makers[name]()
+
+
+def learning_parameters(config: RunConfig) -> QParameters:
+    """The learner's parameters."""
+    learning = config.learning
+    return QParameters(
+        alpha=learning.alpha,
+        gamma=learning.gamma,
+        temperature=TemperatureSchedule(learning.temperature, learning.temperature_decay, learning.temperature_floor),
+        alpha_visits=learning.alpha_visits or None,
+        alpha_floor=learning.alpha_floor,
+    )
+
+
+def learning_policy(config: RunConfig, perception: Perception) -> Policy:
+    """Q-learning from scratch, with the programmed and the example states of the configuration beside it."""
+    learning, actions = config.learning, task_actions(config)
+    parts: list[Policy] = []
+    try:
+        if learning.programmed:
+            parts.append(ProgrammedPolicy(perception.states, actions, learning.programmed))
+        if learning.examples:
+            pairs = load_examples(Path(learning.examples), perception.states, actions)
+            parts.append(ExamplesPolicy(perception.states, actions, pairs))
+    except ConfigurationError as error:
+        # The core does not know under which name the setting is written in the configuration.
+        field = error.field.replace("policy.", "learning.", 1)
+        raise ConfigurationError(field, error.value, error.accepted) from error
+    back_off = BackOff.of(learning.back_off_visits, perception.identifier.symbol_of)
+    parts.append(new_learner(learning_parameters(config), perception.states, actions, back_off=back_off))
+    return parts[0] if len(parts) == 1 else MixedPolicy(perception.states, parts)
+
+
+def perception_settings(config: RunConfig, perception: Perception) -> dict[str, Any]:
+    """What a policy file says of the way from raw signals to its states."""
+    p = config.perception
+    signal = {"cutoff_Hz": p.cutoff_Hz, "order": p.filter_order, "calibration": list(p.calibration)}
+    return {**perception_to_dict(perception), "signal": signal}
+
+
+def perception_of(document: PolicyDocument, config: RunConfig, configured: Perception | None) -> Perception:
+    """The perception that a policy file was made with, checked against the run's.
+
+    Args:
+        document: The policy file.
+        config: The run's configuration.
+        configured: The run's perception; None where it would have to be fitted: then the file's serves.
+
+    Raises:
+        PolicyFileError: They differ.
+    """
+    try:
+        own = perception_from_dict({key: value for key, value in document.perception.items() if key != "signal"})
+    except ConfigurationError as error:
+        raise PolicyFileError("policy", "perception", f"a readable perception ({error})") from error
+    if configured is not None:
+        document.check_matches(configured.states, task_actions(config))
+    # Stages that had to be fitted are the file's; what the configuration tells must be the same in both.
+    theirs = perception_settings(config, own if configured is None else configured)
+    if dict(document.perception) != theirs:
+        where, mine, wanted = _first_difference(document.perception, theirs)
+        raise PolicyFileError(
+            f"policy.perception.{where}",
+            mine,
+            f"{wanted!r}, as the run is configured (or use --config with the run.toml beside the policy)",
+        )
+    return own
+
+
+def loaded_policy(document: PolicyDocument, config: RunConfig, perception: Perception, *, frozen: bool) -> Policy:
+    """The policy of a file: frozen as it is, or ready to learn on with the parameters of the configuration."""
+    if not frozen and document.learner is not None:
+        document = replace(document, learner=replace(document.learner, parameters=learning_parameters(config)))
+    return policy_from(document, perception.states, task_actions(config), frozen=frozen)
+
+
+def _first_difference(a: Any, b: Any, where: str = "") -> tuple[str, Any, Any]:
+    if isinstance(a, Mapping) and isinstance(b, Mapping):
+        for key in sorted(set(a) | set(b)):
+            if a.get(key) != b.get(key):
+                return _first_difference(a.get(key), b.get(key), f"{where}.{key}" if where else str(key))
+    return where, a, b

@@ -1,0 +1,226 @@
+"""The folder that a run leaves behind. Nothing in it is ever lost to an error: files are replaced whole.
+
+``run.toml`` (resolved configuration and versions), ``trials.csv``, ``decisions.csv``, ``policy.json``,
+``summary.json``, ``learning_curve.png``; ``checkpoint.json`` is what ``--resume`` goes on from; ``logs`` holds the
+recording of each trial.
+"""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+import io
+import json
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Final
+
+from palpate.adapters.experiments.trial import ScoredTrial
+from palpate.core.errors import OutputError
+
+RUN_FILES: Final = (
+    "run.toml", "trials.csv", "decisions.csv", "checkpoint.json", "policy.json", "summary.json", "learning_curve.png",
+    "compare.csv", "compare.txt", "logs",
+)  # fmt: skip
+_DECISION_COLUMNS: Final = (
+    "trial", "tick", "symbol", "state", "action", "source", "reinforcement", "temperature",
+)  # fmt: skip
+
+
+@dataclasses.dataclass(frozen=True)
+class TrialRow:
+    """One line of ``trials.csv``. Where nobody knows the hole, its columns are empty."""
+
+    trial: int
+    outcome: str
+    success: bool
+    exploration_time_s: float
+    actions: int
+    peak_force_N: float
+    measured_peak_force_N: float
+    depth_mm: float
+    start_x_mm: float
+    start_y_mm: float
+    hole_x_mm: float | None
+    hole_y_mm: float | None
+    ticks: int
+    temperature: float | None
+    marked: str
+
+    @classmethod
+    def of(cls, scored: ScoredTrial, first: int = 0) -> TrialRow:
+        """The line for a trial. Force and depth are the truth, if there is one; the core's own force stands beside.
+
+        Args:
+            scored: The trial.
+            first: Index of the trial that is number 0.
+        """
+        report, truth = scored.report, scored.truth
+        known = report if truth is None else truth
+        return cls(
+            trial=report.setup.index - first,
+            outcome="unknown" if report.outcome is None else report.outcome.value,
+            success=scored.success,
+            exploration_time_s=round(report.exploration_time_s, 6),
+            actions=report.actions,
+            peak_force_N=round(known.peak_force_N, 6),
+            measured_peak_force_N=round(report.peak_force_N, 6),
+            depth_mm=round(known.depth_m * 1e3, 6),
+            start_x_mm=round(report.setup.start_m[0] * 1e3, 6),
+            start_y_mm=round(report.setup.start_m[1] * 1e3, 6),
+            hole_x_mm=None if truth is None else round(truth.hole_in_task_m[0] * 1e3, 6) + 0.0,
+            hole_y_mm=None if truth is None else round(truth.hole_in_task_m[1] * 1e3, 6) + 0.0,
+            ticks=report.ticks,
+            temperature=report.temperature,
+            marked=scored.marked,
+        )
+
+    @classmethod
+    def read(cls, cells: dict[str, str]) -> TrialRow:
+        """The line back from its cells."""
+        values: dict[str, Any] = {}
+        for f in dataclasses.fields(cls):
+            text = cells[f.name]
+            if f.type == "str":
+                values[f.name] = text
+            elif f.type == "bool":
+                values[f.name] = text == "True"
+            elif f.type == "int":
+                values[f.name] = int(text)
+            else:
+                values[f.name] = float(text) if text else None
+        return cls(**values)
+
+
+def next_free_folder(stem: str) -> RunFolder:
+    """The first folder ``stem-001``, ``stem-002``, ... that is not there yet."""
+    number = 1
+    while os.path.lexists(f"{stem}-{number:03d}"):
+        number += 1
+    return RunFolder(Path(f"{stem}-{number:03d}"))
+
+
+class RunFolder:
+    """The output folder of one run.
+
+    Args:
+        path: The folder; made when the run begins.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+
+    def require_free(self) -> None:
+        """Make sure that nothing would be overwritten.
+
+        Raises:
+            OutputError: The folder already holds a run, or cannot be made.
+        """
+        # os.path.exists, unlike Path.exists, takes a name that is too long or not permitted for not there.
+        if os.path.exists(self.path) and not os.path.isdir(self.path):
+            raise OutputError(str(self.path), "is a file, not a folder", "name another folder with --out")
+        found = [name for name in RUN_FILES if os.path.exists(self.path / name)]
+        if found:
+            raise OutputError(
+                str(self.path),
+                f"already holds a run ({found[0]})",
+                "name another folder with --out, or --resume it",
+            )
+
+    def create(self) -> None:
+        """Make the folder.
+
+        Raises:
+            OutputError: That is not possible.
+        """
+        try:
+            self.path.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise OutputError(str(self.path), f"cannot be made ({error.strerror})", "name another folder") from error
+
+    def write_text(self, name: str, text: str) -> None:
+        """Write a file whole: under a temporary name first, then in one step."""
+        self.write_bytes(name, text.encode("utf-8"))
+
+    def write_bytes(self, name: str, content: bytes) -> None:
+        """As ``write_text``, for bytes."""
+        temporary = self.path / f".{name}.tmp"
+        try:
+            temporary.write_bytes(content)
+            os.replace(temporary, self.path / name)
+        except OSError as error:
+            raise OutputError(
+                str(self.path / name), f"cannot be written ({error.strerror})", "nothing was lost"
+            ) from error
+
+    def write_json(self, name: str, content: Any) -> None:
+        """Write a JSON file whole."""
+        self.write_text(name, json.dumps(content, indent=1) + "\n")
+
+    def append_trial(self, scored: ScoredTrial, first: int = 0) -> None:
+        """Add a finished trial to ``trials.csv`` and ``decisions.csv``; ``first`` as in ``TrialRow.of``."""
+        row = TrialRow.of(scored, first)
+        report = scored.report
+        self._append("trials.csv", tuple(f.name for f in dataclasses.fields(TrialRow)), [dataclasses.astuple(row)])
+        self._append(
+            "decisions.csv",
+            _DECISION_COLUMNS,
+            [
+                (
+                    row.trial,
+                    d.tick,
+                    d.symbol,
+                    d.state,
+                    d.action,
+                    d.source,
+                    d.reinforcement,
+                    report.temperature,
+                )
+                for d in report.decisions
+            ],
+        )
+
+    def read_trials(self) -> list[TrialRow]:
+        """The finished trials.
+
+        Raises:
+            OutputError: The file is damaged.
+        """
+        path = self.path / "trials.csv"
+        if not path.exists():
+            return []
+        try:
+            with path.open(encoding="utf-8", newline="") as stream:
+                return [TrialRow.read(cells) for cells in csv.DictReader(stream)]
+        except (KeyError, ValueError, TypeError, OSError) as error:
+            raise OutputError(str(path), f"cannot be read ({error})", "mend it or begin a new run") from error
+
+    def truncate(self, trials: int) -> None:
+        """Keep only the first trials: what came after the last checkpoint will be run again, with equal results."""
+        for name in ("trials.csv", "decisions.csv"):
+            path = self.path / name
+            if path.exists():
+                lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
+                whole = [line for line in lines if line.endswith("\n")]
+                try:
+                    kept = [line for line in whole[1:] if int(line.split(",", 1)[0]) < trials]
+                except ValueError as error:
+                    raise OutputError(str(path), f"is damaged ({error})", "mend it or begin a new run") from error
+                self.write_text(name, "".join(whole[:1] + kept))
+
+    def _append(self, name: str, columns: Sequence[str], rows: Sequence[Sequence[Any]]) -> None:
+        path = self.path / name
+        text = io.StringIO()
+        writer = csv.writer(text, lineterminator="\n")
+        # A run that was killed may have left the file without even its header.
+        if not path.exists() or path.stat().st_size == 0:
+            writer.writerow(columns)
+        writer.writerows(rows)
+        try:
+            with path.open("a", encoding="utf-8", newline="") as stream:
+                stream.write(text.getvalue())
+        except OSError as error:
+            raise OutputError(
+                str(path), f"cannot be written ({error.strerror})", "nothing finished was lost"
+            ) from error

@@ -1,0 +1,35 @@
+"""Looks at a study's cells before any is made: what can be refused now must not be refused in the night."""
+
+from __future__ import annotations
+
+from itertools import islice
+from typing import Final
+
+from palpate.adapters.experiments.build import require_usable
+from palpate.adapters.experiments.evaluation import ChosenPolicy
+from palpate.adapters.experiments.fitting import configured_perception
+from palpate.adapters.experiments.policies import learning_policy
+from palpate.adapters.experiments.study.cell import LEARN
+from palpate.adapters.experiments.study.document import Study
+from palpate.core.insertion.ready_pose import find_ready_pose
+
+MOST_CHECKED: Final = 2000
+"""Sets of settings that are looked at, at some milliseconds each; what is wrong with others is told when it is met."""
+
+
+def require_possible(study: Study) -> None:
+    """Make sure that the arm reaches what each set of settings asks for, and that each policy serves it.
+
+    Raises:
+        ConfigurationError: A setting is refused, or does not go with the others.
+    """
+    for fields in islice(study.settings(), MOST_CHECKED):
+        config = study.config(fields)
+        ready = find_ready_pose(config.arm, config.task)
+        require_usable(config, ready)
+        perception = configured_perception(config)
+        for policy in study.policies:
+            if policy != LEARN:
+                ChosenPolicy(policy, config)
+            elif perception is not None:
+                learning_policy(config, perception)

@@ -1,0 +1,117 @@
+"""Settings by their dotted names, and tables of them as a study file writes them."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+from collections.abc import Mapping
+from typing import Any, Final
+
+from palpate.adapters.config.run import RunConfig, scenario
+from palpate.adapters.config.toml import field_value, overlay
+from palpate.core.errors import ConfigurationError
+
+_DEFAULTS: Final = RunConfig()
+FILES: Final = ("perception.memory", "learning.examples")
+"""Settings that may name files."""
+
+
+def leaves(table: Mapping[str, Any], where: str) -> dict[str, Any]:
+    """The settings in a table by their dotted names, whether written ``"task.step_mm"`` or as tables in tables.
+
+    Args:
+        table: Of a study file.
+        where: Its name there, for messages.
+
+    Raises:
+        ConfigurationError: A setting stands there twice, or is the seed, which has a place of its own.
+    """
+    found: dict[str, Any] = {}
+    for name, value in _walk(table, _DEFAULTS, ""):
+        if name in found:
+            raise ConfigurationError(f"{where}.{name}", value, "each setting once")
+        if name == "seed":
+            raise ConfigurationError(f"{where}.{name}", value, "seeds in the table [study]: seeds = [0, 1, 2]")
+        found[name] = value
+    return found
+
+
+def _walk(table: Mapping[str, Any], base: Any, where: str) -> list[tuple[str, Any]]:
+    found: list[tuple[str, Any]] = []
+    for key, value in table.items():
+        head, _, rest = key.partition(".")
+        held = {f.name: getattr(base, f.name) for f in dataclasses.fields(base)}.get(head)
+        inner = {rest: value} if rest else value
+        if dataclasses.is_dataclass(held) and isinstance(inner, Mapping):
+            found += _walk(inner, held, f"{where}{head}.")
+        else:
+            found.append((f"{where}{key}", value))
+    return found
+
+
+def plain_value(name: str, value: Any) -> Any:
+    """A setting's value in the one form in which it is written and compared: 1 is 1.0 where a float is meant.
+
+    Raises:
+        ConfigurationError: There is no such setting, or the value is of another type.
+    """
+    return plain(field_value(_DEFAULTS, name, value))
+
+
+def plain(value: Any) -> Any:
+    """As JSON and TOML have it: lists for tuples."""
+    if isinstance(value, (tuple, list)):
+        return [plain(item) for item in value]
+    if isinstance(value, Mapping):
+        return {key: plain(item) for key, item in value.items()}
+    return value
+
+
+def configured(settings: Mapping[str, Any], folder: str) -> RunConfig:
+    """The configuration of its scenario with these settings over it; trials are not recorded unless one says so.
+
+    Args:
+        settings: Values by dotted names.
+        folder: What names of files are relative to; workers may work in another folder.
+
+    Raises:
+        ConfigurationError: A setting is refused, or does not go with another one.
+    """
+    settings = {"recording.enabled": False, **settings}
+    for field in FILES:
+        if names_file(field, settings.get(field)):
+            settings[field] = os.path.join(folder, settings[field])
+    name = settings.get("scenario", _DEFAULTS.scenario)
+    table: dict[str, Any] = {}
+    for dotted, value in settings.items():
+        *path, last = dotted.split(".")
+        inner = table
+        for part in path:
+            inner = inner.setdefault(part, {})
+        inner[last] = value
+    return overlay(scenario(name), table)
+
+
+def names_file(field: str, value: Any) -> bool:
+    """Whether the value of one of ``FILES`` names a file."""
+    return isinstance(value, str) and (value.endswith(".json") if field == "perception.memory" else bool(value))
+
+
+def setting(config: RunConfig | None, name: str) -> Any:
+    """The value of a setting by its dotted name."""
+    value: Any = config
+    for part in name.split("."):
+        value = getattr(value, part)
+    return plain(value)
+
+
+def first_difference(a: Any, b: Any, where: str = "") -> tuple[str, Any, Any] | None:
+    """The first setting in which two configurations differ: its dotted name and both values; None if they are equal."""
+    for f in dataclasses.fields(a):
+        mine, other = getattr(a, f.name), getattr(b, f.name)
+        if dataclasses.is_dataclass(mine):
+            if inner := first_difference(mine, other, f"{where}{f.name}."):
+                return inner
+        elif mine != other:
+            return f"{where}{f.name}", plain(mine), plain(other)
+    return None

@@ -1,0 +1,168 @@
+"""A study's folder: what was asked, a folder for every cell, and a table of all."""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+import shutil
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Final
+
+from palpate.adapters.config.toml import read_toml
+from palpate.adapters.experiments.results import RunFolder
+from palpate.adapters.experiments.study.cell import CELL_FILE, Cell
+from palpate.adapters.experiments.study.document import Study
+from palpate.adapters.experiments.study.fields import first_difference
+from palpate.adapters.experiments.study.run_cell import UNFINISHED
+from palpate.adapters.experiments.study.table import table_of
+from palpate.adapters.log.provenance import made_with
+from palpate.core.errors import ConfigurationError, OutputError
+
+STUDY_FILE: Final = "study.toml"
+CELLS: Final = "cells"
+_LOCK: Final = ".lock"
+_ELSEWHERE: Final = "name another folder with --out"
+
+
+class StudyFolder:
+    """The folder of one study.
+
+    Args:
+        path: Made when the study begins.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path, self.cells = path, path / CELLS
+
+    def count(self) -> int:
+        """About how many cells are finished."""
+        try:
+            return sum(not name.endswith(UNFINISHED) for name in os.listdir(self.cells))
+        except OSError:
+            return 0
+
+    def require_fits(self, study: Study, cells: Sequence[Cell], files: Mapping[str, str]) -> None:
+        """Make sure that the folder is free, or holds this study or a smaller one.
+
+        Args:
+            study: What is asked.
+            cells: Its cells.
+            files: Digests of files that its results depend on.
+
+        Raises:
+            OutputError: It holds something else, or cells that the study does not ask for.
+            ConfigurationError: The study that it holds was made with other settings, files or versions.
+        """
+        if not os.path.lexists(self.path):
+            return
+        try:
+            names = [name for name in os.listdir(self.path) if name != _LOCK]
+        except OSError as error:
+            raise OutputError(
+                str(self.path), f"is no folder that can be used ({error.strerror})", _ELSEWHERE
+            ) from error
+        if STUDY_FILE not in names:
+            if names:
+                raise OutputError(str(self.path), f"holds something already, and no study ({names[0]})", _ELSEWHERE)
+            return
+        path = self.path / STUDY_FILE
+        try:
+            held, table = Study.read(path), read_toml(path)
+        except ConfigurationError as error:
+            raise OutputError(str(path), f"cannot be read ({error})", f"mend it or {_ELSEWHERE}") from error
+        self._require_same(held, study)
+        _require_equal("versions", table.get("versions", {}), made_with(), self.path)
+        _require_equal("files", table.get("files", {}), files, self.path)
+        asked = {cell.name for cell in cells}
+        missing = next((cell for cell in held.cells() if cell.name not in asked), None)
+        if missing is not None:
+            problem = f"holds a study with cells that are not asked for ({missing})"
+            raise OutputError(str(self.path), problem, f"a study may grow, not shrink: add them, or {_ELSEWHERE}")
+
+    def _require_same(self, held: Study, study: Study) -> None:
+        if held.trials != study.trials:
+            raise ConfigurationError("study.trials", study.trials, f"{held.trials}, {_as_held(self.path)}")
+        # With settings of a cell: without any, the base need not make sense.
+        fields = next(held.settings())
+        if difference := first_difference(study.config(fields), held.config(fields)):
+            name, value, before = difference
+            raise ConfigurationError(f"base.{name}", value, f"{before!r}, {_as_held(self.path)}")
+
+    @contextmanager
+    def opened(self, study: Study, files: Mapping[str, str]) -> Iterator[None]:
+        """Make the folder, write down what is asked, and keep others out.
+
+        Raises:
+            OutputError: It cannot be made, or another study is at work in it.
+        """
+        RunFolder(self.cells).create()
+        with (self.path / _LOCK).open("w") as lock:
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError as error:
+                raise OutputError(str(self.path), "another study is at work in it", f"wait, or {_ELSEWHERE}") from error
+            RunFolder(self.path).write_text(STUDY_FILE, study.text(made_with(), files))
+            yield
+
+    def finished(self, cells: Sequence[Cell]) -> set[str]:
+        """Names of the cells that are finished.
+
+        Raises:
+            OutputError: A folder holds another cell than its name says.
+        """
+        try:
+            there = set(os.listdir(self.cells))
+        except OSError:
+            return set()
+        return {cell.name for cell in cells if cell.name in there and self._is_whole(cell)}
+
+    def _is_whole(self, cell: Cell) -> bool:
+        path = self.cells / cell.name
+        found = _json(path / CELL_FILE)
+        if found is not None and found != cell.document():
+            raise OutputError(str(path), f"is not the cell {cell}", f"take it away, or {_ELSEWHERE}")
+        return found is not None and _json(path / "summary.json") is not None
+
+    def clear(self, cells: Sequence[Cell], finished: set[str]) -> list[str]:
+        """Take away what was begun and not finished; returns the names of those cells."""
+        asked = {cell.name for cell in cells}
+        half: list[str] = []
+        for name in sorted(os.listdir(self.cells)):
+            if name.endswith(UNFINISHED) or (name in asked and name not in finished):
+                shutil.rmtree(self.cells / name, ignore_errors=True)
+                cell = name.removesuffix(UNFINISHED).rpartition(".")[0] if name.endswith(UNFINISHED) else name
+                if cell not in half and cell not in finished:
+                    half.append(cell)
+        return half
+
+    def write_table(self, study: Study, cells: Sequence[Cell]) -> int:
+        """Write ``summary.csv``, a line for each finished cell in the order of the study; returns their number."""
+        finished = self.finished(cells)
+        rows = [(cell, _json(self.cells / cell.name / "summary.json")) for cell in cells if cell.name in finished]
+        RunFolder(self.path).write_text("summary.csv", table_of(study, rows))
+        return len(rows)
+
+
+def _json(path: Path) -> Any:
+    """What is in a JSON file; None if that is not whole."""
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+
+
+def _require_equal(what: str, held: Mapping[str, str], own: Mapping[str, str], path: Path) -> None:
+    for name in held:
+        # A study that grows may use more files than before.
+        if name in own and own[name] != held[name]:
+            value, before = own[name], held[name]
+            if what == "files":
+                raise ConfigurationError("file", name, f"the same content as {_as_held(path)}")
+            raise ConfigurationError(f"{what}.{name}", value, f"{before}, {_as_held(path)}")
+
+
+def _as_held(path: Path) -> str:
+    return f"as in the study in {path}; or {_ELSEWHERE}"

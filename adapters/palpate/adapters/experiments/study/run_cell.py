@@ -1,0 +1,234 @@
+"""Makes one cell: a run in a folder of its own, in whichever process and machine this is called."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib
+import os
+import shutil
+import sys
+import threading
+import uuid
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from enum import Enum
+from pathlib import Path
+from typing import Any, Final
+
+from threadpoolctl import threadpool_limits
+
+from palpate.adapters.config.run import RunConfig
+from palpate.adapters.experiments.build import open_rig, require_usable
+from palpate.adapters.experiments.evaluation import FIRST_EVALUATION_TRIAL, ChosenPolicy, Recorded, run_policy
+from palpate.adapters.experiments.fitting import configured_perception, fitted_perception, needs_fitting
+from palpate.adapters.experiments.learning_curve import learning_curve
+from palpate.adapters.experiments.policies import learning_policy
+from palpate.adapters.experiments.results import RunFolder
+from palpate.adapters.experiments.run_summary import policy_summary, training_summary
+from palpate.adapters.experiments.study.cell import CELL_FILE, LEARN, Cell
+from palpate.adapters.experiments.study.fields import configured
+from palpate.adapters.experiments.training import Trainer, run_toml
+from palpate.adapters.experiments.trial import ScoredTrial
+from palpate.adapters.log.trial_recorder import LOG_FOLDER, TrialRecorder
+from palpate.core.errors import ConfigurationError, OutputError, PalpateError
+from palpate.core.insertion.ready_pose import find_ready_pose
+
+UNFINISHED: Final = ".unfinished"
+"""Folders that end so are cells that were begun."""
+
+_ONE_AT_A_TIME: Final = threading.Lock()
+"""A Dask worker may have several threads. Two runs in one process would only be in each other's way."""
+
+
+@dataclass(frozen=True)
+class CellJob:
+    """Everything that a worker needs to know.
+
+    Attributes:
+        folder: Absolute path of the study's folder ``cells``.
+        cell: What to make.
+        base: Settings of all cells, by dotted names.
+        trials: Trials of the run.
+        files: Digests of files that results depend on, by the names under which the study knows them.
+        relative_to: Absolute path of the folder that those names are relative to.
+    """
+
+    folder: str
+    cell: Cell
+    base: Mapping[str, Any]
+    trials: int
+    files: Mapping[str, str]
+    relative_to: str
+
+    def config(self) -> RunConfig:
+        """The cell's configuration."""
+        return configured({**self.base, **self.cell.fields, "seed": self.cell.seed}, self.relative_to)
+
+    def path(self, name: str) -> str:
+        """Absolute path of a file that the study names."""
+        return os.path.join(self.relative_to, name)
+
+
+class CellOutcome(Enum):
+    """What came of it."""
+
+    FINISHED = "finished"
+    FAILED = "failed"
+    INTERRUPTED = "interrupted"
+    DIED = "died"
+
+
+@dataclass(frozen=True)
+class CellReport:
+    """What came of making a cell.
+
+    Attributes:
+        name: The cell's name.
+        outcome: What came of it.
+        problem: Why it failed.
+        begun_before: How often it had been begun before, by workers that died over it.
+    """
+
+    name: str
+    outcome: CellOutcome
+    problem: str = ""
+    begun_before: int = 0
+
+
+def make_cell(job: CellJob) -> CellReport:
+    """Make a cell in a folder of another name, and rename that when all is in it. What fails leaves nothing behind."""
+    cells, name = Path(job.folder), job.cell.name
+    before = len(begun(cells, name))
+    # No two attempts share a folder: a worker that was given up may still be at work on its own.
+    passing = cells / f"{name}.{uuid.uuid4().hex[:8]}{UNFINISHED}"
+    outcome, problem = CellOutcome.FAILED, ""
+    try:
+        config = job.config()
+        with _ONE_AT_A_TIME, one_thread(config):
+            outcome = _run(job, config, passing)
+        if outcome is CellOutcome.FINISHED:
+            put_in_place(passing, cells / name)
+    except PalpateError as error:
+        problem = " ".join(str(error).split())
+    except OSError as error:
+        problem = f"{error.filename}: {error.strerror}"
+    finally:
+        shutil.rmtree(passing, ignore_errors=True)
+    return CellReport(name, CellOutcome.FAILED if problem else outcome, problem, before)
+
+
+def begun(cells: Path, name: str) -> list[Path]:
+    """The folders in which attempts at a cell were begun, and neither finished nor given up."""
+    return sorted(cells.glob(f"{name}.*{UNFINISHED}"))
+
+
+def put_in_place(passing: Path, place: Path) -> None:
+    """Rename a whole cell. If another worker has been first, its equal one stays."""
+    try:
+        os.rename(passing, place)
+    except OSError:
+        if not (place / CELL_FILE).exists():
+            raise
+
+
+@contextmanager
+def one_thread(config: RunConfig) -> Iterator[None]:
+    """Keeps numerical libraries to one thread: workers share the processors, and sums depend on how they are split."""
+    if needs_fitting(config):
+        # Only libraries that are loaded can be told.
+        for name in ("sklearn.cluster", "sklearn.decomposition"):
+            importlib.import_module(name)
+    if torch := sys.modules.get("torch"):
+        torch.set_num_threads(1)
+    with threadpool_limits(limits=1):
+        yield
+
+
+def digest_of(name: str, setting: str) -> str:
+    """Digest of a file that results depend on.
+
+    Raises:
+        ConfigurationError: It cannot be read.
+    """
+    try:
+        return hashlib.sha256(Path(name).read_bytes()).hexdigest()
+    except OSError as error:
+        raise ConfigurationError(setting, name, f"a readable file ({error.strerror})") from error
+
+
+def _run(job: CellJob, config: RunConfig, path: Path) -> CellOutcome:
+    for name, digest in job.files.items():
+        if digest_of(job.path(name), "file") != digest:
+            raise ConfigurationError("file", name, "a file that stays as it was when the study began")
+    try:
+        path.mkdir()
+    except OSError as error:
+        raise OutputError(str(path), f"cannot be made ({error.strerror})", "make room or mend it") from error
+    folder = RunFolder(path)
+    whole = (_train if job.cell.policy == LEARN else _evaluate)(job, config, folder)
+    if not whole:
+        return CellOutcome.INTERRUPTED
+    folder.write_json(CELL_FILE, job.cell.document())
+    return CellOutcome.FINISHED
+
+
+def _train(job: CellJob, config: RunConfig, folder: RunFolder) -> bool:
+    ready = find_ready_pose(config.arm, config.task)
+    with ExitStack() as opened:
+        rig = opened.enter_context(open_rig(config, ready, ""))
+        require_usable(config, ready)
+        perception = configured_perception(config)
+        if perception is None:
+            perception = fitted_perception(config, ready, rig)
+        policy = learning_policy(config, perception)
+        folder.write_text("run.toml", run_toml(config, "train", trials=job.trials, policy=job.cell.policy))
+        recorder = _recorder(config, folder, opened)
+        trainer = Trainer(config, folder, ready, rig, perception, policy, recorder=recorder)
+        trainer.checkpoint()
+        trainer.train(job.trials, _ignore)
+        trainer.save_policy()
+    _require_recorded(recorder)
+    rows = folder.read_trials()
+    folder.write_json("summary.json", training_summary(config, rows, job.trials))
+    title = f"Peg in hole, {config.arm}, scenario {config.scenario}, seed {config.seed}"
+    folder.write_bytes("learning_curve.png", learning_curve(rows, title))
+    return len(rows) == job.trials
+
+
+def _evaluate(job: CellJob, config: RunConfig, folder: RunFolder) -> bool:
+    name = job.cell.policy
+    chosen = ChosenPolicy(job.path(name) if name in job.files else name, config)
+    ready = find_ready_pose(config.arm, config.task)
+    with ExitStack() as opened:
+        rig = opened.enter_context(open_rig(config, ready, ""))
+        require_usable(config, ready)
+        folder.write_text("run.toml", run_toml(config, "run", trials=job.trials, policy=name))
+        recorder = _recorder(config, folder, opened)
+        comparator = name if chosen.document is None else ""
+        recorded = None if recorder is None else Recorded(recorder, "run", comparator)
+
+        def done(scored: ScoredTrial) -> None:
+            folder.append_trial(scored, FIRST_EVALUATION_TRIAL)
+
+        rows = run_policy(config, ready, rig, chosen.perception, chosen.on(rig), job.trials, done, recorded)
+    _require_recorded(recorder)
+    folder.write_json("summary.json", policy_summary(config, name, rows, job.trials))
+    folder.write_bytes("learning_curve.png", learning_curve(rows, f"{name}, {config.scenario}"))
+    if chosen.document is not None:
+        chosen.document.save(folder.path / "policy.json")
+    return len(rows) == job.trials
+
+
+def _recorder(config: RunConfig, folder: RunFolder, opened: ExitStack) -> TrialRecorder | None:
+    recorder = TrialRecorder.into(folder.path / LOG_FOLDER, config.recording)
+    return None if recorder is None else opened.enter_context(recorder)
+
+
+def _require_recorded(recorder: TrialRecorder | None) -> None:
+    if recorder is not None and recorder.troubles:
+        raise OutputError(LOG_FOLDER, recorder.troubles[0], "make room and begin the study again: it goes on")
+
+
+def _ignore(scored: ScoredTrial) -> None:
+    """Nobody watches the trials of a cell."""

@@ -1,0 +1,189 @@
+"""One run from configuration to results: trials in order, a checkpoint after each, a clean end on request."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Final
+
+from palpate.adapters.config.run import RunConfig
+from palpate.adapters.config.toml import to_toml
+from palpate.adapters.experiments.build import build_supervisor, build_task
+from palpate.adapters.experiments.policies import perception_settings
+from palpate.adapters.experiments.results import RunFolder
+from palpate.adapters.experiments.trial import ScoredTrial, interrupting, require_sound, run_scored_trial
+from palpate.adapters.hardware.real_time.session import Beat
+from palpate.adapters.log.provenance import made_with
+from palpate.adapters.log.trial_recorder import TrialRecorder
+from palpate.core.errors import ConfigurationError, OutputError
+from palpate.core.insertion.ready_pose import ReadyPose
+from palpate.core.insertion.trial import Outcome
+from palpate.core.perception import Perception, perception_from_dict, perception_to_dict
+from palpate.core.policy import Policy, document_of, learner_of
+from palpate.core.ports.rig import Rig
+
+CHECKPOINT_SCHEMA: Final = "palpate.checkpoint/1"
+
+
+@dataclass(frozen=True)
+class Checkpoint:
+    """Where a training run stands.
+
+    Attributes:
+        next_trial: Trials before this one are finished.
+        learner: The learner's state after them.
+        perception: The perception in use, which may have been fitted.
+        clock_ticks: Control ticks on the world's clock, which goes on from there.
+    """
+
+    next_trial: int
+    learner: dict[str, Any]
+    perception: dict[str, Any]
+    clock_ticks: int
+
+    def save(self, folder: RunFolder) -> None:
+        """Write it into the folder, whole."""
+        folder.write_json(
+            "checkpoint.json",
+            {
+                "schema": CHECKPOINT_SCHEMA,
+                "next_trial": self.next_trial,
+                "learner": self.learner,
+                "perception": self.perception,
+                "clock_ticks": self.clock_ticks,
+            },
+        )
+
+    @classmethod
+    def load(cls, folder: RunFolder) -> Checkpoint:
+        """Read it back.
+
+        Raises:
+            OutputError: There is none, or it is damaged.
+        """
+        path = folder.path / "checkpoint.json"
+        try:
+            content = json.loads(path.read_text(encoding="utf-8"))
+            if content["schema"] != CHECKPOINT_SCHEMA:
+                raise OutputError(str(path), f"has schema {content['schema']!r}", f"{CHECKPOINT_SCHEMA!r} is needed")
+            return cls(
+                int(content["next_trial"]),
+                dict(content["learner"]),
+                dict(content["perception"]),
+                int(content["clock_ticks"]),
+            )
+        except (OSError, ValueError, KeyError, TypeError) as error:
+            raise OutputError(str(path), f"is no checkpoint to resume from ({error})", "begin a new run") from error
+
+
+def run_toml(config: RunConfig, command: str, **facts: Any) -> str:
+    """The text of ``run.toml``: the resolved configuration, and how it came about; ``--config`` takes it again."""
+    lines = [to_toml(config), "\n[run]\n", f"command = {json.dumps(command)}\n"]
+    lines += [f"{name} = {json.dumps(value, ensure_ascii=False)}\n" for name, value in facts.items()]
+    lines += ["\n[run.versions]\n", *(f"{name} = {json.dumps(v)}\n" for name, v in made_with().items())]
+    return "".join(lines)
+
+
+class Trainer:
+    """Trains a policy, trial by trial, into a run folder.
+
+    Args:
+        config: The run's configuration.
+        folder: Where results go; exists already.
+        ready: The ready pose.
+        rig: The world.
+        perception: From signals to states.
+        policy: Has a learner.
+        next_trial: The first trial to run.
+        recorder: Records every trial; None records none.
+        beat: Keeps trials in time; None where time waits.
+    """
+
+    def __init__(
+        self,
+        config: RunConfig,
+        folder: RunFolder,
+        ready: ReadyPose,
+        rig: Rig,
+        perception: Perception,
+        policy: Policy,
+        next_trial: int = 0,
+        recorder: TrialRecorder | None = None,
+        beat: Beat | None = None,
+    ) -> None:
+        learner = learner_of(policy)
+        if learner is None:
+            raise ConfigurationError("policy", type(policy).__name__, "a policy with a learner")
+        self._config, self._folder, self._rig = config, folder, rig
+        self._perception, self._policy, self._learner = perception, policy, learner
+        self._perception_dict = perception_to_dict(perception)
+        self._task = build_task(config, ready, perception, policy, None if beat is None else beat.stopwatch)
+        self._supervisor = build_supervisor(config)
+        self._recorder, self._beat = recorder, beat
+        if recorder is not None:
+            recorder.of("train", config, ready, self._task, perception, policy, frozen=False)
+        self.next_trial = next_trial
+        self.interrupted = False
+
+    def train(self, trials: int, on_trial: Callable[[ScoredTrial], None]) -> None:
+        """Run trials up to number ``trials``; returns early, and says so in ``interrupted``, on Ctrl-C.
+
+        A trial that is cut short leaves no trace: the learner goes back to where it was, so that resuming gives
+        what an uninterrupted run would have given.
+        """
+        with interrupting(self._request_end):
+            while self.next_trial < trials and not self.interrupted:
+                before, ticks = self._learner.get_state(), self._rig.clock_ticks
+                scored = run_scored_trial(
+                    self._config,
+                    self._rig,
+                    self._task,
+                    self.next_trial,
+                    self._recorder,
+                    supervisor=self._supervisor,
+                    beat=self._beat,
+                )
+                if scored.report.outcome is Outcome.INTERRUPTED:
+                    self._learner.set_state(before)
+                    self._rig.set_clock_ticks(ticks)
+                    break
+                require_sound(scored)
+                if scored.marked and not self._config.admission.learn_from_marked:
+                    self._learner.set_state(before)
+                self._folder.append_trial(scored)
+                self.next_trial += 1
+                self.checkpoint()
+                on_trial(scored)
+
+    def checkpoint(self) -> None:
+        """Save what a resumed run starts from."""
+        ticks = self._rig.clock_ticks
+        Checkpoint(self.next_trial, self._learner.get_state(), self._perception_dict, ticks).save(self._folder)
+
+    def save_policy(self) -> None:
+        """Write ``policy.json``."""
+        settings = perception_settings(self._config, self._perception)
+        document = document_of(self._policy, created_with=made_with(), perception=settings)
+        document.save(self._folder.path / "policy.json")
+
+    def _request_end(self) -> None:
+        self.interrupted = True
+        self._task.interrupt()
+
+
+def resume_from(checkpoint: Checkpoint, policy: Policy, rig: Rig) -> None:
+    """Put a policy's learner, and the world's clock, to where the checkpoint left them."""
+    rig.set_clock_ticks(checkpoint.clock_ticks)
+    learner = learner_of(policy)
+    if learner is None:
+        raise ConfigurationError("policy", type(policy).__name__, "a policy with a learner")
+    try:
+        learner.set_state(checkpoint.learner)
+    except (KeyError, TypeError, ValueError) as error:
+        raise OutputError("checkpoint.json", f"holds no state of this learner ({error})", "begin a new run") from error
+
+
+def checkpoint_perception(checkpoint: Checkpoint) -> Perception:
+    """The perception that a checkpoint was made with."""
+    return perception_from_dict(checkpoint.perception)

@@ -1,0 +1,180 @@
+"""Runs trials one after the other and scores them against the truth."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, nullcontext
+from dataclasses import dataclass, replace
+from math import dist
+from types import FrameType
+from typing import Any
+
+from palpate.adapters.config.run import AdmissionConfig, RunConfig
+from palpate.adapters.hardware.real_time.session import Beat
+from palpate.adapters.log.trial_recorder import TrialRecorder, trial_name
+from palpate.core.control_loop import run_trial
+from palpate.core.errors import DeviceError
+from palpate.core.insertion.frame import draw_in_disc
+from palpate.core.insertion.task import InsertionTask
+from palpate.core.insertion.trial import Outcome, Purpose, TrialReport, TrialSetup, generator
+from palpate.core.ports.rig import Rig, Truth
+from palpate.core.supervision import Supervisor
+
+FULL_DEPTH_TOLERANCE_M = 5e-5
+"""A peg within this of the depth asked for is at full depth."""
+_BESIDE_M = 1e-3
+
+
+@dataclass(frozen=True)
+class ScoredTrial:
+    """A trial as the core saw it, and as it was.
+
+    Attributes:
+        report: The core's own account, from port data.
+        truth: What really happened; None where nobody knows.
+        success: Inserted to full depth, in the hole and not beside the plate, the true peak force below the limit;
+            without a truth, what the core takes for it.
+        marked: Why its timing does not count; empty for an admitted trial.
+        stopped_by: What stopped the arm besides core and supervisor; empty for nothing.
+    """
+
+    report: TrialReport
+    truth: Truth | None
+    success: bool
+    marked: str = ""
+    stopped_by: str = ""
+
+
+def trial_setup(config: RunConfig, trial: int) -> TrialSetup:
+    """The setup of a trial; it depends on the run's seed and the trial's index alone."""
+    start = draw_in_disc(
+        generator(config.seed, Purpose.START, trial),
+        config.task.start_uncertainty_mm * 1e-3,
+        config.task.start_shape,
+    )
+    return TrialSetup(trial, config.seed, start)
+
+
+def run_scored_trial(
+    config: RunConfig,
+    rig: Rig,
+    task: InsertionTask,
+    trial: int,
+    recorder: TrialRecorder | None = None,
+    first: int = 0,
+    supervisor: Supervisor | None = None,
+    beat: Beat | None = None,
+) -> ScoredTrial:
+    """Prepare the world, run one trial over the ports, and score it.
+
+    Args:
+        config: The run's configuration.
+        rig: The world and its ports.
+        task: The core.
+        trial: Index of the trial, for its random streams.
+        recorder: Records it; it already knows what the trials are trials of.
+        first: Index of the trial that is number 0 in the run's own count.
+        supervisor: Stands between the core and the arm.
+        beat: Keeps it in time; None where time waits.
+    """
+    rig.prepare(trial)
+    setup, ports = trial_setup(config, trial), rig.ports if beat is None else beat.timed(rig.ports)
+    loop = nullcontext() if beat is None else beat.loop()
+    if recorder is None:
+        with loop:
+            report = run_trial(task, ports, setup, supervisor)
+        return replace(score(config, report, rig.truth()), stopped_by=rig.stopped_by())
+    ports = recorder.begin(setup, ports, rig.world(), trial_name(trial - first))
+    ports = ports if beat is None else beat.timed_recording(ports)
+    try:
+        with loop:
+            report = run_trial(task, ports, setup, supervisor)
+    except BaseException as error:
+        recorder.fail(task.report, error, _rig_fields(rig, beat))
+        raise
+    scored = replace(score(config, report, rig.truth()), stopped_by=rig.stopped_by())
+    recorder.end(report, truth_fields(scored) | _rig_fields(rig, beat))
+    return scored
+
+
+def _rig_fields(rig: Rig, beat: Beat | None) -> dict[str, Any]:
+    return {"stopped_by": rig.stopped_by(), "timing_json": "" if beat is None else beat.report_json()}
+
+
+def score(config: RunConfig, report: TrialReport, truth: Truth | None) -> ScoredTrial:
+    """Hold the core's account against the truth."""
+    marked = objections(report, config.admission)
+    if truth is None:
+        return ScoredTrial(report, None, report.outcome is Outcome.INSERTED, marked)
+    success = (
+        report.outcome is Outcome.INSERTED
+        and dist(truth.tip_in_task_m[:2], truth.hole_in_task_m[:2]) < _BESIDE_M + config.cell.peg.clearance_mm * 1e-3
+        and truth.depth_m >= config.task.insertion_depth_mm * 1e-3 - FULL_DEPTH_TOLERANCE_M
+        and truth.peak_force_N < config.task.max_force_N
+    )
+    return ScoredTrial(report, truth, success, marked)
+
+
+def truth_fields(scored: ScoredTrial) -> dict[str, Any]:
+    """What of a log's end record only the truth can fill; nothing where nobody knows it."""
+    if scored.truth is None:
+        return {}
+    return {
+        "success": scored.success,
+        "true_peak_force_N": scored.truth.peak_force_N,
+        "true_depth_m": scored.truth.depth_m,
+        "true_tip_in_task_m": scored.truth.tip_in_task_m,
+        "true_hole_in_task_m": scored.truth.hole_in_task_m,
+    }
+
+
+def objections(report: TrialReport, config: AdmissionConfig) -> str:
+    """Why a trial's timing does not count; empty when it does. Reasons are apart by semicolons, figures in brackets."""
+    timing, ticks = report.timing, max(report.ticks, 1)
+    found = []
+    if timing.worst_late_ns > config.max_late_ms * 1e6:
+        found.append(f"a tick too late ({timing.worst_late_ns * 1e-6:.1f} ms)")
+    if timing.late_ticks > config.max_late_share * ticks:
+        found.append(f"too many late ticks ({timing.late_ticks / ticks:.0%})")
+    if timing.skipped_slots > config.max_skipped_share * (ticks + timing.skipped_slots):
+        found.append(f"slots skipped ({timing.skipped_slots})")
+    if timing.repeated_samples > config.max_repeated_share * ticks:
+        found.append(f"too few new samples ({timing.repeated_samples / ticks:.0%} of the ticks had none)")
+    return "; ".join(found)
+
+
+def require_sound(scored: ScoredTrial) -> None:
+    """Refuse to go on after a trial whose data cannot be trusted.
+
+    Raises:
+        DeviceError: A sensor failed, the arm was stopped, or the supervisor tripped.
+    """
+    # A trip may fall on the tick in which the task itself ended.
+    tripped = any(event.name == "trip" for event in scored.report.events)
+    if tripped or scored.report.outcome in (Outcome.SENSOR_FAULT, Outcome.STOPPED):
+        cause = f" ({scored.stopped_by})" if scored.stopped_by else ""
+        raise DeviceError("rig", f"trial {scored.report.setup.index}: {scored.report.events[-1].detail}{cause}")
+
+
+@contextmanager
+def interrupting(request_end: Callable[[], None]) -> Iterator[None]:
+    """While inside, the first SIGINT or SIGTERM asks for an orderly end; a second SIGINT stops at once.
+
+    Signals reach a program's main thread only: in any other one this does nothing.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def handle(number: int, frame: FrameType | None) -> None:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        request_end()
+
+    before = {number: signal.signal(number, handle) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

@@ -1,0 +1,257 @@
+"""One run of the campaign: a trial, a fault in it, and what came of both."""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Final
+
+from palpate.adapters.config.run import RunConfig
+from palpate.adapters.experiments.build import build_perception, build_supervisor, build_task
+from palpate.adapters.experiments.policies import comparator
+from palpate.adapters.experiments.trial import score, trial_setup, truth_fields
+from palpate.adapters.fault_injection.campaign.felt import FeltForce
+from palpate.adapters.fault_injection.campaign.variants import Variant
+from palpate.adapters.fault_injection.ports import faulty
+from palpate.adapters.fault_injection.schedule import Delivery
+from palpate.adapters.hardware.real_time.session import Beat
+from palpate.adapters.log.reader import TrialLog, assemble, sound_messages
+from palpate.adapters.log.records import CallEntry
+from palpate.adapters.log.trial_recorder import TrialRecorder
+from palpate.adapters.log.writer_client import MemorySink
+from palpate.core.control_loop import run_trial
+from palpate.core.errors import LogError, PalpateError
+from palpate.core.insertion.ready_pose import ReadyPose
+from palpate.core.insertion.task import InsertionTask
+from palpate.core.insertion.trial import Outcome, Phase, TrialReport
+from palpate.core.motion.arm import arm_named
+from palpate.core.motion.model import Kinematics, ToolGeometry
+from palpate.core.ports.rig import Rig
+from palpate.core.supervision import Supervisor
+
+PHASES: Final = (Phase.TRANSFER, Phase.SETTLE, Phase.APPROACH, Phase.EXPLORE, Phase.INSERT)
+"""Phases that take time in every trial, and so can have a fault in them."""
+HARDWARE_LIMIT_N: Final = 60.0
+"""A true force above this counts as damage: the paper's sensor saturates there, and so may a real one."""
+_POLICY: Final = "torque"
+_FAULT_CALL: Final = "fault"
+
+
+class Class(enum.Enum):
+    """What a run shows about its fault."""
+
+    TOLERABLE = "tolerable"
+    DETECTED = "detected"
+    UNOBSERVABLE = "unobservable"
+    FAILED = "FAILED"
+    NOT_STRUCK = "not struck"
+
+
+@dataclass(frozen=True)
+class FaultRun:
+    """What came of one run.
+
+    Attributes:
+        variant: Name of the fault.
+        phase: In which phase it was to strike.
+        seed: Seed of trial and fault.
+        delivered: Whether it struck at all; a trial may end before.
+        outcome: How the trial ended, or the error that ended it.
+        ticks_to_stop: From the delivery to the last tick; None when the trial ended in the ordinary way.
+        cause: What stopped it, in words; empty when nothing did.
+        safe_stop: The arm was told to stop at the end, as the log shows.
+        peak_force_N: Largest true force; where nobody knows it, the largest change that the sensor felt before any
+            fault of its own.
+        damage: A true force above ``HARDWARE_LIMIT_N``, or a joint outside its limits.
+        log_intact: The log is sound, and tells of the fault.
+        verdict: What it shows.
+    """
+
+    variant: str
+    phase: str
+    seed: int
+    delivered: bool
+    outcome: str
+    ticks_to_stop: int | None
+    cause: str
+    safe_stop: bool
+    peak_force_N: float
+    damage: bool
+    log_intact: bool
+    verdict: Class
+
+
+class Bench:
+    """A rig on which the campaign runs trial after trial.
+
+    Args:
+        config: The run's configuration.
+        ready: The ready pose.
+        rig: Entered already.
+        supervised: False lets every command through: to show what the supervisor is good for.
+        beat: Keeps trials in time; None where time waits.
+    """
+
+    def __init__(
+        self, config: RunConfig, ready: ReadyPose, rig: Rig, *, supervised: bool, beat: Beat | None = None
+    ) -> None:
+        self.config, self._ready, self._rig, self._supervised = config, ready, rig, supervised
+        self._loop: Callable[[], AbstractContextManager[object]] = nullcontext if beat is None else beat.loop
+        kinematics = Kinematics(arm_named(config.arm), ToolGeometry())
+        self._lower, self._upper = kinematics.lower_rad.tolist(), kinematics.upper_rad.tolist()
+
+    def windows(self, seed: int) -> dict[Phase, range]:
+        """When the phases of the trial of this seed run, without any fault."""
+        task, _ = self._parts()
+        self._rig.prepare(seed)
+        with self._loop():
+            report = run_trial(task, self._rig.ports, trial_setup(self.config, seed))
+        begins = [(Phase(event.detail), event.tick) for event in report.events if event.name == "phase"]
+        ends = [tick for _, tick in begins[1:]] + [report.ticks]
+        return {phase: range(tick, end) for (phase, tick), end in zip(begins, ends, strict=True) if end > tick}
+
+    def run(self, variant: Variant, phase: Phase, tick: int, seed: int) -> FaultRun:
+        """One trial with a fault from this tick on."""
+        task, supervisor = self._parts()
+        sink, deliveries = MemorySink(), list[Delivery]()
+        error: PalpateError | None = None
+        with TrialRecorder(lambda: sink, Path("."), self.config.recording) as recorder:
+            policy = comparator(_POLICY, self.config, lambda: (0.0, 0.0))
+            perception = build_perception(RunConfig(task=self.config.task))
+            recorder.of("faults", self.config, self._ready, task, perception, policy, name=_POLICY)
+
+            def tell(delivery: Delivery) -> None:
+                deliveries.append(delivery)
+                entry = CallEntry(
+                    tick=recorder.flight.tick,
+                    port=delivery.port,
+                    call=_FAULT_CALL,
+                    text=f"{delivery.kind}: {delivery.text}",
+                )
+                recorder.flight.call(entry)
+
+            self._rig.prepare(seed)
+            setup = trial_setup(self.config, seed)
+            felt = FeltForce(self._rig.ports.force_sensor)
+            bad = faulty(replace(self._rig.ports, force_sensor=felt), [variant.at(tick, seed)], tell)
+            ports = recorder.begin(setup, bad, self._rig.world(), "run")
+            try:
+                with self._loop():
+                    report = run_trial(task, ports, setup, supervisor)
+                scored = score(self.config, report, self._rig.truth())
+                recorder.end(report, truth_fields(scored))
+            except PalpateError as caught:
+                error = caught
+                recorder.fail(task.report, caught)
+        if task.report.outcome is not Outcome.INSERTED:
+            # Wherever it was stopped: the next run begins as the first one did.
+            self._rig.return_to_ready()
+        truth = self._rig.truth()
+        peak_N = felt.peak_N if truth is None else truth.peak_force_N
+        return self._judged(variant, phase, seed, deliveries, task, supervisor, error, sink.logs, peak_N)
+
+    def _parts(self) -> tuple[InsertionTask, Supervisor | None]:
+        config = self.config
+        policy = comparator(_POLICY, config, lambda: (0.0, 0.0))
+        task = build_task(config, self._ready, build_perception(RunConfig(task=config.task)), policy)
+        return task, build_supervisor(config) if self._supervised else None
+
+    def _judged(
+        self,
+        variant: Variant,
+        phase: Phase,
+        seed: int,
+        deliveries: Sequence[Delivery],
+        task: InsertionTask,
+        supervisor: Supervisor | None,
+        error: PalpateError | None,
+        logs: Sequence[bytes],
+        peak_N: float,
+    ) -> FaultRun:
+        log, report = read_back(logs), task.report
+        damage = peak_N > HARDWARE_LIMIT_N or (log is not None and self._left_limits(log))
+        told = [] if log is None else [call.tick for call in log.calls if call.call == _FAULT_CALL]
+        intact = log is not None and log.end is not None and len(told) == len(deliveries)
+        stop = _stop_tick(log, supervisor, report.outcome, error, report.ticks - 1)
+        outcome = type(error).__name__ if error is not None else report.outcome.value if report.outcome else ""
+        ticks = None if stop is None or not told else max(stop - told[0], 0)
+        lived = report.ticks - 1 - told[0] if told else 0
+        stopped = log is not None and any((call.port, call.call) == ("arm", "stop") for call in log.calls)
+        verdict = Class.NOT_STRUCK
+        if deliveries:
+            verdict = _verdict(variant, ticks, lived, damage=damage, intact=intact and stopped)
+        return FaultRun(
+            variant=variant.name,
+            phase=phase.value,
+            seed=seed,
+            delivered=bool(deliveries),
+            outcome=outcome,
+            ticks_to_stop=ticks,
+            cause="" if stop is None else _cause(supervisor, error, report),
+            safe_stop=stopped,
+            peak_force_N=peak_N,
+            damage=damage,
+            log_intact=intact,
+            verdict=verdict,
+        )
+
+    def _left_limits(self, log: TrialLog) -> bool:
+        return any(
+            not low <= q <= high
+            for record in log.records()
+            if record.applied is not None
+            for q, low, high in zip(record.applied.position_rad, self._lower, self._upper, strict=True)
+        )
+
+
+def read_back(logs: Sequence[bytes]) -> TrialLog | None:
+    """The log of the run; None when it cannot be read."""
+    try:
+        return assemble("run", logs[0], list(sound_messages("run", logs[0])))
+    except (LogError, IndexError):
+        return None
+
+
+def _stop_tick(
+    log: TrialLog | None, supervisor: Supervisor | None, outcome: Outcome | None, error: PalpateError | None, last: int
+) -> int | None:
+    """The tick in which the trial was stopped for a fault; None when it ended in the ordinary way."""
+    if supervisor is not None and supervisor.trip is not None:
+        return supervisor.trip.tick
+    if error is not None:
+        return last if log is None else max(len(log.ticks) - 1, 0)
+    if outcome in (Outcome.SENSOR_FAULT, Outcome.STOPPED, Outcome.FORCE_LIMIT):
+        return last
+    return None
+
+
+def _cause(supervisor: Supervisor | None, error: PalpateError | None, report: TrialReport) -> str:
+    if supervisor is not None and supervisor.trip is not None:
+        return supervisor.trip.text
+    return str(error) if error is not None else report.events[-1].detail
+
+
+def _verdict(variant: Variant, ticks: int | None, lived: int, *, damage: bool, intact: bool) -> Class:
+    """What a run shows.
+
+    Args:
+        variant: The fault.
+        ticks: From its delivery to the stop; None if there was none.
+        lived: Ticks from its delivery to the trial's end.
+        damage: Whether a limit of the hardware was exceeded. A stop in time counts as detected even when it could not
+            prevent that; it is told beside.
+        intact: Whether the log tells of it, and of the arm's stop.
+    """
+    patience = variant.patience_ticks
+    if not intact:
+        return Class.FAILED
+    if ticks is not None:
+        return Class.FAILED if patience is not None and ticks > patience else Class.DETECTED
+    if variant.hidden:
+        return Class.UNOBSERVABLE
+    # Plain to see, and yet the trial went on to its end; unless that came first.
+    overlooked = patience is not None and lived > patience
+    return Class.FAILED if damage or overlooked else Class.TOLERABLE

@@ -1,0 +1,160 @@
+"""When a fault strikes, and the account of when it did."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Final, TypeAlias
+
+import numpy as np
+
+from palpate.adapters.fault_injection.plan import FaultPlan
+from palpate.core.errors import ConfigurationError
+from palpate.core.ports.devices import Clock
+
+_NS: Final = 1_000_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class Delivery:
+    """A fault that was delivered. One that lasts is told when it begins, one that strikes by chance each time.
+
+    Attributes:
+        tick: Tick of the decorated port, from 0 at its first use.
+        time_ns: Run-clock time.
+        kind: Kind of fault.
+        port: Port that it struck.
+        text: What happened.
+    """
+
+    tick: int
+    time_ns: int
+    kind: str
+    port: str
+    text: str
+
+
+Tell: TypeAlias = Callable[[Delivery], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Moment:
+    """A tick of one port.
+
+    Attributes:
+        tick: Counted from 0 at the port's first use.
+        time_ns: Run-clock time.
+        since_first_ns: Time since the port's first use.
+    """
+
+    tick: int
+    time_ns: int
+    since_first_ns: int
+
+
+class Ticker:
+    """Counts the ticks of one port: a use at a later time than the one before begins a tick.
+
+    Args:
+        clock: The run's clock.
+    """
+
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
+        self._first_ns: int | None = None
+        self._last_ns = 0
+        self._tick = 0
+
+    def moment(self) -> Moment:
+        """The port is used now."""
+        now_ns = self._clock.now_ns()
+        if self._first_ns is None:
+            self._first_ns = now_ns
+        elif now_ns > self._last_ns:
+            self._tick += 1
+        self._last_ns = now_ns
+        return Moment(self._tick, now_ns, now_ns - self._first_ns)
+
+
+class Schedule:
+    """Says of each tick whether a fault strikes in it, and tells what was delivered.
+
+    Args:
+        plan: The fault.
+        note: Is told of deliveries.
+
+    Attributes:
+        plan: The fault.
+        rng: The fault's own random numbers.
+    """
+
+    def __init__(self, plan: FaultPlan, note: Tell) -> None:
+        self.plan, self._note = plan, note
+        # Without the name, losses on two ports with the default seed would always fall on the same ticks.
+        name = zlib.crc32(f"{plan.port}.{plan.kind}".encode())
+        self.rng = np.random.default_rng(np.random.SeedSequence(plan.seed, spawn_key=(name,)))
+        self._tick: int | None = None
+        self._begin: int | None = None
+        self._strikes = False
+        self._delivered: int | None = None
+
+    def strikes(self, moment: Moment) -> bool:
+        """Whether the fault strikes in this tick; asked again in the same tick it says the same."""
+        if moment.tick != self._tick:
+            self._tick = moment.tick
+            if self._begin is None and self._is_due(moment):
+                self._begin = moment.tick
+            self._strikes = self._lasts(moment.tick) and self._chance()
+        return self._strikes
+
+    def delivered(self, moment: Moment) -> None:
+        """The fault has just done something."""
+        last, self._delivered = self._delivered, moment.tick
+        goes_on = last is not None and moment.tick - last <= 1
+        if last != moment.tick and not (goes_on and self.plan.probability >= 1.0):
+            self.tell(moment, self.plan.text)
+
+    def tell(self, moment: Moment, text: str) -> None:
+        """Something happened that is worth an entry of its own."""
+        self._note(Delivery(moment.tick, moment.time_ns, self.plan.kind, self.plan.port, text))
+
+    def _is_due(self, moment: Moment) -> bool:
+        at_s = self.plan.at_time_s
+        return moment.tick >= self.plan.first_tick if at_s is None else moment.since_first_ns >= round(at_s * _NS)
+
+    def _lasts(self, tick: int) -> bool:
+        duration = self.plan.duration_ticks
+        return self._begin is not None and (duration == 0 or tick - self._begin < duration)
+
+    def _chance(self) -> bool:
+        return self.plan.probability >= 1.0 or self.rng.random() < self.plan.probability
+
+
+class Account:
+    """Keeps what was delivered at one port, and passes it on.
+
+    Args:
+        tell: Is told too, or nobody.
+    """
+
+    def __init__(self, tell: Tell | None) -> None:
+        self.deliveries: list[Delivery] = []
+        self._tell = tell
+
+    def note(self, delivery: Delivery) -> None:
+        """A fault was delivered."""
+        self.deliveries.append(delivery)
+        if self._tell is not None:
+            self._tell(delivery)
+
+    def schedules(self, port: str, plans: Sequence[FaultPlan]) -> list[Schedule]:
+        """One schedule for each plan.
+
+        Raises:
+            ConfigurationError: A plan is for another port.
+        """
+        for plan in plans:
+            if plan.port != port:
+                raise ConfigurationError("faults.port", plan.port, f"{port}, which is what is decorated")
+        return [Schedule(plan, self.note) for plan in plans]

@@ -1,0 +1,1 @@
+"""Rigs of real devices: adapters of the drivers, watchdogs, real time, the doctor, and the emulated cell."""

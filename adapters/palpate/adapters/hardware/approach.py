@@ -1,0 +1,178 @@
+"""The way of a real arm to the ready pose, from wherever it was left."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import dist
+from typing import Final
+
+import numpy as np
+import pinocchio as pin
+
+from palpate.adapters.config.run import RunConfig
+from palpate.core.control_loop import next_slot, tick_time_ns
+from palpate.core.errors import DeviceError
+from palpate.core.insertion.frame import goal_in_base
+from palpate.core.insertion.ready_pose import ReadyPose
+from palpate.core.insertion.task import PERIOD_S
+from palpate.core.motion.arm import ArmDescription, arm_named
+from palpate.core.motion.inverse import InverseKinematics
+from palpate.core.motion.model import Kinematics, ToolGeometry
+from palpate.core.ports.devices import Ports
+from palpate.core.ports.values import CONTROL_RATE_HZ, CommandReason, JointCommand, JointVector, Validity, Vector3
+
+WITHDRAWAL_M_S: Final = 0.02
+"""Speed at which a peg that was left in its hole is drawn out: that of free motion near the plate."""
+_ALONG: Final = 0.98
+"""Cosine of the largest angle between the tool and the hole at which a peg can be in that hole."""
+_THERE_RAD: Final = 2e-3
+"""An arm whose joints are all this close to a pose is there."""
+_BLIND_TICKS: Final = CONTROL_RATE_HZ // 4
+"""For so long the arm waits, where it is, for a sensor whose samples are too old; after a pause they may be."""
+_TICK_NS: Final = 1_000_000_000 // CONTROL_RATE_HZ
+_PATIENCE_TICKS: Final = 3 * CONTROL_RATE_HZ
+"""How long the arm may take to arrive after its set-point has."""
+
+
+@dataclass(frozen=True, slots=True)
+class Approach:
+    """What an arm must know to come to the ready pose from anywhere.
+
+    Attributes:
+        arm: Which arm.
+        goal_in_base: The hole as the task gives it, z into the hole.
+        clear_m: Height of the tip over the plate from which the arm may move freely.
+        poses_rad: Joint poses, (n,) each, to pass in order.
+    """
+
+    arm: ArmDescription
+    goal_in_base: pin.SE3
+    clear_m: float
+    poses_rad: tuple[JointVector, ...]
+
+
+def walk(approach: Approach, ports: Ports, speed_rad_s: float, limit_N: float) -> None:
+    """Draw the tool straight out of a hole that it may be in, then pass the poses of an approach.
+
+    The arm is left as it is on every way out: it holds its last set-point, or was stopped.
+
+    Args:
+        approach: The way.
+        ports: The four ports.
+        speed_rad_s: Speed of the joint that has farthest to go.
+        limit_N: A force that differs by more than this from the one at first, or from the one after the withdrawal,
+            stops the arm; during the withdrawal twice as much, because an arm that was left pressing lets go of that.
+
+    Raises:
+        DeviceError: The arm does not follow, is held back, meets something, or a sensor fails.
+    """
+    path = withdrawal(approach, ports.joint_encoder.read().position_rad)
+    if path:
+        _follow(ports, path, _force_N(ports), 2.0 * limit_N)
+    first_N = _force_N(ports)
+    for pose in approach.poses_rad:
+        begin = ports.joint_encoder.read().position_rad
+        _follow(ports, _joint_line(begin, pose, speed_rad_s), first_N, limit_N)
+
+
+def withdrawal(approach: Approach, begin_rad: JointVector) -> list[JointVector]:
+    """Joint poses, tick by tick, that draw a tool back along its own axis until it is clear of the plate.
+
+    Returns:
+        The poses; none where the tip is clear already, or does not point as the hole does.
+
+    Raises:
+        DeviceError: The arm cannot move the tool that way from where it is.
+    """
+    kinematics = Kinematics(approach.arm, ToolGeometry())
+    kinematics.update(begin_rad)
+    tip = kinematics.tip_in_base
+    height_m = -float(approach.goal_in_base.actInv(tip).translation[2])
+    if height_m >= approach.clear_m or approach.goal_in_base.rotation[:, 2] @ tip.rotation[:, 2] < _ALONG:
+        return []
+    inverse, axis = InverseKinematics(kinematics, 1.0 / CONTROL_RATE_HZ), tip.rotation[:, 2]
+    length_m = approach.clear_m - height_m
+    ticks = max(1, round(length_m / WITHDRAWAL_M_S * CONTROL_RATE_HZ))
+    q, path = np.array(begin_rad), []
+    for tick in range(1, ticks + 1):
+        step = inverse.step(q, pin.SE3(tip.rotation, tip.translation - length_m * tick / ticks * axis))
+        if step.limited:
+            raise DeviceError("rig", "the tool cannot be drawn straight back from where it was left: move it by hand")
+        q = step.q_rad
+        path.append(tuple(q.tolist()))
+    return path
+
+
+def _joint_line(begin_rad: JointVector, target_rad: JointVector, speed_rad_s: float) -> list[JointVector]:
+    """Straight in joint space, all joints arriving together."""
+    far = max(abs(t - b) for t, b in zip(target_rad, begin_rad, strict=True))
+    ticks = max(1, round(far / speed_rad_s * CONTROL_RATE_HZ))
+    return [
+        tuple(b + k / ticks * (t - b) for t, b in zip(target_rad, begin_rad, strict=True)) for k in range(1, ticks + 1)
+    ]
+
+
+def _force_N(ports: Ports) -> Vector3:
+    """A force that is not old, (3,) N."""
+    for _ in range(_BLIND_TICKS):
+        sample = ports.force_sensor.read()
+        if sample.validity is Validity.VALID:
+            return sample.force_N
+        ports.clock.sleep_until(ports.clock.now_ns() + _TICK_NS)
+    raise DeviceError("rig", f"force sample {sample.validity.value} before the way to the ready pose")
+
+
+def _follow(ports: Ports, path: list[JointVector], first_N: Vector3, limit_N: float) -> None:
+    """Command one pose a tick and wait until the arm has arrived at the last."""
+    clock, sensor, encoder, arm = ports.clock, ports.force_sensor, ports.joint_encoder, ports.arm
+    start_ns, slot, tick, blind = clock.now_ns(), 0, 0, 0
+    try:
+        while True:
+            clock.sleep_until(tick_time_ns(start_ns, slot))
+            now_ns = clock.now_ns()
+            joints, wrench = encoder.read(), sensor.read()
+            seeing = joints.validity is Validity.VALID and wrench.validity is Validity.VALID
+            blind = 0 if seeing else blind + 1
+            if blind > _BLIND_TICKS:
+                problem = f"joint sample {joints.validity.value}, force sample {wrench.validity.value}"
+                raise DeviceError("rig", f"{problem} on the way to the ready pose")
+            if seeing and dist(wrench.force_N, first_N) > limit_N:
+                raise DeviceError("rig", f"a force of more than {limit_N:g} N on the way to the ready pose")
+            tick += seeing
+            if tick:
+                # A blind arm is told again to stay where it is.
+                asked = path[min(tick, len(path)) - 1]
+                reason = arm.send(JointCommand(asked)).reason
+                if reason in (CommandReason.STOPPED, CommandReason.POSITION_LIMIT):
+                    # By then a fault that stopped it has a name.
+                    arm.stop()
+                    why = f"{reason.value}{f', {arm.fault}' if arm.fault else ''}"
+                    raise DeviceError("rig", f"the arm was held back on the way to the ready pose: {why}")
+            if tick >= len(path) and seeing:
+                away = max(abs(t - q) for t, q in zip(asked, joints.position_rad, strict=True))
+                if away <= _THERE_RAD:
+                    return
+                if tick > len(path) + _PATIENCE_TICKS:
+                    raise DeviceError("rig", f"the arm does not arrive at the ready pose: {away:.4f} rad away")
+            slot = next_slot(start_ns, slot, now_ns)
+    except BaseException:
+        arm.stop()
+        raise
+
+
+APPROACH_HEIGHT_M: Final = 0.1
+"""Height above the plate by which an arm on its way to the ready pose passes."""
+
+
+def find_approach(config: RunConfig, ready: ReadyPose) -> Approach:
+    """The way to the ready pose for an arm that comes from anywhere: clear of the plate, well above it, down to it.
+
+    Raises:
+        UnreachableError: The arm cannot get there.
+    """
+    inverse = InverseKinematics(Kinematics(arm_named(config.arm), ToolGeometry()), PERIOD_S)
+    goal = goal_in_base(config.task.goal)
+    above = goal.act(np.array([0.0, 0.0, -APPROACH_HEIGHT_M]))
+    q = inverse.solve(pin.SE3(ready.tip_rotation, above), free_yaw=False, seed_rad=ready.q_rad, field="task.goal")
+    poses = tuple(q.tolist()), tuple(ready.q_rad.tolist())
+    return Approach(arm_named(config.arm), goal, config.task.ready_height_mm * 1e-3, poses)

@@ -1,0 +1,28 @@
+"""The run's time on a real arm: the computer's monotonic clock, counted from the run's start."""
+
+from __future__ import annotations
+
+import time
+
+from palpate.core.ports.devices import Clock
+
+
+class MonotonicClock(Clock):
+    """Real time. Sleeps to absolute deadlines, so that lateness never adds up.
+
+    Attributes:
+        origin_ns: The system's monotonic clock at the time 0 of this one.
+    """
+
+    def __init__(self) -> None:
+        self.origin_ns = time.monotonic_ns()
+
+    def now_ns(self) -> int:
+        """See :class:`Clock`."""
+        return time.monotonic_ns() - self.origin_ns
+
+    def sleep_until(self, deadline_ns: int) -> None:
+        """See :class:`Clock`; a deadline that is past returns at once."""
+        deadline_ns += self.origin_ns
+        while (left_ns := deadline_ns - time.monotonic_ns()) > 0:
+            time.sleep(left_ns * 1e-9)

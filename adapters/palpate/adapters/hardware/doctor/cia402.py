@@ -1,0 +1,144 @@
+"""An arm of CiA 402 drives. They get no power here."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from palpate.adapters.hardware.cia402 import Cia402Driver
+from palpate.adapters.hardware.doctor.findings import Notebook
+from palpate.adapters.hardware.doctor.pace import Spread, at_rate, rate_Hz, spread_of
+from palpate.core.errors import DeviceError
+from palpate.core.ports.devices import Clock
+from palpate.core.ports.values import CONTROL_RATE_HZ
+from palpate.drivers.cia402.arm import Cia402Arm
+from palpate.drivers.cia402.mailbox import ArmStatistics
+from palpate.drivers.cia402.measured import Measured
+from palpate.drivers.cia402.object_dictionary import DriveState
+from palpate.drivers.cia402.watch import outside
+
+_CABLE: Final = "check the bus: 60 ohm between CAN_H and CAN_L with the power off, shield, one bit rate for all nodes"
+_MISSED_SHARE: Final = 0.01
+
+
+def examine_cia402(driver: Cia402Driver, clock: Clock, seconds: float, notes: Notebook) -> None:
+    """Drives, their states, bus, budget; cycles without power.
+
+    Args:
+        driver: Open.
+        clock: The run's clock.
+        seconds: How long to cycle.
+        notes: Where it goes.
+    """
+    arm = driver.arm
+    if arm is None:
+        raise DeviceError("CiA 402 arm", "is not open")
+    settings = arm.settings
+    nodes = [joint.node for joint in settings.joints]
+    notes.fact("drives", f"{len(nodes)}, nodes {', '.join(map(str, nodes))}; the host's heartbeat {settings.host_node}")
+    notes.fact("bit rate", f"{settings.bitrate} bit/s", settings.bitrate)
+    notes.fact("mode", settings.mode.name, settings.mode.name)
+    before = arm.statistics()
+    cycles: list[Measured] = []
+    begun: list[int] = []
+    late_ns: list[int] = []
+
+    def turn() -> None:
+        begun.append(clock.now_ns())
+        cycles.append(arm.cycle())
+
+    try:
+        at_rate(clock, float(settings.rate_Hz), seconds, turn, late_ns)
+    finally:
+        notes.fact("state", arm.state.value if arm.fault is None else f"{arm.state.value}: {arm.fault}")
+        _drives(arm, cycles[-1] if cycles else None, notes)
+        _traffic(before, arm.statistics(), notes)
+        _budget(arm, begun, late_ns, notes)
+
+
+def _drives(arm: Cia402Arm, last: Measured | None, notes: Notebook) -> None:
+    rows = []
+    faults = 0
+    for i, (joint, who) in enumerate(zip(arm.settings.joints, arm.identities, strict=True)):
+        state = None if last is None else last.states[i]
+        angle = None if last is None else last.position_rad[i]
+        rows.append((
+            str(joint.node), who.name or "?", _hex(who.vendor), _hex(who.product), _hex(who.revision),
+            "?" if who.serial is None else str(who.serial), "?" if state is None else state.value,
+            "?" if angle is None else f"{angle:+.4f}", f"{joint.lower_rad:.2f} to {joint.upper_rad:.2f}",
+        ))  # fmt: skip
+        if state in (DriveState.FAULT, DriveState.FAULT_REACTION):
+            faults += 1
+            remedy = "look its code up in the drive's manual (object 0x603F), mend the cause, then acknowledge"
+            notes.wrong(f"drive {joint.node} is in fault", remedy)
+        if angle is not None and outside(angle, joint, arm.settings.pose_margin_rad):
+            faults += 1
+            remedy = "mend [arm] zero_counts and counts_per_rad, or move the joint back by hand"
+            notes.wrong(f"joint {i + 1} stands at {angle:.4f} rad, beyond its limits", remedy)
+    columns = ("node", "name", "vendor", "product", "revision", "serial", "state", "joint (rad)", "limits (rad)")
+    notes.table(columns, tuple(rows))
+    if last is not None and not faults:
+        notes.ok("no drive reports a fault, and every joint is within its limits")
+
+
+def _traffic(before: ArmStatistics, now: ArmStatistics, notes: Notebook) -> None:
+    cycles = now.cycles - before.cycles
+    old = {node.node: node for node in before.nodes}
+    rows = []
+    missed = odd = 0
+    for node in now.nodes:
+        was = old[node.node]
+        lost, late = node.missed - was.missed, node.late - was.late
+        twice, bad = node.duplicates - was.duplicates, node.malformed - was.malformed
+        emergencies = node.emergencies - was.emergencies
+        gap_ms = 1e3 * node.longest_heartbeat_gap_s
+        rows.append((*map(str, (node.node, lost, late, twice, bad, emergencies)), f"{gap_ms:.0f} ms"))
+        missed, odd = missed + lost, odd + twice + bad
+    columns = ("node", "missed", "late", "duplicates", "malformed", "emergencies", "longest heartbeat gap")
+    notes.table(columns, tuple(rows))
+    if missed > _MISSED_SHARE * max(1, cycles * len(rows)):
+        notes.wrong(f"{missed} answers missing in {cycles} cycles", f"{_CABLE}; or a larger [arm] divider")
+    elif cycles:
+        notes.ok(f"{missed} answers missing in {cycles} cycles")
+    if odd:
+        remedy = f"see whether two nodes have the same number, or another program talks; {_CABLE}"
+        notes.wrong(f"{odd} answers came twice or had another length", remedy)
+    for emergency in now.emergencies:
+        if not emergency.clears:
+            told = f"drive {emergency.node} sent EMCY 0x{emergency.code:04X}, register 0x{emergency.register:02X}"
+            notes.wrong(told, "look the code up in the drive's manual")
+
+
+def _budget(arm: Cia402Arm, begun: list[int], late_ns: list[int], notes: Notebook) -> None:
+    settings, statistics, late = arm.settings, arm.statistics(), spread_of(late_ns)
+    times = (statistics.round_trip_min_s, statistics.round_trip_median_s, statistics.round_trip_p99_s,
+             statistics.round_trip_max_s)  # fmt: skip
+    trips = Spread(*(1e3 * time for time in times))
+    if late is None or trips.p99_ms <= 0.0:
+        return
+    wanted, got = float(settings.rate_Hz), rate_Hz(begun)
+    budget = settings.budget
+    wire_ms = 1e3 * budget.bits_per_cycle(stuffed=False) / settings.bitrate
+    latency_ms = max(0.0, trips.median_ms - wire_ms)
+    notes.fact("round trip", f"{trips}, all drives; their frames alone need {wire_ms:.2f} ms", trips.median_ms)
+    told = f"{latency_ms:.2f} ms a cycle beyond the frames, adapter and drives together"
+    notes.fact("adapter latency", told, latency_ms)
+    notes.fact("jitter", f"cycles begin late by {late}", late.median_ms)
+    notes.fact("cycle rate", f"{got:.1f} Hz, asked for {wanted:.1f} Hz", got)
+    highest = settings.answer_share * 1e3 / trips.p99_ms
+    fits = next((k for k in range(1, CONTROL_RATE_HZ) if CONTROL_RATE_HZ / k <= highest), CONTROL_RATE_HZ)
+    told = (
+        f"computed {budget.highest_rate_Hz():.0f} Hz at most ({budget.bits_per_cycle()} bits a cycle), "
+        f"measured {highest:.1f} Hz (answers within {settings.answer_share:.0%} of the period); "
+        f"divider = {fits} fits, {CONTROL_RATE_HZ / fits:.1f} Hz"
+    )
+    notes.fact("budget", told, fits)
+    notes.judge(
+        got > 0.97 * wanted and highest >= wanted,
+        f"{wanted:.1f} Hz fit the bus",
+        f"{wanted:.1f} Hz do not fit: answers take {trips.p99_ms:.2f} ms (99 %), {got:.1f} Hz were achieved",
+        f"[arm] divider = {fits}, or an adapter with less latency (socketcan instead of slcan)",
+    )
+
+
+def _hex(number: int | None) -> str:
+    return "?" if number is None else f"0x{number:X}"

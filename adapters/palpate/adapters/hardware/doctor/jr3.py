@@ -1,0 +1,147 @@
+"""A JR3 force sensor."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from palpate.adapters.hardware.doctor.findings import Notebook
+from palpate.adapters.hardware.doctor.pace import distances, rate_Hz, spread_of
+from palpate.adapters.hardware.doctor.wrench import WrenchReading, examine_wrench
+from palpate.adapters.hardware.jr3 import Jr3ForceSensor
+from palpate.core.errors import DeviceError
+from palpate.core.ports.devices import Clock
+from palpate.core.ports.values import CONTROL_RATE_HZ
+from palpate.drivers.jr3.device import Jr3
+from palpate.drivers.jr3.statistics import Jr3Statistics
+from palpate.drivers.jr3.transport import CAN_TIMING, UART_TIMING
+
+_POLL_NS: Final = 1_000_000
+_CLUMPED_MS: Final = 3.0
+"""What readings may arrive late, usually, before an adapter is suspected. A choice: above a latency timer of 1 ms."""
+
+
+def examine_jr3(sensor: Jr3ForceSensor, clock: Clock, seconds: float, notes: Notebook) -> None:
+    """Identity, rate, counters, noise. The sensor is active.
+
+    Args:
+        sensor: The adapter.
+        clock: The run's clock.
+        seconds: How long to listen.
+        notes: Where it goes.
+    """
+    device = sensor.device
+    if device is None:
+        raise DeviceError(sensor.name, "is not open")
+    identity = device.identity
+    scales = identity.full_scales
+    newtons, metres = scales.force_N, tuple(moment * 0.1 for moment in scales.moment_dNm)
+    asked = sensor.settings
+    notes.fact("identity", f"{identity.name}; it has neither serial number nor version to tell", identity.name)
+    notes.fact("full scales", f"{', '.join(map(str, newtons))} N; {', '.join(f'{m:.1f}' for m in metres)} N m")
+    cutoff = f"{identity.cutoff_Hz:g} Hz" if identity.cutoff_Hz else "none"
+    notes.fact("filter", f"{cutoff} (asked for {asked.cutoff_Hz:g} Hz)", identity.cutoff_Hz)
+    timing = CAN_TIMING if "CAN" in identity.name else UART_TIMING
+    told = f"the wire carries a reading every {timing.min_period_us} us at best, {identity.period_us} us are set"
+    notes.fact("budget", f"{told}: {timing.min_period_us / identity.period_us:.0%}", timing.min_period_us)
+    before, before_ns = device.statistics(), clock.now_ns()
+    try:
+        readings, arrivals = _listen(device, clock, seconds)
+    finally:
+        _counters(device.statistics(), notes)
+    after = device.statistics()
+    _rate(readings, identity.period_us, notes)
+    _arrivals(arrivals, identity.period_us, notes)
+    _silence([before_ns, *arrivals, clock.now_ns()], asked.stall_ns, notes)
+    _judge_counters(before, after, notes)
+    resolution = 2.0 * max(*scales.lsb_N, *scales.lsb_Nm)
+    examine_wrench(readings, notes, (*newtons, *metres), resolution)
+
+
+def _listen(device: Jr3, clock: Clock, seconds: float) -> tuple[list[WrenchReading], list[int]]:
+    """Readings, and the times at which something arrived."""
+    readings: list[WrenchReading] = []
+    arrivals: list[int] = []
+    # What has waited until now would look like a burst.
+    device.poll(clock.now_ns())
+    end_ns = clock.now_ns() + round(seconds * 1e9)
+    while (now_ns := clock.now_ns()) < end_ns:
+        samples = device.poll(now_ns)
+        if device.failure is not None:
+            raise device.failure
+        if samples:
+            arrivals.append(now_ns)
+        for s in samples:
+            near = s.saturated or s.near_saturated or s.over_range
+            readings.append(WrenchReading(s.force_N, s.torque_Nm, s.receive_time_ns, near))
+        clock.sleep_until(now_ns + _POLL_NS)
+    return readings, arrivals
+
+
+def _counters(now: Jr3Statistics, notes: Notebook) -> None:
+    wire = now.wire
+    if now.round_trip_min_ms is not None and now.round_trip_max_ms is not None:
+        told = f"{now.round_trip_min_ms:.1f} / {now.round_trip_median_ms:.1f} / {now.round_trip_max_ms:.1f} ms"
+        notes.fact("round trip", f"{told} (min / median / max) from request to answer", now.round_trip_median_ms)
+    told = f"{now.samples}, {now.missed} missed in {now.gaps} gaps, {now.duplicates} duplicates, {now.doubted} doubted"
+    notes.fact("readings", told, now.samples)
+    told = (
+        f"{wire.good} frames understood, {wire.garbage} garbage, {wire.foreign} of others, "
+        f"{wire.orphans} halves alone, {wire.send_failures} not sent, {wire.bus_offs} bus-offs"
+    )
+    notes.fact("traffic", told, wire.garbage)
+    told = f"{now.boots} boots, {now.restarts} restarts, {now.timeouts} requests timed out, {now.strays} stray answers"
+    notes.fact("board", told, now.timeouts)
+
+
+def _rate(readings: list[WrenchReading], period_us: int, notes: Notebook) -> None:
+    wanted = 1e6 / period_us
+    got = rate_Hz([reading.time_ns for reading in readings])
+    notes.fact("rate", f"{got:.1f} Hz, asked for {wanted:.1f} Hz", got)
+    remedy = "look at gaps and garbage; on a serial line choose a longer period_us, on CAN see what else fills the bus"
+    notes.judge(
+        got > 0.9 * wanted,
+        f"readings come at {got:.1f} Hz",
+        f"readings come at {got:.1f} Hz instead of {wanted:.1f} Hz",
+        remedy,
+    )
+    if wanted < CONTROL_RATE_HZ:
+        remedy = f"period_us = {1_000_000 // CONTROL_RATE_HZ} or less"
+        notes.note(f"{wanted:.0f} Hz is slower than the control loop's {CONTROL_RATE_HZ} Hz", remedy)
+
+
+def _arrivals(arrivals: list[int], period_us: int, notes: Notebook) -> None:
+    spread = spread_of(distances(arrivals))
+    if spread is None:
+        return
+    notes.fact("between arrivals", str(spread), spread.median_ms)
+    # Readings held back come in clumps: then arrivals are further apart than readings.
+    latency_ms = max(0.0, spread.median_ms - period_us * 1e-3)
+    notes.fact("adapter latency", f"about {latency_ms:.1f} ms, from how readings clump", latency_ms)
+    if latency_ms > _CLUMPED_MS:
+        remedy = "set the latency timer of the USB adapter to 1 ms, or take another adapter"
+        notes.wrong(f"readings come in clumps {spread.median_ms:.1f} ms apart", remedy)
+
+
+def _silence(times_ns: list[int], stall_ns: int, notes: Notebook) -> None:
+    longest_ns = max(distances(times_ns))
+    if longest_ns > stall_ns:
+        told = f"the sensor was silent for {longest_ns * 1e-6:.0f} ms, a run ends after {stall_ns * 1e-6:.0f} ms"
+        notes.wrong(told, "check cable and power; end other programs that keep this computer busy")
+
+
+def _judge_counters(before: Jr3Statistics, after: Jr3Statistics, notes: Notebook) -> None:
+    garbage = after.wire.garbage - before.wire.garbage
+    missed, readings = after.missed - before.missed, after.samples - before.samples
+    cable = "check cable, shield and ground; on CAN the termination (60 ohm between CAN_H and CAN_L, power off)"
+    notes.judge(garbage == 0, "no garbage on the wire", f"{garbage} frames or bytes made no sense", cable)
+    told = f"{missed} readings missing, {readings} came"
+    if missed > 0.01 * max(readings, 1):
+        notes.wrong(told, cable)
+    elif missed:
+        notes.note(told, "harmless when rare; the loop takes the newest reading")
+    else:
+        notes.ok("no reading is missing")
+    if after.restarts + after.boots > before.restarts + before.boots:
+        notes.wrong("the board has restarted meanwhile", "check its supply voltage and its cable")
+    if after.wire.bus_offs:
+        notes.wrong(f"{after.wire.bus_offs} bus-offs", cable)

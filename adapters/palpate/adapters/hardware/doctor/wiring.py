@@ -1,0 +1,90 @@
+"""Which wire a device of a rig file hangs on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Final
+
+from palpate.adapters.config.rig import DeviceEntry
+from palpate.adapters.hardware.cia402 import cia402_table
+from palpate.adapters.hardware.jr3 import jr3_can_table, jr3_uart_table
+from palpate.adapters.hardware.zebra_zero import zebra_table
+
+
+@dataclass(frozen=True)
+class Wiring:
+    """The way to a device, as far as the rig file tells it.
+
+    Attributes:
+        serial: Device of a serial port, a CAN adapter's too; None where there is none.
+        network: Name of a CAN network interface; None where there is none.
+        told: For a person.
+        canopen_nodes: Nodes of CANopen devices that are on it.
+        jr3_node: Node of a JR3 on it; None without one on CAN.
+        period_us: Time between the readings of that JR3, in microseconds.
+        is_can: Whether several devices may share it.
+        bitrate: Of a CAN bus, in bit/s; 0 where unknown.
+        divider: Control ticks per cycle of an arm.
+    """
+
+    serial: str | None = None
+    network: str | None = None
+    told: str = "the rig file tells no port"
+    canopen_nodes: tuple[int, ...] = ()
+    jr3_node: int | None = None
+    period_us: int = 0
+    is_can: bool = False
+    bitrate: int = 0
+    divider: int = 1
+
+
+def wiring_of(entry: DeviceEntry) -> Wiring:
+    """The wire of a device; of a stranger's adapter by the usual names ``port``, ``interface`` and ``channel``.
+
+    Raises:
+        ConfigurationError: The settings are no settings of that adapter.
+    """
+    return _KNOWN.get(entry.adapter, _guessed)(entry.settings)
+
+
+def _zebra(settings: Mapping[str, Any]) -> Wiring:
+    table = zebra_table(settings)
+    return Wiring(table.port, told=f"{table.port}, 8N1, {table.baud} baud asked for")
+
+
+def _cia402(settings: Mapping[str, Any]) -> Wiring:
+    table = cia402_table(settings)
+    nodes = tuple(table.nodes)
+    told = f"{table.interface} {table.channel}, {table.bitrate} bit/s, nodes {', '.join(map(str, nodes))}"
+    return _can(table.interface, table.channel, told, canopen_nodes=nodes, bitrate=table.bitrate, divider=table.divider)
+
+
+def _jr3_can(settings: Mapping[str, Any]) -> Wiring:
+    table = jr3_can_table(settings)
+    told = f"{table.interface} {table.channel}, {table.bitrate} bit/s, node {table.node}"
+    return _can(
+        table.interface, table.channel, told, jr3_node=table.node, period_us=table.period_us, bitrate=table.bitrate
+    )
+
+
+def _jr3_uart(settings: Mapping[str, Any]) -> Wiring:
+    table = jr3_uart_table(settings)
+    return Wiring(table.port, told=f"{table.port}, 8N1, {table.baud} baud")
+
+
+def _can(interface: str, channel: str, told: str, **more: Any) -> Wiring:
+    serial = channel.split("@")[0] if interface == "slcan" else None
+    return Wiring(serial, channel if interface == "socketcan" else None, told, is_can=True, **more)
+
+
+def _guessed(settings: Mapping[str, Any]) -> Wiring:
+    port, interface, channel = (settings.get(name) for name in ("port", "interface", "channel"))
+    if isinstance(interface, str) and isinstance(channel, str):
+        return _can(interface, channel, f"{interface} {channel}")
+    return Wiring(port, told=port) if isinstance(port, str) else Wiring()
+
+
+_KNOWN: Final[Mapping[str, Callable[[Mapping[str, Any]], Wiring]]] = {
+    "zebra-nmc": _zebra, "cia402": _cia402, "jr3-can": _jr3_can, "jr3-uart": _jr3_uart,
+}  # fmt: skip

@@ -1,0 +1,246 @@
+"""The work cell behind wires: MuJoCo moves the arm, and whoever wants to talk to it opens a serial port."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import AbstractContextManager, ExitStack, nullcontext
+from dataclasses import dataclass, replace
+from math import radians
+from types import TracebackType
+from typing import Any, Final, Protocol, Self
+
+import numpy as np
+
+from palpate.adapters.config.run import RunConfig
+from palpate.adapters.hardware.clock import MonotonicClock
+from palpate.core.errors import ConfigurationError, require_in, require_one_of, require_whole
+from palpate.core.insertion.frame import goal_in_base
+from palpate.core.insertion.ready_pose import ReadyPose, wander_m
+from palpate.core.motion.arm import arm_named
+from palpate.core.motion.model import Kinematics, ToolGeometry
+from palpate.core.ports.rig import Truth
+from palpate.core.ports.values import CONTROL_RATE_HZ, JointVector
+from palpate.simulation.emulators.cia402.node import CanopenDrive
+from palpate.simulation.emulators.jr3.can import Jr3CanNode
+from palpate.simulation.emulators.jr3.config import Jr3Config
+from palpate.simulation.emulators.jr3.uart import UART_CONFIG, Jr3UartNode
+from palpate.simulation.emulators.lines.can_wire import CanWire
+from palpate.simulation.emulators.lines.pty_server import LineTiming, PtyServer
+from palpate.simulation.emulators.lines.slcan_server import SlcanServer
+from palpate.simulation.emulators.motors.direct_motors import DirectMotors
+from palpate.simulation.emulators.motors.plant import JointPlant, MotorModel
+from palpate.simulation.emulators.nmc.bus import NmcBus
+from palpate.simulation.emulators.nmc.joints import HOME_RAD
+from palpate.simulation.work_cell.cell import WorkCell
+
+ARMS: Final = ("zebra-nmc", "cia402")
+SENSORS: Final = ("jr3-can", "jr3-uart")
+_NS: Final = 1_000_000_000
+_JR3_NODE: Final = 9
+_COUNTS_PER_RAD: Final = 192_000 / 6.283185307179586
+_INSERTED_M: Final = 5e-5
+
+
+@dataclass(frozen=True)
+class EmulationConfig:
+    """What is emulated, and how badly.
+
+    Attributes:
+        arm: One of ``ARMS``.
+        force: One of ``SENSORS``.
+        baud: Line rate that the rig file asks the NMC modules for.
+        divider: Control ticks per bus cycle in the rig file.
+        wrist_backlash_deg: Full gap of the wrist's gears.
+        usb_latency_ms: Latency timer of an emulated USB adapter on the serial lines.
+    """
+
+    arm: str = "zebra-nmc"
+    force: str = "jr3-can"
+    baud: int = 230_400
+    divider: int = 2
+    wrist_backlash_deg: float = 0.0
+    usb_latency_ms: float = 0.0
+
+    def __post_init__(self) -> None:
+        require_one_of("arm", self.arm, ARMS)
+        require_one_of("force", self.force, SENSORS)
+        require_whole("divider", self.divider, 1, 14)
+        require_in("wrist_backlash_deg", self.wrist_backlash_deg, 0.0, 5.0)
+        require_in("usb_latency_ms", self.usb_latency_ms, 0.0, 100.0)
+        if self.wrist_backlash_deg and self.arm != "zebra-nmc":
+            raise ConfigurationError("wrist_backlash_deg", self.wrist_backlash_deg, "0, except for zebra-nmc")
+
+
+class Motors(Protocol):
+    """Motors in front of the simulated arm."""
+
+    def targets_rad(self) -> JointVector:
+        """Joint set-points that they hold now."""
+
+    def measured_rad(self, joints_rad: JointVector) -> None:
+        """Where the joints are."""
+
+
+class EmulatedCell:
+    """The work cell with its devices on pseudo-terminals. A context manager: inside, the devices are served.
+
+    The arm starts in its home pose, its controllers as after power-up.
+
+    Args:
+        config: The simulated cell; trial 0 of its seed gives hole and sensor errors.
+        ready: The ready pose, for the size of the plate.
+        emulation: Which devices.
+        counts_file: Where the rig file lets the arm's counters be kept from run to run.
+    """
+
+    def __init__(self, config: RunConfig, ready: ReadyPose, emulation: EmulationConfig, counts_file: str = "") -> None:
+        if emulation.arm == "zebra-nmc" and config.arm != "zebra-zero":
+            raise ConfigurationError("arm", config.arm, "zebra-zero behind the NMC bus")
+        kinematics = Kinematics(arm_named(config.arm), ToolGeometry())
+        self.config, self.emulation, self._counts_file = config, emulation, counts_file
+        self.cell = WorkCell(
+            kinematics,
+            config.cell,
+            goal_in_base=goal_in_base(config.task.goal),
+            ready_rad=ready.q_rad,
+            rate_Hz=CONTROL_RATE_HZ,
+            wander_m=wander_m(config.task),
+        )
+        self.cell.reset(config.seed, 0)
+        start = HOME_RAD if emulation.arm == "zebra-nmc" else tuple(ready.q_rad.tolist())
+        self.cell.place(start)
+        self._wrench: tuple[float, ...] = tuple(self.cell.measure_wrench())
+        self._motors: Motors
+        self._hold: Callable[[], AbstractContextManager[Any]] = nullcontext
+        self._servers = ExitStack()
+        self._entries: dict[str, dict[str, Any]] = {}
+        self._serve: list[Callable[[], None]] = []
+        self._prepare_arm(start)
+        self._prepare_sensor()
+        self.insertions = 0
+        self._was_inside = False
+
+    def __enter__(self) -> Self:
+        with self._servers as opened:
+            for begin in self._serve:
+                begin()
+            self._servers = opened.pop_all()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._servers.close()
+
+    def rig_toml(self) -> str:
+        """The rig file for these devices; known once they are served."""
+        lines = [f'[rig]\nname = "emulated {self.emulation.arm} and {self.emulation.force}"\n']
+        for table, entries in self._entries.items():
+            lines.append(f"\n[{table}]\n")
+            lines += [f"{name} = {_toml(value)}\n" for name, value in entries.items()]
+        return "".join(lines)
+
+    def run(self, ended: Callable[[], bool], told: Callable[[Truth], None]) -> None:
+        """Let the cell live in real time.
+
+        Args:
+            ended: Asked each tick.
+            told: Called with the truth when the peg has newly reached full depth.
+        """
+        clock = MonotonicClock()
+        start_ns, tick = clock.now_ns(), 0
+        while not ended():
+            with self._hold():
+                targets = self._motors.targets_rad()
+            self.cell.command(targets)
+            self.cell.advance()
+            self._wrench = tuple(self.cell.measure_wrench())
+            with self._hold():
+                self._motors.measured_rad(self.cell.joint_angles())
+            self._watch(told)
+            tick += 1
+            deadline_ns = start_ns + tick * _NS // CONTROL_RATE_HZ
+            if clock.now_ns() - deadline_ns > _NS // 10:
+                # Far behind, as after a suspended machine: time goes on from here, nothing is made up for.
+                start_ns, tick = clock.now_ns(), 0
+            else:
+                clock.sleep_until(deadline_ns)
+
+    def _watch(self, told: Callable[[Truth], None]) -> None:
+        if self.cell.ticks % 14:
+            return
+        truth = self.cell.truth()
+        inside = truth.depth_m >= self.config.task.insertion_depth_mm * 1e-3 - _INSERTED_M
+        if inside and not self._was_inside:
+            self.insertions += 1
+            told(truth)
+        self._was_inside = inside
+
+    def _wrench_source(self, now_ns: int) -> tuple[float, ...]:
+        return self._wrench
+
+    def _prepare_arm(self, start: JointVector) -> None:
+        emulation = self.emulation
+        if emulation.arm == "zebra-nmc":
+            model = MotorModel(wrist_backlash_rad=radians(emulation.wrist_backlash_deg))
+            plant = JointPlant(start, model=model)
+            timing = LineTiming(usb_latency_s=emulation.usb_latency_ms * 1e-3)
+            server = PtyServer(NmcBus(plant), timing)
+            self._motors, self._hold = plant, server.exclusive
+
+            def serve() -> None:
+                self._servers.enter_context(server)
+                # Emulated modules wake at once: the wait is for the reset to get through line and adapter.
+                self._entries["arm"] = {
+                    "adapter": "zebra-nmc", "port": server.path, "baud": emulation.baud,
+                    "adapter_latency_ms": emulation.usb_latency_ms, "divider": emulation.divider, "at_home": True,
+                    "counts_file": self._counts_file, "reset_wait_ms": 20.0 + 2.0 * emulation.usb_latency_ms,
+                }  # fmt: skip
+
+            self._serve.append(serve)
+            return
+        scale = (_COUNTS_PER_RAD,) * len(start)
+        motors = DirectMotors(scale, start)
+        self._motors = motors
+        drives = [CanopenDrive(axis + 1, motors, axis) for axis in range(len(start))]
+        bus = SlcanServer(CanWire(drives, generator=np.random.default_rng(1)), generator=np.random.default_rng(2))
+
+        def serve_can() -> None:
+            self._servers.enter_context(bus)
+            self._entries["arm"] = {
+                "adapter": "cia402", "interface": "slcan", "channel": bus.channel, "divider": emulation.divider,
+                "nodes": [drive + 1 for drive in range(len(start))], "counts_per_rad": list(scale),
+            }  # fmt: skip
+
+        self._serve.append(serve_can)
+
+    def _prepare_sensor(self) -> None:
+        rng = np.random.default_rng
+        if self.emulation.force == "jr3-can":
+            node = Jr3CanNode(_JR3_NODE, self._wrench_source, replace(Jr3Config()), generator=rng(3))
+            bus = SlcanServer(CanWire([node], generator=rng(4)), generator=rng(5))
+
+            def serve_can() -> None:
+                self._servers.enter_context(bus)
+                self._entries["force_sensor"] = {
+                    "adapter": "jr3-can", "interface": "slcan", "channel": bus.channel, "node": _JR3_NODE,
+                }  # fmt: skip
+
+            self._serve.append(serve_can)
+            return
+        timing = LineTiming(usb_latency_s=self.emulation.usb_latency_ms * 1e-3)
+        server = PtyServer(Jr3UartNode(self._wrench_source, UART_CONFIG, generator=rng(3)), timing)
+
+        def serve_uart() -> None:
+            self._servers.enter_context(server)
+            self._entries["force_sensor"] = {"adapter": "jr3-uart", "port": server.path}
+
+        self._serve.append(serve_uart)
+
+
+def _toml(value: Any) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, list):
+        return "[" + ", ".join(map(_toml, value)) + "]"
+    return f'"{value}"' if isinstance(value, str) else repr(value)

@@ -1,0 +1,298 @@
+"""The JR3 driver as a force sensor: wiring and marks, nothing else."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Any, Final
+
+import can
+import serial
+
+from palpate.adapters.config.toml import overlay
+from palpate.adapters.hardware.errors import translated, translating
+from palpate.adapters.hardware.plugins import RigContext, Settings
+from palpate.core.errors import DeviceError, require_in, require_one_of
+from palpate.core.ports.devices import Clock, ForceSensor
+from palpate.core.ports.lifecycle import Life, ManagedDevice
+from palpate.core.ports.values import Validity, WrenchSample
+from palpate.drivers.errors import DriverError, SilentError, WiringError
+from palpate.drivers.jr3.blocking import Pace, shut_down, start_up
+from palpate.drivers.jr3.device import Jr3
+from palpate.drivers.jr3.links import CanLink, UartLink
+from palpate.drivers.jr3.messages import LEFT_HANDED, RIGHT_HANDED, Jr3Sample
+from palpate.drivers.jr3.settings import Jr3Settings
+from palpate.drivers.jr3.transport import CanWire, UartWire, Wire
+
+_BAUD: Final = 115_200
+_BIT_RATE_Hz: Final = 1_000_000
+_NAME: Final = "JR3"
+
+
+@dataclass(frozen=True)
+class OpenWire:
+    """A wire to the board, open.
+
+    Attributes:
+        wire: What the driver talks over.
+        close: Closes bus or port.
+    """
+
+    wire: Wire
+    close: Callable[[], None]
+
+
+_LINE_NS: Final = 20_000_000
+"""What line and system may add to the sensor's own period before a reading counts as missing."""
+
+
+class Jr3ForceSensor(ManagedDevice, ForceSensor):
+    """A JR3 wrist sensor. Never tares by itself: samples are raw.
+
+    The protocol carries no time of measurement: source and receive time are both that of the poll that found the
+    reading, which is older by the filter's delay, the wire, and the wait for the poll.
+
+    Args:
+        open_wire: Opens the wire; called by ``configure``.
+        settings: Filter, rate and signs.
+        clock: The run's clock.
+        max_age_ns: Age above which a sample is marked ``STALE``.
+        start_timeout_s: Longest wait for the first reading.
+
+    Attributes:
+        device: The driver; None before ``configure``. For ``palpate doctor``.
+    """
+
+    def __init__(
+        self,
+        open_wire: Callable[[], OpenWire],
+        settings: Jr3Settings,
+        clock: Clock,
+        *,
+        max_age_ns: int,
+        start_timeout_s: float = 30.0,
+    ) -> None:
+        super().__init__(_NAME)
+        self._open_wire, self._settings, self._clock = open_wire, settings, clock
+        self._max_age_ns, self._start_timeout_s = max_age_ns, start_timeout_s
+        self._opened: OpenWire | None = None
+        self.device: Jr3 | None = None
+        self._polled_ns = 0
+        self._undated: int | None = None
+
+    @property
+    def settings(self) -> Jr3Settings:
+        """Filter, rate and signs."""
+        return self._settings
+
+    def read(self) -> WrenchSample:
+        """See :class:`ForceSensor`.
+
+        Raises:
+            DeviceError: Besides silence: the board restarted in mid-run, so its readings may have jumped.
+        """
+        if self._life is not Life.ACTIVE:
+            self._require_active("read()")
+        device = self._polled()
+        sample = device.latest
+        if device.after_boot or device.zero_lost:
+            self._fail("the board restarted in mid-run: readings may have jumped")
+        if sample is None:
+            raise DeviceError(_NAME, "has not delivered a sample yet")
+        return self._made(sample)
+
+    def _polled(self) -> Jr3:
+        device = self.device
+        if device is None:
+            raise DeviceError(_NAME, "is not open")
+        try:
+            now_ns = self._clock.now_ns()
+            device.poll(now_ns)
+            device.check()
+            if now_ns - self._polled_ns > self._max_age_ns:
+                self._look_for_news(device)
+            self._polled_ns = self._clock.now_ns()
+        except SilentError:
+            # An old sample says so itself; a board that is gone for good is another matter.
+            age_ns = device.age_ns(self._clock.now_ns())
+            if age_ns is None or age_ns > 10 * self._max_age_ns:
+                self._fail("has fallen silent")
+        except DriverError as error:
+            self._latch(str(error))
+            raise translated(error, _NAME) from error
+        return device
+
+    def _look_for_news(self, device: Jr3) -> None:
+        """After a long pause: what waited in the line may be as old as the pause, so wait for one reading more."""
+        waiting = None if device.latest is None else device.latest.sequence
+        deadline_ns = self._clock.now_ns() + 3 * self._settings.period_us * 1000 + _LINE_NS
+        while self._clock.now_ns() < deadline_ns:
+            self._sleep(0.001)
+            device.poll(self._clock.now_ns())
+            device.check()
+            if device.latest is not None and device.latest.sequence != waiting:
+                self._undated = None
+                return
+        self._undated = waiting
+
+    def _made(self, sample: Jr3Sample) -> WrenchSample:
+        validity = Validity.VALID
+        if sample.settling:
+            validity = Validity.INVALID
+        elif sample.sequence == self._undated:
+            validity = Validity.STALE
+        elif self._clock.now_ns() - sample.receive_time_ns > self._max_age_ns:
+            validity = Validity.STALE
+        elif sample.saturated or sample.near_saturated:
+            validity = Validity.SATURATED
+        time_ns = sample.receive_time_ns
+        return WrenchSample(sample.force_N, sample.torque_Nm, time_ns, time_ns, sample.sequence, validity)
+
+    def _fail(self, problem: str) -> None:
+        self._latch(problem)
+        raise DeviceError(_NAME, problem)
+
+    def _on_configure(self) -> None:
+        with translating(_NAME):
+            self._opened = self._open_wire()
+            self.device = Jr3(self._opened.wire, self._settings)
+            pace = Pace(self._clock.now_ns, self._sleep)
+            start_up(self.device, pace, self._start_timeout_s)
+
+    def _on_activate(self) -> None:
+        """Wait for a reading that can be used: after a start the board's filter must settle."""
+        with translating(_NAME):
+            device, deadline_ns = self._polled(), self._clock.now_ns() + round(self._start_timeout_s * 1e9)
+            since_ns = self._clock.now_ns()
+            while device.latest is None or device.latest.settling or device.latest.receive_time_ns < since_ns:
+                self._sleep(0.002)
+                device.poll(self._clock.now_ns())
+                device.check()
+                if self._clock.now_ns() > deadline_ns:
+                    raise SilentError(_NAME, "delivers no settled reading", "choose a higher cut-off, or look at it")
+
+    def _on_acknowledge(self) -> None:
+        if self.device is not None:
+            self.device.acknowledge()
+
+    def _on_close(self) -> None:
+        device, opened = self.device, self._opened
+        self.device = self._opened = None
+        try:
+            if device is not None:
+                shut_down(device, Pace(self._clock.now_ns, self._sleep), 5.0)
+        except DriverError:
+            # It does not listen any more; what matters is that the wire is released.
+            return
+        finally:
+            if opened is not None:
+                with suppress(can.CanError, OSError):
+                    # A serial CAN adapter that is gone cannot even be told to close its bus.
+                    opened.close()
+
+    def _sleep(self, seconds: float) -> None:
+        self._clock.sleep_until(self._clock.now_ns() + round(seconds * 1e9))
+
+
+@dataclass(frozen=True)
+class _Jr3Table:
+    """What both wires have in common in a rig file."""
+
+    cutoff_Hz: float = 50.0
+    period_us: int = 5000
+    axes: str = "left-handed"
+    max_age_ms: float = 50.0
+    start_timeout_s: float = 30.0
+
+    def __post_init__(self) -> None:
+        require_one_of("force_sensor.axes", self.axes, ("left-handed", "right-handed"))
+        require_in("force_sensor.max_age_ms", self.max_age_ms, 1.0, 10_000.0)
+        require_in("force_sensor.start_timeout_s", self.start_timeout_s, 0.1, 600.0)
+
+    def sensor(self, open_wire: Callable[[], OpenWire], context: RigContext) -> Jr3ForceSensor:
+        """The adapter."""
+        signs = LEFT_HANDED if self.axes == "left-handed" else RIGHT_HANDED
+        with translating("force_sensor"):
+            settings = Jr3Settings(self.cutoff_Hz, self.period_us, signs)
+        age_ns = round(self.max_age_ms * 1e6)
+        return Jr3ForceSensor(
+            open_wire, settings, context.clock, max_age_ns=age_ns, start_timeout_s=self.start_timeout_s
+        )
+
+
+@dataclass(frozen=True)
+class _CanTable(_Jr3Table):
+    interface: str = "socketcan"
+    channel: str = "can0"
+    bitrate: int = _BIT_RATE_Hz
+    node: int = 1
+    canopen_nodes: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True)
+class _UartTable(_Jr3Table):
+    port: str = "/dev/ttyUSB0"
+    baud: int = _BAUD
+
+
+def jr3_can_table(settings: Settings) -> _CanTable:
+    """The table ``[force_sensor]`` of a JR3 on CAN with all that it leaves out.
+
+    Raises:
+        ConfigurationError: Something in it cannot be used.
+    """
+    return overlay(_CanTable(), settings, "force_sensor.")
+
+
+def jr3_uart_table(settings: Settings) -> _UartTable:
+    """The same of a JR3 on a serial line.
+
+    Raises:
+        ConfigurationError: Something in it cannot be used.
+    """
+    return overlay(_UartTable(), settings, "force_sensor.")
+
+
+def make_jr3_can(settings: Settings, context: RigContext) -> Jr3ForceSensor:
+    """A JR3 on CAN, of the table ``[force_sensor]`` of a rig file."""
+    table = jr3_can_table(settings)
+    return table.sensor(lambda: open_can_wire(table), context)
+
+
+def make_jr3_uart(settings: Settings, context: RigContext) -> Jr3ForceSensor:
+    """A JR3 on a serial line, of the table ``[force_sensor]`` of a rig file."""
+    table = jr3_uart_table(settings)
+    return table.sensor(lambda: open_uart_wire(table), context)
+
+
+def open_can_wire(table: _CanTable) -> OpenWire:
+    """Open the bus.
+
+    Raises:
+        WiringError: It cannot be opened.
+    """
+    # python-can's slcan sleeps two seconds after opening, and a millisecond in each call that finds nothing, unless
+    # told otherwise; we only ever ask whether something is there.
+    extra: dict[str, Any] = {"sleep_after_open": 0.1, "timeout": 0.0} if table.interface == "slcan" else {}
+    try:
+        bus = can.Bus(interface=table.interface, channel=table.channel, bitrate=table.bitrate, **extra)
+    except (can.CanError, OSError, ValueError) as error:
+        where = f"CAN {table.interface} {table.channel}"
+        remedy = "check the name, that the interface is up, and that you may open it"
+        raise WiringError(_NAME, f"{where} cannot be opened ({error})", remedy) from error
+    return OpenWire(CanWire(CanLink(bus), table.node, table.canopen_nodes), bus.shutdown)
+
+
+def open_uart_wire(table: _UartTable) -> OpenWire:
+    """Open the port.
+
+    Raises:
+        WiringError: It cannot be opened.
+    """
+    try:
+        port = serial.serial_for_url(table.port, table.baud)
+    except (serial.SerialException, OSError, ValueError) as error:
+        remedy = "check the name, that it is plugged in, and that you may open it (group dialout)"
+        raise WiringError(_NAME, f"{table.port} cannot be opened ({error})", remedy) from error
+    return OpenWire(UartWire(UartLink(port)), port.close)

@@ -1,0 +1,110 @@
+"""Adapters by name: ours and strangers', all through the entry points of the group ``palpate.adapters``.
+
+An entry is called ``arm.NAME`` or ``force.NAME`` and leads to a function that makes an adapter of the settings in a
+rig file. Making opens nothing; the life cycle does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from importlib.metadata import entry_points
+from typing import Any, Final, TypeAlias
+
+from palpate.core.errors import ConfigurationError
+from palpate.core.motion.arm import ArmDescription, arm_named
+from palpate.core.motion.model import Kinematics, ToolGeometry
+from palpate.core.ports.devices import ArmCommand, Clock, ForceSensor, JointEncoder
+from palpate.core.ports.values import JointVector
+
+GROUP: Final = "palpate.adapters"
+
+
+def _as_it_is() -> None:
+    """Nothing to be asked for."""
+
+
+@dataclass(frozen=True)
+class RigContext:
+    """What an adapter may need besides its own settings.
+
+    Attributes:
+        clock: The run's clock; samples carry its time.
+        arm: The arm that the core believes to move.
+        lower_rad: Lower joint limits of that arm, (n,).
+        upper_rad: Upper joint limits, (n,).
+        velocity_limit_rad_s: Joint velocity limits, (n,).
+        hurry: Called first by each thread that an adapter starts to keep the arm's cycles: puts it into the real-time
+            class and onto the loop's CPU, where the run asks for these.
+    """
+
+    clock: Clock
+    arm: ArmDescription
+    lower_rad: JointVector
+    upper_rad: JointVector
+    velocity_limit_rad_s: JointVector
+    hurry: Callable[[], object] = _as_it_is
+
+    @classmethod
+    def of(cls, arm: str, clock: Clock) -> RigContext:
+        """For the arm of that name, with the limits of its kinematic model."""
+        description = arm_named(arm)
+        kinematics = Kinematics(description, ToolGeometry())
+        lower, upper, velocity = (
+            tuple(limit.tolist())
+            for limit in (kinematics.lower_rad, kinematics.upper_rad, kinematics.velocity_limit_rad_s)
+        )
+        return cls(clock, description, lower, upper, velocity)
+
+
+@dataclass(frozen=True)
+class ArmAdapter:
+    """An arm: its encoders and its servos. They may be one object.
+
+    Attributes:
+        encoder: The joint encoders.
+        arm: The joint servos.
+    """
+
+    encoder: JointEncoder
+    arm: ArmCommand
+
+
+Settings: TypeAlias = Mapping[str, Any]
+ArmMaker: TypeAlias = Callable[[Settings, RigContext], ArmAdapter]
+ForceSensorMaker: TypeAlias = Callable[[Settings, RigContext], ForceSensor]
+
+
+def arm_maker(name: str) -> ArmMaker:
+    """The function that makes the arm adapter of that name.
+
+    Raises:
+        ConfigurationError: There is none, or it cannot be loaded.
+    """
+    maker: ArmMaker = _load("arm", name)
+    return maker
+
+
+def force_sensor_maker(name: str) -> ForceSensorMaker:
+    """The function that makes the force sensor adapter of that name.
+
+    Raises:
+        ConfigurationError: There is none, or it cannot be loaded.
+    """
+    maker: ForceSensorMaker = _load("force", name)
+    return maker
+
+
+def _load(kind: str, name: str) -> Any:
+    found = entry_points(group=GROUP)
+    field = "force_sensor.adapter" if kind == "force" else "arm.adapter"
+    for entry in found:
+        if entry.name == f"{kind}.{name}":
+            try:
+                return entry.load()
+            except Exception as error:
+                # A stranger's package may fail in any way as it is imported.
+                accepted = f"an adapter that can be loaded; {entry.value} cannot ({error})"
+                raise ConfigurationError(field, name, accepted) from error
+    known = sorted(entry.name.removeprefix(f"{kind}.") for entry in found if entry.name.startswith(f"{kind}."))
+    raise ConfigurationError(field, name, f"one of {', '.join(known) or 'none that is installed'}")

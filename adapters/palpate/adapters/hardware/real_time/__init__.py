@@ -1,0 +1,37 @@
+"""Real time: what the system grants, where the time of each tick goes, how late ticks are, and why."""
+
+from palpate.adapters.hardware.real_time.attribution import Attribution, Cause, ThreadAccount, attribute
+from palpate.adapters.hardware.real_time.grants import Grant
+from palpate.adapters.hardware.real_time.kernel import Kernel
+from palpate.adapters.hardware.real_time.lateness import Histograms, LateTick, Limits, SlowCore, Spread
+from palpate.adapters.hardware.real_time.real_time import RealTime, join_loop, request, take_real_time
+from palpate.adapters.hardware.real_time.report import plain, table
+from palpate.adapters.hardware.real_time.sections import Section
+from palpate.adapters.hardware.real_time.stopwatch import Stopwatch
+from palpate.adapters.hardware.real_time.timed_ports import timed, timed_recording
+from palpate.adapters.hardware.real_time.timed_task import timed_parts
+
+__all__ = [
+    "Attribution",
+    "Cause",
+    "Grant",
+    "Histograms",
+    "Kernel",
+    "LateTick",
+    "Limits",
+    "RealTime",
+    "Section",
+    "SlowCore",
+    "Spread",
+    "Stopwatch",
+    "ThreadAccount",
+    "attribute",
+    "join_loop",
+    "plain",
+    "request",
+    "table",
+    "take_real_time",
+    "timed",
+    "timed_parts",
+    "timed_recording",
+]

@@ -1,0 +1,68 @@
+"""Keeps a run on real devices in time, and tells how well: what the system grants, and how long each section takes."""
+
+from __future__ import annotations
+
+from contextlib import AbstractContextManager
+from types import TracebackType
+from typing import Self
+
+from palpate.adapters.config.real_time import RealTimeConfig
+from palpate.adapters.hardware.real_time import (
+    Limits,
+    RealTime,
+    Stopwatch,
+    ThreadAccount,
+    plain,
+    table,
+    timed,
+    timed_recording,
+)
+from palpate.adapters.log.file import dump_json
+from palpate.core.ports.devices import Ports
+
+
+class Beat:
+    """Real-time settings and section timing of one run. A context manager; to be entered by the loop's own thread.
+
+    Args:
+        config: What to ask the system for, and when to warn or stop.
+    """
+
+    def __init__(self, config: RealTimeConfig) -> None:
+        self._real_time = RealTime(config)
+        self._limits = Limits.of(config)
+        self.stopwatch: Stopwatch | None = None
+
+    def __enter__(self) -> Self:
+        self._real_time.__enter__()
+        self.stopwatch = Stopwatch(self._limits, account=ThreadAccount.if_kept())
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._real_time.__exit__(kind, error, trace)
+
+    def grants(self) -> list[str]:
+        """What the system was asked for, and what it said; one line each."""
+        return [str(grant) for grant in self._real_time.grants]
+
+    def timed(self, ports: Ports) -> Ports:
+        """The ports, with the time that they take noted."""
+        return ports if self.stopwatch is None else timed(ports, self.stopwatch)
+
+    def timed_recording(self, ports: Ports) -> Ports:
+        """Ports that a recorder decorates, with the time that recording takes noted."""
+        return ports if self.stopwatch is None else timed_recording(ports, self.stopwatch)
+
+    def loop(self) -> AbstractContextManager[object]:
+        """To be held around a trial: real-time scheduling is for that alone."""
+        return self._real_time.loop()
+
+    def report_json(self) -> str:
+        """The same for a log."""
+        return "" if self.stopwatch is None else dump_json(plain(self.stopwatch))
+
+    def report(self) -> str:
+        """Sections and lateness so far, as a table."""
+        return "" if self.stopwatch is None else table(self.stopwatch)

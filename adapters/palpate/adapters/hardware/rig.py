@@ -1,0 +1,160 @@
+"""A rig of real devices, as a rig file names them."""
+
+from __future__ import annotations
+
+import sys
+from contextlib import ExitStack
+from dataclasses import replace
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+from palpate.adapters.config.real_time import RealTimeConfig
+from palpate.adapters.config.rig import RigFile
+from palpate.adapters.config.run import RunConfig
+from palpate.adapters.hardware.approach import Approach, walk
+from palpate.adapters.hardware.clock import MonotonicClock
+from palpate.adapters.hardware.plugins import RigContext, arm_maker, force_sensor_maker
+from palpate.adapters.hardware.real_time import RealTime, join_loop
+from palpate.adapters.hardware.watchdogs import (
+    GuardedArm,
+    OperatorSources,
+    OperatorStop,
+    ProcessWatchdog,
+    Trip,
+    WatchedArm,
+    WatchedClock,
+    WatchedForceSensor,
+    WatchedJointEncoder,
+)
+from palpate.core.ports.devices import Ports
+from palpate.core.ports.lifecycle import Life
+from palpate.core.ports.rig import Rig, World
+
+
+class HardwareRig(Rig):
+    """Real devices behind the ports. A context manager: on exit the arm is stopped and every device closed.
+
+    Args:
+        file: What the rig is made of.
+        config: The run's configuration.
+        approach: How the arm comes to the ready pose before the first trial.
+
+    Attributes:
+        ports: What the core runs over.
+        operator: Stops the arm at a person's word.
+    """
+
+    def __init__(self, file: RigFile, config: RunConfig, approach: Approach) -> None:
+        clock, real_time = MonotonicClock(), config.real_time
+        context = replace(RigContext.of(config.arm, clock), hurry=lambda: join_loop(real_time))
+        sensor = force_sensor_maker(file.force_sensor.adapter)(file.force_sensor.settings, context)
+        adapter = arm_maker(file.arm.adapter)(file.arm.settings, context)
+        table, watchdog = file.operator, file.watchdog
+        sources = OperatorSources(
+            keys=table.keys,
+            file=Path(table.file) if table.file else None,
+            socket=Path(table.socket) if table.socket else None,
+        )
+        self.operator = OperatorStop(adapter.arm, clock, sources, tell=_tell)
+        watched = WatchedArm(adapter.arm, clock, round(watchdog.command_ms * 1e6), tell=_tell)
+        self._process: ProcessWatchdog | None = None
+        if watchdog.stop_function:
+            self._process = ProcessWatchdog(
+                watched,
+                clock,
+                watchdog.process_ms * 1e-3,
+                stop_function=watchdog.stop_function,
+                tell=_tell,
+            )
+        fed = () if self._process is None else (self._process,)
+        silence_ns = round(watchdog.sensor_ms * 1e6)
+        self.ports = Ports(
+            WatchedClock(clock, fed),
+            WatchedForceSensor(sensor, clock, silence_ns, dead_after_ns=silence_ns),
+            WatchedJointEncoder(adapter.encoder, clock, silence_ns, dead_after_ns=silence_ns),
+            GuardedArm(watched, [self.operator, *fed], fed),
+        )
+        self._devices, self._watched = (sensor, adapter.encoder, adapter.arm), watched
+        self._file, self._approach, self._limit_N = file, approach, config.task.max_force_N
+        self._at_ready = False
+        # For the way alone; whoever runs trials asks for more, and tells what was granted.
+        self._real_time = RealTime(RealTimeConfig(scheduling=real_time.scheduling, priority=real_time.priority))
+
+    def prepare(self, trial: int) -> None:
+        """Free the arm from its last stop; before the first trial, move it to the ready pose.
+
+        Raises:
+            DeviceError: A device failed, or the arm met something on its way.
+        """
+        self._free()
+        if not self._at_ready:
+            with self._real_time.loop():
+                walk(self._approach, self.ports, self._file.approach_rad_s, self._limit_N)
+            # Nobody commands it until the trial begins, and nobody need.
+            self.ports.arm.stop()
+            self._at_ready = True
+            self._free()
+        # What waited in the lines meanwhile is taken now, and not in the first tick.
+        self.ports.force_sensor.read()
+
+    def return_to_ready(self) -> None:
+        """See :class:`Rig`."""
+        self._at_ready = False
+
+    def stopped_by(self) -> str:
+        """What stopped the arm besides core and supervisor since the last :meth:`prepare`; empty for nothing."""
+        latches = (self.operator, self._watched, *(() if self._process is None else (self._process,)))
+        trips = (latch.tripped for latch in latches)
+        found = next((f"{trip.source}: {trip.text}" for trip in trips if trip is not None), "")
+        fault = self.ports.arm.fault
+        return found or (f"fault of the arm: {fault}" if fault else "")
+
+    def _free(self) -> None:
+        arm = self.ports.arm
+        if arm.life is Life.ACTIVE:
+            arm.deactivate()
+        arm.activate()
+
+    def world(self) -> World:
+        """What a log must know: there is no way to set this world up again, only the name of the rig."""
+        facts: dict[str, Any] = {"arm": self._file.arm.adapter, "force_sensor": self._file.force_sensor.adapter}
+        return World(self._file.name, facts)
+
+    def truth(self) -> None:
+        """Nobody knows."""
+
+    @property
+    def clock_ticks(self) -> int:
+        """Real time cannot be set."""
+        return 0
+
+    def set_clock_ticks(self, ticks: int) -> None:
+        """Real time cannot be set."""
+
+    def __enter__(self) -> Self:
+        with ExitStack() as opened:
+            devices = {id(device): device for device in self._devices}
+            for device in devices.values():
+                opened.callback(device.close)
+                device.configure()
+            for device in devices.values():
+                device.activate()
+            # Ends its thread; the arm itself allows to be closed twice.
+            opened.callback(self._watched.close)
+            opened.enter_context(self._real_time)
+            opened.enter_context(self.operator)
+            if self._process is not None:
+                opened.enter_context(self._process)
+            self._opened = opened.pop_all()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.ports.arm.stop()
+        self._opened.close()
+
+
+def _tell(trip: Trip) -> None:
+    sys.stderr.write(f"\npalpate: the arm was stopped, {trip.source}: {trip.text}\n")

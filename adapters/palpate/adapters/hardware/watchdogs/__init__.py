@@ -1,0 +1,32 @@
+"""Watchdogs: decorators and threads that bring the arm to rest when something has gone quiet, or a person says so.
+
+They stop; they never start again by themselves. What trips is told as a :class:`Trip`, and where it latches, a
+person's ``acknowledge()`` leads out of it. None of them takes a lock on the way to ``arm.stop()``, so that every stop
+may come from a signal handler.
+
+They read the clock from other threads and from signal handlers, so give them the plain one, not one that records what
+is read; and put the recorder around watched ports, for the core's view is what a log is of.
+"""
+
+from palpate.adapters.hardware.watchdogs.arm import WatchedArm
+from palpate.adapters.hardware.watchdogs.clock import WatchedClock
+from palpate.adapters.hardware.watchdogs.guard import GuardedArm
+from palpate.adapters.hardware.watchdogs.loop import LoopWatchdog
+from palpate.adapters.hardware.watchdogs.operator_stop import OperatorSources, OperatorStop
+from palpate.adapters.hardware.watchdogs.process import ProcessWatchdog
+from palpate.adapters.hardware.watchdogs.sensors import WatchedForceSensor, WatchedJointEncoder
+from palpate.adapters.hardware.watchdogs.trip import Latching, Trip
+
+__all__ = [
+    "GuardedArm",
+    "Latching",
+    "LoopWatchdog",
+    "OperatorSources",
+    "OperatorStop",
+    "ProcessWatchdog",
+    "Trip",
+    "WatchedArm",
+    "WatchedClock",
+    "WatchedForceSensor",
+    "WatchedJointEncoder",
+]

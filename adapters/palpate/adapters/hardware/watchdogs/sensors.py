@@ -1,0 +1,129 @@
+"""Sensors whose silence is never taken for news."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Generic
+
+from palpate.adapters.hardware.watchdogs.trip import TellTrip, Trip, tell_surely
+from palpate.core.errors import ConfigurationError, DeviceError
+from palpate.core.ports.decorator import SampleT, SensorDecorator
+from palpate.core.ports.devices import Clock, ForceSensor, JointEncoder
+from palpate.core.ports.values import JointSample, Validity, WrenchSample
+
+
+class _NewsWatch(Generic[SampleT]):
+    """Watches the sequence numbers and the ages of one stream of samples."""
+
+    def __init__(self, name: str, clock: Clock, max_age_ns: int, dead_after_ns: int, tell: TellTrip | None) -> None:
+        if not 0 < max_age_ns <= dead_after_ns:
+            raise ConfigurationError(
+                "max_age_ns", max_age_ns, f"more than 0 and at most {dead_after_ns}, the second limit"
+            )
+        self._name, self._clock, self._tell = name, clock, tell
+        self._max_age_ns, self._dead_after_ns = max_age_ns, dead_after_ns
+        self.forget()
+
+    def forget(self) -> None:
+        """The device begins anew."""
+        self._newest: int | None = None
+        self._news_ns = 0
+        self._told = ""
+
+    def judged(self, sample: SampleT) -> SampleT:
+        """A sample that was just read, marked as old as it is.
+
+        Raises:
+            DeviceError: There has been no news for longer than the second limit.
+        """
+        now_ns, number = self._clock.now_ns(), sample.sequence
+        if self._newest is None or number > self._newest:
+            self._newest, self._news_ns = number, now_ns
+        silence_ns = now_ns - self._news_ns
+        if silence_ns > self._dead_after_ns:
+            text = f"no new sample for {silence_ns * 1e-6:.1f} ms"
+            self._tell_once("dead", now_ns, text)
+            raise DeviceError(self._name, text)
+        if number < self._newest:
+            trouble = f"sample {number} came after sample {self._newest}"
+        elif silence_ns > self._max_age_ns:
+            trouble = f"no new sample for {silence_ns * 1e-6:.1f} ms"
+        elif now_ns - sample.source_time_ns > self._max_age_ns:
+            trouble = f"a sample that is {(now_ns - sample.source_time_ns) * 1e-6:.1f} ms old"
+        else:
+            self._told = ""
+            return sample
+        self._tell_once("stale", now_ns, trouble)
+        return sample if sample.validity is Validity.INVALID else replace(sample, validity=Validity.STALE)
+
+    def _tell_once(self, state: str, now_ns: int, text: str) -> None:
+        if self._told != state:
+            self._told = state
+            tell_surely(self._tell, Trip(now_ns, self._name, f"{state}: {text}"))
+
+
+class _WatchedSensor(SensorDecorator[SampleT]):
+    _watch: _NewsWatch[SampleT]
+
+    def activate(self) -> None:
+        """See :class:`palpate.core.ports.devices.Device`."""
+        super().activate()
+        self._watch.forget()
+
+
+class WatchedForceSensor(_WatchedSensor[WrenchSample], ForceSensor):
+    """A force sensor that is believed only as long as its sequence number goes on.
+
+    A sample that is no news, over age, or older than one before is marked ``STALE``.
+
+    Args:
+        sensor: The sensor.
+        clock: The run's clock.
+        max_age_ns: Longest time without news, and greatest age, of a sample that is passed on as it is.
+        dead_after_ns: After that long without news, reading raises DeviceError.
+        tell: Is told when samples become stale, and when the sensor counts as dead.
+
+    Raises:
+        ConfigurationError: The second limit is below the first.
+    """
+
+    def __init__(
+        self,
+        sensor: ForceSensor,
+        clock: Clock,
+        max_age_ns: int,
+        *,
+        dead_after_ns: int,
+        tell: TellTrip | None = None,
+    ) -> None:
+        self._watch = _NewsWatch[WrenchSample]("force sensor", clock, max_age_ns, dead_after_ns, tell)
+        super().__init__(sensor, sensor.read, self._watch.judged)
+
+
+class WatchedJointEncoder(_WatchedSensor[JointSample], JointEncoder):
+    """Joint encoders that are believed only as long as their sequence number goes on.
+
+    A sample that is no news, over age, or older than one before is marked ``STALE``.
+
+    Args:
+        encoder: The encoders.
+        clock: The run's clock.
+        max_age_ns: Longest time without news, and greatest age, of a sample that is passed on as it is.
+        dead_after_ns: After that long without news, reading raises DeviceError.
+        tell: Is told when samples become stale, and when the encoders count as dead.
+
+    Raises:
+        ConfigurationError: The second limit is below the first.
+    """
+
+    def __init__(
+        self,
+        encoder: JointEncoder,
+        clock: Clock,
+        max_age_ns: int,
+        *,
+        dead_after_ns: int,
+        tell: TellTrip | None = None,
+    ) -> None:
+        self._watch = _NewsWatch[JointSample]("joint encoder", clock, max_age_ns, dead_after_ns, tell)
+        super().__init__(encoder, encoder.read, self._watch.judged)

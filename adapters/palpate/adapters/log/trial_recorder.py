@@ -1,0 +1,256 @@
+"""Records the trials of a run, one log each, with all that each of them starts with."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final, Self
+
+from palpate.adapters.config.run import RecordingConfig, RunConfig
+from palpate.adapters.config.toml import to_toml
+from palpate.adapters.log.file import dump_json
+from palpate.adapters.log.provenance import arm_sha256, core_sha256, made_with, processor
+from palpate.adapters.log.recorded_ports import recorded
+from palpate.adapters.log.recorder import FlightRecorder
+from palpate.adapters.log.records import EndRecord, StartRecord
+from palpate.adapters.log.schema import SCHEMA
+from palpate.adapters.log.writer_client import Opening, ProcessSink, Sink
+from palpate.core.errors import OutputError
+from palpate.core.insertion.ready_pose import ReadyPose
+from palpate.core.insertion.task import InsertionTask
+from palpate.core.insertion.trial import Purpose, TrialReport, TrialSetup, generator
+from palpate.core.perception import Perception, perception_to_dict
+from palpate.core.policy import Policy, document_of, learner_of
+from palpate.core.ports.devices import Ports
+from palpate.core.ports.rig import World
+
+LOG_FOLDER: Final = "logs"
+CUT_SHORT: Final = ".cut-short-"
+
+
+class TrialRecorder:
+    """Records trial after trial into one folder. A context manager: on exit all logs are finished.
+
+    Args:
+        sink: Takes the messages; made on entry.
+        folder: Where the logs go; made on entry.
+        config: The recorder's settings.
+    """
+
+    def __init__(self, sink: Callable[[], Sink], folder: Path, config: RecordingConfig) -> None:
+        self._make_sink, self._folder, self._config = sink, folder, config
+        self._subject: _Subject | None = None
+        self._setup: TrialSetup | None = None
+
+    @classmethod
+    def into(cls, folder: Path, config: RecordingConfig) -> TrialRecorder | None:
+        """A recorder as configured, writing with a process of its own; None when recording is switched off."""
+        if not config.enabled:
+            return None
+        room, patient = config.queue_kB * 1000, config.when_full == "wait"
+        return cls(lambda: ProcessSink(queue_bytes=room, patient=patient), folder, config)
+
+    def __enter__(self) -> Self:
+        _make_folder(self._folder)
+        self._sink = self._make_sink()
+        self.flight = FlightRecorder(self._sink, stop_on_trouble=self._config.on_trouble == "stop")
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        # A log that is still open lacks its end, but nothing before.
+        self.flight.end(None)
+        trouble = self._sink.shut()
+        while trouble is not None:
+            self.flight.troubles.append(trouble)
+            trouble = self._sink.trouble()
+
+    @property
+    def troubles(self) -> list[str]:
+        """What could not be recorded, and why."""
+        return self.flight.troubles
+
+    def of(
+        self,
+        command: str,
+        config: RunConfig,
+        ready: ReadyPose,
+        task: InsertionTask,
+        perception: Perception,
+        policy: Policy,
+        *,
+        name: str = "",
+        frozen: bool = True,
+        subfolder: str = "",
+        derived_from: str = "",
+    ) -> None:
+        """Say what the trials from now on are trials of.
+
+        Args:
+            command: The command that runs.
+            config: The run's configuration.
+            ready: The ready pose.
+            task: Runs the trials.
+            perception: From signals to states.
+            policy: Chooses the actions.
+            name: Name of a comparator; empty for a policy that a policy file can hold.
+            frozen: Whether the policy is kept from learning.
+            subfolder: Where in the folder the logs go.
+            derived_from: The log of which the trials are a what-if.
+        """
+        # What it has learned is in the learner's state, trial by trial.
+        document = None if name else document_of(policy, created_with={}, perception={}).unlearned()
+        self._subject = _Subject(
+            folder=self._folder / subfolder,
+            task=task,
+            perception=perception,
+            policy=policy,
+            constant={
+                "schema": SCHEMA,
+                "command": command,
+                "config_toml": to_toml(config),
+                "arm": config.arm,
+                "model_sha256": arm_sha256(config.arm),
+                "core_sha256": core_sha256(),
+                "ready_rad": tuple(ready.q_rad.tolist()),
+                "tip_rotation": tuple(ready.tip_rotation.ravel().tolist()),
+                "perception_json": dump_json(perception_to_dict(perception)),
+                "policy": name or "document",
+                "policy_json": "" if document is None else dump_json(json.loads(document.to_json_text())),
+                "frozen": frozen,
+                "versions_json": dump_json(made_with()),
+                "processor_json": dump_json(processor()),
+                "derived_from": derived_from,
+            },
+        )
+        _make_folder(self._subject.folder)
+
+    def begin(
+        self,
+        setup: TrialSetup,
+        ports: Ports,
+        world: World,
+        name: str,
+        counterfactual: Callable[[], bool] | None = None,
+    ) -> Ports:
+        """Open the log of a trial; returns the ports to run it over.
+
+        Args:
+            setup: The trial's setup.
+            ports: The ports as they are.
+            world: What they lead to.
+            name: Name of the file, without its ending.
+            counterfactual: For a what-if: whether it has left the recorded path.
+        """
+        subject = self._subject
+        if subject is None:
+            raise OutputError(str(self._folder), "it is not known what is to be recorded", "call of() first")
+        path = subject.folder / f"{name}.mcap"
+        metadata = {
+            "schema": SCHEMA,
+            "command": subject.constant["command"],
+            "arm": subject.constant["arm"],
+            "policy": subject.constant["policy"],
+            "seed": str(setup.seed),
+            "trial": str(setup.index),
+            "versions": subject.constant["versions_json"],
+        }
+        self._setup = setup
+        self.flight.begin(Opening(path, metadata), subject.task, lambda: subject.start(setup, world), counterfactual)
+        return recorded(ports, self.flight)
+
+    def end(self, report: TrialReport, facts: dict[str, Any]) -> None:
+        """Close the log of a trial that ran to its end.
+
+        Args:
+            report: The core's account.
+            facts: Fields of the end record that the core does not know: the world's truth, and the rig's affairs.
+        """
+        learner = "" if self._subject is None else self._subject.learner_json()
+        self.flight.end(end_of(report, learner_json=learner, **facts))
+
+    def fail(self, report: TrialReport, error: BaseException, facts: dict[str, Any] | None = None) -> None:
+        """Close the log of a trial that an error ended; arguments as for :meth:`end`."""
+        if self._setup is not None and report.setup is not self._setup:
+            # The task did not even begin: this is the report of the trial before.
+            report = TrialReport(self._setup)
+        learner = "" if self._subject is None else self._subject.learner_json()
+        text = {"error": type(error).__name__, "text": str(error)}
+        self.flight.end(end_of(report, learner_json=learner, **text, **(facts or {})))
+
+
+def trial_name(number: int) -> str:
+    """Name of the log of a trial, by its number in the run's own count."""
+    return f"trial-{number:05d}"
+
+
+def end_of(report: TrialReport, **others: Any) -> EndRecord:
+    """The end record of a trial's report."""
+    return EndRecord(
+        tick=report.ticks - 1,
+        outcome="" if report.outcome is None else report.outcome.value,
+        exploration_time_s=report.exploration_time_s,
+        actions=report.actions,
+        peak_force_N=report.peak_force_N,
+        depth_m=report.depth_m,
+        ticks=report.ticks,
+        clamped_ticks=report.clamped_ticks,
+        **others,
+    )
+
+
+def set_aside(folder: Path, first: int) -> list[Path]:
+    """Rename the logs of trials that will be run again: what a cut-short trial recorded is kept, under another name.
+
+    Args:
+        folder: The folder of the logs.
+        first: Number of the first trial to be run again.
+    """
+    moved = []
+    for path in sorted(folder.glob("trial-*.mcap")):
+        digits = path.stem.removeprefix("trial-")
+        if digits.isdigit() and int(digits) >= first:
+            attempt = 1
+            while os.path.exists(f"{path}{CUT_SHORT}{attempt}"):
+                attempt += 1
+            moved.append(path.rename(f"{path}{CUT_SHORT}{attempt}"))
+    return moved
+
+
+def _make_folder(path: Path) -> None:
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputError(str(path), f"cannot be made ({error.strerror})", "name another folder") from error
+
+
+@dataclass(frozen=True)
+class _Subject:
+    folder: Path
+    task: InsertionTask
+    perception: Perception
+    policy: Policy
+    constant: dict[str, Any]
+
+    def start(self, setup: TrialSetup, world: World) -> StartRecord:
+        """As the task has begun and the first port is asked."""
+        state = generator(setup.seed, Purpose.POLICY, setup.index).bit_generator.state
+        return StartRecord(
+            seed=setup.seed,
+            trial=setup.index,
+            start_m=setup.start_m,
+            learner_json=self.learner_json(),
+            perception_state=tuple(self.perception.get_state()),
+            filter_state=tuple(self.task.filter_state),
+            generator_json=dump_json(state),
+            temperature=self.task.report.temperature,
+            world=world.kind,
+            world_json=dump_json(world.facts),
+            **self.constant,
+        )
+
+    def learner_json(self) -> str:
+        learner = learner_of(self.policy)
+        return "" if learner is None else dump_json(learner.get_state())

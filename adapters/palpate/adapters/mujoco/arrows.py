@@ -1,0 +1,95 @@
+"""Arrows for forces, drawn over a picture: how long they are, and how they look."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from math import floor, hypot, log10
+from typing import Final, TypeAlias
+
+from PIL import ImageDraw
+
+from palpate.adapters.mujoco.views import Array, View
+
+Point: TypeAlias = tuple[float, float]
+
+FORCE: Final = (196, 22, 42)
+ACTION: Final = (18, 92, 190)
+_HALO: Final = (255, 255, 255)
+_LONGEST: Final = 0.5
+"""The longest arrow, as a share of the picture's height."""
+_LEAST_N: Final = 1.0
+"""Forces below this are noise; they must not fill the picture."""
+
+
+def reference_N(forces_N: Iterable[float]) -> float:
+    """The force whose arrow stands in the picture as a scale: 1, 2 or 5 times a power of ten.
+
+    About half of the largest force.
+
+    Args:
+        forces_N: Norms of all forces of the trial.
+    """
+    half = max([_LEAST_N, *forces_N]) / 2.0
+    power = 10.0 ** floor(log10(half))
+    return float(max(step for step in (1.0, 2.0, 5.0) if step * power <= half * (1.0 + 1e-9)) * power)
+
+
+def metres_per_N(reference_N: float, view: View) -> float:
+    """Length in the world of an arrow for 1 N, so that even the largest force fits into the picture.
+
+    The largest force is below five times the reference, see :func:`reference_N`.
+    """
+    return _LONGEST / 5.0 / reference_N / view.pixels_per_m(1)
+
+
+def arrow_pixels(
+    view: View, size: tuple[int, int], foot_m: Array, force_N: Array, length_m_per_N: float
+) -> tuple[Point, Point]:
+    """Foot and head of a force's arrow, in pixels.
+
+    Args:
+        view: Where it is seen from.
+        size: Width and height of the picture.
+        foot_m: Where the force acts, (3,), base frame.
+        force_N: The force, (3,), base frame.
+        length_m_per_N: Scale.
+    """
+    head_m = foot_m + force_N * length_m_per_N
+    return view.pixel_of(foot_m, *size), view.pixel_of(head_m, *size)
+
+
+def draw_arrow(draw: ImageDraw.ImageDraw, foot: Point, head: Point, width: float, colour: tuple[int, int, int]) -> None:
+    """Draw an arrow with a light edge, which stands out from anything behind it.
+
+    Args:
+        draw: What to draw on.
+        foot: Pixel at which it begins.
+        head: Pixel that it points at.
+        width: Of its shaft, in pixels.
+        colour: Of its inside.
+    """
+    (x0, y0), (x1, y1) = foot, head
+    length = hypot(x1 - x0, y1 - y0)
+    if length < width:
+        # Too short for a direction: a dot says that there is next to nothing.
+        for radius, shade in ((width, _HALO), (width * 0.7, colour)):
+            draw.ellipse((x0 - radius, y0 - radius, x0 + radius, y0 + radius), fill=shade)
+        return
+    ux, uy = (x1 - x0) / length, (y1 - y0) / length
+    point = min(3.2 * width, length)
+
+    def at(along: float, across: float) -> Point:
+        return x0 + along * ux - across * uy, y0 + along * uy + across * ux
+
+    half, wing, neck = width / 2.0, 1.5 * width, length - point
+    outline = [
+        at(0, half),
+        at(neck, half),
+        at(neck, wing),
+        at(length, 0),
+        at(neck, -wing),
+        at(neck, -half),
+        at(0, -half),
+    ]
+    draw.line([*outline, outline[0], outline[1]], fill=_HALO, width=max(round(width * 0.6), 2), joint="curve")
+    draw.polygon(outline, fill=colour)

@@ -1,0 +1,136 @@
+"""The four ports over the simulated work cell. Time is the simulation's: sleeping is what makes it go on."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from palpate.core.errors import CommandError
+from palpate.core.ports.command_limits import CommandLimiter
+from palpate.core.ports.devices import ArmCommand, Clock, ForceSensor, JointEncoder
+from palpate.core.ports.lifecycle import Life, ManagedDevice
+from palpate.core.ports.values import (
+    CONTROL_RATE_HZ,
+    AppliedCommand,
+    CommandReason,
+    JointCommand,
+    JointSample,
+    JointVector,
+    WrenchSample,
+)
+from palpate.simulation.work_cell.cell import WorkCell
+
+_NS: Final = 1_000_000_000
+
+
+class MujocoClock(Clock):
+    """Exact time of the simulation: tick k is at k / 140 s, rounded down to whole nanoseconds."""
+
+    def __init__(self, cell: WorkCell) -> None:
+        self._cell = cell
+
+    def now_ns(self) -> int:
+        """Time of the newest control tick."""
+        return self._cell.time_ns
+
+    def sleep_until(self, deadline_ns: int) -> None:
+        """Let physics go on, a whole control tick at a time, until the deadline is reached."""
+        cell = self._cell
+        while cell.time_ns < deadline_ns:
+            cell.advance()
+
+
+class MujocoForceSensor(ManagedDevice, ForceSensor):
+    """Wrist sensor. A sample belongs to the last physics step of its tick, so its source time is a step back."""
+
+    def __init__(self, cell: WorkCell, clock: Clock) -> None:
+        super().__init__("simulated force sensor")
+        self._cell, self._clock = cell, clock
+        self._age_ns = _NS // (CONTROL_RATE_HZ * cell.config.substeps)
+        self._sample: WrenchSample | None = None
+
+    def read(self) -> WrenchSample:
+        """See :class:`ForceSensor`."""
+        if self._life is not Life.ACTIVE:
+            self._require_active("read()")
+        now, tick = self._clock.now_ns(), self._cell.ticks
+        if self._sample is None or self._sample.sequence != tick:
+            fx, fy, fz, tx, ty, tz = self._cell.measure_wrench()
+            self._sample = WrenchSample((fx, fy, fz), (tx, ty, tz), max(now - self._age_ns, 0), now, tick)
+        return self._sample
+
+    def _on_deactivate(self) -> None:
+        self._sample = None
+
+
+class MujocoJointEncoder(ManagedDevice, JointEncoder):
+    """Joint encoders, with the arm's own resolution."""
+
+    def __init__(self, cell: WorkCell, clock: Clock) -> None:
+        super().__init__("simulated encoders")
+        self._cell, self._clock = cell, clock
+
+    def read(self) -> JointSample:
+        """See :class:`JointEncoder`."""
+        if self._life is not Life.ACTIVE:
+            self._require_active("read()")
+        now = self._clock.now_ns()
+        return JointSample(self._cell.measure_joints(), now, now, self._cell.ticks)
+
+
+class MujocoArm(ManagedDevice, ArmCommand):
+    """Joint servos, with the arm's limits of velocity and position applied, in this order.
+
+    Args:
+        cell: The work cell.
+        lower_rad: Lower joint limits, (n,).
+        upper_rad: Upper joint limits, (n,).
+        velocity_limit_rad_s: Joint velocity limits, (n,).
+    """
+
+    def __init__(
+        self,
+        cell: WorkCell,
+        lower_rad: JointVector,
+        upper_rad: JointVector,
+        velocity_limit_rad_s: JointVector,
+    ) -> None:
+        super().__init__("simulated arm")
+        self._cell = cell
+        self._limiter = CommandLimiter(lower_rad, upper_rad, velocity_limit_rad_s, CONTROL_RATE_HZ)
+        self._held: JointVector = ()
+        self._stopped = False
+
+    def send(self, command: JointCommand) -> AppliedCommand:
+        """See :class:`ArmCommand`."""
+        if self._life is not Life.ACTIVE:
+            self._require_active("send()")
+        asked = command.position_rad
+        if len(asked) != self._limiter.joints:
+            raise CommandError(f"the arm has {self._limiter.joints} joints, the command has another number", len(asked))
+        if self._stopped:
+            return AppliedCommand(self._held, CommandReason.STOPPED)
+        applied = self._limiter.limited(asked, self._cell.ticks)
+        self._held = applied.position_rad
+        self._cell.command(applied.position_rad)
+        return applied
+
+    def stop(self) -> None:
+        """Hold the arm where it stands."""
+        if self._life is Life.ACTIVE and not self._stopped:
+            self._stopped = True
+            self._hold_here()
+
+    def _hold_here(self) -> None:
+        self._held = self._cell.joint_angles()
+        self._cell.command(self._held)
+
+    def _on_activate(self) -> None:
+        self._stopped = False
+        self._hold_here()
+        self._limiter.start(self._held)
+
+    def _on_deactivate(self) -> None:
+        self._hold_here()
+
+    def _on_close(self) -> None:
+        self._hold_here()

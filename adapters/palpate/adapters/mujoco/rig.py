@@ -1,0 +1,97 @@
+"""The simulated work cell as a rig."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from types import TracebackType
+from typing import Self
+
+from palpate.adapters.config.run import RunConfig
+from palpate.adapters.mujoco.ports import MujocoArm, MujocoClock, MujocoForceSensor, MujocoJointEncoder
+from palpate.core.insertion.frame import goal_in_base
+from palpate.core.insertion.ready_pose import ReadyPose, wander_m
+from palpate.core.motion.arm import arm_named
+from palpate.core.motion.model import Kinematics, ToolGeometry
+from palpate.core.ports.devices import Ports
+from palpate.core.ports.rig import SIMULATOR, Rig, Truth, World
+from palpate.core.ports.values import CONTROL_RATE_HZ
+from palpate.simulation.work_cell.cell import WorkCell
+
+
+class SimulatedRig(Rig):
+    """The MuJoCo work cell with its four ports. A context manager: on exit every device is closed.
+
+    Attributes:
+        ports: What the core runs over.
+        cell: The work cell behind them, for scoring and for pictures.
+        seed: Gives, with a trial's index, its hole and sensor errors; may be another from one trial to the next.
+    """
+
+    def __init__(self, config: RunConfig, ready: ReadyPose) -> None:
+        kinematics = Kinematics(arm_named(config.arm), ToolGeometry())
+        self.seed = config.seed
+        self.cell = WorkCell(
+            kinematics,
+            config.cell,
+            goal_in_base=goal_in_base(config.task.goal),
+            ready_rad=ready.q_rad,
+            rate_Hz=CONTROL_RATE_HZ,
+            wander_m=wander_m(config.task),
+        )
+        clock = MujocoClock(self.cell)
+        self._sensor = MujocoForceSensor(self.cell, clock)
+        self._encoder = MujocoJointEncoder(self.cell, clock)
+        self._arm = MujocoArm(
+            self.cell,
+            tuple(kinematics.lower_rad.tolist()),
+            tuple(kinematics.upper_rad.tolist()),
+            tuple(kinematics.velocity_limit_rad_s.tolist()),
+        )
+        self._model_sha256 = self.cell.model_sha256()
+        self.ports = Ports(clock, self._sensor, self._encoder, self._arm)
+
+    def prepare(self, trial: int) -> None:
+        """Put the world into the state in which this trial starts, and free the arm from its last stop."""
+        self._arm.deactivate()
+        self._sensor.deactivate()
+        self.cell.reset(self.seed, trial)
+        self._sensor.activate()
+        self._arm.activate()
+
+    def world(self) -> World:
+        """What a log must know of the trial that was just prepared, to set this cell up for it again."""
+        return World(
+            SIMULATOR,
+            {
+                "ticks": self.cell.ticks,
+                "model_sha256": self._model_sha256,
+                "hole_in_task_m": list(self.truth().hole_in_task_m),
+            },
+        )
+
+    @property
+    def clock_ticks(self) -> int:
+        """Control ticks on the simulator's clock."""
+        return self.cell.ticks
+
+    def set_clock_ticks(self, ticks: int) -> None:
+        """Set the simulator's clock."""
+        self.cell.set_ticks(ticks)
+
+    def truth(self) -> Truth:
+        """What really happened; for scoring and comparators only."""
+        return self.cell.truth()
+
+    def __enter__(self) -> Self:
+        with ExitStack() as opened:
+            for device in (self._sensor, self._encoder, self._arm):
+                opened.enter_context(device)
+            # All are open: from here on closing them is __exit__'s affair, in the reverse order.
+            self._opened = opened.pop_all()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._arm.stop()
+        self._opened.close()

@@ -1,0 +1,300 @@
+"""The model of the cell that pictures are taken of: posed by recorded joint angles, lit, with a table under it."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from math import hypot
+from typing import Any, Final
+
+import mujoco
+import numpy as np
+
+from palpate.adapters.log.reader import TrialLog
+from palpate.adapters.log.records import DecisionEntry
+from palpate.adapters.log.series import config_of
+from palpate.adapters.mujoco.graphics import off_screen_context
+from palpate.adapters.mujoco.views import FIELD_OF_VIEW_DEG, Array, View, close_up, whole_arm
+from palpate.core.errors import LogError, PalpateError
+from palpate.core.insertion.frame import goal_in_base
+from palpate.core.insertion.ready_pose import wander_m
+from palpate.core.motion.arm import arm_named
+from palpate.core.motion.model import Kinematics, ToolGeometry, wrench_about
+from palpate.core.ports.values import CONTROL_RATE_HZ, JointVector, Vector3
+from palpate.simulation.work_cell.model import PLATE_REACH_M, build_work_cell
+
+
+@dataclass(frozen=True)
+class Moment:
+    """What was known at one tick.
+
+    Attributes:
+        tick: Number of the control tick.
+        time_s: Time since the first tick that can be drawn.
+        joints_rad: Joint angles, (n,), the newest that were valid.
+        force_N: Force of the world on the tool less its zero, (3,), sensor frame; None where none was measured.
+        torque_Nm: Its torque about the sensor's origin, (3,); None with the force.
+        phase: Phase of the trial.
+        decision: The action that runs and why; None where none does.
+    """
+
+    tick: int
+    time_s: float
+    joints_rad: JointVector
+    force_N: Vector3 | None
+    torque_Nm: Vector3 | None
+    phase: str
+    decision: DecisionEntry | None
+
+
+_CUT_GROUP: Final = 4
+_INNER_RING_M: Final = 0.003
+_BACKDROP: Final = (0.70, 0.74, 0.78, 1.0)
+_FLOOR: Final = (0.62, 0.67, 0.72, 1.0)
+_TABLE: Final = (0.45, 0.50, 0.55, 1.0)
+_METAL: Final = (0.56, 0.61, 0.66, 1.0)
+_WALL: Final = (0.36, 0.47, 0.56, 1.0)
+_ARM: Final = (0.76, 0.77, 0.80, 1.0)
+_SENSOR: Final = (0.16, 0.40, 0.68, 1.0)
+_PEG: Final = (0.90, 0.72, 0.38, 1.0)
+_WRIST_M: Final = 0.024
+"""Radius of the link to the sensor, which the physical model does without."""
+_SPRINGS: Final = ("slide_x", "slide_y", "slide_z", "tilt_x", "tilt_y", "turn_z")
+_MOST_BENT: Final = np.array([0.02, 0.02, 0.02, 0.2, 0.2, 0.2])
+_MOST_GEOMS: Final = 2000
+
+
+class Cell:
+    """The cell of a log, without graphics: what stands where.
+
+    Args:
+        log: The trial.
+
+    Attributes:
+        model: The MuJoCo model.
+        data: Its state.
+        hole_known: Whether the hole is drawn where it was; else it is where it was believed to be.
+        joints: Number of the arm's joints.
+
+    Raises:
+        LogError: The log does not say what the cell looked like.
+    """
+
+    def __init__(self, log: TrialLog) -> None:
+        config = config_of(log)
+        goal = goal_in_base(config.task.goal)
+        reach = wander_m(config.task) + config.cell.hole_uncertainty_mm * 1e-3 + 1e-3
+        try:
+            kinematics = Kinematics(arm_named(config.arm), ToolGeometry())
+            yaw = goal.rotation.T @ np.array(log.start.tip_rotation).reshape(3, 3)[:, 0]
+            if not np.isfinite(yaw).all():
+                raise ValueError("the tool's orientation is none")
+            self.model = build_work_cell(
+                kinematics,
+                config.cell,
+                goal_in_base=goal,
+                tool_yaw_rad=float(np.arctan2(yaw[1], yaw[0])),
+                period_s=1.0 / CONTROL_RATE_HZ,
+                plate_reach_m=max(PLATE_REACH_M, reach),
+            )
+        except (PalpateError, ValueError) as error:
+            problem = f"does not say what the cell looked like ({error})"
+            raise LogError(log.path, "/start", problem, "it cannot be drawn") from error
+        hole = true_hole_m(log)
+        self.hole_known = hole is not None
+        self.joints = kinematics.joints
+        self.data = mujoco.MjData(self.model)
+        self.goal_in_base = goal
+        self.mouth_m: Array = goal.act(np.zeros(3) if hole is None else np.array(hole))
+        self.peg_diameter_m = config.cell.peg.diameter_mm * 1e-3
+        self.hole_radius_m = self.peg_diameter_m / 2.0 + config.cell.peg.clearance_mm * 1e-3
+        self.plate_depth_m = config.cell.peg.hole_depth_mm * 1e-3 + 0.005
+        self._compliance, self._tool = config.cell.compliance, kinematics.tool
+        self.model.body_pos[self.model.body("plate").id] = self.mouth_m
+        self._springs = [int(self.model.joint(name).qposadr[0]) for name in _SPRINGS]
+        self._path = log.path
+
+    def pose(self, moment: Moment) -> None:
+        """Put the arm, and the peg in its springs, to where they were at a moment.
+
+        The encoders cannot see the gripper's springs, so these are bent as the measured wrench bends them.
+
+        Raises:
+            LogError: The arm has another number of joints.
+        """
+        if len(moment.joints_rad) != self.joints:
+            problem = f"has {len(moment.joints_rad)} joint angles, its arm {self.joints} joints"
+            raise LogError(self._path, f"tick {moment.tick}", problem, "it cannot be drawn")
+        self.data.qpos[:] = 0.0
+        self.data.qpos[: self.joints] = moment.joints_rad
+        # Within what a gripper may do: a force that no sensor measures is no reason to draw the peg elsewhere.
+        self.data.qpos[self._springs] = np.clip(self._bent(moment), -_MOST_BENT, _MOST_BENT)
+        mujoco.mj_kinematics(self.model, self.data)
+        mujoco.mj_camlight(self.model, self.data)
+
+    def _bent(self, moment: Moment) -> tuple[float, ...]:
+        if moment.force_N is None or moment.torque_Nm is None:
+            return (0.0,) * len(_SPRINGS)
+        springs, (fx, fy, fz) = self._compliance, moment.force_N
+        pivot = (0.0, 0.0, self._tool.tip_from_sensor_m - springs.centre_above_tip_mm * 1e-3)
+        tx, ty, tz = wrench_about(moment.force_N, moment.torque_Nm, pivot)
+        lateral, axial = springs.lateral_N_per_mm * 1e3, springs.axial_N_per_mm * 1e3
+        tilt = springs.tilt_Nm_per_rad
+        return fx / lateral, fy / lateral, fz / axial, tx / tilt, ty / tilt, tz / springs.torsion_Nm_per_rad
+
+    @property
+    def tip_m(self) -> Array:
+        """Centre of the peg's end face, (3,), base frame."""
+        tip: Array = self.data.site("tip").xpos.copy()
+        return tip
+
+    def force_in_base(self, moment: Moment) -> Array | None:
+        """The measured force on the tool, (3,) N, base frame; None where it was not measured."""
+        if moment.force_N is None:
+            return None
+        rotation = self.data.body("sensor").xmat.reshape(3, 3)
+        turned: Array = rotation @ np.array(moment.force_N)
+        return turned
+
+    def views(self) -> tuple[View, View]:
+        """The close-up, and the whole arm as it stands now."""
+        points = np.vstack((self.data.xpos, self.mouth_m, self.tip_m))
+        return close_up(self.mouth_m, self.peg_diameter_m), whole_arm(points)
+
+
+def true_hole_m(log: TrialLog) -> tuple[float, float, float] | None:
+    """Where the hole really was, (3,), task frame; None where nobody knows."""
+    facts: Any = {}
+    try:
+        facts = json.loads(log.start.world_json or "{}")
+    except ValueError:
+        facts = {}
+    found = facts.get("hole_in_task_m") if isinstance(facts, dict) else None
+    if found is None and log.end is not None:
+        found = log.end.true_hole_in_task_m
+    if not isinstance(found, (list, tuple)) or len(found) != 3:
+        return None
+    if not all(isinstance(value, (int, float)) and np.isfinite(value) for value in found):
+        return None
+    x, y, z = (float(value) for value in found)
+    return x, y, z
+
+
+class Stage:
+    """A cell with lights and a camera; :meth:`close` it when done.
+
+    Args:
+        cell: What to draw.
+        size: Width and height of the largest picture, in pixels.
+
+    Raises:
+        UsageError: There is no graphics library that works.
+    """
+
+    def __init__(self, cell: Cell, size: tuple[int, int]) -> None:
+        self.cell = cell
+        model = cell.model
+        self._dress()
+        model.vis.global_.offwidth, model.vis.global_.offheight = size
+        model.vis.global_.fovy = FIELD_OF_VIEW_DEG
+        # The software renderers, which most machines without a display have, spend most of their time on shadows.
+        model.vis.quality.shadowsize = 2048
+        model.vis.quality.offsamples = 4
+        self._gl = off_screen_context(*size)
+        self._context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)
+        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
+        self._scene = mujoco.MjvScene(model, maxgeom=_MOST_GEOMS)
+        self._option = mujoco.MjvOption()
+        self._option.geomgroup[:] = 1
+        self._option.geomgroup[3] = 0
+        self._option.sitegroup[:] = 0
+
+    def _dress(self) -> None:
+        """Colours, light and what of the plate is cut away."""
+        cell, model = self.cell, self.cell.model
+        model.vis.map.znear, model.vis.map.zfar = 0.005, 60.0
+        model.vis.headlight.ambient[:] = 0.42
+        model.vis.headlight.diffuse[:] = 0.38
+        model.vis.headlight.specular[:] = 0.1
+        plate, sensor, peg = (model.body(name).id for name in ("plate", "sensor", "peg"))
+        for geom in range(model.ngeom):
+            body = int(model.geom_bodyid[geom])
+            if body == plate:
+                # Of the plate's two rings of boxes the inner one is the hole's wall.
+                x, y, _ = model.geom_pos[geom]
+                inner = 0.0 < hypot(x, y) - cell.hole_radius_m < _INNER_RING_M
+                model.geom_rgba[geom] = _WALL if inner else _METAL
+                # The plate's y is the base's -y: towards the camera.
+                model.geom_group[geom] = _CUT_GROUP if y > 1e-6 else 0
+            else:
+                model.geom_rgba[geom] = _SENSOR if body == sensor else _PEG if body == peg else _ARM
+
+    def picture(self, view: View, width: int, height: int) -> np.ndarray:
+        """The cell as it is posed, (height, width, 3), 8 bits a colour."""
+        camera = mujoco.MjvCamera()
+        camera.lookat[:] = view.target_m
+        camera.distance, camera.azimuth, camera.elevation = view.distance_m, view.azimuth_deg, view.elevation_deg
+        self._option.geomgroup[_CUT_GROUP] = not view.cut
+        scene, cell = self._scene, self.cell
+        mujoco.mjv_updateScene(
+            cell.model, cell.data, self._option, mujoco.MjvPerturb(), camera, mujoco.mjtCatBit.mjCAT_ALL, scene
+        )
+        self._add_backdrop(view)
+        if not view.cut:
+            self._add_surroundings()
+        # Seen so near, the many small boxes that the hole is made of would cast a shadow of every seam.
+        scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = not view.cut
+        self._gl.make_current()
+        rect = mujoco.MjrRect(0, 0, width, height)
+        mujoco.mjr_render(rect, scene, self._context)
+        pixels = np.empty((height, width, 3), np.uint8)
+        mujoco.mjr_readPixels(pixels, None, rect, self._context)
+        return pixels[::-1]
+
+    def _add_backdrop(self, view: View) -> None:
+        """A wall far behind everything, across the line of sight: without it the background is black."""
+        right, up, forward = view.axes
+        far_m = view.distance_m + 8.0
+        middle = np.array(view.target_m) + forward * (far_m - view.distance_m)
+        facing = np.column_stack((right, up, -forward))
+        # It gives light of its own, so that it looks the same from everywhere.
+        self._add(mujoco.mjtGeom.mjGEOM_BOX, (far_m, far_m, 0.01), middle, facing, _BACKDROP).emission = 0.4
+
+    def _add_surroundings(self) -> None:
+        """Floor, a block under the plate, and the link between the arm's last joint and the sensor."""
+        cell = self.cell
+        bottom = float(cell.mouth_m[2]) - cell.plate_depth_m
+        floor = min(0.0, bottom - 0.01)
+        upright = np.eye(3)
+        self._add(mujoco.mjtGeom.mjGEOM_BOX, (1.2, 1.2, 0.01), np.array([0.2, 0.0, floor - 0.01]), upright, _FLOOR)
+        half = 2.5 * cell.peg_diameter_m
+        middle = np.array([*cell.mouth_m[:2], (floor + bottom) / 2.0])
+        block = (half, half, (bottom - floor) / 2.0)
+        self._add(mujoco.mjtGeom.mjGEOM_BOX, block, middle, upright, _TABLE)
+        self._add(
+            mujoco.mjtGeom.mjGEOM_CYLINDER, (0.07, 0.07, 0.02), np.array([0.0, 0.0, floor + 0.02]), upright, _TABLE
+        )
+        wrist, sensor = cell.data.body(f"link_{cell.joints}").xpos, cell.data.body("sensor").xpos
+        link = self._add(mujoco.mjtGeom.mjGEOM_CAPSULE, (_WRIST_M,) * 3, wrist, upright, _ARM)
+        mujoco.mjv_connector(link, mujoco.mjtGeom.mjGEOM_CAPSULE, _WRIST_M, wrist, sensor)
+
+    def _add(
+        self,
+        kind: mujoco.mjtGeom,
+        size: tuple[float, float, float],
+        middle: Array,
+        axes: Array,
+        rgba: tuple[float, float, float, float],
+    ) -> Any:
+        scene = self._scene
+        geom = scene.geoms[scene.ngeom]
+        colour = np.array(rgba, np.float32)
+        mujoco.mjv_initGeom(geom, kind, np.array(size), np.asarray(middle, np.float64), axes.flatten(), colour)
+        scene.ngeom += 1
+        return geom
+
+    def close(self) -> None:
+        """Let the graphics library go."""
+        self._gl.make_current()
+        self._context.free()
+        self._gl.free()

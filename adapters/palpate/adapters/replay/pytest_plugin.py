@@ -1,0 +1,84 @@
+"""``pytest --palpate-logs DIR``: every log in DIR is a test that passes when the trial replays equal, bit for bit.
+
+So a laboratory gates its own repository on its own trials. Light to import: pytest loads it in every run.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Final
+
+import pytest
+
+_REBUILDER: Final = pytest.StashKey[Any]()
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add our options."""
+    group = parser.getgroup("palpate", "recorded trials as tests (palpate)")
+    group.addoption(
+        "--palpate-logs",
+        action="append",
+        default=[],
+        metavar="DIR",
+        help="replay every palpate log in DIR (or a log, or a pattern); may be given several times",
+    )
+    group.addoption(
+        "--palpate-strict",
+        action="store_true",
+        help="let logs from another processor fail when their last bits differ",
+    )
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(session: pytest.Session, config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Add one test for each log; before other plugins choose among the tests."""
+    names = config.getoption("palpate_logs")
+    if not names:
+        return
+    from palpate.adapters.replay.batch import find_logs
+    from palpate.core.errors import LogError
+
+    try:
+        paths = find_logs(names)
+    except LogError as error:
+        raise pytest.UsageError(f"--palpate-logs: {error}") from error
+    items += [LogItem.from_parent(session, name=str(path), log=path) for path in paths]
+
+
+class ReplayDiffersError(Exception):
+    """A recorded trial does not replay; the message is all there is to say."""
+
+
+class LogItem(pytest.Item):
+    """One recorded trial as a test."""
+
+    def __init__(self, *, log: Path, **others: Any) -> None:
+        super().__init__(**others)
+        self._log = log
+
+    def runtest(self) -> None:
+        """Replay it.
+
+        Raises:
+            ReplayDiffersError: It is not equal.
+        """
+        from palpate.adapters.replay.batch import replay_file
+        from palpate.adapters.replay.explain import exit_code, explanation
+        from palpate.adapters.replay.rebuild import Changes, Rebuilder
+
+        rebuilder = self.session.stash.setdefault(_REBUILDER, Rebuilder())
+        strict = bool(self.config.getoption("palpate_strict"))
+        one = replay_file(self._log, rebuilder)
+        if exit_code([one], [], strict=strict):
+            raise ReplayDiffersError(explanation(one, Changes(), strict=strict).strip())
+
+    def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], *_: Any) -> Any:
+        """One line for a trial that differs; the whole story for anything else."""
+        if isinstance(excinfo.value, ReplayDiffersError):
+            return str(excinfo.value)
+        return super().repr_failure(excinfo)
+
+    def reportinfo(self) -> tuple[Path, None, str]:
+        """Where the test is."""
+        return self._log, None, f"replay of {self._log}"

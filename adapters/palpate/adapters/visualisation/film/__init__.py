@@ -1,0 +1,1 @@
+"""A recorded trial as a film or a sheet of pictures."""

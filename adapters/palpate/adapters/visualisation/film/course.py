@@ -1,0 +1,153 @@
+"""A recorded trial as moments to be drawn: what was newest at each tick. No graphics library is needed."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import floor
+from typing import Final
+
+import numpy as np
+
+from palpate.adapters.log.reader import TrialLog
+from palpate.adapters.log.records import DecisionEntry
+from palpate.adapters.log.series import tare_of
+from palpate.adapters.mujoco.scene import Moment
+from palpate.core.errors import ConfigurationError, LogError, require_in
+from palpate.core.insertion.trial import Phase
+from palpate.core.ports.values import JointVector, Validity
+
+_NS: Final = 1_000_000_000
+FORCE_TICKS: Final = 5
+"""Drawn forces are means over so many ticks, 36 ms: the noise of single samples would make the arrow flicker."""
+_SAME_S: Final = 1e-6
+"""A tick that comes so little after a picture's time counts as being at it: both are rounded."""
+
+
+@dataclass(frozen=True)
+class Course:
+    """All moments of a trial, in order.
+
+    Attributes:
+        moments: At least one.
+        tared: Whether the sensor's zero is known and taken from the forces.
+        approach_s: When the approach began; 0 if it never did.
+    """
+
+    moments: tuple[Moment, ...]
+    tared: bool
+    approach_s: float
+
+    @property
+    def duration_s(self) -> float:
+        """Time of the last moment."""
+        return self.moments[-1].time_s
+
+    def stretch(self, begin_s: float | None, end_s: float | None) -> tuple[float, float]:
+        """The stretch of the trial to show, as two times within it.
+
+        Raises:
+            ConfigurationError: It is not within the trial, or ends before it begins.
+        """
+        last = self.duration_s
+        begin, end = 0.0 if begin_s is None else begin_s, last if end_s is None else end_s
+        require_in("begin_s", begin, 0.0, round(last, 3))
+        if not begin <= end:
+            raise ConfigurationError("end_s", end, f"a time after the beginning, {begin:g} s")
+        return min(begin, last), min(end, last)
+
+    def film(self, begin_s: float, end_s: float, fps: float, speed: float, most: int) -> list[Moment]:
+        """A moment for each picture of a film, the last one included.
+
+        Args:
+            begin_s: Where it begins.
+            end_s: Where it ends.
+            fps: Pictures per second of the film.
+            speed: Seconds of the trial per second of the film.
+            most: So many pictures may it have.
+
+        Raises:
+            ConfigurationError: That makes too many pictures.
+        """
+        step_s = speed / fps
+        count = floor((end_s - begin_s) / step_s + _SAME_S) + 1
+        if count > most:
+            accepted = f"fewer pictures a second, or a greater speed: {count} are more than {most}"
+            raise ConfigurationError("fps", fps, accepted)
+        times = [begin_s + k * step_s for k in range(count)]
+        if end_s - times[-1] > _SAME_S:
+            times.append(end_s)
+        return self.at(times)
+
+    def spread(self, begin_s: float, end_s: float, count: int) -> list[Moment]:
+        """So many moments, evenly spread, the first and the last included."""
+        return self.at(np.linspace(end_s if count == 1 else begin_s, end_s, count).tolist())
+
+    def at(self, times_s: Sequence[float]) -> list[Moment]:
+        """What was newest at each of these times."""
+        known = np.array([moment.time_s for moment in self.moments])
+        rows = np.searchsorted(known, np.array(times_s) + _SAME_S, side="right") - 1
+        return [self.moments[max(int(row), 0)] for row in rows]
+
+
+def course_of(log: TrialLog) -> Course:
+    """The moments of a trial, from the first tick with a time and joint angles on.
+
+    Raises:
+        LogError: There is no such tick, or a message is not what it should be.
+    """
+    records = list(log.records())
+    tare = tare_of(log, records)
+    phase_ticks, phases = _phases(log)
+    decision_ticks, decisions = _decisions(log)
+    wrenches: list[tuple[float, ...]] = []
+    joints: JointVector | None = None
+    first_ns: int | None = None
+    approach_s = 0.0
+    moments: list[Moment] = []
+    for record in records:
+        sample = record.wrench
+        if sample is not None and sample.validity is not Validity.INVALID:
+            raw = (*sample.force_N, *sample.torque_Nm)
+            wrenches = [*wrenches, tuple(a - b for a, b in zip(raw, tare.bias, strict=True))][-FORCE_TICKS:]
+        elif sample is not None:
+            wrenches = []
+        if record.joints is not None and record.joints.validity is not Validity.INVALID:
+            joints = record.joints.position_rad
+        time_ns = record.deadline_ns if record.time_ns is None else record.time_ns
+        if time_ns is None or joints is None:
+            continue
+        first_ns = time_ns if first_ns is None else first_ns
+        time_s = (time_ns - first_ns) / _NS
+        fx, fy, fz, tx, ty, tz = np.mean(wrenches, axis=0).tolist() if wrenches else (np.nan,) * 6
+        phase = phases[bisect_right(phase_ticks, record.tick) - 1]
+        if phase == Phase.APPROACH.value and not approach_s:
+            approach_s = time_s
+        moments.append(
+            Moment(
+                record.tick,
+                time_s,
+                joints,
+                (fx, fy, fz) if wrenches else None,
+                (tx, ty, tz) if wrenches else None,
+                phase,
+                decisions[bisect_right(decision_ticks, record.tick) - 1],
+            )
+        )
+    if not moments:
+        raise LogError(log.path, "", "has no tick with a time and joint angles", "there is nothing to draw")
+    return Course(tuple(moments), any(tare.bias), approach_s)
+
+
+def _phases(log: TrialLog) -> tuple[list[int], list[str]]:
+    begun = [(event.tick, event.detail) for event in log.events if event.name == "phase"]
+    return [-1, *(tick for tick, _ in begun)], [Phase.LIFT.value, *(name for _, name in begun)]
+
+
+def _decisions(log: TrialLog) -> tuple[list[int], list[DecisionEntry | None]]:
+    """From which tick on which decision runs: until the next one, or until the phase ends."""
+    changes: list[tuple[int, DecisionEntry | None]] = [(d.tick, d) for d in log.decisions]
+    changes += [(e.tick, None) for e in log.events if e.name == "phase"]
+    changes.sort(key=lambda change: change[0])
+    return [-1, *(tick for tick, _ in changes)], [None, *(decision for _, decision in changes)]

@@ -1,0 +1,148 @@
+"""Pictures into files: films as MP4 or GIF, contact sheets as PNG. Each is written as it is painted."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from fractions import Fraction
+from itertools import chain, pairwise
+from math import ceil, sqrt
+from pathlib import Path
+from typing import Any, Final
+
+from PIL import Image
+
+from palpate.adapters.mujoco.arrows import ACTION, FORCE
+from palpate.adapters.visualisation.film.captions import font_px, line_px, write_title
+from palpate.core.errors import UsageError
+
+HOLD_S: Final = 1.0
+"""How long a film rests on its last picture."""
+_GIF_COLOURS: Final = 255
+_GIF_TICKS_PER_S: Final = 100
+_PAPER: Final = (255, 255, 255)
+_QUALITY: Final = "20"
+_PATCH_PX: Final = 24
+
+
+def require_video() -> Any:
+    """PyAV, which an extra of palpate brings.
+
+    Raises:
+        UsageError: It is not installed, or without the encoder.
+    """
+    try:
+        import av
+    except ImportError:
+        raise UsageError("MP4 needs PyAV; install it with: pip install 'palpate[video]'; or make a .gif") from None
+    if "libx264" not in av.codecs_available:
+        raise UsageError("this PyAV cannot encode H.264 (libx264); install the one of PyPI, or make a .gif")
+    return av
+
+
+def write_mp4(path: Path, pictures: Iterable[Image.Image], fps: float) -> None:
+    """H.264, as every player knows it. Equal pictures give equal bytes with equal versions of PyAV.
+
+    Args:
+        path: The file.
+        pictures: RGB, all of one size with even sides; at least one.
+        fps: Pictures per second.
+
+    Raises:
+        UsageError: PyAV is not there.
+    """
+    av = require_video()
+    rate = Fraction(fps).limit_denominator(1000)
+    frames = iter(pictures)
+    first = next(frames)
+    with av.open(str(path), "w", format="mp4", options={"movflags": "+faststart"}) as container:
+        # One thread: with more of them the bytes depend on their number.
+        stream = container.add_stream("libx264", rate=rate, options={"crf": _QUALITY, "threads": "1"})
+        stream.width, stream.height, stream.pix_fmt = *first.size, "yuv420p"
+        for picture in _held(chain((first,), frames), round(HOLD_S * fps)):
+            container.mux(stream.encode(av.VideoFrame.from_image(picture)))
+        container.mux(stream.encode())
+
+
+def write_gif(
+    path: Path, pictures: Iterable[Image.Image], fps: float, count: int, samples: Sequence[Image.Image]
+) -> None:
+    """A GIF that begins again and again, all pictures with the same colours, which keeps it small.
+
+    Args:
+        path: The file.
+        pictures: RGB, all of one size; at least one.
+        fps: Pictures per second; the format counts in hundredths of a second.
+        count: How many pictures there are.
+        samples: Some of the pictures, from which the colours are taken.
+    """
+    palette = _common_palette(samples)
+    frames = (picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in pictures)
+    first = next(frames)
+    first.save(path, "GIF", save_all=True, append_images=frames, duration=gif_durations_ms(count, fps), loop=0)
+
+
+def gif_durations_ms(count: int, fps: float) -> list[int]:
+    """How long each picture stays: whole hundredths of a second, rounded so that no error adds up."""
+    ends = [round(_GIF_TICKS_PER_S * k / fps) for k in range(count + 1)]
+    durations = [10 * (b - a) for a, b in pairwise(ends)]
+    durations[-1] += round(1000 * HOLD_S)
+    return durations
+
+
+def sheet(pictures: Sequence[Image.Image], size: tuple[int, int], title: str) -> Image.Image:
+    """A contact sheet: pictures side by side in rows, from left to right, under a title.
+
+    Args:
+        pictures: All of the size that :func:`panel_size` gives.
+        size: Of the sheet, in pixels.
+        title: What stands above.
+    """
+    columns, (width, height) = columns_of(len(pictures)), panel_size(len(pictures), size)
+    made = Image.new("RGB", size, _PAPER)
+    head = title_px(size)
+    write_title(made, title, head)
+    for k, picture in enumerate(pictures):
+        row, column = divmod(k, columns)
+        made.paste(picture, (gap_px(size) + column * (width + gap_px(size)), head + row * (height + gap_px(size))))
+    return made
+
+
+def panel_size(count: int, size: tuple[int, int]) -> tuple[int, int]:
+    """Width and height of each of so many pictures on a sheet of this size, in pixels."""
+    columns = columns_of(count)
+    rows = ceil(count / columns)
+    gap = gap_px(size)
+    return (size[0] - gap * (columns + 1)) // columns, (size[1] - title_px(size) - gap * rows) // rows
+
+
+def columns_of(count: int) -> int:
+    """Columns of a sheet: as many as rows, or one more."""
+    return ceil(sqrt(count))
+
+
+def title_px(size: tuple[int, int]) -> int:
+    """Height of the title."""
+    return round(line_px(font_px(*size)) * 1.5)
+
+
+def gap_px(size: tuple[int, int]) -> int:
+    """Between the pictures."""
+    return max(size[0] // 240, 2)
+
+
+def _held(pictures: Iterable[Image.Image], times: int) -> Iterator[Image.Image]:
+    for picture in pictures:
+        yield picture
+    for _ in range(times):
+        yield picture
+
+
+def _common_palette(samples: Sequence[Image.Image]) -> Image.Image:
+    # Below the samples a patch of what is small and matters: else the arrows' colours would be lost among many greys.
+    width, height = samples[0].size
+    strip = Image.new("RGB", (width, height * len(samples) + 2 * _PATCH_PX))
+    for k, colour in enumerate((FORCE, ACTION)):
+        strip.paste(colour, (0, strip.height - (k + 1) * _PATCH_PX, width, strip.height - k * _PATCH_PX))
+    for k, picture in enumerate(samples):
+        strip.paste(picture, (0, k * height))
+    return strip.quantize(_GIF_COLOURS, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)

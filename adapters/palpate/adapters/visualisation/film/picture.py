@@ -1,0 +1,147 @@
+"""One picture of a trial: the cell, the force at the tip, and what the core saw and did."""
+
+from __future__ import annotations
+
+from math import dist
+from typing import Final
+
+import numpy as np
+from PIL import Image, ImageDraw
+
+from palpate.adapters.log.reader import TrialLog
+from palpate.adapters.mujoco.arrows import ACTION, FORCE, arrow_pixels, draw_arrow, metres_per_N, reference_N
+from palpate.adapters.mujoco.scene import Cell, Moment, Stage
+from palpate.adapters.mujoco.views import Array, View
+from palpate.adapters.visualisation.film import captions
+from palpate.adapters.visualisation.film.course import Course
+from palpate.core.policy import compass_actions
+
+_INSET: Final = 0.42
+"""Width and height of the inset, as a share of the picture's height."""
+_RING: Final = (0, 110, 120)
+_CORNERS: Final = 64
+"""Corners of the half circle that shows the rim of the hole; every other line between them is drawn."""
+_STEP_PEGS: Final = 0.4
+_SCALE_AT: Final = (0.025, 0.965)
+"""Where the arrow that shows the scale begins, as shares of width and height."""
+_STEPS: Final = {action.name: action.displacement_m for action in compass_actions(_STEP_PEGS)}
+"""What the arrow of each action looks like, in diameters of the peg; steps themselves would be too small to see."""
+_FINE: Final = 2
+"""Arrows and lines are drawn so much larger and made smaller then, which smooths them."""
+
+
+class Painter:
+    """Paints pictures of one trial. A context manager: on exit the graphics library is let go.
+
+    Args:
+        log: The trial.
+        course: Its moments.
+        size: Width and height of a picture, in pixels.
+        camera: ``close-up``, ``arm`` or ``both``.
+
+    Attributes:
+        title: What the pictures are of, and what has to be said about them, in one line.
+
+    Raises:
+        LogError: The log does not say what the cell looked like.
+        UsageError: There is no graphics library that works.
+    """
+
+    def __init__(self, log: TrialLog, course: Course, size: tuple[int, int], camera: str) -> None:
+        self._size, self._camera = size, camera
+        self._cell = Cell(log)
+        self._cell.pose(course.moments[0])
+        self._close, self._arm = self._cell.views()
+        self._reference_N = reference_N(dist(m.force_N, (0, 0, 0)) for m in course.moments if m.force_N is not None)
+        self._outcome = captions.outcome_of(log)
+        self._last = course.moments[-1].tick
+        notes = captions.notes_of(course, hole_known=self._cell.hole_known, world=log.start.world)
+        self._notes = [captions.title_of(log), *notes]
+        self.title = "; ".join([*self._notes, *([self._outcome] if self._outcome else [])])
+        self._to_task: Array = self._cell.goal_in_base.rotation.T
+        self._stage = Stage(self._cell, size)
+
+    def paint(self, moment: Moment, *, notes: bool = True, inset: bool = True) -> Image.Image:
+        """The picture of a moment, RGB.
+
+        Args:
+            moment: The moment.
+            notes: Whether the title and the remarks are written into it.
+            inset: Whether the whole arm is put into a corner of the close-up, if both are asked for.
+
+        Raises:
+            LogError: Its joint angles do not fit the arm.
+        """
+        self._cell.pose(moment)
+        view = self._arm if self._camera == "arm" else self._close
+        picture = Image.fromarray(self._stage.picture(view, *self._size))
+        force = self._cell.force_in_base(moment)
+        self._draw_signs(picture, view, moment, force)
+        if inset and self._camera == "both":
+            self._add_inset(picture)
+        self._write(picture, moment, force, notes=notes)
+        return picture
+
+    def _draw_signs(self, picture: Image.Image, view: View, moment: Moment, force: Array | None) -> None:
+        size = (self._size[0] * _FINE, self._size[1] * _FINE)
+        sheet = Image.new("RGBA", size, (255, 255, 255, 0))
+        draw = ImageDraw.Draw(sheet)
+        if view.cut:
+            rim = [view.pixel_of(point, *size) for point in self._rim()]
+            for dash in zip(rim[::2], rim[1::2], strict=True):
+                draw.line(dash, fill=_RING, width=max(size[1] // 240, 2))
+        m_per_N, width = metres_per_N(self._reference_N, view), size[1] / 75
+        step = _STEPS.get("" if moment.decision is None else moment.decision.action)
+        if step is not None:
+            along = self._to_task.T @ np.array([*step, 0.0]) * self._cell.peg_diameter_m
+            tip = self._cell.tip_m
+            draw_arrow(draw, view.pixel_of(tip, *size), view.pixel_of(tip + along, *size), width, ACTION)
+        if force is not None:
+            foot, head = arrow_pixels(view, size, self._cell.tip_m, force, m_per_N)
+            draw_arrow(draw, foot, head, width, FORCE)
+        x, y = size[0] * _SCALE_AT[0], size[1] * _SCALE_AT[1]
+        length = m_per_N * self._reference_N * view.pixels_per_m(size[1])
+        draw_arrow(draw, (x, y), (x + length, y), width, FORCE)
+        sheet = sheet.resize(self._size, Image.Resampling.BOX)
+        picture.paste(sheet, mask=sheet)
+
+    def _rim(self) -> list[Array]:
+        """The rim of the hole, towards the camera: there the plate is cut away."""
+        turns = np.linspace(np.pi, 2.0 * np.pi, _CORNERS)
+        radius = self._cell.hole_radius_m
+        return [self._cell.mouth_m + radius * np.array([np.cos(t), np.sin(t), 0.0]) for t in turns]
+
+    def _add_inset(self, picture: Image.Image) -> None:
+        width, height = self._size
+        side = round(min(_INSET * height, 0.34 * width))
+        inset = Image.fromarray(self._stage.picture(self._arm, side, side))
+        margin = max(height // 60, 2)
+        corner = (width - side - margin, margin)
+        edge = max(height // 240, 1)
+        frame = (corner[0] - edge, corner[1] - edge, corner[0] + side + edge - 1, corner[1] + side + edge - 1)
+        ImageDraw.Draw(picture).rectangle(frame, fill=(255, 255, 255))
+        picture.paste(inset, corner)
+
+    def _write(self, picture: Image.Image, moment: Moment, force: Array | None, *, notes: bool) -> None:
+        width, height = self._size
+        letters = captions.font_px(width, height)
+        margin = max(height // 60, 2)
+        told = None if force is None else (self._to_task @ force).tolist()
+        captions.write_block(picture, (margin, margin), captions.now_lines(moment, told), letters)
+        small = max(round(letters * 0.85), captions.SMALLEST_PX)
+        scale = f"{self._reference_N:g} N on the tool"
+        captions.write_line(
+            picture, (width * _SCALE_AT[0] + small * 0.35, height * (_SCALE_AT[1] - 0.03)), scale, small, "ls"
+        )
+        # The outcome comes last in time and stands above, so that nothing moves when it appears.
+        remarks = [self._outcome] if self._outcome and moment.tick == self._last else []
+        remarks += self._notes if notes else []
+        for row, text in enumerate(reversed(remarks)):
+            at = (width - margin - small * 0.35, height - margin - small * 0.35 - row * captions.line_px(small) * 1.25)
+            captions.write_line(picture, at, text, small, "rd")
+
+    def __enter__(self) -> Painter:
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self._stage.close()

@@ -1,0 +1,117 @@
+"""The page of ``palpate explore``: learning in a grid world beside what is possible there."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Final
+
+from palpate.adapters.visualisation.report.automaton_section import automaton_section, machine_in
+from palpate.adapters.visualisation.report.files import is_there, number, read_json, read_table
+from palpate.adapters.visualisation.report.grid_pictures import grid_picture
+from palpate.adapters.visualisation.report.learning_pictures import Axes, Curve, Level, learning_picture
+from palpate.adapters.visualisation.report.page import Cell, Page, Picture, Section, Table, counted, share
+from palpate.adapters.visualisation.report.policy_pictures import arrows_pictures, q_picture
+from palpate.adapters.visualisation.report.run_source import policy_in
+from palpate.core.errors import OutputError
+
+_BOUNDS: Final = (
+    ("full_information", "full information"), ("belief_optimum", "belief-state optimum"),
+    ("random_walk", "random walk"),
+)  # fmt: skip
+_SCORES: Final = ("seed", "first", "last", "reached", "greedy", "greedy_reaches")
+
+
+def explore_page(folder: Path, title: str, *, logs: bool) -> Page:
+    """Put together the page of runs in a grid world.
+
+    Args:
+        folder: Their folder.
+        title: The page's heading.
+        logs: Without meaning here.
+
+    Raises:
+        OutputError: A file is missing or damaged.
+        PolicyFileError: A policy file is.
+    """
+    summary = read_json(folder / "summary.json")
+    try:
+        settings, scores = summary["settings"], [_score(run) for run in summary["runs"]]
+        bounds = [(words, number(summary[key])) for key, words in _BOUNDS if summary[key] is not None]
+        rows, state = [str(row) for row in settings["map"]], str(settings["state"])
+        learning = dict(settings["learning"])
+    except (KeyError, TypeError, ValueError) as error:
+        problem = f"is no summary of palpate explore ({error})"
+        raise OutputError(str(folder / "summary.json"), problem, "explore again") from error
+    curve = _curve(folder / "trials.csv", f"{learning.get('learner')}, states: {state}")
+    levels = [Level(words, value) for words, value in bounds]
+    axes = Axes(cost="steps to the goal", unit="steps", success="goal reached")
+    facts = [("Learner", str(learning.get("learner"))), ("States", state), ("Seeds", str(len(scores)))]
+    facts += [("Trials of each", str(settings.get("trials"))), ("Map", " / ".join(rows))]
+    return Page(
+        title=title,
+        kind="learning in a grid world",
+        facts=tuple(facts),
+        notices=(),
+        sections=(
+            _figures(scores, bounds),
+            Section("Learning curve", pictures=(learning_picture("learning", [curve], levels, axes),)),
+            *_policy(folder, [int(score["seed"]) for score in scores], rows),
+            Section("Settings", listing="".join(f"{name} = {value}\n" for name, value in learning.items())),
+        ),
+        summary=tuple(_line(score, summary) for score in scores),
+    )
+
+
+def _score(run: dict[str, Any]) -> dict[str, Any]:
+    return {name: int(run[name]) if name == "seed" else number(run[name]) for name in _SCORES}
+
+
+def _figures(scores: list[dict[str, Any]], bounds: list[tuple[str, float]]) -> Section:
+    head = ("seed", "first trials [steps]", "last trials [steps]", "goal reached", "greedy, exact [steps]")
+    rows = tuple(
+        (str(s["seed"]), f"{s['first']:.2f}", f"{s['last']:.2f}", share(s["reached"]), f"{s['greedy']:.2f}")
+        for s in scores
+    )
+    possible = "; ".join(f"{words} {value:.2f}" for words, value in bounds)
+    text = f"What is possible, mean steps: {possible}."
+    return Section("In figures", (text,), (Table("A line for each seed", head, rows),))
+
+
+def _curve(path: Path, label: str) -> Curve:
+    steps: dict[str, list[float]] = {}
+    reached: dict[str, list[bool]] = {}
+    for row in read_table(path, ("seed", "steps", "reached")):
+        try:
+            steps.setdefault(row["seed"], []).append(number(row["steps"]))
+        except ValueError as error:
+            raise OutputError(str(path), f"is damaged ({error})", "explore again") from error
+        reached.setdefault(row["seed"], []).append(row["reached"] == "True")
+    if not steps:
+        raise OutputError(str(path), "holds no trial", "explore again")
+    return Curve(label, tuple(map(tuple, steps.values())), tuple(map(tuple, reached.values())))
+
+
+def _policy(folder: Path, seeds: list[int], rows: list[str]) -> list[Section]:
+    """What the first seed learned: over the map where a state is a symbol, otherwise over the states."""
+    path = next((p for p in (folder / f"policy-{seed}.json" for seed in seeds) if is_there(p)), None)
+    document = None if path is None else policy_in(path)
+    if path is None or document is None:
+        return []
+    title = f"Policy of seed {path.stem.removeprefix('policy-')}"
+    on_map = set("".join(rows)) & set(document.states) == set(document.states)
+    if on_map:
+        pictures: tuple[Picture, ...] = (grid_picture("policy", document, rows, title),)
+    else:
+        pictures = arrows_pictures("policy", document, title, up=True)
+    text = f"{counted(len(document.states), 'state')}, {counted(len(document.actions), 'action')}."
+    sections = [Section("Policy", (text,), pictures=pictures)]
+    q = q_picture("q-policy", document, title)
+    sections += [Section("Q values", pictures=(q,))] if q is not None else []
+    machine = machine_in(document)
+    if machine is not None:
+        sections.append(automaton_section(machine, text="Its states are the policy's."))
+    return sections
+
+
+def _line(score: dict[str, Any], summary: dict[str, Any]) -> dict[str, Cell]:
+    return {**score, **{key: summary[key] for key, _ in _BOUNDS}}

@@ -1,0 +1,72 @@
+"""The page of ``palpate infer``: the automaton, and how it was found."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from palpate.adapters.visualisation.report.automaton_section import automaton_section
+from palpate.adapters.visualisation.report.files import is_there, read_json, read_png
+from palpate.adapters.visualisation.report.page import Page, Picture, Section, Table
+from palpate.core.automata.document import load
+from palpate.core.automata.texts import shown_name
+from palpate.core.errors import OutputError
+
+_COLUMNS = ("q", "raw_states", "states", "wrong", "agreement", "loss")
+
+
+def infer_page(folder: Path, title: str, *, logs: bool) -> Page:
+    """Put together the page of an inference.
+
+    Args:
+        folder: Its folder.
+        title: The page's heading.
+        logs: Without meaning here.
+
+    Raises:
+        OutputError: A file is missing or damaged.
+        ConfigurationError: The automaton is.
+    """
+    machine = load(folder / "automaton.json")
+    path = folder / "report.json"
+    told = read_json(path)
+    try:
+        rows: list[dict[str, Any]] = [{name: entry[name] for name in _COLUMNS} for entry in told["by_q"]]
+    except (KeyError, TypeError) as error:
+        raise OutputError(str(path), f"is no report of palpate infer ({error})", "infer again") from error
+    facts = [("Strings", told.get("strings")), ("Held out", told.get("held_out")), ("Networks", told.get("networks"))]
+    facts += [("States", len(machine.transitions)), ("Symbols", ", ".join(map(shown_name, machine.alphabet)))]
+    return Page(
+        title=title,
+        kind="an inferred automaton",
+        facts=tuple((name, str(value)) for name, value in facts if value is not None),
+        notices=(),
+        sections=(automaton_section(machine), _choice(told, rows), _training(folder)),
+        summary=tuple(rows),
+    )
+
+
+def _choice(told: dict[str, Any], rows: list[dict[str, Any]]) -> Section:
+    head = ("q", "cells", "states, minimised", "wrong strings", "agreement", "loss [nats]")
+    lines = tuple(tuple(_shown(row[name]) for name in _COLUMNS) for row in rows)
+    text = f"Hidden space was cut into q intervals a unit; q = {told.get('q')} was taken."
+    return Section("How fine to cut", (text,), (Table("What each q came to", head, lines),))
+
+
+def _training(folder: Path) -> Section:
+    told = (
+        ("training", "Lowest and median training loss of the networks, by step."),
+        ("hidden", "Hidden states of the network at all prefixes of the strings, coloured by cell."),
+    )
+    pictures = tuple(
+        Picture(name, words, words, read_png(folder / f"{name}.png"))
+        for name, words in told
+        if is_there(folder / f"{name}.png")
+    )
+    return Section("Training", pictures=pictures)
+
+
+def _shown(value: Any) -> str:
+    if value is None:
+        return "-"
+    return f"{value:.4f}" if isinstance(value, float) else str(value)

@@ -1,0 +1,162 @@
+"""Learning curves: how long trials took and how many came to a good end, trial by trial."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from palpate.adapters.experiments.statistics import WINDOW, moving_average
+from palpate.adapters.visualisation.report.canvas import COLOURS, GREY, LINES, drawn, legend_above
+from palpate.adapters.visualisation.report.intervals import Array, t_half_width
+from palpate.adapters.visualisation.report.page import Picture, counted, share
+
+
+@dataclass(frozen=True)
+class Curve:
+    """The trials of equal runs that differ in their seed only.
+
+    Attributes:
+        label: Names them.
+        costs: Time in s, or steps, of each trial of each run: (runs) tuples of (trials).
+        successes: Whether each trial came to a good end, of the same shape.
+    """
+
+    label: str
+    costs: tuple[tuple[float, ...], ...]
+    successes: tuple[tuple[bool, ...], ...]
+
+    @property
+    def trials(self) -> int:
+        """Trials that every run has."""
+        return min(map(len, self.costs))
+
+
+@dataclass(frozen=True)
+class Level:
+    """Something that does not learn, and stands beside a curve as a line.
+
+    Attributes:
+        label: Names it.
+        cost: Its mean time in s, or steps.
+        success: Its share of good ends; None where that is not to be shown.
+    """
+
+    label: str
+    cost: float
+    success: float | None = None
+
+
+@dataclass(frozen=True)
+class Axes:
+    """Names and limits, alike for pictures that are to be compared.
+
+    Attributes:
+        cost: Name and unit of the cost, ``exploration time [s]``.
+        unit: The unit in a sentence, ``s``.
+        success: Name of the share of good ends.
+        highest: Upper limit of the cost; None lets the data decide.
+    """
+
+    cost: str = "exploration time [s]"
+    unit: str = "s"
+    success: str = "success"
+    highest: float | None = None
+
+
+def window_of(trials: int) -> int:
+    """Trials in the moving average: the paper's 25, fewer where there are not many."""
+    return min(WINDOW, trials, max(3, trials // 4))
+
+
+def learning_picture(
+    name: str, curves: Sequence[Curve], levels: Sequence[Level] = (), axes: Axes | None = None
+) -> Picture:
+    """Cost above and success below, over the trials.
+
+    A single curve of a single run has its trials as dots; several runs have a band, the t interval of their mean.
+
+    Args:
+        name: The picture's file name.
+        curves: At least one, each with at least one trial.
+        levels: What stands beside them.
+        axes: Names and limits.
+    """
+    axes = axes or Axes()
+    with drawn(5.0) as canvas:
+        upper, lower = canvas.figure.subplots(2, 1, sharex=True, height_ratios=(1.9, 1.0))
+        for number, curve in enumerate(curves):
+            _draw(upper, lower, curve, COLOURS[number % len(COLOURS)], dots=len(curves) == 1)
+        for number, level in enumerate(levels):
+            style: dict[str, Any] = {"color": GREY, "linewidth": 1.3, "linestyle": LINES[1 + number % (len(LINES) - 1)]}
+            upper.axhline(level.cost, label=level.label, **style)
+            if level.success is not None:
+                lower.axhline(level.success, **style)
+        if axes.highest is not None:
+            upper.set_ylim(top=axes.highest)
+        upper.set_ylim(bottom=0.0)
+        upper.set_ylabel(axes.cost)
+        lower.set(xlabel="trial", ylabel=axes.success, ylim=(-0.04, 1.04))
+        lower.yaxis.set_major_formatter(lambda value, _: f"{value:.0%}")
+        lower.set_xlim(0.5, max(max(map(len, c.costs)) for c in curves) + 0.5)
+        legend_above(canvas.figure, upper)
+    return Picture(name, _alt(curves, levels, axes), _caption(curves, axes), canvas.png)
+
+
+def means_of(values: Sequence[Sequence[float]], trials: int) -> Array:
+    """Moving averages of equally long beginnings of runs, (runs, trials)."""
+    return np.array([moving_average(run[:trials], window_of(trials)) for run in values])
+
+
+def _draw(upper: Any, lower: Any, curve: Curve, colour: str, *, dots: bool) -> None:
+    runs, trials = len(curve.costs), np.arange(1, curve.trials + 1)
+    if runs == 1 and dots:
+        costs, wins = np.array(curve.costs[0]), np.array(curve.successes[0])
+        for kind, marker, shade in ((wins, "o", colour), (~wins, "x", COLOURS[1])):
+            if kind.any():
+                label = "trial, good end" if marker == "o" else "trial, no good end"
+                upper.scatter(trials[kind], costs[kind], s=22, marker=marker, color=shade, alpha=0.55, label=label)
+        colour = "black"
+    for axes, values, ceiling in ((upper, curve.costs, np.inf), (lower, curve.successes, 1.0)):
+        means = means_of(values, curve.trials)
+        middle = means.mean(axis=0)
+        if runs > 1:
+            half = t_half_width(means)
+            low, high = np.clip(middle - half, 0.0, ceiling), np.clip(middle + half, 0.0, ceiling)
+            axes.fill_between(trials, low, high, color=colour, alpha=0.2, linewidth=0.0)
+        axes.plot(trials, middle, color=colour, linewidth=1.8, label=curve.label)
+
+
+def _caption(curves: Sequence[Curve], axes: Axes) -> str:
+    windows = sorted({window_of(curve.trials) for curve in curves})
+    window = " or ".join(map(str, windows))
+    text = f"Lines: moving average over the last {window} trial{'s' * (windows != [1])}"
+    seeds = sorted({len(curve.costs) for curve in curves})
+    if seeds == [1]:
+        text += ", of one run; one run alone gives no interval over seeds"
+    else:
+        number = f"{seeds[0]}" if len(seeds) == 1 else f"{seeds[0]} to {seeds[-1]}"
+        text += f", mean of {number} seeds. Bands: 95 % interval of that mean (Student's t over seeds)"
+    text += "."
+    if any(len(run) != curve.trials for curve in curves for run in curve.costs):
+        text += " Curves end where the shortest run ends."
+    if axes.unit == "s":
+        text += " Trials that fail count with the time they took."
+    return text
+
+
+def _alt(curves: Sequence[Curve], levels: Sequence[Level], axes: Axes) -> str:
+    parts = []
+    for curve in curves[:8]:
+        window = window_of(curve.trials)
+        ends = means_of(curve.costs, curve.trials).mean(axis=0)
+        wins = means_of(curve.successes, curve.trials).mean(axis=0)
+        first = ends[window - 1]
+        parts.append(
+            f"{curve.label}: {first:.3g} {axes.unit} after {counted(window, 'trial')}, {ends[-1]:.3g} {axes.unit} at"
+            f" trial {curve.trials}, {axes.success} {share(float(wins[-1]))} there"
+        )
+    parts += [f"{level.label}: {level.cost:.3g} {axes.unit}" for level in levels]
+    return f"Learning curve. {'; '.join(parts)}."

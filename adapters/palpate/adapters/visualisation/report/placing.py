@@ -1,0 +1,109 @@
+"""Puts a report into its folder, and overwrites nothing that is not ours."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Final
+
+from palpate.adapters.visualisation.report.files import is_there, read_bytes
+from palpate.adapters.visualisation.report.render import GENERATOR
+from palpate.core.errors import OutputError
+
+PAGE: Final = "report.html"
+FOLDER: Final = "report"
+CONTENTS: Final = "contents.json"
+"""In the folder of pictures: the names of the files that are ours."""
+_SCHEMA: Final = "palpate.report/1"
+_HEAD_BYTES: Final = 2048
+_REMEDY: Final = "move it away, or replace it with --overwrite"
+
+
+def require_placeable(folder: Path, *, overwrite: bool) -> None:
+    """Make sure before any work is done that no page and no folder of somebody else's is in the way.
+
+    Args:
+        folder: Where the report goes.
+        overwrite: Whether files of somebody else's may be replaced.
+
+    Raises:
+        OutputError: Something is in the way.
+    """
+    page, pictures = folder / PAGE, folder / FOLDER
+    if os.path.lexists(page):
+        if os.path.islink(page) or not os.path.isfile(page):
+            raise OutputError(str(page), "is in the way and is no file", "move it away")
+        if not overwrite and f'content="{GENERATOR}"'.encode() not in read_bytes(page)[:_HEAD_BYTES]:
+            raise OutputError(str(page), "is there already and was not made by palpate report", _REMEDY)
+    if os.path.lexists(pictures) and (os.path.islink(pictures) or not os.path.isdir(pictures)):
+        raise OutputError(str(pictures), "is in the way and is no folder", "move it away")
+
+
+def place(folder: Path, page: str, files: Mapping[str, bytes], *, overwrite: bool) -> None:
+    """Write ``report.html``, and the other files into the folder ``report``.
+
+    Each file is whole or not there, the page comes last, and files of an older report that this one does not have are
+    removed. Files of somebody else's stay.
+
+    Args:
+        folder: Where the report goes.
+        page: The HTML page.
+        files: The other files by name.
+        overwrite: Whether files of somebody else's may be replaced.
+
+    Raises:
+        OutputError: A file of somebody else's is in the way, or something cannot be written.
+    """
+    require_placeable(folder, overwrite=overwrite)
+    pictures = folder / FOLDER
+    ours = _ours(pictures)
+    for name in sorted({*files, CONTENTS}):
+        path = pictures / name
+        if os.path.isdir(path):
+            raise OutputError(str(path), "is in the way and is no file", "move it away")
+        if os.path.lexists(path) and name not in ours and not overwrite:
+            raise OutputError(str(path), "is there already and was not made by palpate report", _REMEDY)
+    try:
+        pictures.mkdir(exist_ok=True)
+        # Claimed before they are there: a report that was cut short is still known as ours.
+        _write(pictures / CONTENTS, _contents({*files, *ours}))
+        for name, content in files.items():
+            _write(pictures / name, content)
+        _write(folder / PAGE, page.encode("utf-8"))
+        for name in sorted(ours - {*files, CONTENTS}):
+            if not os.path.isdir(pictures / name):
+                (pictures / name).unlink(missing_ok=True)
+        _write(pictures / CONTENTS, _contents(files))
+    except OSError as error:
+        raise OutputError(str(folder), f"cannot be written to ({error.strerror})", "mend that and try again") from error
+
+
+def _ours(pictures: Path) -> set[str]:
+    """Names of the files that an older report of ours left there."""
+    path = pictures / CONTENTS
+    if not is_there(path):
+        return set()
+    try:
+        content = json.loads(read_bytes(path))
+        names = content["files"] if content["schema"] == _SCHEMA else []
+        # Names in the folder itself only: the list decides what is removed.
+        return {CONTENTS, *(name for name in names if Path(name).name == name)} if names else set()
+    except (ValueError, KeyError, TypeError):
+        return set()
+
+
+def _contents(names: Mapping[str, bytes] | set[str]) -> bytes:
+    return (json.dumps({"schema": _SCHEMA, "files": sorted({*names} - {CONTENTS})}, indent=1) + "\n").encode()
+
+
+def _write(path: Path, content: bytes) -> None:
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    try:
+        temporary.write_bytes(content)
+        os.replace(temporary, path)
+    finally:
+        with suppress(OSError):
+            temporary.unlink(missing_ok=True)

@@ -1,0 +1,187 @@
+"""The page of a run of ``palpate train`` or ``palpate run``."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from palpate.adapters.experiments.results import TrialRow
+from palpate.adapters.experiments.statistics import summary_of
+from palpate.adapters.log.reader import TrialLog
+from palpate.adapters.visualisation.report.automaton_section import automaton_section, machine_in
+from palpate.adapters.visualisation.report.files import is_there, read_text
+from palpate.adapters.visualisation.report.force_pictures import force_picture
+from palpate.adapters.visualisation.report.learning_pictures import learning_picture, window_of
+from palpate.adapters.visualisation.report.logs import LogShelf, logs_in, spread_over
+from palpate.adapters.visualisation.report.page import Cell, Page, Picture, Section, Table, counted, share
+from palpate.adapters.visualisation.report.policy_pictures import arrows_pictures, q_picture
+from palpate.adapters.visualisation.report.run_source import RunSource
+from palpate.adapters.visualisation.report.timing_section import timing_section
+from palpate.core.policy import PolicyDocument
+
+MOST_TIMED = 8
+"""Logs that timing is taken from: reading all of them would take long."""
+
+
+def run_page(folder: Path, title: str, *, logs: bool) -> Page:
+    """Put together the page of a run.
+
+    Args:
+        folder: The run's folder.
+        title: The page's heading.
+        logs: Whether to read logs.
+
+    Raises:
+        OutputError: A file is missing or damaged.
+        LogError: A log is.
+    """
+    run = RunSource.read(folder)
+    sections = [_figures(run), _curve(run)]
+    if run.document is not None:
+        sections += policy_sections(run.document, "policy", run.policy)
+    if logs:
+        sections += log_sections(logs_in(folder), list(_telling(run)))
+    sections.append(settings_section(folder / "run.toml"))
+    return Page(
+        title=title,
+        kind="a training run" if run.learns else "a run without learning",
+        facts=facts_of(run),
+        notices=notices_of(run),
+        sections=tuple(sections),
+        summary=({"policy": run.policy, **summary_cells(run.rows, run.late)},),
+    )
+
+
+def facts_of(run: RunSource) -> tuple[tuple[str, str], ...]:
+    """What was run."""
+    facts = [("Arm", run.settings.get("arm")), ("Scenario", run.settings.get("scenario"))]
+    facts += [("Policy", run.facts.get("policy")), ("Seed", run.settings.get("seed"))]
+    facts += [("Trials", len(run.rows))]
+    inside = run.summary.get("holes_inside_area")
+    if isinstance(inside, float) and inside < 1.0:
+        # No strategy can do better than that.
+        facts.append(("Holes inside the exploration area", share(inside)))
+    versions = run.facts.get("versions")
+    if isinstance(versions, dict):
+        facts.append(("Made with", ", ".join(f"{name} {version}" for name, version in versions.items())))
+    return tuple((name, str(value)) for name, value in facts if value is not None)
+
+
+def notices_of(run: RunSource) -> tuple[str, ...]:
+    """What a reader must know of a run first."""
+    notices = []
+    if run.missing:
+        asked = len(run.rows) + run.missing
+        notices.append(f"This run is unfinished: {len(run.rows)} of {counted(asked, 'trial')} have been made.")
+    marked = sum(bool(row.marked) for row in run.rows)
+    if marked:
+        notices.append(f"{counted(marked, 'trial')} marked, because their timing was not good enough.")
+    return tuple(notices)
+
+
+def summary_cells(rows: Sequence[TrialRow], late: Sequence[TrialRow]) -> dict[str, Cell]:
+    """A line of ``summary.csv`` about some trials: figures are of the late ones, the highest force is of all."""
+    told = summary_of(late)
+    (success_low, success_high), (median_low, median_high) = told["success_95"], told["median_95_s"]
+    return {
+        "trials": len(rows), "counted": len(late), "success": told["success"], "success_low": success_low,
+        "success_high": success_high, "mean_s": round(sum(r.exploration_time_s for r in late) / len(late), 4),
+        "median_s": told["median_s"], "median_s_low": median_low, "median_s_high": median_high, "p95_s": told["p95_s"],
+        "peak_force_N": round(max(row.peak_force_N for row in rows), 3),
+    }  # fmt: skip
+
+
+def policy_sections(document: PolicyDocument, name: str, title: str) -> list[Section]:
+    """The policy as arrows, and its Q values where it has some."""
+    learner = document.learner
+    text = f"{counted(len(document.states), 'state')}, {counted(len(document.actions), 'action')}; "
+    text += f"{learner.kind}, {counted(learner.trials_learned, 'trial')} learned." if learner else "nothing learned."
+    visited = sum(row.visits > 0 for row in document.table)
+    if learner and visited < len(document.states):
+        text += f" {counted(len(document.states) - visited, 'state was', 'states were')} never visited."
+    sections = [Section("Policy", (text,), pictures=arrows_pictures(name, document, title))]
+    q = q_picture(f"q-{name}", document, title)
+    if q is not None:
+        sections.append(Section("Q values", pictures=(q,)))
+    machine = machine_in(document)
+    if machine is not None:
+        sections.append(automaton_section(machine, text="Its states are the policy's."))
+    return sections
+
+
+def log_sections(paths: Sequence[Path], chosen: Sequence[tuple[Path, str]]) -> list[Section]:
+    """Forces of single trials, and timing.
+
+    Args:
+        paths: All logs.
+        chosen: Which trials' forces are drawn, and what they are; those without a log are left out.
+
+    Raises:
+        LogError: A log is damaged, or has nothing to draw.
+    """
+    shelf = LogShelf()
+    pictures: list[Picture] = []
+    for path, title in chosen:
+        if path in paths:
+            pictures.append(force_picture(f"force-{len(pictures) + 1:02d}", shelf.log(path), title))
+    sections = []
+    if pictures:
+        text = "Each log can be seen whole with palpate log plot."
+        sections.append(Section("Forces of single trials", (text,), pictures=tuple(pictures)))
+    timed: list[TrialLog] = [shelf.log(path) for path in spread_over(paths, MOST_TIMED)]
+    if timed:
+        of = counted(len(timed), "log") if len(timed) == len(paths) else f"{len(timed)} of {len(paths)} logs"
+        timing = timing_section(timed, of)
+        sections += [timing] if timing is not None else []
+    return sections
+
+
+def settings_section(path: Path) -> Section:
+    """A settings file, folded; without a listing where there is none."""
+    return Section("Settings", listing=read_text(path) if is_there(path) else "")
+
+
+def _figures(run: RunSource) -> Section:
+    groups = [("all trials", run.rows)]
+    if run.learns and len(run.rows) > 1:
+        groups = [(f"first {len(run.late)}", run.rows[: len(run.late)]), (f"last {len(run.late)}", run.late), *groups]
+    rows = []
+    for name, part in groups:
+        told = summary_of(part)
+        low, high = told["success_95"]
+        median_low, median_high = told["median_95_s"]
+        mean_s = sum(row.exploration_time_s for row in part) / len(part)
+        rows.append(
+            (
+                name,
+                f"{share(told['success'])} [{share(low)}, {share(high)}]",
+                f"{mean_s:.2f}",
+                f"{told['median_s']:.2f} [{median_low:.2f}, {median_high:.2f}]",
+                f"{told['p95_s']:.2f}",
+                f"{told['peak_force_N']:.1f}",
+            )
+        )
+    head = ("trials", "success", "mean [s]", "median [s]", "95th percentile [s]", "peak force [N]")
+    caption = "Brackets: 95 % intervals, Wilson's of success, bootstrapped of medians"
+    outcomes = summary_of(run.rows)["outcomes"]
+    text = "Outcomes: " + ", ".join(f"{count} {name}" for name, count in outcomes.items()) + "."
+    return Section("In figures", (text,), (Table(caption, head, tuple(rows)),))
+
+
+def _curve(run: RunSource) -> Section:
+    label = f"moving average of {window_of(len(run.rows))}"
+    title = "Learning curve" if run.learns else "Trial by trial"
+    return Section(title, pictures=(learning_picture("learning", [run.curve(label)]),))
+
+
+def _telling(run: RunSource) -> list[tuple[Path, str]]:
+    """The first and the last trial, and the one with the highest force."""
+    first, last = run.rows[0], run.rows[-1]
+    peak = max(run.rows, key=lambda row: (row.peak_force_N, -row.trial))
+    chosen: dict[int, str] = {}
+    for row, words in ((first, "first"), (last, "last"), (peak, "highest force")):
+        chosen[row.trial] = f"{chosen[row.trial]} and {words}" if row.trial in chosen else words
+    return [
+        (run.path / "logs" / f"trial-{trial:05d}.mcap", f"Trial {trial + 1} ({words})")
+        for trial, words in chosen.items()
+    ]

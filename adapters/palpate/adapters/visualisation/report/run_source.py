@@ -1,0 +1,100 @@
+"""What the folder of a run holds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Final
+
+from palpate.adapters.experiments.results import TrialRow
+from palpate.adapters.visualisation.report.files import is_there, read_json, read_run_toml, read_trials
+from palpate.adapters.visualisation.report.learning_pictures import Curve
+from palpate.core.errors import OutputError
+from palpate.core.policy import PolicyDocument
+
+LATE: Final = 25
+"""Trials at the end of a run that learns which stand for what it has learned."""
+
+
+@dataclass(frozen=True)
+class RunSource:
+    """A run, as its folder tells it.
+
+    Attributes:
+        path: The folder.
+        rows: Its finished trials, at least one.
+        settings: Its configuration; empty where nothing says.
+        facts: How it was called; empty where nothing says.
+        summary: ``summary.json``; empty while the run is unfinished.
+        document: Its policy file; None where no file can hold the policy, or while the run is unfinished.
+    """
+
+    path: Path
+    rows: tuple[TrialRow, ...]
+    settings: dict[str, Any]
+    facts: dict[str, Any]
+    summary: dict[str, Any]
+    document: PolicyDocument | None
+
+    @classmethod
+    def read(cls, path: Path) -> RunSource:
+        """Read a folder.
+
+        Raises:
+            OutputError: It holds no finished trial, or a file in it is damaged.
+            PolicyFileError: Its policy file is.
+        """
+        rows = read_trials(path)
+        if not rows:
+            raise OutputError(str(path), "holds no finished trial", "there is nothing to report yet")
+        settings, facts = read_run_toml(path)
+        summary = read_json(path / "summary.json") if is_there(path / "summary.json") else {}
+        return cls(path, rows, settings, facts, summary, policy_in(path / "policy.json"))
+
+    @cached_property
+    def learns(self) -> bool:
+        """Whether its policy changed from trial to trial."""
+        command = self.facts.get("command")
+        if command in ("train", "run"):
+            return bool(command == "train")
+        # Nothing says: a temperature that falls belongs to a learner.
+        return len({row.temperature for row in self.rows}) > 1
+
+    @property
+    def late(self) -> tuple[TrialRow, ...]:
+        """The trials that stand for it: all, or of a run that learns the last 25, at most half of them."""
+        return self.rows[-min(LATE, max(1, len(self.rows) // 2)) :] if self.learns else self.rows
+
+    @property
+    def missing(self) -> int:
+        """Trials that were asked for and have not been made."""
+        asked = self.facts.get("trials")
+        return max(0, asked - len(self.rows)) if isinstance(asked, int) else 0
+
+    @property
+    def policy(self) -> str:
+        """Name of the policy."""
+        return str(self.facts.get("policy", "unknown"))
+
+    def curve(self, label: str) -> Curve:
+        """Its trials for a learning curve."""
+        return curve_of(label, [self.rows])
+
+
+def curve_of(label: str, runs: list[tuple[TrialRow, ...]]) -> Curve:
+    """A curve of equal runs with different seeds."""
+    return Curve(
+        label,
+        tuple(tuple(row.exploration_time_s for row in rows) for rows in runs),
+        tuple(tuple(row.success for row in rows) for rows in runs),
+    )
+
+
+def policy_in(path: Path) -> PolicyDocument | None:
+    """A policy file; None where there is none.
+
+    Raises:
+        PolicyFileError: It is damaged.
+    """
+    return PolicyDocument.load(path) if is_there(path) else None

@@ -1,0 +1,82 @@
+"""From raw port samples to what the task speaks of: tip position, forces and torques in the task frame."""
+
+from __future__ import annotations
+
+import pinocchio as pin
+
+from palpate.core.motion.model import Kinematics, wrench_about
+from palpate.core.perception import SignalProcessor, Wrench
+from palpate.core.ports.values import Snapshot, Vector3
+
+
+class Measurement:
+    """The first stage of every tick. Attributes hold the newest tick, SI units, task frame.
+
+    Args:
+        kinematics: Work space for the measured configuration.
+        task_in_base: Placement of the task frame.
+        signal: Tares, scales and filters the six wrench channels.
+
+    Attributes:
+        position_m: Tip according to the encoders, (3,); they cannot see the gripper's springs.
+        force_N: Tared, scaled, unfiltered force, (3,).
+        filtered_force_z_N: Tared, scaled, filtered force along the tool axis.
+    """
+
+    def __init__(self, kinematics: Kinematics, task_in_base: pin.SE3, signal: SignalProcessor) -> None:
+        self._kinematics, self._signal = kinematics, signal
+        self._task_in_base = task_in_base.copy()
+        self._tip_in_sensor: Vector3 = (0.0, 0.0, kinematics.tool.tip_from_sensor_m)
+        self._scale = signal.scale[:3]
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the past, tare and filter state included; the next tare sets both."""
+        self.tare((0.0,) * 6)
+        self._filtered: Wrench = (0.0,) * 6
+        self._rotation = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+        self.position_m: Vector3 = (0.0, 0.0, 0.0)
+        self.force_N: Vector3 = (0.0, 0.0, 0.0)
+        self.filtered_force_z_N = 0.0
+
+    def tare(self, bias: Wrench) -> None:
+        """Take this wrench, six channels in the sensor frame, as zero from now on."""
+        self._bias = bias
+        self._signal.tare(bias)
+        self._signal.reset(bias)
+
+    @property
+    def filter_state(self) -> list[float]:
+        """Tare and memory of the filter."""
+        return self._signal.get_state()
+
+    def update(self, snapshot: Snapshot) -> None:
+        """Take in one tick."""
+        kinematics = self._kinematics
+        kinematics.update(snapshot.joints.position_rad)
+        tip_in_task = kinematics.tip_in(self._task_in_base)
+        px, py, pz = tip_in_task.translation.tolist()
+        self.position_m = (px, py, pz)
+        self._rotation = rotation = tip_in_task.rotation.tolist()
+        raw = snapshot.wrench
+        bias, (sx, sy, sz) = self._bias, self._scale
+        fx, fy, fz = raw.force_N
+        self.force_N = _rotated(rotation, ((fx - bias[0]) * sx, (fy - bias[1]) * sy, (fz - bias[2]) * sz))
+        self._filtered = filtered = self._signal.update((*raw.force_N, *raw.torque_Nm))
+        self.filtered_force_z_N = filtered[2]
+
+    def filtered_wrench_at_tip(self) -> tuple[Vector3, Vector3]:
+        """Tared, filtered force (3,) N and torque about the tip (3,) N m.
+
+        At the tip and not at the sensor, because there sliding friction has no lever: at the sensor it would
+        drown the torque that tells where the hole is.
+        """
+        fx, fy, fz, tx, ty, tz = self._filtered
+        torque = wrench_about((fx, fy, fz), (tx, ty, tz), self._tip_in_sensor)
+        return _rotated(self._rotation, (fx, fy, fz)), _rotated(self._rotation, torque)
+
+
+def _rotated(rotation: list[list[float]] | tuple[Vector3, Vector3, Vector3], vector: Vector3) -> Vector3:
+    (a, b, c), (d, e, f), (g, h, i) = rotation
+    x, y, z = vector
+    return a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + i * z

@@ -1,0 +1,166 @@
+"""Inverse kinematics: damped least squares with joint limits, one step a control tick.
+
+Our own few lines on Pinocchio's Jacobian rather than a quadratic program: the step has an exact answer for
+six joints, costs a few microseconds, and its only inequality constraints are boxes on the joints
+(``docs/decisions/0004-inverse-kinematics.md`` has the comparison with pin-pink).
+
+Eigen solves, and not LAPACK, whose kernels are chosen by the processor: equal inputs give equal bytes on the
+next machine too (``docs/decisions/0015-equal-on-another-processor.md``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from math import prod
+from operator import le
+from typing import Final
+
+import numpy as np
+import pinocchio as pin
+from eigenpy import LLT, PartialPivLU
+
+from palpate.core.errors import UnreachableError
+from palpate.core.motion.model import Array, Kinematics
+
+_DAMPING: Final = 1e-12  # squared; small against 1, so that a step far from singularities is exact to 1e-9
+_SINGULAR: Final = 2e-4  # below this product of singular values (m^3 rad^3 scale) the damping grows
+_MAX_DAMPING: Final = 1e-2
+_ITERATION_REACH_RAD: Final = 0.3
+
+
+@dataclass(frozen=True, slots=True)
+class JointStep:
+    """One step of the joints.
+
+    Attributes:
+        q_rad: New joint angles, (n,); none is beyond its limits, unless it was before and is on its way back.
+        limited: Whether a limit or a singularity kept the tip from getting all the way.
+    """
+
+    q_rad: Array
+    limited: bool
+
+
+class InverseKinematics:
+    """Follows a moving tip placement with the joints.
+
+    Args:
+        kinematics: A work space of its own (it is changed by every call).
+        period_s: Time between two steps; with the velocity limits it bounds each step.
+    """
+
+    def __init__(self, kinematics: Kinematics, period_s: float) -> None:
+        self._kinematics = kinematics
+        self._square = kinematics.joints == 6
+        self._lower: list[float] = kinematics.lower_rad.tolist()
+        self._upper: list[float] = kinematics.upper_rad.tolist()
+        self._reach_rad: Array = kinematics.velocity_limit_rad_s * period_s
+        self._least_reach_rad = float(self._reach_rad.min())
+
+    def step(self, q_rad: Array, tip_target_in_base: pin.SE3) -> JointStep:
+        """One Gauss-Newton step from ``q_rad`` towards a tip placement.
+
+        Near a singularity the damping grows, so that the step stays bounded and loses accuracy instead. A
+        joint at its limit is taken out and the others share its work. A step beyond the velocity limits is
+        shortened as a whole, so that the tip keeps its direction.
+        """
+        jacobian = self._kinematics.tip_jacobian(q_rad)
+        error = self._kinematics.tip_error(tip_target_in_base)
+        # Nearly every tick ends in this block. Plain floats: a numpy call on six numbers costs a microsecond.
+        if self._square:
+            factors = PartialPivLU(jacobian)
+            # The determinant is the product of the singular values: manipulability for free.
+            if abs(factors.determinant()) >= _SINGULAR:
+                dq: Array = factors.solve(error)
+                q: Array = q_rad + dq
+                if self._is_inside(q.tolist()) and max(map(abs, dq.tolist())) <= self._least_reach_rad:
+                    return JointStep(q, False)
+        return self._limited_step(q_rad, jacobian, error, self._reach_rad)
+
+    def solve(self, tip_target_in_base: pin.SE3, *, free_yaw: bool, seed_rad: Array, field: str) -> Array:
+        """Joint angles that reach a placement, found by iteration from a seed.
+
+        Args:
+            tip_target_in_base: Where the tip shall be.
+            free_yaw: Leave the rotation about the tool axis to the arm.
+            seed_rad: Where to start, (n,); it picks the branch of the solution.
+            field: The setting to name when there is no solution.
+
+        Returns:
+            Joint angles, (n,), tip within 1 micrometre and 1 microradian.
+
+        Raises:
+            UnreachableError: No configuration within the joint limits was found.
+        """
+        kinematics = self._kinematics
+        reach = np.full(kinematics.joints, _ITERATION_REACH_RAD)
+        for q in self._starts(seed_rad):
+            for _ in range(100):
+                jacobian = kinematics.tip_jacobian(q)
+                if free_yaw:
+                    error, jacobian = _axis_error(kinematics.tip_in_base, tip_target_in_base), jacobian[:5]
+                else:
+                    error = kinematics.tip_error(tip_target_in_base)
+                if float(np.abs(error).max()) < 1e-6:
+                    return q
+                q = self._limited_step(q, jacobian, error, reach).q_rad
+        position = ", ".join(f"{value:.4g}" for value in tip_target_in_base.translation)
+        raise UnreachableError(
+            field,
+            f"({position}) m",
+            f"a place that {kinematics.arm.name} reaches with its tool axis as asked",
+        )
+
+    def _starts(self, seed_rad: Array) -> Iterator[Array]:
+        kinematics = self._kinematics
+        yield np.clip(seed_rad, kinematics.lower_rad, kinematics.upper_rad)
+        # Fixed seed: the outcome belongs to the question, not to the moment.
+        rng = np.random.default_rng(0)
+        low, high = np.maximum(kinematics.lower_rad, -np.pi), np.minimum(kinematics.upper_rad, np.pi)
+        for _ in range(20):
+            yield rng.uniform(low, high)
+
+    def _is_inside(self, q: list[float]) -> bool:
+        return all(map(le, self._lower, q)) and all(map(le, q, self._upper))
+
+    def _limited_step(self, q: Array, jacobian: Array, error: Array, reach_rad: Array) -> JointStep:
+        # A joint that stands outside already (an encoder's rounding is enough) may stay, and move inwards.
+        lower, upper = np.minimum(self._kinematics.lower_rad, q), np.maximum(self._kinematics.upper_rad, q)
+        free = jacobian
+        limited = False
+        for _ in range(len(q)):
+            dq, singular = self._damped_least_squares(free, error)
+            limited = limited or singular
+            target = q + dq
+            beyond = (target < lower) | (target > upper)
+            if not beyond.any():
+                break
+            limited = True
+            free = np.where(beyond, 0.0, free)
+        else:
+            dq = np.zeros_like(q)
+        excess = float((np.abs(dq) / reach_rad).max())
+        if excess > 1.0:
+            dq, limited = dq / excess, True
+        return JointStep(q + dq, limited)
+
+    def _damped_least_squares(self, jacobian: Array, error: Array) -> tuple[Array, bool]:
+        gram = np.einsum("ik,jk->ij", jacobian, jacobian)
+        gram.flat[:: len(gram) + 1] += _DAMPING
+        factors = LLT(gram)
+        # As above: the diagonal of the Cholesky factor.
+        manipulability = prod(factors.matrixLLT().diagonal().tolist())
+        singular = manipulability < _SINGULAR
+        if singular:
+            gram.flat[:: len(gram) + 1] += _MAX_DAMPING * (1.0 - manipulability / _SINGULAR) ** 2
+            factors = LLT(gram)
+        return np.einsum("ij,i->j", jacobian, factors.solve(error)), singular
+
+
+def _axis_error(tip: pin.SE3, target: pin.SE3) -> Array:
+    """Like ``Kinematics.tip_error`` without the rotation about the tool axis, (5,)."""
+    target_in_tip = tip.actInv(target)
+    x, y, z = target_in_tip.rotation[:, 2].tolist()
+    turn = (-y, x) if z > 0.0 else (1.0, 0.0)
+    return np.concatenate((target_in_tip.translation, turn))

@@ -1,0 +1,212 @@
+"""Hybrid compliant motion: each axis under the law that suits it."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from math import sqrt
+from typing import Protocol
+
+from palpate.core.errors import ConfigurationError, require_in
+from palpate.core.ports.values import Vector3
+
+
+class ControlLaw(Protocol):
+    """Computes the velocity that the tip's reference shall have until the next control tick."""
+
+    @abstractmethod
+    def velocity_m_s(self, reference_m: Vector3, target_m: Vector3, force_N: Vector3) -> Vector3:
+        """Tip velocity, (3,), in the task frame.
+
+        Args:
+            reference_m: Where the tip is commanded to be now, (3,), task frame.
+            target_m: Where the action wants it to end, (3,), task frame.
+            force_N: Force of the environment on the tool, tared, not low-pass filtered, (3,), task frame.
+        """
+
+    def reset(self) -> None:
+        """Forget the past; called when an action of another law begins."""
+
+
+def limited(velocity_m_s: Vector3, speed_limit_m_s: float) -> Vector3:
+    """The velocity, shortened to the speed limit with its direction kept."""
+    x, y, z = velocity_m_s
+    square = x * x + y * y + z * z
+    if square <= speed_limit_m_s * speed_limit_m_s:
+        return velocity_m_s
+    shrink = speed_limit_m_s / sqrt(square)
+    return x * shrink, y * shrink, z * shrink
+
+
+class HybridControl:
+    """One law across the tool axis (x and y), another along it (z).
+
+    The paper's exploratory motion is position control in x and y with damping control in z (section 5.4); the
+    insertion uses force control in x and y with damping control in z. The two laws act on orthogonal directions, so
+    the combination is stable when each of them is.
+
+    Args:
+        across: Law for x and y.
+        along: Law for z.
+    """
+
+    def __init__(self, across: ControlLaw, along: ControlLaw) -> None:
+        self._across, self._along = across, along
+
+    def velocity_m_s(self, reference_m: Vector3, target_m: Vector3, force_N: Vector3) -> Vector3:
+        """See :class:`ControlLaw`. Each law sees only its own axes, so the limits of one do not slow the other."""
+        fx, fy, fz = force_N
+        rx, ry, rz = reference_m
+        tx, ty, tz = target_m
+        vx, vy, _ = self._across.velocity_m_s((rx, ry, 0.0), (tx, ty, 0.0), (fx, fy, 0.0))
+        _, _, vz = self._along.velocity_m_s((0.0, 0.0, rz), (0.0, 0.0, tz), (0.0, 0.0, fz))
+        return vx, vy, vz
+
+    def reset(self) -> None:
+        """Both laws forget the past."""
+        self._across.reset()
+        self._along.reset()
+
+
+class DampingControl:
+    """v = (F - F_nominal) / B (generalised damping; source paper, section 5.4 and its reference 4).
+
+    In free space the tool moves at -F_nominal / B; in contact it comes to rest where the environment pushes back
+    with F_nominal.
+
+    Stability: against an environment (with the gripper in series) of stiffness K the force error shrinks by
+    1 - K T / B each tick, so K T / B < 2; the lag of servos and sensor eats phase, so K T / B <= 0.5 is accepted.
+    A force signal behind a 4 Hz filter would eat more than that: this law takes the unfiltered force.
+
+    Args:
+        damping_N_s_per_m: B.
+        nominal_force_N: F_nominal, (3,), task frame; pressing into the hole's direction has a negative z.
+        speed_limit_m_s: Top speed of the tip.
+        stiffness_N_per_m: K, the stiffest contact expected.
+        period_s: Control period T.
+    """
+
+    def __init__(
+        self,
+        damping_N_s_per_m: float,
+        nominal_force_N: Vector3,
+        speed_limit_m_s: float,
+        stiffness_N_per_m: float,
+        period_s: float,
+    ) -> None:
+        require_in("control.speed_limit_m_s", speed_limit_m_s, 1e-6, 1.0)
+        lowest = 2.0 * stiffness_N_per_m * period_s
+        if not lowest <= damping_N_s_per_m < float("inf"):
+            raise ConfigurationError(
+                "control.damping_N_s_per_m",
+                damping_N_s_per_m,
+                f"at least {lowest:.4g} N s/m, or pressing oscillates (2 x stiffness {stiffness_N_per_m:.4g} N/m"
+                f" x period {period_s:.4g} s)",
+            )
+        self._mobility, self._nominal, self._speed = 1.0 / damping_N_s_per_m, nominal_force_N, speed_limit_m_s
+
+    def velocity_m_s(self, reference_m: Vector3, target_m: Vector3, force_N: Vector3) -> Vector3:
+        """See :class:`ControlLaw`; positions are ignored."""
+        m, nominal = self._mobility, self._nominal
+        return limited(
+            (m * (force_N[0] - nominal[0]), m * (force_N[1] - nominal[1]), m * (force_N[2] - nominal[2])),
+            self._speed,
+        )
+
+    def reset(self) -> None:
+        """Nothing to forget."""
+
+
+class PositionControl:
+    """Moves towards the target at no more than a given speed: v = K (target - reference).
+
+    Stability: with control period T the error shrinks by the factor 1 - K T each tick, so 0 < K T < 2; up to
+    K T = 1 it never overshoots, and that is what is accepted.
+
+    Args:
+        gain_per_s: K.
+        speed_limit_m_s: Top speed of the tip.
+        period_s: Control period T.
+    """
+
+    def __init__(self, gain_per_s: float, speed_limit_m_s: float, period_s: float) -> None:
+        require_in("control.position_gain_per_s", gain_per_s, 1e-3, 1.0 / period_s)
+        require_in("control.speed_limit_m_s", speed_limit_m_s, 1e-6, 1.0)
+        self._gain, self._speed = gain_per_s, speed_limit_m_s
+
+    def velocity_m_s(self, reference_m: Vector3, target_m: Vector3, force_N: Vector3) -> Vector3:
+        """See :class:`ControlLaw`; forces are ignored."""
+        k = self._gain
+        return limited(
+            (
+                k * (target_m[0] - reference_m[0]),
+                k * (target_m[1] - reference_m[1]),
+                k * (target_m[2] - reference_m[2]),
+            ),
+            self._speed,
+        )
+
+    def reset(self) -> None:
+        """Nothing to forget."""
+
+
+class ForceControl:
+    """Proportional and integral force control in velocity form: v = k_i e + k_p de/dt, e = F - F_target.
+
+    The tip's displacement is the integral of v, so k_i is the integral gain and k_p the proportional gain of a
+    force controller that commands positions.
+
+    Stability: against a contact of stiffness K and with control period T the loop e' = e - K (k_i T e + k_p
+    (e - e_before)) is stable (Jury's criterion) when K k_p < 1 and K k_i T < 2 (1 - K k_p); half of that bound is
+    accepted, the rest is left to the lag of servos and sensor.
+
+    Args:
+        integral_m_per_N_s: k_i.
+        proportional_m_per_N: k_p.
+        target_N: F_target, (3,), task frame.
+        speed_limit_m_s: Top speed of the tip.
+        stiffness_N_per_m: K, the stiffest contact expected.
+        period_s: Control period T.
+    """
+
+    def __init__(
+        self,
+        integral_m_per_N_s: float,
+        proportional_m_per_N: float,
+        target_N: Vector3,
+        speed_limit_m_s: float,
+        stiffness_N_per_m: float,
+        period_s: float,
+    ) -> None:
+        require_in("control.speed_limit_m_s", speed_limit_m_s, 1e-6, 1.0)
+        require_in("control.force_proportional_m_per_N", proportional_m_per_N, 0.0, 0.5 / stiffness_N_per_m)
+        highest = (1.0 - stiffness_N_per_m * proportional_m_per_N) / (stiffness_N_per_m * period_s)
+        if not 0.0 < integral_m_per_N_s <= highest:
+            raise ConfigurationError(
+                "control.force_integral_m_per_N_s",
+                integral_m_per_N_s,
+                f"above 0 and at most {highest:.4g} m/(N s), or the contact oscillates"
+                f" (stiffness {stiffness_N_per_m:.4g} N/m, period {period_s:.4g} s)",
+            )
+        self._integral, self._proportional = integral_m_per_N_s, proportional_m_per_N / period_s
+        self._target, self._speed = target_N, speed_limit_m_s
+        self._last: Vector3 | None = None
+
+    def velocity_m_s(self, reference_m: Vector3, target_m: Vector3, force_N: Vector3) -> Vector3:
+        """See :class:`ControlLaw`; positions are ignored."""
+        target = self._target
+        error = (force_N[0] - target[0], force_N[1] - target[1], force_N[2] - target[2])
+        last = error if self._last is None else self._last
+        self._last = error
+        i, p = self._integral, self._proportional
+        return limited(
+            (
+                i * error[0] + p * (error[0] - last[0]),
+                i * error[1] + p * (error[1] - last[1]),
+                i * error[2] + p * (error[2] - last[2]),
+            ),
+            self._speed,
+        )
+
+    def reset(self) -> None:
+        """Forget the last error, so that a new contact does not begin with a kick."""
+        self._last = None

@@ -1,0 +1,148 @@
+"""Forward kinematics, Jacobian and wrench transport, on Pinocchio.
+
+Frames: *base* is the arm's root; *sensor* sits on the flange, z along the tool axis out of the tool; *tip*
+is the centre of the peg's end face, parallel to *sensor*. *Task* has its origin at the nominal goal (the
+centre of the hole's mouth, where it is believed to be), z into the hole, x along the x of *base*: motion into
+the hole is +z, and pressing on the plate gives a negative Fz.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+import pinocchio as pin
+
+from palpate.core.errors import AssetError
+from palpate.core.motion.arm import ArmDescription
+from palpate.core.ports.values import JointVector, Vector3
+
+Array: TypeAlias = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class ToolGeometry:
+    """Where sensor and peg tip are, along the tool axis.
+
+    Attributes:
+        sensor_from_flange_m: Distance of the sensor's origin beyond the flange.
+        tip_from_sensor_m: Distance of the peg tip beyond the sensor's origin.
+    """
+
+    sensor_from_flange_m: float = 0.03
+    tip_from_sensor_m: float = 0.14
+
+
+class Kinematics:
+    """One arm with its tool. Keeps Pinocchio's work space, so each user makes one of its own.
+
+    Args:
+        arm: The arm.
+        tool: Sensor and peg on its flange.
+
+    Attributes:
+        model: Pinocchio's model, with the operational frames ``sensor`` and ``tip`` added.
+        lower_rad: Lower joint limits, (n,).
+        upper_rad: Upper joint limits, (n,).
+        velocity_limit_rad_s: Joint velocity limits, (n,).
+
+    Raises:
+        AssetError: The URDF is missing, cannot be read or has no such flange.
+    """
+
+    def __init__(self, arm: ArmDescription, tool: ToolGeometry) -> None:
+        self.arm, self.tool = arm, tool
+        path = arm.find_urdf()
+        try:
+            self.model = pin.buildModelFromUrdf(str(path))
+        except (ValueError, RuntimeError) as error:
+            raise AssetError("arm", str(path), f"a readable URDF ({error})") from error
+        if not self.model.existFrame(arm.flange_frame):
+            raise AssetError("arm", str(path), f"a URDF with a frame {arm.flange_frame!r} for the flange")
+        flange = self.model.frames[self.model.getFrameId(arm.flange_frame)]
+        self._sensor_id = self._add_frame("sensor", flange, tool.sensor_from_flange_m)
+        self._tip_id = self._add_frame("tip", flange, tool.sensor_from_flange_m + tool.tip_from_sensor_m)
+        self._data = self.model.createData()
+        self._tip = self._data.oMf[self._tip_id]
+        # Views into Pinocchio's memory: asking for them anew costs more than the kinematics itself.
+        self._tip_translation: Array = self._tip.translation
+        self._tip_rotation: Array = self._tip.rotation
+        self.joints = int(self.model.nq)
+        self.lower_rad: Array = np.array(self.model.lowerPositionLimit)
+        self.upper_rad: Array = np.array(self.model.upperPositionLimit)
+        self.velocity_limit_rad_s: Array = np.array(self.model.velocityLimit)
+
+    def _add_frame(self, name: str, flange: pin.Frame, distance_m: float) -> int:
+        offset = pin.SE3(np.eye(3), np.array([0.0, 0.0, distance_m]))
+        frame = pin.Frame(name, flange.parentJoint, flange.placement * offset, pin.FrameType.OP_FRAME)
+        return int(self.model.addFrame(frame))
+
+    def update(self, q_rad: JointVector | Array) -> None:
+        """Forward kinematics at joint angles (n,); the properties below then speak of them."""
+        q = q_rad if isinstance(q_rad, np.ndarray) else np.array(q_rad)
+        pin.forwardKinematics(self.model, self._data, q)
+        pin.updateFramePlacement(self.model, self._data, self._tip_id)
+
+    @property
+    def tip_in_base(self) -> pin.SE3:
+        """Placement of the tip frame in the base frame, as a copy."""
+        return self._tip.copy()
+
+    def tip_in(self, frame_in_base: pin.SE3) -> pin.SE3:
+        """Placement of the tip frame in another frame."""
+        return frame_in_base.actInv(self._tip)
+
+    @property
+    def tip_position_m(self) -> Array:
+        """Tip position in the base frame, (3,); a view that the next ``update`` changes."""
+        return self._tip_translation
+
+    @property
+    def tip_rotation(self) -> Array:
+        """Rotation from tip (or sensor) frame to base frame, (3, 3); a view like ``tip_position_m``."""
+        return self._tip_rotation
+
+    @property
+    def sensor_in_base(self) -> pin.SE3:
+        """Placement of the sensor frame in the base frame, as a copy."""
+        pin.updateFramePlacement(self.model, self._data, self._sensor_id)
+        return self._data.oMf[self._sensor_id].copy()
+
+    def tip_jacobian(self, q_rad: JointVector | Array) -> Array:
+        """Jacobian of the tip, (6, n): joint velocities to the tip's twist (linear first), in the tip frame.
+
+        Does the work of ``update`` on the way, at little more than its cost.
+        """
+        q = q_rad if isinstance(q_rad, np.ndarray) else np.array(q_rad)
+        pin.computeJointJacobians(self.model, self._data, q)
+        pin.updateFramePlacement(self.model, self._data, self._tip_id)
+        jacobian: Array = pin.getFrameJacobian(self.model, self._data, self._tip_id, pin.ReferenceFrame.LOCAL)
+        return jacobian
+
+    def tip_error(self, target_in_base: pin.SE3) -> Array:
+        """Twist that takes the tip to a placement in unit time, (6,), linear first, in the tip frame."""
+        error: Array = pin.log6(self._tip.actInv(target_in_base)).vector
+        return error
+
+    def within_limits(self, q_rad: JointVector | Array) -> bool:
+        """Whether every joint is inside its position limits."""
+        q = np.asarray(q_rad)
+        return bool(np.all(q >= self.lower_rad) and np.all(q <= self.upper_rad))
+
+
+def wrench_about(force_N: Vector3, torque_Nm: Vector3, point_m: Vector3) -> Vector3:
+    """Torque of a wrench about another point, (3,): tau - point x force, all in one frame.
+
+    Plain arithmetic because it runs at every control tick; tested against Pinocchio's spatial forces.
+
+    Args:
+        force_N: The force, (3,).
+        torque_Nm: Its torque about the origin, (3,).
+        point_m: The new reference point, from the origin, (3,).
+    """
+    fx, fy, fz = force_N
+    tx, ty, tz = torque_Nm
+    px, py, pz = point_m
+    return tx - (py * fz - pz * fy), ty - (pz * fx - px * fz), tz - (px * fy - py * fx)

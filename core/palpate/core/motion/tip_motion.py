@@ -1,0 +1,62 @@
+"""Turns tip velocities in the task frame into joint commands."""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+
+from palpate.core.motion.inverse import InverseKinematics
+from palpate.core.motion.model import Array, Kinematics
+from palpate.core.ports.values import AppliedCommand, CommandReason, JointCommand, JointVector, Vector3
+
+
+class TipMotion:
+    """The commanded tip: a reference that laws move, and the joint angles that follow it.
+
+    Args:
+        kinematics: Work space for the commanded configuration; not shared with the measured one.
+        task_in_base: Placement of the task frame.
+        tip_rotation_in_base: Orientation that the tool keeps, (3, 3).
+        period_s: Control period.
+    """
+
+    def __init__(
+        self, kinematics: Kinematics, task_in_base: pin.SE3, tip_rotation_in_base: Array, period_s: float
+    ) -> None:
+        self._kinematics = kinematics
+        self._inverse = InverseKinematics(kinematics, period_s)
+        self._task = task_in_base.copy()
+        self._target = pin.SE3(tip_rotation_in_base, np.zeros(3))
+        self._period_s = period_s
+        self._q: Array = np.zeros(kinematics.joints)
+        self.reference_m: Vector3 = (0.0, 0.0, 0.0)
+        self.limited_steps = 0
+
+    def start(self, position_rad: JointVector) -> None:
+        """Take over from where the arm is."""
+        self._q = np.array(position_rad)
+        self._kinematics.update(self._q)
+        x, y, z = self._task.actInv(self._kinematics.tip_position_m).tolist()
+        self.reference_m = (x, y, z)
+        self.limited_steps = 0
+
+    def adopt(self, applied: AppliedCommand) -> None:
+        """Go on from what the arm really did, so that a limited command does not wind up."""
+        if applied.reason is not CommandReason.AS_ASKED:
+            self._q = np.array(applied.position_rad)
+
+    def move(self, velocity_m_s: Vector3) -> JointCommand:
+        """Advance the reference by one control period and follow it.
+
+        Args:
+            velocity_m_s: Velocity of the tip, (3,), task frame.
+        """
+        period = self._period_s
+        x, y, z = self.reference_m
+        vx, vy, vz = velocity_m_s
+        self.reference_m = reference = (x + vx * period, y + vy * period, z + vz * period)
+        self._target.translation = self._task.act(np.array(reference))
+        step = self._inverse.step(self._q, self._target)
+        self._q = step.q_rad
+        self.limited_steps += step.limited
+        return JointCommand(tuple(step.q_rad.tolist()))

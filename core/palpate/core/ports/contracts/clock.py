@@ -1,0 +1,72 @@
+"""The contract of the port :class:`palpate.core.ports.devices.Clock`."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+
+from palpate.core.ports.contracts.rigs import ClockRig
+from palpate.core.ports.contracts.violations import require
+
+
+class ClockContract(ABC):
+    """Every clock keeps these clauses; a subclass says how to make a rig."""
+
+    @abstractmethod
+    def make(self) -> ClockRig:
+        """A fresh rig."""
+
+    def test_time_is_integer_nanoseconds(self) -> None:
+        """The time is an int, before and after sleeping."""
+        rig = self.make()
+        for _ in range(2):
+            now = rig.clock.now_ns()
+            whole = isinstance(now, int) and not isinstance(now, bool)
+            require("type", whole, f"now_ns() = {now!r}", "an int, in ns")
+            rig.clock.sleep_until(now + rig.step_ns)
+
+    def test_time_never_goes_back(self) -> None:
+        """However often it is asked, the clock never goes back."""
+        clock = self.make().clock
+        last_ns = clock.now_ns()
+        for _ in range(1000):
+            now_ns = clock.now_ns()
+            require("order", now_ns >= last_ns, f"{now_ns} ns after {last_ns} ns", "no way back")
+            last_ns = now_ns
+
+    def test_sleep_reaches_the_deadline(self) -> None:
+        """``sleep_until`` does not return before the deadline."""
+        rig = self.make()
+        deadline_ns = rig.clock.now_ns() + rig.step_ns
+        rig.clock.sleep_until(deadline_ns)
+        late_ns = rig.clock.now_ns() - deadline_ns
+        require("deadline", late_ns >= 0, f"return {-late_ns} ns early", "now_ns() >= deadline_ns")
+
+    def test_sleep_is_not_late(self) -> None:
+        """``sleep_until`` returns within the tolerance after the deadline."""
+        rig = self.make()
+        deadline_ns = rig.clock.now_ns() + rig.step_ns
+        rig.clock.sleep_until(deadline_ns)
+        late_ns = rig.clock.now_ns() - deadline_ns
+        require("lateness", late_ns <= rig.tolerance_ns, f"{late_ns} ns", f"at most {rig.tolerance_ns} ns")
+
+    def test_past_deadline_returns_at_once(self) -> None:
+        """With a deadline in the past ``sleep_until`` returns at once and does not turn time back."""
+        rig = self.make()
+        rig.clock.sleep_until(rig.clock.now_ns() + rig.step_ns)
+        before_ns = rig.clock.now_ns()
+        for deadline_ns in (before_ns, before_ns - rig.step_ns):
+            rig.clock.sleep_until(deadline_ns)
+            passed_ns = rig.clock.now_ns() - before_ns
+            at_once = 0 <= passed_ns <= 2 * rig.tolerance_ns
+            require("past deadline", at_once, f"{passed_ns} ns went by", f"at most {2 * rig.tolerance_ns} ns")
+
+    def test_absolute_deadlines_do_not_drift(self) -> None:
+        """Of ten deadlines, each a step after the one before, the last is met as well as the first."""
+        rig = self.make()
+        deadline_ns = rig.clock.now_ns()
+        for count in range(1, 11):
+            deadline_ns += rig.step_ns
+            rig.clock.sleep_until(deadline_ns)
+            late_ns = rig.clock.now_ns() - deadline_ns
+            on_time = 0 <= late_ns <= rig.tolerance_ns
+            require("drift", on_time, f"{late_ns} ns late at deadline {count}", f"0 to {rig.tolerance_ns} ns")

@@ -1,0 +1,218 @@
+"""Clauses that hold for every device port: its life, its faults, its end."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from functools import partial
+from typing import Any, ClassVar, Generic, TypeVar
+
+from palpate.core.errors import DeviceError, FaultLatchedError, LifecycleError
+from palpate.core.ports.contracts.rigs import DeviceRig
+from palpate.core.ports.contracts.violations import ContractViolation, knob, require, require_quiet, require_raises
+from palpate.core.ports.devices import Device
+from palpate.core.ports.lifecycle import TRANSITIONS, Life, Request
+
+RigT = TypeVar("RigT", bound=DeviceRig[Any])
+
+
+class DeviceContract(ABC, Generic[RigT]):
+    """Clauses on the life of a device; the port's own suite adds the rest."""
+
+    PORT: ClassVar[type]
+
+    @abstractmethod
+    def make(self) -> RigT:
+        """A fresh rig, with an adapter that was only constructed."""
+
+    @abstractmethod
+    def _use(self, rig: RigT) -> object:
+        """What the port is there for: one reading, or one command to stay."""
+
+    @contextmanager
+    def _rig(self, life: Life) -> Iterator[RigT]:
+        """A fresh rig whose adapter was brought to this state; released afterwards."""
+        rig = self.make()
+        try:
+            bring(rig, life)
+            yield rig
+        finally:
+            for device in rig.all_devices:
+                # Closing has clauses of its own; a failure here must not hide what this one found.
+                with suppress(Exception):
+                    if device.life is not Life.CLOSED:
+                        device.close()
+            rig.dispose()
+
+    def test_matches_the_port(self) -> None:
+        """The adapter has every method of its port."""
+        with self._rig(Life.CONSTRUCTED) as rig:
+            missing = [name for name in _members(self.PORT) if not hasattr(rig.device, name)]
+            require("port", not missing, f"no {', '.join(missing)}", f"all methods of {self.PORT.__name__}")
+
+    def test_starts_constructed(self) -> None:
+        """A new adapter is in the state CONSTRUCTED, without a fault."""
+        with self._rig(Life.CONSTRUCTED) as rig:
+            _require_life("start", rig.device, Life.CONSTRUCTED, "construction")
+            require("start", rig.device.fault is None, f"fault {rig.device.fault!r}", "no fault")
+
+    def test_constructor_opens_nothing(self) -> None:
+        """The constructor opens nothing; ``configure`` does."""
+        with self._rig(Life.CONSTRUCTED) as rig:
+            is_open = knob(rig.is_open, "is_open")
+            require("construction", not is_open(), "an open resource", "a constructor that opens nothing")
+            rig.device.configure()
+            require("configuration", is_open(), "nothing open", "configure() to open the device")
+
+    def test_whole_life(self) -> None:
+        """Configure, activate, deactivate, activate again, deactivate, close: each leads where it should."""
+        with self._rig(Life.CONSTRUCTED) as rig:
+            device = rig.device
+            device.configure()
+            _require_life("life cycle", device, Life.CONFIGURED, "configure()")
+            for _ in range(2):
+                device.activate()
+                _require_life("life cycle", device, Life.ACTIVE, "activate()")
+                rig.advance(1)
+                device.deactivate()
+                _require_life("life cycle", device, Life.CONFIGURED, "deactivate()")
+            device.close()
+            _require_life("life cycle", device, Life.CLOSED, "close()")
+
+    def test_illegal_requests_raise(self) -> None:
+        """Each request that the state does not allow raises LifecycleError and changes nothing."""
+        for life in (Life.CONSTRUCTED, Life.CONFIGURED, Life.ACTIVE, Life.CLOSED):
+            self._check_illegal_requests(life, LifecycleError)
+
+    def test_illegal_requests_raise_while_faulted(self) -> None:
+        """While a fault is latched, every request but acknowledging and closing raises."""
+        self._check_illegal_requests(Life.FAULTED, (LifecycleError, FaultLatchedError))
+
+    def test_use_outside_active_raises(self) -> None:
+        """Reading or sending before ``activate`` or after ``close`` raises LifecycleError."""
+        for life in (Life.CONSTRUCTED, Life.CONFIGURED, Life.CLOSED):
+            with self._rig(life) as rig:
+                wanted = f"LifecycleError while {life.value}"
+                require_raises("use outside active", LifecycleError, partial(self._use, rig), wanted)
+
+    def test_deactivated_device_refuses(self) -> None:
+        """After ``deactivate``, reading or sending raises LifecycleError."""
+        with self._rig(Life.ACTIVE) as rig:
+            rig.device.deactivate()
+            require_raises("deactivated", LifecycleError, lambda: self._use(rig), "LifecycleError")
+
+    def test_close_works_from_every_state(self) -> None:
+        """``close`` works in every state and leads to CLOSED."""
+        for life in (Life.CONSTRUCTED, Life.CONFIGURED, Life.ACTIVE):
+            self._check_close(life)
+
+    def test_close_works_while_faulted(self) -> None:
+        """``close`` works while a fault is latched."""
+        self._check_close(Life.FAULTED)
+
+    def test_close_twice(self) -> None:
+        """A second ``close`` does nothing and does not raise."""
+        with self._rig(Life.ACTIVE) as rig:
+            rig.device.close()
+            require_quiet("second close", rig.device.close, "close() to be allowed twice")
+            _require_life("second close", rig.device, Life.CLOSED, "the second close()")
+
+    def test_close_releases(self) -> None:
+        """After ``close`` nothing is open any more."""
+        with self._rig(Life.ACTIVE) as rig:
+            is_open = knob(rig.is_open, "is_open")
+            rig.device.close()
+            require("release", not is_open(), "a resource still open", "close() to release everything")
+
+    def test_fault_latches(self) -> None:
+        """A fault stays: the state is FAULTED, the cause is kept, every use raises FaultLatchedError."""
+        with self._rig(Life.FAULTED) as rig:
+            _require_life("fault", rig.device, Life.FAULTED, "a fault")
+            require("fault", bool(rig.device.fault), f"fault {rig.device.fault!r}", "the cause of the fault")
+            for _ in range(3):
+                require_raises("fault", FaultLatchedError, lambda: self._use(rig), "FaultLatchedError each time")
+                rig.advance(1)
+
+    def test_activate_does_not_clear_a_fault(self) -> None:
+        """``activate`` raises FaultLatchedError while a fault is latched, and the fault stays."""
+        with self._rig(Life.FAULTED) as rig:
+            clause = "activate while faulted"
+            require_raises(clause, FaultLatchedError, rig.device.activate, "FaultLatchedError")
+            _require_life(clause, rig.device, Life.FAULTED, "activate()")
+            require(clause, bool(rig.device.fault), "no fault any more", "the fault to stay")
+
+    def test_acknowledging_does_not_activate(self) -> None:
+        """``acknowledge_fault`` leads to CONFIGURED, never to ACTIVE; ``activate`` works again after it."""
+        with self._rig(Life.FAULTED) as rig:
+            clause, device = "acknowledged fault", rig.device
+            device.acknowledge_fault()
+            _require_life(clause, device, Life.CONFIGURED, "acknowledge_fault()")
+            require(clause, device.fault is None, f"fault {device.fault!r}", "no fault")
+            require_raises(clause, LifecycleError, lambda: self._use(rig), "LifecycleError until activated")
+            device.activate()
+            _require_life(clause, device, Life.ACTIVE, "activate()")
+
+    def test_lost_device_raises(self) -> None:
+        """When the connection is cut, reading or sending raises DeviceError."""
+        with self._rig(Life.ACTIVE) as rig:
+            knob(rig.disconnect, "disconnect")()
+            pass_time(rig, rig.patience_ns)
+            require_raises("lost device", DeviceError, lambda: self._use(rig), "DeviceError")
+
+    def _check_illegal_requests(self, life: Life, errors: type[Exception] | tuple[type[Exception], ...]) -> None:
+        with self._rig(life) as rig:
+            for request in Request:
+                if (life, request) not in TRANSITIONS:
+                    action = getattr(rig.device, request.value)
+                    wanted = f"an error on {request.value}() while {life.value}"
+                    require_raises("illegal request", errors, action, wanted)
+                    _require_life("illegal request", rig.device, life, f"a refused {request.value}()")
+
+    def _check_close(self, life: Life) -> None:
+        with self._rig(life) as rig:
+            require_quiet("close", rig.device.close, f"close() to work while {life.value}")
+            _require_life("close", rig.device, Life.CLOSED, f"close() while {life.value}")
+
+
+def bring(rig: DeviceRig[Any], life: Life) -> None:
+    """Bring a freshly made rig's adapter to a state; an active one has had time for a first sample."""
+    provoke = knob(rig.provoke_fault, "provoke_fault") if life is Life.FAULTED else None
+    if life is not Life.CONSTRUCTED:
+        rig.device.configure()
+    if life in (Life.ACTIVE, Life.FAULTED):
+        rig.device.activate()
+        rig.advance(1)
+    if provoke is not None:
+        provoke()
+    if life is Life.CLOSED:
+        rig.device.close()
+
+
+def activate(device: Device) -> None:
+    """Make a companion device active, whatever has been done to it before."""
+    if device.life is Life.CONSTRUCTED:
+        device.configure()
+    if device.life is Life.CONFIGURED:
+        device.activate()
+
+
+def pass_time(rig: DeviceRig[Any], duration_ns: int) -> None:
+    """Let more than ``duration_ns`` go by, one tick at a time.
+
+    Raises:
+        ContractViolation: The rig's clock stands still, so that nothing could be shown.
+    """
+    start_ns = rig.clock.now_ns()
+    while (before_ns := rig.clock.now_ns()) <= start_ns + duration_ns:
+        rig.advance(1)
+        if rig.clock.now_ns() <= before_ns:
+            raise ContractViolation("rig", "a clock that stands still", "advance() to let time go on")
+
+
+def _require_life(clause: str, device: Device, life: Life, after: str) -> None:
+    require(clause, device.life is life, f"{device.life} after {after}", str(life))
+
+
+def _members(port: type) -> list[str]:
+    return [name for base in port.__mro__[:2] for name in vars(base) if not name.startswith("_")]

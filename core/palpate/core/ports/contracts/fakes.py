@@ -1,0 +1,265 @@
+"""Plain fakes of the four ports, for tests and for a first look: no physics, all knobs in reach.
+
+Time is virtual and goes on only when told. A sensor takes a new sample when it is read at a time at
+which it has none yet; the arm is perfect and stands at a new set-point as soon as time has gone on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from palpate.core.errors import CommandError, DeviceError
+from palpate.core.ports.devices import ArmCommand, Clock, ForceSensor, JointEncoder
+from palpate.core.ports.lifecycle import ManagedDevice
+from palpate.core.ports.values import (
+    AppliedCommand,
+    CommandReason,
+    JointCommand,
+    JointSample,
+    JointVector,
+    Validity,
+    Vector3,
+    WrenchKind,
+    WrenchSample,
+)
+
+TICK_NS = 1_000_000_000 // 140
+"""The period of the control loop."""
+
+MAX_AGE_NS = 5 * TICK_NS
+
+
+class FakeClock(Clock):
+    """Virtual time: sleeping takes no time at all.
+
+    Args:
+        start_ns: Time at first.
+    """
+
+    def __init__(self, start_ns: int = 0) -> None:
+        self._now_ns = start_ns
+
+    def now_ns(self) -> int:
+        """Time now."""
+        return self._now_ns
+
+    def sleep_until(self, deadline_ns: int) -> None:
+        """Put the clock on to the deadline, unless it is past."""
+        self._now_ns = max(self._now_ns, deadline_ns)
+
+    def advance(self, ticks: int = 1) -> None:
+        """Let so many control ticks go by."""
+        self._now_ns += ticks * TICK_NS
+
+
+class FakeDevice(ManagedDevice):
+    """What the three fake devices have in common.
+
+    Attributes:
+        clock: The clock of the run.
+        disconnected: Set it to make every conversation with the device fail.
+        is_open: Whether the device holds its imagined connection.
+    """
+
+    def __init__(self, name: str, clock: Clock) -> None:
+        super().__init__(name)
+        self.clock = clock
+        self.disconnected = False
+        self.is_open = False
+
+    def fail(self, cause: str = "fault on demand") -> None:
+        """Latch a fault."""
+        self._latch(cause)
+
+    def _require_connection(self) -> None:
+        if self.disconnected:
+            raise DeviceError(self.name, "does not answer")
+
+    def _on_configure(self) -> None:
+        self._require_connection()
+        self.is_open = True
+
+    def _on_close(self) -> None:
+        self.is_open = False
+
+
+class FakeForceSensor(FakeDevice, ForceSensor):
+    """A force sensor that reports the load it is given.
+
+    Args:
+        clock: The clock of the run.
+        max_age_ns: Age above which a sample comes back ``STALE``.
+
+    Attributes:
+        load_N: Force on the tool, (3,), in the sensor frame.
+        load_Nm: Torque on the tool, (3,), in the sensor frame.
+        kind: Written on every sample.
+        silent: Set it to make the device deliver nothing new.
+        saturated: Set it to mark new samples ``SATURATED``.
+    """
+
+    def __init__(self, clock: Clock, *, max_age_ns: int = MAX_AGE_NS, name: str = "fake force sensor") -> None:
+        super().__init__(name, clock)
+        self.load_N: Vector3 = (0.0, 0.0, 0.0)
+        self.load_Nm: Vector3 = (0.0, 0.0, 0.0)
+        self.kind = WrenchKind.RAW
+        self.silent = False
+        self.saturated = False
+        self._max_age_ns = max_age_ns
+        self._sample: WrenchSample | None = None
+
+    def read(self) -> WrenchSample:
+        """Newest wrench of the environment on the tool, in the sensor frame.
+
+        Raises:
+            LifecycleError: The sensor is not active.
+            DeviceError: The device is disconnected, or has been silent from the start.
+        """
+        self._require_active("read()")
+        self._require_connection()
+        now_ns, last = self.clock.now_ns(), self._sample
+        if not self.silent and (last is None or now_ns > last.source_time_ns):
+            validity = Validity.SATURATED if self.saturated else Validity.VALID
+            sequence = 0 if last is None else last.sequence + 1
+            self._sample = WrenchSample(self.load_N, self.load_Nm, now_ns, now_ns, sequence, validity, self.kind)
+        if self._sample is None:
+            raise DeviceError(self.name, "has not delivered a sample yet")
+        if now_ns - self._sample.source_time_ns > self._max_age_ns:
+            return replace(self._sample, validity=Validity.STALE)
+        return self._sample
+
+
+class FakeJointEncoder(FakeDevice, JointEncoder):
+    """An encoder that reports where it is told that the joints stand.
+
+    Args:
+        clock: The clock of the run.
+        position_rad: Where the joints stand now, for example ``FakeArm(...).position_rad``.
+        max_age_ns: Age above which a sample comes back ``STALE``.
+
+    Attributes:
+        silent: Set it to make the device deliver nothing new.
+    """
+
+    def __init__(
+        self,
+        clock: Clock,
+        position_rad: Callable[[], JointVector],
+        *,
+        max_age_ns: int = MAX_AGE_NS,
+        name: str = "fake joint encoder",
+    ) -> None:
+        super().__init__(name, clock)
+        self.silent = False
+        self._position_rad = position_rad
+        self._max_age_ns = max_age_ns
+        self._sample: JointSample | None = None
+
+    def read(self) -> JointSample:
+        """Newest joint angles.
+
+        Raises:
+            LifecycleError: The encoder is not active.
+            DeviceError: The device is disconnected, or has been silent from the start.
+        """
+        self._require_active("read()")
+        self._require_connection()
+        now_ns, last = self.clock.now_ns(), self._sample
+        if not self.silent and (last is None or now_ns > last.source_time_ns):
+            sequence = 0 if last is None else last.sequence + 1
+            self._sample = JointSample(self._position_rad(), now_ns, now_ns, sequence)
+        if self._sample is None:
+            raise DeviceError(self.name, "has not delivered a sample yet")
+        if now_ns - self._sample.source_time_ns > self._max_age_ns:
+            return replace(self._sample, validity=Validity.STALE)
+        return self._sample
+
+
+class FakeArm(FakeDevice, ArmCommand):
+    """A perfect arm: it stands at the newest set-point as soon as time has gone on.
+
+    Args:
+        clock: The clock of the run.
+        home_rad: Where it stands at first, (n,).
+        lower_rad: Lower position limits, (n,).
+        upper_rad: Upper position limits, (n,).
+        max_step_rad: How far a joint may move by one command.
+    """
+
+    def __init__(
+        self,
+        clock: Clock,
+        home_rad: JointVector,
+        *,
+        lower_rad: JointVector,
+        upper_rad: JointVector,
+        max_step_rad: float,
+        name: str = "fake arm",
+    ) -> None:
+        super().__init__(name, clock)
+        self._lower_rad, self._upper_rad, self._max_step_rad = lower_rad, upper_rad, max_step_rad
+        self._stopped = False
+        self._here_rad = home_rad
+        self._target_rad = home_rad
+        self._target_since_ns = clock.now_ns()
+
+    def position_rad(self) -> JointVector:
+        """Where the joints stand now, (n,)."""
+        # A command shows only once time has gone on: what is observed in a tick cannot depend on it.
+        if self.clock.now_ns() > self._target_since_ns:
+            self._here_rad = self._target_rad
+        return self._here_rad
+
+    def send(self, command: JointCommand) -> AppliedCommand:
+        """Move to the set-points, within the velocity limit and then within the position limits.
+
+        Raises:
+            LifecycleError: The arm is not active.
+            FaultLatchedError: A fault waits to be acknowledged.
+            DeviceError: The arm is disconnected.
+            CommandError: The number of joints is wrong.
+        """
+        self._require_active("send()")
+        self._require_connection()
+        here_rad, asked_rad = self.position_rad(), command.position_rad
+        if len(asked_rad) != len(here_rad):
+            raise CommandError(f"a command for {len(here_rad)} joints has {len(asked_rad)}", asked_rad)
+        if self._stopped:
+            return AppliedCommand(here_rad, CommandReason.STOPPED)
+        reason, step_rad = CommandReason.AS_ASKED, self._max_step_rad
+        slow_rad = tuple(
+            min(max(q, here - step_rad), here + step_rad) for q, here in zip(asked_rad, here_rad, strict=True)
+        )
+        if slow_rad != asked_rad:
+            reason = CommandReason.VELOCITY_LIMIT
+        limits = zip(slow_rad, self._lower_rad, self._upper_rad, strict=True)
+        applied_rad = tuple(min(max(q, lower), upper) for q, lower, upper in limits)
+        if applied_rad != slow_rad:
+            reason = CommandReason.POSITION_LIMIT
+        self._target_rad, self._target_since_ns = applied_rad, self.clock.now_ns()
+        return AppliedCommand(applied_rad, reason)
+
+    def stop(self) -> None:
+        """Hold still until deactivated and activated again."""
+        self._stopped = True
+        self._halt()
+
+    def fail(self, cause: str = "fault on demand") -> None:
+        """Latch a fault; the arm halts where it is."""
+        self._halt()
+        super().fail(cause)
+
+    def _halt(self) -> None:
+        self._target_rad = self.position_rad()
+
+    def _on_activate(self) -> None:
+        self._halt()
+        self._stopped = False
+
+    def _on_deactivate(self) -> None:
+        self._halt()
+
+    def _on_close(self) -> None:
+        self._halt()
+        super()._on_close()

@@ -1,0 +1,91 @@
+"""The contract of the port :class:`palpate.core.ports.devices.ForceSensor`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import isfinite
+from typing import ClassVar
+
+from palpate.core.ports.contracts.rigs import ForceSensorRig
+from palpate.core.ports.contracts.samples import SampleContract
+from palpate.core.ports.contracts.violations import knob, require
+from palpate.core.ports.devices import ForceSensor
+from palpate.core.ports.lifecycle import Life
+from palpate.core.ports.values import Validity, Vector3, WrenchSample
+
+
+class ForceSensorContract(SampleContract[ForceSensorRig]):
+    """Every force/torque sensor keeps these clauses; a subclass says how to make a rig."""
+
+    PORT: ClassVar[type] = ForceSensor
+
+    def test_wrench_is_six_floats(self) -> None:
+        """Force and torque are tuples of three floats, all finite when the sample is VALID."""
+        with self._rig(Life.ACTIVE) as rig:
+            sample = rig.sensor.read()
+            require("type", isinstance(sample, WrenchSample), type(sample).__name__, "WrenchSample")
+            for name, vector in (("force_N", sample.force_N), ("torque_Nm", sample.torque_Nm)):
+                floats = isinstance(vector, tuple) and all(isinstance(x, float) for x in vector)
+                require("type", floats and len(vector) == 3, f"{name} = {vector!r}", "a tuple of 3 floats")
+                finite = sample.validity is not Validity.VALID or all(isfinite(x) for x in vector)
+                require("type", finite, f"{name} = {vector!r}", "finite values in a VALID sample")
+
+    def test_kind_is_the_declared_one(self) -> None:
+        """The sample says what was taken out of it, as the adapter declares."""
+        with self._rig(Life.ACTIVE) as rig:
+            kind = rig.sensor.read().kind
+            require("kind", kind is rig.kind, f"{kind}", f"{rig.kind}")
+
+    def test_frame_is_named(self) -> None:
+        """The sample names the frame of its components."""
+        with self._rig(Life.ACTIVE) as rig:
+            frame = rig.sensor.read().frame
+            named = isinstance(frame, str) and bool(frame.strip())
+            require("frame", named, f"frame {frame!r}", "the name of a frame")
+
+    def test_pressing_on_the_tip_gives_negative_fz(self) -> None:
+        """A surface that presses on the tool tip, against the tool axis, makes Fz more negative."""
+        with self._rig(Life.ACTIVE) as rig:
+            change = _response(rig, (0.0, 0.0, -rig.load_N))
+            require("sign", change[2] < 0.0, f"Fz changed by {change[2]:+.3f} N", "a negative change of Fz")
+
+    def test_load_is_reported_in_newtons_on_its_axis(self) -> None:
+        """A known load along x, y or z changes that component by as many newtons, and no other."""
+        with self._rig(Life.ACTIVE) as rig:
+            load = rig.load_N
+            for force in ((load, 0.0, 0.0), (0.0, load, 0.0), (0.0, 0.0, load)):
+                change = _response(rig, force)
+                # The sign has its own clause, so that a wrong one is told from a wrong unit or axis.
+                close = all(abs(abs(c) - abs(f)) <= rig.tolerance_N for c, f in zip(change, force, strict=True))
+                require("units and axes", close, f"a change of {change} N", f"{force} N")
+
+    def test_no_hidden_tare(self) -> None:
+        """A load that is there before ``configure`` is reported like one that comes later."""
+        with self._rig(Life.ACTIVE) as rig:
+            push = knob(rig.push_N, "push_N")
+            load, tolerance_N = (0.0, 0.0, -rig.load_N), rig.tolerance_N
+            rig.sensor.read()
+            later = _reading(rig, push, load)
+        with self._rig(Life.CONSTRUCTED) as rig:
+            push = knob(rig.push_N, "push_N")
+            push(*load)
+            rig.sensor.configure()
+            rig.sensor.activate()
+            before = _reading(rig, push, load)
+        # Comparing two readings under the same load leaves the sensor its weight and offset.
+        close = all(abs(b - a) <= 2.0 * tolerance_N for a, b in zip(later, before, strict=True))
+        require("tare", close, f"{before} N instead of {later} N", "no taring on connect or activate")
+
+
+def _response(rig: ForceSensorRig, force: Vector3) -> Vector3:
+    """By how much a load changes the reading."""
+    push = knob(rig.push_N, "push_N")
+    free = _reading(rig, push, (0.0, 0.0, 0.0))
+    loaded = _reading(rig, push, force)
+    return (loaded[0] - free[0], loaded[1] - free[1], loaded[2] - free[2])
+
+
+def _reading(rig: ForceSensorRig, push: Callable[[float, float, float], None], force: Vector3) -> Vector3:
+    push(*force)
+    rig.advance(rig.settle_ticks)
+    return rig.sensor.read().force_N

@@ -1,0 +1,83 @@
+"""The contract of the port :class:`palpate.core.ports.devices.JointEncoder`."""
+
+from __future__ import annotations
+
+from math import isfinite, pi
+from typing import ClassVar
+
+from palpate.core.ports.contracts.device import activate
+from palpate.core.ports.contracts.rigs import JointEncoderRig
+from palpate.core.ports.contracts.samples import SampleContract, standing_world
+from palpate.core.ports.contracts.violations import knob, require
+from palpate.core.ports.devices import JointEncoder
+from palpate.core.ports.lifecycle import Life
+from palpate.core.ports.values import JointCommand, JointSample, Validity
+
+PLAUSIBLE_RAD = 4.0 * pi
+"""No revolute joint of an arm turns further from its zero; degrees soon do."""
+
+
+class JointEncoderContract(SampleContract[JointEncoderRig]):
+    """Every joint encoder keeps these clauses; a subclass says how to make a rig."""
+
+    PORT: ClassVar[type] = JointEncoder
+
+    def test_angles_are_floats(self) -> None:
+        """The angles are a tuple of floats, all finite when the sample is VALID."""
+        with self._rig(Life.ACTIVE) as rig:
+            sample = rig.encoder.read()
+            require("type", isinstance(sample, JointSample), type(sample).__name__, "JointSample")
+            angles = sample.position_rad
+            floats = isinstance(angles, tuple) and all(isinstance(x, float) for x in angles)
+            require("type", floats, f"position_rad = {angles!r}", "a tuple of floats")
+            finite = sample.validity is not Validity.VALID or all(isfinite(x) for x in angles)
+            require("type", finite, f"position_rad = {angles!r}", "finite angles in a VALID sample")
+
+    def test_number_of_joints_is_constant(self) -> None:
+        """Every sample has one angle for each joint of the arm."""
+        with self._rig(Life.ACTIVE) as rig:
+            for _ in range(20):
+                found = len(rig.encoder.read().position_rad)
+                require("joints", found == rig.joints, f"{found} angles", f"{rig.joints} in every sample")
+                rig.advance(1)
+
+    def test_angles_are_plausible_radians(self) -> None:
+        """No angle is further from zero than two turns."""
+        with self._rig(Life.ACTIVE) as rig:
+            angles = rig.encoder.read().position_rad
+            plausible = all(abs(q) <= PLAUSIBLE_RAD for q in angles)
+            require("radians", plausible, f"{angles}", "angles within two turns, in rad")
+
+    def test_angles_are_where_the_joints_stand(self) -> None:
+        """The angles are those at which the joints are known to stand."""
+        with self._rig(Life.ACTIVE) as rig:
+            expected = knob(rig.expected_rad, "expected_rad")
+            found = rig.encoder.read().position_rad
+            near = len(found) == len(expected) and all(
+                abs(q - p) <= rig.tolerance_rad for q, p in zip(found, expected, strict=True)
+            )
+            require("angles", near, f"{found} rad", f"{expected} rad within {rig.tolerance_rad} rad")
+
+    def test_observation_does_not_depend_on_the_command_of_its_tick(self) -> None:
+        """A command changes nothing that is read in the same tick, whether read before or only after it."""
+        with self._rig(Life.ACTIVE) as rig:
+            standing_world(rig)
+            arm = knob(rig.arm, "arm")
+            activate(arm)
+            rig.advance(1)
+            before = rig.encoder.read()
+            target = JointCommand(tuple(q + rig.step_rad for q in before.position_rad))
+            arm.send(target)
+            after = rig.encoder.read()
+            require("causality", after == before, f"{after} after {before}", "the same sample after send()")
+        with self._rig(Life.ACTIVE) as rig:
+            arm = knob(rig.arm, "arm")
+            activate(arm)
+            rig.advance(1)
+            arm.send(target)
+            first = rig.encoder.read()
+            near = all(
+                abs(q - p) < 0.5 * rig.step_rad for q, p in zip(first.position_rad, before.position_rad, strict=True)
+            )
+            observed = f"{first.position_rad} rad right after send(), {before.position_rad} rad before"
+            require("causality", near, observed, "an observation that does not know of this tick's command")

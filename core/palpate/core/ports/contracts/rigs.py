@@ -1,0 +1,179 @@
+"""Rigs: an adapter on the test bench, with the knobs by which a test acts on the world.
+
+A knob that is None does not exist on this rig, and the clauses that need it are reported as not
+applicable: a simulator may be unable to fall silent, a real arm has nothing that provokes a fault.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Generic, TypeVar
+
+from palpate.core.ports.devices import ArmCommand, Clock, Device, ForceSensor, JointEncoder
+from palpate.core.ports.values import JointVector, WrenchKind
+
+DeviceT = TypeVar("DeviceT", bound=Device)
+
+
+def _nothing() -> None:
+    """There is nothing to release."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class DeviceRig(Generic[DeviceT]):
+    """What the rigs of the three device ports have in common.
+
+    Attributes:
+        device: The adapter, freshly constructed.
+        clock: The clock whose time the adapter writes on its samples.
+        advance: Lets the world and time go on by so many control ticks; on a live device each of them
+            brings a fresh sample. Must work in every state of the adapter.
+        is_open: Whether the adapter holds a connection or another resource now.
+        provoke_fault: Makes the active device fail, and returns when the adapter has latched it.
+        disconnect: Cuts the connection to the device.
+        dispose: Releases what the rig itself holds, after the adapter was closed.
+        runs_by_itself: The world goes on between two calls, as real hardware does.
+    """
+
+    device: DeviceT
+    clock: Clock
+    advance: Callable[[int], None]
+    is_open: Callable[[], bool] | None = None
+    provoke_fault: Callable[[], None] | None = None
+    disconnect: Callable[[], None] | None = None
+    dispose: Callable[[], None] = _nothing
+    runs_by_itself: bool = False
+
+    @property
+    def all_devices(self) -> tuple[Device, ...]:
+        """Every adapter that must be closed after the clause."""
+        return (self.device,)
+
+    @property
+    def patience_ns(self) -> int:
+        """How long the adapter may take to notice that the device is gone."""
+        return 0
+
+
+@dataclass(frozen=True, kw_only=True)
+class SensorRig(DeviceRig[DeviceT]):
+    """What the rigs of the two sensor ports have in common.
+
+    Attributes:
+        max_age_ns: Greatest age of a sample that may still be called ``VALID``.
+        go_silent: The device stops delivering, without any error.
+    """
+
+    max_age_ns: int
+    go_silent: Callable[[], None] | None = None
+
+    @property
+    def patience_ns(self) -> int:
+        """A sensor may take as long as a sample may be old."""
+        return self.max_age_ns
+
+
+@dataclass(frozen=True, kw_only=True)
+class ForceSensorRig(SensorRig[ForceSensor]):
+    """A force sensor on the test bench.
+
+    Attributes:
+        push_N: Makes the world exert this force (fx, fy, fz) on the tool, in the sensor frame, until
+            told otherwise; (0, 0, -10) is a surface that presses against the tool axis. Must work
+            before ``configure`` too.
+        load_N: Force that is safe and well within range.
+        tolerance_N: Greatest error and noise of a settled reading.
+        settle_ticks: Ticks after which the reading follows a new load.
+        kind: What the adapter declares to have taken out of the wrench.
+    """
+
+    push_N: Callable[[float, float, float], None] | None = None
+    load_N: float = 10.0
+    tolerance_N: float = 1e-6
+    settle_ticks: int = 1
+    kind: WrenchKind = WrenchKind.RAW
+
+    @property
+    def sensor(self) -> ForceSensor:
+        """The adapter."""
+        return self.device
+
+
+@dataclass(frozen=True, kw_only=True)
+class JointEncoderRig(SensorRig[JointEncoder]):
+    """A joint encoder on the test bench.
+
+    Attributes:
+        joints: Number of joints.
+        expected_rad: Where the joints really stand, (n,), if that is known.
+        tolerance_rad: Greatest error and noise against ``expected_rad``.
+        arm: The arm whose joints these are, freshly constructed; the same object as ``device`` if one
+            adapter serves both ports.
+        step_rad: A small move that this arm makes gladly.
+    """
+
+    joints: int
+    expected_rad: JointVector | None = None
+    tolerance_rad: float = 1e-6
+    arm: ArmCommand | None = None
+    step_rad: float = 1e-3
+
+    @property
+    def encoder(self) -> JointEncoder:
+        """The adapter."""
+        return self.device
+
+    @property
+    def all_devices(self) -> tuple[Device, ...]:
+        """The encoder, and the arm if there is one."""
+        return (self.device,) if self.arm is None else (self.device, self.arm)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ArmCommandRig(DeviceRig[ArmCommand]):
+    """An arm on the test bench.
+
+    Attributes:
+        home_rad: Where the arm stands at first, (n,), within the limits. A home close to a limit of one
+            joint makes the clause on position limits quick.
+        lower_rad: Lower position limits, (n,).
+        upper_rad: Upper position limits, (n,).
+        step_rad: A move within one tick that every joint is allowed at home, in both directions.
+        fast_step_rad: A move within one tick that is too fast; one joint has room for it at home.
+        position_rad: Where the joints really stand, (n,).
+        tolerance_rad: Greatest distance between commanded and real angles of an arm at rest; less than
+            half of ``step_rad``.
+        settle_ticks: Ticks after which a move of ``step_rad`` is done.
+        limit_ticks: Ticks that suffice to reach the nearest position limit at full speed.
+    """
+
+    home_rad: JointVector
+    lower_rad: JointVector
+    upper_rad: JointVector
+    step_rad: float = 1e-3
+    fast_step_rad: float
+    position_rad: Callable[[], JointVector] | None = None
+    tolerance_rad: float = 1e-6
+    settle_ticks: int = 1
+    limit_ticks: int = 2000
+
+    @property
+    def arm(self) -> ArmCommand:
+        """The adapter."""
+        return self.device
+
+
+@dataclass(frozen=True, kw_only=True)
+class ClockRig:
+    """A clock on the test bench.
+
+    Attributes:
+        clock: The adapter.
+        tolerance_ns: How late ``sleep_until`` may return; 0 for virtual time.
+        step_ns: A sleep that is long compared with the tolerance.
+    """
+
+    clock: Clock
+    tolerance_ns: int = 0
+    step_ns: int = 5_000_000

@@ -1,0 +1,72 @@
+"""What decorators over device ports have in common: the life of the device is the life of what it decorates."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Generic, TypeVar
+
+from palpate.core.ports.devices import Device
+from palpate.core.ports.lifecycle import ActiveInside, Life
+from palpate.core.ports.values import JointSample, WrenchSample
+
+SampleT = TypeVar("SampleT", WrenchSample, JointSample)
+
+
+class DeviceDecorator(ActiveInside):
+    """Passes the life cycle through.
+
+    Args:
+        device: The device underneath.
+    """
+
+    def __init__(self, device: Device) -> None:
+        self._device = device
+
+    @property
+    def life(self) -> Life:
+        """Where in its life the device is."""
+        return self._device.life
+
+    @property
+    def fault(self) -> str | None:
+        """The latched fault, or None."""
+        return self._device.fault
+
+    def configure(self) -> None:
+        """See :class:`palpate.core.ports.devices.Device`."""
+        self._device.configure()
+
+    def activate(self) -> None:
+        """See :class:`palpate.core.ports.devices.Device`."""
+        self._device.activate()
+
+    def deactivate(self) -> None:
+        """See :class:`palpate.core.ports.devices.Device`."""
+        self._device.deactivate()
+
+    def acknowledge_fault(self) -> None:
+        """See :class:`palpate.core.ports.devices.Device`."""
+        self._device.acknowledge_fault()
+
+    def close(self) -> None:
+        """See :class:`palpate.core.ports.devices.Device`."""
+        self._device.close()
+
+
+class SensorDecorator(DeviceDecorator, Generic[SampleT]):
+    """Passes the life cycle through, and each sample past a function.
+
+    Args:
+        sensor: Whatever is decorated.
+        read: Its own reading.
+        past: Gives what is to be read instead of the sensor's own sample; may raise.
+    """
+
+    def __init__(self, sensor: Device, read: Callable[[], SampleT], past: Callable[[SampleT], SampleT]) -> None:
+        super().__init__(sensor)
+        self._read: Callable[[], SampleT] = read
+        self._past: Callable[[SampleT], SampleT] = past
+
+    def read(self) -> SampleT:
+        """See the port."""
+        return self._past(self._read())

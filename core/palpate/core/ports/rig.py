@@ -1,0 +1,94 @@
+"""What trials run on: the four ports, and what is around them. A simulator or real devices; trials cannot tell."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Any, Final, Protocol, Self
+
+from palpate.core.ports.devices import Ports
+
+
+@dataclass(frozen=True, slots=True)
+class Truth:
+    """What really happened in a trial; no port carries it.
+
+    Attributes:
+        hole_in_task_m: Centre of the hole's mouth, (3,), task frame.
+        tip_in_task_m: Centre of the peg's end face, (3,), task frame.
+        depth_m: Depth of the tip below the plate's surface, 0 while it is above.
+        peak_force_N: Largest norm of the force through the wrist over all physics steps, without the tool's weight.
+    """
+
+    hole_in_task_m: tuple[float, float, float]
+    tip_in_task_m: tuple[float, float, float]
+    depth_m: float
+    peak_force_N: float
+
+
+SIMULATOR: Final = "simulator"
+"""The kind of world that a simulated rig is."""
+
+
+@dataclass(frozen=True)
+class World:
+    """What the ports lead to, as far as a log must know it.
+
+    Attributes:
+        kind: ``simulator``, or the name of a rig.
+        facts: What it takes to set it up again for this trial, and its truth where it knows it; plain JSON values.
+    """
+
+    kind: str
+    facts: dict[str, Any]
+
+
+class Rig(Protocol):
+    """A context manager: on exit the arm is stopped and every device closed.
+
+    Attributes:
+        ports: What the core runs over.
+    """
+
+    ports: Ports
+
+    @abstractmethod
+    def prepare(self, trial: int) -> None:
+        """Make ready for a trial: what is not in the core's hands, and free the arm from its last stop."""
+
+    def return_to_ready(self) -> None:
+        """Let the next :meth:`prepare` bring the arm to the ready pose, as before the first trial.
+
+        For whoever goes on after a trial that was stopped; a world that is set up anew for each trial need not.
+        """
+        return
+
+    @abstractmethod
+    def world(self) -> World:
+        """What a log must know of the trial that was just prepared."""
+
+    @abstractmethod
+    def truth(self) -> Truth | None:
+        """What really happened, for scoring and comparators only; None where nobody knows."""
+
+    def stopped_by(self) -> str:
+        """What stopped the arm besides core and supervisor since the last :meth:`prepare`; empty for nothing."""
+        return ""
+
+    @property
+    @abstractmethod
+    def clock_ticks(self) -> int:
+        """Control ticks on the clock of a world whose time can be set; 0 where it cannot."""
+
+    @abstractmethod
+    def set_clock_ticks(self, ticks: int) -> None:
+        """Go on from this time, where time can be set."""
+
+    @abstractmethod
+    def __enter__(self) -> Self: ...
+
+    @abstractmethod
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None: ...

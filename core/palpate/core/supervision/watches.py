@@ -1,0 +1,330 @@
+"""Is the force on the tool what it may be? Unfiltered, because a filter lags by half an action."""
+
+from __future__ import annotations
+
+from collections import deque
+from math import sqrt
+from operator import le, sub
+from typing import Final
+
+from palpate.core.insertion.config import TaskConfig
+from palpate.core.insertion.expectation import Expectation, Trip, TripReason
+from palpate.core.ports.values import CONTROL_RATE_HZ, JointVector, Snapshot, Validity, Vector3
+from palpate.core.supervision.config import SupervisionConfig
+
+_SHORTEST_NS = 1_000_000_000 // CONTROL_RATE_HZ // 2
+"""Samples that lie closer together would turn their noise into a rate."""
+
+
+class WrenchWatch:
+    """Force, torque, the rate of the force, and contact where none is expected.
+
+    Args:
+        config: The limits.
+        scale: Factors on the sensor's six channels after taring, (6,).
+    """
+
+    def __init__(self, config: SupervisionConfig, scale: tuple[float, ...]) -> None:
+        self._force_N, self._torque_Nm = config.max_force_N, config.max_torque_Nm
+        self._rate_N_s, self._contact_N = config.max_force_rate_N_s, config.unexpected_contact_N
+        self._force_square, self._torque_square = self._force_N**2, self._torque_Nm**2
+        self._rate_N_ns, self._contact_square = self._rate_N_s * 1e-9, self._contact_N**2
+        self._scale = scale
+        self.begin()
+
+    def begin(self) -> None:
+        """A trial begins."""
+        self._first: tuple[float, float, float, float, float, float] | None = None
+        self._free: Vector3 | None = None
+        self._sequence: int | None = None
+        self._last: Vector3 = (0.0, 0.0, 0.0)
+        self._last_ns = 0
+
+    def trip(self, snapshot: Snapshot, expectation: Expectation) -> Trip | None:
+        """What is wrong with this tick's wrench, which is valid; None if nothing is."""
+        wrench, bias = snapshot.wrench, expectation.bias
+        fx, fy, fz = wrench.force_N
+        tx, ty, tz = wrench.torque_Nm
+        if self._first is None:
+            self._first = (fx, fy, fz, tx, ty, tz)
+            self._last, self._last_ns, self._sequence = wrench.force_N, wrench.source_time_ns, wrench.sequence
+        a, b, c, d, e, f = self._first if bias is None else bias
+        kx, ky, kz, lx, ly, lz = self._scale
+        x, y, z = (fx - a) * kx, (fy - b) * ky, (fz - c) * kz
+        square = x * x + y * y + z * z
+        # All comparisons are written so that a number that is none trips, too.
+        if not square <= self._force_square:
+            return _exceeded(TripReason.FORCE_LIMIT, snapshot.tick, "force", sqrt(square), self._force_N, bias)
+        p, q, r = (tx - d) * lx, (ty - e) * ly, (tz - f) * lz
+        torque = p * p + q * q + r * r
+        if not torque <= self._torque_square:
+            return _exceeded(
+                TripReason.TORQUE_LIMIT, snapshot.tick, "torque", sqrt(torque), self._torque_Nm, bias, "N m"
+            )
+        if wrench.sequence != self._sequence:
+            self._sequence = wrench.sequence
+            u, v, w = self._last
+            self._last = wrench.force_N
+            last_ns, self._last_ns = self._last_ns, wrench.source_time_ns
+            x, y, z = (fx - u) * kx, (fy - v) * ky, (fz - w) * kz
+            change, dt_ns = x * x + y * y + z * z, max(self._last_ns - last_ns, _SHORTEST_NS)
+            most = self._rate_N_ns * dt_ns
+            if not change <= most * most:
+                rate, limit = sqrt(change) / dt_ns * 1e9, self._rate_N_s
+                text = f"force changed at {rate:.0f} N/s, limit {limit:g} N/s"
+                return Trip(TripReason.FORCE_RATE, snapshot.tick, rate, limit, text)
+        if expectation.contact:
+            self._free = None
+            return None
+        return self._contact(snapshot, square, bias is not None)
+
+    def _contact(self, snapshot: Snapshot, square: float, tared: bool) -> Trip | None:
+        """Before taring weight and offset are unknown: what counts is the change since this phase began."""
+        if not tared:
+            if self._free is None:
+                self._free = snapshot.wrench.force_N
+            (fx, fy, fz), (u, v, w) = snapshot.wrench.force_N, self._free
+            kx, ky, kz = self._scale[:3]
+            x, y, z = (fx - u) * kx, (fy - v) * ky, (fz - w) * kz
+            square = x * x + y * y + z * z
+        if square <= self._contact_square:
+            return None
+        force, limit = sqrt(square), self._contact_N
+        text = f"force {force:.2f} N where nothing may be touched, limit {limit:g} N"
+        return Trip(TripReason.UNEXPECTED_CONTACT, snapshot.tick, force, limit, text)
+
+
+def _exceeded(
+    reason: TripReason, tick: int, what: str, value: float, limit: float, bias: object, unit: str = "N"
+) -> Trip:
+    since = " more than at the start, before taring" if bias is None else ""
+    return Trip(reason, tick, value, limit, f"{what} {value:.2f} {unit}{since}, limit {limit:g} {unit}")
+
+
+_WINDOW_NS: Final = 25_000_000
+"""Velocities are differences over at least so long: a step of the encoder then weighs little."""
+
+
+class JointWatch:
+    """Measured joint angles against the arm's limits and against the commands.
+
+    Args:
+        config: The limits.
+        lower_rad: Lower joint limits of the arm, (n,).
+        upper_rad: Upper joint limits, (n,).
+        velocity_limit_rad_s: Joint velocity limits, (n,).
+    """
+
+    def __init__(
+        self,
+        config: SupervisionConfig,
+        lower_rad: JointVector,
+        upper_rad: JointVector,
+        velocity_limit_rad_s: JointVector,
+    ) -> None:
+        slack = config.joint_slack_mrad * 1e-3
+        self._lower = tuple(q - slack for q in lower_rad)
+        self._upper = tuple(q + slack for q in upper_rad)
+        self._velocity = tuple(v * config.max_joint_velocity_share for v in velocity_limit_rad_s)
+        self._least_velocity_rad_ns = min(self._velocity) * 1e-9
+        self._tracking_rad = config.max_tracking_error_mrad * 1e-3
+        self._commands: deque[JointVector] = deque(maxlen=config.tracking_lag_ticks + 1)
+        self._samples: deque[tuple[int, JointVector]] = deque()
+        self._sequence: int | None = None
+
+    def begin(self) -> None:
+        """A trial begins."""
+        self._commands.clear()
+        self._samples.clear()
+        self._sequence = None
+
+    def trip(self, snapshot: Snapshot, held_rad: JointVector) -> Trip | None:
+        """What is wrong with this tick's joint angles, which are valid; None if nothing is.
+
+        Args:
+            snapshot: The tick.
+            held_rad: What the arm was told in the tick before, (n,).
+        """
+        joints = snapshot.joints
+        q = joints.position_rad
+        if not (all(map(le, self._lower, q)) and all(map(le, q, self._upper))):
+            return self._outside(snapshot.tick, q)
+        if joints.sequence != self._sequence:
+            self._sequence = joints.sequence
+            samples, now_ns = self._samples, joints.source_time_ns
+            # The same reading under another number says nothing about velocity.
+            if not samples or now_ns > samples[-1][0]:
+                samples.append((now_ns, q))
+                while len(samples) > 1 and now_ns - samples[1][0] >= _WINDOW_NS:
+                    samples.popleft()
+                then_ns, then = samples[0]
+                dt_ns = now_ns - then_ns
+                if dt_ns >= _WINDOW_NS and max(map(abs, map(sub, q, then))) > self._least_velocity_rad_ns * dt_ns:
+                    trip = self._fast(snapshot.tick, q, then, dt_ns * 1e-9)
+                    if trip is not None:
+                        return trip
+        commands = self._commands
+        commands.append(held_rad)
+        if max(map(abs, map(sub, q, commands[0]))) <= self._tracking_rad:
+            return None
+        return self._astray(snapshot.tick, q)
+
+    def _outside(self, tick: int, q: JointVector) -> Trip | None:
+        for number, (value, low, high) in enumerate(zip(q, self._lower, self._upper, strict=True), start=1):
+            if not low <= value <= high:
+                limit = low if value < low else high
+                text = f"joint {number} at {value:.4f} rad, limit {limit:.4f} rad"
+                return Trip(TripReason.JOINT_POSITION, tick, value, limit, text)
+        return None
+
+    def _fast(self, tick: int, q: JointVector, then: JointVector, dt_s: float) -> Trip | None:
+        for number, (now, before, limit) in enumerate(zip(q, then, self._velocity, strict=True), start=1):
+            velocity = abs(now - before) / dt_s
+            if velocity > limit:
+                text = f"joint {number} moves at {velocity:.3f} rad/s, limit {limit:.3f} rad/s"
+                return Trip(TripReason.JOINT_VELOCITY, tick, velocity, limit, text)
+        return None
+
+    def _astray(self, tick: int, q: JointVector) -> Trip | None:
+        """An arm that lags is between the commands of the last ticks; beyond them all it does not follow."""
+        limit = self._tracking_rad
+        for number, (value, commands) in enumerate(zip(q, zip(*self._commands, strict=True), strict=True), start=1):
+            error = max(min(commands) - value, value - max(commands))
+            if error > limit:
+                text = f"joint {number} is {error * 1e3:.2f} mrad from its command, limit {limit * 1e3:g} mrad"
+                return Trip(TripReason.TRACKING_ERROR, tick, error * 1e3, limit * 1e3, text)
+        return None
+
+
+_NS_PER_MS = 1e6
+
+
+class SampleWatch:
+    """Validity, age and progress of both sensors' samples, and the time between ticks.
+
+    Args:
+        config: The limits.
+        noisy: Whether the force sensor shows noise, so that equal samples mean that it is frozen.
+    """
+
+    def __init__(self, config: SupervisionConfig, *, noisy: bool = True) -> None:
+        self._force_age_ns = round(config.max_force_age_ms * _NS_PER_MS)
+        self._joint_age_ns = round(config.max_joint_age_ms * _NS_PER_MS)
+        self._gap_ns = round(config.max_gap_ms * _NS_PER_MS)
+        self._most_repeats, self._most_equal = config.max_repeats, config.max_equal_samples
+        self._noisy = noisy
+        self.begin()
+
+    def begin(self) -> None:
+        """A trial begins."""
+        self._last_ns: int | None = None
+        self._sequences: tuple[int | None, int | None] = (None, None)
+        self._wrench_repeats = self._joint_repeats = self._equal = 0
+        self._values: tuple[Vector3, Vector3] | None = None
+
+    def trip(self, snapshot: Snapshot) -> Trip | None:
+        """What is wrong with this tick's samples; None if nothing is."""
+        wrench, joints, now_ns = snapshot.wrench, snapshot.joints, snapshot.time_ns
+        if wrench.validity is not Validity.VALID:
+            return self._not_valid(snapshot.tick, "force", wrench.validity)
+        if joints.validity is not Validity.VALID:
+            return self._not_valid(snapshot.tick, "joint", joints.validity)
+        last_ns, self._last_ns = self._last_ns, now_ns
+        if last_ns is not None and not 0 <= now_ns - last_ns <= self._gap_ns:
+            return _times(
+                TripReason.LATE_CYCLE, snapshot.tick, "time since the last tick", now_ns - last_ns, self._gap_ns
+            )
+        age_ns, most_ns = now_ns - wrench.source_time_ns, self._force_age_ns
+        # A sample from the future is as bad: the clocks disagree, and its age means nothing.
+        if not -most_ns <= age_ns <= most_ns:
+            return _times(TripReason.SAMPLE_STALE, snapshot.tick, "age of the force sample", age_ns, most_ns)
+        age_ns, most_ns = now_ns - joints.source_time_ns, self._joint_age_ns
+        if not -most_ns <= age_ns <= most_ns:
+            return _times(TripReason.SAMPLE_STALE, snapshot.tick, "age of the joint sample", age_ns, most_ns)
+        last_wrench, last_joints = self._sequences
+        if wrench.sequence != last_wrench:
+            last_values, self._values = self._values, (wrench.force_N, wrench.torque_Nm)
+            if self._values != last_values:
+                self._equal = 0
+            elif self._noisy:
+                self._equal += 1
+                if self._equal > self._most_equal:
+                    return self._frozen(snapshot.tick)
+        self._sequences = (wrench.sequence, joints.sequence)
+        if wrench.sequence == last_wrench or joints.sequence == last_joints:
+            return self._repeated(snapshot.tick, wrench.sequence == last_wrench, joints.sequence == last_joints)
+        self._wrench_repeats = self._joint_repeats = 0
+        return None
+
+    def _repeated(self, tick: int, wrench: bool, joints: bool) -> Trip | None:
+        self._wrench_repeats = self._wrench_repeats + 1 if wrench else 0
+        self._joint_repeats = self._joint_repeats + 1 if joints else 0
+        repeats, most = max(self._wrench_repeats, self._joint_repeats), self._most_repeats
+        if repeats <= most:
+            return None
+        name = "force" if repeats == self._wrench_repeats else "joint"
+        text = f"no new {name} sample for {repeats} ticks, limit {most} ticks"
+        return Trip(TripReason.SAMPLE_REPEATED, tick, float(repeats), float(most), text)
+
+    def _frozen(self, tick: int) -> Trip:
+        found, most = self._equal, self._most_equal
+        text = f"{found} new force samples in a row are equal to the one before in every bit, limit {most}"
+        return Trip(TripReason.SAMPLE_FROZEN, tick, float(found), float(most), text)
+
+    @staticmethod
+    def _not_valid(tick: int, name: str, validity: Validity) -> Trip:
+        return Trip(TripReason.SAMPLE_INVALID, tick, 1.0, 0.0, f"the {name} sample is {validity.value}")
+
+
+def _times(reason: TripReason, tick: int, what: str, found_ns: int, limit_ns: int) -> Trip:
+    found, limit = found_ns / _NS_PER_MS, limit_ns / _NS_PER_MS
+    return Trip(reason, tick, found, limit, f"{what} {found:.1f} ms, limit {limit:g} ms")
+
+
+class PlaceWatch:
+    """The tip against the workspace, a box in the task frame, and against the exploration area.
+
+    Args:
+        config: The margins.
+        task: What the box has to hold: all starts, the exploration, the whole depth.
+    """
+
+    def __init__(self, config: SupervisionConfig, task: TaskConfig) -> None:
+        # Where the area is centred at the start, the two add up.
+        self._side_m = (task.start_uncertainty_mm + task.area_half_width_mm + config.side_margin_mm) * 1e-3
+        self._top_m = -(task.ready_height_mm + config.height_margin_mm) * 1e-3
+        self._bottom_m = (task.insertion_depth_mm + config.depth_margin_mm) * 1e-3
+        self._margin_m = config.area_margin_mm * 1e-3
+
+    def trip(self, tick: int, tip_m: Vector3, expectation: Expectation) -> Trip | None:
+        """What is wrong with the tip's place; None if nothing is.
+
+        Args:
+            tick: Control tick of the trial.
+            tip_m: Tip according to the encoders, (3,), task frame.
+            expectation: Says whether the task explores, and where.
+        """
+        x, y, z = tip_m
+        side = self._side_m
+        # Written so that a number that is none trips, too.
+        if not -side <= x <= side:
+            return _left_workspace(tick, "x", x, -side, side)
+        if not -side <= y <= side:
+            return _left_workspace(tick, "y", y, -side, side)
+        if not self._top_m <= z <= self._bottom_m:
+            return _left_workspace(tick, "z", z, self._top_m, self._bottom_m)
+        area = expectation.area
+        if area is None:
+            return None
+        (cx, cy), most = area.centre_m, area.half_width_m + self._margin_m
+        if -most <= x - cx <= most and -most <= y - cy <= most:
+            return None
+        value, limit = max(abs(x - cx), abs(y - cy)) * 1e3, most * 1e3
+        text = f"tip {value:.2f} mm from the centre of the exploration area, limit {limit:g} mm"
+        return Trip(TripReason.EXPLORATION_AREA, tick, value, limit, text)
+
+
+def _left_workspace(tick: int, axis: str, place_m: float, low_m: float, high_m: float) -> Trip:
+    value, limit = place_m * 1e3, (low_m if place_m < low_m else high_m) * 1e3
+    text = f"tip at {axis} = {value:.2f} mm in the task frame, the workspace ends at {limit:g} mm"
+    return Trip(TripReason.WORKSPACE, tick, value, limit, text)

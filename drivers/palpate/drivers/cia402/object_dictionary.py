@@ -1,0 +1,281 @@
+"""The state machine of a CiA 402 drive as the controlling side sees it: one table, read by mask.
+
+FACT (masks, values and controlwords): ``canopen`` 2.4.1, ``profiles/p402.py``. Standard knowledge, CiA 402-2:
+which transition a drive makes by itself, and that fault-reset acts on a rising edge of bit 7.
+"""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Final, Protocol
+
+import can
+from canopen.sdo import SdoAbortedError, SdoCommunicationError
+
+from palpate.drivers.errors import DeviceFaultError, SettingError, SilentError
+
+
+class DriveState(enum.Enum):
+    """States that a drive reports in its statusword."""
+
+    NOT_READY = "not ready to switch on"
+    SWITCH_ON_DISABLED = "switch on disabled"
+    READY = "ready to switch on"
+    SWITCHED_ON = "switched on"
+    ENABLED = "operation enabled"
+    QUICK_STOP = "quick stop active"
+    FAULT_REACTION = "fault reaction active"
+    FAULT = "fault"
+
+
+class Command(enum.IntEnum):
+    """Controlwords (object 0x6040), as sent."""
+
+    DISABLE_VOLTAGE = 0x0000
+    QUICK_STOP = 0x0002
+    SHUTDOWN = 0x0006
+    SWITCH_ON = 0x0007
+    ENABLE_OPERATION = 0x000F
+    FAULT_RESET = 0x0080
+
+
+class Mode(enum.IntEnum):
+    """Modes of operation (object 0x6060) in which a host may close a loop every cycle."""
+
+    CSP = 8
+    CSV = 9
+
+
+@dataclass(frozen=True, slots=True)
+class Pattern:
+    """How a statusword is recognised: ``word & mask == value``."""
+
+    state: DriveState
+    mask: int
+    value: int
+
+
+PATTERNS: Final = (
+    Pattern(DriveState.NOT_READY, 0x4F, 0x00),
+    Pattern(DriveState.SWITCH_ON_DISABLED, 0x4F, 0x40),
+    Pattern(DriveState.READY, 0x6F, 0x21),
+    Pattern(DriveState.SWITCHED_ON, 0x6F, 0x23),
+    Pattern(DriveState.ENABLED, 0x6F, 0x27),
+    Pattern(DriveState.QUICK_STOP, 0x6F, 0x07),
+    Pattern(DriveState.FAULT_REACTION, 0x4F, 0x0F),
+    Pattern(DriveState.FAULT, 0x4F, 0x08),
+)
+
+TRANSITIONS: Final[dict[tuple[DriveState, Command], DriveState]] = {
+    (DriveState.SWITCH_ON_DISABLED, Command.SHUTDOWN): DriveState.READY,
+    (DriveState.READY, Command.SWITCH_ON): DriveState.SWITCHED_ON,
+    (DriveState.READY, Command.DISABLE_VOLTAGE): DriveState.SWITCH_ON_DISABLED,
+    (DriveState.READY, Command.QUICK_STOP): DriveState.SWITCH_ON_DISABLED,
+    (DriveState.SWITCHED_ON, Command.ENABLE_OPERATION): DriveState.ENABLED,
+    (DriveState.SWITCHED_ON, Command.SHUTDOWN): DriveState.READY,
+    (DriveState.SWITCHED_ON, Command.DISABLE_VOLTAGE): DriveState.SWITCH_ON_DISABLED,
+    (DriveState.SWITCHED_ON, Command.QUICK_STOP): DriveState.SWITCH_ON_DISABLED,
+    (DriveState.ENABLED, Command.SWITCH_ON): DriveState.SWITCHED_ON,
+    (DriveState.ENABLED, Command.SHUTDOWN): DriveState.READY,
+    (DriveState.ENABLED, Command.DISABLE_VOLTAGE): DriveState.SWITCH_ON_DISABLED,
+    (DriveState.ENABLED, Command.QUICK_STOP): DriveState.QUICK_STOP,
+    (DriveState.QUICK_STOP, Command.DISABLE_VOLTAGE): DriveState.SWITCH_ON_DISABLED,
+    (DriveState.FAULT, Command.FAULT_RESET): DriveState.SWITCH_ON_DISABLED,
+}
+"""Transitions that a controlword causes. The optional one from quick stop straight back to enabled is left out:
+after a stop an arm shall go the whole way, as after power-up."""
+
+
+def state_of(statusword: int) -> DriveState | None:
+    """The state that a statusword (object 0x6041) tells, or None where it fits no pattern."""
+    for pattern in PATTERNS:
+        if statusword & pattern.mask == pattern.value:
+            return pattern.state
+    return None
+
+
+def command_towards(state: DriveState, goal: DriveState, *, by_operator: bool = False) -> Command | None:
+    """The controlword to send next, on the shortest way through :data:`TRANSITIONS`.
+
+    Args:
+        state: Where the drive is.
+        goal: Where it shall be, another state.
+        by_operator: A person asked for it; only then does the way lead out of a fault.
+
+    Returns:
+        None where no controlword helps: one can but wait, or a person has to act.
+    """
+    first: dict[DriveState, Command] = {}
+    found = [state]
+    for here in found:
+        for (start, command), end in TRANSITIONS.items():
+            forbidden = command is Command.FAULT_RESET and not by_operator
+            if start is here and end not in found and not forbidden:
+                first[end] = first.get(here, command)
+                found.append(end)
+    return first.get(goal)
+
+
+_UNKNOWN: Final = (0x06020000, 0x06090011)
+"""Abort codes of an object or a sub-index that does not exist (FACT: ``canopen`` 2.4.1, ``sdo/exceptions.py``)."""
+
+
+class SdoChannel(Protocol):
+    """The part of ``canopen.sdo.SdoClient`` that is used here."""
+
+    def upload(self, index: int, subindex: int) -> bytes:
+        """Read an object."""
+        ...
+
+    def download(self, index: int, subindex: int, data: bytes) -> None:
+        """Write an object."""
+        ...
+
+
+class Objects:
+    """The object dictionary of one drive, over the bus.
+
+    Args:
+        node: The drive's node number.
+        channel: Its SDO client.
+    """
+
+    def __init__(self, node: int, channel: SdoChannel) -> None:
+        self.node = node
+        self.name = f"drive {node}"
+        self._channel = channel
+
+    def read(self, index: int, subindex: int = 0) -> bytes | None:
+        """An object's bytes, or None where the drive has no such object.
+
+        Raises:
+            SilentError: No answer in time.
+            DeviceFaultError: The drive refuses.
+        """
+        return self._try(index, subindex, lambda: self._channel.upload(index, subindex))
+
+    def write(self, index: int, subindex: int, value: int, size: int) -> None:
+        """Write an integer, little-endian; negative ones in two's complement.
+
+        Raises:
+            SilentError: No answer in time.
+            DeviceFaultError: The drive refuses, or has no such object.
+        """
+        if not self.write_if_known(index, subindex, value, size):
+            problem = f"has no object 0x{index:04X}:{subindex:02X}"
+            raise DeviceFaultError(self.name, problem, "this arm needs a drive that has it")
+
+    def write_if_known(self, index: int, subindex: int, value: int, size: int) -> bool:
+        """As :meth:`write`, but False where the drive has no such object."""
+        data = (value % (1 << 8 * size)).to_bytes(size, "little")
+        return self._try(index, subindex, lambda: self._download(index, subindex, data)) is not None
+
+    def _download(self, index: int, subindex: int, data: bytes) -> bytes:
+        self._channel.download(index, subindex, data)
+        return data
+
+    def _try(self, index: int, subindex: int, transfer: Callable[[], bytes]) -> bytes | None:
+        where = f"object 0x{index:04X}:{subindex:02X}"
+        try:
+            return transfer()
+        except SdoAbortedError as error:
+            if error.code in _UNKNOWN:
+                return None
+            remedy = "see the drive's manual for this abort code"
+            raise DeviceFaultError(self.name, f"refuses {where}: {error}", remedy) from error
+        except (SdoCommunicationError, can.CanError, OSError, RuntimeError) as error:
+            remedy = "check its power, its cable and its node number"
+            raise SilentError(self.name, f"does not answer about {where}: {error}", remedy) from error
+
+
+NMT: Final = 0x000
+SYNC: Final = 0x080
+EMCY: Final = 0x080
+TPDO1: Final = 0x180
+RPDO1: Final = 0x200
+SDO_ANSWER: Final = 0x580
+SDO_REQUEST: Final = 0x600
+HEARTBEAT: Final = 0x700
+HIGHEST_NODE: Final = 127
+
+CANOPEN_NODE_CODES: Final = {
+    EMCY: "EMCY",
+    TPDO1: "TPDO1",
+    RPDO1: "RPDO1",
+    0x280: "TPDO2",
+    0x300: "RPDO2",
+    0x380: "TPDO3",
+    0x400: "RPDO3",
+    0x480: "TPDO4",
+    0x500: "RPDO4",
+    SDO_ANSWER: "SDO answer",
+    SDO_REQUEST: "SDO request",
+    HEARTBEAT: "heartbeat",
+}
+"""What stands in front of a node number in CANopen's predefined connection set."""
+
+JR3_NODE_CODES: Final = {
+    0x100: "ACK",
+    0x180: "START_SYNC",
+    0x200: "START_ASYNC",
+    0x280: "STOP",
+    0x300: "ZERO_OFFS",
+    0x380: "SET_FILTER",
+    0x400: "GET_STATE",
+    0x480: "GET_FS_FORCES",
+    0x500: "GET_FS_MOMENTS",
+    0x580: "RESET",
+    0x600: "FORCES",
+    0x680: "MOMENTS",
+    0x700: "BOOTUP",
+    0x780: "GRIPPER_PWM",
+}
+"""The same of the JR3 firmware. Its SYNC is 0x080 alone, as CANopen's is: one SYNC serves both, on purpose."""
+
+
+@dataclass(frozen=True, slots=True)
+class Collision:
+    """One identifier with two meanings.
+
+    Attributes:
+        identifier: On the bus, 11 bits.
+        canopen: What it means to the drive or to the host.
+        jr3: What it means to the sensor.
+    """
+
+    identifier: int
+    canopen: str
+    jr3: str
+
+
+def collisions(canopen_nodes: Iterable[int], jr3_node: int) -> tuple[Collision, ...]:
+    """Every identifier that both a CANopen node and a JR3 node use, in ascending order."""
+    sensor = {code + jr3_node: name for code, name in JR3_NODE_CODES.items()}
+    drives = [
+        (code + node, f"{name} of node {node}") for node in canopen_nodes for code, name in CANOPEN_NODE_CODES.items()
+    ]
+    return tuple(Collision(i, name, sensor[i]) for i, name in sorted(drives) if i in sensor)
+
+
+def require_no_collision(canopen_nodes: Iterable[int], jr3_node: int) -> None:
+    """Refuse a JR3 sensor whose frames would be taken for a drive's, or the other way round.
+
+    Args:
+        canopen_nodes: Node numbers of all drives and of the host's own heartbeat.
+        jr3_node: Node number of the sensor on the same bus.
+
+    Raises:
+        SettingError: They share an identifier, or the sensor's node number is not 1 to 127.
+    """
+    if not 1 <= jr3_node <= HIGHEST_NODE:
+        raise SettingError("JR3 sensor", f"node number {jr3_node} does not exist", f"use 1 to {HIGHEST_NODE}")
+    nodes = tuple(canopen_nodes)
+    found = collisions(nodes, jr3_node)
+    if found:
+        told = ", ".join(f"0x{c.identifier:03X} is {c.canopen} and the sensor's {c.jr3}" for c in found)
+        free = next(n for n in range(1, HIGHEST_NODE + 1) if not collisions(nodes, n))
+        raise SettingError(
+            "JR3 sensor", f"node {jr3_node} is taken: {told}", f"give the sensor node {free}, for example"
+        )

@@ -1,0 +1,202 @@
+"""Link and codec put together: the conversation sees messages and does not know which wire carries them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Protocol
+
+from palpate.drivers.jr3.codec_can import CanDecoder, CanFrame, encode_can
+from palpate.drivers.jr3.codec_uart import UartParser, encode_uart, nudged
+from palpate.drivers.jr3.messages import SCALES_IN_REPLY, Forces, Message, Moments, Op, Request
+from palpate.drivers.jr3.reassembly import PairJoiner
+from palpate.drivers.jr3.settings import check_node
+
+
+@dataclass(frozen=True, slots=True)
+class WireTiming:
+    """How long to wait on a wire.
+
+    Attributes:
+        ack_timeout_ns: Longest wait for an acknowledgement.
+        attempts: How often a request is made before giving up.
+        ping_attempts: The same for the first one, in which the board may still be booting.
+        min_period_us: Shortest time between readings that the wire carries.
+    """
+
+    ack_timeout_ns: int
+    attempts: int
+    ping_attempts: int
+    min_period_us: int
+
+
+@dataclass(frozen=True, slots=True)
+class WireCounts:
+    """What a wire has seen; see the counters of codecs, joiner and links.
+
+    Attributes:
+        good: Frames understood.
+        foreign: Frames of other nodes and other masters (CAN).
+        garbage: Frames (CAN) or bytes (UART) that made no sense.
+        orphans: Halves of readings without the other half (CAN).
+        duplicates: Halves of readings that came twice (CAN).
+        send_failures: Frames that could not be sent.
+        bus_offs: Bus-off reports (CAN).
+    """
+
+    good: int = 0
+    foreign: int = 0
+    garbage: int = 0
+    orphans: int = 0
+    duplicates: int = 0
+    send_failures: int = 0
+    bus_offs: int = 0
+
+
+CAN_TIMING = WireTiming(ack_timeout_ns=250_000_000, attempts=3, ping_attempts=16, min_period_us=540)
+"""FACT: yarp-devices waits 0.25 s; the board boots in 2 s. CALC: two frames last 0.27 ms; half the bus is left free."""
+
+UART_TIMING = WireTiming(ack_timeout_ns=2_500_000_000, attempts=3, ping_attempts=5, min_period_us=1563)
+"""FACT: the firmware sleeps 1 s after each command and boots in more than 5 s. CALC: 18 bytes last 1.5625 ms."""
+
+
+class FrameLink(Protocol):
+    """A way to a CAN bus; see :class:`palpate.drivers.jr3.links.CanLink`."""
+
+    garbled: int
+    bus_offs: int
+    send_failures: int
+
+    def receive(self) -> list[CanFrame]:
+        """Frames that have arrived."""
+
+    def send(self, frame: CanFrame) -> bool:
+        """Hand over a frame; False when it was not taken."""
+
+
+class ByteLink(Protocol):
+    """A way to a serial line; see :class:`palpate.drivers.jr3.links.UartLink`."""
+
+    send_failures: int
+
+    def receive(self) -> bytes:
+        """Bytes that have arrived."""
+
+    def send(self, frame: bytes) -> bool:
+        """Hand over a frame; False when it was not taken."""
+
+
+class Wire(Protocol):
+    """What the conversation needs. ``receive`` and ``send`` raise SilentError when the way to the board is gone."""
+
+    name: str
+    timing: WireTiming
+    scale_ops: tuple[Op, ...]
+
+    def receive(self) -> list[Message]:
+        """Messages that have arrived."""
+
+    def send(self, request: Request) -> bool:
+        """Send a request; False when it was not taken."""
+
+    def feasible(self, cutoff_cHz: int, period_us: int) -> tuple[int, int]:
+        """The nearest cut-off and period that the wire can carry."""
+
+    def forget(self) -> None:
+        """Drop what has arrived in part."""
+
+    def counts(self) -> WireCounts:
+        """What was seen so far."""
+
+
+class CanWire:
+    """The board on a CAN bus.
+
+    Args:
+        link: Way to the bus.
+        node: Node number of the board, 1 to 127.
+        canopen_nodes: Node numbers of CANopen devices on the same bus.
+
+    Raises:
+        SettingError: The node number cannot work (:func:`palpate.drivers.jr3.settings.check_node`).
+    """
+
+    def __init__(self, link: FrameLink, node: int = 1, canopen_nodes: Iterable[int] = ()) -> None:
+        check_node(node, canopen_nodes)
+        self.name = f"JR3 on CAN, node {node}"
+        self.timing = CAN_TIMING
+        self.scale_ops: tuple[Op, ...] = (Op.GET_FORCE_SCALES, Op.GET_MOMENT_SCALES)
+        self._link, self._node = link, node
+        self._decoder, self._joiner = CanDecoder(node), PairJoiner()
+
+    def receive(self) -> list[Message]:
+        """Messages that have arrived; halves of readings are joined."""
+        messages: list[Message] = []
+        for frame in self._link.receive():
+            message = self._decoder.decode(frame)
+            whole = self._joiner.add(message) if isinstance(message, (Forces, Moments)) else message
+            if whole is not None:
+                messages.append(whole)
+        return messages
+
+    def send(self, request: Request) -> bool:
+        """Send a request; False when the interface did not take it."""
+        return self._link.send(encode_can(request, self._node))
+
+    def feasible(self, cutoff_cHz: int, period_us: int) -> tuple[int, int]:
+        """CAN carries any value."""
+        return cutoff_cHz, period_us
+
+    def forget(self) -> None:
+        """Drop halves of readings."""
+        self._joiner.clear()
+
+    def counts(self) -> WireCounts:
+        """What was seen so far."""
+        seen, link = self._decoder.counts, self._link
+        return WireCounts(
+            good=seen.good,
+            foreign=seen.other_node + seen.host_ops,
+            garbage=seen.wrong_length + seen.wrong_state + seen.odd_kind + link.garbled,
+            orphans=self._joiner.orphans,
+            duplicates=self._joiner.duplicates,
+            send_failures=link.send_failures,
+            bus_offs=link.bus_offs,
+        )
+
+
+class UartWire:
+    """The board on a serial line.
+
+    Args:
+        link: Way to the line.
+    """
+
+    def __init__(self, link: ByteLink) -> None:
+        self.name = "JR3 on a serial line"
+        self.timing = UART_TIMING
+        self.scale_ops: tuple[Op, ...] = (Op.GET_SCALES,)
+        self._link, self._parser = link, UartParser()
+
+    def receive(self) -> list[Message]:
+        """Messages that have arrived."""
+        data = self._link.receive()
+        return self._parser.feed(data) if data else []
+
+    def send(self, request: Request) -> bool:
+        """Send a request; False when the port did not take it."""
+        self._parser.expect_scales = request.op in SCALES_IN_REPLY
+        return self._link.send(encode_uart(request))
+
+    def feasible(self, cutoff_cHz: int, period_us: int) -> tuple[int, int]:
+        """The nearest values without delimiters in their bytes; see :func:`palpate.drivers.jr3.codec_uart.nudged`."""
+        return nudged(cutoff_cHz, 2), nudged(period_us, 4)
+
+    def forget(self) -> None:
+        """Drop a frame that has begun."""
+        self._parser.clear()
+
+    def counts(self) -> WireCounts:
+        """What was seen so far."""
+        seen = self._parser.counts
+        return WireCounts(good=seen.good, garbage=seen.garbage_bytes, send_failures=self._link.send_failures)

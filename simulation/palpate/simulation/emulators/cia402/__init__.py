@@ -1,0 +1,1 @@
+"""CiA 402 drives, seen from the wire."""

@@ -1,0 +1,291 @@
+"""An emulated CiA 402 servo drive as a node on a CAN bus: NMT, heartbeat, SDO, PDO, EMCY, and a motor.
+
+It stands for a modern refit: there is no evidence that any Zebra Zero had such drives.
+
+Identifiers and NMT codes are standard knowledge (CiA 301, predefined connection set). Process data are synchronous
+only: RPDOs act at the next SYNC (types 0 to 240) or at once (254, 255), TPDOs are sent at every n-th SYNC (1 to 240).
+"""
+
+from __future__ import annotations
+
+import enum
+import struct
+from dataclasses import dataclass, field
+from typing import Final
+
+from palpate.simulation.emulators.cia402 import objects as od
+from palpate.simulation.emulators.cia402.sdo import answer
+from palpate.simulation.emulators.cia402.servo import Motors, Servo
+from palpate.simulation.emulators.cia402.state import POWERED, PowerMachine, PowerState
+from palpate.simulation.emulators.lines.can_frame import CanFrame
+
+EMCY_FOLLOWING_ERROR: Final = 0x8611
+EMCY_HEARTBEAT_LOST: Final = 0x8130
+
+_SYNC: Final = 0x080
+_EMCY: Final = struct.Struct("<HB5s")
+_MS: Final = 1_000_000
+_BOOT_NS: Final = 10 * _MS
+_PDOS: Final = 4
+_SLOWEST_SYNC_TYPE: Final = 240
+_STAY_OPTIONS: Final = (5, 6, 7, 8)
+_QUICK_STOP_WORD: Final = 0x0002
+
+
+class NmtState(enum.IntEnum):
+    """NMT states as heartbeats tell them."""
+
+    INITIALISING = 0x00
+    STOPPED = 0x04
+    OPERATIONAL = 0x05
+    PRE_OPERATIONAL = 0x7F
+
+
+_NMT: Final = {0x01: NmtState.OPERATIONAL, 0x02: NmtState.STOPPED, 0x80: NmtState.PRE_OPERATIONAL}
+_NMT_RESETS: Final = (0x81, 0x82)
+
+
+@dataclass(slots=True)
+class CanopenFaults:
+    """What goes wrong; set any of it while the node runs.
+
+    Attributes:
+        drop_tpdos: So many of the next process data are lost.
+        delay_tpdos_ns: Process data leave so much later.
+        duplicate_tpdos: So many of the next process data are sent twice.
+        malformed_tpdos: So many of the next process data are one byte short.
+        silent: Nothing is sent at all, though everything is heard and obeyed.
+        heartbeat_stopped: Only heartbeats are missing.
+        fault_persists: A fault-reset does nothing.
+    """
+
+    drop_tpdos: int = 0
+    delay_tpdos_ns: int = 0
+    duplicate_tpdos: int = 0
+    malformed_tpdos: int = 0
+    silent: bool = False
+    heartbeat_stopped: bool = False
+    fault_persists: bool = False
+
+
+@dataclass(slots=True)
+class _Outbox:
+    now: list[CanFrame] = field(default_factory=list)
+    later: list[tuple[int, CanFrame]] = field(default_factory=list)
+
+
+class CanopenDrive:
+    """One drive; a ``CanNode``.
+
+    Args:
+        node: Node number, 1 to 127.
+        motors: What the drives turn.
+        axis: Which of the motors is this drive's.
+        following_error_counts: Default window of the following error.
+
+    Attributes:
+        faults: What goes wrong.
+        machine: The state machine.
+        objects: The object dictionary.
+        nmt: NMT state.
+    """
+
+    def __init__(self, node: int, motors: Motors, axis: int, *, following_error_counts: int = 20_000) -> None:
+        self.node = node
+        self.faults = CanopenFaults()
+        self._motors, self._axis, self._window = motors, axis, following_error_counts
+        self._now_ns: int | None = None
+        self._out = _Outbox()
+        self._power_up(0)
+
+    def feed(self, arbitration_id: int, data: bytes, now_ns: int) -> list[CanFrame]:
+        """See ``CanNode``."""
+        if arbitration_id not in self._concerns:
+            return []
+        self._pass_time(now_ns)
+        if self.nmt is not NmtState.INITIALISING:
+            self._hear(arbitration_id, data, now_ns)
+        return self._flush(now_ns)
+
+    def advance(self, now_ns: int) -> list[CanFrame]:
+        """See ``CanNode``."""
+        self._pass_time(now_ns)
+        return self._flush(now_ns)
+
+    def reset(self) -> None:
+        """Lose the supply for a moment: everything is forgotten, a boot-up message follows."""
+        self._power_up(self._now_ns or 0)
+
+    def fail(self, code: int, vendor: bytes = b"") -> None:
+        """Report an error and enter the fault state."""
+        self._fault()
+        self._emergency(code, vendor)
+
+    def emergency(self, code: int, vendor: bytes = b"") -> None:
+        """Send an EMCY message only; code 0 says that all is well again."""
+        self._emergency(code, vendor)
+
+    def _power_up(self, now_ns: int) -> None:
+        self.nmt = NmtState.INITIALISING
+        self.machine = PowerMachine()
+        self.objects = od.ObjectDictionary(self.node, serial=0x1000 + self.node, following_error_counts=self._window)
+        self._servo = Servo(self._motors, self._axis, self.objects)
+        self._ready_ns = now_ns + _BOOT_NS
+        self._next_heartbeat_ns = 0
+        self._host_heard_ns: int | None = None
+        self._syncs = 0
+        self._pending: dict[int, bytes] = {}
+        self._choose_concerns()
+
+    def _choose_concerns(self) -> None:
+        # A bus of six drives carries mostly frames for the other five, and each would cost a step of the servo.
+        host = 0x700 + (self.objects.sub(od.CONSUMER_HEARTBEAT, 1) >> 16 & 0x7F)
+        rpdos = (self.objects.sub(od.RPDO_SETTINGS + pdo, 1) for pdo in range(_PDOS))
+        self._concerns = frozenset((0x000, _SYNC, 0x600 + self.node, host, *rpdos))
+
+    def _pass_time(self, now_ns: int) -> None:
+        if self._now_ns is None:
+            self._now_ns, self._ready_ns = now_ns, now_ns + _BOOT_NS
+        elapsed_ns, self._now_ns = max(0, now_ns - self._now_ns), now_ns
+        self._motors.advance(now_ns)
+        if self.nmt is NmtState.INITIALISING:
+            if now_ns >= self._ready_ns:
+                self.nmt = NmtState.PRE_OPERATIONAL
+                self.machine.wake()
+                self._send(0x700 + self.node, b"\x00")
+            return
+        self._turn(elapsed_ns)
+        self._watch_host(now_ns)
+        self._beat(now_ns)
+
+    def _turn(self, elapsed_ns: int) -> None:
+        if self.machine.state in POWERED:
+            stopping = self.machine.state is not PowerState.ENABLED
+            self._servo.advance(elapsed_ns, stopping=stopping)
+            if stopping and self._servo.at_rest:
+                self.machine.stopped(stay=self.objects[od.QUICK_STOP_OPTION] in _STAY_OPTIONS)
+            if self._servo.following_error and self.machine.state in (PowerState.ENABLED, PowerState.QUICK_STOP):
+                self.fail(EMCY_FOLLOWING_ERROR)
+        self.objects[od.STATUSWORD] = self.machine.statusword
+        self.objects[od.POSITION] = self._servo.measured
+
+    def _fault(self) -> None:
+        if self.machine.state not in POWERED:
+            # There is nothing to slow down; what counts is where the motor is now.
+            self._servo.engage()
+        self.machine.fail()
+
+    def _watch_host(self, now_ns: int) -> None:
+        patience_ns = (self.objects.sub(od.CONSUMER_HEARTBEAT, 1) & 0xFFFF) * _MS
+        if patience_ns and self._host_heard_ns is not None and now_ns - self._host_heard_ns > patience_ns:
+            self._host_heard_ns = None
+            self._emergency(EMCY_HEARTBEAT_LOST, b"")
+            option = self.objects[od.HOST_LOST_OPTION]
+            if option == 1:
+                self._fault()
+            elif option in (2, 3):
+                self._obey(0 if option == 2 else _QUICK_STOP_WORD)
+
+    def _beat(self, now_ns: int) -> None:
+        period_ns = self.objects[od.PRODUCER_HEARTBEAT] * _MS
+        if period_ns and now_ns >= self._next_heartbeat_ns:
+            self._next_heartbeat_ns = now_ns + period_ns
+            if not self.faults.heartbeat_stopped:
+                self._send(0x700 + self.node, bytes((self.nmt,)))
+
+    def _hear(self, identifier: int, data: bytes, now_ns: int) -> None:
+        watched = self.objects.sub(od.CONSUMER_HEARTBEAT, 1) >> 16 & 0x7F
+        if identifier == 0 and len(data) == 2 and data[1] in (0, self.node):
+            self._command_nmt(data[0], now_ns)
+        elif identifier == 0x700 + watched and watched:
+            self._host_heard_ns = now_ns
+        elif identifier == 0x600 + self.node and self.nmt is not NmtState.STOPPED:
+            said = answer(data, self.objects, self._written)
+            if said is not None:
+                self._send(0x580 + self.node, said)
+        elif self.nmt is NmtState.OPERATIONAL:
+            if identifier == _SYNC:
+                self._sync(now_ns)
+            else:
+                self._take_rpdo(identifier, data)
+
+    def _command_nmt(self, command: int, now_ns: int) -> None:
+        if command in _NMT_RESETS:
+            self._power_up(now_ns)
+        else:
+            self.nmt = _NMT.get(command, self.nmt)
+
+    def _written(self, index: int) -> None:
+        self._choose_concerns()
+        if index == od.CONTROLWORD:
+            self._obey(self.objects[od.CONTROLWORD])
+        elif index == od.CONSUMER_HEARTBEAT:
+            # Monitoring begins with the first heartbeat after this.
+            self._host_heard_ns = None
+
+    def _take_rpdo(self, identifier: int, data: bytes) -> None:
+        for pdo in range(_PDOS):
+            if self.objects.sub(od.RPDO_SETTINGS + pdo, 1) == identifier:
+                if self.objects.sub(od.RPDO_SETTINGS + pdo, 2) <= _SLOWEST_SYNC_TYPE:
+                    self._pending[pdo] = data
+                else:
+                    self._apply(pdo, data)
+
+    def _apply(self, pdo: int, data: bytes) -> None:
+        entries = self.objects.mapped(od.RPDO_MAPPING + pdo)
+        if len(data) < sum(entry.size for entry in entries):
+            return
+        at = 0
+        for entry in entries:
+            entry.decode(data[at : at + entry.size])
+            at += entry.size
+        self._obey(self.objects[od.CONTROLWORD])
+
+    def _obey(self, controlword: int) -> None:
+        before = self.machine.state
+        self.machine.obey(controlword, fault_persists=self.faults.fault_persists)
+        if self.machine.state is PowerState.ENABLED and before is not PowerState.ENABLED:
+            self._servo.engage()
+        if before is PowerState.FAULT and self.machine.state is not PowerState.FAULT:
+            self._emergency(0, b"")
+        self.objects[od.STATUSWORD] = self.machine.statusword
+
+    def _sync(self, now_ns: int) -> None:
+        self._syncs += 1
+        for pdo in range(_PDOS):
+            identifier, kind = (self.objects.sub(od.TPDO_SETTINGS + pdo, sub) for sub in (1, 2))
+            if not identifier & od.PDO_INVALID and 1 <= kind <= _SLOWEST_SYNC_TYPE and self._syncs % kind == 0:
+                data = b"".join(entry.encode() for entry in self.objects.mapped(od.TPDO_MAPPING + pdo))
+                self._send_tpdo(identifier, data, now_ns)
+        pending, self._pending = self._pending, {}
+        for pdo, data in pending.items():
+            self._apply(pdo, data)
+        if self.machine.state is PowerState.ENABLED:
+            self._servo.retarget()
+
+    def _send_tpdo(self, identifier: int, data: bytes, now_ns: int) -> None:
+        faults = self.faults
+        if faults.drop_tpdos > 0:
+            faults.drop_tpdos -= 1
+            return
+        if faults.malformed_tpdos > 0:
+            faults.malformed_tpdos -= 1
+            data = data[:-1]
+        copies = 1
+        if faults.duplicate_tpdos > 0:
+            faults.duplicate_tpdos -= 1
+            copies = 2
+        self._out.later += [(now_ns + faults.delay_tpdos_ns, CanFrame(identifier, data))] * copies
+
+    def _emergency(self, code: int, vendor: bytes) -> None:
+        self.objects[0x1001] = int(code & 0xFF00 != 0)
+        self._send(0x080 + self.node, _EMCY.pack(code, self.objects[0x1001], vendor))
+
+    def _send(self, identifier: int, data: bytes) -> None:
+        self._out.now.append(CanFrame(identifier, data))
+
+    def _flush(self, now_ns: int) -> list[CanFrame]:
+        due = [frame for time_ns, frame in self._out.later if time_ns <= now_ns]
+        self._out.later = [item for item in self._out.later if item[0] > now_ns]
+        frames, self._out.now = self._out.now + due, []
+        return [] if self.faults.silent else frames

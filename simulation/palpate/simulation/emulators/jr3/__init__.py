@@ -1,0 +1,1 @@
+"""The JR3 board, seen from the wire."""

@@ -1,0 +1,166 @@
+"""A JR3 node on CAN: commands and samples in frames with an 11-bit identifier, operation plus node number."""
+
+from __future__ import annotations
+
+import struct
+from collections import deque
+from enum import IntEnum
+
+import numpy as np
+
+from palpate.simulation.emulators.jr3.config import Jr3Config
+from palpate.simulation.emulators.jr3.node import Jr3Node, Notice, Sample, WrenchSource
+from palpate.simulation.emulators.lines.can_frame import CanFrame
+
+POLL_ns = 1_000_000
+"""Pause of the main loop, which looks for SYNC and commands in between. FACT: jr3-mbed-firmware-can main.cpp."""
+
+_QUEUE_FRAMES = 32
+_NODE_BITS = 0x7F
+
+
+class Operation(IntEnum):
+    """Base identifiers, to which the node number is added. FACT: jr3-mbed-firmware-can main.cpp."""
+
+    SYNC = 0x080
+    ACK = 0x100
+    START_SYNC = 0x180
+    START_ASYNC = 0x200
+    STOP = 0x280
+    ZERO_OFFSETS = 0x300
+    SET_FILTER = 0x380
+    GET_STATE = 0x400
+    GET_FULL_SCALE_FORCES = 0x480
+    GET_FULL_SCALE_MOMENTS = 0x500
+    RESET = 0x580
+    FORCES = 0x600
+    MOMENTS = 0x680
+    BOOTUP = 0x700
+
+
+def _unsigned(data: bytes, offset: int, size: int) -> int:
+    """Little-endian number, or 0 where the frame is too short. FACT: jr3-mbed-firmware-can main.cpp."""
+    return int.from_bytes(data[offset : offset + size], "little") if len(data) >= offset + size else 0
+
+
+class Jr3CanNode:
+    """A `CanNode` that behaves like the CAN firmware.
+
+    Commands wait in a queue of 32 for the main loop, which looks every millisecond, so an acknowledgement never comes
+    out of `feed` for its own command but up to a millisecond later. More than 32 waiting push out the oldest
+    (INFERENCE: circular buffer of Mbed OS).
+
+    Args:
+        node_id: Node number, 1 to 127.
+        wrench: Gives the true wrench; see `WrenchSource`.
+        config: The sensor and its board.
+        generator: Source of noise, drift and random faults.
+
+    Raises:
+        ValueError: If the node number is out of range.
+    """
+
+    def __init__(
+        self, node_id: int, wrench: WrenchSource, config: Jr3Config | None = None, *, generator: np.random.Generator
+    ) -> None:
+        if not 1 <= node_id <= _NODE_BITS:
+            raise ValueError(f"node_id: 1 to 127 expected, got {node_id}")
+        self.node_id = node_id
+        self.firmware = Jr3Node(config or Jr3Config(), wrench, generator=generator)
+        self._generator = generator
+        self._commands: deque[tuple[int, bytes]] = deque(maxlen=_QUEUE_FRAMES)
+        self._sync = False
+        self._next_poll_ns: int | None = None
+
+    def feed(self, arbitration_id: int, data: bytes, now_ns: int) -> list[CanFrame]:
+        """Hear a frame of the bus; SYNC sets a flag, a frame with this node's number is queued."""
+        frames = self.advance(now_ns)
+        if self.firmware.listening:
+            if arbitration_id == Operation.SYNC:
+                self._sync = True
+            elif arbitration_id & _NODE_BITS == self.node_id:
+                self._commands.append((arbitration_id & ~_NODE_BITS, data))
+        return frames
+
+    def advance(self, now_ns: int) -> list[CanFrame]:
+        """Let time pass and return what the node put on the bus meanwhile."""
+        if self._next_poll_ns is None:
+            self._next_poll_ns = now_ns + POLL_ns
+        frames: list[CanFrame] = []
+        while self._next_poll_ns <= now_ns:
+            if not (self._sync or self._commands):
+                # Passes of the loop that find nothing to do leave no trace.
+                self._next_poll_ns += ((now_ns - self._next_poll_ns) // POLL_ns + 1) * POLL_ns
+                break
+            frames += self._run_until(self._next_poll_ns)
+            frames += self._serve(self._next_poll_ns)
+            self._next_poll_ns += POLL_ns
+        frames += self._run_until(now_ns)
+        return [] if self.firmware.faults.silent else frames
+
+    def reboot(self, now_ns: int) -> None:
+        """Cut the power for a moment; BOOTUP follows after the boot time."""
+        self._commands.clear()
+        self._sync = False
+        self.firmware.reboot(now_ns)
+
+    def _run_until(self, now_ns: int) -> list[CanFrame]:
+        frames: list[CanFrame] = []
+        for event in self.firmware.advance(now_ns):
+            if event is Notice.BOOTED:
+                frames.append(self._frame(Operation.BOOTUP))
+            elif event is Notice.RESET_DONE:
+                frames.append(self._acknowledgement())
+            elif isinstance(event, Sample):
+                frames += self._pair(event)
+        return frames
+
+    def _serve(self, now_ns: int) -> list[CanFrame]:
+        frames: list[CanFrame] = []
+        if self.firmware.serving and self._sync:
+            sample = self.firmware.acquire()
+            if sample is not None:
+                self.firmware.leave_words(tuple(count & 0xFFFF for count in sample.counts))
+                frames += self._pair(sample)
+            self._sync = False
+        while self.firmware.serving and self._commands:
+            frames += self._obey(*self._commands.popleft(), now_ns)
+        return frames
+
+    def _obey(self, operation: int, data: bytes, now_ns: int) -> list[CanFrame]:
+        match operation:
+            case Operation.START_SYNC:
+                self.firmware.start(_unsigned(data, 0, 2), now_ns)
+            case Operation.START_ASYNC:
+                self.firmware.start(_unsigned(data, 0, 2), now_ns, period_us=_unsigned(data, 2, 4))
+            case Operation.STOP:
+                self.firmware.stop()
+            case Operation.ZERO_OFFSETS:
+                self.firmware.zero()
+            case Operation.SET_FILTER:
+                self.firmware.set_filter(_unsigned(data, 0, 2))
+            case Operation.GET_STATE:
+                pass
+            case Operation.GET_FULL_SCALE_FORCES:
+                return [self._acknowledgement(*self.firmware.full_scale_words()[:3])]
+            case Operation.GET_FULL_SCALE_MOMENTS:
+                return [self._acknowledgement(*self.firmware.full_scale_words()[3:])]
+            case Operation.RESET:
+                self.firmware.reset(now_ns)
+                return []
+            case _:
+                return []
+        return [self._acknowledgement()]
+
+    def _pair(self, sample: Sample) -> list[CanFrame]:
+        forces = self._frame(Operation.FORCES, struct.pack("<3hH", *sample.counts[:3], sample.counter))
+        lost = self.firmware.faults.moments_lost
+        if lost > 0.0 and self._generator.random() < lost:
+            return [forces]
+        return [forces, self._frame(Operation.MOMENTS, struct.pack("<3hH", *sample.counts[3:], sample.counter))]
+
+    def _acknowledgement(self, *words: int) -> CanFrame:
+        return self._frame(Operation.ACK, struct.pack(f"<B{len(words)}H", self.firmware.state, *words))
+
+    def _frame(self, operation: Operation, data: bytes = b"") -> CanFrame:
+        return CanFrame(operation + self.node_id, data)

@@ -1,0 +1,265 @@
+"""The firmware of a JR3 force/torque node, as far as it is the same on CAN and on a serial line."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum, IntEnum, auto
+
+import numpy as np
+import numpy.typing as npt
+
+from palpate.simulation.emulators.jr3.config import FULL_SCALE_COUNTS, LARGEST_COUNTS, Jr3Config, Jr3Faults
+from palpate.simulation.emulators.jr3.filter import ACQUISITION_PERIOD_ns, MovingAverage
+
+WrenchSource = Callable[[int], npt.ArrayLike]
+"""Gives the true wrench at a time in ns: Fx, Fy, Fz in N and Mx, My, Mz in N m, right-handed."""
+
+_COUNTER_MODULUS = 65536
+_FRESH_WORDS = (0xA5A5,) * 6
+
+
+class State(IntEnum):
+    """State byte of an acknowledgement. FACT: jr3-mbed-firmware-can main.cpp."""
+
+    READY = 0
+    NOT_INITIALISED = 1
+
+
+class Notice(Enum):
+    """What the firmware reports besides samples."""
+
+    BOOTED = auto()
+    RESET_DONE = auto()
+
+
+class _Phase(Enum):
+    BOOTING = auto()
+    READING_EEPROM = auto()
+    SERVING = auto()
+
+
+@dataclass(frozen=True, slots=True)
+class Sample:
+    """One reading as it goes on the wire.
+
+    Attributes:
+        counts: Six signed 16-bit counts; 16384 is one full scale.
+        counter: Acquisitions since START, modulo 65536.
+    """
+
+    counts: tuple[int, ...]
+    counter: int
+
+
+class Jr3Node:
+    """Sampling, filtering, zeroing and streaming, driven by the time it is told.
+
+    The first time it hears of is the time of power-up. The input is taken once a step and held for all acquisitions
+    since the step before, so a load that changes quickly wants short steps.
+
+    Args:
+        config: The sensor and its board.
+        wrench: Asked for the true wrench at each step.
+        generator: Source of noise, drift and random faults; untouched while all of them are off.
+    """
+
+    def __init__(self, config: Jr3Config, wrench: WrenchSource, *, generator: np.random.Generator) -> None:
+        self.config = config
+        self.faults = Jr3Faults()
+        """Faults in force; replace the whole value to change them."""
+        self.connected = config.connected
+        """Whether the sensor is plugged into the board. Without it acquisitions stop and streams repeat themselves
+        (INFERENCE from the threads of jr3-mbed-firmware Jr3Controller.cpp)."""
+        self._wrench = wrench
+        self._generator = generator
+        self._filter = MovingAverage(generator)
+        drifting = config.drift_share_per_s > 0.0
+        signs = generator.choice([-1.0, 1.0], size=6) if drifting else np.zeros(6)
+        self._drift_counts_per_s = signs * config.drift_share_per_s * FULL_SCALE_COUNTS
+        self._power_ns: int | None = None
+        self._power_down()
+
+    def _power_down(self) -> None:
+        self._phase = _Phase.BOOTING
+        self._booted = False
+        self._phase_ends_ns = 0
+        self._state = State.NOT_INITIALISED
+        self._words: tuple[int, ...] = _FRESH_WORDS
+        self._stop_sampling()
+
+    def _stop_sampling(self) -> None:
+        self._sampling = False
+        self._next_acquisition_ns = 0
+        self._counter = 0
+        self._offset = np.zeros(6)
+        self._filter.restart()
+        self._zero_sample_due = False
+        self._next_sample_ns: int | None = None
+        self._period_ns = 0
+
+    @property
+    def state(self) -> State:
+        """State as acknowledgements tell it."""
+        return self._state
+
+    @property
+    def listening(self) -> bool:
+        """Whether the board has opened its wire; before that it loses what it is sent."""
+        return self._phase is not _Phase.BOOTING
+
+    @property
+    def serving(self) -> bool:
+        """Whether the main loop runs, rather than waiting for the sensor's calibration."""
+        return self._phase is _Phase.SERVING
+
+    def reboot(self, now_ns: int) -> None:
+        """Cut the power for a moment: everything is forgotten and the boot sequence begins."""
+        self._power_down()
+        self._power_ns = now_ns
+        self._phase_ends_ns = now_ns + self.config.boot_ns
+
+    def advance(self, now_ns: int) -> list[Sample | Notice]:
+        """Let time pass.
+
+        Args:
+            now_ns: Time to go to, ns; never before an earlier one.
+
+        Returns:
+            Samples of the asynchronous stream and notices, in the order in which they came.
+        """
+        if self._power_ns is None:
+            self.reboot(now_ns)
+        happened: list[Sample | Notice] = []
+        while True:
+            if self._phase is not _Phase.SERVING:
+                if not self._end_phase(now_ns, happened):
+                    break
+            elif self._next_sample_ns is not None and self._next_sample_ns <= now_ns:
+                self._acquire_until(self._next_sample_ns)
+                happened.append(self._sample())
+                self._next_sample_ns += self._period_ns
+            else:
+                self._acquire_until(now_ns)
+                break
+        return happened
+
+    def _end_phase(self, now_ns: int, happened: list[Sample | Notice]) -> bool:
+        waits_for_sensor = self._phase is _Phase.READING_EEPROM and not self.connected
+        if waits_for_sensor:
+            # Reading blocks; what was read before counts for nothing once the sensor is back.
+            self._phase_ends_ns = now_ns + self.config.eeprom_ns
+        if waits_for_sensor or self._phase_ends_ns > now_ns:
+            return False
+        if self._phase is _Phase.BOOTING and self.connected:
+            self._read_eeprom(self._phase_ends_ns)
+            return True
+        if self._phase is _Phase.READING_EEPROM:
+            self._state = State.READY
+            happened.append(Notice.RESET_DONE if self._booted else Notice.BOOTED)
+        self._booted = True
+        self._phase = _Phase.SERVING
+        return True
+
+    def _read_eeprom(self, now_ns: int) -> None:
+        self._phase = _Phase.READING_EEPROM
+        self._phase_ends_ns = now_ns + self.config.eeprom_ns
+
+    def _acquire_until(self, now_ns: int) -> None:
+        if not self._sampling or now_ns < self._next_acquisition_ns:
+            return
+        acquisitions = (now_ns - self._next_acquisition_ns) // ACQUISITION_PERIOD_ns + 1
+        self._next_acquisition_ns += acquisitions * ACQUISITION_PERIOD_ns
+        if self.connected:
+            noise_counts = self.config.noise_share * FULL_SCALE_COUNTS
+            self._filter.hold(self._input(now_ns), acquisitions, noise_counts)
+            self._counter = (self._counter + acquisitions) % _COUNTER_MODULUS
+
+    def _input(self, now_ns: int) -> npt.NDArray[np.float64]:
+        counts = self.config.counts(self._wrench(now_ns))
+        if self._power_ns is not None:
+            counts = counts + self._drift_counts_per_s * ((now_ns - self._power_ns) * 1e-9)
+        for axis in self.faults.saturated_axes:
+            counts[axis] = LARGEST_COUNTS
+        return np.clip(counts, -LARGEST_COUNTS, LARGEST_COUNTS)
+
+    def _sample(self) -> Sample:
+        gap = self.faults.gap_probability
+        if gap > 0.0 and self._generator.random() < gap:
+            self._counter = (self._counter + self.faults.gap_acquisitions) % _COUNTER_MODULUS
+        if self._zero_sample_due:
+            self._zero_sample_due = False
+            return Sample((0,) * 6, self._counter)
+        counts = np.clip(np.rint(self._filter.value - self._offset), -LARGEST_COUNTS, LARGEST_COUNTS)
+        return Sample(tuple(int(count) for count in counts), self._counter)
+
+    def start(self, cut_off_cHz: int, now_ns: int, period_us: int | None = None) -> None:
+        """Start sampling, or retune it if it runs; nothing happens unless the node is ready.
+
+        A start after a stop has no offsets and a filter at zero (FACT: they are local to the sampling thread,
+        jr3-mbed-firmware Jr3Controller.cpp). While sampling, only cut-off and mode change (INFERENCE, same source).
+        The first sample of a stream comes one acquisition after the start (assumed).
+
+        Args:
+            cut_off_cHz: Cut-off of the filter in hundredths of a hertz; 0 for none.
+            now_ns: Time, ns.
+            period_us: Period of the asynchronous stream, us; None to send on SYNC only.
+        """
+        if self._state is not State.READY:
+            return
+        self._filter.tune(cut_off_cHz)
+        if not self._sampling:
+            self._sampling = True
+            self._next_acquisition_ns = now_ns + ACQUISITION_PERIOD_ns
+        if period_us is None:
+            self._next_sample_ns = None
+        else:
+            self._period_ns = max(period_us * 1000, self.config.shortest_period_ns)
+            self._next_sample_ns = now_ns + ACQUISITION_PERIOD_ns
+
+    def stop(self) -> None:
+        """Stop sampling: zero, filter and frame counter are lost. FACT: jr3-mbed-firmware Jr3Controller.cpp."""
+        if self._state is State.READY:
+            self._stop_sampling()
+
+    def zero(self) -> None:
+        """Take the filtered value as the new zero; the next sample on the wire is zero on all axes.
+
+        FACT (jr3-mbed-firmware Jr3Controller.cpp): the filtered value is taken, and one all-zero sample comes out.
+        INFERENCE: that it is the next one sent. Without sampling there is nothing to zero (assumed).
+        """
+        if self._sampling:
+            self._offset = self._filter.value.copy()
+            self._zero_sample_due = True
+
+    def set_filter(self, cut_off_cHz: int) -> None:
+        """Change the cut-off (hundredths of a hertz) and go on from the present value."""
+        if self._state is State.READY:
+            self._filter.tune(cut_off_cHz)
+
+    def acquire(self) -> Sample | None:
+        """Take the present sample for a SYNC, or nothing if the node does not sample."""
+        return self._sample() if self._sampling else None
+
+    def leave_words(self, words: tuple[int, ...]) -> None:
+        """Overwrite the six unsigned words that an unready node would send for its full scales."""
+        self._words = words
+
+    def full_scale_words(self) -> tuple[int, ...]:
+        """Six unsigned 16-bit words of a full-scale answer.
+
+        FACT (jr3-mbed-firmware-can main.cpp): a node that is not ready leaves the buffer as it was, so the words are
+        whatever was in it before; what a fresh buffer holds is assumed.
+        """
+        if self._state is State.READY:
+            self._words = self.config.full_scales
+        return self._words
+
+    def reset(self, now_ns: int) -> None:
+        """Read the calibration again; `Notice.RESET_DONE` follows, but never without a sensor.
+
+        That sampling ends by it is assumed.
+        """
+        self._stop_sampling()
+        self._state = State.NOT_INITIALISED
+        self._read_eeprom(now_ns)

@@ -1,0 +1,133 @@
+"""Emulated CAN nodes in real time: the loop all servers share, and a server on python-can's virtual bus."""
+
+from __future__ import annotations
+
+import time
+from abc import ABC, abstractmethod
+from collections import deque
+from collections.abc import Callable
+from threading import Event, Thread
+from types import TracebackType
+from typing import Self
+
+import can
+
+from palpate.simulation.emulators.lines.can_frame import CanFrame
+from palpate.simulation.emulators.lines.can_wire import CanWire
+
+DEFAULT_TICK_s = 0.0005
+"""Longest pause between two looks at the nodes, s."""
+
+Action = Callable[[int], None]
+"""Something to do in the server's thread at a time in ns, such as to reboot a node or change its faults."""
+
+
+class CanBusServer(ABC):
+    """Moves the wire along with the monotonic clock, in a thread of its own.
+
+    Only that thread touches wire and nodes; whoever wants to act on them meanwhile hands in an `Action`.
+
+    Args:
+        wire: The bus with its nodes.
+        tick_s: Longest pause between two looks at the nodes, s.
+    """
+
+    def __init__(self, wire: CanWire, *, tick_s: float = DEFAULT_TICK_s) -> None:
+        self.wire = wire
+        self._tick_s = tick_s
+        self._actions: deque[Action] = deque()
+        self._closing = Event()
+        self._thread = Thread(target=self._run, name=type(self).__name__, daemon=True)
+
+    def start(self) -> Self:
+        """Begin to serve; power comes up on all nodes now."""
+        self._thread.start()
+        return self
+
+    def close(self) -> None:
+        """End the thread and give everything back; may be called twice."""
+        self._closing.set()
+        if self._thread.is_alive():
+            self._thread.join()
+        self._release()
+
+    def __enter__(self) -> Self:
+        return self.start()
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def post(self, action: Action) -> None:
+        """Have something done in the server's thread before its next look at the nodes."""
+        self._actions.append(action)
+
+    def do(self, action: Action, timeout_s: float = 5.0) -> None:
+        """Have something done in the server's thread and wait for it.
+
+        Raises:
+            TimeoutError: If the thread did not come to it in time.
+        """
+        done = Event()
+
+        def act(now_ns: int) -> None:
+            action(now_ns)
+            done.set()
+
+        self.post(act)
+        if not done.wait(timeout_s):
+            raise TimeoutError("the bus server did not respond")
+
+    def _run(self) -> None:
+        while not self._closing.is_set():
+            received = self._receive(self._tick_s)
+            now_ns = time.monotonic_ns()
+            while self._actions:
+                self._actions.popleft()(now_ns)
+            for frame in received:
+                self.wire.send(frame, now_ns)
+            self._transmit(self.wire.advance(now_ns))
+
+    @abstractmethod
+    def _receive(self, timeout_s: float) -> list[CanFrame]:
+        """Wait until the host sends something, at most for a while, and return its frames."""
+
+    @abstractmethod
+    def _transmit(self, frames: list[CanFrame]) -> None:
+        """Hand frames to the host."""
+
+    @abstractmethod
+    def _release(self) -> None:
+        """Give back what the server holds open."""
+
+
+class VirtualBusServer(CanBusServer):
+    """Serves a channel of python-can's virtual interface, for drivers in the same process.
+
+    Args:
+        wire: The bus with its nodes.
+        channel: Name of the channel; names are global in the process, so take a fresh one for each bus.
+        tick_s: Longest pause between two looks at the nodes, s.
+    """
+
+    def __init__(self, wire: CanWire, channel: str, *, tick_s: float = DEFAULT_TICK_s) -> None:
+        super().__init__(wire, tick_s=tick_s)
+        self.channel = channel
+        self._bus = can.Bus(interface="virtual", channel=channel)
+
+    def _receive(self, timeout_s: float) -> list[CanFrame]:
+        frames: list[CanFrame] = []
+        message = self._bus.recv(timeout_s)
+        while message is not None:
+            if not (message.is_extended_id or message.is_remote_frame or message.is_error_frame):
+                frames.append(CanFrame(message.arbitration_id, bytes(message.data)))
+            message = self._bus.recv(0.0)
+        return frames
+
+    def _transmit(self, frames: list[CanFrame]) -> None:
+        for frame in frames:
+            self._bus.send(can.Message(arbitration_id=frame.arbitration_id, data=frame.data, is_extended_id=False))
+
+    def _release(self) -> None:
+        self._bus.shutdown()

@@ -1,0 +1,123 @@
+"""The wire of an emulated CAN bus: arbitration, the time a frame takes, and who hears it."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from palpate.simulation.emulators.lines.can_faults import FaultyBus
+from palpate.simulation.emulators.lines.can_frame import CanFrame, CanNode
+
+DEFAULT_BIT_RATE_Hz = 1_000_000
+"""Bit rate of a JR3 node. FACT: jr3-mbed-firmware-can README."""
+
+
+OUTBOX_FRAMES = 256
+"""Frames a device keeps while the bus is busy; further ones are lost. assumed, and more than the three transmit buffers
+of a real node, because a server that was held up hands in many frames at once."""
+
+
+def frame_bits(payload_bytes: int) -> int:
+    """Length on the wire of a data frame with an 11-bit identifier, in bits.
+
+    CALC: 47 bits with the space after the frame, 8 for each byte, and half of the most stuff bits there can be, so
+    that 8 bytes take 123 of 111 to 135 bits. Half of them is assumed.
+    """
+    return 47 + 8 * payload_bytes + (33 + 8 * payload_bytes) // 8
+
+
+@dataclass(frozen=True, slots=True)
+class _OnWire:
+    sender: int
+    frame: CanFrame
+
+
+class CanWire:
+    """A bus with emulated nodes and one host, without any input or output of its own.
+
+    One frame is on the wire at a time. Of the devices that have one ready when it falls free, that with the lowest
+    identifier goes first; each device keeps the order of its own frames. A frame is heard by everybody but its sender
+    when its last bit is over. On a bus with more frames than it can carry, devices lose their newest ones.
+
+    Args:
+        nodes: The emulated devices.
+        bit_rate_Hz: Speed of the bus, bit/s.
+        generator: Source of random faults.
+
+    Raises:
+        ValueError: If the bit rate is not positive.
+    """
+
+    def __init__(
+        self, nodes: Sequence[CanNode], *, bit_rate_Hz: int = DEFAULT_BIT_RATE_Hz, generator: np.random.Generator
+    ) -> None:
+        if bit_rate_Hz <= 0:
+            raise ValueError(f"bit_rate_Hz: a positive number expected, got {bit_rate_Hz}")
+        self.bit_rate_Hz = bit_rate_Hz
+        self.trouble = FaultyBus(generator)
+        """Knobs for lost, doubled, late and wrong frames."""
+        self.frames_carried = 0
+        """Frames that went over the wire, whatever arrived of them."""
+        self.frames_refused = 0
+        """Frames that were lost because their sender could not get rid of them."""
+        self._nodes = tuple(nodes)
+        self._ready: list[deque[tuple[int, CanFrame]]] = [deque() for _ in range(len(self._nodes) + 1)]
+        self._host = len(self._nodes)
+        self._on_wire: _OnWire | None = None
+        self._free_ns = 0
+
+    def send(self, frame: CanFrame, now_ns: int) -> None:
+        """Take a frame of the host for transmission."""
+        self._queue(self._host, [frame], now_ns)
+
+    def advance(self, now_ns: int) -> list[CanFrame]:
+        """Let time pass.
+
+        Args:
+            now_ns: Time to go to, ns; never before an earlier one.
+
+        Returns:
+            Frames the host received meanwhile, in order.
+        """
+        for sender, node in enumerate(self._nodes):
+            self._queue(sender, node.advance(now_ns), now_ns)
+        heard: list[CanFrame] = []
+        while True:
+            if self._on_wire is None:
+                self._on_wire = self._begin(now_ns)
+            if self._on_wire is None or self._free_ns > now_ns:
+                return heard
+            heard += self._finish(self._on_wire, now_ns)
+            self._on_wire = None
+
+    def _queue(self, sender: int, frames: Sequence[CanFrame], now_ns: int) -> None:
+        room = max(0, OUTBOX_FRAMES - len(self._ready[sender]))
+        self.frames_refused += max(0, len(frames) - room)
+        for frame in frames[:room]:
+            self._ready[sender].append((now_ns + self.trouble.wait_ns(), frame))
+
+    def _begin(self, now_ns: int) -> _OnWire | None:
+        heads = [(queue[0], sender) for sender, queue in enumerate(self._ready) if queue]
+        if not heads:
+            return None
+        start_ns = max(self._free_ns, min(ready_ns for (ready_ns, _), _ in heads))
+        if start_ns > now_ns:
+            return None
+        contenders = [(frame.arbitration_id, sender) for (ready_ns, frame), sender in heads if ready_ns <= start_ns]
+        _, winner = min(contenders)
+        _, frame = self._ready[winner].popleft()
+        self._free_ns = start_ns + frame_bits(len(frame.data)) * 1_000_000_000 // self.bit_rate_Hz
+        return _OnWire(winner, frame)
+
+    def _finish(self, sent: _OnWire, now_ns: int) -> list[CanFrame]:
+        self.frames_carried += 1
+        arrivals = self.trouble.arrivals(sent.frame)
+        for arrival in arrivals:
+            for receiver, node in enumerate(self._nodes):
+                if receiver != sent.sender:
+                    # The nodes are already at the present, and time must not run backwards for them.
+                    self._queue(receiver, node.feed(arrival.arbitration_id, arrival.data, now_ns), now_ns)
+        return [] if sent.sender == self._host else arrivals

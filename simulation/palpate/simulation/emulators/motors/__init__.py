@@ -1,0 +1,1 @@
+"""Motors under the emulated drives: of the simulated cell, or direct."""

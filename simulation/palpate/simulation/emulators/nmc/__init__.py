@@ -1,0 +1,1 @@
+"""The NMC bus and its servo modules, seen from the wire."""

@@ -1,0 +1,109 @@
+"""The serial line of an NMC chain: who hears a command, and what comes back."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import reduce
+from itertools import zip_longest
+
+from palpate.simulation.emulators.motors.plant import Plant
+from palpate.simulation.emulators.nmc.frames import TICK_NS, Command, Frame, FrameParser
+from palpate.simulation.emulators.nmc.joints import AXES
+from palpate.simulation.emulators.nmc.module import NmcModule
+from palpate.simulation.emulators.nmc.settings import ModuleSettings
+
+_IDLE_LINE = 0xFF
+
+
+class NmcBus:
+    """Servo modules in a daisy chain, from power-up. A `SerialEmulator`; knows no wall clock.
+
+    A module hears nothing before its predecessor has got an address (FACT, libnmc's start-up), and keeps listening
+    when the predecessor is reset later (assumed). What two modules answer at once is mixed up (assumed: wired AND).
+
+    Args:
+        plant: What the motors move; its axis i belongs to the i-th module of the chain.
+        settings: How the modules are built, the same for all.
+        modules: Length of the chain.
+
+    Attributes:
+        modules: The modules in the chain's order.
+        plant: What the motors move.
+    """
+
+    def __init__(self, plant: Plant, settings: ModuleSettings | None = None, modules: int = AXES) -> None:
+        self.plant = plant
+        self.modules: Sequence[NmcModule] = tuple(NmcModule(axis, plant, settings) for axis in range(modules))
+        self._hears = [index == 0 for index in range(modules)]
+        self._parser = FrameParser()
+        self._next_tick_ns: int | None = None
+
+    @property
+    def baud(self) -> int:
+        """Line rate of most of the modules that listen; the others take nothing in."""
+        rates = [module.baud for module, hears in zip(self.modules, self._hears, strict=True) if hears]
+        return max(rates, key=rates.count)
+
+    def feed(self, data: bytes, now_ns: int) -> bytes:
+        """Take bytes that have arrived, at `baud`, by `now_ns`; returns the replies."""
+        self.advance(now_ns)
+        replies = b""
+        for byte in data:
+            frame = self._parser.push(byte)
+            if frame is not None:
+                replies += self._dispatch(frame, now_ns)
+        return replies
+
+    def advance(self, now_ns: int) -> bytes:
+        """Run the servo ticks due by `now_ns`; time that goes back is ignored. Returns nothing to send, ever."""
+        if self._next_tick_ns is None:
+            self._next_tick_ns = now_ns + TICK_NS
+            self.plant.advance(now_ns)
+        while self._next_tick_ns <= now_ns:
+            self.plant.advance(self._next_tick_ns)
+            for module in self.modules:
+                module.tick(self._next_tick_ns)
+            self._next_tick_ns += TICK_NS
+        return b""
+
+    def set_power(self, *, powered: bool) -> None:
+        """Switch the motor supply of all modules."""
+        for module in self.modules:
+            module.servo.set_power(powered=powered)
+
+    def power_cycle(self) -> None:
+        """Everything as after power-up, logic supply included; the motors stay where they are."""
+        for index, module in enumerate(self.modules):
+            module.power_up()
+            self._hears[index] = index == 0
+        self._parser.reset()
+
+    def _dispatch(self, frame: Frame, now_ns: int) -> bytes:
+        baud = self.baud
+        # Who listens is settled before anybody obeys: SET_ADDR lets the next module listen to the next frame only.
+        listeners = [
+            (index, module)
+            for index, module in enumerate(self.modules)
+            if self._hears[index] and module.baud == baud and frame.address in (module.address, module.group)
+        ]
+        replies = []
+        for index, module in listeners:
+            answers = module.address == frame.address or module.leader
+            reply = module.obey(frame, now_ns)
+            if answers and reply and not module.muted:
+                replies.append(reply)
+            if frame.intact and frame.command is Command.SET_ADDR and index + 1 < len(self.modules):
+                self._hears[index + 1] = True
+        self._forget_chain_after_reset(frame)
+        return _collided(replies) if len(replies) > 1 else b"".join(replies)
+
+    def _forget_chain_after_reset(self, frame: Frame) -> None:
+        """When the whole chain is as after power-up, only its first module listens."""
+        if frame.intact and frame.command is Command.HARD_RESET:
+            heard = [module for module, hears in zip(self.modules, self._hears, strict=True) if hears]
+            if all(module.address == 0 for module in heard):
+                self._hears = [index == 0 for index in range(len(self.modules))]
+
+
+def _collided(replies: Sequence[bytes]) -> bytes:
+    return bytes(reduce(int.__and__, column) for column in zip_longest(*replies, fillvalue=_IDLE_LINE))

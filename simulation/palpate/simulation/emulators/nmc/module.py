@@ -1,0 +1,245 @@
+"""One PIC-SERVO module on an NMC bus: its addresses, its commands and its replies."""
+
+from __future__ import annotations
+
+import struct
+from typing import Final
+
+from palpate.simulation.emulators.motors.plant import Plant
+from palpate.simulation.emulators.nmc.frames import (
+    POWER_UP_BAUD,
+    Auxiliary,
+    Command,
+    Frame,
+    Homing,
+    Item,
+    Load,
+    Output,
+    Status,
+    Stop,
+    baud_of_divisor,
+    sealed,
+)
+from palpate.simulation.emulators.nmc.servo import Servo, Trajectory
+from palpate.simulation.emulators.nmc.settings import WATCHDOG_UNIT_NS, Gains, ModuleSettings, WatchdogAction
+
+_SERVO_TYPE: Final = 0
+_GROUP_BIT: Final = 0x80
+_INT16: Final = (-(1 << 15), (1 << 15) - 1)
+_TRAJECTORY_FIELDS: Final = ((Load.POSITION, 4), (Load.VELOCITY, 4), (Load.ACCELERATION, 4), (Load.PWM, 1))
+_REL_HOME: Final = 0x01
+_SET_POSITION: Final = 0x02
+
+
+class NmcModule:
+    """A servo module. The bus decides which frames reach it; the host's view of it is `obey()`.
+
+    Args:
+        axis: The plant's axis that its motor drives, 0 to 5.
+        plant: What the motor moves.
+        settings: How it is built.
+
+    Attributes:
+        address: Own address, 0 until SET_ADDR.
+        group: Group address, 0x80 to 0xFF.
+        leader: Whether it answers for its group.
+        baud: Line rate.
+        servo: Its servo.
+        rejected: Commands since construction whose length or kind did not fit; they change nothing (assumed: the
+            firmware would take whatever its buffer holds).
+        muted: Fault: it obeys but its replies are lost.
+    """
+
+    def __init__(self, axis: int, plant: Plant, settings: ModuleSettings | None = None) -> None:
+        self._axis, self._plant, self._settings = axis, plant, settings or ModuleSettings()
+        self.servo = Servo(axis, plant, self._settings)
+        self.rejected = 0
+        self.muted = False
+        self._ticks = 0
+        self._watched_ns: int | None = None
+        self._expired = False
+        self._power_up()
+
+    def power_up(self) -> None:
+        """Return to the state after power-up, as HARD_RESET does; motor supply and switches stay as they are."""
+        previous = self.servo
+        self.servo = Servo(self._axis, self._plant, self._settings, powered=previous.powered)
+        self.set_limits(*previous.limits)
+        self._power_up()
+
+    def set_limits(self, limit1: bool, limit2: bool) -> None:
+        """State of the two limit switches."""
+        self.servo.limits = (limit1, limit2)
+
+    def tick(self, now_ns: int) -> None:
+        """One tick of 0.512 ms; the servo calculates at every SR-th."""
+        self._ticks += 1
+        if self._ticks >= self.servo.gains.rate_divisor:
+            self._ticks = 0
+            self.servo.tick()
+        if self._settings.watchdog_action is not WatchdogAction.OFF:
+            self._watch(now_ns)
+
+    def obey(self, frame: Frame, now_ns: int) -> bytes:
+        """Carry out a command that is addressed to this module and return the reply that it would send."""
+        once = self.mask
+        if frame.intact:
+            self._watched_ns, self._expired = now_ns, False
+            if frame.command is Command.HARD_RESET:
+                self.power_up()
+                return b""
+            if frame.command is Command.READ_STAT and len(frame.data) == 1:
+                once = Item(frame.data[0])
+            elif not self._carry_out(frame):
+                self.rejected += 1
+            else:
+                once = self.mask
+        return self._reply(once, intact=frame.intact)
+
+    def _power_up(self) -> None:
+        self.address, self.group, self.leader = 0, 0xFF, False
+        self.baud = POWER_UP_BAUD
+        self.mask = Item(0)
+
+    def _carry_out(self, frame: Frame) -> bool:
+        data, servo = frame.data, self.servo
+        match frame.command, len(data):
+            case Command.NOP, 0:
+                pass
+            case Command.RESET_POS, _:
+                return self._reset_position(data)
+            case Command.SET_ADDR, 2:
+                self.address, self.group = data[0], data[1] | _GROUP_BIT
+                self.leader = not data[1] & _GROUP_BIT
+            case Command.DEF_STAT, 1:
+                self.mask = Item(data[0])
+            case Command.LOAD_TRAJ, n if n:
+                return self._load(data)
+            case Command.START_MOVE, 0:
+                servo.start()
+            case Command.SET_GAIN, 14 | 15:
+                servo.gains = Gains.decoded(data)
+            case Command.STOP_MOTOR, 1 | 5:
+                how = Stop(data[0])
+                if bool(how & Stop.HERE) != (len(data) == 5):
+                    return False
+                servo.stop(how, struct.unpack("<i", data[1:])[0] if len(data) == 5 else 0)
+            case Command.IO_CTRL, 1:
+                servo.output = Output(data[0])
+            case Command.SET_HOMING, 1:
+                servo.set_homing(Homing(data[0]))
+            case Command.SET_BAUD, 1 if frame.address & _GROUP_BIT:
+                self.baud = baud_of_divisor(data[0])
+            case Command.CLEAR_BITS, 0:
+                servo.clear_bits()
+            case Command.SAVE_AS_HOME, 0:
+                servo.home_counts = servo.measured_counts
+            case Command.ADD_PATHPOINT, 0:
+                servo.start_path()
+            case Command.ADD_PATHPOINT, n if n % 2 == 0:
+                servo.path.add(struct.unpack(f"<{n // 2}H", data))
+            case _:
+                return False
+        return True
+
+    def _reset_position(self, data: bytes) -> bool:
+        servo = self.servo
+        if not data:
+            servo.set_position(0)
+        elif data == bytes([_REL_HOME]):
+            # Home keeps its place on the motor, so its register becomes zero (assumed).
+            servo.set_position(servo.measured_counts - servo.home_counts)
+            servo.home_counts = 0
+        elif len(data) == 5 and data[0] == _SET_POSITION:
+            servo.set_position(struct.unpack("<i", data[1:])[0])  # version 10 and later (FACT, public host code)
+        else:
+            return False
+        return True
+
+    def _load(self, data: bytes) -> bool:
+        control = Load(data[0])
+        if len(data) != 1 + sum(size for field, size in _TRAJECTORY_FIELDS if control & field):
+            return False
+        old, at = self.servo.buffer, 1
+        position, velocity, acceleration, pwm = old.position_counts, old.velocity, old.acceleration, old.pwm
+        if control & Load.POSITION:
+            (position,) = struct.unpack_from("<i", data, at)
+            at += 4
+        if control & Load.VELOCITY:
+            (velocity,) = struct.unpack_from("<I", data, at)
+            at += 4
+        if control & Load.ACCELERATION:
+            (acceleration,) = struct.unpack_from("<I", data, at)
+            at += 4
+        if control & Load.PWM:
+            pwm = data[at]
+        self.servo.buffer = Trajectory(control, position, velocity, acceleration, pwm)
+        if control & Load.NOW:
+            self.servo.start()
+        return True
+
+    def _reply(self, mask: Item, *, intact: bool) -> bytes:
+        """Status byte, items in the order of the mask's bits, checksum (FACT, libnmc)."""
+        servo = self.servo
+        parts = [bytes([self._status(intact=intact)])]
+        if mask & Item.POSITION:
+            parts.append(struct.pack("<i", servo.measured_counts))
+        if mask & Item.ANALOG:
+            parts.append(bytes([self._settings.analog]))
+        if mask & Item.VELOCITY:
+            parts.append(_int16(servo.velocity_counts))
+        if mask & Item.AUXILIARY:
+            parts.append(bytes([self._auxiliary()]))
+        if mask & Item.HOME:
+            parts.append(struct.pack("<i", servo.home_counts))
+        if mask & Item.IDENTITY:
+            parts.append(bytes([_SERVO_TYPE, self._settings.version]))
+        if mask & Item.POSITION_ERROR:
+            parts.append(_int16(servo.error_counts))
+        if mask & Item.PATH_POINTS:
+            parts.append(bytes([len(servo.path)]))
+        return sealed(b"".join(parts))
+
+    def _status(self, *, intact: bool) -> int:
+        servo = self.servo
+        return (
+            Status.MOVE_DONE * servo.profile.done
+            | Status.CHECKSUM_ERROR * (not intact)
+            | Status.OVERCURRENT * servo.overcurrent
+            | Status.POWER_ON * servo.powered
+            | Status.POSITION_ERROR * servo.position_error
+            | Status.LIMIT1 * servo.limits[0]
+            | Status.LIMIT2 * servo.limits[1]
+            | Status.HOMING * bool(servo.homing)
+        )
+
+    def _auxiliary(self) -> int:
+        servo = self.servo
+        return (
+            Auxiliary.INDEX * servo.index
+            | Auxiliary.POSITION_WRAP * servo.wrapped
+            | Auxiliary.SERVO_ON * servo.on
+            | Auxiliary.ACCELERATED * servo.profile.accelerated
+            | Auxiliary.SLEWED * servo.profile.slewed
+            | Auxiliary.SERVO_OVERRUN * servo.overrun
+            | Auxiliary.PATH_MODE * servo.path.active
+        )
+
+    def _watch(self, now_ns: int) -> None:
+        """The watchdog runs from the first intact command on (assumed)."""
+        if self._watched_ns is None:
+            return
+        action, servo = self._settings.watchdog_action, self.servo
+        if not self._expired:
+            self._expired = now_ns - self._watched_ns > self._settings.watchdog_units * WATCHDOG_UNIT_NS
+            if self._expired and action is WatchdogAction.DISABLE:
+                servo.switch_off()
+            elif self._expired:
+                servo.stop_smoothly()
+        elif action is WatchdogAction.SMOOTH_STOP_AND_DISABLE and servo.on and servo.profile.done:
+            servo.switch_off()
+
+
+def _int16(value: int) -> bytes:
+    low, high = _INT16
+    return struct.pack("<h", max(low, min(high, value)))

@@ -1,0 +1,221 @@
+"""The servo of one PIC-SERVO module: set-points, encoder register, trips, limits and homing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+from palpate.simulation.emulators.motors.plant import Plant
+from palpate.simulation.emulators.nmc.frames import Homing, Load, Output, Stop
+from palpate.simulation.emulators.nmc.path import PathBuffer
+from palpate.simulation.emulators.nmc.profile import Profile
+from palpate.simulation.emulators.nmc.settings import Gains, ModuleSettings
+
+_HALF: Final = 1 << 31
+_TURN: Final = 1 << 32
+
+
+@dataclass(frozen=True, slots=True)
+class Trajectory:
+    """What LOAD_TRAJ has buffered.
+
+    Attributes:
+        control: Control byte.
+        position_counts: Target, or distance in a relative move.
+        velocity: Velocity word, 1/65536 counts a tick.
+        acceleration: Acceleration word, 1/65536 counts a tick squared.
+        pwm: Duty, 0 to 255.
+    """
+
+    control: int = 0
+    position_counts: int = 0
+    velocity: int = 0
+    acceleration: int = 0
+    pwm: int = 0
+
+
+class Servo:
+    """One motor's servo, from power-up: servo off, amplifier off, gains zero, position register zero.
+
+    The register is zero at the motor's place at power-up, whatever the arm's true pose (FACT: the encoders are
+    incremental).
+
+    Args:
+        axis: The plant's axis, 0 to 5.
+        plant: What the motor moves.
+        settings: How the module is built.
+        powered: Whether the motor supply is on.
+    """
+
+    def __init__(self, axis: int, plant: Plant, settings: ModuleSettings, *, powered: bool = True) -> None:
+        self.profile, self.path = Profile(), PathBuffer()
+        self.gains, self.buffer, self.output = Gains(), Trajectory(), Output(0)
+        self.amplifier = self.on = False
+        self.powered = powered
+        self.limits = (False, False)
+        self.home_counts = 0
+        self.homing = Homing(0)
+        self.position_error = True  # the bit is set while the servo is off
+        self.overcurrent = self.wrapped = self.overrun = self.index = False
+        self.velocity_counts = 0
+        self.measured_counts = 0
+        self._axis, self._plant, self._index_counts = axis, plant, settings.index_counts
+        self._origin = plant.motor_counts(axis)
+        self._duty = 0.0
+        self._homing_start = (self.limits, 0)
+        self._limits_before = self.limits
+        plant.set_motor_duty(axis, 0.0)
+
+    @property
+    def error_counts(self) -> int:
+        """Commanded minus measured position, 0 while the servo is off."""
+        return self.profile.counts - self.measured_counts if self.on else 0
+
+    def start(self) -> None:
+        """Let what LOAD_TRAJ buffered take effect."""
+        load = self.buffer
+        backwards = -1 if load.control & Load.REVERSE else 1
+        self.path.clear()
+        if not load.control & Load.SERVO:
+            self.switch_off()
+            self._duty = backwards * load.pwm / 255
+            return
+        self._switch_on()
+        if not self.on:
+            return
+        if load.control & Load.VELOCITY_PROFILE:
+            self.profile.start_velocity(backwards * load.velocity, load.acceleration)
+        else:
+            base = self.profile.counts if load.control & Load.REVERSE else 0
+            self.profile.start_trapezoid(base + load.position_counts, load.velocity, load.acceleration)
+
+    def stop(self, how: Stop, here_counts: int) -> None:
+        """STOP_MOTOR. Of several ways to stop the first in this order counts: off, abrupt, smooth, here (assumed)."""
+        self.amplifier = bool(how & Stop.AMPLIFIER)
+        if how & Stop.MOTOR_OFF:
+            self.switch_off()
+        elif how & Stop.ABRUPT:
+            self.path.clear()
+            self._switch_on()
+            self.profile.hold(self.measured_counts)
+        elif how & Stop.SMOOTH:
+            self.stop_smoothly()
+        elif how & Stop.HERE:
+            self.path.clear()
+            self._switch_on()
+            self.profile.hold(here_counts)
+
+    def stop_smoothly(self) -> None:
+        """Ramp down; a servo that is off stays off (assumed)."""
+        self.path.clear()
+        self.profile.stop_smoothly()
+
+    def switch_off(self) -> None:
+        """Leave the motor without torque."""
+        self.path.clear()
+        self.profile.hold(self.measured_counts)
+        self.on, self._duty, self.position_error = False, 0.0, True
+        self._plant.set_motor_duty(self._axis, 0.0)
+
+    def start_path(self) -> None:
+        """Begin to run the path buffer; needs a servo that is on (assumed)."""
+        if self.on:
+            self.path.start()
+
+    def set_position(self, counts: int) -> None:
+        """Make the register show this where the motor is now; set-point and error stay where they are."""
+        self.measured_counts = self._plant.motor_counts(self._axis) - self._origin
+        self._shift(counts - self.measured_counts)
+
+    def set_homing(self, mode: Homing) -> None:
+        """Wait for one of the chosen events; 0 ends the wait."""
+        self.homing = mode
+        self._homing_start = (self.limits, self.measured_counts // self._index_counts)
+
+    def clear_bits(self) -> None:
+        """CLEAR_BITS; the position error bit returns at once while the servo is off."""
+        self.overcurrent = self.wrapped = self.overrun = False
+        self.position_error = not self.on
+
+    def set_power(self, *, powered: bool) -> None:
+        """The motor supply comes or goes; it never switches a servo on."""
+        self.powered = powered
+        if not powered:
+            self.switch_off()
+
+    def tick(self) -> None:
+        """One servo calculation."""
+        if self.on:
+            self._move()
+        elif self._duty:
+            self._plant.set_motor_duty(self._axis, self._duty if self.amplifier and self.powered else 0.0)
+        self._measure()
+        tripped = self.on and abs(self.profile.counts - self.measured_counts) > self.gains.error_limit
+        if tripped:
+            self.switch_off()
+        if self.limits != self._limits_before:
+            self._meet_limits()
+        if self.homing:
+            self._watch_home(tripped=tripped)
+
+    def _move(self) -> None:
+        if self.path.active:
+            velocity = self.path.next_velocity(fast=bool(self.output & Output.FAST_PATH))
+            if velocity is None:
+                self.profile.hold(self.profile.counts)
+            else:
+                self.profile.drive(velocity)
+        else:
+            self.profile.tick()
+        if self.amplifier and self.gains.follow:
+            self._plant.set_motor_counts(self._axis, self.profile.counts + self._origin)
+        else:
+            self._plant.set_motor_duty(self._axis, 0.0)
+
+    def _measure(self) -> None:
+        counts = self._plant.motor_counts(self._axis) - self._origin
+        self.velocity_counts, self.measured_counts = counts - self.measured_counts, counts
+        if not -_HALF <= counts < _HALF:
+            self._shift(-_TURN if counts > 0 else _TURN)
+            self.wrapped = True
+        self.index = self.measured_counts % self._index_counts == 0
+
+    def _shift(self, counts: int) -> None:
+        self._origin -= counts
+        self.measured_counts += counts
+        self.profile.shift(counts)
+
+    def _switch_on(self) -> None:
+        self._duty = 0.0
+        if self.powered and not self.on:
+            self.profile.hold(self.measured_counts)
+            self.on = True
+
+    def _meet_limits(self) -> None:
+        risen = any(now and not before for now, before in zip(self.limits, self._limits_before, strict=True))
+        self._limits_before = self.limits
+        if risen and self.output & Output.OFF_AT_LIMIT:
+            self.switch_off()
+        elif risen and self.on and self.output & Output.ABRUPT_AT_LIMIT:
+            self.path.clear()
+            self.profile.hold(self.measured_counts)
+
+    def _watch_home(self, *, tripped: bool) -> None:
+        mode, (limits, turn) = self.homing, self._homing_start
+        found = (
+            (mode & Homing.LIMIT1 and self.limits[0] != limits[0])
+            or (mode & Homing.LIMIT2 and self.limits[1] != limits[1])
+            or (mode & Homing.INDEX and self.measured_counts // self._index_counts != turn)
+            or (mode & Homing.POSITION_ERROR and tripped)
+            or (mode & Homing.OVERCURRENT and self.overcurrent)
+        )
+        if not found:
+            return
+        self.home_counts, self.homing = self.measured_counts, Homing(0)
+        if mode & Homing.MOTOR_OFF:
+            self.switch_off()
+        elif self.on and mode & Homing.ABRUPT:
+            self.path.clear()
+            self.profile.hold(self.measured_counts)
+        elif mode & Homing.SMOOTH:
+            self.stop_smoothly()

@@ -1,0 +1,1 @@
+"""The MuJoCo model of arm, peg and plate, and its contact geometry."""

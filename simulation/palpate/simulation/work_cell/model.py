@@ -1,0 +1,294 @@
+"""Builds the MuJoCo model of the work cell: arm, wrist sensor, compliant gripper, peg, plate with hole.
+
+The arm comes from the Pinocchio model that the core uses, body by body, so both have one geometry. Contact is
+between small spheres on the peg's rim and boxes round the hole, because that pair has an exact collider: a plain
+cylinder on a flat plate gives torque directions that are wrong by tens of degrees (``docs/results.md``).
+"""
+
+from __future__ import annotations
+
+from math import cos, hypot, pi, sin, sqrt
+from typing import Final
+
+import mujoco
+import numpy as np
+import pinocchio as pin
+
+from palpate.core.motion.model import Kinematics
+from palpate.simulation.work_cell.config import CellConfig
+from palpate.simulation.work_cell.cross_section import CrossSection
+
+GRAVITY_M_S2: Final = 9.81
+PLATE_REACH_M: Final = 0.009
+"""How far from the hole's edge the plate's surface is closed at the least: the peg may wander as far as that."""
+_UPPER_RING_M: Final = 0.008
+_RIM_M: Final = 0.003
+_SERVO_INTEGRAL_S: Final = 0.05  # integral time of the joint servos: assumed
+_PEG: Final = 1  # collision groups: only peg against plate
+_PLATE: Final = 2
+_SOLREF: Final = (0.003, 1.0)
+_SOLIMP: Final = (0.95, 0.99, 0.0001, 0.5, 2.0)
+
+
+def build_work_cell(
+    kinematics: Kinematics,
+    config: CellConfig,
+    *,
+    goal_in_base: pin.SE3,
+    tool_yaw_rad: float,
+    period_s: float,
+    plate_reach_m: float = PLATE_REACH_M,
+) -> mujoco.MjModel:
+    """The compiled model.
+
+    Names in it: bodies ``sensor``, ``peg``, ``plate``; actuators ``servo_1`` ...; sensors ``force``, ``torque`` at the
+    sensor frame, ``tip_position`` for scoring; site ``tip``.
+
+    Args:
+        kinematics: The arm with its tool.
+        config: Physical parameters.
+        goal_in_base: Placement of the nominal goal (task frame) in the base frame; the plate starts there.
+        tool_yaw_rad: Angle from the task's x to the tip's x about the task's z, with which the arm will hold the
+            tool; a peg that is not round is gripped so that it fits the hole at this yaw.
+        period_s: Control period; the time step is this over ``config.substeps``.
+        plate_reach_m: How far from the hole's edge the plate's surface is closed.
+    """
+    spec = mujoco.MjSpec()
+    spec.modelname = f"palpate work cell, {kinematics.arm.name}"
+    spec.option.timestep = period_s / config.substeps
+    spec.option.gravity = (0.0, 0.0, -GRAVITY_M_S2)
+    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    spec.option.impratio = 10.0
+    spec.option.solver = mujoco.mjtSolver.mjSOL_NEWTON
+    spec.option.tolerance = 1e-10
+    # Sparse Newton has a wrong Hessian in MuJoCo 4.0.0 (release notes of 4.0.1, #3767).
+    spec.option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
+    # The integrators that leave stiffness explicit let the peg chatter on the hole's wall at 5 substeps.
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_DISCRETE
+    spec.compiler.degree = False
+    spec.compiler.balanceinertia = True
+    spec.worldbody.add_light(pos=(0.3, -0.5, 1.2), dir=(0.0, 0.4, -1.0))
+
+    flange = _add_arm(spec, kinematics)
+    _add_wrist(spec, flange, kinematics, config, tool_yaw_rad)
+    _add_plate(spec, config, goal_in_base, plate_reach_m)
+    _add_sensors(spec, config)
+    return spec.compile()
+
+
+def _add_arm(spec: mujoco.MjSpec, kinematics: Kinematics) -> mujoco.MjsBody:
+    """Bodies, joints and servos of the arm; returns the body that carries the flange."""
+    model, arm = kinematics.model, kinematics.arm
+    axes = _joint_axes(model)
+    bodies = {0: spec.worldbody}
+    for index in range(1, model.njoints):
+        parent, placement, inertia = (
+            bodies[model.parents[index]],
+            model.jointPlacements[index],
+            model.inertias[index],
+        )
+        body = parent.add_body(
+            name=f"link_{index}",
+            pos=placement.translation,
+            quat=_quaternion(placement.rotation),
+            mass=inertia.mass,
+            ipos=inertia.lever,
+            fullinertia=_full_inertia(inertia.inertia),
+            explicitinertial=True,
+            gravcomp=1.0,
+        )
+        j = index - 1
+        body.add_joint(
+            name=model.names[index],
+            type=mujoco.mjtJoint.mjJNT_HINGE,
+            axis=axes[j],
+            range=(float(kinematics.lower_rad[j]), float(kinematics.upper_rad[j])),
+            limited=mujoco.mjtLimited.mjLIMITED_TRUE,
+            armature=arm.servo_armature_kg_m2[j],
+        )
+        start, length = placement.translation, hypot(*placement.translation)
+        if length > 0.02:
+            parent.add_geom(
+                type=mujoco.mjtGeom.mjGEOM_CAPSULE,
+                fromto=(0.0, 0.0, 0.0, *start),
+                size=(0.03, 0.0, 0.0),
+                contype=0,
+                conaffinity=0,
+                mass=0.0,
+                group=2,
+                rgba=(0.75, 0.77, 0.8, 1.0),
+            )
+        stiffness = arm.servo_stiffness_Nm_per_rad[j]
+        servo = spec.add_actuator(name=f"servo_{index}", target=model.names[index])
+        servo.trntype = mujoco.mjtTrn.mjTRN_JOINT
+        # With integral action, as industrial joint servos have it: without, the arm gives way by some 30 microradian
+        # when it presses, and the gripper's springs make of that a torque as large as the one that tells of the hole.
+        servo.set_to_pid(
+            kp=stiffness,
+            kv=2.0 * sqrt(stiffness * arm.servo_armature_kg_m2[j]),
+            ki=stiffness / _SERVO_INTEGRAL_S,
+            ctrlspec=int(mujoco.mjtCtrlInput.mjINPUT_POS),
+        )
+        bodies[index] = body
+    return bodies[model.njoints - 1]
+
+
+def _add_wrist(
+    spec: mujoco.MjSpec,
+    flange: mujoco.MjsBody,
+    kinematics: Kinematics,
+    config: CellConfig,
+    tool_yaw_rad: float,
+) -> None:
+    """Force sensor, springs of the gripper, and the peg."""
+    tool, springs, peg = kinematics.tool, config.compliance, config.peg
+    sensor_in_flange = kinematics.model.frames[kinematics.model.getFrameId("sensor")].placement
+    # A body without joints: MuJoCo's force sensor reports what passes between such a body and its parent.
+    sensor = flange.add_body(
+        name="sensor",
+        pos=sensor_in_flange.translation,
+        quat=_quaternion(sensor_in_flange.rotation),
+        mass=0.05,
+        ipos=(0.0, 0.0, 0.0),
+        inertia=(2e-5, 2e-5, 2e-5),
+        explicitinertial=True,
+    )
+    sensor.add_site(name="wrench", pos=(0.0, 0.0, 0.0))
+    sensor.add_geom(
+        type=mujoco.mjtGeom.mjGEOM_CYLINDER,
+        size=(0.03, 0.012, 0.0),
+        contype=0,
+        conaffinity=0,
+        mass=0.0,
+        group=2,
+        rgba=(0.2, 0.45, 0.7, 1.0),
+    )
+    # The task's z points out of the tool as the tip's does, so the yaw takes headings in the task to the tip's.
+    lean = config.tilt_heading_deg / 180.0 * np.pi - tool_yaw_rad
+    tilt = config.tilt_mrad * 1e-3
+    mass = springs.moving_mass_kg
+    body = sensor.add_body(
+        name="peg",
+        pos=(0.0, 0.0, tool.tip_from_sensor_m),
+        quat=(cos(tilt / 2), -sin(tilt / 2) * sin(lean), sin(tilt / 2) * cos(lean), 0.0),
+        mass=mass,
+        ipos=(0.0, 0.0, -0.05),
+        inertia=(mass * 1.5e-3, mass * 1.5e-3, mass * 1.5e-4),
+        explicitinertial=True,
+    )
+    tilting_inertia = mass * (1.5e-3 + (0.05 - springs.centre_above_tip_mm * 1e-3) ** 2)
+    pivot = (0.0, 0.0, -springs.centre_above_tip_mm * 1e-3)
+    lateral, axial = springs.lateral_N_per_mm * 1e3, springs.axial_N_per_mm * 1e3
+    rows = (
+        ("slide_x", mujoco.mjtJoint.mjJNT_SLIDE, (1.0, 0.0, 0.0), lateral, mass, 0.0),
+        ("slide_y", mujoco.mjtJoint.mjJNT_SLIDE, (0.0, 1.0, 0.0), lateral, mass, 0.0),
+        # At rest with the tool pointing down the peg hangs where kinematics puts it: the spring bears its weight.
+        ("slide_z", mujoco.mjtJoint.mjJNT_SLIDE, (0.0, 0.0, 1.0), axial, mass, -mass * GRAVITY_M_S2 / axial),
+        ("tilt_x", mujoco.mjtJoint.mjJNT_HINGE, (1.0, 0.0, 0.0), springs.tilt_Nm_per_rad, tilting_inertia, 0.0),
+        ("tilt_y", mujoco.mjtJoint.mjJNT_HINGE, (0.0, 1.0, 0.0), springs.tilt_Nm_per_rad, tilting_inertia, 0.0),
+        ("turn_z", mujoco.mjtJoint.mjJNT_HINGE, (0.0, 0.0, 1.0), springs.torsion_Nm_per_rad, mass * 1.5e-4, 0.0),
+    )  # fmt: skip
+    for name, kind, axis, stiffness, inertia, rest in rows:
+        body.add_joint(
+            name=name, type=kind, axis=axis, pos=pivot, stiffness=(stiffness, 0.0, 0.0), springref=rest,
+            damping=(2.0 * springs.damping_ratio * sqrt(stiffness * inertia), 0.0, 0.0),
+            limited=mujoco.mjtLimited.mjLIMITED_FALSE,
+        )  # fmt: skip
+    section = CrossSection.named(peg.cross_section, peg.diameter_mm * 0.5e-3)
+    rim = peg.rim_radius_mm * 1e-3
+    c, s = cos(-tool_yaw_rad), sin(-tool_yaw_rad)
+    # The upper ring is a body of its own: far above the plate, its whole bounding volume is then passed over at once.
+    upper = body.add_body(name="peg_upper", mass=1e-6, inertia=(1e-12, 1e-12, 1e-12), explicitinertial=True)
+    for ring, height in ((body, rim), (upper, _UPPER_RING_M)):
+        for x, y in section.rim(peg.rim_spheres, rim):
+            ring.add_geom(
+                type=mujoco.mjtGeom.mjGEOM_SPHERE,
+                size=(rim, 0.0, 0.0),
+                pos=(c * x - s * y, s * x + c * y, -height),
+                contype=_PEG,
+                conaffinity=_PLATE,
+                condim=3,
+                friction=(peg.friction, 0.0, 0.0),
+                mass=0.0,
+                group=3,
+                solref=_SOLREF,
+                solimp=_SOLIMP,
+            )
+    length = tool.tip_from_sensor_m / 2
+    body.add_geom(
+        type=mujoco.mjtGeom.mjGEOM_CYLINDER,
+        size=(section.apothem_m, length, 0.0),
+        pos=(0.0, 0.0, -length),
+        contype=0,
+        conaffinity=0,
+        mass=0.0,
+        group=2,
+        rgba=(0.85, 0.55, 0.2, 1.0),
+    )
+    body.add_site(name="tip", pos=(0.0, 0.0, 0.0))
+
+
+def _add_plate(spec: mujoco.MjSpec, config: CellConfig, goal_in_base: pin.SE3, reach_m: float) -> None:
+    """The plate with its hole, in the task frame: z into the hole, surface at 0."""
+    peg = config.peg
+    plate = spec.worldbody.add_body(name="plate", pos=goal_in_base.translation, quat=_quaternion(goal_in_base.rotation))
+    contact = {
+        "contype": _PLATE, "conaffinity": _PEG, "condim": 3, "friction": (peg.friction, 0.0, 0.0),
+        "solref": _SOLREF, "solimp": _SOLIMP, "rgba": (0.55, 0.6, 0.6, 1.0),
+    }  # fmt: skip
+    hole = CrossSection.named(peg.cross_section, (peg.diameter_mm * 0.5 + peg.clearance_mm) * 1e-3)
+    depth = peg.hole_depth_mm * 1e-3
+    half_thickness = (depth + 0.005) / 2
+    # Two rings: short boxes at the rim keep MuJoCo's bounding volumes tight, which saved a seventh of a step's cost.
+    # The outer ring has fewer, broader ones, and begins far enough inside the inner ring to leave no slit.
+    outer_boxes = peg.wall_boxes // 2
+    slit = 0.0 if hole.sides else (hole.apothem_m + _RIM_M) * (1.0 - cos(pi / outer_boxes))
+    for boxes, start, end in ((peg.wall_boxes, 0.0, _RIM_M), (outer_boxes, _RIM_M - slit, reach_m)):
+        half_radial = (end - start + 0.0002) / 2
+        for wall in CrossSection(hole.sides, hole.apothem_m + start).walls(boxes, end - start):
+            c, s = cos(wall.heading_rad), sin(wall.heading_rad)
+            centre = wall.distance_m + half_radial
+            plate.add_geom(
+                type=mujoco.mjtGeom.mjGEOM_BOX,
+                size=(half_radial, wall.half_width_m, half_thickness),
+                pos=(c * centre, s * centre, half_thickness),
+                quat=(cos(wall.heading_rad / 2), 0.0, 0.0, sin(wall.heading_rad / 2)),
+                **contact,
+            )
+    side = hole.apothem_m * 2.2
+    plate.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=(side, side, 0.0025), pos=(0.0, 0.0, depth + 0.0025), **contact)
+
+
+def _add_sensors(spec: mujoco.MjSpec, config: CellConfig) -> None:
+    site = mujoco.mjtObj.mjOBJ_SITE
+    # The history keeps every physics step of one tick, so that peaks between two control ticks are not missed.
+    for name, kind in (("force", mujoco.mjtSensor.mjSENS_FORCE), ("torque", mujoco.mjtSensor.mjSENS_TORQUE)):
+        sensor = spec.add_sensor(name=name, type=kind, objtype=site, objname="wrench")
+        if name == "force":
+            sensor.nsample = config.substeps
+    spec.add_sensor(name="tip_position", type=mujoco.mjtSensor.mjSENS_FRAMEPOS, objtype=site, objname="tip")
+
+
+def _joint_axes(model: pin.Model) -> list[tuple[float, float, float]]:
+    """Axis of each joint in its own frame, from the motion itself, whatever Pinocchio calls the joint type."""
+    data = model.createData()
+    axes = []
+    for index in range(1, model.njoints):
+        q = pin.neutral(model)
+        pin.forwardKinematics(model, data, q)
+        before = data.oMi[index].copy()
+        q[index - 1] = 1.0
+        pin.forwardKinematics(model, data, q)
+        x, y, z = pin.log3(before.actInv(data.oMi[index]).rotation).tolist()
+        axes.append((x, y, z))
+    return axes
+
+
+def _quaternion(rotation: np.ndarray) -> tuple[float, float, float, float]:
+    x, y, z, w = pin.Quaternion(rotation).coeffs().tolist()
+    return w, x, y, z
+
+
+def _full_inertia(inertia: np.ndarray) -> tuple[float, ...]:
+    i = inertia
+    return tuple(float(v) for v in (i[0, 0], i[1, 1], i[2, 2], i[0, 1], i[0, 2], i[1, 2]))

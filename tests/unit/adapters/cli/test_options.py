@@ -1,0 +1,132 @@
+"""How flags, TOML files and presets come together, and how one line says what is wrong with them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from palpate.adapters.cli.options import CompareOptions, RunOptions, ShowOptions, TrainOptions, parse
+from palpate.adapters.config.run import RunConfig, scenario
+from palpate.core.errors import ConfigurationError, UsageError
+
+
+@pytest.fixture
+def toml(tmp_path: Path) -> str:
+    path = tmp_path / "my.toml"
+    path.write_text(
+        'scenario = "blind"\nseed = 5\n[task]\nstep_mm = 0.25\n[cell]\nhole_uncertainty_mm = 2.0\n'
+        '[run]\ncommand = "train"\n'
+    )
+    return str(path)
+
+
+def config(*words: str) -> RunConfig:
+    return parse(TrainOptions, "train", words).run
+
+
+def test_without_words_all_is_default() -> None:
+    assert parse(TrainOptions, "train", []) == TrainOptions()
+
+
+def test_a_preset_is_where_the_rest_starts_from() -> None:
+    assert config("--scenario", "blind") == scenario("blind")
+    assert config("--scenario=blind", "--cell.hole-uncertainty-mm", "1").cell.hole_uncertainty_mm == 1.0
+
+
+def test_the_file_wins_over_the_preset(toml: str) -> None:
+    found = config("--config", toml)
+    assert (found.scenario, found.cell.hole_uncertainty_mm) == ("blind", 2.0)
+    assert (found.seed, found.task.step_mm) == (5, 0.25)
+
+
+def test_flags_win_over_the_file(toml: str) -> None:
+    found = config(f"--config={toml}", "--seed", "6", "--task.step-mm", "0.3")
+    assert (found.seed, found.task.step_mm) == (6, 0.3)
+    # Not of the flags but of the file: it still counts.
+    assert found.cell.hole_uncertainty_mm == 2.0
+
+
+def test_a_scenario_other_than_the_file_s_is_refused(toml: str) -> None:
+    # The file's settings would win over the preset's, and the scenario would be so in name only.
+    with pytest.raises(ConfigurationError, match="'blind', as in"):
+        config("--config", toml, "--scenario", "paper")
+
+
+def test_of_two_scenarios_the_last_counts_with_its_settings() -> None:
+    found = config("--scenario", "paper", "--scenario", "blind")
+    assert (found.scenario, found.cell.hole_uncertainty_mm) == ("blind", 3.0)
+
+
+def test_a_run_toml_repeats_trials_and_policy_of_the_same_command(tmp_path: Path) -> None:
+    path = tmp_path / "run.toml"
+    path.write_text('[run]\ncommand = "compare"\ntrials = 7\npolicy = ["a", "b"]\n')
+    again = parse(CompareOptions, "compare", ["--config", str(path)])
+    assert (again.trials, again.policy) == (7, ("a", "b"))
+    assert parse(RunOptions, "run", ["--config", str(path)]).trials == RunOptions().trials
+
+
+def test_all_commands_take_the_same_settings(toml: str) -> None:
+    expected = config("--config", toml)
+    assert parse(RunOptions, "run", ["--config", toml, "--policy", "torque"]).run == expected
+    assert parse(CompareOptions, "compare", ["--config", toml, "--policy", "a", "b"]).run == expected
+    assert parse(CompareOptions, "compare", ["--policy", "a", "b"]).policy == ("a", "b")
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--trails", "3"], "--trails is not an option of palpate train; did you mean --trials?"),
+        (["--task.step_m", "3"], "did you mean --task.step-mm?"),
+        (["--zzzzzz"], "--zzzzzz is not an option of palpate train; see --help"),
+        (["extra"], "extra is not an option"),
+        (["--seed", "many"], "--seed"),
+        (["--task.step-mm", "wide"], "--task.step-mm"),
+        (["--trials"], "--trials"),
+    ],
+)
+def test_words_that_make_no_sense_are_named_in_one_line(words: list[str], message: str) -> None:
+    with pytest.raises(UsageError) as caught:
+        parse(TrainOptions, "train", words)
+    assert message in str(caught.value)
+    assert len(str(caught.value).splitlines()) == 1
+    # Nothing is left of the box that the parser draws.
+    assert not set("│╭╮╰╯─") & set(str(caught.value))
+
+
+def test_a_refused_flag_says_what_is_accepted() -> None:
+    with pytest.raises(UsageError) as caught:
+        config("--cell.peg.clearance-mm", "-1")
+    assert str(caught.value) == "cell.peg.clearance_mm = -1.0 is refused: a number from 0.001 to 5"
+
+
+def test_a_long_refusal_stays_whole() -> None:
+    # The parser wraps its lines; what comes out must be one sentence again.
+    with pytest.raises(UsageError) as caught:
+        config("--task.start-uncertainty-mm", "5")
+    assert str(caught.value) == (
+        "task.start_uncertainty_mm = 5.0 is refused: at most task.area_half_width_mm = 3.5,"
+        " or trials start outside the exploration area"
+    )
+
+
+@pytest.mark.parametrize(("line", "field"), [("sed = 1", "sed"), ("scenario = 3", "scenario")])
+def test_a_refused_file_is_named_by_its_field(tmp_path: Path, line: str, field: str) -> None:
+    path = tmp_path / "bad.toml"
+    path.write_text(line)
+    with pytest.raises(ConfigurationError) as caught:
+        config("--config", str(path))
+    assert caught.value.field == field
+
+
+def test_show_needs_a_file() -> None:
+    assert parse(ShowOptions, "show", ["policy.json"]).file == "policy.json"
+    with pytest.raises(UsageError):
+        parse(ShowOptions, "show", [])
+
+
+def test_help_ends_the_program_well(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as end:
+        parse(TrainOptions, "train", ["--help"])
+    assert not end.value.code
+    assert "--cell.peg.clearance-mm" in capsys.readouterr().out

@@ -1,0 +1,114 @@
+"""Configurations to TOML and back, and how wrong tables are refused."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from tomllib import loads
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from palpate.adapters.config.run import LearningConfig, PerceptionConfig, RunConfig, scenario
+from palpate.adapters.config.toml import overlay, read_toml, to_toml
+from palpate.core.errors import ConfigurationError
+from palpate.core.insertion.config import GoalConfig, TaskConfig
+
+CHANGED = RunConfig(
+    scenario="blind",
+    arm="ur5",
+    seed=2**63 - 1,
+    task=TaskConfig(goal=GoalConfig(x_mm=-1e-7), ticks_per_action=7),
+    perception=PerceptionConfig(
+        calibration=(1.0, -1.0, 1e-300, 2.5, 1e22, 0.1),
+        symbols="random",
+        channels=("fz", "tx"),
+    ),
+    learning=LearningConfig(
+        alpha_visits=12.5,
+        programmed={"x- y0": "+x", 'odd "name"\\': "-x"},
+        examples="a folder/übung.csv",
+    ),
+)
+
+
+@pytest.mark.parametrize("config", [RunConfig(), scenario("blind"), CHANGED])
+def test_a_configuration_comes_back_from_its_text(config: RunConfig) -> None:
+    assert overlay(RunConfig(), loads(to_toml(config))) == config
+
+
+@given(name=st.text(), action=st.text())
+def test_any_text_comes_back(name: str, action: str) -> None:
+    learning = LearningConfig(programmed={name: action}, examples=name)
+    assert overlay(LearningConfig(), loads(to_toml(learning))) == learning
+
+
+def test_only_what_the_table_names_changes() -> None:
+    config = overlay(CHANGED, {"task": {"goal": {"y_mm": 5}}, "seed": 1})
+    assert config.task.goal == GoalConfig(x_mm=-1e-7, y_mm=5.0)
+    assert config == replace(CHANGED, seed=1, task=replace(CHANGED.task, goal=config.task.goal))
+
+
+def test_a_whole_number_serves_as_a_float() -> None:
+    step = overlay(RunConfig(), {"task": {"step_mm": 1}}).task.step_mm
+    assert (step, type(step)) == (1.0, float)
+
+
+@pytest.mark.parametrize(
+    ("table", "field", "hint"),
+    [
+        ({"sed": 1}, "sed", "did you mean seed?"),
+        ({"task": {"step_m": 1}}, "task.step_m", "did you mean task.step_mm?"),
+        ({"cell": {"peg": {"clearence_mm": 1}}}, "cell.peg.clearence_mm", "did you mean cell.peg.clearance_mm?"),
+        ({"learning": {"zzz": 1}}, "learning.zzz", "known here: alpha,"),
+    ],
+)
+def test_an_unknown_field_is_named_with_its_neighbour(table: dict[str, Any], field: str, hint: str) -> None:
+    with pytest.raises(ConfigurationError) as caught:
+        overlay(RunConfig(), table)
+    assert caught.value.field == field
+    assert hint in caught.value.accepted
+
+
+@pytest.mark.parametrize(
+    ("table", "field", "wanted"),
+    [
+        ({"seed": 1.5}, "seed", "int"),
+        ({"seed": True}, "seed", "int"),
+        ({"seed": "1"}, "seed", "int"),
+        ({"arm": 3}, "arm", "str"),
+        ({"task": 3}, "task", "a table"),
+        ({"task": {"goal": [1.0]}}, "task.goal", "a table"),
+        ({"task": {"step_mm": False}}, "task.step_mm", "float"),
+        ({"task": {"step_mm": {"a": 1}}}, "task.step_mm", "float"),
+        ({"perception": {"calibration": [1.0, 2.0]}}, "perception.calibration", "tuple"),
+        ({"perception": {"calibration": [1, 1, 1, 1, 1, "x"]}}, "perception.calibration[5]", "float"),
+        ({"perception": {"channels": "x"}}, "perception.channels", "tuple"),
+        ({"perception": {"channels": ["x", 2]}}, "perception.channels[1]", "str"),
+        ({"learning": {"alpha_visits": "x"}}, "learning.alpha_visits", "float"),
+        ({"learning": {"programmed": ["x"]}}, "learning.programmed", "dict"),
+        ({"learning": {"programmed": {"x+ y0": 1}}}, "learning.programmed.x+ y0", "str"),
+    ],
+)
+def test_a_wrong_type_is_named(table: dict[str, Any], field: str, wanted: str) -> None:
+    with pytest.raises(ConfigurationError) as caught:
+        overlay(RunConfig(), table)
+    assert caught.value.field == field
+    assert wanted in caught.value.accepted
+
+
+def test_a_table_is_read_from_a_file(tmp_path: Path) -> None:
+    path = tmp_path / "run.toml"
+    path.write_text('[learning]\nexamples = "ü"\n', encoding="utf-8")
+    assert read_toml(path) == {"learning": {"examples": "ü"}}
+
+
+@pytest.mark.parametrize("content", [None, b"a = [", b"a = '\xff'"])
+def test_a_file_that_cannot_be_read_is_named(tmp_path: Path, content: bytes | None) -> None:
+    path = tmp_path / "run.toml"
+    if content is not None:
+        path.write_bytes(content)
+    with pytest.raises(ConfigurationError, match=r"run\.toml"):
+        read_toml(path)

@@ -1,0 +1,101 @@
+"""Learning runs: settings, repeatability, and what is remembered of each trial."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from palpate.adapters.experiments.grid.learning import GridLearning, learn
+from palpate.adapters.experiments.grid.states import Named
+from palpate.core.errors import ConfigurationError
+from palpate.core.policy import BackingOff, QLearning, QParameters, Sarsa, SarsaParameters, TemperatureSchedule
+from palpate.simulation.grid.maps import SCENARIO_1, GridMap
+from palpate.simulation.grid.trial import Walk
+
+GRID = GridMap.from_regions(SCENARIO_1, 5)
+
+
+def test_settings_become_those_of_the_learner() -> None:
+    schedule = TemperatureSchedule(2.0, 0.9, 0.5)
+    common = {"alpha": 0.3, "gamma": 0.9, "alpha_visits": 7.0, "alpha_floor": 0.1}
+    flags = common | {"temperature": 2.0, "temperature_decay": 0.9, "temperature_floor": 0.5, "trace_decay": 0.4}
+    assert GridLearning(**flags).parameters() == QParameters(**common, temperature=schedule)
+    assert GridLearning(**flags, learner="sarsa").parameters() == SarsaParameters(
+        **common, temperature=schedule, trace_decay=0.4
+    )
+    own = GridLearning().parameters()
+    assert (own.alpha, own.alpha_visits, own.alpha_floor) == (0.5, 20.0, 0.05)
+    given = [GridLearning(alpha=0.2), GridLearning(learner="sarsa")]
+    assert [(s.parameters().alpha, s.parameters().alpha_visits) for s in given] == [(0.2, None), (0.1, None)]
+
+
+@pytest.mark.parametrize(("learner", "kind"), [("q", BackingOff), ("sarsa", Sarsa)])
+def test_equal_seeds_give_equal_runs(learner: str, kind: type) -> None:
+    settings = GridLearning(learner=learner, step_limit=30)
+    told: list[Walk] = []
+    first = learn(GRID, Named("last-2"), settings, 4, 40, told.append)
+    again = learn(GRID, Named("last-2"), settings, 4, 40)
+    other = learn(GRID, Named("last-2"), settings, 5, 40)
+    assert type(first.learner) is kind
+    assert (first.walks, first.temperatures, first.learner.q) == (again.walks, again.temperatures, again.learner.q)
+    assert first.walks != other.walks
+    assert told == list(first.walks)
+    assert len(first.steps) == 40
+    assert max(first.steps) <= 30
+    assert first.temperatures[:2] == (0.5, 0.5 * 0.995)
+
+
+def test_a_shorter_run_is_the_beginning_of_a_longer_one() -> None:
+    short, long = (learn(GRID, Named(), GridLearning(), 1, trials) for trials in (20, 60))
+    assert long.walks[:20] == short.walks
+
+
+@pytest.mark.parametrize(
+    ("settings", "says"),
+    [
+        ({"learner": "r-max"}, "learner = 'r-max' is refused: one of q, sarsa"),
+        ({"alpha": -0.1}, "alpha = -0.1"),
+        ({"gamma": 1.1}, "gamma = 1.1"),
+        ({"temperature": -1.0}, "temperature = -1"),
+        ({"temperature_decay": 0.0}, "temperature_decay = 0"),
+        ({"temperature_floor": 2.0}, "temperature_floor = 2"),
+        ({"alpha_visits": -1.0}, "alpha_visits = -1"),
+        ({"alpha": 0.5, "alpha_floor": 0.9}, "alpha_floor = 0.9"),
+        ({"alpha_visits": 5.0}, "alpha = None is refused: a learning rate, if it is told how to fall"),
+        ({"trace_decay": 2.0, "learner": "sarsa"}, "trace_decay = 2"),
+        ({"step_limit": 0}, "step_limit = 0"),
+        ({"back_off": -1.0}, "back_off = -1"),
+        ({"back_off": float("nan")}, "back_off = nan"),
+        ({"back_off": 9.0, "learner": "sarsa"}, "back_off = 9.0 is refused: 0; only the learner q can back off"),
+    ],
+)
+def test_settings_out_of_range_are_refused_by_the_name_of_their_flag(settings: dict, says: str) -> None:
+    with pytest.raises(ConfigurationError) as refused:
+        GridLearning(**settings)
+    assert str(refused.value).startswith(says)
+
+
+@pytest.mark.parametrize(
+    ("states", "settings", "kind"),
+    [
+        ("last-2", {}, BackingOff),
+        ("last-2", {"back_off": 0.0}, QLearning),
+        ("symbols", {}, QLearning),
+        ("last-2", {"learner": "sarsa"}, Sarsa),
+    ],
+)
+def test_a_memory_backs_off_unless_told_otherwise(states: str, settings: dict, kind: type) -> None:
+    assert type(learn(GRID, Named(states), GridLearning(**settings), 0, 1).learner) is kind
+
+
+def test_with_backing_off_a_memory_learns_sooner() -> None:
+    def steps(**settings) -> float:
+        runs = [learn(GRID, Named("last-2"), GridLearning(**settings), seed, 150) for seed in range(5)]
+        return float(np.mean([run.steps[50:] for run in runs]))
+
+    assert steps() < 0.7 * steps(back_off=0.0)
+
+
+def test_there_is_at_least_one_trial() -> None:
+    with pytest.raises(ConfigurationError, match="trials = 0"):
+        learn(GRID, Named(), GridLearning(), 0, 0)

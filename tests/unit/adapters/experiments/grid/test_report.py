@@ -1,0 +1,84 @@
+"""Scores, the table with what is possible beside them, and the line for every trial."""
+
+from __future__ import annotations
+
+import csv
+import io
+
+import pytest
+
+from palpate.adapters.experiments.grid.learning import GridLearning, learn
+from palpate.adapters.experiments.grid.report import Score, mean_interval, score_table, summary, trials_csv
+from palpate.adapters.experiments.grid.states import Named
+from palpate.adapters.experiments.grid.worlds import Bounds, bounds_of
+from palpate.simulation.grid.maps import GridMap
+
+GRID = GridMap.from_text("ABC·")
+SCORES = [Score(7, 40.0, 3.5, 1.0, 3.25, 1.0), Score(8, 50.0, 4.5, 0.5, 30.0, 0.75)]
+BOUNDS = Bounds(2.333, 3.208, 48.27)
+
+
+def test_a_run_is_scored() -> None:
+    run = learn(GRID, Named(), GridLearning(alpha=0.5), 0, 300)
+    score = Score.of(GRID, run)
+    assert score.seed == 0
+    assert score.first == sum(run.steps[:100]) / 100
+    assert score.last == sum(run.steps[-100:]) / 100
+    assert (score.reached, score.greedy, score.greedy_reaches) == (1.0, pytest.approx(2.0), 1.0)
+    assert score.last < 2.6
+
+
+def test_the_limit_holds_for_the_exact_cost_too() -> None:
+    learning = GridLearning(step_limit=2)
+    score = Score.of(GRID, learn(GRID, Named(), learning, 0, 50), 2)
+    assert score.greedy <= 2.0
+    assert score.greedy_reaches < 1.0
+
+
+def test_what_is_possible_always_stands_beside_what_was_learned() -> None:
+    lines = score_table(SCORES, BOUNDS, 1500).splitlines()
+    assert lines[0].split("  ")[-1] == "greedy, exact"
+    assert lines[1].split() == ["7", "40.00", "3.50", "100%", "3.25"]
+    assert lines[3].split() == ["mean", "45.00", "4.00", "75%", "16.62"]
+    assert lines[-3:] == [
+        "  full information      2.33",
+        "  belief-state optimum  3.21",
+        "  random walk           48.27",
+    ]
+
+
+def test_one_run_has_no_mean_and_a_short_one_says_how_short() -> None:
+    text = score_table(SCORES[:1], Bounds(1.0, None, 9.0), 20)
+    assert "\nmean" not in text
+    assert "last 20" in text
+    assert "belief-state optimum  not found" in text
+
+
+def test_the_summary_says_the_same_with_intervals() -> None:
+    figures = summary(SCORES, BOUNDS)
+    assert (figures["mean_last"], figures["mean_last_95"]) == (4.0, [3.5, 4.5])
+    assert (figures["full_information"], figures["belief_optimum"]) == (2.333, 3.208)
+    assert figures["runs"][1]["greedy_reaches"] == 0.75
+    assert summary(SCORES, Bounds(1.0, None, 9.0))["belief_optimum"] is None
+
+
+def test_the_interval_of_a_mean_holds_it_and_shrinks() -> None:
+    few, many = [float(n % 10) for n in range(10)], [float(n % 10) for n in range(1000)]
+    (low, high), (near, far) = mean_interval(few), mean_interval(many)
+    assert low < near < 4.5 < far < high
+    assert mean_interval([3.0]) == (3.0, 3.0)
+    assert mean_interval(few) == (low, high)
+
+
+def test_every_trial_has_a_line() -> None:
+    runs = [learn(GRID, Named(), GridLearning(), seed, 5) for seed in (3, 4)]
+    rows = list(csv.DictReader(io.StringIO(trials_csv(GRID, runs))))
+    assert [(row["seed"], row["trial"]) for row in rows[4:6]] == [("3", "4"), ("4", "0")]
+    first = runs[0].walks[0]
+    assert (int(rows[0]["steps"]), rows[0]["reached"]) == (first.steps, str(first.reached))
+    assert (int(rows[0]["start_column"]), int(rows[0]["start_row"])) == GRID.cells[first.start]
+    assert [float(row["temperature"]) for row in rows[:5]] == list(runs[0].temperatures)
+
+
+def test_bounds_and_scores_agree_on_a_corridor() -> None:
+    assert bounds_of(GRID).full == bounds_of(GRID).belief == 2.0

@@ -1,0 +1,67 @@
+"""Maps by name, and what is possible in them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from palpate.adapters.experiments.grid.worlds import bounds_of, grid_named
+from palpate.core.errors import ConfigurationError
+from palpate.simulation.grid.maps import SCENARIO_1, GridMap
+
+
+def test_a_map_is_a_scenario_regions_or_a_file(tmp_path: Path) -> None:
+    assert grid_named("1", 5) == GridMap.from_regions(SCENARIO_1, 5)
+    assert grid_named("ABC/C.E/BDF", 7) == GridMap.from_regions(SCENARIO_1)
+    (tmp_path / "map.txt").write_text("AB#\n.BA\n")
+    assert grid_named(str(tmp_path / "map.txt"), 7).rows == ("AB#", "·BA")
+
+
+def test_a_file_whose_path_looks_like_regions_is_a_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder = tmp_path / "a" / "b"
+    folder.mkdir(parents=True)
+    (folder / "c").write_text("AB.")
+    monkeypatch.chdir(tmp_path)
+    assert grid_named("a/b/c", 7).rows == ("AB·",)
+
+
+@pytest.mark.parametrize(
+    ("name", "size", "says"),
+    [
+        ("3", 7, "one of 1, 2, twin, eight regions such as ABC/C.E/BDF, or a readable text file"),
+        ("missing.txt", 7, "a readable text file"),
+        (".", 7, "a readable text file"),
+        ("binary", 7, "a readable text file"),
+        ("none", 7, "0 goals"),
+        ("1", 6, "an odd number"),
+        ("ABC/C.E", 7, "a readable text file"),
+        ("ABC/CXE/BDF", 7, "three rows of three regions"),
+    ],
+)
+def test_what_is_no_map_is_refused(
+    name: str, size: int, says: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("binary").write_bytes(b"\xff\xfe")
+    Path("none").write_text("ABC")
+    with pytest.raises(ConfigurationError, match=says):
+        grid_named(name, size)
+
+
+def test_bounds() -> None:
+    bounds = bounds_of(grid_named("2", 7))
+    assert (round(bounds.full, 4), round(bounds.belief or 0.0, 4), round(bounds.random_walk, 4)) == (
+        2.3333,
+        3.2083,
+        48.2656,
+    )
+    assert bounds_of(grid_named("2", 7), 10).random_walk < 10.0
+
+
+def test_where_the_belief_state_optimum_takes_too_long_there_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(grid: GridMap) -> float:
+        raise ConfigurationError("grid.map", "it", "another")
+
+    monkeypatch.setattr("palpate.adapters.experiments.grid.worlds.belief_optimum", refuse)
+    assert bounds_of(grid_named("twin", 9)).belief is None

@@ -1,0 +1,92 @@
+"""Making a cell."""
+
+from __future__ import annotations
+
+import json
+import threading
+from pathlib import Path
+
+import pytest
+from threadpoolctl import threadpool_info
+
+from palpate.adapters.config.run import RunConfig
+from palpate.adapters.experiments.study import run_cell
+from palpate.adapters.experiments.study.cell import Cell
+from palpate.adapters.experiments.study.run_cell import CellOutcome, CellReport, make_cell, one_thread, put_in_place
+from tests.unit.adapters.experiments.study.studies import job_in
+
+CELL = Cell({"task.start_uncertainty_mm": 1.0}, "torque", 3)
+
+
+def test_a_cell_is_a_run_folder_and_says_which(tmp_path: Path) -> None:
+    assert make_cell(job_in(tmp_path, CELL)) == CellReport(CELL.name, CellOutcome.FINISHED)
+    (folder,) = tmp_path.iterdir()
+    assert folder.name == CELL.name
+    assert json.loads((folder / "cell.json").read_text()) == {
+        "fields": {"task.start_uncertainty_mm": 1.0}, "policy": "torque", "seed": 3, "format": 1,
+    }  # fmt: skip
+    names = {"cell.json", "run.toml", "trials.csv", "decisions.csv", "summary.json", "learning_curve.png"}
+    assert {path.name for path in folder.iterdir()} == names
+    assert "start_uncertainty_mm = 1.0" in (folder / "run.toml").read_text()
+
+
+def test_it_can_be_made_in_any_thread(tmp_path: Path) -> None:
+    reports: list[CellReport] = []
+    cell = Cell({}, "q-learning", 0)
+    thread = threading.Thread(target=lambda: reports.append(make_cell(job_in(tmp_path, cell))))
+    thread.start()
+    thread.join()
+    assert [report.outcome for report in reports] == [CellOutcome.FINISHED]
+    assert (tmp_path / cell.name / "policy.json").exists()
+
+
+@pytest.mark.parametrize(
+    ("base", "files", "problem"),
+    [
+        ({"task.goal.x_mm": 1900.0}, {}, "task.goal"),
+        ({"task.step_mm": 100.0}, {}, "task.step_mm"),
+        ({}, {"e.csv": "00"}, "stays as it was"),
+        ({}, {"none.csv": "00"}, "none.csv"),
+    ],
+)
+def test_what_fails_says_why_and_leaves_nothing(
+    tmp_path: Path, base: dict[str, float], files: dict[str, str], problem: str
+) -> None:
+    (tmp_path / "e.csv").touch()
+    report = make_cell(job_in(tmp_path, CELL, base, files=files))
+    assert report.outcome is CellOutcome.FAILED
+    assert problem in report.problem
+    assert [path.name for path in tmp_path.iterdir()] == ["e.csv"]
+
+
+def test_attempts_that_did_not_end_are_counted(tmp_path: Path) -> None:
+    (tmp_path / f"{CELL.name}.0123.unfinished").mkdir()
+    assert make_cell(job_in(tmp_path, CELL)).begun_before == 1
+
+
+def test_of_two_that_make_the_same_cell_the_first_one_stays(tmp_path: Path) -> None:
+    for name in ("first", "second"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "cell.json").write_text(name)
+    put_in_place(tmp_path / "first", tmp_path / "cell")
+    put_in_place(tmp_path / "second", tmp_path / "cell")
+    assert (tmp_path / "cell" / "cell.json").read_text() == "first"
+
+
+def test_a_place_that_is_no_cell_is_not_taken_for_one(tmp_path: Path) -> None:
+    for name in ("new", "there"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "something").touch()
+    with pytest.raises(OSError, match="not empty"):
+        put_in_place(tmp_path / "new", tmp_path / "there")
+
+
+def test_a_cell_that_was_interrupted_is_no_cell(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(run_cell, "run_policy", lambda *arguments: [])
+    assert make_cell(job_in(tmp_path, CELL)).outcome is CellOutcome.INTERRUPTED
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_libraries_keep_to_one_thread() -> None:
+    with one_thread(RunConfig()):
+        assert {library["num_threads"] for library in threadpool_info()} == {1}

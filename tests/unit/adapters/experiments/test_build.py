@@ -1,0 +1,122 @@
+"""A configuration becomes objects that do what it says, or is refused."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from palpate.adapters.config.run import LearningConfig, PerceptionConfig, RunConfig
+from palpate.adapters.experiments.build import build_perception, build_reinforcement, task_actions
+from palpate.adapters.mujoco.rig import SimulatedRig
+from palpate.core.errors import UnreachableError
+from palpate.core.insertion.config import N_PER_KGF, GoalConfig, TaskConfig
+from palpate.core.insertion.frame import goal_in_base
+from palpate.core.insertion.ready_pose import find_ready_pose
+from palpate.core.motion.arm import arm_named
+from palpate.core.motion.model import Kinematics, ToolGeometry
+from palpate.core.policy import ActionOutcome
+from palpate.core.ports.lifecycle import Life
+from palpate.core.ports.values import CommandReason, JointCommand
+from tests.unit.adapters.samples import QUICK, ready_pose
+
+
+@pytest.mark.parametrize("arm", ["zebra-zero", "ur5"])
+def test_the_ready_pose_is_above_the_hole_and_points_into_it(arm: str) -> None:
+    config = RunConfig(arm=arm)
+    ready = find_ready_pose(config.arm, config.task)
+    kinematics = Kinematics(arm_named(arm), ToolGeometry())
+    kinematics.update(ready.q_rad)
+    goal = goal_in_base(config.task.goal)
+    assert goal.actInv(kinematics.tip_position_m) == pytest.approx(np.array([0.0, 0.0, -3e-3]), abs=1e-6)
+    assert kinematics.tip_rotation[:, 2] == pytest.approx(goal.rotation[:, 2], abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    "goal",
+    [
+        GoalConfig(x_mm=1900.0),  # out of reach altogether
+        GoalConfig(x_mm=30.0, y_mm=0.0, z_mm=20.0),  # inside the arm's base
+    ],
+)
+def test_a_hole_out_of_reach_is_refused(goal: GoalConfig) -> None:
+    with pytest.raises(UnreachableError) as caught:
+        find_ready_pose("zebra-zero", TaskConfig(goal=goal))
+    assert caught.value.field == "task.goal"
+
+
+def test_a_hole_whose_surroundings_are_out_of_reach_is_refused() -> None:
+    # The furthest goal that is reachable itself; the corners of a large area round it are not.
+    def reachable(x_mm: float, half_width_mm: float) -> bool:
+        task = TaskConfig(goal=GoalConfig(x_mm=x_mm), area_half_width_mm=half_width_mm, start_uncertainty_mm=0.0)
+        try:
+            find_ready_pose("zebra-zero", task)
+        except UnreachableError:
+            return False
+        return True
+
+    inside, outside = 400.0, 900.0
+    while outside - inside > 5.0:
+        middle = (inside + outside) / 2
+        inside, outside = (middle, outside) if reachable(middle, 0.1) else (inside, middle)
+    assert not reachable(inside, 40.0)
+
+
+def test_actions_have_the_length_of_the_configuration() -> None:
+    actions = task_actions(RunConfig(task=TaskConfig(step_mm=0.25)))
+    assert len(actions) == 8
+    assert {round(float(np.hypot(*action.displacement_m)), 12) for action in actions} == {0.25e-3}
+
+
+def test_thresholds_are_converted_to_si() -> None:
+    perception = build_perception(
+        RunConfig(perception=PerceptionConfig(position_threshold_mm=2.0, torque_threshold_kgf_mm=1.0))
+    )
+    assert len(perception.states) == 17
+
+    def state_of(x_m: float, tx_Nm: float) -> str:
+        perception.reset()
+        _, state = perception.observe((x_m, 0.0, 0.0, 0.0, 0.0, 0.0, tx_Nm, 0.0, 0.0))
+        return perception.states[state]
+
+    limit_Nm = 1e-3 * N_PER_KGF
+    assert state_of(2.01e-3, 0.0) == "x+ y0"
+    assert state_of(1.99e-3, 1.01 * limit_Nm) == "tx+ ty0"
+    assert state_of(1.99e-3, 0.99 * limit_Nm) == "tx0 ty0"
+
+
+def test_the_grid_has_every_combination() -> None:
+    assert len(build_perception(RunConfig(perception=PerceptionConfig(symbols="grid"))).states) == 81
+
+
+def test_reinforcement_follows_the_configuration() -> None:
+    pressed_hard = ActionOutcome(0.1, 4.0 + N_PER_KGF * 0.5, 9.0, 1e-3)
+    assert build_reinforcement(RunConfig())(pressed_hard) == -1.0
+    effort = RunConfig(learning=LearningConfig(reinforcement="effort", effort_per_N_s=-2.0))
+    assert build_reinforcement(effort)(pressed_hard) != -1.0
+
+
+def test_a_rig_is_freed_from_its_last_stop_and_ends_closed() -> None:
+    with SimulatedRig(QUICK, ready_pose()) as rig:
+        home = JointCommand(rig.cell.joint_angles())
+        rig.ports.arm.stop()
+        assert rig.ports.arm.send(home).reason is CommandReason.STOPPED
+        rig.prepare(0)
+        assert rig.ports.arm.send(home).reason is CommandReason.AS_ASKED
+    for device in (rig.ports.arm, rig.ports.force_sensor, rig.ports.joint_encoder):
+        assert device.life is Life.CLOSED
+
+
+def test_preparing_a_trial_gives_what_its_number_says() -> None:
+    blind = replace(QUICK, cell=replace(QUICK.cell, hole_uncertainty_mm=3.0))
+
+    def prepared(trial: int) -> tuple[object, ...]:
+        rig.prepare(trial)
+        return rig.truth().hole_in_task_m, rig.ports.force_sensor.read().force_N
+
+    with SimulatedRig(blind, ready_pose()) as rig:
+        first, second, again = (prepared(trial) for trial in (0, 1, 0))
+    assert first == again
+    assert first[0] != second[0]
+    assert first[1] != second[1]

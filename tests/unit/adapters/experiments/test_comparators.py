@@ -1,0 +1,169 @@
+"""The strategies to compare with do what their names say."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import atan2, cos, hypot, pi, sin
+
+import numpy as np
+import pytest
+
+from palpate.adapters.experiments.comparators import Comparator, Omniscient, Spiral, StraightPass, TorqueFollowing
+from palpate.core.policy import Policy, Transition, compass_actions
+from tests.unit.adapters.samples import observation
+
+ACTIONS = compass_actions(0.5e-3)
+PITCH_M = 0.36e-3
+STEP_M = 0.5e-3
+
+
+def walk(policy: Policy, start_m: tuple[float, float], steps: int) -> np.ndarray:
+    """Where the tip is commanded to, action by action, (steps + 1, 2)."""
+    places = [start_m]
+    for k in range(steps):
+        dx, dy = policy.choose(observation(*places[-1], action_number=k)).action.displacement_m
+        places.append((places[-1][0] + dx, places[-1][1] + dy))
+    return np.array(places)
+
+
+def spiral() -> Spiral:
+    return Spiral("spiral-5", PITCH_M, STEP_M)
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: Omniscient(lambda: (1.0, 1.0), STEP_M),
+        lambda: TorqueFollowing(ACTIONS, 0.01),
+        spiral,
+        lambda: StraightPass(STEP_M),
+    ],
+)
+def test_comparators_serve_everywhere_and_learn_nothing(make: Callable[[], Comparator]) -> None:
+    policy = make()
+    assert isinstance(policy, Policy)
+    assert policy.temperature is None
+    assert policy.serves(0)
+    assert policy.serves(80)
+    policy.begin_trial(0, np.random.default_rng(0))
+    pushed = observation(1e-3, 1e-3, torque_Nm=(0.1, 0.1, 0.0))
+    before = policy.choose(pushed)
+    policy.learn(Transition(0, 0, -1.0, None))
+    assert policy.choose(pushed).source == before.source == policy.name
+
+
+def test_the_omniscient_one_goes_straight_to_the_hole_and_stays() -> None:
+    hole = np.array([1e-3, -2e-3])
+    places = walk(Omniscient(lambda: (*hole, 0.0), STEP_M), (-1e-3, 1e-3), 12)
+    lengths = np.hypot(*np.diff(places, axis=0).T)
+    whole = int(hypot(2e-3, 3e-3) / STEP_M)
+    assert lengths[:whole] == pytest.approx(STEP_M)
+    assert lengths.sum() == pytest.approx(hypot(2e-3, 3e-3))
+    assert places[-1] == pytest.approx(hole)
+    off_line = (places - places[0]) @ (3.0, 2.0)  # normal to the line from start to hole
+    assert off_line == pytest.approx(0.0, abs=1e-12)
+
+
+def test_the_omniscient_one_asks_anew_each_time() -> None:
+    holes = iter([(1.0, 0.0), (0.0, 1.0)])
+    policy = Omniscient(lambda: next(holes), STEP_M)
+    assert policy.choose(observation()).action.displacement_m == pytest.approx((STEP_M, 0.0))
+    assert policy.choose(observation()).action.displacement_m == pytest.approx((0.0, STEP_M))
+
+
+@pytest.mark.parametrize("index", range(8))
+def test_the_torque_tells_the_heading_of_the_hole(index: int) -> None:
+    # Beside the hole the plate supports the far side only. With the hole towards (hx, hy), the force (0, 0, -F)
+    # acts at the lever -(hx, hy): torque = lever x force = F (hy, -hx), so the hole is at (-ty, tx).
+    hx, hy = ACTIONS[index].displacement_m
+    lever, force = np.array([-hx, -hy, 0.0]) * 20.0, np.array([0.0, 0.0, -5.0])
+    tx, ty, tz = np.cross(lever, force)
+    decision = TorqueFollowing(ACTIONS, 0.01).choose(observation(torque_Nm=(tx, ty, tz)))
+    assert (decision.index, decision.action) == (index, ACTIONS[index])
+
+
+@pytest.mark.parametrize("off_rad", [-pi / 8 + 0.01, pi / 8 - 0.01])
+def test_the_nearest_compass_step_is_taken(off_rad: float) -> None:
+    policy = TorqueFollowing(ACTIONS, 0.01)
+    for index, action in enumerate(ACTIONS):
+        heading = atan2(*reversed(action.displacement_m)) + off_rad
+        torque = (0.1 * sin(heading), -0.1 * cos(heading), 0.0)
+        assert policy.choose(observation(torque_Nm=torque)).index == index
+
+
+def test_only_a_torque_below_the_threshold_is_left_to_chance() -> None:
+    policy = TorqueFollowing(ACTIONS, 0.01)
+    rng = np.random.default_rng(5)
+    policy.begin_trial(0, rng)
+    fresh = rng.bit_generator.state
+    # Torque about the tool axis says nothing about the hole.
+    quiet = observation(torque_Nm=(0.0, -0.0099, 5.0))
+    assert {policy.choose(observation(torque_Nm=(0.0, -0.01, 0.0))).index for _ in range(50)} == {0}
+    assert rng.bit_generator.state == fresh
+    assert {policy.choose(quiet).index for _ in range(200)} == set(range(8))
+
+
+def test_the_turns_of_the_spiral_lie_one_pitch_apart() -> None:
+    places = walk(spiral(), (0.0, 0.0), 200)
+    radius = np.hypot(*places.T)
+    angle = np.unwrap(np.arctan2(places[1:, 1], places[1:, 0]))
+    # Archimedean: the radius grows by one pitch a turn, everywhere.
+    assert np.diff(radius[1:]) / np.diff(angle) == pytest.approx(PITCH_M / (2 * pi), rel=1e-6)
+    assert radius[-1] > 3e-3
+
+
+def test_the_spiral_moves_at_constant_speed() -> None:
+    chords = np.hypot(*np.diff(walk(spiral(), (0.0, 0.0), 200), axis=0).T)
+    assert (chords <= STEP_M * (1 + 1e-6)).all()
+    # A chord is shorter than its arc; beyond the first turns hardly so.
+    assert (chords[10:] > 0.97 * STEP_M).all()
+    assert (chords[50:] > 0.995 * STEP_M).all()
+
+
+def test_the_spiral_leaves_no_gap() -> None:
+    # As fine as the tip really moves: along the chords.
+    corners = walk(spiral(), (0.0, 0.0), 200)
+    share = np.linspace(0.0, 1.0, 10, endpoint=False)[:, None, None]
+    path = (corners[:-1] + share * np.diff(corners, axis=0)).reshape(-1, 2)
+    rng = np.random.default_rng(0)
+    radius, heading = 3e-3 * np.sqrt(rng.uniform(size=500)), rng.uniform(0.0, 2 * pi, 500)
+    points = np.column_stack((radius * np.cos(heading), radius * np.sin(heading)))
+    gaps = np.linalg.norm(points[:, None] - path, axis=2).min(axis=1)
+    # Half a pitch, and what chords cut off the corners of the first turns.
+    assert gaps.max() <= 0.62 * PITCH_M
+    assert gaps[radius > 2 * PITCH_M].max() <= 0.54 * PITCH_M
+    assert gaps.max() > 0.45 * PITCH_M  # or it would search more closely than it says
+
+
+def test_the_spiral_begins_anew_where_each_trial_begins() -> None:
+    policy = spiral()
+    first = walk(policy, (0.0, 0.0), 20)
+    second = walk(policy, (1e-3, 2e-3), 20)
+    assert second - (1e-3, 2e-3) == pytest.approx(first, abs=1e-12)
+
+
+def test_the_spiral_goes_on_from_where_it_should_be() -> None:
+    # At the border of the area a step is cut short; the spiral must not be bent by that.
+    free = walk(spiral(), (0.0, 0.0), 11)
+    policy = spiral()
+    walk(policy, (0.0, 0.0), 10)
+    held_m = (0.1e-3, 0.0)
+    displacement = policy.choose(observation(*held_m, action_number=10)).action.displacement_m
+    assert np.add(held_m, displacement) == pytest.approx(free[11])
+
+
+def test_spirals_and_passes_use_no_random_numbers() -> None:
+    for policy in (spiral(), StraightPass(STEP_M), Omniscient(lambda: (1.0, 1.0), STEP_M)):
+        rng = np.random.default_rng(0)
+        before = rng.bit_generator.state
+        policy.begin_trial(0, rng)
+        walk(policy, (0.0, 0.0), 20)
+        assert rng.bit_generator.state == before
+
+
+def test_the_straight_pass_keeps_its_heading() -> None:
+    policy = StraightPass(STEP_M)
+    policy.heading_rad = 0.75 * pi
+    places = walk(policy, (1e-3, 0.0), 8)
+    unit = np.array([-1.0, 1.0]) / np.sqrt(2.0)
+    assert places - (1e-3, 0.0) == pytest.approx(np.arange(9)[:, None] * STEP_M * unit)

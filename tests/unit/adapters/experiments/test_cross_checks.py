@@ -1,0 +1,30 @@
+"""Settings that are fine by themselves and impossible together are refused by name."""
+
+from __future__ import annotations
+
+import pytest
+
+from palpate.adapters.config.run import RunConfig
+from palpate.adapters.config.toml import overlay
+from palpate.adapters.experiments.statistics import learning_summary
+from palpate.core.errors import ConfigurationError
+from tests.unit.adapters.samples import trial_rows
+
+
+@pytest.mark.parametrize(
+    ("table", "field"),
+    [
+        ({"cell": {"hole_height_error_mm": 4.0}}, "cell.hole_height_error_mm"),
+        ({"cell": {"peg": {"hole_depth_mm": 5.0}}}, "cell.peg.hole_depth_mm"),
+        ({"task": {"insertion_depth_mm": 11.0}}, "cell.peg.hole_depth_mm"),
+    ],
+)
+def test_what_no_trial_could_do_is_refused(table: dict[str, object], field: str) -> None:
+    with pytest.raises(ConfigurationError) as caught:
+        overlay(RunConfig(), table)
+    assert caught.value.field == field
+
+
+def test_trials_that_took_no_time_give_no_speed_up() -> None:
+    rows = trial_rows(*[0.0] * 150)
+    assert learning_summary(rows)["speed_up"] is None

@@ -1,0 +1,94 @@
+"""Stages of perception that are fitted to samples of random walks."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from palpate.adapters.config.run import PerceptionConfig, RunConfig
+from palpate.adapters.experiments import fitting
+from palpate.adapters.experiments.evaluation import run_policy
+from palpate.adapters.experiments.fitting import configured_perception, fitted_perception, needs_fitting
+from palpate.adapters.experiments.policies import learning_policy, loaded_policy, perception_of
+from palpate.adapters.experiments.results import RunFolder
+from palpate.adapters.experiments.training import Trainer
+from palpate.adapters.experiments.trial import ScoredTrial, run_scored_trial
+from palpate.adapters.mujoco.rig import SimulatedRig
+from palpate.core.insertion.task import InsertionTask
+from palpate.core.perception import Perception, perception_to_dict
+from palpate.core.policy import PolicyDocument
+from tests.unit.adapters.samples import QUICK, ready_pose
+
+STAGES = {
+    "pca+clusters": PerceptionConfig(features="pca", symbols="clusters", symbol_count=6, fit_trials=2),
+    "som+random": PerceptionConfig(features="som", som_side=3, symbols="random", symbol_count=6, fit_trials=2),
+    "channels+random": PerceptionConfig(symbols="random", channels=("fx", "ty"), symbol_count=6, fit_trials=2),
+}
+
+each_stage = pytest.mark.parametrize("stages", STAGES)
+
+
+def config_of(stages: str) -> RunConfig:
+    return replace(QUICK, perception=STAGES[stages])
+
+
+def fit(config: RunConfig) -> Perception:
+    with SimulatedRig(config, ready_pose()) as rig:
+        return fitted_perception(config, ready_pose(), rig)
+
+
+@cache
+def fitted(stages: str) -> dict[str, Any]:
+    return perception_to_dict(fit(config_of(stages)))
+
+
+@each_stage
+def test_what_must_be_fitted_is_not_configured(stages: str) -> None:
+    assert needs_fitting(config_of(stages))
+    assert configured_perception(config_of(stages)) is None
+    assert configured_perception(QUICK) is not None
+
+
+@each_stage
+def test_fitting_depends_on_the_seed_alone(stages: str) -> None:
+    assert perception_to_dict(fit(config_of(stages))) == fitted(stages)
+    assert perception_to_dict(fit(replace(config_of(stages), seed=1))) != fitted(stages)
+
+
+def test_fitting_shares_no_random_stream_with_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    trials: list[int] = []
+
+    def record(config: RunConfig, rig: SimulatedRig, task: InsertionTask, trial: int, **more: Any) -> ScoredTrial:
+        trials.append(trial)
+        return run_scored_trial(config, rig, task, trial, **more)
+
+    monkeypatch.setattr(fitting, "run_scored_trial", record)
+    fit(config_of("channels+random"))
+    assert len(set(trials)) == 2
+    assert min(trials) >= 1_000_000  # no run has so many trials of its own
+
+
+@each_stage
+def test_fitted_perception_trains_and_its_policy_runs(stages: str, tmp_path: Path) -> None:
+    config, ready = config_of(stages), ready_pose()
+    folder = RunFolder(tmp_path)
+    with SimulatedRig(config, ready) as rig:
+        perception = fitted_perception(config, ready, rig)
+        assert len(perception.states) == 6
+        trainer = Trainer(config, folder, ready, rig, perception, learning_policy(config, perception))
+        trainer.train(2, lambda scored: None)
+        trainer.save_policy()
+    assert [row.trial for row in folder.read_trials()] == [0, 1]
+
+    document = PolicyDocument.load(tmp_path / "policy.json")
+    assert sum(row.visits or 0 for row in document.table) > 0
+    with SimulatedRig(config, ready) as rig:
+        perception = perception_of(document, config, configured_perception(config))
+        assert perception_to_dict(perception) == fitted(stages)
+        policy = loaded_policy(document, config, perception, frozen=True)
+        rows = run_policy(config, ready, rig, perception, policy, 1, lambda scored: None)
+    assert rows[0].actions > 0

@@ -1,0 +1,56 @@
+"""The learning curve is a picture that opens, and equal trials give equal pictures."""
+
+from __future__ import annotations
+
+import io
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from matplotlib.image import imread
+
+from palpate.adapters.experiments.learning_curve import learning_curve
+from palpate.adapters.experiments.results import TrialRow
+from tests.unit.adapters.samples import trial_rows
+
+SIZE = (504, 960, 3)
+
+
+def pixels(png: bytes) -> np.ndarray:
+    return (imread(io.BytesIO(png), format="png") * 255).round().astype(int)[..., :3]
+
+
+def bluish_and_reddish(picture: np.ndarray) -> tuple[int, int]:
+    """How many pixels have the hue of an insertion, and how many that of a failure; all else is grey."""
+    red, _, blue = np.moveaxis(picture, 2, 0)
+    return int((blue - red > 20).sum()), int((red - blue > 20).sum())
+
+
+def mixed_rows() -> list[TrialRow]:
+    failed = [replace(row, trial=row.trial + 30) for row in trial_rows(*np.linspace(4.0, 6.0, 10), success=False)]
+    return [*trial_rows(*np.linspace(8.0, 2.0, 30)), *failed]
+
+
+def test_equal_trials_give_equal_bytes() -> None:
+    first, second = (learning_curve(mixed_rows(), "a title") for _ in range(2))
+    assert first == second
+    assert learning_curve(mixed_rows(), "another title") != first
+
+
+def test_both_kinds_of_trials_are_seen() -> None:
+    picture = pixels(learning_curve(mixed_rows(), "both"))
+    assert picture.shape == SIZE
+    assert min(bluish_and_reddish(picture)) > 100
+
+
+@pytest.mark.parametrize("success", [True, False])
+def test_one_kind_alone_is_seen_alone(success: bool) -> None:
+    rows = trial_rows(*np.linspace(8.0, 2.0, 30), success=success)
+    blue, red = bluish_and_reddish(pixels(learning_curve(rows, "one")))
+    assert (blue > 100, red > 100) == (success, not success)
+    assert min(blue, red) == 0
+
+
+@pytest.mark.parametrize("trials", [0, 1])
+def test_hardly_any_trials_still_give_a_picture(trials: int) -> None:
+    assert pixels(learning_curve(trial_rows(*[3.0] * trials), "few")).shape == SIZE

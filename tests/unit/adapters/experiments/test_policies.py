@@ -1,0 +1,172 @@
+"""Policies by name and from files, and what does not fit together."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from palpate.adapters.config.run import LearningConfig, PerceptionConfig, RunConfig
+from palpate.adapters.experiments.build import build_perception
+from palpate.adapters.experiments.policies import (
+    COMPARATORS,
+    comparator,
+    learning_policy,
+    loaded_policy,
+    perception_of,
+    perception_settings,
+)
+from palpate.adapters.log.provenance import made_with
+from palpate.core.errors import ConfigurationError, PolicyFileError
+from palpate.core.insertion.config import N_PER_KGF, TaskConfig
+from palpate.core.policy import Policy, PolicyDocument, QLearning, document_of, learner_of
+from tests.unit.adapters.samples import observation
+
+DEFAULT = RunConfig()
+
+
+def document(config: RunConfig = DEFAULT) -> PolicyDocument:
+    perception = build_perception(config)
+    policy = learning_policy(config, perception)
+    return document_of(policy, created_with=made_with(), perception=perception_settings(config, perception))
+
+
+def no_hole() -> Sequence[float]:
+    raise AssertionError("only the omniscient one may ask where the hole is")
+
+
+@pytest.mark.parametrize("name", COMPARATORS)
+def test_every_comparator_works_and_only_one_knows_the_hole(name: str) -> None:
+    policy = comparator(name, DEFAULT, (lambda: (1e-3, 0.0, 0.0)) if name == "omniscient" else no_hole)
+    assert isinstance(policy, Policy)
+    assert learner_of(policy) is None
+    policy.begin_trial(0, np.random.default_rng(0))
+    assert np.hypot(*policy.choose(observation()).action.displacement_m) > 0.0
+
+
+def test_an_unknown_comparator_is_refused_with_the_known_ones() -> None:
+    with pytest.raises(ConfigurationError, match="omniscient, torque, spiral-10, spiral-5, random"):
+        comparator("magic", DEFAULT, no_hole)
+
+
+@pytest.mark.parametrize(("name", "speed_m_s"), [("spiral-10", 0.010), ("spiral-5", 0.005)])
+@pytest.mark.parametrize("ticks", [7, 14])
+def test_spirals_have_their_speed_whatever_an_action_lasts(name: str, speed_m_s: float, ticks: int) -> None:
+    policy = comparator(name, RunConfig(task=TaskConfig(ticks_per_action=ticks)), no_hole)
+    x = y = 0.0
+    for k in range(200):
+        dx, dy = policy.choose(observation(x, y, action_number=k)).action.displacement_m
+        x, y = x + dx, y + dy
+    # Far out a chord is as long as its arc.
+    assert np.hypot(dx, dy) == pytest.approx(speed_m_s * ticks / 140, rel=0.01)
+
+
+def test_the_torque_rule_has_the_threshold_of_perception() -> None:
+    config = RunConfig(perception=PerceptionConfig(torque_threshold_kgf_mm=2.0))
+    limit_Nm = 2e-3 * N_PER_KGF
+    policy = comparator("torque", config, no_hole)
+    policy.begin_trial(0, np.random.default_rng(0))
+
+    def choices(torque_Nm: float) -> int:
+        seen = observation(torque_Nm=(torque_Nm, 0.0, 0.0))
+        return len({policy.choose(seen).index for _ in range(50)})
+
+    assert choices(1.01 * limit_Nm) == 1
+    assert choices(0.99 * limit_Nm) > 1
+
+
+def test_learning_settings_reach_the_learner() -> None:
+    settings = LearningConfig(temperature=2.0, temperature_floor=0.5, temperature_decay=0.5)
+    policy = learning_policy(RunConfig(learning=settings), build_perception(DEFAULT))
+    assert isinstance(policy, QLearning)
+    temperatures = []
+    for trial in range(4):
+        policy.begin_trial(trial, np.random.default_rng(0))
+        temperatures.append(policy.temperature)
+    assert temperatures == [2.0, 1.0, 0.5, 0.5]
+
+
+def test_programmed_and_example_states_stand_beside_learned_ones(tmp_path: Path) -> None:
+    examples = tmp_path / "decisions.csv"
+    examples.write_text("trial,state,action\n0,x+ y0,-x\n0,x+ y+,-x-y\n")
+    learning = LearningConfig(programmed={"x+ y0": "+y"}, examples=str(examples))
+    perception = build_perception(DEFAULT)
+    policy = learning_policy(RunConfig(learning=learning), perception)
+    policy.begin_trial(0, np.random.default_rng(0))
+
+    def source_and_action(state: str) -> tuple[str, str]:
+        decision = policy.choose(replace(observation(), state=perception.states.index(state)))
+        return decision.source, decision.action.name
+
+    assert source_and_action("x+ y0") == ("programmed", "+y")  # a person's word counts more than an example
+    assert source_and_action("x+ y+") == ("examples", "-x-y")
+    assert source_and_action("x- y-")[0] == "learned"
+    assert learner_of(policy) is not None
+
+
+@pytest.mark.parametrize(
+    ("learning", "field"),
+    [
+        (LearningConfig(programmed={"nowhere": "+x"}), "learning.programmed"),
+        (LearningConfig(programmed={"x+ y0": "jump"}), "learning.programmed"),
+        (LearningConfig(examples="missing.csv"), "learning.examples"),
+    ],
+)
+def test_bad_knowledge_is_refused_by_the_name_of_its_setting(learning: LearningConfig, field: str) -> None:
+    with pytest.raises(ConfigurationError) as caught:
+        learning_policy(RunConfig(learning=learning), build_perception(DEFAULT))
+    assert caught.value.field == field
+
+
+def test_a_file_serves_the_run_it_was_made_for() -> None:
+    perception = perception_of(document(), DEFAULT, build_perception(DEFAULT))
+    assert perception.states == build_perception(DEFAULT).states
+    policy = loaded_policy(document(), DEFAULT, perception, frozen=True)
+    policy.begin_trial(0, np.random.default_rng(0))
+    assert policy.choose(observation()).index is not None
+
+
+def test_a_fitted_perception_comes_from_the_file() -> None:
+    grid = RunConfig(perception=PerceptionConfig(symbols="grid"))
+    assert len(perception_of(document(grid), DEFAULT, None).states) == 81
+
+
+@pytest.mark.parametrize(
+    ("perception", "difference"),
+    [
+        (PerceptionConfig(symbols="grid"), "states"),
+        (PerceptionConfig(position_threshold_mm=1.5), "outer.thresholds = [[-0.0015, 0.0015]"),
+        (PerceptionConfig(position_threshold_mm=1.5), "refused: [[-0.001, 0.001]"),
+        (PerceptionConfig(torque_threshold_kgf_mm=0.8), "inner.thresholds = [[-0.0078"),
+    ],
+)
+def test_a_file_of_another_perception_is_refused(perception: PerceptionConfig, difference: str) -> None:
+    with pytest.raises(PolicyFileError) as caught:
+        perception_of(document(RunConfig(perception=perception)), DEFAULT, build_perception(DEFAULT))
+    assert difference in str(caught.value)
+
+
+def test_a_file_of_other_steps_is_refused() -> None:
+    other = document(RunConfig(task=TaskConfig(step_mm=0.25)))
+    with pytest.raises(PolicyFileError, match=r"actions\[0\]\.displacement_mm"):
+        perception_of(other, DEFAULT, build_perception(DEFAULT))
+
+
+def test_a_file_whose_perception_makes_no_sense_is_refused() -> None:
+    with pytest.raises(PolicyFileError, match="a readable perception"):
+        perception_of(replace(document(), perception={"nonsense": 1}), DEFAULT, None)
+
+
+def test_versions_that_results_depend_on() -> None:
+    assert made_with()["mujoco"] == version("mujoco")
+    assert set(made_with()) == {"palpate", "numpy", "scipy", "pin", "mujoco"}
+
+
+def test_a_policy_learned_behind_another_filter_is_refused() -> None:
+    slower = replace(DEFAULT, perception=PerceptionConfig(cutoff_Hz=2.0))
+    with pytest.raises(PolicyFileError, match=r"policy\.perception\.signal\.cutoff_Hz"):
+        perception_of(document(), slower, build_perception(slower))

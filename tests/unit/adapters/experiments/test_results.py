@@ -1,0 +1,164 @@
+"""The run folder: what is in it reads back, and no error loses what was there before."""
+
+from __future__ import annotations
+
+import csv
+import os
+from pathlib import Path
+
+import pytest
+
+from palpate.adapters.experiments.results import RUN_FILES, RunFolder, TrialRow
+from palpate.core.errors import OutputError
+from tests.unit.adapters.samples import scored_trial
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> RunFolder:
+    made = RunFolder(tmp_path / "runs" / "one")
+    made.create()
+    return made
+
+
+def content(folder: RunFolder) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in folder.path.iterdir()}
+
+
+def test_a_trial_in_the_units_of_its_columns() -> None:
+    row = TrialRow.of(scored_trial(3))
+    assert (row.trial, row.outcome, row.success, row.ticks) == (3, "inserted", True, 303)
+    assert (row.start_x_mm, row.start_y_mm, row.hole_x_mm, row.hole_y_mm) == (3.0, -2.0, 0.1, -0.2)
+    assert row.depth_mm == 10.0
+    # The truth counts; what the core measured stands beside it.
+    assert (row.peak_force_N, row.measured_peak_force_N) == (6.25, 5.5)
+
+
+def test_trials_read_back(folder: RunFolder) -> None:
+    assert folder.read_trials() == []
+    trials = [scored_trial(0), scored_trial(1, success=False, decisions=0), scored_trial(2)]
+    trials[2].report.temperature = None
+    for scored in trials:
+        folder.append_trial(scored)
+    assert folder.read_trials() == [TrialRow.of(scored) for scored in trials]
+
+
+def test_decisions_say_which_trial_and_what_came_of_them(folder: RunFolder) -> None:
+    for k in range(2):
+        folder.append_trial(scored_trial(k))
+    with (folder.path / "decisions.csv").open(newline="") as stream:
+        lines = list(csv.DictReader(stream))
+    assert [(line["trial"], line["tick"], line["reinforcement"]) for line in lines] == [
+        ("0", "100", ""), ("0", "114", "-1.0"), ("1", "100", ""), ("1", "114", "-1.0"),
+    ]  # fmt: skip
+    assert {(line["state"], line["action"], line["source"]) for line in lines} == {("x+ y0", "-x", "learned")}
+
+
+def test_only_the_first_trials_are_kept(folder: RunFolder) -> None:
+    for k in range(2):
+        folder.append_trial(scored_trial(k))
+    before = content(folder)
+    for k in range(2, 12):
+        folder.append_trial(scored_trial(k))
+    folder.truncate(2)
+    assert content(folder) == before
+
+
+@pytest.mark.parametrize("remains", ["1", "1,inserted,Tr", "11,inserted,True,1.0"])
+def test_a_line_that_was_cut_short_is_dropped(folder: RunFolder, remains: str) -> None:
+    folder.append_trial(scored_trial(0))
+    before = content(folder)
+    for name in ("trials.csv", "decisions.csv"):
+        with (folder.path / name).open("a") as stream:
+            stream.write(remains)
+    folder.truncate(20)
+    assert content(folder) == before
+
+
+@pytest.mark.parametrize("remains", ["", "trial,outc"])
+def test_a_header_that_was_cut_short_is_written_again(folder: RunFolder, remains: str) -> None:
+    for name in ("trials.csv", "decisions.csv"):
+        (folder.path / name).write_text(remains)
+    folder.truncate(0)
+    folder.append_trial(scored_trial(0))
+    assert folder.read_trials() == [TrialRow.of(scored_trial(0))]
+
+
+def test_damaged_trials_are_reported(folder: RunFolder) -> None:
+    folder.append_trial(scored_trial(0))
+    path = folder.path / "trials.csv"
+    path.write_text(path.read_text().replace("6.25", "much"))
+    with pytest.raises(OutputError, match=r"trials\.csv: cannot be read"):
+        folder.read_trials()
+
+
+@pytest.mark.parametrize("broken", ["replace", "write"])
+def test_an_error_while_writing_leaves_the_old_file_whole(
+    folder: RunFolder, monkeypatch: pytest.MonkeyPatch, broken: str
+) -> None:
+    folder.write_text("policy.json", "old")
+
+    def fail(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    def write_half(path: Path, content: bytes) -> None:
+        with path.open("wb") as stream:
+            stream.write(content[: len(content) // 2])
+        fail()
+
+    if broken == "replace":
+        monkeypatch.setattr(os, "replace", fail)
+    else:
+        monkeypatch.setattr(Path, "write_bytes", write_half)
+    with pytest.raises(OutputError, match="No space left"):
+        folder.write_text("policy.json", "new and longer")
+    assert (folder.path / "policy.json").read_text() == "old"
+
+
+def test_files_are_replaced_and_nothing_else_stays(folder: RunFolder) -> None:
+    folder.write_text("run.toml", "a" * 100)
+    folder.write_json("run.toml", {"ü": 1})
+    assert set(content(folder)) == {"run.toml"}
+    assert (folder.path / "run.toml").read_text().endswith("}\n")
+
+
+@pytest.mark.parametrize("name", RUN_FILES)
+def test_a_folder_that_holds_a_run_is_not_free(folder: RunFolder, name: str) -> None:
+    folder.require_free()
+    (folder.path / name).write_text("")
+    with pytest.raises(OutputError, match=f"already holds a run .{name}"):
+        folder.require_free()
+
+
+def test_other_files_do_not_matter(folder: RunFolder) -> None:
+    (folder.path / "notes.txt").write_text("mine")
+    folder.require_free()
+
+
+def test_a_folder_that_is_not_there_yet_is_free(tmp_path: Path) -> None:
+    RunFolder(tmp_path / "a" / "b").require_free()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_file_in_place_of_the_folder_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("mine")
+    with pytest.raises(OutputError, match="is a file"):
+        RunFolder(tmp_path / "file").require_free()
+    below = RunFolder(tmp_path / "file" / "run")
+    below.require_free()
+    with pytest.raises(OutputError, match="cannot be made"):
+        below.create()
+
+
+def test_a_name_that_no_file_system_takes_is_refused(tmp_path: Path) -> None:
+    folder = RunFolder(tmp_path / ("x" * 300))
+    folder.require_free()
+    with pytest.raises(OutputError, match="cannot be made"):
+        folder.create()
+
+
+def test_a_folder_that_vanished_is_reported(tmp_path: Path) -> None:
+    gone = RunFolder(tmp_path / "gone")
+    with pytest.raises(OutputError, match="cannot be written"):
+        gone.write_text("run.toml", "")
+    with pytest.raises(OutputError, match="cannot be written"):
+        gone.append_trial(scored_trial(0))

@@ -1,0 +1,194 @@
+"""Training can be ended at any time, and goes on as if it had not been."""
+
+from __future__ import annotations
+
+import json
+import signal
+from collections.abc import Sequence
+from pathlib import Path
+
+import pytest
+
+from palpate.adapters.config.toml import overlay, read_toml
+from palpate.adapters.experiments.build import build_perception, task_actions
+from palpate.adapters.experiments.evaluation import run_policy
+from palpate.adapters.experiments.policies import comparator
+from palpate.adapters.experiments.results import RunFolder
+from palpate.adapters.experiments.training import Checkpoint, Trainer, require_sound, resume_from, run_toml
+from palpate.adapters.experiments.trial import interrupting
+from palpate.adapters.mujoco.rig import SimulatedRig
+from palpate.core.errors import ConfigurationError, DeviceError, OutputError
+from palpate.core.insertion.trial import Event, Outcome
+from palpate.core.policy import (
+    Action,
+    Decision,
+    Observation,
+    QLearning,
+    QParameters,
+    RandomWalkPolicy,
+    TemperatureSchedule,
+)
+from tests.unit.adapters.samples import QUICK, ready_pose, scored_trial
+
+FILES = ("trials.csv", "decisions.csv", "checkpoint.json", "policy.json")
+
+
+class CtrlC(QLearning):
+    """A learner whose operator presses Ctrl-C at a certain choice, the first being 1."""
+
+    def __init__(self, states: Sequence[str], actions: Sequence[Action], at_choice: int) -> None:
+        schedule = TemperatureSchedule(5.0, 0.96, 0.3)
+        super().__init__(states, actions, QParameters(alpha=0.3, gamma=1.0, temperature=schedule))
+        self.at_choice, self.choices = at_choice, 0
+
+    def choose(self, observation: Observation) -> Decision:
+        self.choices += 1
+        if self.choices == self.at_choice:
+            signal.raise_signal(signal.SIGINT)
+        return super().choose(observation)
+
+
+def trained(folder: RunFolder, trials: int, *, interrupt_at: int = 0) -> Trainer:
+    """Train, or go on training where the folder's checkpoint stands."""
+    perception = build_perception(QUICK)
+    policy = CtrlC(perception.states, task_actions(QUICK), interrupt_at)
+    first = 0
+    with SimulatedRig(QUICK, ready_pose()) as rig:
+        if (folder.path / "checkpoint.json").exists():
+            checkpoint = Checkpoint.load(folder)
+            resume_from(checkpoint, policy, rig)
+            first = checkpoint.next_trial
+            folder.truncate(first)
+        trainer = Trainer(QUICK, folder, ready_pose(), rig, perception, policy, first)
+        trainer.train(trials, lambda scored: None)
+        trainer.checkpoint()
+        trainer.save_policy()
+    return trainer
+
+
+def content(folder: RunFolder) -> dict[str, bytes]:
+    return {name: (folder.path / name).read_bytes() for name in FILES}
+
+
+def folder_in(path: Path, name: str) -> RunFolder:
+    folder = RunFolder(path / name)
+    folder.create()
+    return folder
+
+
+@pytest.fixture(scope="module")
+def straight(tmp_path_factory: pytest.TempPathFactory) -> dict[int, dict[str, bytes]]:
+    """What uninterrupted runs of one and of three trials leave."""
+    path = tmp_path_factory.mktemp("straight")
+    contents = {}
+    for trials in (1, 3):
+        folder = folder_in(path, str(trials))
+        trained(folder, trials)
+        contents[trials] = content(folder)
+    return contents
+
+
+def test_an_interrupted_trial_leaves_no_trace(tmp_path: Path, straight: dict[int, dict[str, bytes]]) -> None:
+    folder = folder_in(tmp_path, "run")
+    # A quick trial has some nine choices: this one falls into the second.
+    trainer = trained(folder, 3, interrupt_at=13)
+    assert trainer.interrupted
+    assert trainer.next_trial == 1
+    assert content(folder) == straight[1]
+    trained(folder, 3)
+    assert content(folder) == straight[3]
+
+
+def test_a_run_that_was_killed_between_two_files_goes_on_as_if_it_had_not(
+    tmp_path: Path, straight: dict[int, dict[str, bytes]]
+) -> None:
+    folder = folder_in(tmp_path, "run")
+    trained(folder, 1)
+    # The trial after the checkpoint had been written in part.
+    with (folder.path / "trials.csv").open("a") as stream:
+        stream.write("1,inserted,True,9.9,1,1.0,1.0,10.0,0.0,0.0,0.0,0.0,300,5.0\n")
+    with (folder.path / "decisions.csv").open("a") as stream:
+        stream.write("1,136,x+ y0,x+ y0,+x,learned,-1.0,5.0\n1,150,x+")
+    trained(folder, 3)
+    assert content(folder) == straight[3]
+
+
+def test_a_policy_without_a_learner_cannot_be_trained(tmp_path: Path) -> None:
+    perception = build_perception(QUICK)
+    walk = RandomWalkPolicy(task_actions(QUICK))
+    with SimulatedRig(QUICK, ready_pose()) as rig, pytest.raises(ConfigurationError, match="a learner"):
+        Trainer(QUICK, folder_in(tmp_path, "run"), ready_pose(), rig, perception, walk)
+
+
+def test_a_run_that_is_ended_keeps_its_finished_trials() -> None:
+    finished = []
+
+    def done(scored: object) -> None:
+        finished.append(scored)
+        if len(finished) == 2:
+            signal.raise_signal(signal.SIGINT)
+
+    before = signal.getsignal(signal.SIGINT)
+    with SimulatedRig(QUICK, ready_pose()) as rig:
+        walk = comparator("random", QUICK, lambda: (0.0, 0.0))
+        rows = run_policy(QUICK, ready_pose(), rig, build_perception(QUICK), walk, 5, done)
+    assert [row.trial for row in rows] == [0, 1]
+    assert signal.getsignal(signal.SIGINT) is before
+
+
+def test_the_second_ctrl_c_does_not_wait() -> None:
+    asked = []
+    with interrupting(lambda: asked.append(1)):
+        signal.raise_signal(signal.SIGINT)
+        with pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+    assert asked == [1]
+
+
+def test_sigterm_ends_in_order_too() -> None:
+    asked = []
+    with interrupting(lambda: asked.append(1)):
+        signal.raise_signal(signal.SIGTERM)
+    assert asked == [1]
+
+
+@pytest.mark.parametrize(
+    "text", [None, "", "[]", "{}", '{"schema": "palpate.checkpoint/0"}', '{"schema": "palpate.checkpoint/1"}']
+)
+def test_a_damaged_checkpoint_is_refused(tmp_path: Path, text: str | None) -> None:
+    folder = folder_in(tmp_path, "run")
+    if text is not None:
+        (folder.path / "checkpoint.json").write_text(text)
+    with pytest.raises(OutputError, match=r"checkpoint\.json"):
+        Checkpoint.load(folder)
+
+
+def test_a_checkpoint_reads_back_to_the_last_bit(tmp_path: Path) -> None:
+    folder = folder_in(tmp_path, "run")
+    trained(folder, 1)
+    checkpoint = Checkpoint.load(folder)
+    before = (folder.path / "checkpoint.json").read_bytes()
+    checkpoint.save(folder)
+    assert (folder.path / "checkpoint.json").read_bytes() == before
+    assert json.loads(before)["next_trial"] == checkpoint.next_trial == 1
+
+
+def test_run_toml_is_a_configuration_again(tmp_path: Path) -> None:
+    (tmp_path / "run.toml").write_text(
+        run_toml(QUICK, "train", trials=3, policy=["ü", "\U0001f916.json"]), encoding="utf-8"
+    )
+    table = read_toml(tmp_path / "run.toml")
+    facts = table.pop("run")
+    assert facts["trials"] == 3
+    assert facts["policy"] == ["ü", "\U0001f916.json"]
+    assert set(facts["versions"]) >= {"palpate", "mujoco"}
+    assert overlay(type(QUICK)(), table) == QUICK
+
+
+def test_a_trial_with_untrustworthy_data_ends_the_run() -> None:
+    scored = scored_trial(4)
+    require_sound(scored)
+    scored.report.outcome = Outcome.SENSOR_FAULT
+    scored.report.events.append(Event(7, "end", "sensor fault: force sample stale"))
+    with pytest.raises(DeviceError, match="trial 4: sensor fault: force sample stale"):
+        require_sound(scored)

@@ -1,0 +1,79 @@
+"""Setups follow from seed and number alone; success is a matter of the truth."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import hypot
+from typing import Any
+
+import pytest
+
+from palpate.adapters.config.run import RunConfig
+from palpate.adapters.experiments import trial as experiment
+from palpate.adapters.experiments.trial import run_scored_trial, trial_setup, truth_fields
+from palpate.core.insertion.trial import Outcome
+from palpate.core.ports.rig import Truth
+from tests.unit.adapters.samples import scored_trial
+
+
+def test_a_setup_depends_on_seed_and_number_alone() -> None:
+    config = RunConfig(seed=4)
+    assert trial_setup(config, 3) == trial_setup(replace(config, arm="ur5"), 3)
+    starts = {trial_setup(RunConfig(seed=seed), k).start_m for seed in range(4) for k in range(4)}
+    assert len(starts) == 16
+    assert (trial_setup(config, 3).index, trial_setup(config, 3).seed) == (3, 4)
+
+
+def test_starts_keep_within_their_uncertainty_and_use_all_of_it() -> None:
+    radii = [hypot(*trial_setup(RunConfig(), k).start_m) for k in range(300)]
+    assert max(radii) <= 3e-3
+    assert max(radii) > 2.8e-3
+    assert sum(radius < 3e-3 / 2**0.5 for radius in radii) == pytest.approx(150, abs=35)  # uniform by area
+
+
+class StandIn:
+    """A rig about which only the truth is known."""
+
+    ports: Any = None
+
+    def __init__(self, truth: Truth) -> None:
+        self._truth = truth
+        self.prepared: list[int] = []
+
+    def prepare(self, trial: int) -> None:
+        self.prepared.append(trial)
+
+    def truth(self) -> Truth:
+        return self._truth
+
+    def stopped_by(self) -> str:
+        return ""
+
+
+@pytest.mark.parametrize(
+    ("outcome", "depth_m", "peak_N", "success"),
+    [
+        (Outcome.INSERTED, 0.01, 29.99, True),
+        (Outcome.INSERTED, 0.00996, 5.0, True),
+        (Outcome.INSERTED, 0.00994, 5.0, False),  # the core believes so, the peg is not there
+        (Outcome.INSERTED, 0.01, 30.0, False),  # a peak between two samples
+        (Outcome.TIME_LIMIT, 0.01, 5.0, False),
+        (Outcome.JAMMED, 0.01, 5.0, False),
+    ],
+)
+def test_success_is_full_depth_within_the_force_limit(
+    monkeypatch: pytest.MonkeyPatch, outcome: Outcome, depth_m: float, peak_N: float, success: bool
+) -> None:
+    report = replace(scored_trial(5).report, outcome=outcome)
+    monkeypatch.setattr(experiment, "run_trial", lambda task, ports, setup, supervisor: report)
+    rig: Any = StandIn(Truth((0.0, 0.0, 0.0), (0.0, 0.0, depth_m), depth_m, peak_N))
+    task: Any = None
+    scored = run_scored_trial(RunConfig(), rig, task, 5)
+    assert scored.success is success
+    assert rig.prepared == [5]
+
+
+def test_where_nobody_knows_the_truth_a_log_holds_none() -> None:
+    scored = replace(scored_trial(0), truth=None)
+    assert truth_fields(scored) == {}
+    assert truth_fields(scored_trial(0))["success"] is True

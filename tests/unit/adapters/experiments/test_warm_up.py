@@ -1,0 +1,14 @@
+"""The trial before the first."""
+
+from __future__ import annotations
+
+from palpate.adapters.config.run import RunConfig
+from palpate.adapters.experiments.warm_up import warm_up
+from palpate.core.insertion.trial import Outcome
+from tests.unit.adapters.samples import ready_pose
+
+
+def test_a_warm_up_goes_through_every_phase() -> None:
+    report = warm_up(RunConfig(), ready_pose())
+    assert report.outcome is Outcome.INSERTED
+    assert {event.detail for event in report.events if event.name == "phase"} >= {"transfer", "explore", "insert"}

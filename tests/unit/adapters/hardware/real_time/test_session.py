@@ -1,0 +1,80 @@
+"""A trial that is kept in time, and what becomes of one that was not."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from palpate.adapters.config.real_time import RealTimeConfig
+from palpate.adapters.config.run import AdmissionConfig, RunConfig
+from palpate.adapters.experiments import training as session
+from palpate.adapters.experiments.build import build_perception, build_task
+from palpate.adapters.experiments.policies import comparator, learning_policy
+from palpate.adapters.experiments.results import RunFolder
+from palpate.adapters.experiments.training import Trainer
+from palpate.adapters.experiments.trial import ScoredTrial, objections, run_scored_trial
+from palpate.adapters.hardware.real_time.session import Beat
+from palpate.adapters.mujoco.rig import SimulatedRig
+from palpate.core.insertion.trial import TrialReport, TrialSetup, TrialTiming
+from palpate.core.policy import learner_of
+from tests.unit.adapters.samples import QUICK, ready_pose
+
+
+def test_timing_changes_nothing_of_a_trial_and_is_told() -> None:
+    config = RunConfig()
+
+    def trial(beat: Beat | None) -> ScoredTrial:
+        with SimulatedRig(config, ready_pose()) as rig:
+            policy = comparator("torque", config, tuple)
+            stopwatch = None if beat is None else beat.stopwatch
+            task = build_task(config, ready_pose(), build_perception(config), policy, stopwatch)
+            return run_scored_trial(config, rig, task, 0, beat=beat)
+
+    with Beat(RealTimeConfig(warn_core_ms=0.0, warn_late_ms=0.0)) as beat:
+        timed = trial(beat)
+        told, logged = beat.report(), json.loads(beat.report_json())
+    assert timed == trial(None)
+    for section in ("clock", "read force", "read joints", "perceive", "decide", "control", "send", "rest"):
+        assert section in told
+        assert logged["sections"][section]["max_ns"] > 0
+    assert logged["ticks"] == timed.report.ticks
+
+
+@pytest.mark.parametrize(
+    ("timing", "why"),
+    [
+        (TrialTiming(), ""),
+        (TrialTiming(worst_late_ns=19_000_000), ""),
+        (TrialTiming(worst_late_ns=21_000_000), "a tick too late (21.0 ms)"),
+        (TrialTiming(late_ticks=60), "too many late ticks (6%)"),
+        (TrialTiming(skipped_slots=30), "slots skipped (30)"),
+        (TrialTiming(repeated_samples=950), "too few new samples (95% of the ticks had none)"),
+        (TrialTiming(late_ticks=60, skipped_slots=30), "too many late ticks (6%); slots skipped (30)"),
+    ],
+)
+def test_timing_that_does_not_count_is_named(timing: TrialTiming, why: str) -> None:
+    report = TrialReport(TrialSetup(0, 1, (0.0, 0.0)), ticks=1000, timing=timing)
+    assert objections(report, AdmissionConfig()) == why
+
+
+@pytest.mark.parametrize("learn", [False, True])
+def test_nothing_is_learned_from_a_marked_trial(learn: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def late(*words: Any, **named: Any) -> ScoredTrial:
+        return replace(run_scored_trial(*words, **named), marked="late")
+
+    monkeypatch.setattr(session, "run_scored_trial", late)
+    config = replace(QUICK, admission=AdmissionConfig(learn_from_marked=learn))
+    perception = build_perception(config)
+    policy = learning_policy(config, perception)
+    learner = learner_of(policy)
+    assert learner is not None
+    before = learner.get_state()
+    with SimulatedRig(config, ready_pose()) as rig:
+        trainer = Trainer(config, RunFolder(tmp_path), ready_pose(), rig, perception, policy)
+        trainer.train(1, lambda scored: None)
+    assert (learner.get_state() != before) is learn
+    assert "late" in (tmp_path / "trials.csv").read_text()

@@ -1,0 +1,289 @@
+"""Each section is charged its own time, late ticks are told with their causes, and memory does not grow."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from palpate.adapters.hardware.real_time import (
+    Cause,
+    LateTick,
+    Limits,
+    Section,
+    SlowCore,
+    plain,
+    table,
+    timed_recording,
+)
+from palpate.adapters.hardware.real_time.sections import BUSY, LATE
+from palpate.adapters.log.recorded_ports import recorded
+from palpate.adapters.log.recorder import FlightRecorder
+from palpate.adapters.log.writer_client import MemorySink, Opening
+from palpate.core.control_loop import next_slot, tick_time_ns
+from palpate.core.errors import DeviceError
+from palpate.core.ports.values import CONTROL_RATE_HZ
+from tests.unit.adapters.hardware.real_time.bench import MS, Bench, FakeAccount, work
+from tests.unit.adapters.log.recording_bench import STARTING, Task
+
+PERIOD_NS = 10**9 // CONTROL_RATE_HZ
+
+
+def test_sections_are_charged_their_own_time_and_the_rest_is_the_rest() -> None:
+    bench = Bench()
+    bench.sensor.took_ns, bench.encoder.took_ns, bench.core_ns = 300, 200, 1100
+    bench.trial(500)
+    spread = bench.stopwatch.spread
+    assert (spread(Section.FORCE).count, spread(Section.FORCE).mean_ns) == (500, 300)
+    assert (spread(Section.JOINTS).mean_ns, spread(Section.REST).mean_ns) == (200, 1100)
+    assert (spread(BUSY).count, spread(BUSY).max_ns, spread(BUSY).mean_ns) == (500, 1600, 1600)
+    assert (spread(LATE).count, spread(LATE).max_ns) == (500, 0)
+    assert spread(Section.DECIDE).count == 0
+
+
+def test_trials_are_apart_and_the_last_tick_of_each_counts() -> None:
+    bench = Bench()
+    for _ in range(3):
+        bench.arm.deactivate()
+        bench.arm.activate()
+        bench.trial(10)
+        bench.clock.sleep_until(bench.clock.now_ns() + 3600 * 10**9)
+    assert bench.stopwatch.ticks == bench.stopwatch.spread(BUSY).count == 30
+    assert bench.stopwatch.skipped_slots == 0
+    assert bench.stopwatch.spread(BUSY).max_ns == 0
+
+
+def test_bringing_the_arm_to_rest_is_no_part_of_the_last_tick() -> None:
+    bench = Bench()
+    bench.core_ns, bench.arm.rest_ns = 1000, 28 * MS
+    bench.trial(3)
+    assert bench.stopwatch.spread(BUSY).max_ns == 1000
+    assert bench.stopwatch.ticks == 3
+
+
+def test_slots_that_go_by_are_counted() -> None:
+    bench = Bench()
+    bench.core_ns = 3 * PERIOD_NS
+    bench.trial(5)
+    expected, slot, now, start = 0, 0, 5, 5
+    for tick in range(5):
+        now = max(now, tick_time_ns(start, slot))
+        following = next_slot(start, slot, now)
+        if tick < 4:
+            expected += following - slot - 1
+        now, slot = now + bench.core_ns, following
+    assert bench.stopwatch.skipped_slots == expected > 0
+
+
+def test_a_tick_that_is_woken_late_is_the_system_s_fault() -> None:
+    bench = Bench(Limits(warn_late_ns=MS), FakeAccount())
+    bench.trial(3)
+    bench.clock.late_ns = 2 * MS
+    bench.ports.clock.sleep_until(bench.clock.now_ns() + PERIOD_NS)
+    bench.ports.clock.now_ns()
+    (late,) = bench.told
+    assert isinstance(late, LateTick)
+    assert (late.late_ns, late.attribution.cause) == (2 * MS, Cause.WOKEN_LATE)
+    assert bench.stopwatch.late_ticks[Cause.WOKEN_LATE] == 1
+    assert list(bench.stopwatch.newest_late) == [late]
+
+
+def test_a_loop_that_was_woken_and_had_to_wait_again_waited_for_the_program() -> None:
+    bench = Bench(Limits(warn_late_ns=MS), FakeAccount(turns_each=2))
+    bench.clock.late_ns = 2 * MS
+    bench.trial(3)
+    assert {late.attribution.cause for late in bench.told if isinstance(late, LateTick)} == {Cause.WAITED}
+
+
+def test_a_tick_without_a_processor_is_the_system_s_fault() -> None:
+    account = FakeAccount()
+    bench = Bench(Limits(warn_late_ns=MS), account)
+    clock = bench.ports.clock
+    clock.now_ns()
+    bench.clock.late_ns = 2 * MS
+    clock.sleep_until(bench.clock.now_ns() + PERIOD_NS)
+    account.delay_ns += 2 * MS - 100
+    clock.now_ns()
+    (late,) = bench.told
+    assert isinstance(late, LateTick)
+    assert late.attribution.cause is Cause.NO_CPU
+    shares = late.attribution.shares_ns
+    assert (shares[Cause.NO_CPU], shares[Cause.WOKEN_LATE]) == (2 * MS - 100, 100)
+
+
+@pytest.mark.parametrize(
+    ("clock_works", "charged_ns", "cause"),
+    [
+        (False, PERIOD_NS + 2 * MS, Cause.WOKEN_LATE),
+        (True, PERIOD_NS + 2 * MS, Cause.OWN_WORK),
+        # It had the time until the deadline for that.
+        (True, 2 * MS, Cause.WOKEN_LATE),
+    ],
+)
+def test_what_a_sleeper_is_charged_is_its_own_work_only_where_the_clock_works(
+    clock_works: bool, charged_ns: int, cause: Cause
+) -> None:
+    account = FakeAccount()
+    bench = Bench(Limits(warn_late_ns=MS), account, clock_works=clock_works)
+    clock = bench.ports.clock
+    clock.now_ns()
+    bench.clock.late_ns = 2 * MS
+    clock.sleep_until(bench.clock.now_ns() + PERIOD_NS)
+    account.run_ns += charged_ns
+    clock.now_ns()
+    (late,) = bench.told
+    assert isinstance(late, LateTick)
+    assert late.attribution.cause is cause
+
+
+def late_after_working_too_long(account: FakeAccount) -> LateTick:
+    bench = Bench(Limits(warn_late_ns=MS), account)
+    bench.core_ns = PERIOD_NS + 2 * MS
+    bench.trial(2)
+    (late,) = bench.told
+    assert isinstance(late, LateTick)
+    return late
+
+
+def test_a_tick_after_one_that_took_too_long_is_our_own_fault() -> None:
+    late = late_after_working_too_long(FakeAccount(run_ns_each=PERIOD_NS + 2 * MS))
+    assert late.attribution.cause is Cause.OWN_WORK
+    assert late.attribution.shares_ns[Cause.OWN_WORK] == late.late_ns
+    assert "own work" in str(late)
+
+
+@pytest.mark.parametrize(("turns", "cause"), [(1, Cause.TAKEN), (2, Cause.WAITED)])
+def test_the_kernel_does_not_charge_for_a_processor_that_was_taken_away_nor_for_waiting(
+    turns: int, cause: Cause
+) -> None:
+    late = late_after_working_too_long(FakeAccount(run_ns_each=PERIOD_NS + MS // 2, turns_each=turns))
+    assert late.attribution.cause is cause
+    shares = late.attribution.shares_ns
+    assert (shares[Cause.OWN_WORK], shares[cause]) == (late.late_ns - 3 * MS // 2, 3 * MS // 2)
+
+
+@pytest.mark.parametrize("clock_works", [False, True])
+def test_a_tick_that_is_late_after_a_late_one_has_the_cause_of_that_one(clock_works: bool) -> None:
+    account = FakeAccount(run_ns_each=2 * MS)
+    bench = Bench(Limits(warn_late_ns=MS), account, clock_works=clock_works)
+    clock = bench.ports.clock
+    start_ns = clock.now_ns()
+    clock.sleep_until(start_ns)
+    clock.now_ns()
+    bench.clock.late_ns = 2 * PERIOD_NS - MS // 2
+    for tick, slot in enumerate((1, 3)):
+        clock.sleep_until(tick_time_ns(start_ns, slot))
+        bench.clock.late_ns = 0
+        clock.now_ns()
+        if tick == 0 and clock_works:
+            bench.clock.late_ns = 3 * MS // 2
+        elif tick == 0:
+            work(bench.clock, 2 * MS)
+    first, second = bench.told
+    assert isinstance(first, LateTick)
+    assert isinstance(second, LateTick)
+    assert first.attribution.cause is second.attribution.cause is Cause.WOKEN_LATE
+    assert second.late_ns == pytest.approx(3 * MS // 2, abs=10)
+
+
+def test_without_an_account_the_cause_is_not_known() -> None:
+    bench = Bench(Limits(warn_late_ns=MS))
+    bench.clock.late_ns = 2 * MS
+    bench.trial(4)
+    assert bench.stopwatch.late_ticks[Cause.UNKNOWN] == 4
+
+
+def test_a_tick_later_than_allowed_ends_the_trial_with_the_arm_stopped() -> None:
+    bench = Bench(Limits(stop_late_ns=3 * MS))
+    bench.clock.late_ns = 4 * MS
+    with pytest.raises(DeviceError, match=r"4\.00 ms late.*3 ms are allowed"):
+        bench.trial(4)
+    assert bench.told == []
+    assert bench.stopwatch.ticks == 1
+
+
+def test_a_core_that_thinks_for_too_long_is_told() -> None:
+    bench = Bench(Limits(warn_core_ns=MS))
+    bench.sensor.took_ns, bench.core_ns = 2 * MS, MS // 2
+    bench.trial(3)
+    assert bench.told == []
+    bench.core_ns = 2 * MS
+    bench.trial(2)
+    assert bench.told == [SlowCore(3, 2 * MS), SlowCore(4, 2 * MS)]
+    assert bench.stopwatch.slow_cores == 2
+
+
+def test_the_warm_up_does_not_count() -> None:
+    bench = Bench(Limits(warn_late_ns=MS, stop_late_ns=MS, warn_core_ns=MS, warm_up_ticks=5))
+    bench.clock.late_ns = bench.core_ns = 2 * MS
+    bench.trial(5)
+    assert bench.told == []
+    assert bench.stopwatch.spread(BUSY).count == 0
+    with pytest.raises(DeviceError):
+        bench.trial(1)
+
+
+def test_what_is_kept_does_not_grow() -> None:
+    bench = Bench(Limits(warn_late_ns=MS))
+    bench.clock.late_ns = 2 * MS
+    bench.trial(1000)
+    assert sum(bench.stopwatch.late_ticks.values()) == 1000
+    assert len(bench.stopwatch.newest_late) == 256
+    assert bench.stopwatch.newest_late[-1].tick == 999
+
+
+def test_recording_is_charged_what_it_adds() -> None:
+    bench = Bench()
+    bench.sensor.took_ns, bench.core_ns = 300, 1000
+
+    class SlowRecorder(FlightRecorder):
+        def read_wrench(self, sample: object) -> None:
+            bench.clock.sleep_until(bench.clock.now_ns() + 70)
+
+        def slept(self, deadline_ns: int) -> None:
+            bench.clock.sleep_until(bench.clock.now_ns() + 30)
+
+    recorder = SlowRecorder(MemorySink())
+    bench.ports = timed_recording(recorded(bench.ports, recorder), bench.stopwatch)
+    recorder.begin(Opening(Path("x.mcap"), {}), Task(), lambda: STARTING)
+    bench.trial(20)
+    spread = bench.stopwatch.spread
+    assert spread(Section.RECORD).mean_ns == 100
+    assert (spread(Section.FORCE).mean_ns, spread(Section.REST).mean_ns) == (300, 1000)
+    assert spread(BUSY).mean_ns == 1400
+
+
+def test_the_report_is_a_table_and_plain_data() -> None:
+    bench = Bench(Limits(warn_late_ns=MS))
+    bench.sensor.took_ns = 70_000
+    bench.trial(10)
+    text = table(bench.stopwatch)
+    assert "read force" in text
+    assert "0.98%" in text
+    assert "ticks later than 1 ms: 0" in text
+    data = json.loads(json.dumps(plain(bench.stopwatch)))
+    assert data["ticks"] == 10
+    assert data["sections"]["read force"]["max_ns"] == 70_000
+
+
+@given(
+    start=st.integers(0, 2**40),
+    delays_ns=st.lists(st.integers(0, 5 * PERIOD_NS), min_size=1, max_size=200),
+)
+def test_the_phase_error_never_accumulates(start: int, delays_ns: list[int]) -> None:
+    """However late ticks come, each is scheduled for an exact whole slot since the start, less than 1 ns off."""
+    now, slot, ran = start, 0, 0
+    for delay in delays_ns:
+        deadline = tick_time_ns(start, slot)
+        exact = (deadline - start) * CONTROL_RATE_HZ - slot * 10**9
+        assert -CONTROL_RATE_HZ < exact <= 0
+        now = max(now, deadline) + delay
+        following = next_slot(start, slot, now)
+        assert following > slot
+        # No burst: the slot that comes next is not past, but for the rounding to whole nanoseconds.
+        assert tick_time_ns(start, following) >= now
+        slot, ran = following, ran + 1
+    assert slot >= ran

@@ -1,0 +1,154 @@
+"""The way of an arm to its ready pose."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+from math import dist
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from palpate.adapters.config.run import RunConfig
+from palpate.adapters.experiments.build import build_perception, build_task
+from palpate.adapters.experiments.policies import comparator
+from palpate.adapters.experiments.trial import run_scored_trial
+from palpate.adapters.hardware.approach import WITHDRAWAL_M_S, find_approach, walk, withdrawal
+from palpate.adapters.mujoco.rig import SimulatedRig
+from palpate.core.errors import DeviceError
+from palpate.core.insertion.frame import goal_in_base
+from palpate.core.motion.inverse import InverseKinematics
+from palpate.core.motion.model import Kinematics, ToolGeometry
+from palpate.core.ports.decorator import DeviceDecorator
+from palpate.core.ports.devices import ArmCommand, ForceSensor
+from palpate.core.ports.values import (
+    CONTROL_RATE_HZ,
+    AppliedCommand,
+    CommandReason,
+    JointCommand,
+    JointVector,
+    Validity,
+    WrenchSample,
+)
+from tests.unit.adapters.samples import ready_pose
+
+CONFIG = RunConfig()
+APPROACH = find_approach(CONFIG, ready_pose())
+
+
+def tip_m(q_rad: JointVector) -> np.ndarray:
+    """The tip in the frame of the goal, z into the hole, (3,)."""
+    kinematics = Kinematics(APPROACH.arm, ToolGeometry())
+    kinematics.update(q_rad)
+    tip: np.ndarray = goal_in_base(CONFIG.task.goal).actInv(kinematics.tip_position_m)
+    return tip
+
+
+def test_a_peg_left_in_its_hole_is_drawn_out_before_the_arm_goes_anywhere() -> None:
+    policy = comparator("torque", CONFIG, tuple)
+    with SimulatedRig(CONFIG, ready_pose()) as rig:
+        task = build_task(CONFIG, ready_pose(), build_perception(CONFIG), policy)
+        assert run_scored_trial(CONFIG, rig, task, 0).success
+        deep = rig.ports.joint_encoder.read().position_rad
+        assert tip_m(deep)[2] > 9e-3
+        path = withdrawal(APPROACH, deep)
+        tips = np.array([tip_m(q) for q in path])
+        # Straight: no step of the way leaves the tool's axis, nor is it faster than it should be.
+        assert np.abs(tips[:, :2] - tip_m(deep)[:2]).max() < 5e-5
+        assert np.diff(tips[:, 2]).min() > -1.01 * WITHDRAWAL_M_S / CONTROL_RATE_HZ
+        assert tips[-1, 2] == pytest.approx(-CONFIG.task.ready_height_mm * 1e-3, abs=1e-5)
+
+        rig.ports.arm.deactivate()
+        rig.ports.arm.activate()
+        walk(APPROACH, rig.ports, 0.8, CONFIG.task.max_force_N)
+        there = rig.ports.joint_encoder.read().position_rad
+    assert dist(there, APPROACH.poses_rad[-1]) < 5e-3
+
+
+def test_an_arm_that_is_clear_or_points_elsewhere_is_not_drawn_back() -> None:
+    above, ready = APPROACH.poses_rad
+    assert withdrawal(APPROACH, above) == []
+    aside = (*ready[:4], ready[4] + 0.4, ready[5])
+    assert withdrawal(APPROACH, aside) == []
+
+
+def test_something_in_the_way_stops_the_arm() -> None:
+    with SimulatedRig(CONFIG, ready_pose()) as rig:
+        rig.prepare(0)
+        with pytest.raises(DeviceError, match="N on the way"):
+            walk(APPROACH, rig.ports, 0.8, 0.001)
+        reason = rig.ports.arm.send(JointCommand(APPROACH.poses_rad[0])).reason
+    assert reason is CommandReason.STOPPED
+
+
+def test_an_arm_that_was_left_pressing_may_let_go_of_more_than_the_limit() -> None:
+    limit_N, kinematics = CONFIG.task.max_force_N, Kinematics(APPROACH.arm, ToolGeometry())
+    inverse = InverseKinematics(kinematics, 1.0 / CONTROL_RATE_HZ)
+    with SimulatedRig(CONFIG, ready_pose()) as rig:
+        rig.prepare(0)
+        ports = rig.ports
+        q = np.array(ports.joint_encoder.read().position_rad)
+        kinematics.update(q)
+        rotation, tip = kinematics.tip_rotation.copy(), kinematics.tip_position_m.copy()
+        # Onto the plate well beside the hole, then down until it presses hard.
+        beside = tip + 8e-3 * rotation[:, 0]
+        ways = [tip + (beside - tip) * k / 140 for k in range(140)]
+        ways += [beside + 5e-5 * k * rotation[:, 2] for k in range(400)]
+        for way in ways:
+            if rig.truth().peak_force_N > 1.3 * limit_N:
+                break
+            q = inverse.step(q, pin.SE3(rotation, way)).q_rad
+            ports.clock.sleep_until(ports.clock.now_ns() + 1)
+            ports.arm.send(JointCommand(tuple(q.tolist())))
+        assert 1.3 * limit_N < rig.truth().peak_force_N < 2.0 * limit_N
+        walk(APPROACH, ports, 0.8, limit_N)
+        there = ports.joint_encoder.read().position_rad
+    assert dist(there, APPROACH.poses_rad[-1]) < 5e-3
+
+
+class DozingSensor(DeviceDecorator, ForceSensor):
+    """Old samples for so many reads, from the given one on."""
+
+    def __init__(self, sensor: ForceSensor, first: int, many: int) -> None:
+        super().__init__(sensor)
+        self._sensor, self._asleep, self.reads = sensor, range(first, first + many), 0
+
+    def read(self) -> WrenchSample:
+        sample = self._sensor.read()
+        self.reads += 1
+        return replace(sample, validity=Validity.STALE) if self.reads in self._asleep else sample
+
+
+@pytest.mark.parametrize(
+    ("first", "many", "arrives"), [(0, 10, True), (100, 30, True), (0, 40, False), (99, 40, False)]
+)
+def test_a_blind_arm_waits_where_it_is_and_not_for_ever(first: int, many: int, arrives: bool) -> None:
+    with SimulatedRig(CONFIG, ready_pose()) as rig:
+        rig.prepare(0)
+        sensor = DozingSensor(rig.ports.force_sensor, first, many)
+        sent = SentCommands(rig.ports.arm)
+        ports = replace(rig.ports, force_sensor=sensor, arm=sent)
+        if arrives:
+            walk(APPROACH, ports, 0.2, CONFIG.task.max_force_N)
+            assert dist(ports.joint_encoder.read().position_rad, APPROACH.poses_rad[-1]) < 5e-3
+        else:
+            with pytest.raises(DeviceError, match="force sample stale"):
+                walk(APPROACH, ports, 0.2, CONFIG.task.max_force_N)
+        still = sum(a == b for a, b in pairwise(sent.asked))
+    assert still >= (many if first and arrives else 0)
+
+
+class SentCommands(DeviceDecorator, ArmCommand):
+    """Keeps what was asked."""
+
+    def __init__(self, arm: ArmCommand) -> None:
+        super().__init__(arm)
+        self._arm, self.asked = arm, list[JointVector]()
+
+    def send(self, command: JointCommand) -> AppliedCommand:
+        self.asked.append(command.position_rad)
+        return self._arm.send(command)
+
+    def stop(self) -> None:
+        self._arm.stop()

@@ -1,0 +1,178 @@
+"""A rig of devices, here fake ones in real time: what is wired around them by default."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import threading
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from palpate.adapters.config.real_time import RealTimeConfig
+from palpate.adapters.config.rig import DeviceEntry, OperatorTable, RigFile, WatchdogTable
+from palpate.adapters.config.run import RunConfig
+from palpate.adapters.hardware import rig as hardware_rig
+from palpate.adapters.hardware.approach import find_approach
+from palpate.adapters.hardware.plugins import ArmAdapter, RigContext
+from palpate.adapters.hardware.rig import HardwareRig
+from palpate.core.errors import ConfigurationError, DeviceError, FaultLatchedError
+from palpate.core.ports.contracts.fakes import FakeArm, FakeForceSensor, FakeJointEncoder
+from palpate.core.ports.values import AppliedCommand, CommandReason, JointCommand
+from tests.unit.adapters.hardware.watchdogs.bench import nothing_left_behind, wait_for
+from tests.unit.adapters.samples import ready_pose
+
+CONFIG = RunConfig()
+READY = tuple(ready_pose().q_rad.tolist())
+HERE = JointCommand(READY)
+LONG_NS = 3_600_000_000_000
+
+
+class CountedArm(FakeArm):
+    """Counts its commands."""
+
+    sent = 0
+
+    def send(self, command: JointCommand) -> AppliedCommand:
+        self.sent += 1
+        return super().send(command)
+
+
+class Devices:
+    """The fakes of a rig."""
+
+    arm: CountedArm
+    sensor: FakeForceSensor
+    context: RigContext
+
+
+Make = Callable[..., tuple[HardwareRig, Devices]]
+NO_KEYS = OperatorTable(keys=False)
+
+
+@pytest.fixture
+def rig_of(monkeypatch: pytest.MonkeyPatch) -> Make:
+    devices = Devices()
+
+    def arm(_: object, context: RigContext) -> ArmAdapter:
+        devices.context = context
+        devices.arm = CountedArm(
+            context.clock, READY, lower_rad=context.lower_rad, upper_rad=context.upper_rad, max_step_rad=0.1
+        )
+        return ArmAdapter(FakeJointEncoder(context.clock, devices.arm.position_rad, max_age_ns=LONG_NS), devices.arm)
+
+    def force(_: object, context: RigContext) -> FakeForceSensor:
+        devices.sensor = FakeForceSensor(context.clock, max_age_ns=LONG_NS)
+        return devices.sensor
+
+    monkeypatch.setattr(hardware_rig, "arm_maker", lambda _: arm)
+    monkeypatch.setattr(hardware_rig, "force_sensor_maker", lambda _: force)
+
+    def make(
+        watchdog: WatchdogTable, operator: OperatorTable, config: RunConfig = CONFIG
+    ) -> tuple[HardwareRig, Devices]:
+        entry = DeviceEntry("fake", {})
+        file = RigFile("fakes", entry, entry, 2.0, operator, watchdog)
+        return HardwareRig(file, config, find_approach(config, ready_pose())), devices
+
+    return make
+
+
+def test_the_arm_walks_to_the_ready_pose_once_and_again_on_request(rig_of: Make) -> None:
+    rig, devices = rig_of(WatchdogTable(command_ms=60_000, sensor_ms=60_000), NO_KEYS)
+    with nothing_left_behind(), rig:
+        for trial, walks in ((0, True), (1, False)):
+            before = devices.arm.sent
+            rig.prepare(trial)
+            assert (devices.arm.sent > before) is walks
+            assert rig.ports.arm.send(HERE).reason is CommandReason.AS_ASKED
+        rig.return_to_ready()
+        before = devices.arm.sent
+        rig.prepare(2)
+        assert devices.arm.sent > before
+        assert rig.stopped_by() == ""
+
+
+def test_what_a_run_asks_of_the_system_reaches_the_threads_of_its_adapters(rig_of: Make) -> None:
+    loops_cpu = max(os.sched_getaffinity(0))
+    _, devices = rig_of(WatchdogTable(), NO_KEYS, RunConfig(real_time=RealTimeConfig(cpu=loops_cpu)))
+    seen: list[set[int]] = []
+
+    def adapters_thread() -> None:
+        devices.context.hurry()
+        seen.append(os.sched_getaffinity(0))
+
+    thread = threading.Thread(target=adapters_thread)
+    thread.start()
+    thread.join()
+    assert seen == [{loops_cpu}]
+
+
+def test_an_arm_that_gets_no_commands_is_stopped_by_another_thread(
+    rig_of: Make, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rig, devices = rig_of(WatchdogTable(command_ms=200.0, sensor_ms=60_000), NO_KEYS)
+    with nothing_left_behind(), rig:
+        rig.prepare(0)
+        assert rig.ports.arm.send(HERE).reason is CommandReason.AS_ASKED
+        wait_for(rig.stopped_by)
+        assert rig.stopped_by().startswith("command age: no command for")
+        assert devices.arm.send(HERE).reason is CommandReason.STOPPED
+        assert "the arm was stopped, command age" in capsys.readouterr().err
+        # A new trial is a new decision.
+        rig.prepare(1)
+        assert rig.stopped_by() == ""
+
+
+def test_a_sensor_without_news_is_an_error_wherever_it_is_read(rig_of: Make) -> None:
+    rig, devices = rig_of(WatchdogTable(command_ms=60_000, sensor_ms=20.0), NO_KEYS)
+    with rig:
+        rig.ports.force_sensor.read()
+        devices.sensor.silent = True
+        clock = rig.ports.clock
+        clock.sleep_until(clock.now_ns() + 40_000_000)
+        with pytest.raises(DeviceError, match="no new sample for"):
+            rig.ports.force_sensor.read()
+
+
+def test_a_process_calls_its_function_when_the_loop_has_died(
+    rig_of: Make, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "other_way.py").write_text(
+        f"from pathlib import Path\ndef stop():\n    Path({str(tmp_path / 'called')!r}).touch()\n"
+    )
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path), *filter(None, sys.path)]))
+    table = WatchdogTable(command_ms=60_000, sensor_ms=60_000, process_ms=200.0, stop_function="other_way:stop")
+    rig, devices = rig_of(table, NO_KEYS)
+    with nothing_left_behind(), rig:
+        rig.prepare(0)
+        assert not (tmp_path / "called").exists()  # resting between the way and the trial
+        rig.ports.clock.sleep_until(0)
+        wait_for((tmp_path / "called").exists)
+        wait_for(rig.stopped_by)
+        assert devices.arm.send(HERE).reason is CommandReason.STOPPED
+        with pytest.raises(FaultLatchedError):
+            rig.prepare(1)
+
+
+def test_a_function_that_is_not_there_is_refused_before_anything_moves(rig_of: Make) -> None:
+    rig, devices = rig_of(WatchdogTable(stop_function="nowhere:stop"), NO_KEYS)
+    with pytest.raises(ConfigurationError, match="stop_function"), rig:
+        pass
+    assert not devices.arm.is_open
+    assert not devices.sensor.is_open
+
+
+def test_the_operator_stops_the_arm_and_nobody_goes_on(rig_of: Make) -> None:
+    rig, devices = rig_of(WatchdogTable(command_ms=60_000, sensor_ms=60_000), NO_KEYS)
+    with nothing_left_behind(), rig:
+        rig.prepare(0)
+        os.kill(os.getpid(), signal.SIGUSR1)
+        wait_for(rig.stopped_by)
+        assert rig.stopped_by() == "signal: signal SIGUSR1"
+        assert rig.ports.arm.send(HERE).reason is CommandReason.STOPPED
+        with pytest.raises(FaultLatchedError, match="SIGUSR1"):
+            rig.prepare(1)
+    assert not devices.arm.is_open

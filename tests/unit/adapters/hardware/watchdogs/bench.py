@@ -1,0 +1,67 @@
+"""What the tests of watchdogs need: an arm that tells of its stops, and patience without a stopwatch."""
+
+from __future__ import annotations
+
+import os
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from palpate.core.errors import DeviceError
+from palpate.core.ports.contracts.fakes import FakeArm
+from palpate.core.ports.devices import Clock
+from palpate.core.ports.values import JointCommand
+
+PATIENCE_S = 30.0
+HERE = JointCommand((0.0,))
+
+
+class StoppedArm(FakeArm):
+    """Counts its stops, and by which threads they came; may be gone, so that even ``stop`` fails."""
+
+    def __init__(self, clock: Clock) -> None:
+        super().__init__(clock, (0.0,), lower_rad=(-1.0,), upper_rad=(1.0,), max_step_rad=0.1)
+        self.stops: list[str] = []
+        self.gone = False
+
+    def stop(self) -> None:
+        self.stops.append(threading.current_thread().name)
+        if self.gone:
+            raise DeviceError("arm", "is gone")
+        super().stop()
+
+
+def active_arm(clock: Clock) -> StoppedArm:
+    arm = StoppedArm(clock)
+    arm.configure()
+    arm.activate()
+    return arm
+
+
+def wait_for(condition: Callable[[], object]) -> None:
+    """Until it holds; fails only after a time that no busy machine needs."""
+    deadline = time.monotonic() + PATIENCE_S
+    while not condition():
+        assert time.monotonic() < deadline, "it never came about"
+        time.sleep(0.002)
+
+
+@contextmanager
+def nothing_left_behind() -> Iterator[None]:
+    """No thread and no open file more than before."""
+    threads, files = threading.active_count(), open_files()
+    yield
+    assert threading.active_count() == threads
+    assert open_files() == files
+
+
+def open_files() -> dict[str, str]:
+    found = {}
+    for entry in Path("/proc/self/fd").iterdir():
+        try:
+            found[entry.name] = os.readlink(entry)
+        except FileNotFoundError:
+            continue  # the listing's own
+    return found

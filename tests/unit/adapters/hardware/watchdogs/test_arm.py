@@ -1,0 +1,280 @@
+"""Arms that stop when commands stop coming, loops that must feed, and arms that stay at rest."""
+
+from __future__ import annotations
+
+import signal
+import threading
+
+import pytest
+
+from palpate.adapters.hardware.clock import MonotonicClock
+from palpate.adapters.hardware.watchdogs import GuardedArm, LoopWatchdog, Trip, WatchedArm, WatchedClock
+from palpate.core.errors import ConfigurationError, FaultLatchedError, LifecycleError
+from palpate.core.ports.contracts.fakes import TICK_NS, FakeClock
+from palpate.core.ports.lifecycle import Life
+from palpate.core.ports.values import CommandReason
+from tests.unit.adapters.hardware.watchdogs.bench import HERE, active_arm, nothing_left_behind, wait_for
+
+LIMIT_NS = 3000 * TICK_NS
+"""Virtual time; the thread does not look before as much real time has gone by, so that it stays out of these tests."""
+SOON_NS = 3 * TICK_NS
+"""Here it is the thread that is tested."""
+
+
+def test_commands_that_keep_coming_keep_it_going() -> None:
+    clock = FakeClock()
+    arm = active_arm(clock)
+    watched = WatchedArm(arm, clock, LIMIT_NS)
+    for _ in range(20):
+        assert watched.send(HERE).reason is CommandReason.AS_ASKED
+        clock.advance(3000)
+        assert not watched.check()
+    assert (arm.stops, watched.tripped) == ([], None)
+    watched.close()
+
+
+def test_a_late_command_finds_the_arm_stopped_until_it_is_activated_again() -> None:
+    clock, told = FakeClock(), list[Trip]()
+    arm = active_arm(clock)
+    watched = WatchedArm(arm, clock, LIMIT_NS, tell=told.append)
+    watched.send(HERE)
+    clock.advance(4000)
+    for _ in range(3):
+        assert watched.send(HERE).reason is CommandReason.STOPPED
+    assert watched.tripped == told[0]
+    assert len(told) == 1
+    assert told[0].source == "command age"
+    assert "no command for 28571.4 ms, 21428.6 ms are allowed" in told[0].text
+    watched.deactivate()
+    watched.activate()
+    assert watched.tripped is None
+    assert watched.send(HERE).reason is CommandReason.AS_ASKED
+    watched.close()
+
+
+def test_the_thread_stops_the_arm_of_a_dead_loop() -> None:
+    told: list[Trip] = []
+    with nothing_left_behind():
+        clock = MonotonicClock()
+        arm = active_arm(clock)
+        watched = WatchedArm(arm, clock, 20_000_000, tell=told.append)
+        watched.send(HERE)
+        wait_for(lambda: told)
+        assert set(arm.stops) == {"command watchdog"}
+        assert watched.send(HERE).reason is CommandReason.STOPPED
+        watched.close()
+    assert len(told) == 1
+
+
+def test_the_thread_sees_virtual_time_too() -> None:
+    clock = FakeClock()
+    arm = active_arm(clock)
+    watched = WatchedArm(arm, clock, SOON_NS)
+    watched.send(HERE)
+    clock.advance(100)
+    wait_for(lambda: watched.tripped)
+    watched.close()
+
+
+@pytest.mark.parametrize("rest", ["stop", "deactivate", "close"])
+def test_nobody_commands_an_arm_at_rest(rest: str) -> None:
+    clock = FakeClock()
+    arm = active_arm(clock)
+    watched = WatchedArm(arm, clock, LIMIT_NS)
+    watched.send(HERE)
+    getattr(watched, rest)()
+    clock.advance(10_000)
+    assert not watched.check()
+    assert watched.tripped is None
+    watched.close()
+
+
+def test_before_the_first_command_nothing_is_watched() -> None:
+    clock = FakeClock()
+    watched = WatchedArm(active_arm(clock), clock, LIMIT_NS)
+    clock.advance(10_000)
+    assert watched.send(HERE).reason is CommandReason.AS_ASKED
+    watched.close()
+
+
+def test_an_arm_activated_underneath_is_watched_again() -> None:
+    clock = FakeClock()
+    arm = active_arm(clock)
+    watched = WatchedArm(arm, clock, LIMIT_NS)
+    for _ in range(2):
+        assert watched.send(HERE).reason is CommandReason.AS_ASKED
+        assert watched.tripped is None
+        clock.advance(4000)
+        assert watched.check()
+        arm.deactivate()
+        arm.activate()
+    watched.close()
+
+
+def test_an_arm_that_is_gone_cannot_kill_the_watch() -> None:
+    clock, told = FakeClock(), list[Trip]()
+    arm = active_arm(clock)
+    watched = WatchedArm(arm, clock, LIMIT_NS, tell=told.append)
+    watched.send(HERE)
+    arm.gone = True
+    clock.advance(4000)
+    assert watched.check()
+    assert "stop() failed: DeviceError" in told[0].text
+    for _ in range(2):
+        watched.stop()
+    assert "is gone" in watched.stop_trouble
+    watched.close()
+
+
+def test_a_listener_that_fails_cannot_kill_the_watch() -> None:
+    def tell(trip: Trip) -> None:
+        raise RuntimeError("no room on the disk")
+
+    clock = FakeClock()
+    arm = active_arm(clock)
+    with LoopWatchdog(arm, clock, SOON_NS, tell=tell) as loop:
+        for _ in range(2):
+            loop.feed()
+            clock.advance(4000)
+            wait_for(lambda: loop.tripped)
+            loop.acknowledge()
+
+
+def test_stop_from_a_signal_handler_in_the_middle_of_anything() -> None:
+    clock = MonotonicClock()
+    arm = active_arm(clock)
+    watched = WatchedArm(arm, clock, 3600 * 10**9)
+    before = signal.signal(signal.SIGALRM, lambda *_: watched.stop())
+    try:
+        # As fast as it can be: sooner or later it comes in the middle of a send.
+        signal.setitimer(signal.ITIMER_REAL, 2e-4, 2e-4)
+        for _ in range(300):
+            arm.deactivate()
+            arm.activate()
+            watched.send(HERE)
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        watched.stop()
+        assert watched.send(HERE).reason is CommandReason.STOPPED
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+        watched.close()
+
+
+def test_a_limit_must_be_positive() -> None:
+    clock = FakeClock()
+    with pytest.raises(ConfigurationError, match="more than 0"):
+        WatchedArm(active_arm(clock), clock, 0)
+
+
+def test_closing_twice_leaves_nothing_behind() -> None:
+    with nothing_left_behind():
+        clock = FakeClock()
+        watched = WatchedArm(active_arm(clock), clock, LIMIT_NS)
+        watched.send(HERE)
+        watched.close()
+        watched.close()
+        assert watched.life is Life.CLOSED
+
+
+# --- The loop.
+
+
+def test_a_fed_loop_goes_on() -> None:
+    clock = FakeClock()
+    arm = active_arm(clock)
+    with LoopWatchdog(arm, clock, LIMIT_NS) as loop:
+        fed = WatchedClock(clock, [loop])
+        for tick in range(1, 50):
+            fed.sleep_until(tick * TICK_NS)
+        assert fed.now_ns() == 49 * TICK_NS
+        assert (arm.stops, loop.tripped) == ([], None)
+
+
+def test_a_loop_that_dies_is_stopped_and_the_trip_latches() -> None:
+    told: list[Trip] = []
+    with nothing_left_behind():
+        clock = MonotonicClock()
+        arm = active_arm(clock)
+        with LoopWatchdog(arm, clock, 20_000_000, tell=told.append) as loop:
+            loop.feed()
+            wait_for(lambda: told)
+            assert set(arm.stops) == {"loop watchdog"}
+            loop.feed()
+            assert loop.tripped == told[0]
+            assert told[0].source == "loop"
+            loop.acknowledge()
+            loop.feed()
+            wait_for(lambda: len(told) == 2)
+
+
+def test_a_feeding_that_comes_too_late_trips_itself() -> None:
+    clock = FakeClock()
+    arm = active_arm(clock)
+    with LoopWatchdog(arm, clock, LIMIT_NS) as loop:
+        loop.feed()
+        clock.advance(4000)
+        loop.feed()
+        assert loop.tripped is not None
+        assert arm.stops
+
+
+def test_between_trials_nobody_feeds() -> None:
+    clock = FakeClock()
+    arm = active_arm(clock)
+    with LoopWatchdog(arm, clock, LIMIT_NS) as loop:
+        loop.feed()
+        loop.rest()
+        clock.advance(10_000)
+        loop.feed()
+        assert loop.tripped is None
+
+
+def test_a_closed_watchdog_takes_no_food() -> None:
+    clock = FakeClock()
+    loop = LoopWatchdog(active_arm(clock), clock, LIMIT_NS)
+    loop.close()
+    loop.close()
+    with pytest.raises(LifecycleError, match="closed"):
+        loop.feed()
+
+
+def test_a_watchdog_may_be_closed_by_whom_it_tells() -> None:
+    clock = FakeClock()
+    closed = threading.Event()
+
+    def tell(trip: Trip) -> None:
+        loop.close()
+        closed.set()
+
+    loop = LoopWatchdog(active_arm(clock), clock, SOON_NS, tell=tell)
+    loop.feed()
+    clock.advance(10)
+    wait_for(closed.is_set)
+    loop.close()
+
+
+# --- Arms that stay at rest.
+
+
+def test_a_guarded_arm_neither_activates_nor_moves_until_acknowledged() -> None:
+    clock = FakeClock()
+    arm = active_arm(clock)
+    with LoopWatchdog(arm, clock, LIMIT_NS) as loop:
+        guarded = GuardedArm(arm, [loop])
+        assert guarded.send(HERE).reason is CommandReason.AS_ASKED
+        loop.feed()
+        clock.advance(4000)
+        loop.feed()
+        arm.deactivate()
+        with pytest.raises(FaultLatchedError, match="loop: no tick for"):
+            guarded.activate()
+        # Whoever goes behind its back does not get far.
+        arm.activate()
+        assert guarded.send(HERE).reason is CommandReason.STOPPED
+        loop.acknowledge()
+        guarded.deactivate()
+        guarded.activate()
+        assert guarded.send(HERE).reason is CommandReason.AS_ASKED
+        guarded.stop()
+        assert guarded.send(HERE).reason is CommandReason.STOPPED

@@ -1,0 +1,111 @@
+"""Silence is never taken for news, whatever the device says of it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from palpate.adapters.fault_injection import FaultPlan, FaultyForceSensor
+from palpate.adapters.hardware.watchdogs import Trip, WatchedForceSensor, WatchedJointEncoder
+from palpate.core.errors import ConfigurationError, DeviceError
+from palpate.core.ports.contracts.fakes import TICK_NS, FakeClock, FakeForceSensor, FakeJointEncoder
+from palpate.core.ports.values import Validity, WrenchSample
+
+NEVER_NS = 10**15
+AGE_NS, DEAD_NS = 3 * TICK_NS, 6 * TICK_NS
+
+
+def outcomes(sensor: WatchedForceSensor | WatchedJointEncoder, clock: FakeClock, ticks: int) -> str:
+    """One letter a tick: the first of the validity's name, or D for an error."""
+    letters = ""
+    for _ in range(ticks):
+        try:
+            letters += sensor.read().validity.value[0]
+        except DeviceError:
+            letters += "D"
+        clock.advance()
+    return letters
+
+
+def test_silence_is_stale_and_then_an_error_until_there_is_news() -> None:
+    clock, told = FakeClock(), list[Trip]()
+    device = FakeForceSensor(clock, max_age_ns=NEVER_NS)
+    with WatchedForceSensor(device, clock, AGE_NS, dead_after_ns=DEAD_NS, tell=told.append) as sensor:
+        assert outcomes(sensor, clock, 3) == "vvv"
+        device.silent = True
+        assert outcomes(sensor, clock, 9) == "vvvsssDDD"
+        device.silent = False
+        assert outcomes(sensor, clock, 2) == "vv"
+    assert [(trip.source, trip.text.split(":")[0]) for trip in told] == [
+        ("force sensor", "stale"),
+        ("force sensor", "dead"),
+    ]
+    assert "no new sample for 28.6 ms" in told[0].text
+
+
+def test_encoders_likewise() -> None:
+    clock = FakeClock()
+    device = FakeJointEncoder(clock, lambda: (0.0,), max_age_ns=NEVER_NS)
+    with WatchedJointEncoder(device, clock, AGE_NS, dead_after_ns=DEAD_NS) as encoder:
+        assert outcomes(encoder, clock, 1) == "v"
+        device.silent = True
+        assert outcomes(encoder, clock, 8) == "vvvsssDD"
+
+
+class SameNumber(FakeForceSensor):
+    """Gives every sample a new time and the number of the first."""
+
+    def read(self) -> WrenchSample:
+        return replace(super().read(), sequence=0)
+
+
+def test_new_times_under_an_old_number_are_no_news() -> None:
+    clock = FakeClock()
+    with WatchedForceSensor(SameNumber(clock), clock, AGE_NS, dead_after_ns=DEAD_NS) as sensor:
+        assert outcomes(sensor, clock, 8) == "vvvvsssD"
+
+
+def test_late_samples_are_stale_but_the_sensor_lives() -> None:
+    clock = FakeClock()
+    late = [FaultPlan("delay", "force_sensor", 1, delay_ticks=4)]
+    device = FaultyForceSensor(FakeForceSensor(clock), clock, late, max_age_ns=NEVER_NS)
+    with WatchedForceSensor(device, clock, AGE_NS, dead_after_ns=DEAD_NS) as sensor:
+        assert outcomes(sensor, clock, 20) == "vvvv" + "s" * 16
+
+
+def test_a_number_that_goes_back_is_no_news() -> None:
+    clock, told = FakeClock(), list[Trip]()
+    again = [FaultPlan("repeat", "force_sensor", 3, duration_ticks=3, span_ticks=2)]
+    device = FaultyForceSensor(FakeForceSensor(clock), clock, again, max_age_ns=NEVER_NS)
+    with WatchedForceSensor(device, clock, AGE_NS, dead_after_ns=DEAD_NS, tell=told.append) as sensor:
+        assert outcomes(sensor, clock, 9) == "vvvsvsvvv"
+    assert "sample 1 came after sample 2" in told[0].text
+
+
+def test_what_is_invalid_stays_so() -> None:
+    clock = FakeClock()
+    broken = [FaultPlan("nan", "force_sensor"), FaultPlan("drop", "force_sensor", 1)]
+    device = FaultyForceSensor(FakeForceSensor(clock), clock, broken, max_age_ns=NEVER_NS)
+    with WatchedForceSensor(device, clock, AGE_NS, dead_after_ns=NEVER_NS) as sensor:
+        assert outcomes(sensor, clock, 8) == "i" * 8
+
+
+def test_activated_again_it_counts_anew() -> None:
+    clock = FakeClock()
+    device = FakeForceSensor(clock, max_age_ns=NEVER_NS)
+    with WatchedForceSensor(device, clock, AGE_NS, dead_after_ns=DEAD_NS) as sensor:
+        assert sensor.read().validity is Validity.VALID
+        sensor.deactivate()
+        clock.advance(1000)
+        sensor.activate()
+        assert sensor.read().validity is Validity.VALID
+    encoder = WatchedJointEncoder(FakeJointEncoder(clock, lambda: (0.0,)), clock, AGE_NS, dead_after_ns=DEAD_NS)
+    with encoder:
+        assert encoder.read().position_rad == (0.0,)
+
+
+@pytest.mark.parametrize("limits", [(0, 1), (5, 4)])
+def test_limits_must_make_sense(limits: tuple[int, int]) -> None:
+    with pytest.raises(ConfigurationError, match="second limit"):
+        WatchedForceSensor(FakeForceSensor(FakeClock()), FakeClock(), limits[0], dead_after_ns=limits[1])

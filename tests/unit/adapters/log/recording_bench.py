@@ -1,0 +1,108 @@
+"""The four fake ports under a recorder, and a loop over them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from palpate.adapters.log.reader import TrialLog, assemble, sound_messages
+from palpate.adapters.log.recorded_ports import recorded
+from palpate.adapters.log.recorder import FlightRecorder
+from palpate.adapters.log.records import EndRecord, StartRecord
+from palpate.adapters.log.writer_client import MemorySink, Opening, Sink
+from palpate.adapters.log.writer_process import messages_in
+from palpate.core.control_loop import tick_time_ns
+from palpate.core.insertion.trial import TrialReport, TrialSetup
+from palpate.core.ports.contracts.fakes import FakeArm, FakeClock, FakeForceSensor, FakeJointEncoder
+from palpate.core.ports.devices import Ports
+from palpate.core.ports.values import JointCommand
+from tests.unit.adapters.log.crafted import STARTING
+
+HOME_RAD = (0.1, -0.2, 0.3)
+
+
+class Task:
+    """Whoever runs the trial: only its report matters."""
+
+    def __init__(self) -> None:
+        self.report = TrialReport(TrialSetup(0, 0, (0.0, 0.0)))
+
+
+class ChokingSink(MemorySink):
+    """Refuses batches when told to, and may have troubles to tell."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.full = False
+        self.lost: list[tuple[int, int, bytes]] = []
+        self.tells: list[str] = []
+
+    def put(self, frames: bytes, *, vital: bool = False) -> bool:
+        if self.full and not vital:
+            self.lost += messages_in(frames)
+            return False
+        return super().put(frames)
+
+    def close(self, frames: bytes) -> None:
+        # The last frames are always taken.
+        self.full = False
+        super().close(frames)
+
+    def trouble(self) -> str | None:
+        return self.tells.pop(0) if self.tells else None
+
+
+class Bench:
+    """Fakes, active; decorated once ``begin`` was called."""
+
+    def __init__(self, sink: Sink | None = None, *, start_ns: int = 0, stop_on_trouble: bool = False) -> None:
+        self.sink = sink or MemorySink()
+        self.recorder = FlightRecorder(self.sink, stop_on_trouble=stop_on_trouble)
+        self.task = Task()
+        self.clock = FakeClock(start_ns)
+        self.arm = FakeArm(self.clock, HOME_RAD, lower_rad=(-1.0,) * 3, upper_rad=(1.0,) * 3, max_step_rad=0.02)
+        self.sensor = FakeForceSensor(self.clock)
+        self.encoder = FakeJointEncoder(self.clock, self.arm.position_rad)
+        for device in (self.sensor, self.encoder, self.arm):
+            device.configure()
+            device.activate()
+        self.plain = Ports(self.clock, self.sensor, self.encoder, self.arm)
+        self.ports = recorded(self.plain, self.recorder)
+        self.tick, self.start_ns = 0, start_ns
+
+    def begin(self, path: Path = Path("x.mcap"), start: Callable[[], StartRecord] = lambda: STARTING) -> None:
+        self.recorder.begin(Opening(path, {}), self.task, start)
+        self.tick, self.start_ns = 0, self.ports.clock.now_ns()
+
+    def run(self, ticks: int, ports: Ports | None = None) -> None:
+        """As the core's loop does."""
+        p = ports or self.ports
+        for _ in range(ticks):
+            p.clock.sleep_until(tick_time_ns(self.start_ns, self.tick))
+            p.clock.now_ns()
+            self.sensor.load_N = (0.0, 0.0, -float(self.tick))
+            p.force_sensor.read()
+            p.joint_encoder.read()
+            p.arm.send(JointCommand(self.command(self.tick)))
+            self.tick += 1
+
+    @staticmethod
+    def command(tick: int) -> tuple[float, ...]:
+        return (0.1 + 1e-5 * tick, -0.2, 0.3)
+
+    def end(self, **facts: Any) -> None:
+        self.recorder.end(EndRecord(tick=self.tick - 1, **facts))
+
+    def log(self, number: int = -1) -> TrialLog:
+        """A log that the memory sink holds."""
+        assert isinstance(self.sink, MemorySink)
+        return log_of(self.sink.logs[number])
+
+
+def log_of(data: bytes) -> TrialLog:
+    return assemble("x.mcap", data, list(sound_messages("x.mcap", data)))
+
+
+def ticks_of(log: TrialLog) -> list[int]:
+    return [record.tick for record in log.records()]

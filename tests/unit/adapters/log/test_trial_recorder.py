@@ -1,0 +1,266 @@
+"""Recording the trials of a run: it changes nothing, equal runs give equal logs, and nothing is overwritten."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from palpate.adapters.config.run import RecordingConfig
+from palpate.adapters.experiments.build import build_perception, build_task
+from palpate.adapters.experiments.policies import comparator, learning_policy
+from palpate.adapters.experiments.results import RunFolder
+from palpate.adapters.experiments.training import Trainer
+from palpate.adapters.experiments.trial import run_scored_trial, trial_setup
+from palpate.adapters.log.reader import TrialLog, first_tick_problem, learner_of_json, read_log
+from palpate.adapters.log.trial_recorder import TrialRecorder, set_aside
+from palpate.adapters.log.writer_client import MemorySink, Sink
+from palpate.adapters.mujoco.rig import SimulatedRig
+from palpate.core.errors import DeviceError, OutputError
+from palpate.core.insertion.task import InsertionTask
+from palpate.core.insertion.trial import Outcome, TrialReport, TrialSetup
+from palpate.core.policy import Policy
+from palpate.core.ports.rig import World
+from palpate.core.ports.values import WrenchSample
+from tests.unit.adapters.log.recording_bench import ChokingSink, log_of
+from tests.unit.adapters.samples import QUICK, ready_pose
+
+FILES = ("trials.csv", "decisions.csv", "checkpoint.json", "policy.json")
+
+
+def trained(path: Path, recording: RecordingConfig) -> dict[str, bytes]:
+    """Two recorded trials; what they leave."""
+    folder, perception = RunFolder(path), build_perception(QUICK)
+    folder.create()
+    recorder = TrialRecorder.into(path / "logs", recording)
+    with SimulatedRig(QUICK, ready_pose()) as rig:
+        policy = learning_policy(QUICK, perception)
+        if recorder is None:
+            trainer = Trainer(QUICK, folder, ready_pose(), rig, perception, policy)
+            trainer.train(2, lambda scored: None)
+        else:
+            with recorder:
+                trainer = Trainer(QUICK, folder, ready_pose(), rig, perception, policy, recorder=recorder)
+                trainer.train(2, lambda scored: None)
+            assert recorder.troubles == []
+        trainer.save_policy()
+    logs = path / "logs"
+    names = sorted(p.name for p in logs.iterdir()) if logs.exists() else []
+    return {name: (path / name).read_bytes() for name in FILES} | {n: (logs / n).read_bytes() for n in names}
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory: pytest.TempPathFactory) -> list[dict[str, bytes]]:
+    path = tmp_path_factory.mktemp("runs")
+    settings = [RecordingConfig(), RecordingConfig(queue_kB=16), RecordingConfig(enabled=False)]
+    return [trained(path / str(k), each) for k, each in enumerate(settings)]
+
+
+def test_recording_changes_no_result(runs: list[dict[str, bytes]]) -> None:
+    assert {name: runs[0][name] for name in FILES} == runs[2]
+
+
+def test_equal_runs_give_equal_logs(runs: list[dict[str, bytes]]) -> None:
+    assert runs[0] == runs[1]
+    assert sorted(set(runs[0]) - set(FILES)) == ["trial-00000.mcap", "trial-00001.mcap"]
+
+
+def test_a_log_agrees_with_the_results(runs: list[dict[str, bytes]]) -> None:
+    rows = runs[0]["trials.csv"].decode().splitlines()
+    for number in (0, 1):
+        log = log_of(runs[0][f"trial-{number:05d}.mcap"])
+        assert (log.start.trial, log.start.command, log.start.frozen, log.start.world) == (
+            number,
+            "train",
+            False,
+            "simulator",
+        )
+        assert first_tick_problem(log) is None
+        assert log.end is not None
+        assert log.end.ticks == len(log.ticks)
+        assert log.end.actions == len(log.decisions)
+        assert f",{log.end.outcome}," in rows[1 + number]
+        assert log.losses == []
+        assert len(log.reinforcements) <= len(log.decisions)
+        assert [call.call for call in log.calls] == ["now_ns", "stop"]
+
+
+def test_what_was_learned_goes_from_log_to_log(runs: list[dict[str, bytes]]) -> None:
+    first, second = (log_of(runs[0][f"trial-{number:05d}.mcap"]) for number in (0, 1))
+    assert first.end is not None
+    texts = (first.start.learner_json, first.end.learner_json, second.start.learner_json)
+    before, after, then = ((learner_of_json(text) or {})["q"] for text in texts)
+    assert before != after == then
+
+
+class Setting:
+    """A rig and a task under a recorder whose sink is given."""
+
+    def __init__(self, path: Path, sink: Sink, config: RecordingConfig | None = None) -> None:
+        self.sink = sink
+        self.recorder = TrialRecorder(lambda: sink, path / "logs", config or RecordingConfig())
+
+    def __enter__(self) -> Setting:
+        self.rig = SimulatedRig(QUICK, ready_pose())
+        self.rig.__enter__()
+        self.recorder.__enter__()
+        perception = build_perception(QUICK)
+        self.policy: Policy = comparator("torque", QUICK, lambda: self.rig.truth().hole_in_task_m)
+        self.task: InsertionTask = build_task(QUICK, ready_pose(), perception, self.policy)
+        self.recorder.of("run", QUICK, ready_pose(), self.task, perception, self.policy, name="torque")
+        return self
+
+    def __exit__(self, *_: Any) -> None:
+        self.recorder.__exit__(None, None, None)
+        self.rig.__exit__(None, None, None)
+
+    def run(self, trial: int = 0) -> None:
+        run_scored_trial(QUICK, self.rig, self.task, trial, self.recorder)
+
+    def log(self) -> TrialLog:
+        assert isinstance(self.sink, MemorySink)
+        return log_of(self.sink.logs[-1])
+
+
+@pytest.fixture
+def setting(tmp_path: Path) -> Iterator[Setting]:
+    with Setting(tmp_path, MemorySink()) as made:
+        yield made
+
+
+def spoil(setting: Setting, at_read: int, error: Exception) -> None:
+    """The sensor fails in mid-trial."""
+    read, reads = setting.rig.ports.force_sensor.read, iter(range(at_read))
+
+    def failing() -> WrenchSample:
+        if next(reads, None) is None:
+            raise error
+        return read()
+
+    setting.rig._sensor.read = failing  # type: ignore[method-assign]
+
+
+@pytest.mark.parametrize("error", [DeviceError("sensor", "gone"), ZeroDivisionError("oops"), RuntimeError("\udcff")])
+def test_a_trial_that_an_error_ends_has_an_end_that_says_so(setting: Setting, error: Exception) -> None:
+    spoil(setting, 25, error)
+    with pytest.raises(type(error)):
+        setting.run()
+    log = setting.log()
+    assert [record.tick for record in log.records()] == list(range(26))
+    assert log.calls[-1].call == "stop"
+    if "\udcff" in str(error):  # what no log can hold costs its own message only
+        assert log.end is None
+        assert [mark.dropped_messages for mark in log.losses] == [1]
+    else:
+        assert log.end is not None
+        assert (log.end.error, log.end.outcome) == (type(error).__name__, "")
+        assert log.end.ticks == 25
+
+
+def test_trouble_ends_the_trial_where_that_is_wanted(tmp_path: Path) -> None:
+    sink = ChokingSink()
+    with Setting(tmp_path, sink, RecordingConfig(on_trouble="stop")) as setting:
+        sink.tells.append("x: cannot be written (No space left on device)")
+        with pytest.raises(DeviceError, match="flight recorder: x: cannot be written"):
+            setting.run()
+        log = setting.log()
+        assert log.end is not None
+        assert log.end.error == "DeviceError"
+        assert log.calls[-1].call == "stop"
+
+
+def test_a_trial_that_did_not_begin_is_not_told_with_the_one_before(
+    setting: Setting, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    setting.run()
+    events = len(setting.log().events)
+    assert events > 0
+
+    def refuse(setup: TrialSetup) -> None:
+        raise ValueError("not today")
+
+    monkeypatch.setattr(setting.task, "begin", refuse)
+    with pytest.raises(ValueError, match="not today"):
+        setting.run(1)
+    log = setting.log()
+    assert log.start.trial == 1
+    assert (log.events, log.decisions, log.ticks) == ([], [], [])
+    assert log.end is not None
+    assert (log.end.outcome, log.end.ticks, log.end.error) == ("", 0, "ValueError")
+
+
+def test_a_log_that_nobody_ended_keeps_what_it_has(setting: Setting, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("palpate.adapters.experiments.trial.score", lambda *_: 1 / 0)
+    with pytest.raises(ZeroDivisionError):
+        setting.run()
+    setting.recorder.__exit__(None, None, None)
+    log = setting.log()
+    assert log.end is None
+    assert len(log.ticks) == setting.task.report.ticks > 100
+
+
+def test_a_comparator_is_named_and_a_document_is_kept(setting: Setting) -> None:
+    setting.run()
+    assert (setting.log().start.policy, setting.log().start.policy_json) == ("torque", "")
+
+
+def test_it_must_be_known_what_is_recorded(tmp_path: Path) -> None:
+    with TrialRecorder(MemorySink, tmp_path / "logs", RecordingConfig()) as recorder:
+        with SimulatedRig(QUICK, ready_pose()) as rig, pytest.raises(OutputError, match="of"):
+            recorder.begin(trial_setup(QUICK, 0), rig.ports, World("simulator", {}), "trial-00000")
+        recorder.fail(TrialReport(TrialSetup(0, 0, (0.0, 0.0))), ValueError())
+
+
+def test_a_folder_that_cannot_be_made_is_told_before_the_run(tmp_path: Path) -> None:
+    (tmp_path / "logs").write_text("a file")
+    with pytest.raises(OutputError, match=r"logs: cannot be made \(File exists\)"):
+        TrialRecorder(MemorySink, tmp_path / "logs", RecordingConfig()).__enter__()
+
+
+def test_a_subfolder_that_cannot_be_made_is_told_in_the_same_way(setting: Setting, tmp_path: Path) -> None:
+    (tmp_path / "logs" / "torque").write_text("a file")
+    perception = build_perception(QUICK)
+    with pytest.raises(OutputError, match=r"torque: cannot be made \(File exists\)"):
+        setting.recorder.of(
+            "compare", QUICK, ready_pose(), setting.task, perception, setting.policy, name="torque", subfolder="torque"
+        )
+
+
+def test_an_existing_log_stays_and_the_trial_runs(tmp_path: Path) -> None:
+    (tmp_path / "logs").mkdir()
+    path = tmp_path / "logs" / "trial-00000.mcap"
+    path.write_bytes(b"precious")
+    recorder = TrialRecorder.into(tmp_path / "logs", RecordingConfig())
+    assert recorder is not None
+    with Setting(tmp_path, MemorySink()) as setting:
+        setting.recorder = recorder
+        with recorder:
+            perception = build_perception(QUICK)
+            recorder.of("run", QUICK, ready_pose(), setting.task, perception, setting.policy, name="torque")
+            setting.run(0)
+            setting.run(1)
+    assert recorder.troubles == [f"{path}: cannot be made (File exists)"]
+    assert path.read_bytes() == b"precious"
+    assert read_log(tmp_path / "logs" / "trial-00001.mcap").end is not None
+    assert setting.task.report.outcome is not Outcome.SENSOR_FAULT
+
+
+def test_recording_can_be_switched_off() -> None:
+    assert TrialRecorder.into(Path("nowhere"), replace(QUICK.recording, enabled=False)) is None
+
+
+def test_logs_of_trials_that_run_again_are_set_aside(tmp_path: Path) -> None:
+    names = ("trial-00000.mcap", "trial-00001.mcap", "trial-00002.mcap", "trial-x.mcap", "notes.txt")
+    for name in names:
+        (tmp_path / name).write_text(name)
+    first: Callable[[], list[str]] = lambda: [p.name for p in set_aside(tmp_path, 1)]  # noqa: E731
+    assert first() == ["trial-00001.mcap.cut-short-1", "trial-00002.mcap.cut-short-1"]
+    (tmp_path / "trial-00001.mcap").write_text("again")
+    assert first() == ["trial-00001.mcap.cut-short-2"]
+    assert (tmp_path / "trial-00001.mcap.cut-short-1").read_text() == "trial-00001.mcap"
+    assert (tmp_path / "trial-00000.mcap").exists()
+    assert len(os.listdir(tmp_path)) == 6

@@ -1,0 +1,131 @@
+"""The drawn cell: it stands where encoders and sensor say, and appears where it is expected."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from palpate.adapters.log.reader import TrialLog, read_log
+from palpate.adapters.log.records import EndRecord
+from palpate.adapters.log.series import series_of
+from palpate.adapters.mujoco.scene import Cell, Moment, Stage, true_hole_m
+from palpate.adapters.visualisation.film.course import course_of
+from palpate.core.errors import LogError
+from tests.unit.adapters.log.made_logs import POSTURE, start, tick, write_log
+from tests.unit.adapters.visualisation.film.trials import GOLDEN, INSERTION, require_graphics
+
+REST = Moment(0, 0.0, POSTURE, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), "lift", None)
+
+
+@pytest.fixture(scope="module")
+def log() -> TrialLog:
+    return read_log(INSERTION)
+
+
+@pytest.fixture(scope="module")
+def cell(log: TrialLog) -> Cell:
+    return Cell(log)
+
+
+@pytest.mark.parametrize("name", ["omniscient-blind.mcap", "torque-ur5.mcap"])
+def test_the_tip_is_where_the_encoders_have_it(name: str) -> None:
+    trial = read_log(GOLDEN / name)
+    drawn = Cell(trial)
+    series = series_of(trial)
+    for moment in course_of(trial).moments[::40]:
+        drawn.pose(replace(moment, force_N=None, torque_Nm=None))
+        tip_mm = drawn.goal_in_base.actInv(drawn.tip_m) * 1e3
+        assert tip_mm == pytest.approx(series.tip_mm[moment.tick], abs=1e-3)
+
+
+def test_the_measured_force_bends_the_springs(cell: Cell) -> None:
+    cell.pose(REST)
+    before = cell.tip_m
+    cell.pose(replace(REST, force_N=(0.0, 0.0, -5.0)))
+    # 5 N on a spring of 5 N/mm, along the tool, which points down.
+    assert cell.tip_m - before == pytest.approx([0.0, 0.0, 1e-3], abs=1e-6)
+    force = cell.force_in_base(replace(REST, force_N=(0.0, 0.0, -5.0)))
+    assert force == pytest.approx([0.0, 0.0, 5.0], abs=1e-3)
+    cell.pose(replace(REST, force_N=(0.0, 0.0, -1e12)))
+    assert np.linalg.norm(cell.tip_m - before) < 0.03
+
+
+def test_at_the_end_of_an_insertion_the_drawn_peg_is_in_the_drawn_hole(log: TrialLog, cell: Cell) -> None:
+    cell.pose(course_of(log).moments[-1])
+    assert log.end is not None
+    down = cell.tip_m - cell.mouth_m
+    assert down[2] == pytest.approx(-(log.end.true_depth_m or 0.0), abs=1e-4)
+    assert np.abs(down[:2]).max() < 1.5e-4
+
+
+def test_while_it_presses_the_drawn_peg_is_on_the_plate_and_not_in_it(log: TrialLog, cell: Cell) -> None:
+    cell.pose(course_of(log).moments[150])
+    assert cell.tip_m[2] - cell.mouth_m[2] == pytest.approx(0.0, abs=2e-4)
+
+
+def test_an_unmeasured_force_is_none(cell: Cell) -> None:
+    cell.pose(REST)
+    assert cell.force_in_base(replace(REST, force_N=None)) is None
+
+
+def test_another_number_of_joints_is_refused(cell: Cell) -> None:
+    with pytest.raises(LogError, match="7 joint angles, its arm 6 joints"):
+        cell.pose(replace(REST, joints_rad=(0.0,) * 7))
+
+
+def test_the_hole_is_where_it_was_or_where_it_is_believed_to_be(tmp_path: Path) -> None:
+    def hole(world_json: str, end: EndRecord | None = None) -> tuple[float, ...] | None:
+        path = tmp_path / f"{len(list(tmp_path.iterdir()))}.mcap"
+        write_log(path, [tick(0)], begin=start(world_json=world_json), end=end)
+        return true_hole_m(read_log(path))
+
+    assert hole('{"hole_in_task_m": [0.001, -0.002, 0]}') == (0.001, -0.002, 0.0)
+    assert hole("", EndRecord(tick=0, true_hole_in_task_m=(0.0, 0.5, 0.0))) == (0.0, 0.5, 0.0)
+    for unknown in ("", "{}", "[1]", "no json", '{"hole_in_task_m": [1, 2]}', '{"hole_in_task_m": ["a", 0, 0]}'):
+        assert hole(unknown) is None
+    assert hole('{"hole_in_task_m": [NaN, 0, 0]}') is None
+    rig = Cell(read_log(write_log(tmp_path / "b.mcap", [tick(0)], begin=start(world="bench"))))
+    assert not rig.hole_known
+    assert rig.mouth_m == pytest.approx([0.4, 0.0, 0.02])
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"tip_rotation": (1.0, 0.0)}, {"tip_rotation": (float("nan"),) * 9}, {"config_toml": 'arm = "puma"'}]
+)
+def test_a_start_that_does_not_tell_the_cell_is_refused(tmp_path: Path, wrong: dict[str, object]) -> None:
+    with pytest.raises(LogError, match=r"a\.mcap"):
+        Cell(read_log(write_log(tmp_path / "a.mcap", [tick(0)], begin=start(**wrong))))
+
+
+def test_a_point_appears_where_the_view_says(cell: Cell) -> None:
+    require_graphics()
+    cell.pose(REST)
+    close, _ = cell.views()
+    stage = Stage(cell, (320, 240))
+    try:
+        picture = stage.picture(close, 320, 240).astype(int)
+    finally:
+        stage.close()
+    assert picture.shape == (240, 320, 3)
+    # The peg is the only thing that is far more red than blue; its lower end is a little in front of the tip.
+    rows, columns = np.nonzero(picture[:, :, 0] - picture[:, :, 2] > 60)
+    x, y = close.pixel_of(cell.tip_m, 320, 240)
+    assert (columns.min() + columns.max()) / 2 == pytest.approx(x, abs=2)
+    front = cell.tip_m + np.array([0.0, -cell.peg_diameter_m / 2, 0.0])
+    assert rows.max() == pytest.approx(close.pixel_of(front, 320, 240)[1], abs=2)
+    assert rows.max() > y
+
+
+def test_the_plate_is_cut_open_in_the_close_up_only(cell: Cell) -> None:
+    require_graphics()
+    cell.pose(REST)
+    close, _ = cell.views()
+    stage = Stage(cell, (200, 150))
+    try:
+        open_, whole = (stage.picture(view, 200, 150).astype(int) for view in (close, replace(close, cut=False)))
+    finally:
+        stage.close()
+    assert np.abs(open_ - whole).mean() > 5.0

@@ -1,0 +1,51 @@
+"""Whole pictures, where a graphics library is there to draw them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from palpate.adapters.log.reader import read_log
+from palpate.adapters.mujoco.arrows import ACTION, FORCE
+from palpate.adapters.visualisation.film.course import course_of
+from palpate.adapters.visualisation.film.picture import Painter
+from tests.unit.adapters.visualisation.film.trials import INSERTION, require_graphics
+
+
+def test_arrows_and_inset_are_in_the_picture() -> None:
+    require_graphics()
+    log = read_log(INSERTION)
+    course = course_of(log)
+    free, pressing = course.moments[100], course.moments[150]
+    with Painter(log, course, (320, 240), "both") as painter:
+        there, again, before = (np.array(painter.paint(moment)) for moment in (pressing, pressing, free))
+        bare = np.array(painter.paint(pressing, notes=False, inset=False))
+        last = np.array(painter.paint(course.moments[-1]))
+        assert painter.title == "omniscient-blind: zebra-zero, omniscient; hole: where the simulator had it; inserted"
+    assert there.shape == (240, 320, 3)
+    assert (there == again).all()
+
+    def coloured(picture: np.ndarray, colour: tuple[int, int, int]) -> int:
+        # Besides the text at the left, and the scale below.
+        part = picture[95:200, 120:].astype(int)
+        return int((np.abs(part - colour).max(axis=2) < 30).sum())
+
+    assert coloured(there, FORCE) > 100 > 20 > coloured(before, FORCE)
+    # The omniscient policy's moves are no compass steps: nothing to draw.
+    assert coloured(there, ACTION) == 0
+    # The inset at the upper right, the notes at the lower right.
+    assert np.abs(there[5:90, -100:].astype(int) - bare[5:90, -100:]).mean() > 10.0
+    assert np.abs(there[-40:, -150:].astype(int) - bare[-40:, -150:]).mean() > 3.0
+    assert np.abs(there[110:190, 120:200].astype(int) - bare[110:190, 120:200]).max() == 0
+    assert np.abs(there.astype(int) - last).mean() > 1.0
+
+
+@pytest.mark.parametrize(("camera", "peg_share"), [("close-up", 0.1), ("arm", 0.0)])
+def test_each_camera_sees_its_part(camera: str, peg_share: float) -> None:
+    require_graphics()
+    log = read_log(INSERTION)
+    course = course_of(log)
+    with Painter(log, course, (200, 150), camera) as painter:
+        picture = np.array(painter.paint(course.moments[-1], notes=False)).astype(int)
+    share = (picture[:, :, 0] - picture[:, :, 2] > 60).mean()
+    assert peg_share < share < peg_share + 0.3

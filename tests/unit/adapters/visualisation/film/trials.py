@@ -1,0 +1,30 @@
+"""A recorded trial, and whether pictures can be drawn on this machine."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from palpate.adapters.mujoco.graphics import working_library
+from palpate.core.errors import UsageError
+
+GOLDEN = Path(__file__).parents[4] / "golden"
+INSERTION = GOLDEN / "omniscient-blind.mcap"
+"""Zebra Zero, 297 ticks, hole 3 mm from where it is believed to be; contact at tick 118, actions from 132 to 188."""
+
+
+@cache
+def _problem() -> str:
+    try:
+        working_library()
+    except UsageError as error:
+        return str(error)
+    return ""
+
+
+def require_graphics() -> None:
+    """Skip the test where no graphics library draws off screen, as on machines that only run tests."""
+    if _problem():
+        pytest.skip(_problem())

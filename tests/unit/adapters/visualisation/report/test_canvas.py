@@ -1,0 +1,46 @@
+"""Pictures have equal bytes, whatever the user's own settings of matplotlib are."""
+
+from __future__ import annotations
+
+import matplotlib as mpl
+import pytest
+
+from palpate.adapters.visualisation.report.canvas import drawn, file_name
+from tests.unit.adapters.visualisation.report.samples import pixels
+
+
+def picture() -> bytes:
+    with drawn(2.0) as canvas:
+        canvas.figure.add_subplot().plot([1, 2, 3], label="$x_1$")
+        canvas.figure.legend()
+    return canvas.png
+
+
+def test_equal_bytes() -> None:
+    first = picture()
+    with mpl.rc_context({"lines.linewidth": 7.0, "font.size": 20.0, "savefig.dpi": 31}):
+        assert picture() == first
+
+
+def test_size() -> None:
+    assert pixels(picture()).shape == (300, 930, 3)
+
+
+def test_what_is_drawn_leaves_settings_as_they_were() -> None:
+    before = dict(mpl.rcParams)
+    picture()
+    assert dict(mpl.rcParams) == before
+
+
+@pytest.mark.parametrize(
+    ("text", "name"),
+    [
+        ("task.step_mm", "task.step-mm"),
+        ("Position regions", "position-regions"),
+        ("../../etc", "etc"),
+        ("é<>", "x"),
+        ("a" * 99, "a" * 60),
+    ],
+)
+def test_file_names(text: str, name: str) -> None:
+    assert file_name(text) == name

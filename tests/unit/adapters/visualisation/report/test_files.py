@@ -1,0 +1,128 @@
+"""Files that are damaged are refused in one line that names them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from palpate.adapters.experiments.results import RunFolder
+from palpate.adapters.visualisation.report.files import (
+    number,
+    read_json,
+    read_png,
+    read_run_toml,
+    read_table,
+    read_text,
+    read_trials,
+)
+from palpate.core.errors import OutputError
+from tests.unit.adapters.samples import scored_trial
+
+
+@pytest.fixture
+def run(tmp_path: Path) -> Path:
+    folder = RunFolder(tmp_path)
+    for index in range(3):
+        folder.append_trial(scored_trial(index))
+    return tmp_path
+
+
+def test_trials_come_back(run: Path) -> None:
+    assert [row.trial for row in read_trials(run)] == [0, 1, 2]
+
+
+def test_no_trials_yet(tmp_path: Path) -> None:
+    assert read_trials(tmp_path) == ()
+
+
+@pytest.mark.parametrize("cut", range(1, 12))
+def test_trials_that_end_in_the_middle_of_a_line(run: Path, cut: int) -> None:
+    path = run / "trials.csv"
+    path.write_bytes(path.read_bytes()[:-cut])
+    with pytest.raises(OutputError, match=r"trials\.csv: ends in the middle of a line"):
+        read_trials(run)
+
+
+def test_trials_with_a_column_too_few(run: Path) -> None:
+    path = run / "trials.csv"
+    lines = path.read_text().splitlines()
+    path.write_text("\n".join([*lines[:-1], lines[-1].rpartition(",")[0], ""]))
+    with pytest.raises(OutputError, match="too few columns"):
+        read_trials(run)
+
+
+@pytest.mark.parametrize("word", ["nan", "inf"])
+def test_trials_with_a_number_that_is_none(run: Path, word: str) -> None:
+    path = run / "trials.csv"
+    path.write_text(path.read_text().replace("1.5,", f"{word},"))
+    with pytest.raises(OutputError, match="not finite"):
+        read_trials(run)
+
+
+@pytest.mark.parametrize("value", ["nan", "x", "", None, []])
+def test_numbers(value: object) -> None:
+    assert number("2.5") == 2.5
+    with pytest.raises((ValueError, TypeError)):
+        number(value)
+
+
+@pytest.mark.parametrize("text", ["", "{", '{"a": 1', "[1]", "nothing"])
+def test_json_that_is_none(tmp_path: Path, text: str) -> None:
+    path = tmp_path / "x.json"
+    path.write_text(text)
+    with pytest.raises(OutputError, match=r"x\.json"):
+        read_json(path)
+
+
+def test_text_that_is_none(tmp_path: Path) -> None:
+    path = tmp_path / "x.txt"
+    path.write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(OutputError, match="UTF-8"):
+        read_text(path)
+    with pytest.raises(OutputError, match="cannot be read"):
+        read_text(tmp_path / "y.txt")
+
+
+def test_run_toml(tmp_path: Path) -> None:
+    assert read_run_toml(tmp_path) == ({}, {})
+    path = tmp_path / "run.toml"
+    path.write_text('arm = "ur5"\n[run]\ncommand = "train"\n')
+    assert read_run_toml(tmp_path) == ({"arm": "ur5"}, {"command": "train"})
+    path.write_text("arm =")
+    with pytest.raises(OutputError, match=r"run\.toml: is no TOML"):
+        read_run_toml(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        ("a,b\n1,2\n3", "middle of a line"),
+        ("a,b\n1\n", "too few or too many"),
+        ("a,b\n1,2,3\n", "too few or too many"),
+        ("a,c\n1,2\n", "no column b"),
+        ("", "no column a"),
+    ],
+)
+def test_tables_that_are_damaged(tmp_path: Path, text: str, problem: str) -> None:
+    path = tmp_path / "x.csv"
+    path.write_text(text)
+    with pytest.raises(OutputError, match=problem):
+        read_table(path, ("a", "b"))
+
+
+def test_a_table(tmp_path: Path) -> None:
+    path = tmp_path / "x.csv"
+    path.write_text("a,b,more\n1,2,3\n")
+    assert read_table(path, ("a", "b")) == [{"a": "1", "b": "2", "more": "3"}]
+
+
+def test_a_picture_must_be_whole(tmp_path: Path) -> None:
+    path = tmp_path / "x.png"
+    whole = b"\x89PNG\r\n\x1a\n" + b"body" + b"\x00\x00\x00\x00IEND\xaeB`\x82"
+    path.write_bytes(whole)
+    assert read_png(path) == whole
+    for torn in (whole[:-1], whole[1:], b""):
+        path.write_bytes(torn)
+        with pytest.raises(OutputError, match="no whole PNG"):
+            read_png(path)

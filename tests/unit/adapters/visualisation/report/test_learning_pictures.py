@@ -1,0 +1,86 @@
+"""Learning curves: means and bands are what they are said to be."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from palpate.adapters.visualisation.report.canvas import COLOURS
+from palpate.adapters.visualisation.report.learning_pictures import (
+    Axes,
+    Curve,
+    Level,
+    learning_picture,
+    means_of,
+    window_of,
+)
+from tests.unit.adapters.visualisation.report.samples import pixels
+
+
+def curve(*runs: tuple[float, ...], label: str = "q-learning") -> Curve:
+    return Curve(label, runs, tuple((True,) * len(run) for run in runs))
+
+
+def pale(png: bytes, colour: str = COLOURS[0]) -> int:
+    """How many pixels have the colour of a band: a fifth of it over white."""
+    wanted = 255 - 0.2 * (255 - np.array([int(colour[k : k + 2], 16) for k in (1, 3, 5)]))
+    return int((np.abs(pixels(png) - wanted).max(axis=-1) <= 2).sum())
+
+
+@pytest.mark.parametrize(("trials", "window"), [(1, 1), (2, 2), (6, 3), (40, 10), (100, 25), (350, 25)])
+def test_window(trials: int, window: int) -> None:
+    assert window_of(trials) == window
+
+
+def test_means_are_moving_averages_of_each_run() -> None:
+    means = means_of([(4.0, 2.0, 0.0, 2.0), (1.0, 1.0, 1.0, 1.0, 9.0)], 4)
+    assert means.tolist() == [[4.0, 3.0, 2.0, pytest.approx(4 / 3)], [1.0, 1.0, 1.0, 1.0]]
+
+
+def test_a_band_only_over_several_seeds() -> None:
+    one = learning_picture("learning", [curve((5.0, 4.0, 3.0, 3.0))])
+    three = learning_picture("learning", [curve((5.0, 4.0, 3.0, 3.0), (6.0, 5.0, 3.5, 2.5), (4.0, 4.5, 3.0, 3.5))])
+    assert pale(one.png) < 50
+    assert pale(three.png) > 2000
+    assert "no interval over seeds" in one.caption
+    assert "Student's t over seeds" in three.caption
+    assert "mean of 3 seeds" in three.caption
+
+
+def test_seeds_that_agree_have_a_narrow_band() -> None:
+    near = learning_picture("l", [curve((5.0, 4.0, 3.0), (5.2, 4.2, 3.2), (5.1, 4.1, 3.1))], axes=Axes(highest=30.0))
+    far = learning_picture("l", [curve((5.0, 4.0, 3.0), (8.0, 7.0, 6.0), (2.0, 1.0, 0.5))], axes=Axes(highest=30.0))
+    assert pale(far.png) > 5 * pale(near.png)
+
+
+def test_failures_are_marked_and_successes_too() -> None:
+    mixed = learning_picture("l", [Curve("a", ((2.0, 9.0, 2.0, 9.0),), ((True, False, True, False),))])
+    good = learning_picture("l", [Curve("a", ((2.0, 9.0, 2.0, 9.0),), ((True, True, True, True),))])
+    orange = [(np.ptp(pixels(p.png), axis=-1) > 60) & (pixels(p.png)[..., 0] > 200) for p in (mixed, good)]
+    assert orange[0].sum() > 20
+    assert orange[1].sum() == 0
+
+
+def test_words_say_what_is_to_be_seen() -> None:
+    picture = learning_picture("learning", [curve((8.0, 4.0, 2.0, 2.0, 2.0))], [Level("torque", 0.75, 1.0)])
+    assert "q-learning: 4.67 s after 3 trials, 2 s at trial 5, success 100 % there" in picture.alt
+    assert "torque: 0.75 s" in picture.alt
+    assert "Trials that fail count with the time they took." in picture.caption
+
+
+def test_runs_of_unlike_length_end_with_the_shortest() -> None:
+    picture = learning_picture("l", [curve((3.0, 2.0, 1.0), (3.0, 2.0, 1.0, 1.0))])
+    assert "at trial 3" in picture.alt
+    assert "end where the shortest run ends" in picture.caption
+
+
+def test_other_axes() -> None:
+    axes = Axes(cost="steps to the goal", unit="steps", success="goal reached")
+    picture = learning_picture("l", [curve((9.0, 8.0, 7.0))], axes=axes)
+    assert "8 steps at trial 3, goal reached 100 % there" in picture.alt
+    assert "Trials that fail" not in picture.caption
+
+
+def test_equal_bytes() -> None:
+    first, second = (learning_picture("l", [curve((3.0, 2.0), (2.0, 1.0))]) for _ in range(2))
+    assert first == second

@@ -1,0 +1,76 @@
+"""The arms that come with palpate: complete descriptions, and clear words when a file is missing."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import FrozenInstanceError
+from math import degrees
+from pathlib import Path
+
+import pytest
+
+from palpate.core.errors import AssetError, ConfigurationError
+from palpate.core.motion.arm import ARMS, ArmDescription, arm_named
+from palpate.core.motion.model import Kinematics, ToolGeometry
+
+arms = pytest.mark.parametrize("arm", ARMS.values(), ids=ARMS.keys())
+
+
+def test_arms_are_found_by_name() -> None:
+    assert set(ARMS) == {"zebra-zero", "ur5"}
+    for name, arm in ARMS.items():
+        assert arm_named(name) is arm
+        assert arm.name == name
+
+
+def test_an_unknown_arm_is_refused_with_the_known_ones() -> None:
+    with pytest.raises(ConfigurationError, match="one of zebra-zero, ur5") as caught:
+        arm_named("puma")
+    assert (caught.value.field, caught.value.value) == ("arm", "puma")
+
+
+@arms
+def test_a_description_fits_its_urdf(arm: ArmDescription) -> None:
+    kinematics = Kinematics(arm, ToolGeometry())
+    assert kinematics.joints == 6
+    for figures in (
+        arm.posture_rad,
+        arm.encoder_step_rad,
+        arm.servo_stiffness_Nm_per_rad,
+        arm.servo_armature_kg_m2,
+    ):
+        assert len(figures) == kinematics.joints
+    assert kinematics.within_limits(arm.posture_rad)
+    assert min(arm.encoder_step_rad) > 0.0
+    assert min(kinematics.velocity_limit_rad_s) > 0.0
+    assert "assumed" in arm.evidence
+
+
+def test_the_zebra_zero_counts_as_its_hardware_does() -> None:
+    steps = [degrees(step) for step in arm_named("zebra-zero").encoder_step_rad]
+    assert steps[:3] == pytest.approx([0.001875] * 3, rel=1e-12)  # 192 000 counts a turn
+    assert steps[3:] == pytest.approx([360 / 69_332] * 3, rel=1e-12)
+
+
+def test_a_description_cannot_be_changed() -> None:
+    with pytest.raises(FrozenInstanceError):
+        arm_named("ur5").name = "ur6"  # type: ignore[misc]
+
+
+def test_a_missing_robot_data_package_is_named(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(sys, "path", [str(tmp_path)])
+    with pytest.raises(AssetError, match="PyPI package example-robot-data must be installed") as caught:
+        arm_named("ur5").find_urdf()
+    assert (caught.value.field, caught.value.value) == ("arm", "ur5")
+    assert "\n" not in str(caught.value)
+
+
+def test_the_robot_data_package_is_found_wherever_the_path_leads(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    relative = "cmeel.prefix/share/example-robot-data/robots/ur_description/urdf/ur5_robot.urdf"
+    urdf = tmp_path / "second" / relative
+    urdf.parent.mkdir(parents=True)
+    urdf.touch()
+    monkeypatch.setattr(sys, "path", [str(tmp_path / "first"), str(tmp_path / "second")])
+    assert arm_named("ur5").find_urdf() == urdf

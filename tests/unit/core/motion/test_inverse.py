@@ -1,0 +1,333 @@
+"""Inverse kinematics: reaches what can be reached, keeps every limit, and never jumps."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import cos, pi, sin
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from palpate.core.errors import UnreachableError
+from palpate.core.insertion.config import GoalConfig
+from palpate.core.insertion.frame import goal_in_base
+from palpate.core.insertion.task import PERIOD_S
+from palpate.core.motion.arm import ARMS, ArmDescription, arm_named
+from palpate.core.motion.inverse import InverseKinematics
+from palpate.core.motion.model import Array, Kinematics, ToolGeometry
+
+ZEBRA = arm_named("zebra-zero")
+arms = pytest.mark.parametrize("arm", ARMS.values(), ids=ARMS.keys())
+
+
+class Bench:
+    """An arm, its inverse kinematics, and a second work space to look at the result with."""
+
+    def __init__(self, arm: ArmDescription) -> None:
+        self.look = Kinematics(arm, ToolGeometry())
+        self.inverse = InverseKinematics(Kinematics(arm, ToolGeometry()), PERIOD_S)
+        self.posture: Array = np.array(arm.posture_rad)
+        self.reach: Array = self.look.velocity_limit_rad_s * PERIOD_S
+
+    def tip(self, q: Array) -> pin.SE3:
+        self.look.update(q)
+        return self.look.tip_in_base
+
+    def shifted(self, q: Array, *offset_m: float) -> pin.SE3:
+        """The tip placement at ``q``, moved in its own frame."""
+        return self.tip(q) * pin.SE3(np.eye(3), np.array(offset_m))
+
+    def ready(self) -> Array:
+        goal = goal_in_base(GoalConfig())
+        return self.inverse.solve(goal, free_yaw=True, seed_rad=self.posture, field="task.goal")
+
+
+@pytest.fixture(params=ARMS.values(), ids=list(ARMS))
+def bench(request: pytest.FixtureRequest) -> Bench:
+    return Bench(request.param)
+
+
+@pytest.fixture
+def zebra() -> Bench:
+    return Bench(ZEBRA)
+
+
+# Solving for a pose.
+
+
+def test_poses_around_the_posture_are_reached_from_many_seeds(bench: Bench) -> None:
+    rng = np.random.default_rng(3)
+    for _ in range(25):
+        target = bench.tip(bench.posture + rng.uniform(-0.3, 0.3, 6))
+        seed = bench.posture + rng.uniform(-0.3, 0.3, 6)
+        q = bench.inverse.solve(target, free_yaw=False, seed_rad=seed, field="pose")
+        assert np.abs(pin.log6(bench.tip(q).actInv(target)).vector).max() < 1e-6
+        assert bench.look.within_limits(q)
+
+
+@pytest.mark.parametrize("x_mm", [370.0, 400.0, 450.0])
+@pytest.mark.parametrize("y_mm", [-100.0, 0.0, 100.0])
+def test_a_hole_is_reached_with_the_tool_straight_down(bench: Bench, x_mm: float, y_mm: float) -> None:
+    goal = goal_in_base(GoalConfig(x_mm, y_mm))
+    q = bench.inverse.solve(goal, free_yaw=True, seed_rad=bench.posture, field="task.goal")
+    tip = bench.tip(q)
+    assert np.linalg.norm(tip.translation - goal.translation) < 2e-6
+    assert np.linalg.norm(np.cross(tip.rotation[:, 2], goal.rotation[:, 2])) < 2e-6
+    assert tip.rotation[2, 2] < 0.0
+    assert bench.look.within_limits(q)
+
+
+def test_a_tool_that_points_the_wrong_way_is_turned_round(bench: Bench) -> None:
+    up = bench.posture.copy()
+    up[4] += pi if up[4] < 0.0 else -pi
+    assert bench.tip(up).rotation[2, 2] > 0.0
+    goal = goal_in_base(GoalConfig())
+    q = bench.inverse.solve(goal, free_yaw=True, seed_rad=up, field="task.goal")
+    np.testing.assert_allclose(bench.tip(q).rotation[:, 2], [0.0, 0.0, -1.0], atol=2e-6)
+
+
+def test_a_seed_outside_the_limits_gives_a_solution_inside(zebra: Bench) -> None:
+    # A whole turn of the last joint: the seed has the very pose that is asked for, and may not be the answer.
+    outside = zebra.posture + 2 * pi * np.eye(6)[5]
+    target = zebra.tip(outside)
+    for free_yaw in (False, True):
+        q = zebra.inverse.solve(target, free_yaw=free_yaw, seed_rad=outside, field="pose")
+        assert zebra.look.within_limits(q)
+        np.testing.assert_allclose(zebra.tip(q).translation, target.translation, atol=2e-6)
+
+
+def test_an_unreachable_pose_names_the_setting(bench: Bench) -> None:
+    goal = goal_in_base(GoalConfig(x_mm=1900.0))
+    with pytest.raises(UnreachableError, match="reaches with its tool axis as asked") as caught:
+        bench.inverse.solve(goal, free_yaw=True, seed_rad=bench.posture, field="task.goal")
+    assert caught.value.field == "task.goal"
+    assert "(1.9, 0, 0.02) m" in str(caught.value)
+    assert bench.look.arm.name in str(caught.value)
+
+
+def test_a_solution_belongs_to_the_question(bench: Bench) -> None:
+    # A seed that is far off, so that the random restarts take part.
+    target, seed = bench.tip(bench.posture), -0.9 * bench.posture
+    first = bench.inverse.solve(target, free_yaw=False, seed_rad=seed, field="pose")
+    bench.inverse.step(bench.posture, bench.shifted(bench.posture, 0.01, 0.0, 0.0))
+    again = bench.inverse.solve(target, free_yaw=False, seed_rad=seed, field="pose")
+    assert first.tolist() == again.tolist()
+
+
+# Single steps.
+
+
+def test_a_free_step_is_the_exact_gauss_newton_step(bench: Bench) -> None:
+    rng = np.random.default_rng(5)
+    for _ in range(50):
+        q = bench.posture + rng.uniform(-0.2, 0.2, 6)
+        target = bench.tip(q) * pin.exp6(rng.uniform(-1e-4, 1e-4, 6))
+        step = bench.inverse.step(q, target)
+        error = pin.log6(bench.tip(q).actInv(target)).vector
+        expected = np.linalg.solve(bench.look.tip_jacobian(q), error)
+        np.testing.assert_allclose(step.q_rad - q, expected, rtol=1e-9, atol=1e-15)
+        assert not step.limited
+
+
+def test_a_step_does_not_change_what_it_is_given(bench: Bench) -> None:
+    q, target = bench.posture.copy(), bench.shifted(bench.posture, 1e-4, 0.0, 0.0)
+    before = target.copy()
+    bench.inverse.step(q, target)
+    assert q.tolist() == bench.posture.tolist()
+    assert target == before
+
+
+def test_equal_steps_have_equal_bits(bench: Bench) -> None:
+    target = bench.shifted(bench.posture, 1e-4, 2e-4, -1e-4)
+    first = bench.inverse.step(bench.posture, target).q_rad.tolist()
+    for offset in range(4):  # whatever the alignment of the memory
+        memory = np.zeros(10)
+        memory[offset : offset + 6] = bench.posture
+        assert bench.inverse.step(memory[offset : offset + 6], target).q_rad.tolist() == first
+
+
+def test_a_step_towards_a_joint_limit_stops_before_it(bench: Bench) -> None:
+    for joint in range(6):
+        for limit, outwards in ((bench.look.lower_rad, -1.0), (bench.look.upper_rad, 1.0)):
+            q = bench.posture.copy()
+            q[joint] = limit[joint] - outwards * 1e-5
+            beyond = q.copy()
+            beyond[joint] += outwards * 1e-3
+            step = bench.inverse.step(q, bench.tip(beyond))
+            assert step.limited
+            assert bench.look.within_limits(step.q_rad)
+            assert np.isfinite(step.q_rad).all()
+
+
+def test_other_joints_share_the_work_of_one_at_its_limit(zebra: Bench) -> None:
+    q = zebra.posture.copy()
+    q[1] = zebra.look.upper_rad[1]
+    beyond = q.copy()
+    beyond[1] += 2e-3
+    target = zebra.tip(beyond)
+    others = [0, 2, 3, 4, 5]
+
+    def error(q: Array) -> tuple[float, float]:
+        """What is left, and how much of it the other joints could still take away."""
+        left = pin.log6(zebra.tip(q).actInv(target)).vector
+        slope = zebra.look.tip_jacobian(q)[:, others].T @ left
+        return float(np.linalg.norm(left)), float(np.linalg.norm(slope))
+
+    left, slope = error(q)
+    for _ in range(300):
+        q = zebra.inverse.step(q, target).q_rad
+        assert q[1] <= zebra.look.upper_rad[1]
+    assert error(q)[0] < 0.5 * left
+    assert error(q)[1] < 1e-3 * slope
+
+
+def test_a_joint_outside_its_limits_finds_the_way_back(bench: Bench) -> None:
+    # An encoder's rounding can put an arm that stands at a limit just beyond it.
+    q = bench.posture.copy()
+    q[1] = bench.look.upper_rad[1] + 1e-4
+    inside = q.copy()
+    inside[1] -= 0.05
+    target = bench.tip(inside)
+    for _ in range(30):
+        previous, q = q, bench.inverse.step(q, target).q_rad
+        assert q[1] <= previous[1]
+    assert bench.look.within_limits(q)
+    np.testing.assert_allclose(bench.tip(q).translation, target.translation, atol=1e-6)
+
+
+def test_a_step_within_the_velocity_limits_is_not_called_limited(bench: Bench) -> None:
+    q = bench.posture
+    asked = q + 0.999 * bench.reach * np.array([1, -1, 1, -1, 1, -1])
+    error = bench.look.tip_jacobian(q) @ (asked - q)
+    step = bench.inverse.step(q, bench.tip(q) * pin.exp6(error))
+    assert not step.limited
+    np.testing.assert_allclose(step.q_rad, asked, atol=1e-12)
+
+
+@pytest.mark.parametrize("excess", [1.01, 1.5, 20.0])
+def test_the_velocity_limit_keeps_the_direction(bench: Bench, excess: float) -> None:
+    whole = excess * bench.reach * np.array([1.0, -0.5, 0.2, 0.7, -0.9, 0.3])
+    target = bench.tip(bench.posture) * pin.exp6(bench.look.tip_jacobian(bench.posture) @ whole)
+    step = bench.inverse.step(bench.posture, target)
+    dq = step.q_rad - bench.posture
+    assert step.limited
+    assert (np.abs(dq) / bench.reach).max() == pytest.approx(1.0, rel=1e-9)
+    np.testing.assert_allclose(dq / np.linalg.norm(dq), whole / np.linalg.norm(whole), atol=1e-9)
+
+
+@settings(deadline=None)
+@given(
+    angles=st.lists(st.floats(0.0, 1.0), min_size=6, max_size=6),
+    twist=st.lists(st.floats(-0.5, 0.5), min_size=6, max_size=6),
+)
+def test_no_step_breaks_a_limit_wherever_the_arm_stands(angles: list[float], twist: list[float]) -> None:
+    bench = SHARED
+    lower, upper = bench.look.lower_rad, bench.look.upper_rad
+    q = np.clip(lower + np.array(angles) * (upper - lower), lower, upper)
+    step = bench.inverse.step(q, bench.tip(q) * pin.exp6(np.array(twist)))
+    assert np.isfinite(step.q_rad).all()
+    assert bench.look.within_limits(step.q_rad)
+    assert (np.abs(step.q_rad - q) <= bench.reach * (1 + 1e-9)).all()
+
+
+SHARED = Bench(ZEBRA)
+
+
+@arms
+@pytest.mark.parametrize("direction", [(1, 0, 0), (0, 1, 0), (0, 0, -1), (1, 1, -1)])
+def test_near_a_singularity_steps_stay_small(arm: ArmDescription, direction: tuple[int, int, int]) -> None:
+    bench = Bench(arm)
+    straight = np.zeros(6)  # the zebra-zero straight up, the UR5 stretched out: elbow and wrist singular
+    for bend in (0.0, 1e-9, 1e-6, 1e-3):
+        q = straight + bend * np.array([0, 1, -1, 0, 1, 0])
+        assert abs(np.linalg.det(bench.look.tip_jacobian(q))) < 2e-4
+        target = bench.shifted(q, *(1e-4 * np.array(direction)))
+        step = bench.inverse.step(q, target)
+        assert step.limited
+        assert np.isfinite(step.q_rad).all()
+        # 0.1 mm with a damping of 0.1 can ask for 1e-4 / (2 x 0.1) rad at most; near the edge of the region more.
+        assert np.abs(step.q_rad - q).max() < 2e-3
+
+
+@pytest.mark.parametrize("direction", [(1, 0, 0), (0, 1, 0), (0, 0, -1)])
+def test_damping_sets_in_gently(zebra: Bench, direction: tuple[int, int, int]) -> None:
+    def manipulability(bend: float) -> float:
+        return abs(float(np.linalg.det(zebra.look.tip_jacobian(elbow(bend)))))
+
+    def elbow(bend: float) -> Array:
+        return np.array([0.0, 0.3, -bend, 0.2, 0.4, 0.1])
+
+    low, high = 0.0, 0.5
+    for _ in range(60):  # the bend of the elbow at which the damping begins
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if manipulability(middle) < 2e-4 else (low, middle)
+    steps = []
+    for bend in (0.99 * high, 1.01 * high):
+        q = elbow(bend)
+        steps.append(zebra.inverse.step(q, zebra.shifted(q, *(1e-5 * np.array(direction)))))
+    assert [step.limited for step in steps] == [True, False]
+    damped, free = (step.q_rad - elbow(bend) for step, bend in zip(steps, (0.99 * high, 1.01 * high), strict=True))
+    assert np.linalg.norm(damped - free) < 0.05 * np.linalg.norm(free)
+
+
+def test_an_arm_leaves_a_singularity_towards_its_target(zebra: Bench) -> None:
+    bent = np.array([0.0, 0.3, -0.5, 0.0, 0.4, 0.0])
+    target, q = zebra.tip(bent), np.array([0.0, 0.01, -0.01, 0.0, 0.01, 0.0])
+    for _ in range(600):
+        q = zebra.inverse.step(q, target).q_rad
+    assert np.abs(pin.log6(zebra.tip(q).actInv(target)).vector).max() < 1e-9
+
+
+def test_a_small_circle_is_followed_within_two_micrometres(bench: Bench) -> None:
+    radius, speed, q = 3e-3, 10e-3, bench.ready()
+    home = bench.tip(q)
+    worst = 0.0
+    for tick in range(int(2 * pi * radius / speed / PERIOD_S)):
+        angle = speed * (tick + 1) * PERIOD_S / radius
+        offset = np.array([radius * (cos(angle) - 1.0), radius * sin(angle), 0.0])
+        step = bench.inverse.step(q, home * pin.SE3(np.eye(3), offset))
+        q = step.q_rad
+        assert not step.limited
+        worst = max(worst, float(np.linalg.norm(home.actInv(bench.tip(q)).translation - offset)))
+    assert worst < 2e-6
+    assert np.linalg.norm(pin.log3(home.rotation.T @ bench.tip(q).rotation)) < 2e-6
+
+
+def test_an_arm_of_seven_joints_is_served_too(tmp_path: Path) -> None:
+    axes = ["0 0 1", "0 1 0", "0 0 1", "0 1 0", "0 0 1", "0 1 0", "0 0 1"]
+    links = "".join(f'<link name="l{i}"/>' for i in range(8))
+    joints = "".join(
+        f'<joint name="j{i}" type="revolute"><parent link="l{i}"/><child link="l{i + 1}"/>'
+        f'<origin xyz="0 0 0.15"/><axis xyz="{axis}"/>'
+        '<limit lower="-2.5" upper="2.5" velocity="1" effort="1"/></joint>'
+        for i, axis in enumerate(axes)
+    )
+    path = tmp_path / "seven.urdf"
+    path.write_text(f'<robot name="seven">{links}{joints}</robot>')
+    posture = (0.1, 0.5, 0.2, 0.8, -0.1, 0.6, 0.3)
+    bench = Bench(replace(ZEBRA, name="seven", find_urdf=lambda: path, flange_frame="l7", posture_rad=posture))
+    target = bench.shifted(bench.posture, 1e-4, -1e-4, 2e-4)
+    step = bench.inverse.step(bench.posture, target)
+    assert not step.limited
+    np.testing.assert_allclose(bench.tip(step.q_rad).translation, target.translation, atol=1e-7)
+    # Of the many joint steps that do it, the shortest.
+    shortest = (
+        np.linalg.pinv(bench.look.tip_jacobian(bench.posture))
+        @ pin.log6(bench.tip(bench.posture).actInv(target)).vector
+    )
+    np.testing.assert_allclose(step.q_rad - bench.posture, shortest, atol=1e-9)
+    # With one joint at its limit the other six still get there, and it is said that a limit was met.
+    q = bench.posture.copy()
+    q[1] = bench.look.upper_rad[1]
+    beyond = q.copy()
+    beyond[1] += 1e-4
+    others = np.delete(bench.look.tip_jacobian(q), 1, axis=1)
+    assert abs(np.linalg.det(others)) > 2e-4
+    step = bench.inverse.step(q, bench.tip(beyond))
+    assert step.limited
+    assert step.q_rad[1] == q[1]
+    np.testing.assert_allclose(bench.tip(step.q_rad).translation, bench.tip(beyond).translation, atol=1e-6)

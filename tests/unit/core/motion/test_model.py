@@ -1,0 +1,211 @@
+"""Kinematics against the table of the arm, an oracle of its own, finite differences and spatial algebra."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import cos, pi, sin
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from palpate.core.errors import AssetError, ConfigurationError
+from palpate.core.motion.arm import ARMS, ArmDescription, arm_named
+from palpate.core.motion.model import Array, Kinematics, ToolGeometry, wrench_about
+from palpate.core.ports.values import Vector3
+
+ZEBRA = arm_named("zebra-zero")
+NO_TOOL = ToolGeometry(0.0, 0.0)
+arms = pytest.mark.parametrize("arm", ARMS.values(), ids=ARMS.keys())
+
+# Standard Denavit-Hartenberg: offset of theta [rad], d [m], a [m], alpha [rad] (reference/hardware.md, 2.3).
+ZEBRA_DH = (
+    (0.0, 0.285, 0.0, -pi / 2),
+    (-pi / 2, 0.0, 0.300, pi),
+    (-pi / 2, 0.0, 0.0, -pi / 2),
+    (0.0, 0.2375, 0.0, -pi / 2),
+    (0.0, 0.0, 0.0, pi / 2),
+    (0.0, 0.040, 0.0, 0.0),
+)
+
+
+def flange_by_table(q: Array) -> Array:
+    """Homogeneous transform of the flange, (4, 4), from the DH table alone."""
+    placement = np.eye(4)
+    for angle, (offset, d, a, alpha) in zip(q, ZEBRA_DH, strict=True):
+        c, s, ca, sa = cos(angle + offset), sin(angle + offset), cos(alpha), sin(alpha)
+        placement = placement @ np.array(
+            [[c, -s * ca, s * sa, a * c], [s, c * ca, -c * sa, a * s], [0, sa, ca, d], [0, 0, 0, 1]]
+        )
+    return placement
+
+
+def random_angles(kinematics: Kinematics, count: int) -> Array:
+    rng = np.random.default_rng(7)
+    return rng.uniform(kinematics.lower_rad, kinematics.upper_rad, (count, kinematics.joints))
+
+
+def test_at_zero_the_zebra_zero_stands_straight_up() -> None:
+    kinematics = Kinematics(ZEBRA, NO_TOOL)
+    kinematics.update((0.0,) * 6)
+    assert kinematics.tip_position_m == pytest.approx([0.0, 0.0, 0.8625], abs=1e-15)
+    assert kinematics.tip_rotation == pytest.approx(np.eye(3), abs=1e-15)
+
+
+def test_at_home_the_zebra_zero_reaches_forward() -> None:
+    kinematics = Kinematics(ZEBRA, NO_TOOL)
+    kinematics.update((0.0, pi / 2, -pi / 2, 0.0, -pi / 2, 0.0))
+    assert kinematics.tip_position_m == pytest.approx([0.340, 0.0, 0.0475], abs=1e-12)
+    assert kinematics.tip_rotation[:, 2] == pytest.approx([1.0, 0.0, 0.0], abs=1e-12)
+
+
+def test_the_zebra_zero_follows_its_table_everywhere() -> None:
+    kinematics = Kinematics(ZEBRA, NO_TOOL)
+    for q in random_angles(kinematics, 300):
+        kinematics.update(q)
+        expected = flange_by_table(q)
+        np.testing.assert_allclose(kinematics.tip_position_m, expected[:3, 3], atol=1e-12)
+        np.testing.assert_allclose(kinematics.tip_rotation, expected[:3, :3], atol=1e-12)
+
+
+def test_the_joint_limits_are_those_of_the_table() -> None:
+    kinematics = Kinematics(ZEBRA, NO_TOOL)
+    assert kinematics.lower_rad.tolist() == [-3.14, -1.07, -1.70, -3.14, -3.14, -3.14]
+    assert kinematics.upper_rad.tolist() == [3.14, 1.70, 1.07, 3.14, 3.14, 3.14]
+    assert kinematics.velocity_limit_rad_s.tolist() == [1.0] * 6
+
+
+def test_the_tool_sits_on_the_flange_along_its_axis() -> None:
+    tool = ToolGeometry()  # sensor 0.03 m beyond the flange, tip 0.14 m beyond that
+    kinematics, bare = Kinematics(ZEBRA, tool), Kinematics(ZEBRA, NO_TOOL)
+    for q in random_angles(kinematics, 20):
+        kinematics.update(q)
+        bare.update(q)
+        axis = bare.tip_rotation[:, 2]
+        np.testing.assert_allclose(kinematics.tip_position_m, bare.tip_position_m + 0.17 * axis, atol=1e-14)
+        np.testing.assert_allclose(kinematics.tip_rotation, bare.tip_rotation, atol=1e-14)
+        sensor = kinematics.sensor_in_base
+        np.testing.assert_allclose(sensor.translation, bare.tip_position_m + 0.03 * axis, atol=1e-14)
+        np.testing.assert_allclose(sensor.rotation, bare.tip_rotation, atol=1e-14)
+
+
+def test_the_ur5_is_the_ur5() -> None:
+    # Reach of the data sheet, 850 mm; published kinematic chain: a2 + a3 = 0.425 + 0.39225 m, d4 = 0.10915 m.
+    kinematics = Kinematics(arm_named("ur5"), NO_TOOL)
+    kinematics.update((0.0,) * 6)
+    x, y, z = kinematics.tip_position_m
+    assert x == pytest.approx(0.81725, abs=1e-4)
+    assert abs(y) == pytest.approx(0.10915 + 0.0823, abs=1e-3)
+    assert z == pytest.approx(0.0892 - 0.0946, abs=1e-3)
+
+
+@arms
+def test_the_jacobian_is_the_derivative_of_the_tip(arm: ArmDescription) -> None:
+    kinematics, step = Kinematics(arm, ToolGeometry()), 1e-6
+    for q in random_angles(kinematics, 25):
+        jacobian = kinematics.tip_jacobian(q)
+        assert jacobian.shape == (6, 6)
+        for joint in range(6):
+            placements = []
+            for side in (-step, step):
+                moved = q.copy()
+                moved[joint] += side
+                kinematics.update(moved)
+                placements.append(kinematics.tip_in_base)
+            slope = pin.log6(placements[0].actInv(placements[1])).vector / (2 * step)
+            np.testing.assert_allclose(jacobian[:, joint], slope, atol=2e-9)
+
+
+@arms
+def test_the_jacobian_updates_the_tip_on_the_way(arm: ArmDescription) -> None:
+    kinematics, other = Kinematics(arm, ToolGeometry()), Kinematics(arm, ToolGeometry())
+    for q in random_angles(kinematics, 20):
+        kinematics.tip_jacobian(tuple(q))
+        other.update(q)
+        assert kinematics.tip_position_m.tolist() == other.tip_position_m.tolist()
+        assert kinematics.tip_rotation.tolist() == other.tip_rotation.tolist()
+
+
+def test_the_tip_error_leads_to_the_target() -> None:
+    kinematics = Kinematics(ZEBRA, ToolGeometry())
+    here, there = random_angles(kinematics, 2)
+    kinematics.update(there)
+    target = kinematics.tip_in_base
+    assert kinematics.tip_error(target) == pytest.approx(np.zeros(6), abs=1e-15)
+    kinematics.update(here)
+    reached = kinematics.tip_in_base * pin.exp6(kinematics.tip_error(target))
+    np.testing.assert_allclose(reached.homogeneous, target.homogeneous, atol=1e-12)
+
+
+def test_views_follow_and_copies_stay() -> None:
+    kinematics = Kinematics(ZEBRA, ToolGeometry())
+    first, second = random_angles(kinematics, 2)
+    kinematics.update(first)
+    view, copy, sensor = kinematics.tip_position_m, kinematics.tip_in_base, kinematics.sensor_in_base
+    before, sensor_before = copy.translation.copy(), sensor.translation.copy()
+    kinematics.update(second)
+    assert view.tolist() != before.tolist()
+    assert copy.translation.tolist() == before.tolist()
+    assert sensor.translation.tolist() == sensor_before.tolist()
+
+
+def test_limits_belong_to_the_allowed_range() -> None:
+    kinematics = Kinematics(ZEBRA, ToolGeometry())
+    assert kinematics.within_limits(kinematics.lower_rad)
+    assert kinematics.within_limits(tuple(kinematics.upper_rad))
+    for joint in range(6):
+        for limit, outwards in ((kinematics.lower_rad, -1e-9), (kinematics.upper_rad, 1e-9)):
+            q = np.zeros(6)
+            q[joint] = limit[joint] + outwards
+            assert not kinematics.within_limits(q)
+
+
+components = st.floats(-1e3, 1e3)
+vectors = st.tuples(components, components, components)
+
+
+@given(force=vectors, torque=vectors, point=vectors)
+def test_wrench_transport_is_that_of_spatial_algebra(force: Vector3, torque: Vector3, point: Vector3) -> None:
+    shift = pin.SE3(np.eye(3), np.array(point))
+    expected = shift.actInv(pin.Force(np.array(force), np.array(torque)))
+    np.testing.assert_allclose(wrench_about(force, torque, point), expected.angular, rtol=1e-12, atol=1e-9)
+
+
+@given(force=vectors, point=vectors)
+def test_a_force_has_no_torque_about_its_own_point(force: Vector3, point: Vector3) -> None:
+    x, y, z = np.cross(point, force).tolist()
+    assert wrench_about(force, (x, y, z), point) == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)
+
+
+def test_a_push_at_the_tip_seen_from_the_sensor() -> None:
+    # 1 N along x at 0.14 m along z makes +0.14 N m about y at the sensor, and nothing at the tip.
+    assert wrench_about((1.0, 0.0, 0.0), (0.0, 0.14, 0.0), (0.0, 0.0, 0.14)) == (0.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("content", [None, "", "not a URDF", "<robot name='empty'></robot>"])
+def test_a_urdf_that_cannot_be_read_is_an_asset_error(tmp_path: Path, content: str | None) -> None:
+    path = tmp_path / "arm.urdf"
+    if content is not None:
+        path.write_text(content)
+    with pytest.raises(AssetError, match="a readable URDF") as caught:
+        Kinematics(replace(ZEBRA, find_urdf=lambda: path), ToolGeometry())
+    assert (caught.value.field, caught.value.value) == ("arm", str(path))
+    assert "\n" not in str(caught.value)
+
+
+def test_a_urdf_without_the_flange_is_an_asset_error() -> None:
+    with pytest.raises(AssetError, match="a frame 'gripper' for the flange") as caught:
+        Kinematics(replace(ZEBRA, flange_frame="gripper"), ToolGeometry())
+    assert isinstance(caught.value, ConfigurationError)
+
+
+def test_two_users_do_not_disturb_each_other() -> None:
+    one, other = Kinematics(ZEBRA, ToolGeometry()), Kinematics(ZEBRA, ToolGeometry())
+    first, second = random_angles(one, 2)
+    one.update(first)
+    before = one.tip_position_m.tolist()
+    other.update(second)
+    assert one.tip_position_m.tolist() == before

@@ -1,0 +1,215 @@
+import dataclasses
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from palpate.core.errors import ConfigurationError, OutputError
+from palpate.core.perception import pipeline as stages
+from palpate.core.perception.features import PrincipalComponents, SelectedChannels, SelfOrganisingMap
+from palpate.core.perception.pipeline import Perception
+from palpate.core.perception.signal import Normalisation, SignalProcessor
+from palpate.core.perception.state import IdentityState
+from palpate.core.perception.symbols import Clusters, GatedThresholds, RandomPartition, Thresholds
+
+TABLE = np.random.default_rng(2).normal(size=(60, 9)) * np.geomspace(1e-3, 10.0, 9)
+GATED = GatedThresholds.of({"x": (-1e-3, 1e-3), "y": (-1e-3, 1e-3)}, {"tx": (-0.1, 0.1), "ty": (-0.1, 0.1)})
+EXTRACTORS = [
+    SelectedChannels(("x", "y", "tx", "ty")),
+    PrincipalComponents.fit(TABLE, 3),
+    PrincipalComponents.fit(TABLE, 2, ("fx", "fy", "fz")),
+    SelfOrganisingMap.fit(TABLE, 2, 3, 0, iterations=200),
+]
+SYMBOLISERS = [
+    GATED,
+    Thresholds.of({"a": (0.1,), "b": (-1 / 3, 1 / 3), "c": (0.0,), "d": (0.0,)}),
+    RandomPartition.draw(dict.fromkeys("abcd", (-1.0, 2.0)), 5, 0),
+    Clusters.fit(TABLE[:, :4], 4, 0, ("x", "y", "z", "fx")),
+]
+
+
+def through_json(stage: object) -> Any:
+    # Sorted keys, because a file that embeds a stage may sort them: no meaning may hang on the order.
+    return stages.stage_from_dict(json.loads(json.dumps(stages.stage_to_dict(stage), sort_keys=True)))
+
+
+def paper() -> Perception:
+    return Perception(EXTRACTORS[0], GATED, IdentityState(GATED.symbols))
+
+
+@pytest.mark.parametrize("stage", EXTRACTORS, ids=lambda s: type(s).__name__)
+def test_extractors_come_back_with_identical_output(stage: Any) -> None:
+    back = through_json(stage)
+    assert back == stage
+    assert type(back) is type(stage)
+    assert back.names == stage.names
+    for row in TABLE.tolist():
+        assert back.extract(tuple(row)) == stage.extract(tuple(row))
+
+
+@pytest.mark.parametrize("stage", SYMBOLISERS, ids=lambda s: type(s).__name__)
+def test_symbolisers_come_back_with_identical_output(stage: Any) -> None:
+    back = through_json(stage)
+    assert back == stage
+    assert type(back) is type(stage)
+    assert (back.features, back.symbols) == (stage.features, stage.symbols)
+    for row in TABLE[:, :4].tolist():
+        assert back.symbol(tuple(row)) == stage.symbol(tuple(row))
+
+
+@pytest.mark.parametrize("normalisation", [None, Normalisation.fit(TABLE[:, 3:])])
+def test_a_signal_processor_comes_back_with_identical_output(normalisation: Normalisation | None) -> None:
+    stage = SignalProcessor(140.0, 4.1, 2, (9.80665,) * 6, normalisation)
+    back = through_json(stage)
+    for processor in (stage, back):
+        processor.reset((0.0,) * 6)
+    for row in TABLE[:, 3:].tolist():
+        assert back.update(tuple(row)) == stage.update(tuple(row))
+
+
+def test_dictionaries_are_plain_json() -> None:
+    assert stages.stage_to_dict(SelectedChannels(("x",))) == {"kind": "selected_channels", "channels": ["x"]}
+    assert stages.stage_to_dict(GATED)["outer"] == {
+        "kind": "thresholds",
+        "features": ["x", "y"],
+        "thresholds": [[-1e-3, 1e-3], [-1e-3, 1e-3]],
+    }
+
+
+def test_a_perception_comes_back_from_its_file(tmp_path: Path) -> None:
+    path = tmp_path / "perception.json"
+    stages.save_perception(paper(), path)
+    stages.save_perception(paper(), path)
+    assert [p.name for p in tmp_path.iterdir()] == ["perception.json"]
+    assert json.loads(path.read_text())["schema"] == "palpate.perception/1"
+    back = stages.load_perception(path)
+    assert back == paper()
+    for row in TABLE.tolist():
+        assert back.observe(tuple(row)) == paper().observe(tuple(row))
+
+
+def test_a_failed_write_keeps_the_old_file_and_leaves_nothing_behind(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "perception.json"
+    stages.save_perception(paper(), path)
+    before = path.read_bytes()
+
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("os.replace", full)
+    with pytest.raises(OutputError, match="No space left"):
+        stages.save_perception(paper(), path)
+    assert path.read_bytes() == before
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_place_that_is_not_there_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(OutputError, match="No such file"):
+        stages.save_perception(paper(), tmp_path / "no" / "file.json")
+    (tmp_path / "file").touch()
+    with pytest.raises(OutputError, match="Not a directory"):
+        stages.save_perception(paper(), tmp_path / "file" / "below.json")
+    with pytest.raises(ConfigurationError, match=r"perception\.file = .*none\.json.*No such file"):
+        stages.load_perception(tmp_path / "none.json")
+
+
+@pytest.mark.parametrize("text", [b"", b"{", b"\xff\xfe\x00"])
+def test_a_file_that_is_no_json_is_refused(tmp_path: Path, text: bytes) -> None:
+    path = tmp_path / "bad.json"
+    path.write_bytes(text)
+    with pytest.raises(ConfigurationError, match=r"perception\.file = .* a JSON file from save_perception"):
+        stages.load_perception(path)
+
+
+def edit(path: str, value: object) -> dict[str, Any]:
+    data: dict[str, Any] = json.loads(json.dumps(stages.perception_to_dict(paper())))
+    place = data
+    *way, last = path.split(".")
+    for key in way:
+        place = place[key]
+    if value is KeyError:
+        del place[last]
+    else:
+        place[last] = value
+    return data
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "message"),
+    [
+        ("schema", "palpate.perception/2", r"perception\.schema = 'palpate\.perception/2' .*perception/1"),
+        ("schema", KeyError, r"perception\.schema = None"),
+        ("identifier", KeyError, r"perception\.identifier = 'missing' .* extractor, symboliser, identifier"),
+        ("comment", "hello", r"perception\.comment = 'hello' .* keys are"),
+        ("extractor", [1], r"perception\.extractor = \[1\] .* a table with a 'kind'"),
+        ("extractor.kind", "magic", r"perception\.extractor\.kind = 'magic' .* one of .*clusters"),
+        ("extractor.kind", ["x"], r"perception\.extractor\.kind = \['x'\]"),
+        ("extractor.kind", KeyError, r"perception\.extractor\.kind = None"),
+        ("extractor.channels", KeyError, r"perception\.extractor\.channels = 'missing'"),
+        ("extractor.channels", ["x", "w"], r"perception\.extractor\.channels = \['x', 'w'\]"),
+        ("extractor.channels", 7, r"perception\.extractor\.channels = 7"),
+        ("extractor.gain", 7, r"perception\.extractor\.gain = 7 .* keys are kind, channels"),
+        ("extractor", stages.stage_to_dict(GATED), r"perception\.extractor\.kind = .* a kind of extractor"),
+        ("symboliser.outer", 3, r"perception\.symboliser\.outer = 3"),
+        ("symboliser.outer.features", ["x"], r"perception\.symboliser\.outer\.thresholds = "),
+        ("symboliser.inner.thresholds", [[1, 2]], r"perception\.symboliser\.inner\.thresholds = "),
+        (
+            "symboliser.inner.thresholds",
+            [[2, 1], [1, 2]],
+            r"perception\.symboliser\.inner\.thresholds = .* rising",
+        ),
+        ("symboliser.inner.thresholds", [[1, "2"], [1, 2]], r"perception\.symboliser\.inner\.thresholds = "),
+        (
+            "symboliser.inner.thresholds",
+            [[1, float("nan")], [1, 2]],
+            r"perception\.symboliser\.inner\.thresholds = ",
+        ),
+        ("identifier.symbols", ["a"], r"perception\.identifier\.symbols = \('a',\)"),
+    ],
+)
+def test_one_line_names_the_wrong_field(tmp_path: Path, path: str, value: object, message: str) -> None:
+    file = tmp_path / "perception.json"
+    file.write_text(json.dumps(edit(path, value)))
+    with pytest.raises(ConfigurationError, match="^" + message) as caught:
+        stages.load_perception(file)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("stage", [*EXTRACTORS[1:], *SYMBOLISERS[2:]], ids=lambda s: type(s).__name__)
+def test_a_normalisation_of_another_width_is_refused(stage: object) -> None:
+    data = stages.stage_to_dict(stage)
+    data["normalisation"]["offset"].append(0.0)
+    with pytest.raises(ConfigurationError, match=r"^here\.normalisation\.gain = .* numbers"):
+        stages.stage_from_dict(data, "here")
+    data["normalisation"]["gain"].append(1.0)
+    with pytest.raises(ConfigurationError, match=r"^here\.normalisation = .* a normalisation of"):
+        stages.stage_from_dict(data, "here")
+
+
+def test_a_perception_must_be_a_table() -> None:
+    with pytest.raises(ConfigurationError, match="a table with schema"):
+        stages.perception_from_dict([])
+
+
+@dataclasses.dataclass(frozen=True)
+class Doubled:
+    """A stranger's stage."""
+
+    by: float
+
+
+def test_a_strangers_stage_can_be_written_once_it_is_registered(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(stages, "_KINDS", dict(stages._KINDS))
+    with pytest.raises(ConfigurationError, match=r"perception\.stage = .*Doubled"):
+        stages.stage_to_dict(Doubled(2.0))
+    stages.register_stage("doubled", Doubled)
+    stages.register_stage("doubled", Doubled)
+    assert through_json(Doubled(0.1)) == Doubled(0.1)
+    with pytest.raises(ConfigurationError, match="not taken"):
+        stages.register_stage("clusters", Doubled)
+    with pytest.raises(ConfigurationError, match="a dataclass"):
+        stages.register_stage("number", int)

@@ -1,0 +1,250 @@
+import json
+import struct
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from palpate.core.errors import ConfigurationError, LifecycleError
+from palpate.core.policy.base import Observation, Transition, compass_actions
+from palpate.core.policy.exploration import TemperatureSchedule, boltzmann_probabilities
+from palpate.core.policy.tabular import QLearning, QParameters
+
+TWO = compass_actions(0.001, 2)
+EIGHT = compass_actions(0.001)
+GREEDY = TemperatureSchedule(0.0, 1.0, 0.0)
+
+
+def learner(states=("i", "j"), actions=TWO, **settings) -> QLearning:
+    settings = {"alpha": 0.5, "gamma": 1.0, "temperature": TemperatureSchedule(1.0, 0.9, 0.1)} | settings
+    frozen = {key: settings.pop(key) for key in ("frozen", "frozen_temperature") if key in settings}
+    return QLearning(states, actions, QParameters(**settings), **frozen)
+
+
+def observation(state: int) -> Observation:
+    zero = (0.0, 0.0, 0.0)
+    return Observation(state, zero, zero, zero, zero, 0)
+
+
+def bits(rows) -> list[bytes]:
+    return [struct.pack("<d", value) for row in rows for value in row]
+
+
+def test_updates_have_the_hand_computed_values():
+    q = learner(alpha=0.25, gamma=0.5)
+    q.learn(Transition(1, 0, -1.0, None))  # .75*0 + .25*(-1 + .5*0)
+    assert q.q == ((0.0, 0.0), (-0.25, 0.0))
+    q.learn(Transition(1, 1, -2.0, None))  # .25*(-2)
+    assert q.q == ((0.0, 0.0), (-0.25, -0.5))
+    q.learn(Transition(0, 1, -1.0, 1))  # .25*(-1 + .5*max(-.25, -.5))
+    assert q.q == ((0.0, -0.28125), (-0.25, -0.5))
+    q.learn(Transition(1, 0, -1.0, 0))  # .75*-.25 + .25*(-1 + .5*0)
+    assert q.q == ((0.0, -0.28125), (-0.4375, -0.5))
+    assert q.visits == ((0, 1), (2, 1))
+
+
+def test_the_goal_is_worth_nothing_even_when_q_began_elsewhere():
+    q = learner(alpha=1.0, initial_value=-7.0)
+    q.learn(Transition(0, 0, -1.0, None))
+    q.learn(Transition(0, 1, -1.0, 1))
+    assert q.q == ((-1.0, -8.0), (-7.0, -7.0))
+
+
+def test_a_state_bound_to_an_action_is_worth_that_action():
+    q = learner(alpha=1.0)
+    q.learn(Transition(1, 0, -5.0, None))
+    q.learn(Transition(0, 0, -1.0, 1, next_action_index=0))
+    q.learn(Transition(0, 1, -1.0, 1))
+    assert q.q[0] == (-6.0, -1.0)
+
+
+@pytest.mark.parametrize("alpha_visits", [None, 20.0])
+def test_a_corridor_is_learned_exactly(alpha_visits):
+    """Cells 0..4, goal beyond the right end, a wall at the left: V = -(steps to the goal), gamma 1."""
+    right, left = 0, 1
+    cells = 5
+    q = learner(
+        tuple(f"cell {n}" for n in range(cells)),
+        TWO,
+        alpha=0.5,
+        alpha_visits=alpha_visits,
+        alpha_floor=0.2,
+        temperature=TemperatureSchedule(5.0, 0.99, 1.5),
+    )
+    rng = np.random.default_rng(7)
+    for trial in range(1500):
+        q.begin_trial(trial, rng)
+        cell = int(rng.integers(cells))
+        while cell < cells:
+            action = q.choose(observation(cell)).index
+            after = cell + 1 if action == right else max(0, cell - 1)
+            q.learn(Transition(cell, action, -1.0, after if after < cells else None))
+            cell = after
+    for cell in range(cells):
+        value_left = -1.0 - (cells - max(0, cell - 1))
+        assert q.q[cell][right] == pytest.approx(-(cells - cell), abs=1e-6)
+        assert q.q[cell][left] == pytest.approx(value_left, abs=1e-6)
+    assert q.trials_learned == 1500
+
+
+@given(st.lists(st.tuples(st.integers(0, 2), st.integers(0, 1), st.integers(0, 3)), max_size=200))
+def test_values_stay_between_the_worst_return_and_zero(steps):
+    q = learner(("a", "b", "c"), gamma=0.9)
+    for state, action, after in steps:
+        q.learn(Transition(state, action, -1.0, after if after < 3 else None))
+    assert all(-1.0 / (1.0 - 0.9) <= value <= 0.0 for row in q.q for value in row)
+    assert sum(map(sum, q.visits)) == len(steps)
+
+
+def test_the_learning_rate_halves_after_the_given_visits_and_keeps_its_floor():
+    parameters = QParameters(alpha=0.8, gamma=1.0, temperature=GREEDY, alpha_visits=4.0, alpha_floor=0.1)
+    assert [parameters.learning_rate(n) for n in (0, 4, 12)] == [0.8, 0.4, 0.2]
+    assert parameters.learning_rate(10**6) == 0.1
+    constant = QParameters(alpha=0.3, gamma=1.0, temperature=GREEDY)
+    assert constant.learning_rate(0) == constant.learning_rate(10**6) == 0.3
+
+
+def test_the_learning_rate_counts_the_visits_of_its_own_pair_only():
+    q = learner(alpha=1.0, alpha_visits=1.0)
+    for reinforcement in (-1.0, -3.0, -5.0):  # 1/n averages: -1, -2, -3
+        q.learn(Transition(0, 0, reinforcement, None))
+    q.learn(Transition(0, 1, -9.0, None))
+    assert q.q[0] == pytest.approx((-3.0, -9.0))
+
+
+def test_temperature_follows_the_trial():
+    q = learner(temperature=TemperatureSchedule(8.0, 0.5, 1.0))
+    assert q.temperature == 8.0
+    seen = []
+    for trial in range(5):
+        q.begin_trial(trial, np.random.default_rng(0))
+        seen.append(q.temperature)
+    assert seen == [8.0, 4.0, 2.0, 1.0, 1.0]
+
+
+def test_choices_use_the_values_and_the_temperature_of_the_trial():
+    q = learner(alpha=1.0, temperature=TemperatureSchedule(2.0, 0.5, 0.1))
+    q.learn(Transition(1, 0, -2.0, None))
+    rng = np.random.default_rng(5)
+    q.begin_trial(1, rng)
+    first = [q.choose(observation(1)).index for _ in range(8000)].count(0) / 8000
+    assert first == pytest.approx(boltzmann_probabilities([-2.0, 0.0], 1.0)[0], abs=0.02)
+
+
+def test_the_decision_names_its_action_and_its_source():
+    q = learner(actions=EIGHT, alpha=1.0, temperature=GREEDY)
+    for index in range(8):
+        q.learn(Transition(0, index, -1.0 if index == 5 else -2.0, None))
+    q.begin_trial(0, np.random.default_rng(0))
+    decision = q.choose(observation(0))
+    assert (decision.action, decision.index, decision.source) == (EIGHT[5], 5, "learned")
+
+
+def test_every_choice_takes_one_number_of_the_trials_generator():
+    rng, twin = np.random.default_rng(2), np.random.default_rng(2)
+    q = learner()
+    q.begin_trial(0, rng)
+    for _ in range(5):
+        q.choose(observation(0))
+    twin.random(5)
+    assert rng.bit_generator.state == twin.bit_generator.state
+
+
+def test_choosing_before_the_first_trial_is_refused():
+    with pytest.raises(LifecycleError):
+        learner().choose(observation(0))
+
+
+def test_a_frozen_learner_learns_nothing_and_stays_at_the_floor():
+    q = learner(frozen=True)
+    before = q.get_state()
+    q.begin_trial(0, np.random.default_rng(0))
+    q.learn(Transition(0, 0, -1.0, None))
+    assert q.get_state() == before
+    assert q.temperature == 0.1
+    assert q.trials_learned == 0
+
+
+def test_a_frozen_learner_may_have_a_temperature_of_its_own():
+    q = learner(frozen=True, frozen_temperature=0.0)
+    assert q.temperature == 0.0
+    q.begin_trial(0, np.random.default_rng(0))
+    assert q.temperature == 0.0
+
+
+def test_trials_count_once_and_only_when_something_was_learned():
+    q = learner()
+    rng = np.random.default_rng(0)
+    for trial, updates in enumerate((2, 0, 1)):
+        q.begin_trial(trial, rng)
+        for _ in range(updates):
+            q.learn(Transition(0, 0, -1.0, None))
+    assert q.trials_learned == 2
+
+
+@given(
+    st.lists(st.tuples(st.integers(0, 1), st.integers(0, 1), st.floats(-1e3, -1e-320), st.booleans())),
+    st.floats(0.01, 1.0),
+)
+def test_state_survives_json_to_the_bit_and_learning_goes_on_the_same(steps, alpha):
+    q, twin = learner(alpha=alpha, initial_value=-0.0), learner(alpha=alpha)
+    q.begin_trial(3, np.random.default_rng(0))
+    for state, action, reinforcement, terminal in steps:
+        q.learn(Transition(state, action, reinforcement, None if terminal else 1 - state))
+    saved = json.loads(json.dumps(q.get_state(), allow_nan=False))
+    twin.set_state(saved)
+    for learned in (q, twin):
+        learned.learn(Transition(0, 1, -0.1, 1))
+    assert bits(q.q) == bits(twin.q)
+    assert q.get_state() == twin.get_state()
+
+
+def test_saved_state_does_not_change_with_further_learning():
+    q = learner()
+    saved = q.get_state()
+    q.learn(Transition(0, 0, -1.0, None))
+    assert saved["q"] == [[0.0, 0.0], [0.0, 0.0]]
+    q.set_state(saved)
+    q.learn(Transition(0, 0, -1.0, None))
+    assert saved["visits"] == [[0, 0], [0, 0]]
+
+
+@pytest.mark.parametrize("other", [learner(("a", "b", "c")), learner(actions=EIGHT)])
+def test_the_state_of_a_learner_of_another_size_is_refused_and_changes_nothing(other):
+    q = learner()
+    q.learn(Transition(0, 0, -1.0, None))
+    before = q.get_state()
+    with pytest.raises(ConfigurationError) as refused:
+        q.set_state(other.get_state())
+    assert refused.value.field == "learner.q"
+    assert q.get_state() == before
+
+
+@pytest.mark.parametrize(
+    ("settings", "field"),
+    [
+        ({"alpha": 0.0}, "alpha"),
+        ({"alpha": 1.1}, "alpha"),
+        ({"alpha": float("nan")}, "alpha"),
+        ({"gamma": -0.1}, "gamma"),
+        ({"gamma": 1.01}, "gamma"),
+        ({"alpha_visits": 0.0}, "alpha_visits"),
+        ({"alpha_visits": float("inf")}, "alpha_visits"),
+        ({"alpha_floor": 0.6}, "alpha_floor"),
+        ({"alpha_floor": -0.1}, "alpha_floor"),
+        ({"initial_value": float("-inf")}, "initial_value"),
+        ({"frozen_temperature": -1.0}, "frozen_temperature"),
+        ({"states": ()}, "states"),
+        ({"states": ("a", "a")}, "states"),
+        ({"actions": (EIGHT[0], EIGHT[0])}, "actions"),
+    ],
+)
+def test_unusable_settings_are_refused(settings, field):
+    with pytest.raises(ConfigurationError) as refused:
+        learner(**settings)
+    assert refused.value.field == f"policy.{field}"
+
+
+def test_only_states_of_the_table_are_served():
+    assert [learner().serves(state) for state in range(3)] == [True, True, False]

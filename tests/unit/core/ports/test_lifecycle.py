@@ -1,0 +1,179 @@
+"""The life cycle: every pair of state and request, and what hooks may do to it."""
+
+from __future__ import annotations
+
+import pytest
+
+from palpate.core.errors import DeviceError, FaultLatchedError, LifecycleError
+from palpate.core.ports.lifecycle import TRANSITIONS, Life, ManagedDevice, Request
+
+
+class Device(ManagedDevice):
+    """Notes which hooks were called; a hook named in ``failing`` raises."""
+
+    def __init__(self, *failing: str) -> None:
+        super().__init__("probe")
+        self.calls: list[str] = []
+        self.failing = failing
+
+    def _note(self, hook: str) -> None:
+        self.calls.append(hook)
+        if hook in self.failing:
+            raise DeviceError("probe", f"{hook} failed")
+
+    def _on_configure(self) -> None:
+        self._note("configure")
+
+    def _on_activate(self) -> None:
+        self._note("activate")
+
+    def _on_deactivate(self) -> None:
+        self._note("deactivate")
+
+    def _on_acknowledge(self) -> None:
+        self._note("acknowledge")
+
+    def _on_close(self) -> None:
+        self._note("close")
+
+
+def device_in(life: Life) -> Device:
+    device = Device()
+    if life is not Life.CONSTRUCTED:
+        device.configure()
+    if life in (Life.ACTIVE, Life.FAULTED):
+        device.activate()
+    if life is Life.FAULTED:
+        device._latch("too hot")
+    if life is Life.CLOSED:
+        device.close()
+    assert device.life is life
+    device.calls.clear()
+    return device
+
+
+PAIRS = [(life, request) for life in Life for request in Request]
+
+
+@pytest.mark.parametrize(("life", "request_"), PAIRS)
+def test_each_request_in_each_state(life: Life, request_: Request) -> None:
+    device = device_in(life)
+    target = TRANSITIONS.get((life, request_))
+    ask = getattr(device, request_.value)
+    if target is not None:
+        ask()
+        assert device.life is target
+        return
+    with pytest.raises(FaultLatchedError if life is Life.FAULTED else LifecycleError):
+        ask()
+    assert device.life is life
+    assert device.calls == []
+
+
+def test_the_way_to_active_never_starts_at_a_fault() -> None:
+    assert [life for (life, _), target in TRANSITIONS.items() if target is Life.ACTIVE] == [Life.CONFIGURED]
+
+
+def test_close_is_allowed_everywhere_and_nothing_leads_out_of_closed() -> None:
+    assert {life for life, request in TRANSITIONS if request is Request.CLOSE} == set(Life)
+    assert {target for (life, _), target in TRANSITIONS.items() if life is Life.CLOSED} == {Life.CLOSED}
+
+
+def test_an_error_tells_what_would_be_possible() -> None:
+    with pytest.raises(LifecycleError) as caught:
+        Device().activate()
+    assert caught.value.state == "constructed"
+    assert caught.value.request == "activate()"
+    assert str(caught.value) == (
+        "probe: activate() is not possible while constructed; possible now: configure(), close()"
+    )
+
+
+def test_a_failed_hook_leaves_the_state_as_it_was() -> None:
+    device = Device("configure")
+    with pytest.raises(DeviceError):
+        device.configure()
+    assert device.life is Life.CONSTRUCTED
+
+
+def test_a_fault_that_cannot_be_cleared_stays() -> None:
+    device = device_in(Life.FAULTED)
+    device.failing = ("acknowledge",)
+    with pytest.raises(DeviceError):
+        device.acknowledge_fault()
+    assert device.life is Life.FAULTED
+    assert device.fault == "too hot"
+
+
+def test_the_first_cause_of_a_fault_is_kept() -> None:
+    device = device_in(Life.FAULTED)
+    device._latch("lost communication")
+    assert device.fault == "too hot"
+    with pytest.raises(FaultLatchedError) as caught:
+        device.activate()
+    assert caught.value.cause == "too hot"
+
+
+def test_acknowledging_clears_the_cause() -> None:
+    device = device_in(Life.FAULTED)
+    device.acknowledge_fault()
+    assert device.fault is None
+    device.activate()
+    device._latch("a new one")
+    assert device.fault == "a new one"
+
+
+def test_a_closed_device_latches_nothing() -> None:
+    device = device_in(Life.CLOSED)
+    device._latch("late news")
+    assert device.life is Life.CLOSED
+    assert device.fault is None
+
+
+def test_close_runs_its_hook_once() -> None:
+    device = device_in(Life.ACTIVE)
+    device.close()
+    device.close()
+    assert device.calls == ["close"]
+
+
+def test_a_device_that_fails_to_close_is_closed_all_the_same() -> None:
+    device = device_in(Life.ACTIVE)
+    device.failing = ("close",)
+    with pytest.raises(DeviceError):
+        device.close()
+    assert device.life is Life.CLOSED
+    device.close()
+
+
+def test_context_manager_activates_and_closes() -> None:
+    with Device() as device:
+        assert device.life is Life.ACTIVE
+    assert device.life is Life.CLOSED
+    assert device.calls == ["configure", "activate", "close"]
+
+
+def test_context_manager_closes_after_an_error_inside() -> None:
+    device = Device()
+    with pytest.raises(KeyError), device:
+        raise KeyError
+    assert device.life is Life.CLOSED
+
+
+@pytest.mark.parametrize("hook", ["configure", "activate"])
+def test_context_manager_closes_when_it_cannot_be_entered(hook: str) -> None:
+    device = Device(hook)
+    with pytest.raises(DeviceError, match=hook), device:
+        pytest.fail("must not be entered")
+    assert device.life is Life.CLOSED
+    assert device.calls[-1] == "close"
+
+
+@pytest.mark.parametrize("life", [life for life in Life if life is not Life.ACTIVE])
+def test_use_needs_an_active_device(life: Life) -> None:
+    with pytest.raises(FaultLatchedError if life is Life.FAULTED else LifecycleError):
+        device_in(life)._require_active("read()")
+
+
+def test_use_of_an_active_device_is_allowed() -> None:
+    device_in(Life.ACTIVE)._require_active("read()")

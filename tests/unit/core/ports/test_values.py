@@ -1,0 +1,113 @@
+"""Value objects: frozen, equal by value, and nothing that is not finite passes unmarked."""
+
+from __future__ import annotations
+
+import pickle
+from dataclasses import FrozenInstanceError, fields, replace
+from math import copysign, inf, nan
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from palpate.core.errors import CommandError, PalpateError
+from palpate.core.ports.values import (
+    AppliedCommand,
+    CommandReason,
+    JointCommand,
+    JointSample,
+    Snapshot,
+    Validity,
+    WrenchKind,
+    WrenchSample,
+)
+
+WRENCH = WrenchSample((1.0, 2.0, -3.0), (0.1, 0.2, 0.3), 10, 20, 7)
+JOINTS = JointSample((0.1, -0.2), 10, 20, 7)
+COMMAND = JointCommand((0.1, -0.2))
+APPLIED = AppliedCommand((0.1, -0.2))
+SNAPSHOT = Snapshot(0, 30, WRENCH, JOINTS)
+VALUES = [WRENCH, JOINTS, COMMAND, APPLIED, SNAPSHOT]
+
+finite = st.floats(min_value=-1e6, max_value=1e6)
+not_finite = st.sampled_from([nan, inf, -inf])
+
+
+def test_defaults() -> None:
+    assert WRENCH.validity is Validity.VALID
+    assert WRENCH.kind is WrenchKind.RAW
+    assert WRENCH.frame == "sensor"
+    assert JOINTS.validity is Validity.VALID
+    assert APPLIED.reason is CommandReason.AS_ASKED
+    assert SNAPSHOT.applied is None
+
+
+@pytest.mark.parametrize("value", VALUES, ids=lambda value: type(value).__name__)
+def test_frozen_slotted_hashable_and_picklable(value: Any) -> None:
+    with pytest.raises(FrozenInstanceError):
+        setattr(value, fields(value)[0].name, 1)
+    assert not hasattr(value, "__dict__")
+    copy = pickle.loads(pickle.dumps(value))
+    assert copy == value
+    assert hash(copy) == hash(value)
+
+
+@given(st.tuples(finite, finite, finite), st.tuples(finite, finite, finite))
+def test_a_finite_wrench_is_kept_bit_for_bit(
+    force: tuple[float, float, float], torque: tuple[float, float, float]
+) -> None:
+    sample = WrenchSample(force, torque, 0, 0, 0)
+    kept = [x.hex() for x in (*sample.force_N, *sample.torque_Nm)]
+    assert kept == [x.hex() for x in (*force, *torque)]
+
+
+def test_negative_zero_stays_negative() -> None:
+    assert copysign(1.0, JointCommand((-0.0,)).position_rad[0]) == -1.0
+
+
+@given(st.integers(0, 5), not_finite, st.sampled_from([v for v in Validity if v is not Validity.INVALID]))
+def test_a_wrench_that_is_not_finite_must_be_marked_invalid(place: int, bad: float, validity: Validity) -> None:
+    numbers = [0.0] * 6
+    numbers[place] = bad
+    fx, fy, fz, tx, ty, tz = numbers
+    with pytest.raises(CommandError, match="must be marked INVALID"):
+        WrenchSample((fx, fy, fz), (tx, ty, tz), 0, 0, 0, validity)
+    assert WrenchSample((fx, fy, fz), (tx, ty, tz), 0, 0, 0, Validity.INVALID).sequence == 0
+
+
+def test_infinities_of_both_signs_do_not_cancel() -> None:
+    with pytest.raises(CommandError):
+        WrenchSample((inf, -inf, 0.0), (0.0, 0.0, 0.0), 0, 0, 0)
+    with pytest.raises(CommandError):
+        JointCommand((inf, -inf))
+
+
+@given(st.integers(0, 2), not_finite)
+def test_angles_that_are_not_finite_must_be_marked_invalid(place: int, bad: float) -> None:
+    angles = tuple(bad if i == place else 0.5 for i in range(3))
+    with pytest.raises(CommandError, match="must be marked INVALID"):
+        JointSample(angles, 0, 0, 0)
+    assert JointSample(angles, 0, 0, 0, Validity.INVALID).sequence == 0
+
+
+@given(st.integers(0, 2), not_finite)
+def test_a_command_that_is_not_finite_cannot_be_made(place: int, bad: float) -> None:
+    angles = tuple(bad if i == place else 0.5 for i in range(3))
+    with pytest.raises(CommandError, match="a joint command must be finite") as caught:
+        JointCommand(angles)
+    assert caught.value.value == angles
+    assert isinstance(caught.value, PalpateError)
+    assert isinstance(caught.value, ValueError)
+
+
+def test_marking_a_sample_afterwards_is_checked_too() -> None:
+    broken = replace(WRENCH, force_N=(nan, 0.0, 0.0), validity=Validity.INVALID)
+    with pytest.raises(CommandError):
+        replace(broken, validity=Validity.STALE)
+
+
+@pytest.mark.parametrize("vector", [(1.0, 2.0), (1.0, 2.0, 3.0, 4.0)])
+def test_a_force_has_three_components(vector: tuple[float, ...]) -> None:
+    with pytest.raises(ValueError, match="values to unpack"):
+        WrenchSample(vector, (0.0, 0.0, 0.0), 0, 0, 0)  # type: ignore[arg-type]

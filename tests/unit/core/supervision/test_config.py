@@ -1,0 +1,150 @@
+"""Limits that are no limits are refused, and weaker ones have to be named."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import inf, nan
+from typing import Any
+
+import numpy as np
+import pytest
+
+from palpate.core.errors import ConfigurationError
+from palpate.core.insertion.config import TaskConfig
+from palpate.core.motion.arm import arm_named
+from palpate.core.motion.model import Kinematics
+from palpate.core.supervision import SensorFacts, SupervisionConfig, require_fitting, weakened_lines
+from palpate.core.supervision.config import DEFAULTS, weaker_limits
+from tests.unit.core.fake_world import TOOL, ready_pose
+
+
+def refused(field: str, value: Any, **more: Any) -> ConfigurationError:
+    settings: dict[str, Any] = {field: value, **more}
+    with pytest.raises(ConfigurationError) as error:
+        SupervisionConfig(**settings)
+    assert "\n" not in str(error.value)
+    return error.value
+
+
+def test_the_defaults_are_accepted_and_weaken_nothing() -> None:
+    assert weakened_lines(SupervisionConfig()) == []
+    assert len(DEFAULTS) == 18
+
+
+@pytest.mark.parametrize("name", [*DEFAULTS, "retract_mm", "retract_speed_mm_s"])
+@pytest.mark.parametrize("value", [-1, nan, inf, -inf, None, "40", 1e9])
+def test_what_is_no_limit_is_refused(name: str, value: Any) -> None:
+    assert refused(name, value, weakened=(name,) if name in DEFAULTS else ()).field == f"supervision.{name}"
+
+
+@pytest.mark.parametrize("name", [name for name in DEFAULTS if name != "tracking_lag_ticks"])
+def test_zero_is_refused(name: str) -> None:
+    assert refused(name, 0).field == f"supervision.{name}"
+
+
+@pytest.mark.parametrize("value", [None, inf, nan])
+def test_nothing_runs_without_a_force_limit(value: Any) -> None:
+    assert str(refused("max_force_N", value)) == (
+        f"supervision.max_force_N = {value!r} is refused: a finite number of newtons:"
+        " nothing runs without a force limit"
+    )
+
+
+@pytest.mark.parametrize("name", DEFAULTS)
+def test_a_weaker_limit_has_to_be_named(name: str) -> None:
+    weaker = DEFAULTS[name] + 1
+    error = refused(name, weaker)
+    assert error.field == f"supervision.{name}"
+    assert f"unless supervision.weakened names '{name}'" in error.accepted
+    settings: dict[str, Any] = {name: weaker, "weakened": (name,)}
+    assert weaker_limits(SupervisionConfig(**settings)) == (name,)
+
+
+def test_what_is_weakened_is_told() -> None:
+    config = SupervisionConfig(max_force_N=60.0, max_gap_ms=80.0, weakened=("max_gap_ms", "max_force_N"))
+    assert weakened_lines(config) == [
+        "supervision.max_force_N is weakened: 60 instead of 40 N",
+        "supervision.max_gap_ms is weakened: 80 instead of 50 ms",
+    ]
+
+
+@pytest.mark.parametrize("name", ["max_force_N", "on_trip", "max_forceN", ""])
+def test_nobody_names_limits_in_advance(name: str) -> None:
+    error = refused("weakened", (name,))
+    assert error.field == "supervision.weakened"
+    assert error.accepted == "names of limits that are set weaker than their defaults: none is"
+
+
+def test_stricter_limits_need_no_word() -> None:
+    SupervisionConfig(max_force_N=10.0, max_repeats=1, tracking_lag_ticks=0, side_margin_mm=5.0)
+
+
+def test_other_refusals() -> None:
+    assert refused("on_trip", "run away").accepted == "one of retract, hold"
+    assert refused("unexpected_contact_N", 2.5, max_force_N=2.0).accepted.startswith("less than supervision.max_force")
+
+
+# Where arm, task and sensor are known.
+
+
+def fit(config: SupervisionConfig, sensor: SensorFacts | None = None, arm: str = "zebra-zero") -> None:
+    home, _ = ready_pose(arm)
+    kinematics = Kinematics(arm_named(arm), TOOL)
+    require_fitting(config, TaskConfig(), kinematics, np.array(home), sensor or SensorFacts())
+
+
+@pytest.mark.parametrize("arm", ["zebra-zero", "ur5"])
+def test_the_defaults_suit_both_arms_and_the_simulated_sensor(arm: str) -> None:
+    fit(SupervisionConfig(), SensorFacts(0.1, 0.004, 200.0, 10.0), arm)
+
+
+@pytest.mark.parametrize(
+    ("config", "sensor", "field", "words"),
+    [
+        ({"max_force_N": 4.9}, {}, "max_force_N", "above 4.903, the pressing force, or every trial trips"),
+        ({"max_force_N": 30.0}, {"force_range_N": 30.0}, "max_force_N", "below 30, the most that the sensor can show"),
+        ({}, {"force_noise_N": 0.4}, "unexpected_contact_N", "above 3.6, what noise alone shows, or every trial"),
+        ({"max_force_rate_N_s": 120.0}, {"force_noise_N": 0.1}, "max_force_rate_N_s", "above 126, what noise"),
+        ({}, {"force_range_N": 5.0}, "max_force_N", "could never trip"),
+        ({"max_force_N": 9.0}, {"force_range_N": 10.0}, "max_force_rate_N_s", "below 2800"),
+        ({"max_torque_Nm": 0.05}, {"torque_noise_Nm": 0.01}, "max_torque_Nm", "above 0.09"),
+        ({}, {"torque_range_Nm": 6.0}, "max_torque_Nm", "below 6"),
+        ({"max_force_N": 8.0}, {"force_noise_N": 1.0}, "max_force_N", "what noise alone shows"),
+        ({"max_command_jump_mrad": 7.0}, {}, "max_command_jump_mrad", "above 7.143, what the joints' velocity"),
+    ],
+)
+def test_what_always_or_never_trips_is_refused(
+    config: dict[str, Any], sensor: dict[str, Any], field: str, words: str
+) -> None:
+    with pytest.raises(ConfigurationError) as error:
+        fit(SupervisionConfig(**config), SensorFacts(**sensor))
+    assert error.value.field == f"supervision.{field}"
+    assert words in error.value.accepted
+
+
+def test_a_tolerance_below_the_encoder_is_refused() -> None:
+    fit(SupervisionConfig(max_tracking_error_mrad=0.2))
+    arm = replace(arm_named("zebra-zero"), encoder_step_rad=(1e-3,) * 6)
+    home, _ = ready_pose()
+    with pytest.raises(ConfigurationError, match=r"max_tracking_error_mrad = 0.5 .* above 2, two encoder steps"):
+        require_fitting(
+            SupervisionConfig(max_tracking_error_mrad=0.5), TaskConfig(), Kinematics(arm, TOOL), np.array(home),
+            SensorFacts(),
+        )  # fmt: skip
+
+
+def test_a_retraction_faster_than_the_joints_is_refused_with_the_speed_that_is_possible() -> None:
+    with pytest.raises(ConfigurationError, match=r"retract_speed_mm_s = 900.* where a joint of zebra") as error:
+        fit(SupervisionConfig(retract_speed_mm_s=900.0))
+    possible = float(error.value.accepted.split()[2])
+    fit(SupervisionConfig(retract_speed_mm_s=possible * 0.98))
+    fit(SupervisionConfig(retract_speed_mm_s=900.0, on_trip="hold"))
+
+
+def test_a_retraction_longer_than_the_arm_is_refused() -> None:
+    home = (0.0, 0.6, -0.9, 0.0, 0.3, 0.0)
+    kinematics = Kinematics(arm_named("zebra-zero"), TOOL)
+    kinematics.lower_rad[1] = 0.59
+    kinematics.lower_rad[2] = -0.91
+    with pytest.raises(ConfigurationError, match=r"retract_mm = 200.* the way that zebra-zero has"):
+        require_fitting(SupervisionConfig(retract_mm=200.0), TaskConfig(), kinematics, np.array(home), SensorFacts())

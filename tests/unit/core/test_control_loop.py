@@ -1,0 +1,275 @@
+"""The loop over the ports: exact times, honest snapshots, and an arm that is stopped on every way out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+from itertools import pairwise
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from palpate.core.control_loop import next_slot, next_snapshot, run_trial, tick_time_ns, trial_ticks
+from palpate.core.errors import DeviceError, LifecycleError
+from palpate.core.insertion.trial import Outcome, TrialSetup
+from palpate.core.ports.contracts.fakes import FakeClock
+from palpate.core.ports.devices import Ports
+from palpate.core.ports.lifecycle import Life
+from palpate.core.ports.values import CONTROL_RATE_HZ, CommandReason, JointCommand, Snapshot, Validity
+from tests.unit.core.fake_world import FakeWorld, FollowTorque, Pit, build_task
+
+SETUP = TrialSetup(0, 1, (1e-3, 1e-3))
+HOLE = Pit(0.0, 0.0)
+
+
+@given(start=st.integers(-(2**60), 2**60), tick=st.integers(0, 10**12))
+def test_a_tick_is_never_a_nanosecond_off(start: int, tick: int) -> None:
+    exact = start + Fraction(tick * 10**9, CONTROL_RATE_HZ)
+    assert 0 <= exact - tick_time_ns(start, tick) < 1
+
+
+def test_a_million_ticks_do_not_drift() -> None:
+    times = [tick_time_ns(123, tick) for tick in range(1_000_001)]
+    assert {later - earlier for earlier, later in pairwise(times)} == {7142857, 7142858}
+    assert times[140] == 123 + 10**9
+    assert times[1_000_000] == 123 + 10**15 // 140
+    # A sum of rounded periods would be 0.14 ms late by now.
+    assert times[1_000_000] - 123 - 1_000_000 * 7142857 == 142857
+
+
+class Watch:
+    """A task that passes everything through and keeps the snapshots and commands."""
+
+    def __init__(self, world: FakeWorld, policy: FollowTorque | None = None) -> None:
+        self._task = build_task(policy or FollowTorque())
+        self._world = world
+        self.snapshots: list[Snapshot] = []
+        self.commands: list[JointCommand] = []
+        self.on_step: Callable[[int], None] = lambda tick: None
+        self.begin, self.report = self._task.begin, self._task.report
+
+    @property
+    def done(self) -> bool:
+        self.report = self._task.report
+        return self._task.done
+
+    def step(self, snapshot: Snapshot) -> JointCommand:
+        self.on_step(snapshot.tick)
+        self.snapshots.append(snapshot)
+        self.commands.append(self._task.step(snapshot))
+        return self.commands[-1]
+
+
+def run(world: FakeWorld, watch: Watch) -> Outcome | None:
+    return run_trial(watch, world.ports, SETUP).outcome  # type: ignore[arg-type]
+
+
+def assert_stopped(world: FakeWorld) -> None:
+    """The arm holds still and takes no command."""
+    here = world.arm.position_rad()
+    applied = world.arm.send(JointCommand(tuple(q + 1e-3 for q in here)))
+    world.clock.advance(10)
+    assert applied.reason is CommandReason.STOPPED
+    assert world.arm.position_rad() == here
+
+
+def test_ticks_come_at_their_times_and_with_their_samples() -> None:
+    world = FakeWorld(HOLE)
+    world.clock.sleep_until(987_654_321)
+    watch = Watch(world)
+    with world:
+        assert run(world, watch) is Outcome.INSERTED
+        assert_stopped(world)
+    assert [s.tick for s in watch.snapshots] == list(range(len(watch.snapshots)))
+    for snapshot in watch.snapshots:
+        assert snapshot.time_ns == tick_time_ns(987_654_321, snapshot.tick)
+        assert snapshot.wrench.source_time_ns == snapshot.joints.source_time_ns == snapshot.time_ns
+        assert snapshot.wrench.sequence == snapshot.joints.sequence == snapshot.tick
+
+
+def test_a_snapshot_tells_what_became_of_the_command_before() -> None:
+    world = FakeWorld(HOLE)
+    watch = Watch(world)
+    with world:
+        run(world, watch)
+    assert watch.snapshots[0].applied is None
+    for command, later in zip(watch.commands, watch.snapshots[1:], strict=False):
+        assert later.applied is not None
+        assert later.applied.position_rad == command.position_rad
+        # The arm is perfect: it stands where it was told to, one tick later and not sooner.
+        assert later.joints.position_rad == command.position_rad
+
+
+def test_slots_missed_are_left_out_and_the_schedule_keeps_its_phase() -> None:
+    world = FakeWorld(HOLE)
+    watch = Watch(world)
+
+    def dawdle(tick: int) -> None:
+        if tick == 10:
+            world.clock.advance(4)
+
+    watch.on_step = dawdle
+    with world:
+        assert run(world, watch) is Outcome.INSERTED
+    times = [s.time_ns for s in watch.snapshots]
+    assert times[:11] == [tick_time_ns(0, tick) for tick in range(11)]
+    # The tick after the delay comes at once, in the slot that is running; no burst makes up for those that went by.
+    assert tick_time_ns(0, 13) < times[11] <= tick_time_ns(0, 14)
+    assert times[12:] == [tick_time_ns(0, tick + 2) for tick in range(12, len(times))]
+    assert [s.tick for s in watch.snapshots] == list(range(len(times)))
+
+
+@given(start=st.integers(0, 2**40), slot=st.integers(0, 10**6), late_ns=st.integers(0, 10**10))
+def test_the_next_slot_is_the_first_that_has_not_begun(start: int, slot: int, late_ns: int) -> None:
+    now = tick_time_ns(start, slot) + late_ns
+    following = next_slot(start, slot, now)
+    assert following > slot
+    assert tick_time_ns(start, following) >= now
+    assert following == slot + 1 or tick_time_ns(start, following - 1) <= now
+
+
+class UnwellError(Exception):
+    """Not of palpate's tree."""
+
+
+@pytest.mark.parametrize("error", [UnwellError, KeyboardInterrupt, SystemExit])
+@pytest.mark.parametrize("tick", [0, 1, 100])
+def test_the_arm_is_stopped_when_the_task_fails(error: type[BaseException], tick: int) -> None:
+    world = FakeWorld(HOLE)
+    watch = Watch(world)
+
+    def fail(now: int) -> None:
+        if now == tick:
+            raise error
+
+    watch.on_step = fail
+    with world:
+        with pytest.raises(error):
+            run(world, watch)
+        assert_stopped(world)
+
+
+@pytest.mark.parametrize("error", [UnwellError, KeyboardInterrupt])
+def test_the_arm_is_stopped_when_the_policy_fails(error: type[BaseException]) -> None:
+    def fail() -> None:
+        raise error
+
+    world = FakeWorld(HOLE)
+    watch = Watch(world, FollowTorque(before=fail))
+    with world:
+        with pytest.raises(error):
+            run(world, watch)
+        assert watch.commands  # it had come as far as the first choice
+        assert_stopped(world)
+
+
+@pytest.mark.parametrize("device", ["sensor", "encoder"])
+def test_the_arm_is_stopped_when_a_device_does_not_answer(device: str) -> None:
+    world = FakeWorld(HOLE)
+    watch = Watch(world)
+
+    def unplug(tick: int) -> None:
+        if tick == 50:
+            getattr(world, device).disconnected = True
+
+    watch.on_step = unplug
+    with world:
+        with pytest.raises(DeviceError, match="does not answer"):
+            run(world, watch)
+        assert len(watch.snapshots) == 51
+        assert_stopped(world)
+
+
+def test_the_arm_is_stopped_when_it_refuses_a_command() -> None:
+    world = FakeWorld(HOLE)
+    watch = Watch(world)
+    watch.on_step = lambda tick: world.arm.fail("follow-up error") if tick == 30 else None
+    with world:
+        with pytest.raises(DeviceError, match="follow-up error"):
+            run(world, watch)
+        assert world.arm.life is Life.FAULTED
+        here = world.arm.position_rad()
+        world.clock.advance(10)
+        assert world.arm.position_rad() == here
+
+
+def test_the_arm_is_stopped_when_a_trial_cannot_begin() -> None:
+    stopped = []
+
+    class Arm:
+        def stop(self) -> None:
+            stopped.append(True)
+
+    class Task:
+        def begin(self, setup: TrialSetup) -> None:
+            raise UnwellError
+
+    ports = Ports(FakeClock(), None, None, Arm())  # type: ignore[arg-type]
+    with pytest.raises(UnwellError):
+        run_trial(Task(), ports, SETUP)  # type: ignore[arg-type]
+    assert stopped == [True]
+
+
+def test_ports_that_are_not_active_are_refused() -> None:
+    world = FakeWorld(HOLE)
+    with pytest.raises(LifecycleError):
+        run(world, Watch(world))
+
+
+def test_the_arm_is_stopped_after_a_sensor_fault() -> None:
+    world = FakeWorld(HOLE)
+    watch = Watch(world)
+    watch.on_step = lambda tick: setattr(world.sensor, "silent", tick >= 60)
+    with world:
+        assert run(world, watch) is Outcome.SENSOR_FAULT
+        assert watch.snapshots[-1].wrench.validity is Validity.STALE
+        assert_stopped(world)
+
+
+def test_a_caller_who_steps_the_task_itself_has_the_same_trial() -> None:
+    whole, halves = FakeWorld(HOLE), FakeWorld(HOLE)
+    with whole:
+        report = run_trial(build_task(FollowTorque()), whole.ports, SETUP)
+    task, choices = build_task(FollowTorque()), 0
+    with halves:
+        ticks = trial_ticks(task, halves.ports, SETUP)
+        snapshot = next(ticks, None)
+        while snapshot is not None:
+            observation = task.sense(snapshot)
+            if observation is not None:
+                # It is asked before it is chosen, and everything that the choice depends on is known.
+                assert observation.action_number == choices == len(task.report.decisions)
+                assert task.percept is not None
+                assert observation.state == task.percept[1]
+                assert (observation.force_N, observation.torque_Nm) == task.wrench_at_tip
+                choices += 1
+            snapshot = next_snapshot(ticks, task.act())
+        assert_stopped(halves)
+    assert task.report == report
+    assert choices == report.actions > 1
+
+
+def test_a_trial_that_is_let_go_in_mid_tick_leaves_the_arm_stopped() -> None:
+    world = FakeWorld(HOLE)
+    task = build_task(FollowTorque())
+    with world:
+        ticks = trial_ticks(task, world.ports, SETUP)
+        task.sense(next(ticks))
+        ticks.close()
+        assert_stopped(world)
+
+
+def test_an_error_that_looks_like_the_end_is_none() -> None:
+    world = FakeWorld(HOLE)
+    watch = Watch(world)
+
+    def fail(tick: int) -> None:
+        if tick == 5:
+            raise StopIteration
+
+    watch.on_step = fail
+    with world:
+        with pytest.raises(StopIteration):
+            run(world, watch)
+        assert_stopped(world)

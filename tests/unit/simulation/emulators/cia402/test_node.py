@@ -1,0 +1,329 @@
+from __future__ import annotations
+
+import pytest
+
+from palpate.simulation.emulators.cia402.node import CanopenDrive, NmtState
+from palpate.simulation.emulators.cia402.state import PowerState
+from palpate.simulation.emulators.motors.plant import IdealPlant
+
+MS = 1_000_000
+
+
+class Host:
+    """One drive, node 5, on axis 0, with a clock."""
+
+    def __init__(self, *, booted: bool = True) -> None:
+        self.plant = IdealPlant()
+        self.drive = CanopenDrive(5, self.plant, 0)
+        self.now_ns = 0
+        self.drive.advance(0)
+        if booted:
+            self.wait(20)
+
+    def wait(self, milliseconds: int) -> list[tuple[int, str]]:
+        heard: list[tuple[int, str]] = []
+        for _ in range(milliseconds):
+            self.now_ns += MS
+            heard += [(f.arbitration_id, f.data.hex()) for f in self.drive.advance(self.now_ns)]
+        return heard
+
+    def send(self, identifier: int, data: str = "") -> list[tuple[int, str]]:
+        frames = self.drive.feed(identifier, bytes.fromhex(data), self.now_ns)
+        return [(f.arbitration_id, f.data.hex()) for f in frames]
+
+    def sdo(self, request: str) -> str:
+        answers = self.send(0x605, request)
+        assert [identifier for identifier, _ in answers] == [0x585]
+        return answers[0][1]
+
+    def map_pdos(self, target: str = "20007a60", mode: str = "08") -> None:
+        for request in (
+            "2301140105020080",
+            "2300140105020080",
+            "2f00160000000000",
+            "2300160110004060",
+            "23001602" + target,
+            "2f00160002000000",
+            "2300140105020000",
+            "2300180185010080",
+            "2f001a0000000000",
+            "23001a0110004160",
+            "23001a0220006460",
+            "2f001a0002000000",
+            "2300180185010000",
+            "2301180185020080",
+            "2302180185030080",
+            "2303180185040080",
+            "2b5a600006000000",
+            "2f606000" + mode + "000000",
+        ):
+            assert self.sdo(request)[:2] == "60", request
+        self.send(0, "0105")
+
+    def cycle(self, word: str, target: int = 0) -> str:
+        self.send(0x205, word + target.to_bytes(4, "little", signed=True).hex())
+        answers = self.send(0x080)
+        assert [identifier for identifier, _ in answers] == [0x185]
+        return answers[0][1]
+
+    def enable(self, target: int = 0) -> None:
+        for word in ("0600", "0700", "0f00"):
+            self.cycle(word, target)
+            self.wait(1)
+        assert self.drive.machine.state is PowerState.ENABLED
+
+
+def test_boot_up_and_heartbeats() -> None:
+    host = Host(booted=False)
+    assert host.send(0x605, "4000100000000000") == []
+    assert host.wait(20) == [(0x705, "00")]
+    assert host.drive.nmt is NmtState.PRE_OPERATIONAL
+    host.sdo("2b1710000a000000")
+    assert host.wait(30) == [(0x705, "7f")] * 3
+    host.send(0, "0100")
+    assert host.wait(20) == [(0x705, "05")] * 2
+    host.send(0, "0205")
+    assert host.wait(10) == [(0x705, "04")]
+    assert host.send(0x605, "4000100000000000") == []
+    host.send(0, "8005")
+    assert host.wait(10) == [(0x705, "7f")]
+
+
+@pytest.mark.parametrize("command", ["81", "82"])
+def test_nmt_resets(command: str) -> None:
+    host = Host()
+    host.map_pdos()
+    assert host.send(0, command + "05") == []
+    assert host.wait(20) == [(0x705, "00")]
+    assert host.sdo("4000140100000000") == "4300140105020000"
+
+
+def test_an_nmt_command_for_another_node_is_not_heard() -> None:
+    host = Host()
+    host.send(0, "0106")
+    assert host.drive.nmt is NmtState.PRE_OPERATIONAL
+
+
+@pytest.mark.parametrize(
+    ("request_", "answer"),
+    [
+        ("4000100000000000", "4300100092010200"),  # device type 402, four bytes
+        ("4017100000000000", "4b17100000000000"),  # two bytes
+        ("4061600000000000", "4f61600000000000"),  # one byte
+        ("4018100400000000", "4318100405100000"),
+        ("4008100000000000", "43081000454d5531"),
+        ("2b171000f4010000", "6017100000000000"),
+        ("2217100000000000", "8017100010000706"),  # no size told: four bytes for a two-byte object
+        ("4099990000000000", "8099990000000206"),  # no such object
+        ("4018100900000000", "8018100911000906"),  # no such sub-index
+        ("2b41600000000000", "8041600002000106"),  # read-only
+        ("2f17100001000000", "8017100010000706"),  # wrong length
+        ("2f60600003000000", "8060600030000906"),  # profile velocity is not offered
+        ("2300160110004060", "8000160122000008"),  # mapped while the PDO is on
+        ("2108100004000000", "8008100001000405"),  # segmented
+        ("a008100000000000", "8008100001000405"),  # block
+    ],
+)
+def test_sdo_frames(request_: str, answer: str) -> None:
+    assert Host().sdo(request_) == answer
+
+
+def test_an_abort_of_the_client_and_a_short_request_are_not_answered() -> None:
+    host = Host()
+    assert host.send(0x605, "8000000000000405") == []
+    assert host.send(0x605, "400010") == []
+
+
+@pytest.mark.parametrize(
+    ("entry", "code"),
+    [("2300160110001810", "41000406"), ("2300160120004060", "41000406"), ("2300160110009999", "41000406")],
+)
+def test_what_cannot_be_mapped(entry: str, code: str) -> None:
+    host = Host()
+    host.sdo("2300140105020080")
+    host.sdo("2f00160000000000")
+    assert host.sdo(entry)[8:] == code
+
+
+def test_a_mapping_that_is_too_long() -> None:
+    host = Host()
+    host.sdo("2300140105020080")
+    host.sdo("2f00160000000000")
+    for sub in "123":
+        host.sdo(f"2300160{sub}20007a60")
+    assert host.sdo("2f00160003000000")[8:] == "42000406"
+    assert host.sdo("2f00160009000000")[8:] == "30000906"
+    host.sdo("2f00160001000000")
+    assert host.sdo("2300160220007a60")[8:] == "22000008"
+
+
+def test_process_data_on_sync() -> None:
+    host = Host()
+    host.plant.set_motor_counts(0, 0x12345678)
+    host.map_pdos()
+    host.wait(1)
+    assert host.cycle("0000") == "400278563412"
+    # A set-point acts at the next SYNC, and what is sent there was true before.
+    assert host.cycle("0600") == "400278563412"
+    assert host.cycle("0600") == "310278563412"
+
+
+def test_process_data_need_operation() -> None:
+    host = Host()
+    host.map_pdos()
+    host.send(0, "8005")
+    assert host.send(0x080) == []
+
+
+def test_csp_moves_within_the_interpolation_period() -> None:
+    host = Host()
+    host.map_pdos()
+    host.sdo("2fc2600107000000")
+    host.enable()
+    host.cycle("0f00", 700)
+    host.wait(3)
+    assert host.plant.motor_counts(0) == 300
+    host.wait(10)
+    assert host.plant.motor_counts(0) == 700
+
+
+def test_csv_moves_at_the_target_velocity() -> None:
+    host = Host()
+    host.map_pdos("2000ff60", "09")
+    host.enable()
+    host.cycle("0f00", -5000)
+    host.wait(100)
+    assert host.plant.motor_counts(0) == -500
+
+
+def test_an_enabled_drive_goes_to_a_target_that_was_not_set_to_its_position() -> None:
+    host = Host()
+    host.map_pdos()
+    host.plant.set_motor_counts(0, 900)
+    host.enable(target=0)
+    host.wait(10)
+    assert host.plant.motor_counts(0) == 0
+
+
+def test_a_quick_stop_takes_its_ramp() -> None:
+    host = Host()
+    host.map_pdos("2000ff60", "09")
+    host.sdo("2385600010270000")  # 10000 counts/s2
+    host.enable()
+    host.cycle("0f00", 1000)
+    host.wait(50)
+    before = host.plant.motor_counts(0)
+    host.cycle("0200", 1000)
+    host.wait(200)
+    # 1000 counts/s at 10000 counts/s2: 50 counts.
+    assert host.plant.motor_counts(0) - before == pytest.approx(50, abs=2)
+    assert host.drive.machine.state is PowerState.QUICK_STOP
+    host.sdo("2b5a600002000000")
+    host.wait(2)
+    assert host.drive.machine.state is PowerState.SWITCH_ON_DISABLED
+
+
+def test_a_motor_that_is_stuck_is_a_following_error() -> None:
+    host = Host()
+    host.map_pdos()
+    host.sdo("2365600064000000")
+    host.enable()
+    host.plant.jam(0)
+    host.cycle("0f00", 1000)
+    assert host.wait(10) == [(0x085, "1186010000000000")]
+    host.wait(50)
+    assert host.drive.machine.state is PowerState.FAULT
+    assert host.sdo("4001100000000000") == "4f01100001000000"
+    host.send(0x205, "000000000000")
+    host.send(0x080)
+    host.plant.jam(0, jammed=False)
+    host.send(0x205, "800000000000")
+    assert (0x085, "0000000000000000") in host.send(0x080)
+    assert host.drive.machine.state is PowerState.SWITCH_ON_DISABLED
+
+
+def test_a_fault_without_power_moves_nothing() -> None:
+    host = Host()
+    host.plant.set_motor_counts(0, 500)
+    host.drive.fail(0x3210, b"\x01\x02")
+    assert host.wait(1) == [(0x085, "1032010102000000")]
+    host.wait(10)
+    assert host.plant.motor_counts(0) == 500
+    assert host.drive.machine.state is PowerState.FAULT
+
+
+@pytest.mark.parametrize(
+    ("option", "state"),
+    [
+        ("0000", PowerState.ENABLED),
+        ("0100", PowerState.FAULT),
+        ("0200", PowerState.SWITCH_ON_DISABLED),
+        ("0300", PowerState.QUICK_STOP),
+    ],
+)
+def test_a_host_that_falls_silent(option: str, state: PowerState) -> None:
+    host = Host()
+    host.map_pdos()
+    host.sdo(f"2b076000{option}0000")
+    host.sdo("2316100132007e00")  # node 126 within 50 ms
+    host.enable()
+    assert host.wait(100) == []  # not one heartbeat so far, so nothing is watched
+    host.send(0x77E, "05")
+    assert host.wait(50) == []
+    assert host.wait(10) == [(0x085, "3081010000000000")]
+    host.wait(10)
+    assert host.drive.machine.state is state
+
+
+def test_an_rpdo_that_acts_at_once() -> None:
+    host = Host()
+    host.map_pdos()
+    host.sdo("2f001402ff000000")
+    host.send(0x205, "060000000000")
+    assert host.drive.machine.state is PowerState.READY
+    host.send(0x205, "0700")  # too short for its mapping
+    assert host.drive.machine.state is PowerState.READY
+
+
+def test_every_third_sync() -> None:
+    host = Host()
+    host.map_pdos()
+    host.sdo("2f00180203000000")
+    assert [len(host.send(0x080)) for _ in range(6)] == [0, 0, 1, 0, 0, 1]
+
+
+def test_faults_of_process_data() -> None:
+    host = Host()
+    host.map_pdos()
+    host.drive.faults.drop_tpdos = 1
+    assert [len(host.send(0x080)) for _ in range(2)] == [0, 1]
+    host.drive.faults.duplicate_tpdos = 1
+    assert [len(host.send(0x080)) for _ in range(2)] == [2, 1]
+    host.drive.faults.malformed_tpdos = 1
+    assert [len(host.send(0x080)[0][1]) // 2 for _ in range(2)] == [5, 6]
+    host.drive.faults.delay_tpdos_ns = 2 * MS
+    assert host.send(0x080) == []
+    assert [len(host.wait(1)) for _ in range(3)] == [0, 1, 0]
+
+
+def test_silence_and_missing_heartbeats() -> None:
+    host = Host()
+    host.map_pdos()
+    host.sdo("2b1710000a000000")
+    host.drive.faults.heartbeat_stopped = True
+    assert host.wait(30) == []
+    assert len(host.send(0x080)) == 1
+    host.drive.faults.heartbeat_stopped = False
+    host.drive.faults.silent = True
+    assert host.wait(30) == []
+    assert host.send(0x080) == []
+
+
+def test_a_reset_in_mid_run_forgets_everything() -> None:
+    host = Host()
+    host.map_pdos()
+    host.enable()
+    host.drive.reset()
+    assert host.wait(20) == [(0x705, "00")]
+    assert host.drive.machine.state is PowerState.SWITCH_ON_DISABLED
+    assert host.drive.nmt is NmtState.PRE_OPERATIONAL

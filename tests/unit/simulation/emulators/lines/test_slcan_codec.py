@@ -1,0 +1,114 @@
+"""The adapter's side of the slcan line protocol."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from palpate.simulation.emulators.lines.can_frame import CanFrame
+from palpate.simulation.emulators.lines.slcan_codec import Adapter, Mode, frame_line
+from palpate.simulation.emulators.lines.slcan_faults import FaultyLines, LineFaults
+
+
+def opened() -> Adapter:
+    adapter = Adapter()
+    assert adapter.take(b"S8\rO\r") == (b"\r\r", [])
+    return adapter
+
+
+def test_the_greeting_of_python_can() -> None:
+    adapter = Adapter()
+    # Close, set, an empty line, and open twice.
+    assert adapter.take(b"C\rS8\r\rO\rO\r") == (b"\a\r\r\a", [])
+    assert adapter.mode is Mode.OPEN
+    assert adapter.bit_rate_Hz == 1_000_000
+    assert adapter.take(b"C\r") == (b"\r", [])
+    assert adapter.mode is Mode.CLOSED
+
+
+def test_frames_of_the_host() -> None:
+    adapter = opened()
+    assert adapter.take(b"t2016C80010270000\r") == (b"z\r", [CanFrame(0x201, bytes.fromhex("C80010270000"))])
+    assert adapter.take(b"t0800\r") == (b"z\r", [CanFrame(0x080, b"")])
+    assert adapter.take(b"T000002016C80010270000\r") == (b"Z\r", [])
+    assert adapter.take(b"r2010\rR000002010\r") == (b"z\rZ\r", [])
+
+
+def test_a_line_may_come_in_pieces() -> None:
+    adapter = opened()
+    assert adapter.take(b"t08") == (b"", [])
+    assert adapter.take(b"00\rt0") == (b"z\r", [CanFrame(0x080, b"")])
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        b"t",
+        b"t080",
+        b"t0809",
+        b"t08G0",
+        b"t0801",
+        b"t0801A",
+        b"t08011G",
+        b"t0801112",
+        b"t8000",
+        b"T200000000",
+        b"r08000",
+        b"S8",
+        b"S9",
+        b"s0014",
+        b"O",
+        b"L",
+        b"X",
+        b"V1",
+        b"\xff\xfe",
+        b"t" * 40,
+    ],
+)
+def test_bad_lines_ring_the_bell(line: bytes) -> None:
+    adapter = opened()
+    assert adapter.take(line + b"\r") == (b"\a", [])
+    assert adapter.take(b"t0800\r") == (b"z\r", [CanFrame(0x080, b"")])
+
+
+def test_nothing_is_sent_while_closed_or_only_listening() -> None:
+    adapter = Adapter()
+    assert adapter.take(b"t0800\rL\rt0800\r") == (b"\a\r\a", [])
+    assert adapter.mode is Mode.LISTEN_ONLY
+
+
+def test_version_serial_number_and_flags() -> None:
+    adapter = Adapter()
+    assert adapter.take(b"V\rN\rF\r") == (b"V1013\rNPALP\r\a", [])
+    adapter = opened()
+    adapter.overrun = True
+    assert adapter.take(b"F\rF\r") == (b"F01\rF00\r", [])
+
+
+def test_setting_the_registers_leaves_the_rate_unknown() -> None:
+    adapter = Adapter()
+    adapter.take(b"S8\r")
+    assert adapter.take(b"s0014\r") == (b"\r", [])
+    assert adapter.bit_rate_Hz is None
+
+
+def test_frames_for_the_host() -> None:
+    assert frame_line(CanFrame(0x601, bytes.fromhex("01AB"))) == b"t601201AB\r"
+    assert frame_line(CanFrame(0x001, b"")) == b"t0010\r"
+
+
+def test_lines_are_spoilt_on_demand_and_by_seed() -> None:
+    line = frame_line(CanFrame(0x601, bytes(8)))
+    spoiler = FaultyLines(np.random.default_rng(1))
+    assert spoiler.spoil(line) == line
+    spoiler.faults = LineFaults(bad_hex=1.0)
+    assert spoiler.spoil(line).count(b"G") == 1
+    spoiler.faults = LineFaults(truncated=1.0)
+    assert all(2 < len(spoiler.spoil(line)) < len(line) for _ in range(200))
+    assert spoiler.spoil(line).endswith(b"\r")
+    spoiler.faults = LineFaults(not_text=1.0)
+    with pytest.raises(UnicodeDecodeError):
+        spoiler.spoil(line).decode()
+    one, two = FaultyLines(np.random.default_rng(5)), FaultyLines(np.random.default_rng(5))
+    one.faults = two.faults = LineFaults(bad_hex=0.5, truncated=0.5)
+    assert [one.spoil(line) for _ in range(20)] == [two.spoil(line) for _ in range(20)]

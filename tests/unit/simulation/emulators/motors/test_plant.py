@@ -1,0 +1,169 @@
+"""The gears against the published relations, and the motors' imperfections."""
+
+from __future__ import annotations
+
+from math import exp, pi
+
+import numpy as np
+import pytest
+
+from palpate.simulation.emulators.motors.plant import IdealPlant, JointPlant, MotorModel, Plant
+from palpate.simulation.emulators.nmc.joints import HOME_RAD, ArmGears
+from tests.unit.simulation.emulators.nmc_host import Bench, trajectory
+
+MS = 1_000_000
+W = 11_034.53
+
+
+def as_plant(plant: Plant) -> Plant:
+    return plant
+
+
+def test_round_trip_is_within_one_count() -> None:
+    rng = np.random.default_rng(1)
+    gears = ArmGears(-1)
+    worst = 0.0
+    for pose in rng.uniform(-3.2, 3.2, (100_000, 6)).tolist():
+        counts = gears.counts(tuple(pose))
+        whole = tuple(float(round(value)) for value in counts)
+        again = gears.counts(gears.joints_rad(whole))
+        worst = max(worst, *(abs(a - b) for a, b in zip(again, counts, strict=True)))
+    assert worst <= 0.5 + 1e-6
+
+
+def test_against_the_published_inverse_with_its_rounded_constants() -> None:
+    rng = np.random.default_rng(2)
+    gears = ArmGears()
+    for pose in rng.uniform(-pi, pi, (2_000, 6)).tolist():
+        _, _, e3, e4, e5, e6 = gears.counts(tuple(pose))
+        joint4 = e4 / W - e3 / 20_371.83
+        joint5 = e6 / (2 * W) + e5 / (4 * W) + e3 / 27_162.44
+        joint6 = e6 / W - e5 / (2 * W) + e4 / W - e3 / 40_743.68
+        offsets = [angle - home for angle, home in zip(pose, HOME_RAD, strict=True)]
+        assert [joint4, joint5, joint6] == pytest.approx(offsets[3:], abs=5e-6)
+
+
+def test_home_is_zero_and_a_turn_of_joint_1_is_192000_counts() -> None:
+    assert ArmGears().counts(HOME_RAD) == (0.0,) * 6
+    turned = (HOME_RAD[0] + 2 * pi, *HOME_RAD[1:])
+    assert ArmGears().counts(turned)[0] == pytest.approx(192_000, abs=0.5)
+    assert ArmGears(-1).counts(turned)[0] == pytest.approx(-192_000, abs=0.5)
+    assert ArmGears(-1).joints_rad(ArmGears(-1).counts(turned)) == pytest.approx(turned)
+    with pytest.raises(ValueError, match="joint1_sign"):
+        ArmGears(0)
+
+
+def test_joint_3_alone_turns_four_motors() -> None:
+    pose = (*HOME_RAD[:2], HOME_RAD[2] + 0.1, *HOME_RAD[3:])
+    assert ArmGears().counts(pose) == pytest.approx((0, 0, 3055.775, 0.15 * W, -0.15 * W, -0.15 * W))
+
+
+def test_an_ideal_motor_is_where_its_servo_wants_it() -> None:
+    plant = IdealPlant()
+    as_plant(plant).set_motor_counts(2, 1234.0)
+    assert plant.motor_counts(2) == 1234
+    assert plant.joints_rad()[2] == pytest.approx(-pi / 2 + 1234 / 30_557.75)
+
+
+def test_lag_load_and_jam() -> None:
+    plant = IdealPlant(model=MotorModel(lag_s=0.01, load_counts=(5.0, 0, 0, 0, 0, 0)))
+    plant.advance(0)
+    plant.set_motor_counts(0, 1000.0)
+    plant.advance(10 * MS)
+    assert plant.motor_counts(0) == round(1005 * (1 - exp(-1)))
+    plant.jam(0)
+    plant.advance(100 * MS)
+    assert plant.motor_counts(0) == round(1005 * (1 - exp(-1)))
+    plant.jam(0, jammed=False)
+    plant.advance(300 * MS)
+    assert plant.motor_counts(0) == 1005
+
+
+def test_an_open_loop_motor_runs_and_a_free_one_can_be_pushed() -> None:
+    plant = IdealPlant()
+    plant.advance(0)
+    plant.set_motor_duty(1, -0.5)
+    plant.advance(100 * MS)
+    assert plant.motor_counts(1) == -3000
+    plant.set_motor_duty(1, 0.0)
+    plant.push(1, 10.0)
+    plant.advance(200 * MS)
+    assert plant.motor_counts(1) == -2990
+
+
+def test_backlash_hides_from_the_encoders() -> None:
+    gap = 0.002
+    plant = IdealPlant(model=MotorModel(wrist_backlash_rad=gap))
+    gears = ArmGears()
+
+    def move(joint4_rad: float) -> float:
+        pose = (*HOME_RAD[:3], joint4_rad, *HOME_RAD[4:])
+        for axis, counts in enumerate(gears.counts(pose)):
+            plant.set_motor_counts(axis, counts)
+        return plant.joints_rad()[3]
+
+    assert move(0.1) == pytest.approx(0.1 - gap / 2)
+    assert move(0.1 - gap / 2) == pytest.approx(0.1 - gap / 2)  # within the gap
+    assert move(0.05) == pytest.approx(0.05 + gap / 2)
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"lag_s": -1.0}, {"wrist_backlash_rad": -0.1}, {"load_counts": (0.0,)}, {"free_speed_counts_per_s": ()}]
+)
+def test_impossible_motors_are_refused(wrong: dict[str, object]) -> None:
+    with pytest.raises(ValueError, match=r"cannot be negative|have 6 values"):
+        MotorModel(**wrong)  # type: ignore[arg-type]
+
+
+def test_a_joint_plant_gives_targets_and_takes_measurements() -> None:
+    plant = JointPlant()
+    gears = ArmGears()
+    assert plant.targets_rad() == pytest.approx(HOME_RAD)
+    goal = (0.3, 1.0, -1.2, 0.4, -1.0, 0.7)
+    for axis, counts in enumerate(gears.counts(goal)):
+        as_plant(plant).set_motor_counts(axis, counts)
+    assert plant.targets_rad() == pytest.approx(goal)
+    assert plant.motor_counts(0) == 0  # nothing was measured yet
+    plant.measured_rad(goal)
+    assert [plant.motor_counts(axis) for axis in range(6)] == [round(value) for value in gears.counts(goal)]
+
+
+def test_a_free_motor_of_a_joint_plant_holds_where_it_was_let_go() -> None:
+    plant = JointPlant()
+    plant.set_motor_counts(0, 30_557.75)
+    plant.measured_rad((0.5, *HOME_RAD[1:]))
+    plant.set_motor_duty(0, 0.0)
+    assert plant.targets_rad()[0] == pytest.approx(0.5)
+    plant.advance(0)
+    plant.set_motor_duty(0, 1.0)
+    plant.advance(100 * MS)
+    assert plant.targets_rad()[0] == pytest.approx(0.5 + 6_000 / 30_557.75)
+
+
+def test_backlash_of_a_joint_plant_lies_between_motor_and_joint() -> None:
+    gap = 0.002
+    plant = JointPlant(model=MotorModel(wrist_backlash_rad=gap))
+    goal = (*HOME_RAD[:3], 0.1, *HOME_RAD[4:])
+    for axis, counts in enumerate(ArmGears().counts(goal)):
+        plant.set_motor_counts(axis, counts)
+    joints = plant.targets_rad()
+    assert joints[3] == pytest.approx(0.1 - gap / 2)
+    plant.measured_rad(joints)
+    assert plant.motor_counts(3) == round(ArmGears().counts(goal)[3])
+    with pytest.raises(ValueError, match="belong to the simulation"):
+        JointPlant(model=MotorModel(lag_s=0.1))
+
+
+def test_servos_follow_an_arm_that_is_measured_at_140_hertz() -> None:
+    plant = JointPlant()
+    bench = Bench(plant=plant).running()
+    for address in range(1, 7):
+        bench.ask(address, 0x4, trajectory(0x97, 30_558, 1_025_348, 5_250))
+    worst = 0
+    for _ in range(200):
+        plant.measured_rad(plant.targets_rad())
+        bench.wait(14)  # 7.2 ms
+        worst = max(worst, *(abs(module.servo.error_counts) for module in bench.bus.modules))
+    assert [bench.position(address) for address in range(1, 7)] == [30_558] * 6
+    # The encoders stand still for 14 ticks at 15.6 counts: well below the limit of 4000.
+    assert 200 < worst < 240

@@ -1,0 +1,233 @@
+"""The work cell: its MuJoCo model, its gripper's springs, its sensors, and what differs from trial to trial."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cache
+from math import cos, hypot, radians, sin
+
+import mujoco
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from palpate.core.insertion.config import GoalConfig
+from palpate.core.insertion.frame import goal_in_base
+from palpate.core.motion.arm import ARMS, arm_named
+from palpate.core.motion.inverse import InverseKinematics
+from palpate.core.motion.model import Kinematics, ToolGeometry
+from palpate.core.ports.values import CONTROL_RATE_HZ
+from palpate.simulation.work_cell.cell import WorkCell
+from palpate.simulation.work_cell.config import CellConfig, ComplianceConfig, PegConfig, SensorConfig
+
+GOAL = goal_in_base(GoalConfig())
+READY_M = np.array([0.0, 0.0, -3e-3])
+SILENT = SensorConfig(force_noise_N=0.0, torque_noise_Nm=0.0, force_bias_N=0.0, torque_bias_Nm=0.0)
+
+
+@cache
+def ready_rad(arm: str) -> np.ndarray:
+    kinematics = Kinematics(arm_named(arm), ToolGeometry())
+    return InverseKinematics(kinematics, 1.0).solve(
+        pin.SE3(GOAL.rotation, GOAL.act(READY_M)),
+        free_yaw=True,
+        seed_rad=np.array(arm_named(arm).posture_rad),
+        field="goal",
+    )
+
+
+def cell_of(config: CellConfig, arm: str = "zebra-zero") -> WorkCell:
+    kinematics = Kinematics(arm_named(arm), ToolGeometry())
+    return WorkCell(kinematics, config, goal_in_base=GOAL, ready_rad=ready_rad(arm), rate_Hz=CONTROL_RATE_HZ)
+
+
+def advance(cell: WorkCell, ticks: int) -> None:
+    for _ in range(ticks):
+        cell.advance()
+
+
+def deflection(cell: WorkCell, force_N: Sequence[float], torque_Nm: Sequence[float]) -> np.ndarray:
+    """What the springs give under a wrench at the tip, base frame: slides in m, hinges in rad, (6,)."""
+    springs = cell.joints
+    advance(cell, 60)
+    before = cell.data.qpos[springs:].copy()
+    peg = cell.data.body("peg")
+    arm = cell.data.site("tip").xpos - peg.xipos
+    peg.xfrc_applied[:] = (*force_N, *np.add(torque_Nm, np.cross(arm, force_N)))
+    advance(cell, 100)
+    given: np.ndarray = cell.data.qpos[springs:] - before
+    return given
+
+
+# The model.
+
+
+@pytest.mark.parametrize("substeps", [3, 5, 10])
+def test_a_tick_is_a_whole_number_of_steps(substeps: int) -> None:
+    cell = cell_of(CellConfig(substeps=substeps))
+    advance(cell, 7)
+    assert cell.ticks == 7
+    assert cell.data.time == pytest.approx(7 / CONTROL_RATE_HZ)
+    assert cell.model.opt.timestep == pytest.approx(1 / (CONTROL_RATE_HZ * substeps))
+
+
+def test_only_peg_and_plate_collide() -> None:
+    model = cell_of(CellConfig()).model
+    body_of: dict[str, set[tuple[int, int]]] = {"peg": set(), "plate": set()}
+    for geom in range(model.ngeom):
+        if model.geom_contype[geom]:
+            name = model.body(model.geom_bodyid[geom]).name
+            body_of["plate" if name == "plate" else "peg"].add(
+                (int(model.geom_contype[geom]), int(model.geom_conaffinity[geom]))
+            )
+    (peg_type, peg_affinity), (plate_type, plate_affinity) = body_of["peg"].pop(), body_of["plate"].pop()
+    assert not body_of["peg"] | body_of["plate"]
+    assert peg_type & plate_affinity
+    assert plate_type & peg_affinity
+    assert not peg_type & peg_affinity
+    assert not plate_type & plate_affinity
+
+
+@pytest.mark.parametrize("arm", ARMS)
+def test_the_arm_stays_at_its_ready_pose(arm: str) -> None:
+    cell = cell_of(CellConfig(sensor=SILENT), arm)
+    advance(cell, 100)
+    assert cell.truth().tip_in_task_m == pytest.approx(tuple(READY_M), abs=2e-6)
+    assert cell.joint_angles() == pytest.approx(ready_rad(arm).tolist(), abs=1e-6)
+
+
+@pytest.mark.parametrize("heading_deg", [0.0, 90.0, 200.0])
+@pytest.mark.parametrize("arm", ARMS)
+def test_the_peg_leans_as_told(arm: str, heading_deg: float) -> None:
+    cell = cell_of(CellConfig(tilt_mrad=20.0, tilt_heading_deg=heading_deg), arm)
+    axis = GOAL.rotation.T @ cell.data.body("peg").xmat.reshape(3, 3)[:, 2]
+    heading = radians(heading_deg)
+    assert axis[:2] == pytest.approx([sin(0.02) * cos(heading), sin(0.02) * sin(heading)], abs=1e-5)
+    # It leans about its tip, which stays where kinematics puts it.
+    assert cell.truth().tip_in_task_m == pytest.approx(tuple(READY_M), abs=2e-6)
+
+
+# The gripper's springs.
+
+
+def test_stiffness_is_as_told() -> None:
+    cell = cell_of(CellConfig())
+    up = deflection(cell, (0.0, 0.0, 5.0), (0.0, 0.0, 0.0))
+    assert up[2] == pytest.approx(-1e-3, rel=0.02)  # the tool's z points down
+    cell.reset(0, 0)
+    aside = deflection(cell, (4.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    assert hypot(aside[0], aside[1]) == pytest.approx(0.1e-3, rel=0.02)
+    cell.reset(0, 0)
+    tilted = deflection(cell, (0.0, 0.0, 0.0), (0.05, 0.0, 0.0))
+    assert hypot(tilted[3], tilted[4]) == pytest.approx(1e-3, rel=0.03)
+    cell.reset(0, 0)
+    turned = deflection(cell, (0.0, 0.0, 0.0), (0.0, 0.0, 0.05))
+    assert turned[5] == pytest.approx(-1e-3, rel=0.03)
+
+
+@pytest.mark.parametrize("height_mm", [0.0, 40.0, 140.0])
+def test_a_force_across_the_tip_tilts_by_its_lever_about_the_centre_of_compliance(height_mm: float) -> None:
+    cell = cell_of(CellConfig(compliance=ComplianceConfig(centre_above_tip_mm=height_mm)))
+    bent = deflection(cell, (1.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    assert hypot(bent[3], bent[4]) == pytest.approx(height_mm * 1e-3 / 50.0, rel=0.05, abs=1e-6)
+
+
+# Sensors.
+
+
+def test_the_wrench_is_the_weight_of_what_hangs_on_the_sensor() -> None:
+    cell = cell_of(CellConfig(sensor=SILENT))
+    advance(cell, 100)
+    fx, fy, fz, tx, ty, tz = cell.measure_wrench()
+    assert (fx, fy, fz) == pytest.approx((0.0, 0.0, 0.35 * 9.81), abs=0.01)
+    assert (tx, ty, tz) == pytest.approx((0.0, 0.0, 0.0), abs=1e-3)
+
+
+def test_noise_and_bias_have_the_size_told() -> None:
+    sensor = SensorConfig(force_noise_N=0.2, torque_noise_Nm=0.01, force_bias_N=3.0, torque_bias_Nm=0.1)
+    cell = cell_of(CellConfig(sensor=sensor))
+    still = cell_of(CellConfig(sensor=SILENT)).measure_wrench()
+    samples, biases = [], []
+    for trial in range(40):
+        cell.reset(0, trial)
+        samples.append(np.array([cell.measure_wrench() for _ in range(100)]))
+        biases.append(samples[-1].mean(axis=0) - still)
+    noise = np.mean([sample.std(axis=0) for sample in samples], axis=0)
+    assert noise == pytest.approx([0.2] * 3 + [0.01] * 3, rel=0.05)
+    assert np.std(biases, axis=0) == pytest.approx([3.0] * 3 + [0.1] * 3, rel=0.4)
+
+
+def test_encoders_count_in_whole_steps() -> None:
+    step = np.array(arm_named("zebra-zero").encoder_step_rad)
+    cell = cell_of(CellConfig(sensor=replace(SILENT, encoder_counts_share=10.0)))
+    counts = np.array(cell.measure_joints()) / (10.0 * step)
+    assert counts == pytest.approx(np.round(counts), abs=1e-6)
+    assert np.abs(np.array(cell.measure_joints()) - cell.joint_angles()).max() > 0.0
+    assert cell_of(CellConfig(sensor=replace(SILENT, encoder_counts_share=0.0))).measure_joints() == tuple(
+        ready_rad("zebra-zero")
+    )
+
+
+def test_the_peak_force_counts_every_physics_step_and_no_weight() -> None:
+    whole, stepped = cell_of(CellConfig(sensor=SILENT)), cell_of(CellConfig(sensor=SILENT))
+    weight_N = np.array(stepped.data.sensordata[:3])
+    jerk = tuple(ready_rad("zebra-zero") + 0.001)
+    whole.command(jerk)
+    stepped.command(jerk)
+    advance(whole, 20)
+    forces_N = []
+    for _ in range(20 * stepped.config.substeps):
+        mujoco.mj_step(stepped.model, stepped.data)
+        forces_N.append(float(np.linalg.norm(stepped.data.sensordata[:3] - weight_N)))
+    assert whole.truth().peak_force_N == pytest.approx(max(forces_N), rel=1e-12)
+    # What the control ticks see is less, or the test would tell nothing.
+    assert max(forces_N[4::5]) < 0.999 * max(forces_N)
+
+
+# Trials.
+
+
+def test_the_hole_lies_within_its_uncertainty_and_belongs_to_seed_and_trial() -> None:
+    cell = cell_of(CellConfig(hole_uncertainty_mm=2.0))
+    holes = []
+    for trial in range(50):
+        cell.reset(3, trial)
+        holes.append(cell.truth().hole_in_task_m)
+        plate = GOAL.actInv(cell.data.body("plate").xpos.copy())
+        assert plate == pytest.approx(holes[-1], abs=1e-12)
+    assert len(set(holes)) == 50
+    assert 1.5e-3 < max(hypot(x, y) for x, y, _ in holes) <= 2e-3
+    cell.reset(3, 7)
+    assert cell.truth().hole_in_task_m == holes[7]
+    cell.reset(4, 7)
+    assert cell.truth().hole_in_task_m != holes[7]
+
+
+def test_a_plate_that_is_higher_is_nearer_to_the_tip() -> None:
+    cell = cell_of(CellConfig(hole_height_error_mm=0.5))
+    assert cell.truth().hole_in_task_m == pytest.approx((0.0, 0.0, -0.5e-3))
+    assert cell.truth().depth_m == 0.0
+
+
+def test_a_reset_starts_anew_but_does_not_turn_time_back() -> None:
+    cell = cell_of(CellConfig())
+    first = [cell.measure_wrench() for _ in range(3)]
+    advance(cell, 20)
+    cell.command(tuple(ready_rad("zebra-zero") + 0.01))
+    advance(cell, 20)
+    cell.reset(0, 0)
+    assert cell.ticks == 40
+    assert cell.joint_angles() == tuple(ready_rad("zebra-zero"))
+    assert [cell.measure_wrench() for _ in range(3)] == first
+    assert cell.truth().peak_force_N == 0.0
+
+
+def test_the_yaw_of_the_tool_does_not_turn_the_hole() -> None:
+    square = CellConfig(peg=PegConfig(cross_section="square"))
+    normals = {}
+    for arm in ARMS:
+        model, data = (cell := cell_of(square, arm)).model, cell.data
+        boxes = np.flatnonzero(model.geom_type == mujoco.mjtGeom.mjGEOM_BOX)[:4]
+        normals[arm] = data.geom_xmat[boxes].reshape(-1, 3, 3)[:, :, 0] @ GOAL.rotation
+    assert normals["ur5"] == pytest.approx(normals["zebra-zero"], abs=1e-12)
