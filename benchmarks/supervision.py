@@ -23,7 +23,7 @@ from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.core.control_loop import run_trial
 from palpate.core.insertion.expectation import Supervised
 from palpate.core.insertion.ready_pose import find_ready_pose
-from palpate.core.supervision import Supervisor
+from palpate.core.supervision.supervisor import Supervisor
 
 Heard = list[tuple[Any, ...]]
 

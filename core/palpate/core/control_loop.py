@@ -9,7 +9,7 @@ from palpate.core.insertion.task import InsertionTask
 from palpate.core.insertion.trial import TrialReport, TrialSetup, TrialTiming
 from palpate.core.ports.devices import Ports
 from palpate.core.ports.values import CONTROL_RATE_HZ, AppliedCommand, JointCommand, Snapshot
-from palpate.core.supervision import Supervisor
+from palpate.core.supervision.supervisor import Supervisor
 
 _NS: int = 1_000_000_000
 LATE_NS: int = 1_000_000

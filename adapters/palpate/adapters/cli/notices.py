@@ -10,7 +10,7 @@ from typing import Any
 from palpate.adapters.config.run import RecordingConfig, RunConfig
 from palpate.adapters.hardware.real_time.session import Beat
 from palpate.adapters.log.trial_recorder import TrialRecorder
-from palpate.core.supervision import weakened_lines
+from palpate.core.supervision.config import weakened_lines
 
 _MOST = 5
 

@@ -46,7 +46,8 @@ from palpate.core.policy import (
 )
 from palpate.core.ports.rig import Rig
 from palpate.core.ports.values import CONTROL_RATE_HZ
-from palpate.core.supervision import SensorFacts, Supervisor, require_fitting
+from palpate.core.supervision.fit import SensorFacts, require_fitting
+from palpate.core.supervision.supervisor import Supervisor
 
 NONE: Final = "none"
 _FIELD: Final = "perception.memory"

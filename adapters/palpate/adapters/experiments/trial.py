@@ -20,7 +20,7 @@ from palpate.core.insertion.frame import draw_in_disc
 from palpate.core.insertion.task import InsertionTask
 from palpate.core.insertion.trial import Outcome, Purpose, TrialReport, TrialSetup, generator
 from palpate.core.ports.rig import Rig, Truth
-from palpate.core.supervision import Supervisor
+from palpate.core.supervision.supervisor import Supervisor
 
 FULL_DEPTH_TOLERANCE_M = 5e-5
 """A peg within this of the depth asked for is at full depth."""

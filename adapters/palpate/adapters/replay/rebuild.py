@@ -21,7 +21,7 @@ from palpate.core.insertion.task import InsertionTask
 from palpate.core.insertion.trial import TrialSetup
 from palpate.core.perception import Perception, perception_from_dict
 from palpate.core.policy import Policy, PolicyDocument, learner_of
-from palpate.core.supervision import Supervisor
+from palpate.core.supervision.supervisor import Supervisor
 
 _OUTSIDE: Final = ("cell", "recording")
 """Settings of the world and of the recorder: what was recorded does not change with them."""

@@ -19,7 +19,8 @@ from palpate.core.ports.values import (
     Vector3,
     WrenchSample,
 )
-from palpate.core.supervision import SupervisionConfig, Supervisor
+from palpate.core.supervision.config import SupervisionConfig
+from palpate.core.supervision.supervisor import Supervisor
 from tests.unit.core.fake_world import TOOL, ready_pose
 
 BIAS = (0.7, -0.4, 6.0, 0.05, -0.02, 0.01)

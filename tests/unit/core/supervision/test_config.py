@@ -13,8 +13,8 @@ from palpate.core.errors import ConfigurationError
 from palpate.core.insertion.config import TaskConfig
 from palpate.core.motion.arm import arm_named
 from palpate.core.motion.model import Kinematics
-from palpate.core.supervision import SensorFacts, SupervisionConfig, require_fitting, weakened_lines
-from palpate.core.supervision.config import DEFAULTS, weaker_limits
+from palpate.core.supervision.config import DEFAULTS, SupervisionConfig, weakened_lines, weaker_limits
+from palpate.core.supervision.fit import SensorFacts, require_fitting
 from tests.unit.core.fake_world import TOOL, ready_pose
 
 

@@ -13,9 +13,9 @@ from palpate.core.insertion.expectation import TripReason
 from palpate.core.motion.arm import arm_named
 from palpate.core.motion.model import Kinematics
 from palpate.core.ports.values import AppliedCommand, CommandReason, JointCommand, JointVector, Validity
-from palpate.core.supervision import Guard, SupervisionConfig
+from palpate.core.supervision.config import SupervisionConfig
 from palpate.core.supervision.retreat import Retreat
-from palpate.core.supervision.supervisor import TRANSITIONS, Cue
+from palpate.core.supervision.supervisor import TRANSITIONS, Cue, Guard
 from tests.unit.core.fake_world import TOOL
 from tests.unit.core.supervision.bench import TOUCHING, Bench
 

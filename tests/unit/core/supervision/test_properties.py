@@ -29,7 +29,8 @@ from palpate.core.ports.values import (
     Vector3,
     WrenchSample,
 )
-from palpate.core.supervision import Guard, SupervisionConfig, Supervisor
+from palpate.core.supervision.config import SupervisionConfig
+from palpate.core.supervision.supervisor import Guard, Supervisor
 from tests.unit.core.fake_world import TOOL, ready_pose
 from tests.unit.core.supervision.bench import BIAS, supervisor
 

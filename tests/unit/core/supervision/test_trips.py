@@ -11,7 +11,7 @@ import pytest
 from palpate.core.insertion.expectation import TripReason
 from palpate.core.insertion.frame import ExplorationArea
 from palpate.core.ports.values import Validity
-from palpate.core.supervision import SupervisionConfig
+from palpate.core.supervision.config import SupervisionConfig
 from tests.unit.core.supervision.bench import FREE, TOUCHING, UNTARED, Bench
 
 MS = 1_000_000

@@ -9,7 +9,7 @@ import pytest
 
 from palpate.core.insertion.expectation import Expectation, TripReason
 from palpate.core.ports.values import AppliedCommand, CommandReason, JointCommand, Validity
-from palpate.core.supervision import SupervisionConfig
+from palpate.core.supervision.config import SupervisionConfig
 from tests.unit.core.supervision.bench import TOUCHING, UNTARED, Bench
 
 MS = 1_000_000

@@ -13,7 +13,8 @@ from palpate.core.insertion.expectation import Expectation, Supervised, TripReas
 from palpate.core.insertion.task import InsertionTask
 from palpate.core.insertion.trial import Outcome, Phase, TrialSetup
 from palpate.core.ports.values import AppliedCommand, CommandReason, Snapshot, Validity, WrenchSample
-from palpate.core.supervision import Guard, SupervisionConfig, Supervisor
+from palpate.core.supervision.config import SupervisionConfig
+from palpate.core.supervision.supervisor import Guard, Supervisor
 from tests.unit.core.fake_world import FakeWorld, FollowTorque, Pit, build_task
 from tests.unit.core.supervision.bench import supervisor
 

@@ -30,7 +30,7 @@ from palpate.core.insertion.trial import Outcome, Phase, TrialReport
 from palpate.core.motion.arm import arm_named
 from palpate.core.motion.model import Kinematics, ToolGeometry
 from palpate.core.ports.rig import Rig
-from palpate.core.supervision import Supervisor
+from palpate.core.supervision.supervisor import Supervisor
 
 PHASES: Final = (Phase.TRANSFER, Phase.SETTLE, Phase.APPROACH, Phase.EXPLORE, Phase.INSERT)
 """Phases that take time in every trial, and so can have a fault in them."""
