@@ -114,7 +114,7 @@ class OpenTask(InsertionTask):
     """Lets its parts be timed, and used one tick at a time without phases and decisions."""
 
     def time_parts(self, stopwatch: Stopwatch) -> None:
-        timed_parts(self._measurement, self._explorer, self._motion, stopwatch)
+        timed_parts(self._measurement, self._agent, self._motion, stopwatch)
 
     def start_at(self, position_rad: JointVector) -> None:
         self._motion.start(position_rad)

@@ -35,9 +35,9 @@ from palpate.adapters.experiments.trial import trial_setup
 from palpate.adapters.fault_injection.campaign.variants import variants
 from palpate.adapters.fault_injection.plan import FaultPlan
 from palpate.adapters.fault_injection.ports import faulty
-from palpate.adapters.fault_injection.schedule import Delivery
+from palpate.adapters.fault_injection.schedule import FaultDelivery
 from palpate.adapters.hardware.approach import find_approach
-from palpate.adapters.hardware.real_time.session import Beat
+from palpate.adapters.hardware.real_time.session import RealTimeSession
 from palpate.adapters.hardware.rig import HardwareRig
 from palpate.adapters.log.reader import read_log
 from palpate.adapters.log.trial_recorder import TrialRecorder, trial_name
@@ -117,13 +117,13 @@ def soak(options: argparse.Namespace, folder: Path, note: Callable[[list[object]
         emulated(folder, options.arm, options.force, 0 if options.no_rt else 30) as (file, devices),
         HardwareRig(file, config, find_approach(config, ready)) as rig,
         TrialRecorder(lambda: sink, folder / "logs", config.recording) as recorder,
-        Beat(real_time) as beat,
+        RealTimeSession(real_time) as beat,
     ):
         task = build_task(config, ready, perception, policy)
         recorder.of("soak", config, ready, task, perception, policy, name="torque")
         begin_s, trial = time.monotonic(), 0
         while time.monotonic() - begin_s < options.minutes * 60.0:
-            plan, deliveries, problem = passing_fault(config, options.seed, trial), list[Delivery](), ""
+            plan, deliveries, problem = passing_fault(config, options.seed, trial), list[FaultDelivery](), ""
             try:
                 rig.prepare(trial)
                 setup = trial_setup(config, trial)

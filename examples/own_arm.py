@@ -18,7 +18,7 @@ sys.path.insert(0, str(Path(__file__).parent / "line_arm"))
 
 from checks import HOME_RAD, ArmChecks, EncoderChecks, bench
 
-from palpate.core.ports.contracts import Outcome, run_clauses
+from palpate.core.ports.contracts import ClauseOutcome, run_clauses
 from palpate.core.ports.values import JointCommand
 
 
@@ -58,11 +58,13 @@ def main() -> None:
     for suite in (ArmChecks(), EncoderChecks()):
         results = run_clauses(suite)
         counts = Counter(result.outcome for result in results)
-        print(f"{type(suite).__name__}: " + ", ".join(f"{counts[outcome]} {outcome.value}" for outcome in Outcome))
+        print(
+            f"{type(suite).__name__}: " + ", ".join(f"{counts[outcome]} {outcome.value}" for outcome in ClauseOutcome)
+        )
         lines += [f"{result.outcome.value}: {result.clause.statement} {result.message}".rstrip() for result in results]
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
     print(f"look at {path}")
-    sys.exit(any(line.startswith(Outcome.FAILED.value) for line in lines))
+    sys.exit(any(line.startswith(ClauseOutcome.FAILED.value) for line in lines))
 
 
 if __name__ == "__main__":

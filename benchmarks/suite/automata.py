@@ -23,14 +23,14 @@ def inferred(form: Form) -> list[Row]:
     """Training beside PyTorch's own recurrent network, inference beside IoAlergia, on the same strings."""
     from benchmarks.automata_maps import extraction_ms
     from palpate.adapters.experiments.grid.worlds import grid_named
-    from palpate.core.automata.elman import Architecture, Reading
+    from palpate.core.automata.elman import Architecture, Readout
     from palpate.core.automata.training import train
     from palpate.simulation.grid.strings import walk_strings
 
     strings = walk_strings(grid_named("1", 7), form.walks, SEED, 30)
     settings = TrainingSettings(restarts=form.restarts, seed=SEED)
     architecture = Architecture(
-        alphabet=strings.alphabet, reading=Reading.PREDICTION, hidden=InferenceSettings().hidden
+        alphabet=strings.alphabet, reading=Readout.PREDICTION, hidden=InferenceSettings().hidden
     )
     few = replace(settings, steps=STEPS)
     began = process_time()

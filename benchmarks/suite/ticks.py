@@ -17,7 +17,7 @@ from palpate.adapters.config.run import scenario
 from palpate.adapters.experiments.build import build_perception, build_task
 from palpate.adapters.experiments.policies import learning_policy
 from palpate.adapters.experiments.trial import trial_setup
-from palpate.adapters.hardware.real_time import Section, Stopwatch, timed, timed_recording
+from palpate.adapters.hardware.real_time import Stopwatch, TickSection, timed, timed_recording
 from palpate.adapters.hardware.real_time.sections import BUSY
 from palpate.adapters.log.trial_recorder import TrialRecorder
 from palpate.adapters.log.writer_client import ProcessSink
@@ -28,12 +28,12 @@ from palpate.core.motion.arm import arm_named
 from palpate.core.motion.model import Kinematics, ToolGeometry
 
 STAGES = {
-    Section.FORCE: "read the force sensor",
-    Section.JOINTS: "read the encoders",
-    Section.PERCEIVE: "kinematics, tare, filter",
-    Section.CONTROL: "motion law, inverse kinematics",
-    Section.SEND: "send the command",
-    Section.RECORD: "record",
+    TickSection.FORCE: "read the force sensor",
+    TickSection.JOINTS: "read the encoders",
+    TickSection.PERCEIVE: "kinematics, tare, filter",
+    TickSection.CONTROL: "motion law, inverse kinematics",
+    TickSection.SEND: "send the command",
+    TickSection.RECORD: "record",
 }
 
 
@@ -45,7 +45,7 @@ def stages(form: Form) -> list[Row]:
         Row(name, stopwatch.spread(section).median_ns * 1e-3, "us", floor, physics_us)
         for section, name in STAGES.items()
     ]
-    deciding_us = stopwatch.spread(Section.DECIDE).p99_ns * 1e-3
+    deciding_us = stopwatch.spread(TickSection.DECIDE).p99_ns * 1e-3
     rows.append(Row("symbol, state, action, when they are due (99th percentile)", deciding_us, "us", floor, physics_us))
     supervised = supervision.measured(2, form.rounds)
     rows.append(Row("supervise", _median(supervised.checks_us), "us", floor, physics_us))
@@ -60,7 +60,9 @@ def stages(form: Form) -> list[Row]:
     )
     bare = bare_kinematics_us(form.rounds)
     named = "Pinocchio's Jacobian and one 6x6 solve"
-    rows.append(Row(STAGES[Section.CONTROL], stopwatch.spread(Section.CONTROL).median_ns * 1e-3, "us", named, bare))
+    rows.append(
+        Row(STAGES[TickSection.CONTROL], stopwatch.spread(TickSection.CONTROL).median_ns * 1e-3, "us", named, bare)
+    )
     return rows
 
 

@@ -18,13 +18,13 @@ from palpate.adapters.fault_injection import (
 from palpate.core.ports.contracts import (
     ArmCommandContract,
     ArmCommandRig,
+    ClauseOutcome,
     ClockContract,
     ClockRig,
     ForceSensorContract,
     ForceSensorRig,
     JointEncoderContract,
     JointEncoderRig,
-    Outcome,
     run_clauses,
 )
 from palpate.core.ports.devices import ArmCommand, Clock, ForceSensor, JointEncoder
@@ -161,7 +161,7 @@ def test_each_kind_breaks_a_clause(kind: str, port: str) -> None:
     # What needs a past begins once there is one.
     first = 0 if port == "arm" else {"drop": 1, "freeze": 1, "repeat": 10}.get(kind, 0)
     suite.plans = (FaultPlan(kind, port, first, **SETTINGS.get(kind, {})),)
-    failed = {r.clause.name for r in run_clauses(suite) if r.outcome is Outcome.FAILED}
+    failed = {r.clause.name for r in run_clauses(suite) if r.outcome is ClauseOutcome.FAILED}
     assert BROKEN[kind, port] in failed
     # Whatever the fault: the life cycle passes through, and the arm can be stopped.
     kept = ("test_whole_life", "test_close", "test_stop_works", "test_illegal", "test_fault", "test_activate")

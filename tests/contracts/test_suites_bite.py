@@ -18,6 +18,7 @@ from palpate.core.ports.contracts import (
     ArmCommandContract,
     ArmCommandRig,
     ClauseNotApplicable,
+    ClauseOutcome,
     ClockContract,
     ClockRig,
     ContractViolation,
@@ -25,7 +26,6 @@ from palpate.core.ports.contracts import (
     ForceSensorRig,
     JointEncoderContract,
     JointEncoderRig,
-    Outcome,
     clauses,
     run_clauses,
 )
@@ -628,7 +628,7 @@ CASES = [
 
 
 def failed(suite: object) -> dict[str, str]:
-    return {r.clause.name: r.message for r in run_clauses(suite) if r.outcome is Outcome.FAILED}
+    return {r.clause.name: r.message for r in run_clauses(suite) if r.outcome is ClauseOutcome.FAILED}
 
 
 @pytest.mark.parametrize(("suite", "broken", "knobs", "intended"), CASES)
@@ -663,10 +663,10 @@ def test_a_missing_knob_is_not_a_pass() -> None:
     suite = SensorSuite(go_silent=None, push_N=None, disconnect=None, provoke_fault=None, is_open=None)
     outcomes = {r.clause.name: r for r in run_clauses(suite)}
     silence = outcomes["test_silence_is_not_passed_off_as_news"]
-    assert silence.outcome is Outcome.NOT_APPLICABLE
+    assert silence.outcome is ClauseOutcome.NOT_APPLICABLE
     assert silence.message == "this rig has no go_silent"
-    assert sum(r.outcome is Outcome.NOT_APPLICABLE for r in outcomes.values()) == 12
-    assert all(r.outcome is not Outcome.FAILED for r in outcomes.values())
+    assert sum(r.outcome is ClauseOutcome.NOT_APPLICABLE for r in outcomes.values()) == 12
+    assert all(r.outcome is not ClauseOutcome.FAILED for r in outcomes.values())
     assert issubclass(ClauseNotApplicable, unittest.SkipTest)  # which pytest shows as skipped
 
 
@@ -674,7 +674,7 @@ def test_a_world_that_runs_by_itself_may_have_news_at_any_time() -> None:
     suite = SensorSuite(CountsReadings, runs_by_itself=True)
     assert failed(suite) == {}
     outcomes = {r.clause.name: r.outcome for r in run_clauses(EncoderSuite(runs_by_itself=True))}
-    assert outcomes[next(iter(CAUSAL))] is Outcome.NOT_APPLICABLE
+    assert outcomes[next(iter(CAUSAL))] is ClauseOutcome.NOT_APPLICABLE
 
 
 def test_a_rig_whose_clock_stands_still_is_told_so() -> None:

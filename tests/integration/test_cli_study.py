@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 from palpate.adapters.cli.main import main
-from palpate.adapters.experiments.study.cell import Cell
+from palpate.adapters.experiments.study.cell import StudyCell
 from tests.integration.command_line import RESULTS, command, files_in, refused_here, results_in, succeed, wait_until
 
 SMALL = """
@@ -66,7 +66,7 @@ def times_in(out: Path) -> dict[str, int]:
 
 
 def test_a_cell_is_what_train_leaves(done: Path, tmp_path: Path) -> None:
-    cell = done / "cells" / Cell({}, "q-learning", 1).name
+    cell = done / "cells" / StudyCell({}, "q-learning", 1).name
     flags = ("--task.time-limit-s", 0.3, "--trials", 2, "--seed", 1, "--recording.no-enabled")
     succeed("train", *flags, "--out", tmp_path / "run")
     assert results_in(cell) == results_in(tmp_path / "run")
@@ -75,7 +75,7 @@ def test_a_cell_is_what_train_leaves(done: Path, tmp_path: Path) -> None:
 
 
 def test_a_cell_is_what_run_leaves(done: Path, tmp_path: Path) -> None:
-    cell = done / "cells" / Cell({}, "torque", 1).name
+    cell = done / "cells" / StudyCell({}, "torque", 1).name
     flags = ("--task.time-limit-s", 0.3, "--trials", 2, "--seed", 1, "--recording.no-enabled")
     succeed("run", "--policy", "torque", *flags, "--out", tmp_path / "run")
     assert files_in(cell) == {**files_in(tmp_path / "run"), "cell.json": (cell / "cell.json").read_bytes()}

@@ -17,7 +17,7 @@ from typing import Self
 import numpy as np
 import pinocchio as pin
 
-from palpate.core.insertion.agent import Explorer
+from palpate.core.insertion.agent import Agent
 from palpate.core.insertion.config import N_PER_KGF, ControlConfig, GoalConfig, TaskConfig
 from palpate.core.insertion.frame import goal_in_base
 from palpate.core.insertion.measurement import Measurement
@@ -253,5 +253,5 @@ def build_task(
         control or ControlConfig(),
         Measurement(Kinematics(arm, TOOL), goal, SignalProcessor(CONTROL_RATE_HZ, 4.0)),
         TipMotion(Kinematics(arm, TOOL), goal, np.array(rotation), PERIOD_S),
-        Explorer(paper_perception(), policy, reinforcement or ActionPenalty(), PERIOD_S),
+        Agent(paper_perception(), policy, reinforcement or ActionPenalty(), PERIOD_S),
     )

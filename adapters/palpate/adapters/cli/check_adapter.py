@@ -15,6 +15,7 @@ from palpate.core.errors import ConfigurationError
 from palpate.core.ports.contracts import (
     ArmCommandContract,
     ArmCommandRig,
+    ClauseOutcome,
     ClauseResult,
     ClockContract,
     ClockRig,
@@ -22,7 +23,6 @@ from palpate.core.ports.contracts import (
     ForceSensorRig,
     JointEncoderContract,
     JointEncoderRig,
-    Outcome,
     run_clauses,
 )
 from palpate.core.ports.devices import ArmCommand, Clock, ForceSensor, JointEncoder
@@ -139,11 +139,11 @@ def check_adapter(options: CheckAdapterOptions) -> int:
     """Try the contract and print clause by clause; 0 if every clause that applies is kept, else 1."""
     port, results = check(options.adapter)
     sys.stdout.write(f"{options.adapter}: the contract of {port}, {len(results)} clauses\n")
-    width = max(len(outcome.value) for outcome in Outcome)
+    width = max(len(outcome.value) for outcome in ClauseOutcome)
     for result in results:
         sys.stdout.write(f"  {result.outcome.value:{width}}  {result.clause.statement}\n")
-        if result.outcome is not Outcome.PASSED:
+        if result.outcome is not ClauseOutcome.PASSED:
             sys.stdout.write(f"  {'':{width}}    {result.message}\n")
-    counts = {outcome: sum(result.outcome is outcome for result in results) for outcome in Outcome}
+    counts = {outcome: sum(result.outcome is outcome for result in results) for outcome in ClauseOutcome}
     sys.stdout.write(", ".join(f"{count} {outcome.value}" for outcome, count in counts.items()) + "\n")
-    return 1 if counts[Outcome.FAILED] else 0
+    return 1 if counts[ClauseOutcome.FAILED] else 0

@@ -10,7 +10,7 @@ from palpate.adapters.cli.options import DoctorOptions
 from palpate.adapters.config.rig import RigFile
 from palpate.adapters.hardware.clock import MonotonicClock
 from palpate.adapters.hardware.doctor.examination import Examination, Wishes
-from palpate.adapters.hardware.doctor.findings import Level, Section
+from palpate.adapters.hardware.doctor.findings import FindingsSection, Level
 from palpate.adapters.hardware.doctor.push import Person
 from palpate.adapters.hardware.doctor.report import report_json, section_text, summary_text
 from palpate.adapters.hardware.doctor.system import System
@@ -40,7 +40,7 @@ def doctor(options: DoctorOptions) -> int:
     examination = Examination(file, RigContext.of(options.arm, MonotonicClock()), wishes, System())
     # An end from outside must close the devices as Ctrl-C does.
     before = signal.signal(signal.SIGTERM, signal.default_int_handler)
-    sections: list[Section] = []
+    sections: list[FindingsSection] = []
     try:
         for section in examination.sections():
             sections.append(section)

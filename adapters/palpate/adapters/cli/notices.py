@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 from palpate.adapters.config.run import RecordingConfig, RunConfig
-from palpate.adapters.hardware.real_time.session import Beat
+from palpate.adapters.hardware.real_time.session import RealTimeSession
 from palpate.adapters.log.trial_recorder import TrialRecorder
 from palpate.core.supervision.config import weakened_lines
 
@@ -20,7 +20,7 @@ def recording_for(config: RunConfig, rig_file: str) -> RecordingConfig:
     return replace(config.recording, when_full="drop") if rig_file else config.recording
 
 
-def tell_grants(beat: Beat | None) -> None:
+def tell_grants(beat: RealTimeSession | None) -> None:
     """Tell what the system was asked for and what it said."""
     for line in [] if beat is None else beat.grants():
         sys.stderr.write(f"palpate: {line}\n")

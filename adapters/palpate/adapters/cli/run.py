@@ -26,7 +26,7 @@ from palpate.adapters.experiments.run_summary import policy_summary
 from palpate.adapters.experiments.training import run_toml
 from palpate.adapters.experiments.trial import ScoredTrial
 from palpate.adapters.experiments.warm_up import warm_up
-from palpate.adapters.hardware.real_time.session import Beat
+from palpate.adapters.hardware.real_time.session import RealTimeSession
 from palpate.adapters.log.trial_recorder import LOG_FOLDER, TrialRecorder
 from palpate.core.errors import ConfigurationError, require_in
 from palpate.core.insertion.ready_pose import ReadyPose, find_ready_pose
@@ -58,7 +58,7 @@ def run(options: RunOptions) -> int:
         recorder = TrialRecorder.into(folder.path / LOG_FOLDER, recording_for(config, options.rig))
         if recorder is not None:
             opened.enter_context(recorder)
-        beat = opened.enter_context(Beat(config.real_time)) if options.rig else None
+        beat = opened.enter_context(RealTimeSession(config.real_time)) if options.rig else None
         tell_grants(beat)
         rows, finished = run_named(
             chosen, config, ready, rig, options.trials, folder=folder, recorder=recorder, beat=beat
@@ -93,7 +93,7 @@ def run_named(
     recorder: TrialRecorder | None = None,
     command: str = "run",
     subfolder: str = "",
-    beat: Beat | None = None,
+    beat: RealTimeSession | None = None,
 ) -> tuple[list[TrialRow], bool]:
     """Run trials with progress on the terminal; returns the finished ones and whether these are all.
 

@@ -15,7 +15,7 @@ from tqdm import tqdm
 
 from palpate.adapters.cli.notices import tell_weakened
 from palpate.adapters.cli.study_options import StudyOptions
-from palpate.adapters.experiments.study.cell import Cell
+from palpate.adapters.experiments.study.cell import StudyCell
 from palpate.adapters.experiments.study.check import require_possible
 from palpate.adapters.experiments.study.dask_engine import Dask
 from palpate.adapters.experiments.study.document import MOST_CELLS, Study
@@ -105,7 +105,7 @@ def _engine(name: str, options: StudyOptions, opened: ExitStack) -> Engine:
     return opened.enter_context(Dask(options.scheduler, count))
 
 
-def _jobs(asked: Study, folder: StudyFolder, cells: Sequence[Cell], files: Mapping[str, str]) -> Iterator[CellJob]:
+def _jobs(asked: Study, folder: StudyFolder, cells: Sequence[StudyCell], files: Mapping[str, str]) -> Iterator[CellJob]:
     path, here = os.path.abspath(folder.cells), os.getcwd()
     return (CellJob(path, cell, asked.base, asked.trials, files, here) for cell in cells)
 

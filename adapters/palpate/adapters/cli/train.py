@@ -23,7 +23,7 @@ from palpate.adapters.experiments.statistics import WINDOW, moving_average
 from palpate.adapters.experiments.training import Checkpoint, Trainer, checkpoint_perception, resume_from, run_toml
 from palpate.adapters.experiments.trial import ScoredTrial
 from palpate.adapters.experiments.warm_up import warm_up
-from palpate.adapters.hardware.real_time.session import Beat
+from palpate.adapters.hardware.real_time.session import RealTimeSession
 from palpate.adapters.log.provenance import made_with
 from palpate.adapters.log.trial_recorder import LOG_FOLDER, TrialRecorder, set_aside
 from palpate.core.errors import ConfigurationError, OutputError, require_in
@@ -78,7 +78,7 @@ def train(options: TrainOptions) -> int:
         recorder = TrialRecorder.into(folder.path / LOG_FOLDER, recording_for(config, options.rig))
         if recorder is not None:
             opened.enter_context(recorder)
-        beat = opened.enter_context(Beat(config.real_time)) if options.rig else None
+        beat = opened.enter_context(RealTimeSession(config.real_time)) if options.rig else None
         tell_grants(beat)
         trainer = Trainer(config, folder, ready, rig, perception, policy, first, recorder, beat)
         if checkpoint is not None:

@@ -15,7 +15,7 @@ from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.core.automata.document import load
 from palpate.core.automata.tracker import AutomatonState
 from palpate.core.errors import ConfigurationError
-from palpate.core.insertion.agent import Explorer
+from palpate.core.insertion.agent import Agent
 from palpate.core.insertion.config import N_PER_KGF
 from palpate.core.insertion.frame import goal_in_base
 from palpate.core.insertion.measurement import Measurement
@@ -131,10 +131,10 @@ def build_task(
     )
     measurement = Measurement(Kinematics(arm, ToolGeometry()), goal, signal)
     motion = TipMotion(Kinematics(arm, ToolGeometry()), goal, ready.tip_rotation, PERIOD_S)
-    explorer = Explorer(perception, policy, build_reinforcement(config), PERIOD_S)
+    agent = Agent(perception, policy, build_reinforcement(config), PERIOD_S)
     if stopwatch is not None:
-        timed_parts(measurement, explorer, motion, stopwatch)
-    return InsertionTask(config.task, config.control, measurement, motion, explorer)
+        timed_parts(measurement, agent, motion, stopwatch)
+    return InsertionTask(config.task, config.control, measurement, motion, agent)
 
 
 def build_supervisor(config: RunConfig) -> Supervisor:

@@ -19,7 +19,7 @@ from palpate.adapters.experiments.policies import (
 )
 from palpate.adapters.experiments.results import TrialRow
 from palpate.adapters.experiments.trial import ScoredTrial, interrupting, require_sound, run_scored_trial
-from palpate.adapters.hardware.real_time.session import Beat
+from palpate.adapters.hardware.real_time.session import RealTimeSession
 from palpate.adapters.log.trial_recorder import TrialRecorder
 from palpate.core.errors import ConfigurationError
 from palpate.core.insertion.ready_pose import ReadyPose
@@ -58,7 +58,7 @@ def run_policy(
     trials: int,
     on_trial: Callable[[ScoredTrial], None],
     recorded: Recorded | None = None,
-    beat: Beat | None = None,
+    beat: RealTimeSession | None = None,
 ) -> list[TrialRow]:
     """Run a policy that does not learn; returns early on Ctrl-C with the trials that were finished."""
     recorder = None if recorded is None else recorded.recorder

@@ -13,7 +13,7 @@ from palpate.adapters.experiments.build import build_supervisor, build_task
 from palpate.adapters.experiments.policies import perception_settings
 from palpate.adapters.experiments.results import RunFolder
 from palpate.adapters.experiments.trial import ScoredTrial, interrupting, require_sound, run_scored_trial
-from palpate.adapters.hardware.real_time.session import Beat
+from palpate.adapters.hardware.real_time.session import RealTimeSession
 from palpate.adapters.log.provenance import made_with
 from palpate.adapters.log.trial_recorder import TrialRecorder
 from palpate.core.errors import ConfigurationError, OutputError
@@ -110,7 +110,7 @@ class Trainer:
         policy: Policy,
         next_trial: int = 0,
         recorder: TrialRecorder | None = None,
-        beat: Beat | None = None,
+        beat: RealTimeSession | None = None,
     ) -> None:
         learner = learner_of(policy)
         if learner is None:

@@ -12,7 +12,7 @@ from types import FrameType
 from typing import Any
 
 from palpate.adapters.config.run import AdmissionConfig, RunConfig
-from palpate.adapters.hardware.real_time.session import Beat
+from palpate.adapters.hardware.real_time.session import RealTimeSession
 from palpate.adapters.log.trial_recorder import TrialRecorder, trial_name
 from palpate.core.control_loop import run_trial
 from palpate.core.errors import DeviceError
@@ -65,7 +65,7 @@ def run_scored_trial(
     recorder: TrialRecorder | None = None,
     first: int = 0,
     supervisor: Supervisor | None = None,
-    beat: Beat | None = None,
+    beat: RealTimeSession | None = None,
 ) -> ScoredTrial:
     """Prepare the world, run one trial over the ports, and score it.
 
@@ -99,7 +99,7 @@ def run_scored_trial(
     return scored
 
 
-def _rig_fields(rig: Rig, beat: Beat | None) -> dict[str, Any]:
+def _rig_fields(rig: Rig, beat: RealTimeSession | None) -> dict[str, Any]:
     return {"stopped_by": rig.stopped_by(), "timing_json": "" if beat is None else beat.report_json()}
 
 

@@ -12,14 +12,14 @@ from palpate.adapters.fault_injection.arm import FaultyArm
 from palpate.adapters.fault_injection.clock import FaultyClock
 from palpate.adapters.fault_injection.plan import KINDS, PORTS, FaultPlan
 from palpate.adapters.fault_injection.ports import faulty
-from palpate.adapters.fault_injection.schedule import Delivery
+from palpate.adapters.fault_injection.schedule import FaultDelivery
 from palpate.adapters.fault_injection.sensors import FaultyForceSensor, FaultyJointEncoder
 from palpate.adapters.fault_injection.toml import fault_plans
 
 __all__ = [
     "KINDS",
     "PORTS",
-    "Delivery",
+    "FaultDelivery",
     "FaultPlan",
     "FaultyArm",
     "FaultyClock",

@@ -15,7 +15,7 @@ from palpate.adapters.fault_injection.command_faults import (
     WrongUnitCommand,
 )
 from palpate.adapters.fault_injection.plan import FaultPlan
-from palpate.adapters.fault_injection.schedule import Account, Delivery, Schedule, Tell, Ticker
+from palpate.adapters.fault_injection.schedule import FaultAccount, FaultDelivery, Schedule, Tell, Ticker
 from palpate.core.errors import PalpateError
 from palpate.core.ports.decorator import DeviceDecorator
 from palpate.core.ports.devices import ArmCommand, Clock
@@ -48,7 +48,7 @@ class FaultyArm(DeviceDecorator, ArmCommand):
     def __init__(self, arm: ArmCommand, clock: Clock, plans: Sequence[FaultPlan], tell: Tell | None = None) -> None:
         super().__init__(arm)
         self._arm, self._ticker = arm, Ticker(clock)
-        self._account = Account(tell)
+        self._account = FaultAccount(tell)
         self._stages: list[tuple[Schedule, CommandFault]] = [
             (schedule, _FAULTS[schedule.plan.kind](schedule.plan)) for schedule in self._account.schedules("arm", plans)
         ]
@@ -56,7 +56,7 @@ class FaultyArm(DeviceDecorator, ArmCommand):
         self._stopped = False
 
     @property
-    def deliveries(self) -> list[Delivery]:
+    def deliveries(self) -> list[FaultDelivery]:
         """What was delivered so far."""
         return self._account.deliveries
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Final
 
 from palpate.adapters.fault_injection.plan import FaultPlan
-from palpate.adapters.fault_injection.schedule import Account, Delivery, Moment, Schedule, Tell
+from palpate.adapters.fault_injection.schedule import FaultAccount, FaultDelivery, FaultMoment, Schedule, Tell
 from palpate.core.ports.devices import Clock
 
 _NS: Final = 1_000_000_000
@@ -27,7 +27,7 @@ class FaultyClock(Clock):
     """
 
     def __init__(self, clock: Clock, plans: Sequence[FaultPlan], tell: Tell | None = None) -> None:
-        self._clock, self._account = clock, Account(tell)
+        self._clock, self._account = clock, FaultAccount(tell)
         self._schedules = self._account.schedules("clock", plans)
         self._first_ns: int | None = None
         self._tick = -1
@@ -36,7 +36,7 @@ class FaultyClock(Clock):
         self._jumped: set[int] = set()
 
     @property
-    def deliveries(self) -> list[Delivery]:
+    def deliveries(self) -> list[FaultDelivery]:
         """What was delivered so far."""
         return self._account.deliveries
 
@@ -64,14 +64,14 @@ class FaultyClock(Clock):
                 self._clock.sleep_until(self._clock.now_ns() + round(schedule.plan.time_s * _NS))
                 schedule.delivered(moment)
 
-    def _moment(self) -> Moment:
+    def _moment(self) -> FaultMoment:
         now_ns = self._clock.now_ns()
         self._tick += 1
         if self._first_ns is None:
             self._first_ns = now_ns
-        return Moment(self._tick, now_ns, now_ns - self._first_ns)
+        return FaultMoment(self._tick, now_ns, now_ns - self._first_ns)
 
-    def _jump(self, number: int, schedule: Schedule, moment: Moment, strikes: bool) -> None:
+    def _jump(self, number: int, schedule: Schedule, moment: FaultMoment, strikes: bool) -> None:
         if strikes == (number in self._jumped):
             return
         self._jumped ^= {number}

@@ -9,7 +9,7 @@ from typing import ClassVar
 
 from palpate.adapters.fault_injection.channels import changed
 from palpate.adapters.fault_injection.plan import FaultPlan
-from palpate.adapters.fault_injection.schedule import Moment
+from palpate.adapters.fault_injection.schedule import FaultMoment
 from palpate.core.errors import DeviceError
 from palpate.core.ports.values import JointCommand, JointVector
 
@@ -30,7 +30,9 @@ class CommandFault(ABC):
         self.plan = plan
 
     @abstractmethod
-    def strike(self, command: JointCommand | None, moment: Moment, held_rad: JointVector | None) -> JointCommand | None:
+    def strike(
+        self, command: JointCommand | None, moment: FaultMoment, held_rad: JointVector | None
+    ) -> JointCommand | None:
         """What goes on instead of a command.
 
         Args:
@@ -48,7 +50,9 @@ class CommandFault(ABC):
 class DropCommand(CommandFault):
     """The command is lost."""
 
-    def strike(self, command: JointCommand | None, moment: Moment, held_rad: JointVector | None) -> JointCommand | None:
+    def strike(
+        self, command: JointCommand | None, moment: FaultMoment, held_rad: JointVector | None
+    ) -> JointCommand | None:
         """See :class:`CommandFault`."""
         return None
 
@@ -60,7 +64,9 @@ class DelayCommand(CommandFault):
         super().__init__(plan)
         self._under_way: deque[tuple[int, JointCommand]] = deque()
 
-    def strike(self, command: JointCommand | None, moment: Moment, held_rad: JointVector | None) -> JointCommand | None:
+    def strike(
+        self, command: JointCommand | None, moment: FaultMoment, held_rad: JointVector | None
+    ) -> JointCommand | None:
         """See :class:`CommandFault`."""
         due, queue = moment.tick + self.plan.delay_ticks, self._under_way
         if command is not None:
@@ -81,7 +87,9 @@ class DelayCommand(CommandFault):
 class Stuck(CommandFault):
     """The link lives and the arm stands: it is told again what it holds already."""
 
-    def strike(self, command: JointCommand | None, moment: Moment, held_rad: JointVector | None) -> JointCommand | None:
+    def strike(
+        self, command: JointCommand | None, moment: FaultMoment, held_rad: JointVector | None
+    ) -> JointCommand | None:
         """See :class:`CommandFault`."""
         return None if held_rad is None else JointCommand(held_rad)
 
@@ -89,7 +97,9 @@ class Stuck(CommandFault):
 class NotANumberCommand(CommandFault):
     """Something on the way makes NaN of a command; none such can be made, so it is refused."""
 
-    def strike(self, command: JointCommand | None, moment: Moment, held_rad: JointVector | None) -> JointCommand | None:
+    def strike(
+        self, command: JointCommand | None, moment: FaultMoment, held_rad: JointVector | None
+    ) -> JointCommand | None:
         """See :class:`CommandFault`.
 
         Raises:
@@ -103,7 +113,9 @@ class WrongUnitCommand(CommandFault):
 
     LIES = False
 
-    def strike(self, command: JointCommand | None, moment: Moment, held_rad: JointVector | None) -> JointCommand | None:
+    def strike(
+        self, command: JointCommand | None, moment: FaultMoment, held_rad: JointVector | None
+    ) -> JointCommand | None:
         """See :class:`CommandFault`."""
         factor = self.plan.factor
         return command and JointCommand(
@@ -114,7 +126,9 @@ class WrongUnitCommand(CommandFault):
 class DisconnectArm(CommandFault):
     """The arm is gone."""
 
-    def strike(self, command: JointCommand | None, moment: Moment, held_rad: JointVector | None) -> JointCommand | None:
+    def strike(
+        self, command: JointCommand | None, moment: FaultMoment, held_rad: JointVector | None
+    ) -> JointCommand | None:
         """See :class:`CommandFault`.
 
         Raises:

@@ -9,7 +9,7 @@ from typing import Generic
 
 from palpate.adapters.fault_injection.channels import SampleT
 from palpate.adapters.fault_injection.plan import FaultPlan
-from palpate.adapters.fault_injection.schedule import Moment
+from palpate.adapters.fault_injection.schedule import FaultMoment
 from palpate.core.errors import DeviceError
 
 
@@ -27,7 +27,7 @@ class SampleFault(ABC, Generic[SampleT]):
         """A tick in which it does not strike."""
 
     @abstractmethod
-    def strike(self, sample: SampleT, moment: Moment) -> SampleT:
+    def strike(self, sample: SampleT, moment: FaultMoment) -> SampleT:
         """A tick in which it strikes; gives the very same object when there is nothing that it could do.
 
         Raises:
@@ -49,7 +49,7 @@ class Drop(SampleFault[SampleT]):
         """See :class:`SampleFault`."""
         self._last = sample
 
-    def strike(self, sample: SampleT, moment: Moment) -> SampleT:
+    def strike(self, sample: SampleT, moment: FaultMoment) -> SampleT:
         """See :class:`SampleFault`."""
         return self._required(self._last)
 
@@ -67,7 +67,7 @@ class Delay(SampleFault[SampleT]):
         self._last = sample
         self._under_way.clear()
 
-    def strike(self, sample: SampleT, moment: Moment) -> SampleT:
+    def strike(self, sample: SampleT, moment: FaultMoment) -> SampleT:
         """See :class:`SampleFault`."""
         self._under_way.append((moment.tick + self.plan.delay_ticks, sample))
         while self._under_way[0][0] <= moment.tick:
@@ -84,7 +84,7 @@ class Duplicate(SampleFault[SampleT]):
         """See :class:`SampleFault`."""
         self._last = sample
 
-    def strike(self, sample: SampleT, moment: Moment) -> SampleT:
+    def strike(self, sample: SampleT, moment: FaultMoment) -> SampleT:
         """See :class:`SampleFault`."""
         last, self._last = self._last, None
         if last is None:
@@ -106,7 +106,7 @@ class Repeat(SampleFault[SampleT]):
         self._stretch.append(sample)
         self._next = 0
 
-    def strike(self, sample: SampleT, moment: Moment) -> SampleT:
+    def strike(self, sample: SampleT, moment: FaultMoment) -> SampleT:
         """See :class:`SampleFault`."""
         if not self._stretch:
             return sample
@@ -122,6 +122,6 @@ class Repeat(SampleFault[SampleT]):
 class Disconnect(SampleFault[SampleT]):
     """The device is gone."""
 
-    def strike(self, sample: SampleT, moment: Moment) -> SampleT:
+    def strike(self, sample: SampleT, moment: FaultMoment) -> SampleT:
         """See :class:`SampleFault`."""
         raise DeviceError(self.plan.port, "does not answer")

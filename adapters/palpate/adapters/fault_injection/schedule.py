@@ -17,7 +17,7 @@ _NS: Final = 1_000_000_000
 
 
 @dataclass(frozen=True, slots=True)
-class Delivery:
+class FaultDelivery:
     """A fault that was delivered. One that lasts is told when it begins, one that strikes by chance each time.
 
     Attributes:
@@ -35,11 +35,11 @@ class Delivery:
     text: str
 
 
-Tell: TypeAlias = Callable[[Delivery], None]
+Tell: TypeAlias = Callable[[FaultDelivery], None]
 
 
 @dataclass(frozen=True, slots=True)
-class Moment:
+class FaultMoment:
     """A tick of one port.
 
     Attributes:
@@ -66,7 +66,7 @@ class Ticker:
         self._last_ns = 0
         self._tick = 0
 
-    def moment(self) -> Moment:
+    def moment(self) -> FaultMoment:
         """The port is used now."""
         now_ns = self._clock.now_ns()
         if self._first_ns is None:
@@ -74,7 +74,7 @@ class Ticker:
         elif now_ns > self._last_ns:
             self._tick += 1
         self._last_ns = now_ns
-        return Moment(self._tick, now_ns, now_ns - self._first_ns)
+        return FaultMoment(self._tick, now_ns, now_ns - self._first_ns)
 
 
 class Schedule:
@@ -99,7 +99,7 @@ class Schedule:
         self._strikes = False
         self._delivered: int | None = None
 
-    def strikes(self, moment: Moment) -> bool:
+    def strikes(self, moment: FaultMoment) -> bool:
         """Whether the fault strikes in this tick; asked again in the same tick it says the same."""
         if moment.tick != self._tick:
             self._tick = moment.tick
@@ -108,18 +108,18 @@ class Schedule:
             self._strikes = self._lasts(moment.tick) and self._chance()
         return self._strikes
 
-    def delivered(self, moment: Moment) -> None:
+    def delivered(self, moment: FaultMoment) -> None:
         """The fault has just done something."""
         last, self._delivered = self._delivered, moment.tick
         goes_on = last is not None and moment.tick - last <= 1
         if last != moment.tick and not (goes_on and self.plan.probability >= 1.0):
             self.tell(moment, self.plan.text)
 
-    def tell(self, moment: Moment, text: str) -> None:
+    def tell(self, moment: FaultMoment, text: str) -> None:
         """Something happened that is worth an entry of its own."""
-        self._note(Delivery(moment.tick, moment.time_ns, self.plan.kind, self.plan.port, text))
+        self._note(FaultDelivery(moment.tick, moment.time_ns, self.plan.kind, self.plan.port, text))
 
-    def _is_due(self, moment: Moment) -> bool:
+    def _is_due(self, moment: FaultMoment) -> bool:
         at_s = self.plan.at_time_s
         return moment.tick >= self.plan.first_tick if at_s is None else moment.since_first_ns >= round(at_s * _NS)
 
@@ -131,7 +131,7 @@ class Schedule:
         return self.plan.probability >= 1.0 or self.rng.random() < self.plan.probability
 
 
-class Account:
+class FaultAccount:
     """Keeps what was delivered at one port, and passes it on.
 
     Args:
@@ -139,10 +139,10 @@ class Account:
     """
 
     def __init__(self, tell: Tell | None) -> None:
-        self.deliveries: list[Delivery] = []
+        self.deliveries: list[FaultDelivery] = []
         self._tell = tell
 
-    def note(self, delivery: Delivery) -> None:
+    def note(self, delivery: FaultDelivery) -> None:
         """A fault was delivered."""
         self.deliveries.append(delivery)
         if self._tell is not None:

@@ -10,7 +10,7 @@ import numpy as np
 from palpate.adapters.fault_injection.channels import aged
 from palpate.adapters.fault_injection.plan import FaultPlan
 from palpate.adapters.fault_injection.sample_faults import Delay, Disconnect, Drop, Duplicate, Repeat, SampleFault
-from palpate.adapters.fault_injection.schedule import Account, Delivery, Moment, Schedule, Tell, Ticker
+from palpate.adapters.fault_injection.schedule import FaultAccount, FaultDelivery, FaultMoment, Schedule, Tell, Ticker
 from palpate.adapters.fault_injection.value_faults import BiasDrift, Freeze, NotANumber, Saturate, Spike, WrongUnit
 from palpate.core.errors import DeviceError
 from palpate.core.ports.decorator import SampleT, SensorDecorator
@@ -39,7 +39,7 @@ class _Line(Generic[SampleT]):
     """The way of the samples of one port, past its faults in the order of the plans."""
 
     def __init__(self, port: str, clock: Clock, plans: Sequence[FaultPlan], tell: Tell | None, max_age_ns: int) -> None:
-        self.account = Account(tell)
+        self.account = FaultAccount(tell)
         self._ticker, self._max_age_ns = Ticker(clock), max_age_ns
         self._stages: list[tuple[Schedule, SampleFault[SampleT]]] = [
             (schedule, _FAULTS[schedule.plan.kind](schedule.plan, schedule.rng))
@@ -60,7 +60,7 @@ class _Line(Generic[SampleT]):
             raise self._outcome
         return self._outcome
 
-    def _struck(self, fresh: SampleT, moment: Moment) -> SampleT | DeviceError:
+    def _struck(self, fresh: SampleT, moment: FaultMoment) -> SampleT | DeviceError:
         sample = fresh
         for schedule, fault in self._stages:
             if not schedule.strikes(moment):
@@ -82,7 +82,7 @@ class _FaultySensor(SensorDecorator[SampleT]):
     _line: _Line[SampleT]
 
     @property
-    def deliveries(self) -> list[Delivery]:
+    def deliveries(self) -> list[FaultDelivery]:
         """What was delivered so far."""
         return self._line.account.deliveries
 

@@ -10,7 +10,7 @@ import numpy as np
 from palpate.adapters.fault_injection.channels import SampleT, changed, channels_of, with_channels
 from palpate.adapters.fault_injection.plan import FaultPlan
 from palpate.adapters.fault_injection.sample_faults import SampleFault
-from palpate.adapters.fault_injection.schedule import Moment
+from palpate.adapters.fault_injection.schedule import FaultMoment
 from palpate.core.ports.values import Validity
 
 _NS: Final = 1_000_000_000
@@ -25,7 +25,7 @@ class Freeze(SampleFault[SampleT]):
         """See :class:`SampleFault`."""
         self._held = channels_of(sample)
 
-    def strike(self, sample: SampleT, moment: Moment) -> SampleT:
+    def strike(self, sample: SampleT, moment: FaultMoment) -> SampleT:
         """See :class:`SampleFault`."""
         if self._held is None:
             self._held = channels_of(sample)
@@ -39,7 +39,7 @@ class BiasDrift(SampleFault[SampleT]):
 
     _since_ns: int | None = None
 
-    def strike(self, sample: SampleT, moment: Moment) -> SampleT:
+    def strike(self, sample: SampleT, moment: FaultMoment) -> SampleT:
         """See :class:`SampleFault`."""
         if self._since_ns is None:
             self._since_ns = moment.time_ns
@@ -60,7 +60,7 @@ class Spike(SampleFault[SampleT]):
         super().__init__(plan)
         self._rng = rng
 
-    def strike(self, sample: SampleT, moment: Moment) -> SampleT:
+    def strike(self, sample: SampleT, moment: FaultMoment) -> SampleT:
         """See :class:`SampleFault`."""
         error = self.plan.magnitude if self._rng.random() < 0.5 else -self.plan.magnitude
         values = changed(channels_of(sample), self.plan.channels, lambda i, value: value + error)
@@ -70,7 +70,7 @@ class Spike(SampleFault[SampleT]):
 class NotANumber(SampleFault[SampleT]):
     """Not a number, and marked ``INVALID``: no sample of NaN can be made without that mark."""
 
-    def strike(self, sample: SampleT, moment: Moment) -> SampleT:
+    def strike(self, sample: SampleT, moment: FaultMoment) -> SampleT:
         """See :class:`SampleFault`."""
         values = changed(channels_of(sample), self.plan.channels, lambda i, value: nan)
         return with_channels(sample, values, Validity.INVALID)
@@ -79,7 +79,7 @@ class NotANumber(SampleFault[SampleT]):
 class Saturate(SampleFault[SampleT]):
     """The amplifier stands at its limit, on the side of the true value."""
 
-    def strike(self, sample: SampleT, moment: Moment) -> SampleT:
+    def strike(self, sample: SampleT, moment: FaultMoment) -> SampleT:
         """See :class:`SampleFault`."""
         limit = self.plan.magnitude
         values = changed(channels_of(sample), self.plan.channels, lambda i, value: copysign(limit, value))
@@ -90,7 +90,7 @@ class Saturate(SampleFault[SampleT]):
 class WrongUnit(SampleFault[SampleT]):
     """The numbers are those of another unit."""
 
-    def strike(self, sample: SampleT, moment: Moment) -> SampleT:
+    def strike(self, sample: SampleT, moment: FaultMoment) -> SampleT:
         """See :class:`SampleFault`."""
         factor = self.plan.factor
         values = changed(channels_of(sample), self.plan.channels, lambda i, value: factor * value)

@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 
 from palpate.adapters.config.run import RunConfig
-from palpate.adapters.mujoco.scene import Cell, Stage
+from palpate.adapters.mujoco.scene import DrawnCell, Stage
 from palpate.adapters.mujoco.views import close_up
 from palpate.simulation.work_cell.cell import WorkCell
 
@@ -17,7 +17,7 @@ SIZE: Final = (640, 480)
 """Width and height in pixels."""
 
 
-class RunningCell(Cell):
+class RunningCell(DrawnCell):
     """The simulated cell itself, as it stands. Drawn from a copy of its model, which colours and cuts may change.
 
     Args:

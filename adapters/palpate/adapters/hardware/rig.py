@@ -21,7 +21,7 @@ from palpate.adapters.hardware.watchdogs import (
     OperatorSources,
     OperatorStop,
     ProcessWatchdog,
-    Trip,
+    WatchdogTrip,
     WatchedArm,
     WatchedClock,
     WatchedForceSensor,
@@ -156,5 +156,5 @@ class HardwareRig(Rig):
         self._opened.close()
 
 
-def _tell(trip: Trip) -> None:
+def _tell(trip: WatchdogTrip) -> None:
     sys.stderr.write(f"\npalpate: the arm was stopped, {trip.source}: {trip.text}\n")

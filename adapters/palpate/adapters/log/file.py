@@ -20,7 +20,7 @@ CHUNK_BYTES: Final = 1 << 20
 """Greatest size of a chunk before compression, should time stand still."""
 
 
-class ByteStream(Protocol):
+class LogStream(Protocol):
     """What a log is written to."""
 
     def write(self, data: bytes, /) -> int:
@@ -47,7 +47,7 @@ class LogFile:
     """
 
     def __init__(
-        self, stream: ByteStream, channels: list[dict[str, Any]], metadata: dict[str, str], chunk_ns: int = CHUNK_NS
+        self, stream: LogStream, channels: list[dict[str, Any]], metadata: dict[str, str], chunk_ns: int = CHUNK_NS
     ) -> None:
         # Parts of the library's interface are not typed.
         self._writer: Any = Writer(

@@ -22,7 +22,7 @@ LATE_S: Final = 0.001
 
 
 @dataclass(frozen=True)
-class Spread:
+class TimeSpread:
     """Statistics of a time, in seconds. ``None`` where there are too few values."""
 
     median_s: float | None
@@ -32,7 +32,7 @@ class Spread:
     stdev_s: float | None
 
     @classmethod
-    def of(cls, values: Sequence[float]) -> Spread:
+    def of(cls, values: Sequence[float]) -> TimeSpread:
         """Statistics of these."""
         if not values:
             return cls(None, None, None, None, None)
@@ -62,8 +62,8 @@ class PortInfo:
     unread: int
     rate_Hz: float | None
     device_rate_Hz: float | None
-    age: Spread
-    delivery: Spread
+    age: TimeSpread
+    delivery: TimeSpread
     not_valid: dict[str, int]
 
 
@@ -88,8 +88,8 @@ class TickInfo:
     incomplete: int
     duration_s: float
     rate_Hz: float | None
-    interval: Spread
-    lateness: Spread
+    interval: TimeSpread
+    lateness: TimeSpread
     late: int
     missing: int
     gaps: tuple[tuple[int, int], ...]
@@ -224,8 +224,8 @@ def _ticks(log: TrialLog, records: Sequence[TickRecord]) -> TickInfo:
         incomplete=sum(None in (r.time_ns, r.wrench, r.joints, r.asked_rad, r.applied) for r in records),
         duration_s=duration_s,
         rate_Hz=steps / duration_s if duration_s > 0.0 else None,
-        interval=Spread.of([(t1 - t0) * NS for (k0, t0), (k1, t1) in pairwise(timed) if k1 == k0 + 1]),
-        lateness=Spread.of(lateness),
+        interval=TimeSpread.of([(t1 - t0) * NS for (k0, t0), (k1, t1) in pairwise(timed) if k1 == k0 + 1]),
+        lateness=TimeSpread.of(lateness),
         late=sum(late > LATE_S for late in lateness),
         missing=sum(last - first + 1 for first, last in gaps),
         gaps=gaps,
@@ -249,8 +249,8 @@ def _port(
         unread=sum(step - 1 for step in steps if step > 1),
         rate_Hz=(new - 1) / span_s if span_s > 0.0 else None,
         device_rate_Hz=sum(steps) / span_s if span_s > 0.0 and min(steps) >= 0 else None,
-        age=Spread.of([(time_ns - s.source_time_ns) * NS for time_ns, s in at_ticks if time_ns is not None]),
-        delivery=Spread.of([(s.receive_time_ns - s.source_time_ns) * NS for s in samples]),
+        age=TimeSpread.of([(time_ns - s.source_time_ns) * NS for time_ns, s in at_ticks if time_ns is not None]),
+        delivery=TimeSpread.of([(s.receive_time_ns - s.source_time_ns) * NS for s in samples]),
         not_valid=_counted(s.validity.value for s in (*samples, *between) if s.validity is not Validity.VALID),
     )
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
-from palpate.adapters.log.info import LATE_S, LogInfo, PortInfo, Spread, TickInfo
+from palpate.adapters.log.info import LATE_S, LogInfo, PortInfo, TickInfo, TimeSpread
 
 _MOST_LINES: Final = 5
 
@@ -174,7 +174,7 @@ def _counts(counts: Mapping[str, int]) -> str:
     return ", ".join(f"{count} {name}" for name, count in counts.items())
 
 
-def _spread(spread: Spread) -> str:
+def _spread(spread: TimeSpread) -> str:
     if spread.median_s is None:
         return "unknown"
     return f"median {_ms(spread.median_s)}, from {_ms(spread.min_s)} to {_ms(spread.max_s)}"

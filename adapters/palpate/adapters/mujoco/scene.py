@@ -64,7 +64,7 @@ _MOST_BENT: Final = np.array([0.02, 0.02, 0.02, 0.2, 0.2, 0.2])
 _MOST_GEOMS: Final = 2000
 
 
-class Cell:
+class DrawnCell:
     """The cell of a log, without graphics: what stands where.
 
     Args:
@@ -191,7 +191,7 @@ class Stage:
         UsageError: There is no graphics library that works.
     """
 
-    def __init__(self, cell: Cell, size: tuple[int, int]) -> None:
+    def __init__(self, cell: DrawnCell, size: tuple[int, int]) -> None:
         self.cell = cell
         model = cell.model
         self._dress()

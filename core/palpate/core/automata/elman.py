@@ -30,7 +30,7 @@ RANGES: Final = {"sigmoid": (0.0, 1.0), "tanh": (-1.0, 1.0)}
 MOST_HIDDEN: Final = 64
 
 
-class Reading(enum.Enum):
+class Readout(enum.Enum):
     """What is asked of the hidden state."""
 
     PREDICTION = "prediction"
@@ -55,7 +55,7 @@ class Architecture:
     """
 
     alphabet: tuple[str, ...]
-    reading: Reading
+    reading: Readout
     hidden: int = 2
     activation: str = "sigmoid"
     order: int = 1
@@ -70,7 +70,7 @@ class Architecture:
     @property
     def outcomes(self) -> int:
         """Number of outputs: the symbols and the end, or one for acceptance."""
-        return len(self.alphabet) + 1 if self.reading is Reading.PREDICTION else 1
+        return len(self.alphabet) + 1 if self.reading is Readout.PREDICTION else 1
 
     @property
     def shapes(self) -> dict[str, tuple[int, ...]]:
@@ -140,7 +140,7 @@ class Network:
     def read(self, hidden: Array) -> Array:
         """Probabilities of the outcomes: (n, h) to (n, k)."""
         drives = hidden @ self.output.T + self.bias
-        if self.architecture.reading is Reading.ACCEPTANCE:
+        if self.architecture.reading is Readout.ACCEPTANCE:
             return _sigmoid(drives)
         raised = np.exp(drives - drives.max(axis=1, keepdims=True))
         shares: Array = raised / raised.sum(axis=1, keepdims=True)
@@ -213,9 +213,9 @@ def network_from_dict(data: object, alphabet: tuple[str, ...] | None = None) -> 
         if key not in data:
             raise ConfigurationError(f"network.{key}", "missing", f"keys {', '.join(_SHAPE)} and the parameters")
     try:
-        reading = Reading(data["reading"])
+        reading = Readout(data["reading"])
     except ValueError as error:
-        accepted = f"one of {', '.join(reading.value for reading in Reading)}"
+        accepted = f"one of {', '.join(reading.value for reading in Readout)}"
         raise ConfigurationError("network.reading", data["reading"], accepted) from error
     names = data["alphabet"]
     if not isinstance(names, list) or not all(isinstance(name, str) for name in names):

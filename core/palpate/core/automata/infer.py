@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from palpate.core.automata.choice import Extract, ExtractionSettings, accepting_extract, cheapest, predicting_extracts
-from palpate.core.automata.elman import Architecture, Array, Reading
+from palpate.core.automata.elman import Architecture, Array, Readout
 from palpate.core.automata.machine import Machine
 from palpate.core.automata.prefix_tree import Integers, PrefixTree
 from palpate.core.automata.strings import Strings
@@ -127,7 +127,7 @@ def infer(
     settings = settings or InferenceSettings()
     if held_out is None and settings.held_out:
         strings, held_out = strings.split(settings.held_out, settings.training.seed)
-    reading = Reading.ACCEPTANCE if strings.labelled else Reading.PREDICTION
+    reading = Readout.ACCEPTANCE if strings.labelled else Readout.PREDICTION
     shape = Architecture(
         alphabet=strings.alphabet,
         reading=reading,
@@ -137,11 +137,11 @@ def infer(
     )
     tree = PrefixTree.of(strings)
     held_tree = None if held_out is None else PrefixTree.of(_alike(held_out, strings))
-    if held_tree is None and reading is Reading.PREDICTION:
+    if held_tree is None and reading is Readout.PREDICTION:
         raise ConfigurationError("inference.held_out", 0.0, "above 0: held-out strings choose q")
     training = train(strings, shape, settings.training, progress)
     finalists = training.networks[: settings.finalists]
-    if held_tree is not None and reading is Reading.PREDICTION:
+    if held_tree is not None and reading is Readout.PREDICTION:
         network, extracts = _predictor(finalists, tree, held_tree, settings.extraction)
     else:
         network, extracts = _acceptor(finalists, tree, held_tree, settings.extraction)

@@ -149,7 +149,7 @@ _Steps: TypeAlias = dict[_Pair, tuple[_Pair, int] | None]
 
 
 @dataclass(frozen=True, slots=True)
-class Difference:
+class AutomatonDifference:
     """A word that two machines answer differently. Always true, also when the word is the empty one.
 
     Attributes:
@@ -168,7 +168,7 @@ class Difference:
         return f"{word}: {one} against {other}"
 
 
-def difference(one: Machine, other: Machine) -> Difference | None:
+def difference(one: Machine, other: Machine) -> AutomatonDifference | None:
     """The shortest word that two machines answer differently, of several the first in the alphabet's order.
 
     The answer is that of :meth:`Machine.output_of`: what is not known differs from every output, so an incomplete
@@ -189,7 +189,7 @@ def difference(one: Machine, other: Machine) -> Difference | None:
     if one.kind is not Kind.MEALY:
         at_once = one.state_outputs[one.start], other.state_outputs[other.start]
         if at_once[0] != at_once[1]:
-            return Difference((), (), at_once)
+            return AutomatonDifference((), (), at_once)
     # Breadth first over pairs of states, so each pair is found by its first word. A pair of a state and nothing never
     # enters the queue: it differs already.
     begin = (one.start, other.start)
@@ -201,7 +201,7 @@ def difference(one: Machine, other: Machine) -> Difference | None:
             outputs = _answer(one, pair[0], symbol), _answer(other, pair[1], symbol)
             if outputs[0] != outputs[1]:
                 word = (*_word_to(pair, came_from), symbol)
-                return Difference(word, tuple(one.alphabet[number] for number in word), outputs)
+                return AutomatonDifference(word, tuple(one.alphabet[number] for number in word), outputs)
             mine, theirs = one.transitions[pair[0]][symbol], other.transitions[pair[1]][symbol]
             if mine is not None and theirs is not None and (mine, theirs) not in came_from:
                 came_from[mine, theirs] = (pair, symbol)

@@ -13,7 +13,7 @@ from typing import Final
 
 import numpy as np
 
-from palpate.core.automata.elman import END, RANGES, Array, Network, Reading
+from palpate.core.automata.elman import END, RANGES, Array, Network, Readout
 from palpate.core.automata.machine import Kind, Machine
 from palpate.core.automata.minimise import minimised
 from palpate.core.automata.prefix_tree import Integers
@@ -60,7 +60,7 @@ class Partition:
         shape = self.network.architecture
         shares = self.network.read(self.vectors)
         rows = tuple(map(tuple, self.transitions.tolist()))
-        if shape.reading is Reading.ACCEPTANCE:
+        if shape.reading is Readout.ACCEPTANCE:
             return Machine(Kind.DFA, shape.alphabet, rows, tuple((shares[:, 0] > ACCEPTED_FROM).tolist()))
         names = (*shape.alphabet, END)
         outputs = tuple(

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from palpate.core.automata.elman import Architecture, Network, Reading
+from palpate.core.automata.elman import Architecture, Network, Readout
 from palpate.core.automata.prefix_tree import UNLABELLED, PrefixTree
 
 if TYPE_CHECKING:
@@ -142,11 +142,11 @@ class Task:
         reading: What is asked.
     """
 
-    def __init__(self, tree: PrefixTree, reading: Reading) -> None:
+    def __init__(self, tree: PrefixTree, reading: Readout) -> None:
         import torch
 
         self.reading, self.levels = reading, levels_of(tree)
-        if reading is Reading.PREDICTION:
+        if reading is Readout.PREDICTION:
             counts = torch.from_numpy(tree.counts.T / tree.counts.sum()).to(torch.float32)
             self._counts = torch.split(counts, _AT_ONCE, 1)
             return
@@ -163,7 +163,7 @@ class Task:
         """
         import torch
 
-        if self.reading is Reading.PREDICTION:
+        if self.reading is Readout.PREDICTION:
             losses = torch.zeros(restarts.count)
             for states, counts in zip(torch.split(hidden, _AT_ONCE, 2), self._counts, strict=True):
                 drives = restarts.readings(states)

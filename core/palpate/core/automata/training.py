@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from math import isfinite
 from typing import TYPE_CHECKING, TypeAlias
 
-from palpate.core.automata.elman import Architecture, Network, Reading
+from palpate.core.automata.elman import Architecture, Network, Readout
 from palpate.core.automata.prefix_tree import PrefixTree
 from palpate.core.automata.restarts import Restarts, Task
 from palpate.core.automata.strings import Strings
@@ -134,9 +134,9 @@ class Training:
         """One line on what was reached."""
         best, steps = self.best, max(point.step for point in self.curve)
         reading = best.network.architecture.reading
-        unit = "symbol" if reading is Reading.PREDICTION else "string"
+        unit = "symbol" if reading is Readout.PREDICTION else "string"
         reached = f"{len(self.networks)} networks, {steps} steps; lowest loss {best.loss:.4g} nats a {unit}"
-        if reading is Reading.PREDICTION:
+        if reading is Readout.PREDICTION:
             return reached
         if self.consistent:
             return f"{reached}; {self.consistent} right about every training string"
@@ -163,7 +163,7 @@ def train(
     settings = settings or TrainingSettings()
     if architecture.alphabet != strings.alphabet:
         raise ConfigurationError("network.alphabet", architecture.alphabet, f"that of the strings, {strings.alphabet}")
-    if strings.labelled is not (architecture.reading is Reading.ACCEPTANCE):
+    if strings.labelled is not (architecture.reading is Readout.ACCEPTANCE):
         accepted = "acceptance" if strings.labelled else "prediction"
         raise ConfigurationError("network.reading", architecture.reading.value, f"{accepted} for such strings")
     task = Task(PrefixTree.of(strings), architecture.reading)

@@ -14,7 +14,7 @@ from palpate.core.policy import ActionOutcome, Decision, Observation, Policy, Re
 from palpate.core.ports.values import Vector3
 
 
-class Explorer:
+class Agent:
     """Symbols, states, policy and reinforcement, wired together.
 
     Args:
@@ -53,7 +53,7 @@ class Explorer:
         """Exploration temperature of the policy, if it has one."""
         return self._policy.temperature
 
-    def feel(self, position_m: Vector3, force_N: Vector3) -> None:
+    def record_effort(self, position_m: Vector3, force_N: Vector3) -> None:
         """Take note of one tick of the running action."""
         x, y, z = force_N
         force = sqrt(x * x + y * y + z * z)
@@ -81,7 +81,7 @@ class Explorer:
             LifecycleError: Nothing was perceived since the last choice.
         """
         if self._asked is None or self.percept is None:
-            raise LifecycleError("explorer", "nothing new was perceived", "choose()", "call perceive() first")
+            raise LifecycleError("agent", "nothing new was perceived", "choose()", "call perceive() first")
         (tick, observation), (symbol, state) = self._asked, self.percept
         self._asked = None
         decision = self._policy.choose(observation)

@@ -14,7 +14,7 @@ from math import dist, sqrt
 from typing import Final
 
 from palpate.core.errors import DeviceError
-from palpate.core.insertion.agent import Explorer
+from palpate.core.insertion.agent import Agent
 from palpate.core.insertion.config import N_PER_KGF, ControlConfig, TaskConfig
 from palpate.core.insertion.expectation import Expectation, Intervention, Trip
 from palpate.core.insertion.frame import ExplorationArea
@@ -53,7 +53,7 @@ class InsertionTask:
         control: Gains.
         measurement: From snapshots to the task frame.
         motion: From tip velocities to joint commands.
-        explorer: Perception, policy and learning.
+        agent: Perception, policy and learning.
     """
 
     def __init__(
@@ -62,9 +62,9 @@ class InsertionTask:
         control: ControlConfig,
         measurement: Measurement,
         motion: TipMotion,
-        explorer: Explorer,
+        agent: Agent,
     ) -> None:
-        self._task, self._measurement, self._motion, self._explorer = task, measurement, motion, explorer
+        self._task, self._measurement, self._motion, self._agent = task, measurement, motion, agent
         self._contact_N = task.contact_kgf * N_PER_KGF
         self._press_N = task.press_kgf * N_PER_KGF
         self._axial_N_per_m = control.axial_stiffness_N_per_mm * 1e3
@@ -109,10 +109,10 @@ class InsertionTask:
 
     def begin(self, setup: TrialSetup) -> None:
         """Prepare for a trial; the next ``step`` is its first tick."""
-        self._explorer.begin(setup.index, generator(setup.seed, Purpose.POLICY, setup.index))
+        self._agent.begin(setup.index, generator(setup.seed, Purpose.POLICY, setup.index))
         self._measurement.reset()
         # The lists are the living ones: whoever looks on sees a decision as it is made.
-        self.report = TrialReport(setup, temperature=self._explorer.temperature, decisions=self._explorer.decisions)
+        self.report = TrialReport(setup, temperature=self._agent.temperature, decisions=self._agent.decisions)
         self.phase = Phase.LIFT
         self._area = ExplorationArea.of(self._task, setup.start_m)
         self._target_m: Vector3 = (0.0, 0.0, 0.0)
@@ -231,7 +231,7 @@ class InsertionTask:
     @property
     def percept(self) -> tuple[int, int] | None:
         """Symbol and state last perceived in this trial, as indices; None before the first."""
-        return self._explorer.percept
+        return self._agent.percept
 
     @property
     def filter_state(self) -> list[float]:
@@ -327,11 +327,11 @@ class InsertionTask:
         if self._tick - self._explore_start >= self._task.time_limit_s * CONTROL_RATE_HZ:
             self._end(Outcome.TIME_LIMIT, f"{self._task.time_limit_s:g} s")
             return 0.0, 0.0, 0.0
-        self._explorer.feel(measured.position_m, measured.force_N)
+        self._agent.record_effort(measured.position_m, measured.force_N)
         lost = measured.force_N[2] > -self._contact_N
         # Friction on the hole's wall can go on pushing back while the peg already sinks: depth tells it as well.
         # Before the first action the surface is not known well: encoders on a slow bus lag behind the force.
-        sunk = bool(self._explorer.decisions) and self._tip_depth_m() - self._surface_m > _DROP_M
+        sunk = bool(self._agent.decisions) and self._tip_depth_m() - self._surface_m > _DROP_M
         if lost or sunk:
             # Moving on across a hole while the peg drops would press it against the wall: the step ends here.
             self._step_from_m, self._step_m = self._motion.reference_m, (0.0, 0.0)
@@ -368,13 +368,13 @@ class InsertionTask:
         measured = self._measurement
         self._refine_surface()
         force, torque = measured.filtered_wrench_at_tip()
-        self._observation = self._explorer.perceive(
+        self._observation = self._agent.perceive(
             self._tick, measured.position_m, self._motion.reference_m, force, torque
         )
 
     def _next_action(self) -> None:
         reference = self._motion.reference_m
-        dx, dy = self._explorer.choose().action.displacement_m
+        dx, dy = self._agent.choose().action.displacement_m
         x, y = self._area.clamp(reference[0] + dx, reference[1] + dy)
         self._step_from_m, self._step_m = reference, (x - reference[0], y - reference[1])
         self._countdown = self._task.ticks_per_action
@@ -382,7 +382,7 @@ class InsertionTask:
     def _refine_surface(self) -> None:
         """Depth counts from the surface: correct its height while pressing is steady and the peg surely rests on it."""
         rise = self._tip_depth_m() - self._surface_m
-        first = not self._explorer.decisions
+        first = not self._agent.decisions
         if self._measurement.force_N[2] < -0.5 * self._press_N and (first or abs(rise) < _SURFACE_M):
             self._surface_m += rise if first else 0.3 * rise
 
@@ -429,7 +429,7 @@ class InsertionTask:
         self.report.events.append(Event(self._tick, name, detail))
 
     def _end_inserted(self, depth_m: float) -> None:
-        self._explorer.reached_goal()
+        self._agent.reached_goal()
         self.report.depth_m = depth_m
         self._end(Outcome.INSERTED, f"depth {depth_m * 1e3:.3f} mm")
 
@@ -437,11 +437,11 @@ class InsertionTask:
         self.report.outcome = outcome
         if outcome in (Outcome.TIME_LIMIT, Outcome.JAMMED, Outcome.FORCE_LIMIT):
             # No goal, but it did cost: an action that always ends a trial like this must not look as good as new.
-            self._explorer.gave_up(self._measurement.position_m, *self._measurement.filtered_wrench_at_tip())
+            self._agent.gave_up(self._measurement.position_m, *self._measurement.filtered_wrench_at_tip())
         if self.report.depth_m == 0.0:
             self.report.depth_m = max(self._tip_depth_m() - self._surface_m, 0.0)
         if self._explore_start:
             self.report.exploration_time_s = self._exploration_s()
-        self.report.actions = len(self._explorer.decisions)
+        self.report.actions = len(self._agent.decisions)
         self._event("end", f"{outcome.value}: {detail}")
         self.phase = Phase.DONE

@@ -26,7 +26,7 @@ class Life(enum.Enum):
     CLOSED = "closed"
 
 
-class Request(enum.Enum):
+class LifeRequest(enum.Enum):
     """What a caller may ask for."""
 
     CONFIGURE = "configure"
@@ -36,16 +36,16 @@ class Request(enum.Enum):
     CLOSE = "close"
 
 
-TRANSITIONS: Final[dict[tuple[Life, Request], Life]] = {
-    (Life.CONSTRUCTED, Request.CONFIGURE): Life.CONFIGURED,
-    (Life.CONFIGURED, Request.ACTIVATE): Life.ACTIVE,
-    (Life.ACTIVE, Request.DEACTIVATE): Life.CONFIGURED,
-    (Life.FAULTED, Request.ACKNOWLEDGE): Life.CONFIGURED,
-    (Life.CONSTRUCTED, Request.CLOSE): Life.CLOSED,
-    (Life.CONFIGURED, Request.CLOSE): Life.CLOSED,
-    (Life.ACTIVE, Request.CLOSE): Life.CLOSED,
-    (Life.FAULTED, Request.CLOSE): Life.CLOSED,
-    (Life.CLOSED, Request.CLOSE): Life.CLOSED,
+TRANSITIONS: Final[dict[tuple[Life, LifeRequest], Life]] = {
+    (Life.CONSTRUCTED, LifeRequest.CONFIGURE): Life.CONFIGURED,
+    (Life.CONFIGURED, LifeRequest.ACTIVATE): Life.ACTIVE,
+    (Life.ACTIVE, LifeRequest.DEACTIVATE): Life.CONFIGURED,
+    (Life.FAULTED, LifeRequest.ACKNOWLEDGE): Life.CONFIGURED,
+    (Life.CONSTRUCTED, LifeRequest.CLOSE): Life.CLOSED,
+    (Life.CONFIGURED, LifeRequest.CLOSE): Life.CLOSED,
+    (Life.ACTIVE, LifeRequest.CLOSE): Life.CLOSED,
+    (Life.FAULTED, LifeRequest.CLOSE): Life.CLOSED,
+    (Life.CLOSED, LifeRequest.CLOSE): Life.CLOSED,
 }
 
 
@@ -108,7 +108,7 @@ class ManagedDevice(ActiveInside):
         Raises:
             LifecycleError: It is not freshly constructed.
         """
-        self._move(Request.CONFIGURE, self._on_configure)
+        self._move(LifeRequest.CONFIGURE, self._on_configure)
 
     def activate(self) -> None:
         """Let the device act.
@@ -117,7 +117,7 @@ class ManagedDevice(ActiveInside):
             LifecycleError: It is not configured.
             FaultLatchedError: A fault has not been acknowledged.
         """
-        self._move(Request.ACTIVATE, self._on_activate)
+        self._move(LifeRequest.ACTIVATE, self._on_activate)
 
     def deactivate(self) -> None:
         """End what ``activate`` began.
@@ -125,7 +125,7 @@ class ManagedDevice(ActiveInside):
         Raises:
             LifecycleError: It is not active.
         """
-        self._move(Request.DEACTIVATE, self._on_deactivate)
+        self._move(LifeRequest.DEACTIVATE, self._on_deactivate)
 
     def acknowledge_fault(self) -> None:
         """Clear a latched fault; a person's decision, never a program's.
@@ -135,7 +135,7 @@ class ManagedDevice(ActiveInside):
         """
         cause, self._fault = self._fault, None
         try:
-            self._move(Request.ACKNOWLEDGE, self._on_acknowledge)
+            self._move(LifeRequest.ACKNOWLEDGE, self._on_acknowledge)
         finally:
             # Refused, or failed again on the way: then there still is a fault.
             if self._life is Life.FAULTED:
@@ -147,7 +147,7 @@ class ManagedDevice(ActiveInside):
             try:
                 self._on_close()
             finally:
-                self._life = TRANSITIONS[self._life, Request.CLOSE]
+                self._life = TRANSITIONS[self._life, LifeRequest.CLOSE]
 
     def _latch(self, cause: str) -> None:
         """Enter the faulted state; the first cause is kept. A device that is not open has nothing to fail."""
@@ -159,7 +159,7 @@ class ManagedDevice(ActiveInside):
         if self._life is not Life.ACTIVE:
             self._refuse(request, "configure() and activate() it first")
 
-    def _move(self, request: Request, hook: Callable[[], None]) -> None:
+    def _move(self, request: LifeRequest, hook: Callable[[], None]) -> None:
         target = TRANSITIONS.get((self._life, request))
         if target is None:
             able = ", ".join(r.value + "()" for (life, r) in TRANSITIONS if life is self._life)

@@ -24,7 +24,7 @@ from palpate.core.ports.values import (
 )
 from palpate.core.supervision.config import SupervisionConfig
 from palpate.core.supervision.retreat import Retreat
-from palpate.core.supervision.watches import JointWatch, PlaceWatch, SampleWatch, WrenchWatch
+from palpate.core.supervision.watches import JointWatch, SampleWatch, WorkspaceWatch, WrenchWatch
 
 
 class Guard(enum.Enum):
@@ -36,7 +36,7 @@ class Guard(enum.Enum):
     TRIPPED_HOLDING = "tripped, holding"
 
 
-class Cue(enum.Enum):
+class GuardEvent(enum.Enum):
     """What moves it from state to state."""
 
     BEGIN = "begin()"
@@ -46,15 +46,15 @@ class Cue(enum.Enum):
     ACKNOWLEDGE = "acknowledge()"
 
 
-TRANSITIONS: Final[dict[tuple[Guard, Cue], Guard]] = {
-    (Guard.READY, Cue.BEGIN): Guard.ACTIVE,
-    (Guard.ACTIVE, Cue.BEGIN): Guard.ACTIVE,
-    (Guard.ACTIVE, Cue.TRIP_AND_RETRACT): Guard.TRIPPED_RETRACTING,
-    (Guard.ACTIVE, Cue.TRIP_AND_HOLD): Guard.TRIPPED_HOLDING,
-    (Guard.TRIPPED_RETRACTING, Cue.ARRIVE): Guard.TRIPPED_HOLDING,
+TRANSITIONS: Final[dict[tuple[Guard, GuardEvent], Guard]] = {
+    (Guard.READY, GuardEvent.BEGIN): Guard.ACTIVE,
+    (Guard.ACTIVE, GuardEvent.BEGIN): Guard.ACTIVE,
+    (Guard.ACTIVE, GuardEvent.TRIP_AND_RETRACT): Guard.TRIPPED_RETRACTING,
+    (Guard.ACTIVE, GuardEvent.TRIP_AND_HOLD): Guard.TRIPPED_HOLDING,
+    (Guard.TRIPPED_RETRACTING, GuardEvent.ARRIVE): Guard.TRIPPED_HOLDING,
     # A retraction may have been cut short by an exception; a person may acknowledge that too.
-    (Guard.TRIPPED_RETRACTING, Cue.ACKNOWLEDGE): Guard.READY,
-    (Guard.TRIPPED_HOLDING, Cue.ACKNOWLEDGE): Guard.READY,
+    (Guard.TRIPPED_RETRACTING, GuardEvent.ACKNOWLEDGE): Guard.READY,
+    (Guard.TRIPPED_HOLDING, GuardEvent.ACKNOWLEDGE): Guard.READY,
 }
 
 
@@ -88,7 +88,7 @@ class Supervisor:
         upper: JointVector = tuple(kinematics.upper_rad.tolist())
         velocity: JointVector = tuple(kinematics.velocity_limit_rad_s.tolist())
         self._samples, self._wrench = SampleWatch(config, noisy=noisy), WrenchWatch(config, scale)
-        self._joints, self._places = JointWatch(config, lower, upper, velocity), PlaceWatch(config, task)
+        self._joints, self._places = JointWatch(config, lower, upper, velocity), WorkspaceWatch(config, task)
         self._limiter = CommandLimiter(lower, upper, velocity, CONTROL_RATE_HZ)
         self._retreat = Retreat(
             kinematics, config.retract_mm * 1e-3, config.retract_speed_mm_s * 1e-3, 1.0 / CONTROL_RATE_HZ
@@ -121,7 +121,7 @@ class Supervisor:
         Raises:
             FaultLatchedError: A trip has not been acknowledged.
         """
-        self._move(Cue.BEGIN)
+        self._move(GuardEvent.BEGIN)
         for watch in (self._samples, self._wrench, self._joints):
             watch.begin()
         self._held = ()
@@ -132,7 +132,7 @@ class Supervisor:
         Raises:
             LifecycleError: There is none.
         """
-        self._move(Cue.ACKNOWLEDGE)
+        self._move(GuardEvent.ACKNOWLEDGE)
         self._trip = None
 
     def check(
@@ -196,7 +196,7 @@ class Supervisor:
         if applied is not None and applied.reason is not CommandReason.AS_ASKED:
             self._adopted(applied)
             if applied.reason is CommandReason.STOPPED and self.retracting:
-                self._move(Cue.ARRIVE)
+                self._move(GuardEvent.ARRIVE)
         self._go_back()
         return self._instead(trip.reason, held, trip)
 
@@ -233,7 +233,7 @@ class Supervisor:
 
     def _take_command(self, trip: Trip, snapshot: Snapshot, asked_rad: JointVector) -> Supervised:
         self._trip = trip
-        self._move(Cue.TRIP_AND_RETRACT if self._retracts else Cue.TRIP_AND_HOLD)
+        self._move(GuardEvent.TRIP_AND_RETRACT if self._retracts else GuardEvent.TRIP_AND_HOLD)
         if self._retracts:
             self._retreat.start(self._held)
         self._go_back()
@@ -243,12 +243,12 @@ class Supervisor:
         if self.retracting:
             self._held = self._clamped(self._retreat.step(self._held))
             if self._retreat.finished:
-                self._move(Cue.ARRIVE)
+                self._move(GuardEvent.ARRIVE)
 
     def _instead(self, reason: CommandReason | TripReason, asked_rad: JointVector, trip: Trip | None) -> Supervised:
         return Supervised(JointCommand(self._held), Intervention(reason, asked_rad, self._held, trip))
 
-    def _move(self, cue: Cue) -> None:
+    def _move(self, cue: GuardEvent) -> None:
         state = TRANSITIONS.get((self._state, cue))
         if state is None:
             if self._trip is not None:

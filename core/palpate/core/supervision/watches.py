@@ -281,7 +281,7 @@ def _times(reason: TripReason, tick: int, what: str, found_ns: int, limit_ns: in
     return Trip(reason, tick, found, limit, f"{what} {found:.1f} ms, limit {limit:g} ms")
 
 
-class PlaceWatch:
+class WorkspaceWatch:
     """The tip against the workspace, a box in the task frame, and against the exploration area.
 
     Args:

@@ -34,7 +34,7 @@ _Node: TypeAlias = tuple[int, int, tuple[float, ...]]
 
 
 @dataclass(frozen=True, slots=True)
-class Expectation:
+class ExpectedSteps:
     """Steps to the goal, from a uniformly random start.
 
     Attributes:
@@ -66,7 +66,7 @@ def expected_steps(
     identifier: StateIdentifier,
     policy: Sequence[Sequence[float]],
     step_limit: int = STEP_LIMIT,
-) -> Expectation:
+) -> ExpectedSteps:
     """Exact mean number of steps of a policy that does not learn.
 
     Args:
@@ -95,7 +95,7 @@ def expected_steps(
     for _ in range(step_limit):
         limited += float(here.sum())
         here = here @ chain
-    return Expectation(
+    return ExpectedSteps(
         steps=inf if endless else float(weights @ steps),
         reaches=float(weights @ reaches) if leaks else 1.0,
         limited_steps=limited,

@@ -10,7 +10,7 @@ import numpy as np
 
 from palpate.core.errors import ConfigurationError
 from palpate.core.perception import IdentityState
-from palpate.simulation.grid.chain import Expectation, expected_steps
+from palpate.simulation.grid.chain import ExpectedSteps, expected_steps
 from palpate.simulation.grid.maps import COMPASS, GridMap
 from palpate.simulation.grid.trial import STEP_LIMIT
 
@@ -19,7 +19,7 @@ MOST_SYMBOLS: Final = 6
 
 
 @lru_cache(maxsize=16)
-def best_fixed_actions(grid: GridMap, step_limit: int = STEP_LIMIT) -> Expectation:
+def best_fixed_actions(grid: GridMap, step_limit: int = STEP_LIMIT) -> ExpectedSteps:
     """What the best of all such policies costs, by trying every one of them.
 
     Args:

@@ -1,6 +1,6 @@
 """Trials in a grid world, with the states, policies and learners that the insertion task has.
 
-What :class:`~palpate.core.insertion.agent.Explorer` does above a force sensor is done here above a map: a symbol, its
+What :class:`~palpate.core.insertion.agent.Agent` does above a force sensor is done here above a map: a symbol, its
 state, what the last action came to, the next action, in this order.
 """
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from palpate.adapters.fault_injection import Delivery, FaultPlan, FaultyArm, FaultyForceSensor, FaultyJointEncoder
+from palpate.adapters.fault_injection import FaultDelivery, FaultPlan, FaultyArm, FaultyForceSensor, FaultyJointEncoder
 from palpate.core.errors import DeviceError
 from palpate.core.ports.contracts.fakes import TICK_NS, FakeArm, FakeClock, FakeForceSensor, FakeJointEncoder
 from palpate.core.ports.values import AppliedCommand, JointCommand, JointSample, WrenchSample
@@ -13,7 +13,7 @@ HOME_RAD = (0.0, 0.0, 0.0)
 
 
 def wrenches(
-    *plans: FaultPlan, ticks: int = 12, told: list[Delivery] | None = None
+    *plans: FaultPlan, ticks: int = 12, told: list[FaultDelivery] | None = None
 ) -> list[WrenchSample | DeviceError]:
     """What is read in each tick; the forces of tick k are all k + 1 N, the torques a tenth of that."""
     clock = FakeClock()
@@ -58,7 +58,7 @@ class ArmBench:
     """An arm with faults that is sent one command a tick: at tick k all joints to k + 1 mrad."""
 
     plans: tuple[FaultPlan, ...] = ()
-    told: list[Delivery] = field(default_factory=list)
+    told: list[FaultDelivery] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self.clock = FakeClock()

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from palpate.adapters.fault_injection import Delivery, FaultPlan, FaultyArm, FaultyClock, faulty
+from palpate.adapters.fault_injection import FaultDelivery, FaultPlan, FaultyArm, FaultyClock, faulty
 from palpate.core.ports.contracts.fakes import TICK_NS, FakeArm, FakeClock, FakeForceSensor, FakeJointEncoder
 from palpate.core.ports.devices import Ports
 
 MS = 1_000_000
 
 
-def times_ms(*plans: FaultPlan, told: list[Delivery] | None = None) -> list[int]:
+def times_ms(*plans: FaultPlan, told: list[FaultDelivery] | None = None) -> list[int]:
     """The time after each of six sleeps to 10, 20, ... ms."""
     clock = FaultyClock(FakeClock(), plans, None if told is None else told.append)
     found = []
@@ -24,13 +24,13 @@ def test_without_a_fault_time_is_the_clocks() -> None:
 
 
 def test_time_jumps_forwards() -> None:
-    told: list[Delivery] = []
+    told: list[FaultDelivery] = []
     assert times_ms(FaultPlan("clock-jump", "clock", 2, time_s=0.015), told=told) == [10, 20, 45, 45, 50, 60]
-    assert told == [Delivery(2, 30 * MS, "clock-jump", "clock", "time jumps by +0.015 s")]
+    assert told == [FaultDelivery(2, 30 * MS, "clock-jump", "clock", "time jumps by +0.015 s")]
 
 
 def test_a_jump_backwards_makes_time_stand_still() -> None:
-    base, told = FakeClock(), list[Delivery]()
+    base, told = FakeClock(), list[FaultDelivery]()
     clock = FaultyClock(base, [FaultPlan("clock-jump", "clock", 1, time_s=-0.015)], told.append)
     clock.sleep_until(10 * MS)
     clock.sleep_until(20 * MS)
@@ -46,7 +46,7 @@ def test_a_jump_backwards_makes_time_stand_still() -> None:
 
 
 def test_a_jump_that_ends_is_a_jump_back() -> None:
-    told: list[Delivery] = []
+    told: list[FaultDelivery] = []
     found = times_ms(FaultPlan("clock-jump", "clock", 1, duration_ticks=2, time_s=0.012), told=told)
     assert found == [10, 32, 32, 40, 50, 60]
     assert [(d.tick, d.text.split(",")[0]) for d in told] == [
@@ -56,14 +56,14 @@ def test_a_jump_that_ends_is_a_jump_back() -> None:
 
 
 def test_an_overrun_makes_a_tick_longer() -> None:
-    told: list[Delivery] = []
+    told: list[FaultDelivery] = []
     plan = FaultPlan("overrun", "clock", 1, duration_ticks=1, time_s=0.025)
     assert times_ms(plan, told=told) == [10, 45, 45, 45, 50, 60]
     assert [(d.tick, d.text) for d in told] == [(1, "the tick takes 0.025 s longer")]
 
 
 def test_overruns_by_chance_are_told_each_time() -> None:
-    told: list[Delivery] = []
+    told: list[FaultDelivery] = []
     clock = FaultyClock(FakeClock(), [FaultPlan("overrun", "clock", probability=0.4, time_s=0.001)], told.append)
     late = []
     for tick in range(1, 50):
@@ -75,7 +75,7 @@ def test_overruns_by_chance_are_told_each_time() -> None:
 
 
 def test_all_four_ports_at_once() -> None:
-    clock, told = FakeClock(), list[Delivery]()
+    clock, told = FakeClock(), list[FaultDelivery]()
     arm = FakeArm(clock, (0.0,), lower_rad=(-1.0,), upper_rad=(1.0,), max_step_rad=0.1)
     plain = Ports(clock, FakeForceSensor(clock), FakeJointEncoder(clock, arm.position_rad), arm)
     plans = [
@@ -101,7 +101,7 @@ def test_all_four_ports_at_once() -> None:
 
 
 def test_with_no_plans_nothing_is_told() -> None:
-    clock, told = FakeClock(), list[Delivery]()
+    clock, told = FakeClock(), list[FaultDelivery]()
     arm = FakeArm(clock, (0.0,), lower_rad=(-1.0,), upper_rad=(1.0,), max_step_rad=0.1)
     ports = faulty(
         Ports(clock, FakeForceSensor(clock), FakeJointEncoder(clock, arm.position_rad), arm), [], told.append

@@ -7,7 +7,7 @@ from math import isnan
 
 import pytest
 
-from palpate.adapters.fault_injection import KINDS, Delivery, FaultPlan, FaultyForceSensor
+from palpate.adapters.fault_injection import KINDS, FaultDelivery, FaultPlan, FaultyForceSensor
 from palpate.core.errors import ConfigurationError, DeviceError, FaultLatchedError
 from palpate.core.ports.contracts.fakes import FakeClock, FakeForceSensor
 from palpate.core.ports.values import Validity, WrenchSample
@@ -160,15 +160,15 @@ def test_time_counts_from_the_first_use() -> None:
 
 
 def test_deliveries_say_when() -> None:
-    told: list[Delivery] = []
+    told: list[FaultDelivery] = []
     wrenches(FaultPlan("freeze", "force_sensor", 3, duration_ticks=4), told=told)
     # What lasts is told when it begins.
     text = "values stand still while number and time go on"
-    assert told == [Delivery(3, 3 * TICK_NS, "freeze", "force_sensor", text)]
+    assert told == [FaultDelivery(3, 3 * TICK_NS, "freeze", "force_sensor", text)]
 
 
 def test_what_strikes_by_chance_is_told_each_time() -> None:
-    told: list[Delivery] = []
+    told: list[FaultDelivery] = []
     found = wrenches(FaultPlan("nan", "force_sensor", probability=0.5), ticks=40, told=told)
     struck = [k for k, s in enumerate(found) if isinstance(s, WrenchSample) and s.validity is Validity.INVALID]
     assert [delivery.tick for delivery in told] == struck
@@ -176,7 +176,7 @@ def test_what_strikes_by_chance_is_told_each_time() -> None:
 
 
 def test_what_had_nothing_to_do_is_not_told() -> None:
-    told: list[Delivery] = []
+    told: list[FaultDelivery] = []
     wrenches(FaultPlan("repeat", "force_sensor"), FaultPlan("duplicate", "force_sensor"), ticks=1, told=told)
     assert told == []
 
@@ -217,7 +217,7 @@ def test_a_joint_that_does_not_exist_is_refused() -> None:
 @pytest.mark.parametrize("kind", [kind for kind, known in KINDS.items() if "force_sensor" in known.ports])
 def test_every_kind_shows(kind: str) -> None:
     plan = FaultPlan(kind, "force_sensor", 3, factor=1000.0 if kind == "unit" else 1.0, **SETTINGS.get(kind, {}))
-    told: list[Delivery] = []
+    told: list[FaultDelivery] = []
     found = wrenches(plan, told=told)
     assert found[:3] == PLAIN[:3]
     assert any(a != b for a, b in zip(found[3:], PLAIN[3:], strict=True))

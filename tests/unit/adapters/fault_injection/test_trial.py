@@ -8,7 +8,7 @@ import pytest
 
 from palpate.adapters.experiments.build import build_perception, build_task
 from palpate.adapters.experiments.policies import comparator
-from palpate.adapters.fault_injection import Delivery, FaultPlan, faulty
+from palpate.adapters.fault_injection import FaultDelivery, FaultPlan, faulty
 from palpate.adapters.hardware.watchdogs import WatchedArm, WatchedForceSensor
 from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.core.control_loop import run_trial
@@ -20,8 +20,8 @@ from tests.unit.adapters.samples import QUICK, ready_pose
 TICK_NS = 1_000_000_000 // 140
 
 
-def trial(*plans: FaultPlan, watched: bool = False) -> tuple[TrialReport, list[Delivery]]:
-    told: list[Delivery] = []
+def trial(*plans: FaultPlan, watched: bool = False) -> tuple[TrialReport, list[FaultDelivery]]:
+    told: list[FaultDelivery] = []
     task = build_task(QUICK, ready_pose(), build_perception(QUICK), comparator("torque", QUICK, lambda: (0.0, 0.0)))
     with SimulatedRig(QUICK, ready_pose()) as rig:
         rig.prepare(0)

@@ -11,7 +11,7 @@ import pytest
 from palpate.adapters.log.reader import TrialLog, read_log
 from palpate.adapters.log.records import EndRecord
 from palpate.adapters.log.series import series_of
-from palpate.adapters.mujoco.scene import Cell, Moment, Stage, true_hole_m
+from palpate.adapters.mujoco.scene import DrawnCell, Moment, Stage, true_hole_m
 from palpate.adapters.visualisation.film.course import course_of
 from palpate.core.errors import LogError
 from tests.unit.adapters.log.made_logs import POSTURE, start, tick, write_log
@@ -26,14 +26,14 @@ def log() -> TrialLog:
 
 
 @pytest.fixture(scope="module")
-def cell(log: TrialLog) -> Cell:
-    return Cell(log)
+def cell(log: TrialLog) -> DrawnCell:
+    return DrawnCell(log)
 
 
 @pytest.mark.parametrize("name", ["omniscient-blind.mcap", "torque-ur5.mcap"])
 def test_the_tip_is_where_the_encoders_have_it(name: str) -> None:
     trial = read_log(GOLDEN / name)
-    drawn = Cell(trial)
+    drawn = DrawnCell(trial)
     series = series_of(trial)
     for moment in course_of(trial).moments[::40]:
         drawn.pose(replace(moment, force_N=None, torque_Nm=None))
@@ -41,7 +41,7 @@ def test_the_tip_is_where_the_encoders_have_it(name: str) -> None:
         assert tip_mm == pytest.approx(series.tip_mm[moment.tick], abs=1e-3)
 
 
-def test_the_measured_force_bends_the_springs(cell: Cell) -> None:
+def test_the_measured_force_bends_the_springs(cell: DrawnCell) -> None:
     cell.pose(REST)
     before = cell.tip_m
     cell.pose(replace(REST, force_N=(0.0, 0.0, -5.0)))
@@ -53,7 +53,7 @@ def test_the_measured_force_bends_the_springs(cell: Cell) -> None:
     assert np.linalg.norm(cell.tip_m - before) < 0.03
 
 
-def test_at_the_end_of_an_insertion_the_drawn_peg_is_in_the_drawn_hole(log: TrialLog, cell: Cell) -> None:
+def test_at_the_end_of_an_insertion_the_drawn_peg_is_in_the_drawn_hole(log: TrialLog, cell: DrawnCell) -> None:
     cell.pose(course_of(log).moments[-1])
     assert log.end is not None
     down = cell.tip_m - cell.mouth_m
@@ -61,17 +61,17 @@ def test_at_the_end_of_an_insertion_the_drawn_peg_is_in_the_drawn_hole(log: Tria
     assert np.abs(down[:2]).max() < 1.5e-4
 
 
-def test_while_it_presses_the_drawn_peg_is_on_the_plate_and_not_in_it(log: TrialLog, cell: Cell) -> None:
+def test_while_it_presses_the_drawn_peg_is_on_the_plate_and_not_in_it(log: TrialLog, cell: DrawnCell) -> None:
     cell.pose(course_of(log).moments[150])
     assert cell.tip_m[2] - cell.mouth_m[2] == pytest.approx(0.0, abs=2e-4)
 
 
-def test_an_unmeasured_force_is_none(cell: Cell) -> None:
+def test_an_unmeasured_force_is_none(cell: DrawnCell) -> None:
     cell.pose(REST)
     assert cell.force_in_base(replace(REST, force_N=None)) is None
 
 
-def test_another_number_of_joints_is_refused(cell: Cell) -> None:
+def test_another_number_of_joints_is_refused(cell: DrawnCell) -> None:
     with pytest.raises(LogError, match="7 joint angles, its arm 6 joints"):
         cell.pose(replace(REST, joints_rad=(0.0,) * 7))
 
@@ -87,7 +87,7 @@ def test_the_hole_is_where_it_was_or_where_it_is_believed_to_be(tmp_path: Path) 
     for unknown in ("", "{}", "[1]", "no json", '{"hole_in_task_m": [1, 2]}', '{"hole_in_task_m": ["a", 0, 0]}'):
         assert hole(unknown) is None
     assert hole('{"hole_in_task_m": [NaN, 0, 0]}') is None
-    rig = Cell(read_log(write_log(tmp_path / "b.mcap", [tick(0)], begin=start(world="bench"))))
+    rig = DrawnCell(read_log(write_log(tmp_path / "b.mcap", [tick(0)], begin=start(world="bench"))))
     assert not rig.hole_known
     assert rig.mouth_m == pytest.approx([0.4, 0.0, 0.02])
 
@@ -97,10 +97,10 @@ def test_the_hole_is_where_it_was_or_where_it_is_believed_to_be(tmp_path: Path) 
 )
 def test_a_start_that_does_not_tell_the_cell_is_refused(tmp_path: Path, wrong: dict[str, object]) -> None:
     with pytest.raises(LogError, match=r"a\.mcap"):
-        Cell(read_log(write_log(tmp_path / "a.mcap", [tick(0)], begin=start(**wrong))))
+        DrawnCell(read_log(write_log(tmp_path / "a.mcap", [tick(0)], begin=start(**wrong))))
 
 
-def test_a_point_appears_where_the_view_says(cell: Cell) -> None:
+def test_a_point_appears_where_the_view_says(cell: DrawnCell) -> None:
     require_graphics()
     cell.pose(REST)
     close, _ = cell.views()
@@ -119,7 +119,7 @@ def test_a_point_appears_where_the_view_says(cell: Cell) -> None:
     assert rows.max() > y
 
 
-def test_the_plate_is_cut_open_in_the_close_up_only(cell: Cell) -> None:
+def test_the_plate_is_cut_open_in_the_close_up_only(cell: DrawnCell) -> None:
     require_graphics()
     cell.pose(REST)
     close, _ = cell.views()

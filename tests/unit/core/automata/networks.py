@@ -1,13 +1,13 @@
 """Networks by hand, whose automata are known."""
 
-from palpate.core.automata.elman import Architecture, Network, Reading
+from palpate.core.automata.elman import Architecture, Network, Readout
 
 LARGE = 20.0
 
 
 def parity() -> Network:
     """One second-order unit: 0 keeps it, 1 turns it over; accepts an even number of 1."""
-    shape = Architecture(alphabet=("0", "1"), reading=Reading.ACCEPTANCE, hidden=1, order=2)
+    shape = Architecture(alphabet=("0", "1"), reading=Readout.ACCEPTANCE, hidden=1, order=2)
     return Network(
         shape,
         recurrent=[[[LARGE]], [[-LARGE]]],
@@ -20,7 +20,7 @@ def parity() -> Network:
 
 def last_symbol() -> Network:
     """Two first-order units that hold the last symbol; a symbol is followed by the other one, or by the end after b."""
-    shape = Architecture(alphabet=("a", "b"), reading=Reading.PREDICTION)
+    shape = Architecture(alphabet=("a", "b"), reading=Readout.PREDICTION)
     return Network(
         shape,
         recurrent=[[[0.0, 0.0], [0.0, 0.0]]],
@@ -33,7 +33,7 @@ def last_symbol() -> Network:
 
 def drift() -> Network:
     """One tanh unit that a moves up by little, so that it depends on q how many steps are told apart; b resets it."""
-    shape = Architecture(alphabet=("a", "b"), reading=Reading.PREDICTION, hidden=1, activation="tanh", order=2)
+    shape = Architecture(alphabet=("a", "b"), reading=Readout.PREDICTION, hidden=1, activation="tanh", order=2)
     return Network(
         shape,
         recurrent=[[[1.0]], [[0.0]]],

@@ -11,7 +11,7 @@ from palpate.core.automata.choice import (
     predicting_extracts,
     price_of,
 )
-from palpate.core.automata.elman import Architecture, Network, Reading
+from palpate.core.automata.elman import Architecture, Network, Readout
 from palpate.core.automata.machine import Kind, Machine
 from palpate.core.automata.partition import partition
 from palpate.core.automata.prefix_tree import PrefixTree
@@ -29,7 +29,7 @@ HELD = PrefixTree.of(Strings.of(["ab", "abab"]))
 def three_steps() -> Network:
     """Accepts when a came three times or more since the last b: too fine for few intervals."""
     one = drift()
-    shape = Architecture(alphabet=("a", "b"), reading=Reading.ACCEPTANCE, hidden=1, activation="tanh", order=2)
+    shape = Architecture(alphabet=("a", "b"), reading=Readout.ACCEPTANCE, hidden=1, activation="tanh", order=2)
     return Network(shape, one.recurrent, one.inputs, one.start, [[20.0]], [-6.0])
 
 
@@ -125,7 +125,7 @@ def test_bad_settings_are_refused(settings) -> None:
 
 
 def test_all_q_of_a_network_take_little_time() -> None:
-    shape = Architecture(alphabet=tuple("abcdef"), reading=Reading.PREDICTION)
+    shape = Architecture(alphabet=tuple("abcdef"), reading=Readout.PREDICTION)
     rng = np.random.default_rng(1)
     network = Network(shape, **{name: 2.0 * rng.normal(size=size) for name, size in shape.shapes.items()})
     took = []

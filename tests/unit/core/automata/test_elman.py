@@ -1,28 +1,28 @@
 import numpy as np
 import pytest
 
-from palpate.core.automata.elman import END, Architecture, Network, Reading
+from palpate.core.automata.elman import END, Architecture, Network, Readout
 from palpate.core.automata.prefix_tree import PrefixTree
 from palpate.core.automata.strings import Strings
 from palpate.core.errors import ConfigurationError
 
 
-def network(seed=0, *, alphabet=("a", "b", "c"), reading=Reading.PREDICTION, **shape) -> Network:
+def network(seed=0, *, alphabet=("a", "b", "c"), reading=Readout.PREDICTION, **shape) -> Network:
     architecture = Architecture(alphabet=alphabet, reading=reading, **shape)
     rng = np.random.default_rng(seed)
     return Network(architecture, **{name: rng.normal(size=size) for name, size in architecture.shapes.items()})
 
 
 def test_shapes_follow_from_the_architecture() -> None:
-    shape = Architecture(alphabet=("a", "b", "c"), reading=Reading.PREDICTION)
+    shape = Architecture(alphabet=("a", "b", "c"), reading=Readout.PREDICTION)
     assert (shape.hidden, shape.activation, shape.order, shape.outcomes) == (2, "sigmoid", 1, 4)
     assert shape.shapes == {"recurrent": (1, 2, 2), "inputs": (3, 2), "start": (2,), "output": (4, 2), "bias": (4,)}
-    second = Architecture(alphabet=("a", "b"), reading=Reading.ACCEPTANCE, hidden=3, order=2)
+    second = Architecture(alphabet=("a", "b"), reading=Readout.ACCEPTANCE, hidden=3, order=2)
     assert (second.outcomes, second.shapes["recurrent"]) == (1, (2, 3, 3))
 
 
 def test_a_step_has_the_hand_computed_value() -> None:
-    shape = Architecture(alphabet=("a", "b"), reading=Reading.ACCEPTANCE, hidden=1, order=2)
+    shape = Architecture(alphabet=("a", "b"), reading=Readout.ACCEPTANCE, hidden=1, order=2)
     one = Network(
         shape,
         recurrent=[[[2.0]], [[-4.0]]],
@@ -89,7 +89,7 @@ def test_networks_cannot_be_changed() -> None:
 )
 def test_bad_shapes_are_refused(settings, said) -> None:
     with pytest.raises(ConfigurationError, match=said):
-        Architecture(**{"alphabet": ("a", "b"), "reading": Reading.PREDICTION} | settings)
+        Architecture(**{"alphabet": ("a", "b"), "reading": Readout.PREDICTION} | settings)
 
 
 def test_bad_parameters_are_refused() -> None:

@@ -6,7 +6,7 @@ import pytest
 from palpate.core.automata.elman import (
     Architecture,
     Network,
-    Reading,
+    Readout,
     load_network,
     network_from_dict,
     network_to_dict,
@@ -15,13 +15,13 @@ from palpate.core.automata.elman import (
 from palpate.core.errors import ConfigurationError, OutputError
 
 
-def network(reading: Reading = Reading.PREDICTION, order: int = 1) -> Network:
+def network(reading: Readout = Readout.PREDICTION, order: int = 1) -> Network:
     shape = Architecture(alphabet=("x- y0", "b"), reading=reading, hidden=3, activation="tanh", order=order)
     rng = np.random.default_rng(4)
     return Network(shape, **{name: rng.normal(size=size) for name, size in shape.shapes.items()})
 
 
-@pytest.mark.parametrize("reading", list(Reading))
+@pytest.mark.parametrize("reading", list(Readout))
 @pytest.mark.parametrize("order", [1, 2])
 def test_a_network_comes_back_to_the_last_bit(tmp_path, reading, order) -> None:
     one = network(reading, order)

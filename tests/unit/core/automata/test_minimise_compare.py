@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from palpate.core.automata.machine import Kind, Machine
-from palpate.core.automata.minimise import Difference, difference, equivalent, minimised
+from palpate.core.automata.minimise import AutomatonDifference, difference, equivalent, minimised
 from palpate.core.errors import ConfigurationError
 from tests.unit.core.automata.machines import KINDS, dfa, machines, words
 
@@ -46,7 +46,7 @@ def test_a_machine_does_what_its_minimal_one_does(machine):
 
 def test_machines_that_differ_on_the_empty_word_only():
     found = difference(ALL, ALL_BUT_EMPTY)
-    assert found == Difference((), (), (True, False))
+    assert found == AutomatonDifference((), (), (True, False))
     assert found
     assert str(found) == "the empty word: true against false"
     assert not equivalent(ALL, ALL_BUT_EMPTY)
@@ -60,7 +60,7 @@ def test_a_difference_reads_as_a_sentence():
 
 def test_what_is_not_known_is_unlike_every_completion():
     partial = dfa([[0, None]], [0])
-    assert difference(partial, partial.completed(False)) == Difference((1,), ("b",), (None, False))
+    assert difference(partial, partial.completed(False)) == AutomatonDifference((1,), ("b",), (None, False))
     assert equivalent(partial, replace(partial, labels=("p",)))
     assert equivalent(partial.completed(False), dfa([[0, 1], [1, 1]], [0]))
 
@@ -68,7 +68,7 @@ def test_what_is_not_known_is_unlike_every_completion():
 def test_mealy_machines_differ_with_the_first_symbol_at_the_earliest():
     one = Machine(Kind.MEALY, ("a", "b"), ((0, 0),), edge_outputs=(("x", "y"),))
     other = Machine(Kind.MEALY, ("a", "b"), ((0, 0),), edge_outputs=(("x", "x"),))
-    assert difference(one, other) == Difference((1,), ("b",), ("y", "x"))
+    assert difference(one, other) == AutomatonDifference((1,), ("b",), ("y", "x"))
     stays_silent = Machine(Kind.MEALY, ("a", "b"), ((None, None),), edge_outputs=((None, None),))
     assert str(difference(one, stays_silent)) == "the word a: x against not known"
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from palpate.core.automata.elman import END, RANGES, Architecture, Network, Reading
+from palpate.core.automata.elman import END, RANGES, Architecture, Network, Readout
 from palpate.core.automata.machine import Kind, Machine
 from palpate.core.automata.minimise import minimised
 from palpate.core.automata.partition import Partition, bounded_partition, partition
@@ -77,7 +77,7 @@ def test_from_the_centre_of_a_cell_it_may_go_elsewhere() -> None:
 shapes = st.builds(
     Architecture,
     alphabet=st.sampled_from([("a", "b"), ("a", "b", "c", "d")]),
-    reading=st.sampled_from(Reading),
+    reading=st.sampled_from(Readout),
     hidden=st.integers(1, 3),
     activation=st.sampled_from(sorted(RANGES)),
     order=st.integers(1, 2),
@@ -105,7 +105,7 @@ def test_every_cell_is_reached_and_every_transition_known(shape, seed, intervals
     assert machine.complete
     assert machine.reachable() == tuple(range(len(machine.transitions)))
     assert len(machine.transitions) <= intervals**shape.hidden
-    assert machine.kind is (Kind.DFA if shape.reading is Reading.ACCEPTANCE else Kind.MOORE)
+    assert machine.kind is (Kind.DFA if shape.reading is Readout.ACCEPTANCE else Kind.MOORE)
 
 
 def entered_by(machine: Machine) -> list[set[int]]:

@@ -3,7 +3,7 @@ from itertools import product
 import numpy as np
 import pytest
 
-from palpate.core.automata.elman import Architecture, Network, Reading
+from palpate.core.automata.elman import Architecture, Network, Readout
 from palpate.core.automata.prefix_tree import PrefixTree
 from palpate.core.automata.restarts import Restarts, Task, levels_of
 from palpate.core.automata.strings import Strings
@@ -12,7 +12,7 @@ POSITIVE = Strings.of(["abca", "cab", "abca", "b", "cc"])
 LABELLED = Strings.of(["abca", "cab", "abca", "b", ""], [True, False, True, False, True])
 SHAPES = [
     Architecture(alphabet=("a", "b", "c"), reading=reading, hidden=3, activation=activation, order=order)
-    for reading, activation, order in product(Reading, ("sigmoid", "tanh"), (1, 2))
+    for reading, activation, order in product(Readout, ("sigmoid", "tanh"), (1, 2))
 ]
 shapes = pytest.mark.parametrize("shape", SHAPES, ids=lambda s: f"{s.reading.value}-{s.activation}-{s.order}")
 
@@ -39,7 +39,7 @@ def loss_string_by_string(network: Network, strings: Strings) -> tuple[float, bo
 
 @shapes
 def test_a_batch_does_what_its_networks_do_one_by_one(shape) -> None:
-    strings = LABELLED if shape.reading is Reading.ACCEPTANCE else POSITIVE
+    strings = LABELLED if shape.reading is Readout.ACCEPTANCE else POSITIVE
     tree = PrefixTree.of(strings)
     task, restarts = Task(tree, shape.reading), Restarts(shape, 5, seed=3)
     hidden = restarts.hidden_states(levels_of(tree))
@@ -54,7 +54,7 @@ def test_a_batch_does_what_its_networks_do_one_by_one(shape) -> None:
 
 @shapes
 def test_gradients_are_those_of_each_network_alone(shape) -> None:
-    strings = LABELLED if shape.reading is Reading.ACCEPTANCE else POSITIVE
+    strings = LABELLED if shape.reading is Readout.ACCEPTANCE else POSITIVE
     task, restarts = Task(PrefixTree.of(strings), shape.reading), Restarts(shape, 3, seed=8)
     losses, _ = task.losses(restarts, restarts.hidden_states(task.levels))
     losses.sum().backward()

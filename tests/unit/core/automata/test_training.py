@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from palpate.core import errors
-from palpate.core.automata.elman import Architecture, Reading
+from palpate.core.automata.elman import Architecture, Readout
 from palpate.core.automata.strings import Strings
 from palpate.core.automata.training import Progress, Training, TrainingSettings, train
 from palpate.core.errors import ConfigurationError
@@ -17,8 +17,8 @@ EVEN_ONES = Strings.of(
     [f"{n:0{length}b}" if length else "" for length in range(6) for n in range(2**length)],
     [n.bit_count() % 2 == 0 for length in range(6) for n in range(2**length)],
 )
-ACCEPTOR = Architecture(alphabet=BINARY, reading=Reading.ACCEPTANCE, order=2)
-PREDICTOR = Architecture(alphabet=("a", "b"), reading=Reading.PREDICTION)
+ACCEPTOR = Architecture(alphabet=BINARY, reading=Readout.ACCEPTANCE, order=2)
+PREDICTOR = Architecture(alphabet=("a", "b"), reading=Readout.PREDICTION)
 WALKS = Strings.of(["ab", "abab", "ab", "aab"])
 
 
@@ -101,8 +101,8 @@ def test_training_lowers_the_loss_to_that_of_the_source() -> None:
     ("strings", "shape", "said"),
     [
         (WALKS, ACCEPTOR, r"network\.alphabet"),
-        (WALKS, Architecture(alphabet=("a", "b"), reading=Reading.ACCEPTANCE), "prediction for such strings"),
-        (EVEN_ONES, Architecture(alphabet=BINARY, reading=Reading.PREDICTION), "acceptance for such strings"),
+        (WALKS, Architecture(alphabet=("a", "b"), reading=Readout.ACCEPTANCE), "prediction for such strings"),
+        (EVEN_ONES, Architecture(alphabet=BINARY, reading=Readout.PREDICTION), "acceptance for such strings"),
     ],
 )
 def test_strings_must_suit_the_network(strings, shape, said) -> None:

@@ -1,4 +1,4 @@
-"""The explorer: who is told what, when, and with which effort."""
+"""The agent: who is told what, when, and with which effort."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from palpate.core.errors import LifecycleError
-from palpate.core.insertion.agent import Explorer
+from palpate.core.insertion.agent import Agent
 from palpate.core.perception import Perception, SelectedChannels, Thresholds
 from palpate.core.policy import (
     Action,
@@ -91,20 +91,20 @@ class Bench:
     def __init__(self, policy: Diary | None = None, reinforcement: Reinforcement | None = None) -> None:
         self.policy, self.counter, self.meter = policy or Diary(), Counter(), Meter()
         perception = Perception(SelectedChannels(("x",)), Thresholds(("x",), ((-1e-3, 1e-3),)), self.counter)
-        self.explorer = Explorer(perception, self.policy, reinforcement or self.meter, TICK_S)
+        self.agent = Agent(perception, self.policy, reinforcement or self.meter, TICK_S)
         self.begin()
 
     def begin(self, trial: int = 0) -> None:
         self.rng = np.random.default_rng(trial)
-        self.explorer.begin(trial, self.rng)
+        self.agent.begin(trial, self.rng)
 
     def decide(self, x_m: float = 0.0, tick: int = 0) -> Decision:
-        self.explorer.perceive(tick, (x_m, 0.0, 0.0), NONE, NONE, NONE)
-        return self.explorer.choose()
+        self.agent.perceive(tick, (x_m, 0.0, 0.0), NONE, NONE, NONE)
+        return self.agent.choose()
 
-    def feel(self, *forces_N: float) -> None:
+    def record_effort(self, *forces_N: float) -> None:
         for force in forces_N:
-            self.explorer.feel(NONE, (0.0, 0.0, -force))
+            self.agent.record_effort(NONE, (0.0, 0.0, -force))
 
     @property
     def entries(self) -> list[object]:
@@ -115,8 +115,8 @@ def test_transitions_follow_the_states_and_come_before_the_next_choice() -> None
     bench = Bench()
     for x in (-2e-3, 0.0, 2e-3):
         bench.decide(x)
-        bench.feel(1.0)
-    bench.explorer.reached_goal()
+        bench.record_effort(1.0)
+    bench.agent.reached_goal()
     kinds = [type(entry).__name__ for entry in bench.entries]
     assert kinds == ["tuple", "Observation", *["Transition", "Observation"] * 2, "Transition"]
     transitions = [entry for entry in bench.entries if isinstance(entry, Transition)]
@@ -130,14 +130,14 @@ def test_transitions_follow_the_states_and_come_before_the_next_choice() -> None
 def test_the_policy_sees_what_was_measured() -> None:
     bench = Bench()
     position, reference, force, torque = (2e-3, 0.0, 1.0), (3e-3, 0.0, 2.0), (0.1, 0.2, -5.0), (0.01, 0.02, 0.03)
-    shown = bench.explorer.perceive(14, position, reference, force, torque)
-    decision = bench.explorer.choose()
+    shown = bench.agent.perceive(14, position, reference, force, torque)
+    decision = bench.agent.choose()
     assert bench.entries[-1] == shown == Observation(1, position, reference, force, torque, 0)
-    assert bench.explorer.percept == (2, 1)
+    assert bench.agent.percept == (2, 1)
     assert bench.counter.seen == [2]  # x+
     assert decision == Decision(ACTIONS[0], 0, "diary")
-    bench.explorer.perceive(28, position, reference, force, torque)
-    bench.explorer.choose()
+    bench.agent.perceive(28, position, reference, force, torque)
+    bench.agent.choose()
     observation = bench.entries[-1]
     assert isinstance(observation, Observation)
     assert observation.action_number == 1
@@ -152,34 +152,34 @@ def test_the_symbols_come_from_the_measurement_vector_in_its_order() -> None:
             return super().extract(signal)
 
     perception = Perception(Spy(("x",)), Thresholds(("x",), ((-1.0, 1.0),)), Counter())
-    explorer = Explorer(perception, Diary(), ActionPenalty(), TICK_S)
-    explorer.begin(0, np.random.default_rng(0))
-    explorer.perceive(0, (1.0, 2.0, 3.0), (99.0, 99.0, 99.0), (4.0, 5.0, 6.0), (7.0, 8.0, 9.0))
+    agent = Agent(perception, Diary(), ActionPenalty(), TICK_S)
+    agent.begin(0, np.random.default_rng(0))
+    agent.perceive(0, (1.0, 2.0, 3.0), (99.0, 99.0, 99.0), (4.0, 5.0, 6.0), (7.0, 8.0, 9.0))
     assert seen == [(1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0)]
 
 
 def test_decisions_are_recorded_with_names_and_with_what_they_earned() -> None:
     bench = Bench()
     bench.decide(-2e-3, tick=14)
-    bench.feel(1.0)
+    bench.record_effort(1.0)
     bench.decide(2e-3, tick=28)
-    first, second = bench.explorer.decisions
+    first, second = bench.agent.decisions
     assert (first.tick, first.symbol, first.state, first.action, first.source) == (14, "x-", "one", "+x", "diary")
     assert (second.tick, second.symbol, second.state, second.action) == (28, "x+", "two", "+x+y")
     assert first.reinforcement == -1.0
     assert second.reinforcement is None
-    bench.feel(1.0)
-    bench.explorer.reached_goal()
-    assert [d.reinforcement for d in bench.explorer.decisions] == [-1.0, -2.0]
+    bench.record_effort(1.0)
+    bench.agent.reached_goal()
+    assert [d.reinforcement for d in bench.agent.decisions] == [-1.0, -2.0]
 
 
 def test_the_effort_of_an_action_is_added_up() -> None:
     bench = Bench()
-    bench.feel(50.0)  # before the first action: belongs to none
+    bench.record_effort(50.0)  # before the first action: belongs to none
     bench.decide()
-    bench.explorer.feel((0.0, 0.0, 0.0), (3.0, 0.0, -4.0))
-    bench.explorer.feel((1e-3, 0.0, 0.0), (0.0, 0.0, -1.0))
-    bench.explorer.feel((1e-3, 2e-3, 0.0), (0.0, 2.0, 0.0))
+    bench.agent.record_effort((0.0, 0.0, 0.0), (3.0, 0.0, -4.0))
+    bench.agent.record_effort((1e-3, 0.0, 0.0), (0.0, 0.0, -1.0))
+    bench.agent.record_effort((1e-3, 2e-3, 0.0), (0.0, 2.0, 0.0))
     bench.decide()
     (outcome,) = bench.meter.outcomes
     assert outcome.duration_s == pytest.approx(0.03)
@@ -195,8 +195,8 @@ def test_each_action_starts_afresh_and_no_way_is_lost_between_them() -> None:
         bench.decide()
         for _ in range(4):
             x += 1 / 1024
-            bench.explorer.feel((x, 0.0, 0.0), (0.0, 0.0, -2.0))
-    bench.explorer.reached_goal()
+            bench.agent.record_effort((x, 0.0, 0.0), (0.0, 0.0, -2.0))
+    bench.agent.reached_goal()
     first, second, third = bench.meter.outcomes
     assert first.distance_m == 3 / 1024  # nobody knows where the tip was before
     assert second == third
@@ -207,18 +207,18 @@ def test_each_action_starts_afresh_and_no_way_is_lost_between_them() -> None:
 
 def test_the_way_starts_anew_with_a_trial() -> None:
     bench = Bench()
-    bench.explorer.feel((5.0, 5.0, 5.0), NONE)
+    bench.agent.record_effort((5.0, 5.0, 5.0), NONE)
     bench.begin(1)
     bench.decide()
-    bench.explorer.feel((0.0, 0.0, 0.0), NONE)
-    bench.explorer.reached_goal()
+    bench.agent.record_effort((0.0, 0.0, 0.0), NONE)
+    bench.agent.reached_goal()
     assert bench.meter.outcomes[0].distance_m == 0.0
 
 
 def test_an_action_that_ends_at_once_counts_as_one_tick() -> None:
     bench = Bench()
     bench.decide()
-    bench.explorer.reached_goal()
+    bench.agent.reached_goal()
     assert bench.meter.outcomes == [ActionOutcome(TICK_S, 0.0, 0.0, 0.0)]
 
 
@@ -226,8 +226,8 @@ def test_internal_effort_punishes_pressing_harder() -> None:
     bench = Bench(reinforcement=InternalEffort(per_action=-1.0, per_N_s=-2.0, free_force_N=5.0))
     for force in (4.0, 10.0):
         bench.decide()
-        bench.feel(*[force] * 10)
-    bench.explorer.reached_goal()
+        bench.record_effort(*[force] * 10)
+    bench.agent.reached_goal()
     rewards = [entry.reinforcement for entry in bench.entries if isinstance(entry, Transition)]
     assert rewards == pytest.approx([-1.0, -1.0 - 2.0 * 5.0 * 0.1])
 
@@ -236,43 +236,43 @@ def test_nothing_is_learned_from_an_action_that_is_not_of_the_set() -> None:
     bench = Bench(Diary(indices=(0, None, 2)))
     for _ in range(3):
         bench.decide()
-        bench.feel(1.0)
-    bench.explorer.reached_goal()
+        bench.record_effort(1.0)
+    bench.agent.reached_goal()
     assert [entry for entry in bench.entries if isinstance(entry, Transition)] == [
         Transition(1, 0, -1.0, 2),
         Transition(3, 2, -3.0, None),
     ]
     # It still cost something.
-    assert [d.reinforcement for d in bench.explorer.decisions] == [-1.0, -2.0, -3.0]
+    assert [d.reinforcement for d in bench.agent.decisions] == [-1.0, -2.0, -3.0]
 
 
 def test_the_goal_is_reached_once() -> None:
     bench = Bench()
-    bench.explorer.reached_goal()  # straight into the hole: no action to learn from
+    bench.agent.reached_goal()  # straight into the hole: no action to learn from
     assert bench.entries[1:] == []
     bench.decide()
-    bench.explorer.reached_goal()
-    bench.explorer.reached_goal()
+    bench.agent.reached_goal()
+    bench.agent.reached_goal()
     assert len([entry for entry in bench.entries if isinstance(entry, Transition)]) == 1
 
 
 def test_giving_up_is_learned_as_an_ordinary_transition() -> None:
     bench = Bench()
     bench.decide(-2e-3)
-    bench.feel(1.0, 1.0)
-    bench.explorer.gave_up((2e-3, 0.0, 0.0), NONE, NONE)
+    bench.record_effort(1.0, 1.0)
+    bench.agent.gave_up((2e-3, 0.0, 0.0), NONE, NONE)
     assert bench.entries[-1] == Transition(1, 0, -1.0, 2)
     assert bench.counter.seen == [0, 2]  # the state in which it ended was looked at
-    assert bench.explorer.decisions[-1].reinforcement == -1.0
-    assert len(bench.explorer.decisions) == 1  # and no further choice was made
-    bench.explorer.gave_up(NONE, NONE, NONE)
-    bench.explorer.reached_goal()
+    assert bench.agent.decisions[-1].reinforcement == -1.0
+    assert len(bench.agent.decisions) == 1  # and no further choice was made
+    bench.agent.gave_up(NONE, NONE, NONE)
+    bench.agent.reached_goal()
     assert len(bench.meter.outcomes) == 1
 
 
 def test_giving_up_before_the_first_choice_is_no_lesson() -> None:
     bench = Bench()
-    bench.explorer.gave_up(NONE, NONE, NONE)
+    bench.agent.gave_up(NONE, NONE, NONE)
     assert bench.counter.seen == []
     assert bench.entries[1:] == []
 
@@ -280,39 +280,39 @@ def test_giving_up_before_the_first_choice_is_no_lesson() -> None:
 def test_a_new_trial_forgets_the_old_one() -> None:
     bench = Bench()
     bench.decide(-2e-3)
-    bench.feel(9.0)
-    old = bench.explorer.decisions
+    bench.record_effort(9.0)
+    old = bench.agent.decisions
     bench.begin(7)
     assert bench.entries[-1] == ("begin", 7, bench.rng)
     assert bench.counter.seen == []
-    assert bench.explorer.decisions == []
+    assert bench.agent.decisions == []
     assert len(old) == 1  # the report of the old trial keeps its own
     bench.decide(2e-3)
     # The unfinished action of the old trial is never learned from.
     assert not any(isinstance(entry, Transition) for entry in bench.entries)
-    assert bench.explorer.decisions[0].state == "one"
+    assert bench.agent.decisions[0].state == "one"
 
 
 def test_the_temperature_is_the_policys() -> None:
-    assert Bench().explorer.temperature == 2.5
-    assert Bench(Diary(temperature=None)).explorer.temperature is None
+    assert Bench().agent.temperature == 2.5
+    assert Bench(Diary(temperature=None)).agent.temperature is None
 
 
 def test_the_norm_of_the_force_counts() -> None:
     bench = Bench()
     bench.decide()
-    bench.explorer.feel(NONE, (1.0, -2.0, 3.0))
-    bench.explorer.reached_goal()
+    bench.agent.record_effort(NONE, (1.0, -2.0, 3.0))
+    bench.agent.reached_goal()
     assert bench.meter.outcomes[0].peak_force_N == pytest.approx(sqrt(14.0))
 
 
 def test_nothing_is_chosen_twice_on_one_perception() -> None:
     bench = Bench()
-    assert bench.explorer.percept is None
+    assert bench.agent.percept is None
     with pytest.raises(LifecycleError, match="call perceive"):
-        bench.explorer.choose()
+        bench.agent.choose()
     bench.decide(2e-3)
     with pytest.raises(LifecycleError, match="call perceive"):
-        bench.explorer.choose()
+        bench.agent.choose()
     bench.begin(1)
-    assert bench.explorer.percept is None
+    assert bench.agent.percept is None

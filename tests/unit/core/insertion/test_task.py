@@ -15,7 +15,7 @@ import pytest
 
 from palpate.core.control_loop import run_trial
 from palpate.core.errors import ConfigurationError, DeviceError
-from palpate.core.insertion.agent import Explorer
+from palpate.core.insertion.agent import Agent
 from palpate.core.insertion.config import N_PER_KGF, ControlConfig, TaskConfig
 from palpate.core.insertion.task import PERIOD_S, InsertionTask
 from palpate.core.insertion.trial import Outcome, Phase, Purpose, TrialReport, TrialSetup, generator
@@ -292,13 +292,13 @@ def test_feeding_the_snapshots_back_gives_the_commands_back(good: Trial) -> None
 
 def test_the_policy_draws_from_the_stream_of_its_trial(monkeypatch: pytest.MonkeyPatch) -> None:
     begun: list[tuple[int, float]] = []
-    whole = Explorer.begin
+    whole = Agent.begin
 
-    def begin(self: Explorer, trial: int, rng: np.random.Generator) -> None:
+    def begin(self: Agent, trial: int, rng: np.random.Generator) -> None:
         begun.append((trial, rng.random()))
         whole(self, trial, rng)
 
-    monkeypatch.setattr(Explorer, "begin", begin)
+    monkeypatch.setattr(Agent, "begin", begin)
     build_task(FollowTorque()).begin(TrialSetup(17, 99, START))
     assert begun == [(17, generator(99, Purpose.POLICY, 17).random())]
 

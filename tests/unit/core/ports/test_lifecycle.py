@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from palpate.core.errors import DeviceError, FaultLatchedError, LifecycleError
-from palpate.core.ports.lifecycle import TRANSITIONS, Life, ManagedDevice, Request
+from palpate.core.ports.lifecycle import TRANSITIONS, Life, LifeRequest, ManagedDevice
 
 
 class Device(ManagedDevice):
@@ -52,11 +52,11 @@ def device_in(life: Life) -> Device:
     return device
 
 
-PAIRS = [(life, request) for life in Life for request in Request]
+PAIRS = [(life, request) for life in Life for request in LifeRequest]
 
 
 @pytest.mark.parametrize(("life", "request_"), PAIRS)
-def test_each_request_in_each_state(life: Life, request_: Request) -> None:
+def test_each_request_in_each_state(life: Life, request_: LifeRequest) -> None:
     device = device_in(life)
     target = TRANSITIONS.get((life, request_))
     ask = getattr(device, request_.value)
@@ -75,7 +75,7 @@ def test_the_way_to_active_never_starts_at_a_fault() -> None:
 
 
 def test_close_is_allowed_everywhere_and_nothing_leads_out_of_closed() -> None:
-    assert {life for life, request in TRANSITIONS if request is Request.CLOSE} == set(Life)
+    assert {life for life, request in TRANSITIONS if request is LifeRequest.CLOSE} == set(Life)
     assert {target for (life, _), target in TRANSITIONS.items() if life is Life.CLOSED} == {Life.CLOSED}
 
 

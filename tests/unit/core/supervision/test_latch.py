@@ -15,7 +15,7 @@ from palpate.core.motion.model import Kinematics
 from palpate.core.ports.values import AppliedCommand, CommandReason, JointCommand, JointVector, Validity
 from palpate.core.supervision.config import SupervisionConfig
 from palpate.core.supervision.retreat import Retreat
-from palpate.core.supervision.supervisor import TRANSITIONS, Cue, Guard
+from palpate.core.supervision.supervisor import TRANSITIONS, Guard, GuardEvent
 from tests.unit.core.fake_world import TOOL
 from tests.unit.core.supervision.bench import TOUCHING, Bench
 
@@ -45,10 +45,10 @@ def tips(bench: Bench, commands: list[JointVector], arm: str = "zebra-zero") -> 
 def test_the_table_is_all_there_is() -> None:
     assert set(TRANSITIONS.values()) == set(Guard)
     acknowledged = {(state, cue) for (state, cue), to in TRANSITIONS.items() if to is Guard.READY}
-    assert {cue for _, cue in acknowledged} == {Cue.ACKNOWLEDGE}
+    assert {cue for _, cue in acknowledged} == {GuardEvent.ACKNOWLEDGE}
     tripped = (Guard.TRIPPED_RETRACTING, Guard.TRIPPED_HOLDING)
     for (state, cue), to in TRANSITIONS.items():
-        assert state not in tripped or cue is Cue.ACKNOWLEDGE or to in tripped
+        assert state not in tripped or cue is GuardEvent.ACKNOWLEDGE or to in tripped
 
 
 def test_a_trip_latches_until_it_is_acknowledged() -> None:

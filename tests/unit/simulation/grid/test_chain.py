@@ -16,7 +16,7 @@ from palpate.core.perception import IdentityState, LastSymbols
 from palpate.core.policy import QLearning, QParameters, RandomWalkPolicy, TemperatureSchedule
 from palpate.simulation.grid import chain
 from palpate.simulation.grid.belief import belief_optimum
-from palpate.simulation.grid.chain import Expectation, expected_steps, greedy, uniform
+from palpate.simulation.grid.chain import ExpectedSteps, expected_steps, greedy, uniform
 from palpate.simulation.grid.maps import SCENARIOS, GridMap, grid_actions
 from palpate.simulation.grid.trial import run_trial
 
@@ -32,11 +32,11 @@ def always(*actions: int) -> list[list[float]]:
 def test_a_corridor_by_hand() -> None:
     grid = GridMap.from_text("AB·")
     identity = IdentityState(grid.symbols)
-    assert expected_steps(grid, identity, always(RIGHT, RIGHT)) == Expectation(1.5, 1.0, 1.5, 1.0)
+    assert expected_steps(grid, identity, always(RIGHT, RIGHT)) == ExpectedSteps(1.5, 1.0, 1.5, 1.0)
     # Cut off after one step, the left one of the two cells has not arrived.
-    assert expected_steps(grid, identity, always(RIGHT, RIGHT), step_limit=1) == Expectation(1.5, 1.0, 1.0, 0.5)
+    assert expected_steps(grid, identity, always(RIGHT, RIGHT), step_limit=1) == ExpectedSteps(1.5, 1.0, 1.0, 0.5)
     # To and fro for ever.
-    assert expected_steps(grid, identity, always(RIGHT, LEFT), step_limit=9) == Expectation(inf, 0.0, 9.0, 0.0)
+    assert expected_steps(grid, identity, always(RIGHT, LEFT), step_limit=9) == ExpectedSteps(inf, 0.0, 9.0, 0.0)
 
 
 def test_chance_by_hand() -> None:

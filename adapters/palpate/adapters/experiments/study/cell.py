@@ -19,7 +19,7 @@ _LONGEST: Final = 80
 
 
 @dataclass(frozen=True)
-class Cell:
+class StudyCell:
     """What distinguishes one run of a study from the others.
 
     Attributes:

@@ -14,7 +14,7 @@ from typing import Any, Final
 from palpate.adapters.config.run import RunConfig
 from palpate.adapters.config.toml import literal, read_toml
 from palpate.adapters.experiments.policies import COMPARATORS
-from palpate.adapters.experiments.study.cell import FORMAT, LEARN, Cell
+from palpate.adapters.experiments.study.cell import FORMAT, LEARN, StudyCell
 from palpate.adapters.experiments.study.fields import FILES, configured, leaves, names_file, plain_value
 from palpate.core.errors import ConfigurationError, require_in, require_whole
 
@@ -88,12 +88,12 @@ class Study:
             for values in product(*self.grid.values()):
                 yield {**one, **dict(zip(self.grid, values, strict=True))}
 
-    def cells(self) -> Iterator[Cell]:
+    def cells(self) -> Iterator[StudyCell]:
         """All cells, in the order of the file: settings, then policies, then seeds."""
         for fields in self.settings():
             for policy in self.policies:
                 for seed in self.seeds:
-                    yield Cell(fields, policy, seed)
+                    yield StudyCell(fields, policy, seed)
 
     def config(self, fields: Mapping[str, Any], seed: int = 0) -> RunConfig:
         """The configuration of a cell.

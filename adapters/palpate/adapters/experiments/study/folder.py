@@ -13,7 +13,7 @@ from typing import Any, Final
 
 from palpate.adapters.config.toml import read_toml
 from palpate.adapters.experiments.results import RunFolder
-from palpate.adapters.experiments.study.cell import CELL_FILE, Cell
+from palpate.adapters.experiments.study.cell import CELL_FILE, StudyCell
 from palpate.adapters.experiments.study.document import Study
 from palpate.adapters.experiments.study.fields import first_difference
 from palpate.adapters.experiments.study.run_cell import UNFINISHED
@@ -44,7 +44,7 @@ class StudyFolder:
         except OSError:
             return 0
 
-    def require_fits(self, study: Study, cells: Sequence[Cell], files: Mapping[str, str]) -> None:
+    def require_fits(self, study: Study, cells: Sequence[StudyCell], files: Mapping[str, str]) -> None:
         """Make sure that the folder is free, or holds this study or a smaller one.
 
         Args:
@@ -107,7 +107,7 @@ class StudyFolder:
             RunFolder(self.path).write_text(STUDY_FILE, study.text(made_with(), files))
             yield
 
-    def finished(self, cells: Sequence[Cell]) -> set[str]:
+    def finished(self, cells: Sequence[StudyCell]) -> set[str]:
         """Names of the cells that are finished.
 
         Raises:
@@ -119,14 +119,14 @@ class StudyFolder:
             return set()
         return {cell.name for cell in cells if cell.name in there and self._is_whole(cell)}
 
-    def _is_whole(self, cell: Cell) -> bool:
+    def _is_whole(self, cell: StudyCell) -> bool:
         path = self.cells / cell.name
         found = _json(path / CELL_FILE)
         if found is not None and found != cell.document():
             raise OutputError(str(path), f"is not the cell {cell}", f"take it away, or {_ELSEWHERE}")
         return found is not None and _json(path / "summary.json") is not None
 
-    def clear(self, cells: Sequence[Cell], finished: set[str]) -> list[str]:
+    def clear(self, cells: Sequence[StudyCell], finished: set[str]) -> list[str]:
         """Take away what was begun and not finished; returns the names of those cells."""
         asked = {cell.name for cell in cells}
         half: list[str] = []
@@ -138,7 +138,7 @@ class StudyFolder:
                     half.append(cell)
         return half
 
-    def write_table(self, study: Study, cells: Sequence[Cell]) -> int:
+    def write_table(self, study: Study, cells: Sequence[StudyCell]) -> int:
         """Write ``summary.csv``, a line for each finished cell in the order of the study; returns their number."""
         finished = self.finished(cells)
         rows = [(cell, _json(self.cells / cell.name / "summary.json")) for cell in cells if cell.name in finished]

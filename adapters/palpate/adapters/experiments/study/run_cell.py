@@ -26,7 +26,7 @@ from palpate.adapters.experiments.learning_curve import learning_curve
 from palpate.adapters.experiments.policies import learning_policy
 from palpate.adapters.experiments.results import RunFolder
 from palpate.adapters.experiments.run_summary import policy_summary, training_summary
-from palpate.adapters.experiments.study.cell import CELL_FILE, LEARN, Cell
+from palpate.adapters.experiments.study.cell import CELL_FILE, LEARN, StudyCell
 from palpate.adapters.experiments.study.fields import configured
 from palpate.adapters.experiments.training import Trainer, run_toml
 from palpate.adapters.experiments.trial import ScoredTrial
@@ -55,7 +55,7 @@ class CellJob:
     """
 
     folder: str
-    cell: Cell
+    cell: StudyCell
     base: Mapping[str, Any]
     trials: int
     files: Mapping[str, str]

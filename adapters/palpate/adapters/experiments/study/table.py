@@ -8,7 +8,7 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Final
 
-from palpate.adapters.experiments.study.cell import Cell
+from palpate.adapters.experiments.study.cell import StudyCell
 from palpate.adapters.experiments.study.document import Study
 from palpate.adapters.experiments.study.fields import setting
 
@@ -17,7 +17,7 @@ _TOLD: Final = ("scenario", "arm", "seed", "policy", "finished")
 _COUNTS: Final = ("outcomes", "marked_why")
 
 
-def table_of(study: Study, rows: Sequence[tuple[Cell, Mapping[str, Any]]]) -> str:
+def table_of(study: Study, rows: Sequence[tuple[StudyCell, Mapping[str, Any]]]) -> str:
     """The table as CSV.
 
     Args:

@@ -13,7 +13,7 @@ from palpate.adapters.config.run import RunConfig
 from palpate.adapters.experiments.build import open_rig
 from palpate.adapters.fault_injection.campaign.runs import PHASES, Bench, FaultRun
 from palpate.adapters.fault_injection.campaign.variants import Variant, variants
-from palpate.adapters.hardware.real_time.session import Beat
+from palpate.adapters.hardware.real_time.session import RealTimeSession
 from palpate.core.insertion.ready_pose import ReadyPose, find_ready_pose
 from palpate.core.insertion.trial import Phase
 
@@ -73,7 +73,7 @@ def _on_one_rig(
     config: RunConfig, ready: ReadyPose, parts: Sequence[Sequence[Case]], rig_file: str, supervised: bool
 ) -> Iterator[list[FaultRun]]:
     with ExitStack() as opened, open_rig(config, ready, rig_file) as rig:
-        beat = opened.enter_context(Beat(config.real_time)) if rig_file else None
+        beat = opened.enter_context(RealTimeSession(config.real_time)) if rig_file else None
         bench = Bench(config, ready, rig, supervised=supervised, beat=beat)
         for own in parts:
             windows = bench.windows(own[0].seed)

@@ -13,11 +13,11 @@ from palpate.adapters.config.run import RunConfig
 from palpate.adapters.experiments.build import build_perception, build_supervisor, build_task
 from palpate.adapters.experiments.policies import comparator
 from palpate.adapters.experiments.trial import score, trial_setup, truth_fields
-from palpate.adapters.fault_injection.campaign.felt import FeltForce
+from palpate.adapters.fault_injection.campaign.force_probe import ForceProbe
 from palpate.adapters.fault_injection.campaign.variants import Variant
 from palpate.adapters.fault_injection.ports import faulty
-from palpate.adapters.fault_injection.schedule import Delivery
-from palpate.adapters.hardware.real_time.session import Beat
+from palpate.adapters.fault_injection.schedule import FaultDelivery
+from palpate.adapters.hardware.real_time.session import RealTimeSession
 from palpate.adapters.log.reader import TrialLog, assemble, sound_messages
 from palpate.adapters.log.records import CallEntry
 from palpate.adapters.log.trial_recorder import TrialRecorder
@@ -96,7 +96,7 @@ class Bench:
     """
 
     def __init__(
-        self, config: RunConfig, ready: ReadyPose, rig: Rig, *, supervised: bool, beat: Beat | None = None
+        self, config: RunConfig, ready: ReadyPose, rig: Rig, *, supervised: bool, beat: RealTimeSession | None = None
     ) -> None:
         self.config, self._ready, self._rig, self._supervised = config, ready, rig, supervised
         self._loop: Callable[[], AbstractContextManager[object]] = nullcontext if beat is None else beat.loop
@@ -116,14 +116,14 @@ class Bench:
     def run(self, variant: Variant, phase: Phase, tick: int, seed: int) -> FaultRun:
         """One trial with a fault from this tick on."""
         task, supervisor = self._parts()
-        sink, deliveries = MemorySink(), list[Delivery]()
+        sink, deliveries = MemorySink(), list[FaultDelivery]()
         error: PalpateError | None = None
         with TrialRecorder(lambda: sink, Path("."), self.config.recording) as recorder:
             policy = comparator(_POLICY, self.config, lambda: (0.0, 0.0))
             perception = build_perception(RunConfig(task=self.config.task))
             recorder.of("faults", self.config, self._ready, task, perception, policy, name=_POLICY)
 
-            def tell(delivery: Delivery) -> None:
+            def tell(delivery: FaultDelivery) -> None:
                 deliveries.append(delivery)
                 entry = CallEntry(
                     tick=recorder.flight.tick,
@@ -135,7 +135,7 @@ class Bench:
 
             self._rig.prepare(seed)
             setup = trial_setup(self.config, seed)
-            felt = FeltForce(self._rig.ports.force_sensor)
+            felt = ForceProbe(self._rig.ports.force_sensor)
             bad = faulty(replace(self._rig.ports, force_sensor=felt), [variant.at(tick, seed)], tell)
             ports = recorder.begin(setup, bad, self._rig.world(), "run")
             try:
@@ -164,7 +164,7 @@ class Bench:
         variant: Variant,
         phase: Phase,
         seed: int,
-        deliveries: Sequence[Delivery],
+        deliveries: Sequence[FaultDelivery],
         task: InsertionTask,
         supervisor: Supervisor | None,
         error: PalpateError | None,

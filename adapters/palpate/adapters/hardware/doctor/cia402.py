@@ -6,7 +6,7 @@ from typing import Final
 
 from palpate.adapters.hardware.cia402 import Cia402Driver
 from palpate.adapters.hardware.doctor.findings import Notebook
-from palpate.adapters.hardware.doctor.pace import Spread, at_rate, rate_Hz, spread_of
+from palpate.adapters.hardware.doctor.pace import IntervalSpread, at_rate, rate_Hz, spread_of
 from palpate.core.errors import DeviceError
 from palpate.core.ports.devices import Clock
 from palpate.core.ports.values import CONTROL_RATE_HZ
@@ -112,7 +112,7 @@ def _budget(arm: Cia402Arm, begun: list[int], late_ns: list[int], notes: Noteboo
     settings, statistics, late = arm.settings, arm.statistics(), spread_of(late_ns)
     times = (statistics.round_trip_min_s, statistics.round_trip_median_s, statistics.round_trip_p99_s,
              statistics.round_trip_max_s)  # fmt: skip
-    trips = Spread(*(1e3 * time for time in times))
+    trips = IntervalSpread(*(1e3 * time for time in times))
     if late is None or trips.p99_ms <= 0.0:
         return
     wanted, got = float(settings.rate_Hz), rate_Hz(begun)

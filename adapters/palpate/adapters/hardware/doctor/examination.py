@@ -11,7 +11,7 @@ from palpate.adapters.config.rig import DeviceEntry, RigFile
 from palpate.adapters.hardware.arm_on_bus import BusArm
 from palpate.adapters.hardware.cia402 import Cia402Driver
 from palpate.adapters.hardware.doctor.cia402 import examine_cia402
-from palpate.adapters.hardware.doctor.findings import Notebook, Section, driver_error
+from palpate.adapters.hardware.doctor.findings import FindingsSection, Notebook, driver_error
 from palpate.adapters.hardware.doctor.generic import examine_encoder, examine_force_sensor
 from palpate.adapters.hardware.doctor.jr3 import examine_jr3
 from palpate.adapters.hardware.doctor.move import examine_following
@@ -69,7 +69,7 @@ class Examination:
         self._arm = _made(lambda: arm(file.arm.settings, context), self._arm_notes)
         self._sensor = _made(lambda: sensor(file.force_sensor.settings, context), self._sensor_notes)
 
-    def sections(self) -> Iterator[Section]:
+    def sections(self) -> Iterator[FindingsSection]:
         """What was found, device by device, as soon as each is done."""
         notes = Notebook(f"rig: {self._file.name}")
         examine_clock(self._context.clock, notes)
@@ -82,7 +82,7 @@ class Examination:
     def _examined(
         self, entry: DeviceEntry, wiring: Wiring, device: T | None, examine: Callable[[T, ExitStack], None],
         notes: Notebook,
-    ) -> Section:  # fmt: skip
+    ) -> FindingsSection:  # fmt: skip
         notes.fact("adapter", entry.adapter, entry.adapter)
         notes.fact("wire", wiring.told)
         if self._system.examine(wiring, notes) and device is not None:

@@ -54,7 +54,7 @@ class Fact:
 
 
 @dataclass(frozen=True)
-class Table:
+class FindingsTable:
     """Facts that come once per axis or channel.
 
     Attributes:
@@ -67,7 +67,7 @@ class Table:
 
 
 @dataclass(frozen=True)
-class Section:
+class FindingsSection:
     """All about one device.
 
     Attributes:
@@ -79,7 +79,7 @@ class Section:
 
     title: str
     facts: tuple[Fact, ...] = ()
-    tables: tuple[Table, ...] = ()
+    tables: tuple[FindingsTable, ...] = ()
     findings: tuple[Finding, ...] = ()
 
     def count(self, level: Level) -> int:
@@ -105,7 +105,7 @@ class Notebook:
     def __init__(self, title: str) -> None:
         self._title = title
         self._facts: list[Fact] = []
-        self._tables: list[Table] = []
+        self._tables: list[FindingsTable] = []
         self._findings: list[Finding] = []
 
     def fact(self, name: str, text: str, value: Value = None) -> None:
@@ -114,7 +114,7 @@ class Notebook:
 
     def table(self, columns: tuple[str, ...], rows: tuple[tuple[str, ...], ...]) -> None:
         """Take down a table."""
-        self._tables.append(Table(columns, rows))
+        self._tables.append(FindingsTable(columns, rows))
 
     def ok(self, text: str) -> None:
         """Something is as it should be."""
@@ -149,6 +149,6 @@ class Notebook:
         """How many things are wrong so far."""
         return sum(finding.level is Level.WRONG for finding in self._findings)
 
-    def section(self) -> Section:
+    def section(self) -> FindingsSection:
         """All that was taken down."""
-        return Section(self._title, tuple(self._facts), tuple(self._tables), tuple(self._findings))
+        return FindingsSection(self._title, tuple(self._facts), tuple(self._tables), tuple(self._findings))

@@ -18,7 +18,7 @@ _LATE_MS: Final = 3.0
 
 
 @dataclass(frozen=True)
-class Spread:
+class IntervalSpread:
     """A distribution of times.
 
     Attributes:
@@ -37,12 +37,12 @@ class Spread:
         return f"{self.min_ms:.2f} / {self.median_ms:.2f} / {self.max_ms:.2f} ms (min / median / max)"
 
 
-def spread_of(times_ns: Sequence[int]) -> Spread | None:
+def spread_of(times_ns: Sequence[int]) -> IntervalSpread | None:
     """The distribution of some times; None of none."""
     if not times_ns:
         return None
     times = sorted(time * 1e-6 for time in times_ns)
-    return Spread(times[0], median(times), times[round(0.99 * (len(times) - 1))], times[-1])
+    return IntervalSpread(times[0], median(times), times[round(0.99 * (len(times) - 1))], times[-1])
 
 
 def distances(times_ns: Sequence[int]) -> list[int]:

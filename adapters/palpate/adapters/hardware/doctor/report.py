@@ -8,13 +8,13 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Final
 
-from palpate.adapters.hardware.doctor.findings import Level, Section, Table
+from palpate.adapters.hardware.doctor.findings import FindingsSection, FindingsTable, Level
 
 _WIDTH: Final = 118
 _MARK: Final = max(len(level.value) for level in Level)
 
 
-def section_text(section: Section) -> str:
+def section_text(section: FindingsSection) -> str:
     """One section in aligned columns; a remedy stands below what it mends, behind ``->``."""
     lines = [section.title]
     names = max((len(fact.name) for fact in section.facts), default=0)
@@ -31,7 +31,7 @@ def section_text(section: Section) -> str:
     return "\n".join(lines) + "\n\n"
 
 
-def summary_text(sections: Sequence[Section]) -> str:
+def summary_text(sections: Sequence[FindingsSection]) -> str:
     """The last line."""
     wrong, notes = _counts(sections)
     if not wrong:
@@ -39,7 +39,7 @@ def summary_text(sections: Sequence[Section]) -> str:
     return f"{_several(wrong, 'thing')} wrong, {_several(notes, 'note')}\n"
 
 
-def report_json(rig: str, sections: Sequence[Section]) -> str:
+def report_json(rig: str, sections: Sequence[FindingsSection]) -> str:
     """Everything as one JSON object."""
     wrong, notes = _counts(sections)
     shown = [
@@ -52,7 +52,7 @@ def report_json(rig: str, sections: Sequence[Section]) -> str:
     return json.dumps({"rig": rig, "wrong": wrong, "notes": notes, "sections": shown}, indent=2) + "\n"
 
 
-def _counts(sections: Sequence[Section]) -> tuple[int, int]:
+def _counts(sections: Sequence[FindingsSection]) -> tuple[int, int]:
     wrong, notes = [sum(section.count(level) for section in sections) for level in (Level.WRONG, Level.NOTE)]
     return wrong, notes
 
@@ -69,7 +69,7 @@ def _hanging(head: str, text: str) -> list[str]:
     )  # fmt: skip
 
 
-def _table(table: Table) -> list[str]:
+def _table(table: FindingsTable) -> list[str]:
     cells = [table.columns, *table.rows]
     widths = [max(len(row[i]) for row in cells) for i in range(len(table.columns))]
     return ["  " + "  ".join(f"{cell:>{w}}" for cell, w in zip(row, widths, strict=True)) for row in cells]

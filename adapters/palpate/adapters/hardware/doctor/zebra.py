@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 from palpate.adapters.hardware.doctor.findings import Notebook
-from palpate.adapters.hardware.doctor.pace import Spread, at_rate, rate_Hz, spread_of
+from palpate.adapters.hardware.doctor.pace import IntervalSpread, at_rate, rate_Hz, spread_of
 from palpate.adapters.hardware.zebra_zero import ZebraDriver
 from palpate.core.errors import DeviceError
 from palpate.core.ports.devices import Clock
@@ -81,7 +81,7 @@ def _line(before: BusStatistics, arm: ZebraZero, notes: Notebook) -> None:
     exchanges = now.exchanges - before.exchanges
     trips = now.round_trips
     if trips is not None:
-        spread = Spread(*(1e3 * t for t in (trips.min_s, trips.median_s, trips.p99_s, trips.max_s)))
+        spread = IntervalSpread(*(1e3 * t for t in (trips.min_s, trips.median_s, trips.p99_s, trips.max_s)))
         notes.fact("round trip", f"{spread}, one axis", spread.median_ms)
     lost = {why: count - before.discarded.get(why, 0) for why, count in now.discarded.items()}
     told = ", ".join(f"{count} {why.value}" for why, count in lost.items() if count) or "none lost"

@@ -3,10 +3,10 @@
 from palpate.adapters.hardware.real_time.attribution import Attribution, Cause, ThreadAccount, attribute
 from palpate.adapters.hardware.real_time.grants import Grant
 from palpate.adapters.hardware.real_time.kernel import Kernel
-from palpate.adapters.hardware.real_time.lateness import Histograms, LateTick, Limits, SlowCore, Spread
+from palpate.adapters.hardware.real_time.lateness import Histograms, LatenessSpread, LateTick, Limits, SlowCore
 from palpate.adapters.hardware.real_time.real_time import RealTime, join_loop, request, take_real_time
 from palpate.adapters.hardware.real_time.report import plain, table
-from palpate.adapters.hardware.real_time.sections import Section
+from palpate.adapters.hardware.real_time.sections import TickSection
 from palpate.adapters.hardware.real_time.stopwatch import Stopwatch
 from palpate.adapters.hardware.real_time.timed_ports import timed, timed_recording
 from palpate.adapters.hardware.real_time.timed_task import timed_parts
@@ -18,13 +18,13 @@ __all__ = [
     "Histograms",
     "Kernel",
     "LateTick",
+    "LatenessSpread",
     "Limits",
     "RealTime",
-    "Section",
     "SlowCore",
-    "Spread",
     "Stopwatch",
     "ThreadAccount",
+    "TickSection",
     "attribute",
     "join_loop",
     "plain",

@@ -82,7 +82,7 @@ _BINS: Final = 60 * _STEPS
 
 
 @dataclass(frozen=True, slots=True)
-class Spread:
+class LatenessSpread:
     """A distribution of times, in short. Quantiles are of a bin's middle, count, mean and maximum are exact.
 
     Attributes:
@@ -128,15 +128,15 @@ class Histograms:
         self._sum += kept.sum(axis=0)
         np.maximum(self._max, kept.max(axis=0, initial=0), out=self._max)
 
-    def spread(self, column: int) -> Spread:
+    def spread(self, column: int) -> LatenessSpread:
         """A column's distribution in short; all zero while it is empty."""
         count, longest = int(self._count[column]), int(self._max[column])
         if not count:
-            return Spread(0, 0.0, 0.0, 0.0, 0.0, 0)
+            return LatenessSpread(0, 0.0, 0.0, 0.0, 0.0, 0)
         below = np.cumsum(self._bins[column])
         ranks = [max(1, int(np.ceil(share * count))) for share in (0.5, 0.99, 0.999)]
         median, p99, p999 = (min(_middle_ns(int(np.searchsorted(below, rank))), float(longest)) for rank in ranks)
-        return Spread(count, int(self._sum[column]) / count, median, p99, p999, longest)
+        return LatenessSpread(count, int(self._sum[column]) / count, median, p99, p999, longest)
 
 
 def bins_of(times_ns: Whole) -> Whole:

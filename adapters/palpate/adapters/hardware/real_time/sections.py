@@ -6,7 +6,7 @@ import enum
 from typing import Final
 
 
-class Section(enum.IntEnum):
+class TickSection(enum.IntEnum):
     """What a tick's time is spent on. The numbers are columns; together they make up the tick."""
 
     CLOCK = 0
@@ -20,7 +20,7 @@ class Section(enum.IntEnum):
     REST = 8
 
 
-SECTIONS: Final = len(Section)
+SECTIONS: Final = len(TickSection)
 BUSY: Final = SECTIONS
 """Column of a whole tick, from waking to the next sleep."""
 LATE: Final = SECTIONS + 1
@@ -33,5 +33,5 @@ NAMES: Final = (
 )  # fmt: skip
 """Names of the columns."""
 
-CORE: Final = (Section.PERCEIVE, Section.DECIDE, Section.CONTROL)
+CORE: Final = (TickSection.PERCEIVE, TickSection.DECIDE, TickSection.CONTROL)
 """What the core's parts spend."""

@@ -21,7 +21,7 @@ from palpate.adapters.log.file import dump_json
 from palpate.core.ports.devices import Ports
 
 
-class Beat:
+class RealTimeSession:
     """Real-time settings and section timing of one run. A context manager; to be entered by the loop's own thread.
 
     Args:

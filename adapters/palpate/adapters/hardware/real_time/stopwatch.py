@@ -10,8 +10,8 @@ from typing import Final
 import numpy as np
 
 from palpate.adapters.hardware.real_time.attribution import Account, Attribution, Cause, ThreadAccount, attribute
-from palpate.adapters.hardware.real_time.lateness import Histograms, LateTick, Limits, SlowCore, Spread
-from palpate.adapters.hardware.real_time.sections import BUSY, COLUMNS, CORE, LATE, Section
+from palpate.adapters.hardware.real_time.lateness import Histograms, LatenessSpread, LateTick, Limits, SlowCore
+from palpate.adapters.hardware.real_time.sections import BUSY, COLUMNS, CORE, LATE, TickSection
 from palpate.core.errors import DeviceError
 from palpate.core.ports.values import CONTROL_RATE_HZ
 
@@ -22,11 +22,12 @@ _KEPT: Final = 256
 """The newest ticks of which is kept that they were late."""
 _NEVER_NS: Final = 1 << 62
 _CLOCK, _FORCE, _JOINTS, _SEND, _RECORD = (
-    int(section) for section in (Section.CLOCK, Section.FORCE, Section.JOINTS, Section.SEND, Section.RECORD)
+    int(section)
+    for section in (TickSection.CLOCK, TickSection.FORCE, TickSection.JOINTS, TickSection.SEND, TickSection.RECORD)
 )
 _INNER: Final = [_CLOCK, _FORCE, _JOINTS, _SEND]
 """What a recorder's decorators hold inside."""
-_CLAIMED: Final = [int(section) for section in (*CORE, Section.RECORD)]
+_CLAIMED: Final = [int(section) for section in (*CORE, TickSection.RECORD)]
 """What remains of a tick after these and the ports is the rest."""
 _NOTHING: Final = (0,) * COLUMNS
 
@@ -144,7 +145,7 @@ class Stopwatch:
 
     # What comes of it.
 
-    def spread(self, column: int) -> Spread:
+    def spread(self, column: int) -> LatenessSpread:
         """Distribution of a section's times over the ticks in which it occurred, or of BUSY or LATE over all."""
         self._fold()
         return self._histograms.spread(column)
@@ -205,7 +206,7 @@ class Stopwatch:
         inner = times[:, _INNER].sum(axis=1)
         recorded = times[:, _RECORD] > 0
         times[:, _RECORD] -= np.where(recorded, inner, 0)
-        times[:, Section.REST] = times[:, BUSY] - inner - times[:, _CLAIMED].sum(axis=1)
+        times[:, TickSection.REST] = times[:, BUSY] - inner - times[:, _CLAIMED].sum(axis=1)
         there = times > 0
         there[:, BUSY] = there[:, LATE] = True
         self._histograms.add(np.maximum(times, 0), there)

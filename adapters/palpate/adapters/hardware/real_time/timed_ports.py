@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from palpate.adapters.hardware.real_time.sections import Section
+from palpate.adapters.hardware.real_time.sections import TickSection
 from palpate.adapters.hardware.real_time.stopwatch import Stopwatch
 from palpate.core.ports.decorator import DeviceDecorator
 from palpate.core.ports.devices import ArmCommand, Clock, ForceSensor, JointEncoder, Ports
@@ -10,7 +10,8 @@ from palpate.core.ports.values import AppliedCommand, JointCommand, JointSample,
 
 # As plain numbers: members of an enumeration are looked up slowly.
 _CLOCK, _FORCE, _JOINTS, _SEND, _RECORD = (
-    int(section) for section in (Section.CLOCK, Section.FORCE, Section.JOINTS, Section.SEND, Section.RECORD)
+    int(section)
+    for section in (TickSection.CLOCK, TickSection.FORCE, TickSection.JOINTS, TickSection.SEND, TickSection.RECORD)
 )
 
 

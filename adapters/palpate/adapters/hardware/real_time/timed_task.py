@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Final, ParamSpec, TypeVar
 
-from palpate.adapters.hardware.real_time.sections import Section
+from palpate.adapters.hardware.real_time.sections import TickSection
 from palpate.adapters.hardware.real_time.stopwatch import Stopwatch
-from palpate.core.insertion.agent import Explorer
+from palpate.core.insertion.agent import Agent
 from palpate.core.insertion.measurement import Measurement
 from palpate.core.motion.tip_motion import TipMotion
 
@@ -15,13 +15,13 @@ P = ParamSpec("P")
 R = TypeVar("R")
 
 _PARTS: Final = (
-    (Section.PERCEIVE, ("update",)),
-    (Section.DECIDE, ("feel", "perceive", "choose")),
-    (Section.CONTROL, ("move",)),
+    (TickSection.PERCEIVE, ("update",)),
+    (TickSection.DECIDE, ("record_effort", "perceive", "choose")),
+    (TickSection.CONTROL, ("move",)),
 )
 
 
-def timed_parts(measurement: Measurement, explorer: Explorer, motion: TipMotion, stopwatch: Stopwatch) -> None:
+def timed_parts(measurement: Measurement, agent: Agent, motion: TipMotion, stopwatch: Stopwatch) -> None:
     """Time these parts of one task for good; what they do stays the same.
 
     Perceiving is from samples to the task frame, every tick; deciding is features, symbols, learning and choosing,
@@ -29,11 +29,11 @@ def timed_parts(measurement: Measurement, explorer: Explorer, motion: TipMotion,
 
     Args:
         measurement: Its ``update`` is perceiving.
-        explorer: Its ``feel``, ``perceive`` and ``choose`` are deciding.
+        agent: Its ``record_effort``, ``perceive`` and ``choose`` are deciding.
         motion: Its ``move`` is control.
         stopwatch: Is told.
     """
-    for part, (section, names) in zip((measurement, explorer, motion), _PARTS, strict=True):
+    for part, (section, names) in zip((measurement, agent, motion), _PARTS, strict=True):
         for name in names:
             # On the object, not on its class: other tasks stay as they are.
             setattr(part, name, _timed(getattr(part, name), stopwatch, int(section)))

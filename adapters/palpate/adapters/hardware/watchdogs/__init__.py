@@ -1,6 +1,6 @@
 """Watchdogs: decorators and threads that bring the arm to rest when something has gone quiet, or a person says so.
 
-They stop; they never start again by themselves. What trips is told as a :class:`Trip`, and where it latches, a
+They stop; they never start again by themselves. What trips is told as a :class:`WatchdogTrip`, and where it latches, a
 person's ``acknowledge()`` leads out of it. None of them takes a lock on the way to ``arm.stop()``, so that every stop
 may come from a signal handler.
 
@@ -15,7 +15,7 @@ from palpate.adapters.hardware.watchdogs.loop import LoopWatchdog
 from palpate.adapters.hardware.watchdogs.operator_stop import OperatorSources, OperatorStop
 from palpate.adapters.hardware.watchdogs.process import ProcessWatchdog
 from palpate.adapters.hardware.watchdogs.sensors import WatchedForceSensor, WatchedJointEncoder
-from palpate.adapters.hardware.watchdogs.trip import Latching, Trip
+from palpate.adapters.hardware.watchdogs.trip import Latching, WatchdogTrip
 
 __all__ = [
     "GuardedArm",
@@ -24,7 +24,7 @@ __all__ = [
     "OperatorSources",
     "OperatorStop",
     "ProcessWatchdog",
-    "Trip",
+    "WatchdogTrip",
     "WatchedArm",
     "WatchedClock",
     "WatchedForceSensor",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from palpate.adapters.hardware.watchdogs.age_watch import AgeWatch
-from palpate.adapters.hardware.watchdogs.trip import Latch, TellTrip, Trip, stop_surely, tell_surely
+from palpate.adapters.hardware.watchdogs.trip import Latch, TellTrip, WatchdogTrip, stop_surely, tell_surely
 from palpate.core.ports.decorator import DeviceDecorator
 from palpate.core.ports.devices import ArmCommand, Clock
 from palpate.core.ports.values import AppliedCommand, CommandReason, JointCommand
@@ -33,7 +33,7 @@ class WatchedArm(DeviceDecorator, ArmCommand):
         self._watch = AgeWatch("command watchdog", clock, max_command_age_ns, self._too_old)
 
     @property
-    def tripped(self) -> Trip | None:
+    def tripped(self) -> WatchdogTrip | None:
         """The trip, until the arm is activated again; or None."""
         return self._latch.tripped
 
@@ -81,6 +81,6 @@ class WatchedArm(DeviceDecorator, ArmCommand):
     def _too_old(self, age_ns: int) -> None:
         trouble = stop_surely(self._arm)
         text = f"no command for {age_ns * 1e-6:.1f} ms, {self._limit_ns * 1e-6:.1f} ms are allowed{trouble}"
-        trip = Trip(self._clock.now_ns(), "command age", text)
+        trip = WatchdogTrip(self._clock.now_ns(), "command age", text)
         if self._latch.trip(trip):
             tell_surely(self._tell, trip)

@@ -6,7 +6,7 @@ from abc import abstractmethod
 from collections.abc import Sequence
 from typing import Protocol
 
-from palpate.adapters.hardware.watchdogs.trip import Latching, Trip, stop_surely
+from palpate.adapters.hardware.watchdogs.trip import Latching, WatchdogTrip, stop_surely
 from palpate.core.errors import FaultLatchedError
 from palpate.core.ports.decorator import DeviceDecorator
 from palpate.core.ports.devices import ArmCommand
@@ -60,5 +60,5 @@ class GuardedArm(DeviceDecorator, ArmCommand):
         for watchdog in self._resting:
             watchdog.rest()
 
-    def _tripped(self) -> Trip | None:
+    def _tripped(self) -> WatchdogTrip | None:
         return next((latch.tripped for latch in self._latches if latch.tripped is not None), None)

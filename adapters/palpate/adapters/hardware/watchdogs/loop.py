@@ -6,7 +6,7 @@ from types import TracebackType
 from typing import Self
 
 from palpate.adapters.hardware.watchdogs.age_watch import AgeWatch
-from palpate.adapters.hardware.watchdogs.trip import Latch, Latching, TellTrip, Trip, stop_surely, tell_surely
+from palpate.adapters.hardware.watchdogs.trip import Latch, Latching, TellTrip, WatchdogTrip, stop_surely, tell_surely
 from palpate.core.ports.devices import ArmCommand, Clock
 
 
@@ -29,7 +29,7 @@ class LoopWatchdog(Latching):
         self._watch = AgeWatch("loop watchdog", clock, timeout_ns, self._starved)
 
     @property
-    def tripped(self) -> Trip | None:
+    def tripped(self) -> WatchdogTrip | None:
         """See :class:`Latching`."""
         return self._latch.tripped
 
@@ -65,6 +65,6 @@ class LoopWatchdog(Latching):
     def _starved(self, age_ns: int) -> None:
         trouble = stop_surely(self._arm)
         text = f"no tick for {age_ns * 1e-6:.1f} ms, {self._timeout_ns * 1e-6:.1f} ms are allowed{trouble}"
-        trip = Trip(self._clock.now_ns(), "loop", text)
+        trip = WatchdogTrip(self._clock.now_ns(), "loop", text)
         if self._latch.trip(trip):
             tell_surely(self._tell, trip)

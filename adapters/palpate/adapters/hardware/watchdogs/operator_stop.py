@@ -14,7 +14,7 @@ from typing import Final, Self
 
 from palpate.adapters.hardware.watchdogs.sources import FileSource, KeySource, SocketSource, StopSource
 from palpate.adapters.hardware.watchdogs.stop_signal import StopSignal
-from palpate.adapters.hardware.watchdogs.trip import Latch, Latching, TellTrip, Trip, stop_surely, tell_surely
+from palpate.adapters.hardware.watchdogs.trip import Latch, Latching, TellTrip, WatchdogTrip, stop_surely, tell_surely
 from palpate.core.errors import LifecycleError, require_in
 from palpate.core.ports.devices import ArmCommand, Clock
 
@@ -72,13 +72,13 @@ class OperatorStop(Latching):
         self._wanted += [SocketSource(sources.socket)] if sources.socket is not None else []
         self._sources: list[StopSource] = []
         self._latch = Latch()
-        self._told: Trip | None = None
+        self._told: WatchdogTrip | None = None
         self._opened: ExitStack | None = None
         self._pipe: tuple[int, int] | None = None
         self._ended = False
 
     @property
-    def tripped(self) -> Trip | None:
+    def tripped(self) -> WatchdogTrip | None:
         """See :class:`Latching`."""
         return self._latch.tripped
 
@@ -134,7 +134,7 @@ class OperatorStop(Latching):
         self._ended = True
 
     def stop(self, text: str = "from the program") -> None:
-        """Trip, as an operator would. May be called at any time, from any thread and from a signal handler."""
+        """WatchdogTrip, as an operator would. May be called at any time, from any thread and from a signal handler."""
         self._trip("program", text)
         self._wake()
 
@@ -159,7 +159,7 @@ class OperatorStop(Latching):
     def _trip(self, source: str, text: str) -> None:
         """Stop first, then latch; no lock, for a signal handler comes this way."""
         trouble = stop_surely(self._arm)
-        self._latch.trip(Trip(self._clock.now_ns(), source, text + trouble))
+        self._latch.trip(WatchdogTrip(self._clock.now_ns(), source, text + trouble))
 
     def _on_signal(self) -> None:
         self._trip("signal", self._signal_text())

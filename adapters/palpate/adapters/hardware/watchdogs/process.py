@@ -12,7 +12,7 @@ from types import TracebackType
 from typing import Final, Self
 
 from palpate.adapters.hardware.watchdogs.process_words import ACKNOWLEDGED, FED, QUIT, READY, RESTING, TRIPPED
-from palpate.adapters.hardware.watchdogs.trip import Latch, Latching, TellTrip, Trip, stop_surely, tell_surely
+from palpate.adapters.hardware.watchdogs.trip import Latch, Latching, TellTrip, WatchdogTrip, stop_surely, tell_surely
 from palpate.core.errors import ConfigurationError, LifecycleError, require_in
 from palpate.core.ports.devices import ArmCommand, Clock
 
@@ -54,7 +54,7 @@ class ProcessWatchdog(Latching):
         self._process: subprocess.Popen[bytes] | None = None
 
     @property
-    def tripped(self) -> Trip | None:
+    def tripped(self) -> WatchdogTrip | None:
         """See :class:`Latching`."""
         self._hear()
         return self._latch.tripped
@@ -163,7 +163,7 @@ class ProcessWatchdog(Latching):
     def _trip(self, text: str) -> None:
         if self._latch.tripped is not None:
             return
-        trip = Trip(self._clock.now_ns(), "loop process", text + stop_surely(self._arm))
+        trip = WatchdogTrip(self._clock.now_ns(), "loop process", text + stop_surely(self._arm))
         if self._latch.trip(trip):
             tell_surely(self._tell, trip)
 

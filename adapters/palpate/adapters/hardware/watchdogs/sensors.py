@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Generic
 
-from palpate.adapters.hardware.watchdogs.trip import TellTrip, Trip, tell_surely
+from palpate.adapters.hardware.watchdogs.trip import TellTrip, WatchdogTrip, tell_surely
 from palpate.core.errors import ConfigurationError, DeviceError
 from palpate.core.ports.decorator import SampleT, SensorDecorator
 from palpate.core.ports.devices import Clock, ForceSensor, JointEncoder
@@ -59,7 +59,7 @@ class _NewsWatch(Generic[SampleT]):
     def _tell_once(self, state: str, now_ns: int, text: str) -> None:
         if self._told != state:
             self._told = state
-            tell_surely(self._tell, Trip(now_ns, self._name, f"{state}: {text}"))
+            tell_surely(self._tell, WatchdogTrip(now_ns, self._name, f"{state}: {text}"))
 
 
 class _WatchedSensor(SensorDecorator[SampleT]):

@@ -12,7 +12,7 @@ from palpate.core.ports.devices import ArmCommand
 
 
 @dataclass(frozen=True, slots=True)
-class Trip:
+class WatchdogTrip:
     """A watchdog has tripped.
 
     Attributes:
@@ -26,7 +26,7 @@ class Trip:
     text: str
 
 
-TellTrip: TypeAlias = Callable[[Trip], None]
+TellTrip: TypeAlias = Callable[[WatchdogTrip], None]
 
 
 class Latching(Protocol):
@@ -34,7 +34,7 @@ class Latching(Protocol):
 
     @property
     @abstractmethod
-    def tripped(self) -> Trip | None:
+    def tripped(self) -> WatchdogTrip | None:
         """The trip, or None."""
 
 
@@ -44,14 +44,14 @@ class Latch:
     _KEY: Final = "trip"
 
     def __init__(self) -> None:
-        self._kept: dict[str, Trip] = {}
+        self._kept: dict[str, WatchdogTrip] = {}
 
     @property
-    def tripped(self) -> Trip | None:
+    def tripped(self) -> WatchdogTrip | None:
         """The first trip since the last acknowledgement, or None."""
         return self._kept.get(self._KEY)
 
-    def trip(self, trip: Trip) -> bool:
+    def trip(self, trip: WatchdogTrip) -> bool:
         """Keep a trip; True if it is the first."""
         # One step for the interpreter, so two threads cannot both be first.
         return self._kept.setdefault(self._KEY, trip) is trip
@@ -61,7 +61,7 @@ class Latch:
         self._kept.clear()
 
 
-def tell_surely(tell: TellTrip | None, trip: Trip) -> None:
+def tell_surely(tell: TellTrip | None, trip: WatchdogTrip) -> None:
     """Tell whoever wants to know; if that fails, the watch goes on."""
     if tell is not None:
         with suppress(Exception):

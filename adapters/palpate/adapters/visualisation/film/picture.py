@@ -10,7 +10,7 @@ from PIL import Image, ImageDraw
 
 from palpate.adapters.log.reader import TrialLog
 from palpate.adapters.mujoco.arrows import ACTION, FORCE, arrow_pixels, draw_arrow, metres_per_N, reference_N
-from palpate.adapters.mujoco.scene import Cell, Moment, Stage
+from palpate.adapters.mujoco.scene import DrawnCell, Moment, Stage
 from palpate.adapters.mujoco.views import Array, View
 from palpate.adapters.visualisation.film import captions
 from palpate.adapters.visualisation.film.course import Course
@@ -49,7 +49,7 @@ class Painter:
 
     def __init__(self, log: TrialLog, course: Course, size: tuple[int, int], camera: str) -> None:
         self._size, self._camera = size, camera
-        self._cell = Cell(log)
+        self._cell = DrawnCell(log)
         self._cell.pose(course.moments[0])
         self._close, self._arm = self._cell.views()
         self._reference_N = reference_N(dist(m.force_N, (0, 0, 0)) for m in course.moments if m.force_N is not None)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 from palpate.adapters.visualisation.automaton import machine_picture
-from palpate.adapters.visualisation.report.page import Picture, Section, Table, counted
+from palpate.adapters.visualisation.report.page import PageSection, PageTable, Picture, counted
 from palpate.core.automata.machine import Kind, Machine
 from palpate.core.automata.texts import shown_name
 from palpate.core.automata.tracker import AutomatonState
@@ -40,7 +40,9 @@ def machine_in(document: PolicyDocument) -> Machine | None:
     )
 
 
-def automaton_section(machine: Machine, name: str = "automaton", title: str = "Automaton", text: str = "") -> Section:
+def automaton_section(
+    machine: Machine, name: str = "automaton", title: str = "Automaton", text: str = ""
+) -> PageSection:
     """The automaton as a picture, where it is small enough, and as a table.
 
     Args:
@@ -63,4 +65,4 @@ def automaton_section(machine: Machine, name: str = "automaton", title: str = "A
         for n, row in enumerate(machine.transitions)
     )
     caption = f"Next state by symbol; it starts in {names[machine.start]}"
-    return Section(title, (text,) if text else (), tables=(Table(caption, head, rows),), pictures=pictures)
+    return PageSection(title, (text,) if text else (), tables=(PageTable(caption, head, rows),), pictures=pictures)

@@ -9,7 +9,7 @@ from palpate.adapters.log.trial_recorder import LOG_FOLDER
 from palpate.adapters.visualisation.report.compare_pictures import Interval, Strategy, strategies_picture
 from palpate.adapters.visualisation.report.files import is_there, number, read_json, read_run_toml, read_table
 from palpate.adapters.visualisation.report.logs import logs_in
-from palpate.adapters.visualisation.report.page import Page, Section, Table, share
+from palpate.adapters.visualisation.report.page import Page, PageSection, PageTable, share
 from palpate.adapters.visualisation.report.run_page import log_sections, settings_section
 from palpate.core.errors import OutputError
 
@@ -62,7 +62,7 @@ def compare_page(folder: Path, title: str, *, logs: bool) -> Page:
     )
 
 
-def _side_by_side(strategies: list[Strategy], rows: list[dict[str, str]]) -> Section:
+def _side_by_side(strategies: list[Strategy], rows: list[dict[str, str]]) -> PageSection:
     caption = "Bars: 95 % intervals over trials, Wilson's of success, bootstrapped of times."
     head = ("policy", "success", "median [s]", "95th percentile [s]", "peak force [N]", "trials")
     lines = tuple(
@@ -70,9 +70,9 @@ def _side_by_side(strategies: list[Strategy], rows: list[dict[str, str]]) -> Sec
          row["trials"])
         for s, row in zip(strategies, rows, strict=True)
     )  # fmt: skip
-    table = Table("Brackets: 95 % intervals", head, lines)
+    table = PageTable("Brackets: 95 % intervals", head, lines)
     picture = strategies_picture("strategies", strategies, caption)
-    return Section("Side by side", tables=(table,), pictures=(picture,))
+    return PageSection("Side by side", tables=(table,), pictures=(picture,))
 
 
 def _strategy(path: Path, row: dict[str, str]) -> Strategy:

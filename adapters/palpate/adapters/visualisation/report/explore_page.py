@@ -8,8 +8,13 @@ from typing import Any, Final
 from palpate.adapters.visualisation.report.automaton_section import automaton_section, machine_in
 from palpate.adapters.visualisation.report.files import is_there, number, read_json, read_table
 from palpate.adapters.visualisation.report.grid_pictures import grid_picture
-from palpate.adapters.visualisation.report.learning_pictures import Axes, Curve, Level, learning_picture
-from palpate.adapters.visualisation.report.page import Cell, Page, Picture, Section, Table, counted, share
+from palpate.adapters.visualisation.report.learning_pictures import (
+    Axes,
+    LearningCurve,
+    ReferenceLevel,
+    learning_picture,
+)
+from palpate.adapters.visualisation.report.page import Cell, Page, PageSection, PageTable, Picture, counted, share
 from palpate.adapters.visualisation.report.policy_pictures import arrows_pictures, q_picture
 from palpate.adapters.visualisation.report.run_source import policy_in
 from palpate.core.errors import OutputError
@@ -43,7 +48,7 @@ def explore_page(folder: Path, title: str, *, logs: bool) -> Page:
         problem = f"is no summary of palpate explore ({error})"
         raise OutputError(str(folder / "summary.json"), problem, "explore again") from error
     curve = _curve(folder / "trials.csv", f"{learning.get('learner')}, states: {state}")
-    levels = [Level(words, value) for words, value in bounds]
+    levels = [ReferenceLevel(words, value) for words, value in bounds]
     axes = Axes(cost="steps to the goal", unit="steps", success="goal reached")
     facts = [("Learner", str(learning.get("learner"))), ("States", state), ("Seeds", str(len(scores)))]
     facts += [("Trials of each", str(settings.get("trials"))), ("Map", " / ".join(rows))]
@@ -54,9 +59,9 @@ def explore_page(folder: Path, title: str, *, logs: bool) -> Page:
         notices=(),
         sections=(
             _figures(scores, bounds),
-            Section("Learning curve", pictures=(learning_picture("learning", [curve], levels, axes),)),
+            PageSection("Learning curve", pictures=(learning_picture("learning", [curve], levels, axes),)),
             *_policy(folder, [int(score["seed"]) for score in scores], rows),
-            Section("Settings", listing="".join(f"{name} = {value}\n" for name, value in learning.items())),
+            PageSection("Settings", listing="".join(f"{name} = {value}\n" for name, value in learning.items())),
         ),
         summary=tuple(_line(score, summary) for score in scores),
     )
@@ -66,7 +71,7 @@ def _score(run: dict[str, Any]) -> dict[str, Any]:
     return {name: int(run[name]) if name == "seed" else number(run[name]) for name in _SCORES}
 
 
-def _figures(scores: list[dict[str, Any]], bounds: list[tuple[str, float]]) -> Section:
+def _figures(scores: list[dict[str, Any]], bounds: list[tuple[str, float]]) -> PageSection:
     head = ("seed", "first trials [steps]", "last trials [steps]", "goal reached", "greedy, exact [steps]")
     rows = tuple(
         (str(s["seed"]), f"{s['first']:.2f}", f"{s['last']:.2f}", share(s["reached"]), f"{s['greedy']:.2f}")
@@ -74,10 +79,10 @@ def _figures(scores: list[dict[str, Any]], bounds: list[tuple[str, float]]) -> S
     )
     possible = "; ".join(f"{words} {value:.2f}" for words, value in bounds)
     text = f"What is possible, mean steps: {possible}."
-    return Section("In figures", (text,), (Table("A line for each seed", head, rows),))
+    return PageSection("In figures", (text,), (PageTable("A line for each seed", head, rows),))
 
 
-def _curve(path: Path, label: str) -> Curve:
+def _curve(path: Path, label: str) -> LearningCurve:
     steps: dict[str, list[float]] = {}
     reached: dict[str, list[bool]] = {}
     for row in read_table(path, ("seed", "steps", "reached")):
@@ -88,10 +93,10 @@ def _curve(path: Path, label: str) -> Curve:
         reached.setdefault(row["seed"], []).append(row["reached"] == "True")
     if not steps:
         raise OutputError(str(path), "holds no trial", "explore again")
-    return Curve(label, tuple(map(tuple, steps.values())), tuple(map(tuple, reached.values())))
+    return LearningCurve(label, tuple(map(tuple, steps.values())), tuple(map(tuple, reached.values())))
 
 
-def _policy(folder: Path, seeds: list[int], rows: list[str]) -> list[Section]:
+def _policy(folder: Path, seeds: list[int], rows: list[str]) -> list[PageSection]:
     """What the first seed learned: over the map where a state is a symbol, otherwise over the states."""
     path = next((p for p in (folder / f"policy-{seed}.json" for seed in seeds) if is_there(p)), None)
     document = None if path is None else policy_in(path)
@@ -104,9 +109,9 @@ def _policy(folder: Path, seeds: list[int], rows: list[str]) -> list[Section]:
     else:
         pictures = arrows_pictures("policy", document, title, up=True)
     text = f"{counted(len(document.states), 'state')}, {counted(len(document.actions), 'action')}."
-    sections = [Section("Policy", (text,), pictures=pictures)]
+    sections = [PageSection("Policy", (text,), pictures=pictures)]
     q = q_picture("q-policy", document, title)
-    sections += [Section("Q values", pictures=(q,))] if q is not None else []
+    sections += [PageSection("Q values", pictures=(q,))] if q is not None else []
     machine = machine_in(document)
     if machine is not None:
         sections.append(automaton_section(machine, text="Its states are the policy's."))

@@ -7,7 +7,7 @@ from typing import Any
 
 from palpate.adapters.visualisation.report.automaton_section import automaton_section
 from palpate.adapters.visualisation.report.files import is_there, read_json, read_png
-from palpate.adapters.visualisation.report.page import Page, Picture, Section, Table
+from palpate.adapters.visualisation.report.page import Page, PageSection, PageTable, Picture
 from palpate.core.automata.document import load
 from palpate.core.automata.texts import shown_name
 from palpate.core.errors import OutputError
@@ -46,14 +46,14 @@ def infer_page(folder: Path, title: str, *, logs: bool) -> Page:
     )
 
 
-def _choice(told: dict[str, Any], rows: list[dict[str, Any]]) -> Section:
+def _choice(told: dict[str, Any], rows: list[dict[str, Any]]) -> PageSection:
     head = ("q", "cells", "states, minimised", "wrong strings", "agreement", "loss [nats]")
     lines = tuple(tuple(_shown(row[name]) for name in _COLUMNS) for row in rows)
     text = f"Hidden space was cut into q intervals a unit; q = {told.get('q')} was taken."
-    return Section("How fine to cut", (text,), (Table("What each q came to", head, lines),))
+    return PageSection("How fine to cut", (text,), (PageTable("What each q came to", head, lines),))
 
 
-def _training(folder: Path) -> Section:
+def _training(folder: Path) -> PageSection:
     told = (
         ("training", "Lowest and median training loss of the networks, by step."),
         ("hidden", "Hidden states of the network at all prefixes of the strings, coloured by cell."),
@@ -63,7 +63,7 @@ def _training(folder: Path) -> Section:
         for name, words in told
         if is_there(folder / f"{name}.png")
     )
-    return Section("Training", pictures=pictures)
+    return PageSection("Training", pictures=pictures)
 
 
 def _shown(value: Any) -> str:

@@ -15,7 +15,7 @@ from palpate.adapters.visualisation.report.page import Picture, counted, share
 
 
 @dataclass(frozen=True)
-class Curve:
+class LearningCurve:
     """The trials of equal runs that differ in their seed only.
 
     Attributes:
@@ -35,7 +35,7 @@ class Curve:
 
 
 @dataclass(frozen=True)
-class Level:
+class ReferenceLevel:
     """Something that does not learn, and stands beside a curve as a line.
 
     Attributes:
@@ -72,7 +72,7 @@ def window_of(trials: int) -> int:
 
 
 def learning_picture(
-    name: str, curves: Sequence[Curve], levels: Sequence[Level] = (), axes: Axes | None = None
+    name: str, curves: Sequence[LearningCurve], levels: Sequence[ReferenceLevel] = (), axes: Axes | None = None
 ) -> Picture:
     """Cost above and success below, over the trials.
 
@@ -110,7 +110,7 @@ def means_of(values: Sequence[Sequence[float]], trials: int) -> Array:
     return np.array([moving_average(run[:trials], window_of(trials)) for run in values])
 
 
-def _draw(upper: Any, lower: Any, curve: Curve, colour: str, *, dots: bool) -> None:
+def _draw(upper: Any, lower: Any, curve: LearningCurve, colour: str, *, dots: bool) -> None:
     runs, trials = len(curve.costs), np.arange(1, curve.trials + 1)
     if runs == 1 and dots:
         costs, wins = np.array(curve.costs[0]), np.array(curve.successes[0])
@@ -129,7 +129,7 @@ def _draw(upper: Any, lower: Any, curve: Curve, colour: str, *, dots: bool) -> N
         axes.plot(trials, middle, color=colour, linewidth=1.8, label=curve.label)
 
 
-def _caption(curves: Sequence[Curve], axes: Axes) -> str:
+def _caption(curves: Sequence[LearningCurve], axes: Axes) -> str:
     windows = sorted({window_of(curve.trials) for curve in curves})
     window = " or ".join(map(str, windows))
     text = f"Lines: moving average over the last {window} trial{'s' * (windows != [1])}"
@@ -147,7 +147,7 @@ def _caption(curves: Sequence[Curve], axes: Axes) -> str:
     return text
 
 
-def _alt(curves: Sequence[Curve], levels: Sequence[Level], axes: Axes) -> str:
+def _alt(curves: Sequence[LearningCurve], levels: Sequence[ReferenceLevel], axes: Axes) -> str:
     parts = []
     for curve in curves[:8]:
         window = window_of(curve.trials)

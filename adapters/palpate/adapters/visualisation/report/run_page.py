@@ -13,7 +13,7 @@ from palpate.adapters.visualisation.report.files import is_there, read_text
 from palpate.adapters.visualisation.report.force_pictures import force_picture
 from palpate.adapters.visualisation.report.learning_pictures import learning_picture, window_of
 from palpate.adapters.visualisation.report.logs import LogShelf, logs_in, spread_over
-from palpate.adapters.visualisation.report.page import Cell, Page, Picture, Section, Table, counted, share
+from palpate.adapters.visualisation.report.page import Cell, Page, PageSection, PageTable, Picture, counted, share
 from palpate.adapters.visualisation.report.policy_pictures import arrows_pictures, q_picture
 from palpate.adapters.visualisation.report.run_source import RunSource
 from palpate.adapters.visualisation.report.timing_section import timing_section
@@ -91,7 +91,7 @@ def summary_cells(rows: Sequence[TrialRow], late: Sequence[TrialRow]) -> dict[st
     }  # fmt: skip
 
 
-def policy_sections(document: PolicyDocument, name: str, title: str) -> list[Section]:
+def policy_sections(document: PolicyDocument, name: str, title: str) -> list[PageSection]:
     """The policy as arrows, and its Q values where it has some."""
     learner = document.learner
     text = f"{counted(len(document.states), 'state')}, {counted(len(document.actions), 'action')}; "
@@ -99,17 +99,17 @@ def policy_sections(document: PolicyDocument, name: str, title: str) -> list[Sec
     visited = sum(row.visits > 0 for row in document.table)
     if learner and visited < len(document.states):
         text += f" {counted(len(document.states) - visited, 'state was', 'states were')} never visited."
-    sections = [Section("Policy", (text,), pictures=arrows_pictures(name, document, title))]
+    sections = [PageSection("Policy", (text,), pictures=arrows_pictures(name, document, title))]
     q = q_picture(f"q-{name}", document, title)
     if q is not None:
-        sections.append(Section("Q values", pictures=(q,)))
+        sections.append(PageSection("Q values", pictures=(q,)))
     machine = machine_in(document)
     if machine is not None:
         sections.append(automaton_section(machine, text="Its states are the policy's."))
     return sections
 
 
-def log_sections(paths: Sequence[Path], chosen: Sequence[tuple[Path, str]]) -> list[Section]:
+def log_sections(paths: Sequence[Path], chosen: Sequence[tuple[Path, str]]) -> list[PageSection]:
     """Forces of single trials, and timing.
 
     Args:
@@ -127,7 +127,7 @@ def log_sections(paths: Sequence[Path], chosen: Sequence[tuple[Path, str]]) -> l
     sections = []
     if pictures:
         text = "Each log can be seen whole with palpate log plot."
-        sections.append(Section("Forces of single trials", (text,), pictures=tuple(pictures)))
+        sections.append(PageSection("Forces of single trials", (text,), pictures=tuple(pictures)))
     timed: list[TrialLog] = [shelf.log(path) for path in spread_over(paths, MOST_TIMED)]
     if timed:
         of = counted(len(timed), "log") if len(timed) == len(paths) else f"{len(timed)} of {len(paths)} logs"
@@ -136,12 +136,12 @@ def log_sections(paths: Sequence[Path], chosen: Sequence[tuple[Path, str]]) -> l
     return sections
 
 
-def settings_section(path: Path) -> Section:
+def settings_section(path: Path) -> PageSection:
     """A settings file, folded; without a listing where there is none."""
-    return Section("Settings", listing=read_text(path) if is_there(path) else "")
+    return PageSection("Settings", listing=read_text(path) if is_there(path) else "")
 
 
-def _figures(run: RunSource) -> Section:
+def _figures(run: RunSource) -> PageSection:
     groups = [("all trials", run.rows)]
     if run.learns and len(run.rows) > 1:
         groups = [(f"first {len(run.late)}", run.rows[: len(run.late)]), (f"last {len(run.late)}", run.late), *groups]
@@ -165,13 +165,13 @@ def _figures(run: RunSource) -> Section:
     caption = "Brackets: 95 % intervals, Wilson's of success, bootstrapped of medians"
     outcomes = summary_of(run.rows)["outcomes"]
     text = "Outcomes: " + ", ".join(f"{count} {name}" for name, count in outcomes.items()) + "."
-    return Section("In figures", (text,), (Table(caption, head, tuple(rows)),))
+    return PageSection("In figures", (text,), (PageTable(caption, head, tuple(rows)),))
 
 
-def _curve(run: RunSource) -> Section:
+def _curve(run: RunSource) -> PageSection:
     label = f"moving average of {window_of(len(run.rows))}"
     title = "Learning curve" if run.learns else "Trial by trial"
-    return Section(title, pictures=(learning_picture("learning", [run.curve(label)]),))
+    return PageSection(title, pictures=(learning_picture("learning", [run.curve(label)]),))
 
 
 def _telling(run: RunSource) -> list[tuple[Path, str]]:

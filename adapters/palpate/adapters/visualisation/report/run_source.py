@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from palpate.adapters.experiments.results import TrialRow
 from palpate.adapters.visualisation.report.files import is_there, read_json, read_run_toml, read_trials
-from palpate.adapters.visualisation.report.learning_pictures import Curve
+from palpate.adapters.visualisation.report.learning_pictures import LearningCurve
 from palpate.core.errors import OutputError
 from palpate.core.policy import PolicyDocument
 
@@ -77,14 +77,14 @@ class RunSource:
         """Name of the policy."""
         return str(self.facts.get("policy", "unknown"))
 
-    def curve(self, label: str) -> Curve:
+    def curve(self, label: str) -> LearningCurve:
         """Its trials for a learning curve."""
         return curve_of(label, [self.rows])
 
 
-def curve_of(label: str, runs: list[tuple[TrialRow, ...]]) -> Curve:
+def curve_of(label: str, runs: list[tuple[TrialRow, ...]]) -> LearningCurve:
     """A curve of equal runs with different seeds."""
-    return Curve(
+    return LearningCurve(
         label,
         tuple(tuple(row.exploration_time_s for row in rows) for rows in runs),
         tuple(tuple(row.success for row in rows) for rows in runs),

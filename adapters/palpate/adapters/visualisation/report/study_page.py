@@ -8,9 +8,18 @@ from typing import Any, Final
 from palpate.adapters.experiments.statistics import wilson_interval
 from palpate.adapters.visualisation.report.automaton_section import automaton_section, machine_in
 from palpate.adapters.visualisation.report.intervals import mean_with_interval
-from palpate.adapters.visualisation.report.learning_pictures import Axes, Level, learning_picture, window_of
+from palpate.adapters.visualisation.report.learning_pictures import Axes, ReferenceLevel, learning_picture, window_of
 from palpate.adapters.visualisation.report.logs import logs_in
-from palpate.adapters.visualisation.report.page import Cell, Page, Picture, Section, Table, counted, listed, share
+from palpate.adapters.visualisation.report.page import (
+    Cell,
+    Page,
+    PageSection,
+    PageTable,
+    Picture,
+    counted,
+    listed,
+    share,
+)
 from palpate.adapters.visualisation.report.policy_pictures import arrows_pictures, q_picture
 from palpate.adapters.visualisation.report.run_page import log_sections, settings_section, summary_cells
 from palpate.adapters.visualisation.report.run_source import curve_of
@@ -22,7 +31,7 @@ from palpate.adapters.visualisation.report.study_source import (
     shown_setting,
     shown_value,
 )
-from palpate.adapters.visualisation.report.sweep_pictures import Point, Series, sweep_picture
+from palpate.adapters.visualisation.report.sweep_pictures import Point, SweepSeries, sweep_picture
 from palpate.core.automata.machine import Machine
 
 MOST_SETTINGS: Final = 12
@@ -91,7 +100,7 @@ def _notices(study: StudySource, settings: list[Setting]) -> tuple[str, ...]:
     return tuple(notices)
 
 
-def _sweep(study: StudySource) -> Section:
+def _sweep(study: StudySource) -> PageSection:
     """A picture for every swept field; a line for each policy and each choice of the other fields."""
     pictures, text = [], []
     for field, values in study.swept.items():
@@ -100,10 +109,10 @@ def _sweep(study: StudySource) -> Section:
             lines = _lines(study, field, apart=False)
             text.append(f"In the picture of {field} all values of the other settings are taken together.")
         pictures.append(sweep_picture(field, values, lines))
-    return Section("Against the swept settings", tuple(text), pictures=tuple(pictures))
+    return PageSection("Against the swept settings", tuple(text), pictures=tuple(pictures))
 
 
-def _lines(study: StudySource, field: str, *, apart: bool) -> list[Series]:
+def _lines(study: StudySource, field: str, *, apart: bool) -> list[SweepSeries]:
     others = [name for name in study.swept if name != field]
     found: dict[str, dict[str, list[StudyCell]]] = {}
     for policy in study.policies:
@@ -112,7 +121,7 @@ def _lines(study: StudySource, field: str, *, apart: bool) -> list[Series]:
             label = ", ".join([policy, *held])
             found.setdefault(label, {}).setdefault(shown_value(cell.fields[field]), []).append(cell)
     return [
-        Series(label, tuple(_point(cells[0].fields[field], cells) for cells in points.values()))
+        SweepSeries(label, tuple(_point(cells[0].fields[field], cells) for cells in points.values()))
         for label, points in found.items()
     ]
 
@@ -127,7 +136,7 @@ def _mean_s(cell: StudyCell) -> float:
     return sum(row.exploration_time_s for row in late) / len(late)
 
 
-def _figures(study: StudySource) -> Section:
+def _figures(study: StudySource) -> PageSection:
     swept = list(study.swept)
     rows = []
     for cells in study.groups.values():
@@ -148,10 +157,10 @@ def _figures(study: StudySource) -> Section:
         "Brackets: 95 % intervals, Wilson's of success over all trials, Student's t of the mean over seeds. Of policies"
         " that learn, the last trials count"
     )
-    return Section("In figures", tables=(Table(caption, head, tuple(rows)),))
+    return PageSection("In figures", tables=(PageTable(caption, head, tuple(rows)),))
 
 
-def _curves(study: StudySource, settings: list[Setting]) -> Section:
+def _curves(study: StudySource, settings: list[Setting]) -> PageSection:
     """A picture for each choice of settings: policies that learn as curves, the others as levels."""
     groups = study.groups
     pictures = []
@@ -166,11 +175,13 @@ def _curves(study: StudySource, settings: list[Setting]) -> Section:
             rows = [row for cell in cells if not cell.run.learns for row in cell.run.rows]
             if rows:
                 times = [row.exploration_time_s for row in rows]
-                levels.append(Level(policy, sum(times) / len(times), sum(row.success for row in rows) / len(rows)))
+                levels.append(
+                    ReferenceLevel(policy, sum(times) / len(times), sum(row.success for row in rows) / len(rows))
+                )
         if curves:
             picture = learning_picture(f"learning-{number:02d}", curves, levels, Axes(highest=highest))
             pictures.append(titled(picture, shown_setting(setting)))
-    return Section("Learning curves", pictures=tuple(pictures))
+    return PageSection("Learning curves", pictures=tuple(pictures))
 
 
 def titled(picture: Picture, title: str) -> Picture:
@@ -189,7 +200,7 @@ def _highest(study: StudySource) -> float:
     return 1.08 * highest
 
 
-def _policies(study: StudySource, settings: list[Setting]) -> list[Section]:
+def _policies(study: StudySource, settings: list[Setting]) -> list[PageSection]:
     """Of each choice of settings the policy that the first seed learned."""
     arrows: list[Picture] = []
     machines: dict[Machine, str] = {}
@@ -208,7 +219,7 @@ def _policies(study: StudySource, settings: list[Setting]) -> list[Section]:
         if machine is not None:
             machines.setdefault(machine, shown_setting(setting))
     text = ("The policy of the first seed of each choice of settings.",)
-    sections = [Section("Policies", text, pictures=tuple(arrows)), Section("Q values", pictures=tuple(values))]
+    sections = [PageSection("Policies", text, pictures=tuple(arrows)), PageSection("Q values", pictures=tuple(values))]
     for number, (machine, told) in enumerate(list(machines.items())[:_MOST_AUTOMATA], 1):
         sections.append(
             automaton_section(machine, f"automaton-{number:02d}", f"Automaton {number}", f"Gives the states of {told}.")
@@ -216,7 +227,7 @@ def _policies(study: StudySource, settings: list[Setting]) -> list[Section]:
     return sections
 
 
-def _logs(study: StudySource) -> list[Section]:
+def _logs(study: StudySource) -> list[PageSection]:
     paths: list[Path] = []
     chosen: list[tuple[Path, str]] = []
     for cells in study.groups.values():

@@ -38,7 +38,7 @@ class Point:
 
 
 @dataclass(frozen=True)
-class Series:
+class SweepSeries:
     """One line of the picture: a policy, and what else is held.
 
     Attributes:
@@ -50,7 +50,7 @@ class Series:
     points: tuple[Point, ...]
 
 
-def sweep_picture(field: str, values: Sequence[Any], series: Sequence[Series]) -> Picture:
+def sweep_picture(field: str, values: Sequence[Any], series: Sequence[SweepSeries]) -> Picture:
     """Time above and success below, against the values of a setting.
 
     Args:
@@ -79,7 +79,9 @@ def sweep_picture(field: str, values: Sequence[Any], series: Sequence[Series]) -
     return Picture(f"sweep-{file_name(field)}", _alt(field, series), caption, canvas.png)
 
 
-def _draw(upper: Any, lower: Any, line: Series, number: int, of: int, values: Sequence[Any], numeric: bool) -> None:
+def _draw(
+    upper: Any, lower: Any, line: SweepSeries, number: int, of: int, values: Sequence[Any], numeric: bool
+) -> None:
     colour, mark = COLOURS[number % len(COLOURS)], _MARKS[number % len(_MARKS)]
     places = [float(p.value) if numeric else float(_index(values, p.value)) for p in line.points]
     width = (max(map(float, values)) - min(map(float, values))) / (len(values) - 1) if numeric else 1.0
@@ -107,7 +109,7 @@ def _index(values: Sequence[Any], value: Any) -> int:
     return [shown_value(v) for v in values].index(shown_value(value))
 
 
-def _alt(field: str, series: Sequence[Series]) -> str:
+def _alt(field: str, series: Sequence[SweepSeries]) -> str:
     lines = []
     for line in series:
         told = [

@@ -14,7 +14,7 @@ from palpate.adapters.log.info import LATE_S, NS
 from palpate.adapters.log.reader import TrialLog
 from palpate.adapters.visualisation.report.canvas import COLOURS, drawn
 from palpate.adapters.visualisation.report.intervals import Array
-from palpate.adapters.visualisation.report.page import Picture, Section, Table, counted
+from palpate.adapters.visualisation.report.page import PageSection, PageTable, Picture, counted
 from palpate.core.ports.values import CONTROL_RATE_HZ
 
 _EXACT_S: Final = 1e-6
@@ -65,7 +65,7 @@ class Timing:
         return bool(np.ptp(self.interval_ms) < _EXACT_S * 1e3)
 
 
-def timing_section(logs: Sequence[TrialLog], of: str) -> Section | None:
+def timing_section(logs: Sequence[TrialLog], of: str) -> PageSection | None:
     """What the logs tell of the control cycle; None if they hold too few ticks.
 
     Args:
@@ -83,17 +83,17 @@ def timing_section(logs: Sequence[TrialLog], of: str) -> Section | None:
         )
     tables = [_table(timing)] + ([_sections(timing)] if timing.sections else [])
     pictures = () if timing.exact else (_histogram(timing),)
-    return Section(_TITLE, (text,), tuple(tables), pictures)
+    return PageSection(_TITLE, (text,), tuple(tables), pictures)
 
 
-def _table(timing: Timing) -> Table:
+def _table(timing: Timing) -> PageTable:
     rows = [("interval [ms]", *_spread(timing.interval_ms))]
     if len(timing.late_ms):
         rows.append(("began late by [ms]", *_spread(timing.late_ms)))
     limit_ms = LATE_S * 1e3
     late = int((timing.late_ms > limit_ms).sum())
     caption = f"{counted(late, 'tick')} later than {limit_ms:g} ms, {timing.missing} missing in the logs"
-    return Table(caption, ("", "median", "99 %", "99.9 %", "longest"), tuple(rows))
+    return PageTable(caption, ("", "median", "99 %", "99.9 %", "longest"), tuple(rows))
 
 
 def _spread(values: Array) -> tuple[str, ...]:
@@ -102,10 +102,10 @@ def _spread(values: Array) -> tuple[str, ...]:
     ))  # fmt: skip
 
 
-def _sections(timing: Timing) -> Table:
+def _sections(timing: Timing) -> PageTable:
     names = ("median_ns", "p99_ns", "p999_ns", "max_ns")
     rows = tuple((name, *(f"{times[key] * 1e-3:.1f}" for key in names)) for name, times in timing.sections.items())
-    return Table(
+    return PageTable(
         "Where the time of a tick goes [µs], from the run's start, as the last of these logs tells it",
         ("", "median", "99 %", "99.9 %", "longest"),
         rows,

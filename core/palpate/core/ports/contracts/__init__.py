@@ -17,7 +17,7 @@ from palpate.core.ports.contracts.clock import ClockContract
 from palpate.core.ports.contracts.force_sensor import ForceSensorContract
 from palpate.core.ports.contracts.joint_encoder import JointEncoderContract
 from palpate.core.ports.contracts.rigs import ArmCommandRig, ClockRig, ForceSensorRig, JointEncoderRig
-from palpate.core.ports.contracts.running import Clause, ClauseResult, Outcome, clauses, run_clauses
+from palpate.core.ports.contracts.running import Clause, ClauseOutcome, ClauseResult, clauses, run_clauses
 from palpate.core.ports.contracts.violations import ClauseNotApplicable, ContractViolation
 
 __all__ = [
@@ -25,6 +25,7 @@ __all__ = [
     "ArmCommandRig",
     "Clause",
     "ClauseNotApplicable",
+    "ClauseOutcome",
     "ClauseResult",
     "ClockContract",
     "ClockRig",
@@ -33,7 +34,6 @@ __all__ = [
     "ForceSensorRig",
     "JointEncoderContract",
     "JointEncoderRig",
-    "Outcome",
     "clauses",
     "run_clauses",
 ]

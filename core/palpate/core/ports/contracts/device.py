@@ -12,7 +12,7 @@ from palpate.core.errors import DeviceError, FaultLatchedError, LifecycleError
 from palpate.core.ports.contracts.rigs import DeviceRig
 from palpate.core.ports.contracts.violations import ContractViolation, knob, require, require_quiet, require_raises
 from palpate.core.ports.devices import Device
-from palpate.core.ports.lifecycle import TRANSITIONS, Life, Request
+from palpate.core.ports.lifecycle import TRANSITIONS, Life, LifeRequest
 
 RigT = TypeVar("RigT", bound=DeviceRig[Any])
 
@@ -162,7 +162,7 @@ class DeviceContract(ABC, Generic[RigT]):
 
     def _check_illegal_requests(self, life: Life, errors: type[Exception] | tuple[type[Exception], ...]) -> None:
         with self._rig(life) as rig:
-            for request in Request:
+            for request in LifeRequest:
                 if (life, request) not in TRANSITIONS:
                     action = getattr(rig.device, request.value)
                     wanted = f"an error on {request.value}() while {life.value}"

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from palpate.core.ports.contracts.violations import ClauseNotApplicable, ContractViolation
 
 
-class Outcome(enum.Enum):
+class ClauseOutcome(enum.Enum):
     """What became of a clause."""
 
     PASSED = "passed"
@@ -40,7 +40,7 @@ class ClauseResult:
     """
 
     clause: Clause
-    outcome: Outcome
+    outcome: ClauseOutcome
     message: str = ""
 
 
@@ -61,13 +61,13 @@ def _run(suite: object, clause: Clause) -> ClauseResult:
     try:
         getattr(suite, clause.name)()
     except ClauseNotApplicable as reason:
-        return ClauseResult(clause, Outcome.NOT_APPLICABLE, str(reason))
+        return ClauseResult(clause, ClauseOutcome.NOT_APPLICABLE, str(reason))
     except ContractViolation as violation:
-        return ClauseResult(clause, Outcome.FAILED, str(violation))
+        return ClauseResult(clause, ClauseOutcome.FAILED, str(violation))
     except Exception as error:
         # A stranger's adapter may raise anything anywhere; the other clauses are still worth trying.
-        return ClauseResult(clause, Outcome.FAILED, f"it raised {type(error).__name__}: {error}")
-    return ClauseResult(clause, Outcome.PASSED)
+        return ClauseResult(clause, ClauseOutcome.FAILED, f"it raised {type(error).__name__}: {error}")
+    return ClauseResult(clause, ClauseOutcome.PASSED)
 
 
 def _statement(method: object) -> str:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from palpate.adapters.experiments.study.cell import Cell
+from palpate.adapters.experiments.study.cell import StudyCell
 from palpate.adapters.experiments.study.document import Study
 from palpate.adapters.experiments.study.run_cell import CellJob
 
@@ -18,7 +18,7 @@ def study_of(text: str, folder: Path) -> Study:
     return Study.read(path)
 
 
-def job_in(folder: Path, cell: Cell, base: Mapping[str, Any] | None = None, **others: Any) -> CellJob:
+def job_in(folder: Path, cell: StudyCell, base: Mapping[str, Any] | None = None, **others: Any) -> CellJob:
     """A job for a cell, quick unless the base says otherwise."""
     facts: dict[str, Any] = {"trials": 1, "files": {}, "relative_to": str(folder), **others}
     return CellJob(str(folder), cell, {"task.time_limit_s": 0.1} if base is None else base, **facts)

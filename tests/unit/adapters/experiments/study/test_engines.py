@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from palpate.adapters.experiments.study import engines
-from palpate.adapters.experiments.study.cell import Cell
+from palpate.adapters.experiments.study.cell import StudyCell
 from palpate.adapters.experiments.study.engines import MOST_DEATHS, Engine, Processes, Sequential
 from palpate.adapters.experiments.study.run_cell import CellJob, CellOutcome, CellReport
 from tests.unit.adapters.experiments.study.studies import job_in
@@ -35,7 +35,7 @@ def make(job: CellJob) -> CellReport:
 
 
 def jobs_in(folder: Path, seeds: Sequence[int]) -> list[CellJob]:
-    return [job_in(folder, Cell({}, "torque", seed)) for seed in seeds]
+    return [job_in(folder, StudyCell({}, "torque", seed)) for seed in seeds]
 
 
 def events_of(engine: Engine, jobs: Sequence[CellJob]) -> Events:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from palpate.adapters.experiments.study.cell import Cell
+from palpate.adapters.experiments.study.cell import StudyCell
 from palpate.adapters.experiments.study.document import Study
 from palpate.adapters.experiments.study.folder import StudyFolder
 from palpate.core.errors import ConfigurationError, OutputError
@@ -18,7 +18,7 @@ from tests.unit.adapters.experiments.study.studies import study_of
 TEXT = "[study]\ntrials = 3\nseeds = [0, 1]\npolicies = ['torque']\n[grid]\ntask.step_mm = [0.5, 0.7]\n"
 
 
-def put(folder: StudyFolder, cell: Cell, figures: object = None) -> Path:
+def put(folder: StudyFolder, cell: StudyCell, figures: object = None) -> Path:
     path = folder.cells / cell.name
     path.mkdir(parents=True)
     (path / "summary.json").write_text(json.dumps(figures or {"success": 1.0}))
@@ -27,7 +27,7 @@ def put(folder: StudyFolder, cell: Cell, figures: object = None) -> Path:
 
 
 @pytest.fixture
-def held(tmp_path: Path) -> tuple[StudyFolder, Study, list[Cell]]:
+def held(tmp_path: Path) -> tuple[StudyFolder, Study, list[StudyCell]]:
     """A folder with a study in it, of which one cell is finished."""
     folder, study = StudyFolder(tmp_path / "out"), study_of(TEXT, tmp_path)
     cells = list(study.cells())
@@ -36,7 +36,7 @@ def held(tmp_path: Path) -> tuple[StudyFolder, Study, list[Cell]]:
     return folder, study, cells
 
 
-Held = tuple[StudyFolder, Study, list[Cell]]
+Held = tuple[StudyFolder, Study, list[StudyCell]]
 
 
 def test_the_same_study_and_a_larger_one_fit(held: Held, tmp_path: Path) -> None:

@@ -11,11 +11,11 @@ from threadpoolctl import threadpool_info
 
 from palpate.adapters.config.run import RunConfig
 from palpate.adapters.experiments.study import run_cell
-from palpate.adapters.experiments.study.cell import Cell
+from palpate.adapters.experiments.study.cell import StudyCell
 from palpate.adapters.experiments.study.run_cell import CellOutcome, CellReport, make_cell, one_thread, put_in_place
 from tests.unit.adapters.experiments.study.studies import job_in
 
-CELL = Cell({"task.start_uncertainty_mm": 1.0}, "torque", 3)
+CELL = StudyCell({"task.start_uncertainty_mm": 1.0}, "torque", 3)
 
 
 def test_a_cell_is_a_run_folder_and_says_which(tmp_path: Path) -> None:
@@ -32,7 +32,7 @@ def test_a_cell_is_a_run_folder_and_says_which(tmp_path: Path) -> None:
 
 def test_it_can_be_made_in_any_thread(tmp_path: Path) -> None:
     reports: list[CellReport] = []
-    cell = Cell({}, "q-learning", 0)
+    cell = StudyCell({}, "q-learning", 0)
     thread = threading.Thread(target=lambda: reports.append(make_cell(job_in(tmp_path, cell))))
     thread.start()
     thread.join()

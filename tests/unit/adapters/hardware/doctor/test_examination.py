@@ -11,7 +11,7 @@ import pytest
 from palpate.adapters.config.rig import DeviceEntry, RigFile
 from palpate.adapters.hardware.doctor import examination
 from palpate.adapters.hardware.doctor.examination import Examination, Wishes
-from palpate.adapters.hardware.doctor.findings import Level, Section
+from palpate.adapters.hardware.doctor.findings import FindingsSection, Level
 from palpate.adapters.hardware.doctor.system import System
 from palpate.adapters.hardware.plugins import ArmAdapter, RigContext
 from palpate.core.errors import ConfigurationError
@@ -37,7 +37,7 @@ class Bench:
         monkeypatch.setattr(examination, "arm_maker", lambda name: lambda settings, context: self.make_arm())
         monkeypatch.setattr(examination, "force_sensor_maker", lambda name: lambda settings, context: self.sensor)
 
-    def sections(self) -> list[Section]:
+    def sections(self) -> list[FindingsSection]:
         file = RigFile("bench", DeviceEntry("mine", {}), DeviceEntry("yours", {}))
         wishes = Wishes(0.2, None, self.move)
         return list(Examination(file, self.context, wishes, System(Path("/nowhere"))).sections())
@@ -46,7 +46,7 @@ class Bench:
         return all(device.life is Life.CLOSED for device in (self.arm, self.encoder, self.sensor))
 
 
-def wrongs(section: Section) -> str:
+def wrongs(section: FindingsSection) -> str:
     return " ".join(f.text for f in section.findings if f.level is Level.WRONG)
 
 

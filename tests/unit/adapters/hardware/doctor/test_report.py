@@ -4,14 +4,14 @@ import json
 
 import pytest
 
-from palpate.adapters.hardware.doctor.findings import Finding, Level, Notebook, Section
+from palpate.adapters.hardware.doctor.findings import Finding, FindingsSection, Level, Notebook
 from palpate.adapters.hardware.doctor.report import report_json, section_text, summary_text
 from palpate.adapters.hardware.errors import translating
 from palpate.core.errors import PalpateError
 from palpate.drivers.errors import SilentError
 
 
-def section() -> Section:
+def section() -> FindingsSection:
     notes = Notebook("arm: some")
     notes.fact("rate", "70 Hz", 70.0)
     notes.fact("a longer name", "word " * 40)
@@ -46,7 +46,7 @@ def test_json_has_everything() -> None:
 
 def test_the_summary_counts() -> None:
     assert summary_text([section()]) == "1 thing wrong, 0 notes\n"
-    assert summary_text([Section("a", findings=(Finding(Level.NOTE, "b"),))]) == "all well, 1 note\n"
+    assert summary_text([FindingsSection("a", findings=(Finding(Level.NOTE, "b"),))]) == "all well, 1 note\n"
 
 
 def test_what_is_wrong_has_a_remedy() -> None:

@@ -17,7 +17,7 @@ from palpate.adapters.experiments.policies import comparator, learning_policy
 from palpate.adapters.experiments.results import RunFolder
 from palpate.adapters.experiments.training import Trainer
 from palpate.adapters.experiments.trial import ScoredTrial, objections, run_scored_trial
-from palpate.adapters.hardware.real_time.session import Beat
+from palpate.adapters.hardware.real_time.session import RealTimeSession
 from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.core.insertion.trial import TrialReport, TrialSetup, TrialTiming
 from palpate.core.policy import learner_of
@@ -27,14 +27,14 @@ from tests.unit.adapters.samples import QUICK, ready_pose
 def test_timing_changes_nothing_of_a_trial_and_is_told() -> None:
     config = RunConfig()
 
-    def trial(beat: Beat | None) -> ScoredTrial:
+    def trial(beat: RealTimeSession | None) -> ScoredTrial:
         with SimulatedRig(config, ready_pose()) as rig:
             policy = comparator("torque", config, tuple)
             stopwatch = None if beat is None else beat.stopwatch
             task = build_task(config, ready_pose(), build_perception(config), policy, stopwatch)
             return run_scored_trial(config, rig, task, 0, beat=beat)
 
-    with Beat(RealTimeConfig(warn_core_ms=0.0, warn_late_ms=0.0)) as beat:
+    with RealTimeSession(RealTimeConfig(warn_core_ms=0.0, warn_late_ms=0.0)) as beat:
         timed = trial(beat)
         told, logged = beat.report(), json.loads(beat.report_json())
     assert timed == trial(None)

@@ -13,8 +13,8 @@ from palpate.adapters.hardware.real_time import (
     Cause,
     LateTick,
     Limits,
-    Section,
     SlowCore,
+    TickSection,
     plain,
     table,
     timed_recording,
@@ -37,11 +37,11 @@ def test_sections_are_charged_their_own_time_and_the_rest_is_the_rest() -> None:
     bench.sensor.took_ns, bench.encoder.took_ns, bench.core_ns = 300, 200, 1100
     bench.trial(500)
     spread = bench.stopwatch.spread
-    assert (spread(Section.FORCE).count, spread(Section.FORCE).mean_ns) == (500, 300)
-    assert (spread(Section.JOINTS).mean_ns, spread(Section.REST).mean_ns) == (200, 1100)
+    assert (spread(TickSection.FORCE).count, spread(TickSection.FORCE).mean_ns) == (500, 300)
+    assert (spread(TickSection.JOINTS).mean_ns, spread(TickSection.REST).mean_ns) == (200, 1100)
     assert (spread(BUSY).count, spread(BUSY).max_ns, spread(BUSY).mean_ns) == (500, 1600, 1600)
     assert (spread(LATE).count, spread(LATE).max_ns) == (500, 0)
-    assert spread(Section.DECIDE).count == 0
+    assert spread(TickSection.DECIDE).count == 0
 
 
 def test_trials_are_apart_and_the_last_tick_of_each_counts() -> None:
@@ -251,8 +251,8 @@ def test_recording_is_charged_what_it_adds() -> None:
     recorder.begin(Opening(Path("x.mcap"), {}), Task(), lambda: STARTING)
     bench.trial(20)
     spread = bench.stopwatch.spread
-    assert spread(Section.RECORD).mean_ns == 100
-    assert (spread(Section.FORCE).mean_ns, spread(Section.REST).mean_ns) == (300, 1000)
+    assert spread(TickSection.RECORD).mean_ns == 100
+    assert (spread(TickSection.FORCE).mean_ns, spread(TickSection.REST).mean_ns) == (300, 1000)
     assert spread(BUSY).mean_ns == 1400
 
 

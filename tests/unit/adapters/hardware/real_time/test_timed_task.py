@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from palpate.adapters.hardware.real_time import Section, Stopwatch, timed, timed_parts
+from palpate.adapters.hardware.real_time import Stopwatch, TickSection, timed, timed_parts
 from palpate.core.control_loop import run_trial
-from palpate.core.insertion.agent import Explorer
+from palpate.core.insertion.agent import Agent
 from palpate.core.insertion.measurement import Measurement
 from palpate.core.insertion.task import InsertionTask
 from palpate.core.insertion.trial import Outcome, TrialReport, TrialSetup
@@ -14,8 +14,8 @@ from tests.unit.core.fake_world import FakeWorld, FollowTorque, Pit, build_task
 SETUP = TrialSetup(0, 1, (1e-3, 1e-3))
 
 
-def parts(task: InsertionTask) -> tuple[Measurement, Explorer, TipMotion]:
-    return task._measurement, task._explorer, task._motion
+def parts(task: InsertionTask) -> tuple[Measurement, Agent, TipMotion]:
+    return task._measurement, task._agent, task._motion
 
 
 def run(stopwatch: Stopwatch | None) -> TrialReport:
@@ -32,9 +32,9 @@ def test_a_timed_trial_is_the_same_trial_and_all_sections_are_there() -> None:
     report = run(stopwatch)
     assert report.outcome is Outcome.INSERTED
     assert report == run(None)
-    for section in (Section.PERCEIVE, Section.CONTROL, Section.SEND, Section.FORCE, Section.JOINTS):
+    for section in (TickSection.PERCEIVE, TickSection.CONTROL, TickSection.SEND, TickSection.FORCE, TickSection.JOINTS):
         assert stopwatch.spread(section).count == report.ticks
-    assert 0 < stopwatch.spread(Section.DECIDE).count < report.ticks
+    assert 0 < stopwatch.spread(TickSection.DECIDE).count < report.ticks
 
 
 def test_only_the_parts_that_were_given_are_timed() -> None:
@@ -42,4 +42,4 @@ def test_only_the_parts_that_were_given_are_timed() -> None:
     timed_parts(*parts(build_task(FollowTorque())), stopwatch)
     with FakeWorld(Pit(0.0, 0.0)) as world:
         run_trial(build_task(FollowTorque()), timed(world.ports, stopwatch), SETUP)
-    assert stopwatch.spread(Section.PERCEIVE).count == 0
+    assert stopwatch.spread(TickSection.PERCEIVE).count == 0

@@ -8,7 +8,7 @@ import threading
 import pytest
 
 from palpate.adapters.hardware.clock import MonotonicClock
-from palpate.adapters.hardware.watchdogs import GuardedArm, LoopWatchdog, Trip, WatchedArm, WatchedClock
+from palpate.adapters.hardware.watchdogs import GuardedArm, LoopWatchdog, WatchdogTrip, WatchedArm, WatchedClock
 from palpate.core.errors import ConfigurationError, FaultLatchedError, LifecycleError
 from palpate.core.ports.contracts.fakes import TICK_NS, FakeClock
 from palpate.core.ports.lifecycle import Life
@@ -34,7 +34,7 @@ def test_commands_that_keep_coming_keep_it_going() -> None:
 
 
 def test_a_late_command_finds_the_arm_stopped_until_it_is_activated_again() -> None:
-    clock, told = FakeClock(), list[Trip]()
+    clock, told = FakeClock(), list[WatchdogTrip]()
     arm = active_arm(clock)
     watched = WatchedArm(arm, clock, LIMIT_NS, tell=told.append)
     watched.send(HERE)
@@ -53,7 +53,7 @@ def test_a_late_command_finds_the_arm_stopped_until_it_is_activated_again() -> N
 
 
 def test_the_thread_stops_the_arm_of_a_dead_loop() -> None:
-    told: list[Trip] = []
+    told: list[WatchdogTrip] = []
     with nothing_left_behind():
         clock = MonotonicClock()
         arm = active_arm(clock)
@@ -112,7 +112,7 @@ def test_an_arm_activated_underneath_is_watched_again() -> None:
 
 
 def test_an_arm_that_is_gone_cannot_kill_the_watch() -> None:
-    clock, told = FakeClock(), list[Trip]()
+    clock, told = FakeClock(), list[WatchdogTrip]()
     arm = active_arm(clock)
     watched = WatchedArm(arm, clock, LIMIT_NS, tell=told.append)
     watched.send(HERE)
@@ -127,7 +127,7 @@ def test_an_arm_that_is_gone_cannot_kill_the_watch() -> None:
 
 
 def test_a_listener_that_fails_cannot_kill_the_watch() -> None:
-    def tell(trip: Trip) -> None:
+    def tell(trip: WatchdogTrip) -> None:
         raise RuntimeError("no room on the disk")
 
     clock = FakeClock()
@@ -192,7 +192,7 @@ def test_a_fed_loop_goes_on() -> None:
 
 
 def test_a_loop_that_dies_is_stopped_and_the_trip_latches() -> None:
-    told: list[Trip] = []
+    told: list[WatchdogTrip] = []
     with nothing_left_behind():
         clock = MonotonicClock()
         arm = active_arm(clock)
@@ -243,7 +243,7 @@ def test_a_watchdog_may_be_closed_by_whom_it_tells() -> None:
     clock = FakeClock()
     closed = threading.Event()
 
-    def tell(trip: Trip) -> None:
+    def tell(trip: WatchdogTrip) -> None:
         loop.close()
         closed.set()
 

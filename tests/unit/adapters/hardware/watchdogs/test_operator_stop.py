@@ -15,7 +15,7 @@ from pathlib import Path
 
 import pytest
 
-from palpate.adapters.hardware.watchdogs import GuardedArm, OperatorSources, OperatorStop, Trip
+from palpate.adapters.hardware.watchdogs import GuardedArm, OperatorSources, OperatorStop, WatchdogTrip
 from palpate.adapters.hardware.watchdogs.sources import SocketSource
 from palpate.core.errors import ConfigurationError, FaultLatchedError, LifecycleError
 from palpate.core.ports.contracts.fakes import FakeClock
@@ -36,7 +36,7 @@ class Bench:
     def __init__(self, sources: OperatorSources = NOTHING, terminal_fd: int = 0) -> None:
         self.clock = FakeClock()
         self.arm: StoppedArm = active_arm(self.clock)
-        self.told: list[Trip] = []
+        self.told: list[WatchdogTrip] = []
         self.stop = OperatorStop(self.arm, self.clock, sources, tell=self.told.append, terminal_fd=terminal_fd)
 
     def require_stop(self, source: str, text: str) -> None:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from palpate.adapters.hardware.watchdogs import OperatorSources, OperatorStop, ProcessWatchdog, Trip
+from palpate.adapters.hardware.watchdogs import OperatorSources, OperatorStop, ProcessWatchdog, WatchdogTrip
 from palpate.adapters.hardware.watchdogs.process_main import Watch, stop_function
 from palpate.adapters.hardware.watchdogs.process_words import ACKNOWLEDGED, FED, QUIT, RESTING
 from palpate.core.errors import ConfigurationError, LifecycleError
@@ -70,7 +70,7 @@ def test_a_loop_that_is_fed_goes_on() -> None:
 
 
 def test_a_loop_that_dies_is_stopped_by_signal_and_latches() -> None:
-    clock, told = FakeClock(), list[Trip]()
+    clock, told = FakeClock(), list[WatchdogTrip]()
     arm = active_arm(clock)
     operator = OperatorStop(arm, clock, OperatorSources(keys=False))
     with operator, ProcessWatchdog(arm, clock, 0.02, tell=told.append) as watchdog:
@@ -122,7 +122,7 @@ def test_a_host_that_is_killed_leaves_the_function(tmp_path: Path) -> None:
 
 
 def test_a_watchdog_that_dies_stops_the_arm() -> None:
-    clock, told = FakeClock(), list[Trip]()
+    clock, told = FakeClock(), list[WatchdogTrip]()
     arm = active_arm(clock)
     with nothing_left_behind():
         watchdog = ProcessWatchdog(arm, clock, LONG_S, signal_number=0, tell=told.append)

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from palpate.adapters.fault_injection import FaultPlan, FaultyForceSensor
-from palpate.adapters.hardware.watchdogs import Trip, WatchedForceSensor, WatchedJointEncoder
+from palpate.adapters.hardware.watchdogs import WatchdogTrip, WatchedForceSensor, WatchedJointEncoder
 from palpate.core.errors import ConfigurationError, DeviceError
 from palpate.core.ports.contracts.fakes import TICK_NS, FakeClock, FakeForceSensor, FakeJointEncoder
 from palpate.core.ports.values import Validity, WrenchSample
@@ -29,7 +29,7 @@ def outcomes(sensor: WatchedForceSensor | WatchedJointEncoder, clock: FakeClock,
 
 
 def test_silence_is_stale_and_then_an_error_until_there_is_news() -> None:
-    clock, told = FakeClock(), list[Trip]()
+    clock, told = FakeClock(), list[WatchdogTrip]()
     device = FakeForceSensor(clock, max_age_ns=NEVER_NS)
     with WatchedForceSensor(device, clock, AGE_NS, dead_after_ns=DEAD_NS, tell=told.append) as sensor:
         assert outcomes(sensor, clock, 3) == "vvv"
@@ -75,7 +75,7 @@ def test_late_samples_are_stale_but_the_sensor_lives() -> None:
 
 
 def test_a_number_that_goes_back_is_no_news() -> None:
-    clock, told = FakeClock(), list[Trip]()
+    clock, told = FakeClock(), list[WatchdogTrip]()
     again = [FaultPlan("repeat", "force_sensor", 3, duration_ticks=3, span_ticks=2)]
     device = FaultyForceSensor(FakeForceSensor(clock), clock, again, max_age_ns=NEVER_NS)
     with WatchedForceSensor(device, clock, AGE_NS, dead_after_ns=DEAD_NS, tell=told.append) as sensor:

@@ -8,8 +8,8 @@ import pytest
 from palpate.adapters.visualisation.report.canvas import COLOURS
 from palpate.adapters.visualisation.report.learning_pictures import (
     Axes,
-    Curve,
-    Level,
+    LearningCurve,
+    ReferenceLevel,
     learning_picture,
     means_of,
     window_of,
@@ -17,8 +17,8 @@ from palpate.adapters.visualisation.report.learning_pictures import (
 from tests.unit.adapters.visualisation.report.samples import pixels
 
 
-def curve(*runs: tuple[float, ...], label: str = "q-learning") -> Curve:
-    return Curve(label, runs, tuple((True,) * len(run) for run in runs))
+def curve(*runs: tuple[float, ...], label: str = "q-learning") -> LearningCurve:
+    return LearningCurve(label, runs, tuple((True,) * len(run) for run in runs))
 
 
 def pale(png: bytes, colour: str = COLOURS[0]) -> int:
@@ -54,15 +54,15 @@ def test_seeds_that_agree_have_a_narrow_band() -> None:
 
 
 def test_failures_are_marked_and_successes_too() -> None:
-    mixed = learning_picture("l", [Curve("a", ((2.0, 9.0, 2.0, 9.0),), ((True, False, True, False),))])
-    good = learning_picture("l", [Curve("a", ((2.0, 9.0, 2.0, 9.0),), ((True, True, True, True),))])
+    mixed = learning_picture("l", [LearningCurve("a", ((2.0, 9.0, 2.0, 9.0),), ((True, False, True, False),))])
+    good = learning_picture("l", [LearningCurve("a", ((2.0, 9.0, 2.0, 9.0),), ((True, True, True, True),))])
     orange = [(np.ptp(pixels(p.png), axis=-1) > 60) & (pixels(p.png)[..., 0] > 200) for p in (mixed, good)]
     assert orange[0].sum() > 20
     assert orange[1].sum() == 0
 
 
 def test_words_say_what_is_to_be_seen() -> None:
-    picture = learning_picture("learning", [curve((8.0, 4.0, 2.0, 2.0, 2.0))], [Level("torque", 0.75, 1.0)])
+    picture = learning_picture("learning", [curve((8.0, 4.0, 2.0, 2.0, 2.0))], [ReferenceLevel("torque", 0.75, 1.0)])
     assert "q-learning: 4.67 s after 3 trials, 2 s at trial 5, success 100 % there" in picture.alt
     assert "torque: 0.75 s" in picture.alt
     assert "Trials that fail count with the time they took." in picture.caption

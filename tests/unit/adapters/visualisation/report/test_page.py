@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from palpate.adapters.visualisation.report.page import Page, Picture, Section, counted, listed, share
+from palpate.adapters.visualisation.report.page import Page, PageSection, Picture, counted, listed, share
 
 
 @pytest.mark.parametrize(
@@ -35,5 +35,7 @@ def test_a_share_is_all_or_nothing_only_if_it_is(value: float, text: str) -> Non
 
 def test_pictures_of_all_sections_in_order() -> None:
     a, b, c = (Picture(name, "alt", "caption", b"") for name in "abc")
-    page = Page("t", "k", (), (), (Section("1", pictures=(a,)), Section("2"), Section("3", pictures=(b, c))), ())
+    page = Page(
+        "t", "k", (), (), (PageSection("1", pictures=(a,)), PageSection("2"), PageSection("3", pictures=(b, c))), ()
+    )
     assert page.pictures == (a, b, c)

@@ -8,7 +8,7 @@ import io
 from html.parser import HTMLParser
 
 from palpate.adapters.visualisation.report.canvas import drawn
-from palpate.adapters.visualisation.report.page import Page, Picture, Section, Table
+from palpate.adapters.visualisation.report.page import Page, PageSection, PageTable, Picture
 from palpate.adapters.visualisation.report.render import GENERATOR, csv_of, html_of
 
 EVIL = '<script>alert("1")</script> "\'&amp;'
@@ -37,8 +37,10 @@ def png() -> bytes:
 def page(text: str = "words") -> Page:
     picture = Picture("one", f"alt {text}", f"caption {text}", png())
     sections = (
-        Section(f"title {text}", (text,), (Table(text, (text, "b"), ((text, "2"),)),), (picture,), listing=text),
-        Section("with nothing"),
+        PageSection(
+            f"title {text}", (text,), (PageTable(text, (text, "b"), ((text, "2"),)),), (picture,), listing=text
+        ),
+        PageSection("with nothing"),
     )
     return Page(text, text, ((text, text),), (text,), sections, ({"a": text, "b": None}, {"a": 1.5, "c": True}))
 

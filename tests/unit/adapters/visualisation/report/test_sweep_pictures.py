@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from palpate.adapters.visualisation.report.canvas import COLOURS
-from palpate.adapters.visualisation.report.sweep_pictures import Point, Series, sweep_picture
+from palpate.adapters.visualisation.report.sweep_pictures import Point, SweepSeries, sweep_picture
 from tests.unit.adapters.visualisation.report.samples import pixels
 
 
@@ -18,8 +18,8 @@ def coloured(png: bytes, colour: str) -> np.ndarray:
 
 def test_what_is_told() -> None:
     series = [
-        Series("q-learning", (Point(0.5, (2.0, 4.0), 9, 10), Point(0.7, (1.0, 1.5), 10, 10))),
-        Series("torque", (Point(0.5, (0.75,), 4, 4), Point(0.7, (0.5,), 2, 4))),
+        SweepSeries("q-learning", (Point(0.5, (2.0, 4.0), 9, 10), Point(0.7, (1.0, 1.5), 10, 10))),
+        SweepSeries("torque", (Point(0.5, (0.75,), 4, 4), Point(0.7, (0.5,), 2, 4))),
     ]
     picture = sweep_picture("task.step_mm", [0.5, 0.7], series)
     assert picture.name == "sweep-task.step-mm"
@@ -33,8 +33,8 @@ def test_numbers_lie_where_they_belong_and_names_side_by_side() -> None:
     # A point that has no neighbours does not say where it is: the ends fix the axis.
     def place(values: list[float] | list[str]) -> float:
         points = [Point(value, (1.0,), 1, 1) for value in values]
-        lone = Series("a", (points[1],))
-        ends = Series("b", (points[0], points[-1]))
+        lone = SweepSeries("a", (points[1],))
+        ends = SweepSeries("b", (points[0], points[-1]))
         png = sweep_picture("f", values, [ends, lone]).png
         low, high = (f(coloured(png, COLOURS[0])) for f in (np.min, np.max))
         marks = coloured(png, COLOURS[1])
@@ -46,7 +46,7 @@ def test_numbers_lie_where_they_belong_and_names_side_by_side() -> None:
 def test_a_line_joins_numbers_and_not_names() -> None:
     def longest_gap(values: list[float] | list[str]) -> int:
         points = tuple(Point(value, (1.0,), 1, 1) for value in values)
-        columns = np.unique(coloured(sweep_picture("f", values, [Series("a", points)]).png, COLOURS[0]))
+        columns = np.unique(coloured(sweep_picture("f", values, [SweepSeries("a", points)]).png, COLOURS[0]))
         return int(np.diff(columns).max())
 
     # The legend's mark is apart from the others either way.
@@ -63,5 +63,5 @@ def test_success_has_wilson_s_interval() -> None:
 
 
 def test_equal_bytes() -> None:
-    series = [Series("a", (Point("x", (1.0, 2.0), 1, 2), Point("y", (1.0,), 0, 2)))]
+    series = [SweepSeries("a", (Point("x", (1.0, 2.0), 1, 2), Point("y", (1.0,), 0, 2)))]
     assert sweep_picture("f", ["x", "y"], series) == sweep_picture("f", ["x", "y"], series)

@@ -9,7 +9,7 @@ from palpate.core.ports.devices import ForceSensor
 from palpate.core.ports.values import Validity, Vector3, WrenchSample
 
 
-class FeltForce(SensorDecorator[WrenchSample], ForceSensor):
+class ForceProbe(SensorDecorator[WrenchSample], ForceSensor):
     """Passes samples on and keeps the largest change of the force since the first one.
 
     Args:

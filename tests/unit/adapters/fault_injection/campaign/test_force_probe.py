@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from palpate.adapters.fault_injection.campaign.felt import FeltForce
+from palpate.adapters.fault_injection.campaign.force_probe import ForceProbe
 from palpate.adapters.fault_injection.plan import FaultPlan
 from palpate.adapters.fault_injection.sensors import FaultyForceSensor
 from palpate.core.ports.contracts.fakes import FakeClock, FakeForceSensor
@@ -14,7 +14,7 @@ def test_what_a_fault_adds_or_hides_is_not_felt() -> None:
     clock = FakeClock()
     with FakeForceSensor(clock) as device:
         device.load_N = (1.0, 0.0, 5.0)
-        felt = FeltForce(device)
+        felt = ForceProbe(device)
         grams = FaultPlan(kind="unit", port="force_sensor", factor=1000.0)
         faulty = FaultyForceSensor(felt, clock, [grams])
         for push in (0.0, -3.0, -4.0, -1.0):
