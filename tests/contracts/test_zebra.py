@@ -15,9 +15,9 @@ from palpate.core.motion.arm import arm_named
 from palpate.core.ports.contracts import ArmCommandContract, ArmCommandRig, JointEncoderContract, JointEncoderRig
 from palpate.core.ports.lifecycle import Life
 from palpate.simulation.emulators.lines.pty_server import PtyServer
+from palpate.simulation.emulators.motors.gears import HOME_RAD
 from palpate.simulation.emulators.motors.plant import IdealPlant
 from palpate.simulation.emulators.nmc.bus import NmcBus
-from palpate.simulation.emulators.nmc.joints import HOME_RAD
 
 BAUD = 230_400
 DIVIDER = 2

@@ -28,9 +28,9 @@ from palpate.simulation.emulators.lines.can_wire import CanWire
 from palpate.simulation.emulators.lines.pty_server import LineTiming, PtyServer
 from palpate.simulation.emulators.lines.slcan_server import SlcanServer
 from palpate.simulation.emulators.motors.direct_motors import DirectMotors
+from palpate.simulation.emulators.motors.gears import HOME_RAD
 from palpate.simulation.emulators.motors.plant import JointPlant, MotorModel
 from palpate.simulation.emulators.nmc.bus import NmcBus
-from palpate.simulation.emulators.nmc.joints import HOME_RAD
 from palpate.simulation.work_cell.cell import WorkCell
 
 ARMS: Final = ("zebra-nmc", "cia402")

@@ -7,7 +7,7 @@ from math import exp
 from typing import Final, Protocol
 
 from palpate.core.ports.values import JointVector
-from palpate.simulation.emulators.nmc.joints import AXES, HOME_RAD, ArmGears
+from palpate.simulation.emulators.motors.gears import AXES, HOME_RAD, ArmGears
 
 _S_PER_NS: Final = 1e-9
 _HOME_COUNTS: Final = (0.0,) * AXES

@@ -26,7 +26,7 @@ class Somebody(Person):
 
     def load(self, force: Vector3) -> None:
         fx, fy, _ = force
-        self.sensor.load_N, self.sensor.load_Nm = self.record_effort(force, (-LEVER_M * fy, LEVER_M * fx, 0.0))
+        self.sensor.load_N, self.sensor.load_Nm = self.feel(force, (-LEVER_M * fy, LEVER_M * fx, 0.0))
 
     def ask(self, question: str) -> str | None:
         return self.answer
@@ -107,7 +107,7 @@ def test_nobody_pushes_hard_enough() -> None:
 
 
 @pytest.mark.parametrize(
-    ("record_effort", "hung_kg", "level", "words"),
+    ("feel", "hung_kg", "level", "words"),
     [
         (well, 0.5, Level.OK, "a weight of 4.91 N changed Fz by +4.91 N, as it must"),
         (upside_down, 0.5, Level.WRONG, "must make Fz more positive"),

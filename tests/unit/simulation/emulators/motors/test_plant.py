@@ -7,8 +7,8 @@ from math import exp, pi
 import numpy as np
 import pytest
 
+from palpate.simulation.emulators.motors.gears import HOME_RAD, ArmGears
 from palpate.simulation.emulators.motors.plant import IdealPlant, JointPlant, MotorModel, Plant
-from palpate.simulation.emulators.nmc.joints import HOME_RAD, ArmGears
 from tests.unit.simulation.emulators.nmc_host import Bench, trajectory
 
 MS = 1_000_000
