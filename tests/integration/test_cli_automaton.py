@@ -102,7 +102,10 @@ def test_a_table_for_reading(desk: Path, capsys: pytest.CaptureFixture[str]) -> 
     assert printed.splitlines()[0] == "dfa, 2 states, 2 symbols"
     assert "s0 (start)" in printed
     assert main(["automaton", "show", str(desk / "even.json"), "--out", str(desk / "even.dot")]) == 0
-    assert main(["automaton", "compare", str(desk / "even.json"), str(desk / "even.dot")]) == 0
+    assert main(["automaton", "compare", str(desk / "even.json"), str(desk / "even.dot")]) == 2
+    refusal = capsys.readouterr().err
+    assert "even.dot' is refused: the automaton's .json file" in refusal
+    assert len(refusal.splitlines()) == 1
 
 
 def test_recorded_trials_are_strings_and_the_automaton_is_a_memory(tmp_path: Path) -> None:

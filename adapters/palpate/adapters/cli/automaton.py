@@ -11,7 +11,7 @@ from palpate.adapters.cli.automaton_options import CompareAutomataOptions, Minim
 from palpate.adapters.cli.options import parse
 from palpate.adapters.visualisation.automaton import machine_picture
 from palpate.core.automata.document import load, to_json_text
-from palpate.core.automata.dot import from_dot_text, to_dot_text
+from palpate.core.automata.dot import to_dot_text
 from palpate.core.automata.machine import Kind, Machine
 from palpate.core.automata.minimise import difference, minimised
 from palpate.core.automata.texts import shown_output
@@ -20,7 +20,7 @@ from palpate.core.files import new_file, require_no_file
 
 _HELP: Final = """usage: palpate automaton COMMAND [OPTIONS]
 
-Work with automata in files (.json, or .dot as palpate writes it).
+Work with automata in JSON files, as palpate infer writes them.
 
 commands:
   show      print one; or write it as DOT, or draw it
@@ -90,19 +90,15 @@ def _minimise(words: Sequence[str]) -> int:
 
 
 def read_automaton(path: str) -> Machine:
-    """Read an automaton by the ending of its file's name.
+    """Read an automaton.
 
     Raises:
-        ConfigurationError: It is none.
+        ConfigurationError: It is none, or a picture of one.
     """
-    if not path.endswith(".dot"):
-        return load(path)
-    try:
-        return from_dot_text(Path(path).read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigurationError("automaton", path, f"a readable file in UTF-8 ({error})") from error
-    except ConfigurationError as error:
-        raise ConfigurationError(f"{path}: {error.field}", error.value, error.accepted) from error
+    if path.endswith(".dot"):
+        accepted = "the automaton's .json file: DOT is written for Graphviz and not read back"
+        raise ConfigurationError("automaton", path, accepted)
+    return load(path)
 
 
 def write_automaton(machine: Machine, path: Path) -> None:

@@ -39,7 +39,7 @@ class ShowAutomatonOptions:
     """Print an automaton; or write it as DOT, or draw it."""
 
     file: Word
-    """The automaton, .json or .dot."""
+    """The automaton, a JSON file."""
     out: str = ""
     """Write it here instead, by the ending: .dot, .svg, .png or .json; a file that is not there yet."""
 
@@ -49,7 +49,7 @@ class CompareAutomataOptions:
     """Do two automata answer every word alike? Exit code 0 if they do; 1, and the shortest word that tells, if not."""
 
     one: Word
-    """An automaton, .json or .dot."""
+    """An automaton, a JSON file."""
     other: Word
     """Another one of the same kind over the same symbols."""
     complete: bool = False
@@ -61,6 +61,6 @@ class MinimiseOptions:
     """Write the smallest automaton that answers every word alike."""
 
     file: Word
-    """The automaton, .json or .dot."""
+    """The automaton, a JSON file."""
     out: str = ""
-    """Where: .json or .dot, a file that is not there yet; beside it as NAME.minimal.json if not given."""
+    """Where: .json, .dot, .svg or .png, a file that is not there yet; beside it as NAME.minimal.json if not given."""

@@ -14,7 +14,6 @@ from palpate.adapters.fault_injection.plan import KINDS, PORTS, FaultPlan
 from palpate.adapters.fault_injection.ports import faulty
 from palpate.adapters.fault_injection.schedule import FaultDelivery
 from palpate.adapters.fault_injection.sensors import FaultyForceSensor, FaultyJointEncoder
-from palpate.adapters.fault_injection.toml import fault_plans
 
 __all__ = [
     "KINDS",
@@ -25,6 +24,5 @@ __all__ = [
     "FaultyClock",
     "FaultyForceSensor",
     "FaultyJointEncoder",
-    "fault_plans",
     "faulty",
 ]

@@ -29,7 +29,7 @@ _MOST_NAMES = 3
 
 
 def minimised(machine: Machine, apart: Sequence[Hashable] | None = None) -> Machine:
-    """The smallest machine with the same answer to every word, numbered as :func:`canonical` does.
+    """The smallest machine with the same answer to every word, numbered breadth first from the start, symbols in order.
 
     Two machines of one kind and alphabet that answer every word alike give equal results, apart from the labels. States
     that no word leads to are dropped. A state that stands for several is labelled with their names, ``a|b``, or with
@@ -44,15 +44,6 @@ def minimised(machine: Machine, apart: Sequence[Hashable] | None = None) -> Mach
         ConfigurationError: ``apart`` has not one class for each state.
     """
     return _merged(machine, equivalent_states(machine, apart))
-
-
-def canonical(machine: Machine) -> Machine:
-    """The same machine with its states numbered breadth first from the start, symbols in order.
-
-    Nothing is merged; states that no word leads to are dropped. Machines that differ in the order of their states, in
-    such states or in the labels alone become equal, apart from the labels.
-    """
-    return _merged(machine, tuple((state,) for state in machine.reachable()))
 
 
 def equivalent_states(machine: Machine, apart: Sequence[Hashable] | None = None) -> Classes:
@@ -207,15 +198,6 @@ def difference(one: Machine, other: Machine) -> AutomatonDifference | None:
                 came_from[mine, theirs] = (pair, symbol)
                 queue.append((mine, theirs))
     return None
-
-
-def equivalent(one: Machine, other: Machine) -> bool:
-    """Whether two machines answer every word alike; see :func:`difference`.
-
-    Raises:
-        ConfigurationError: They are of different kinds, or their alphabets differ, be it in the order alone.
-    """
-    return difference(one, other) is None
 
 
 def _answer(machine: Machine, state: int, symbol: int) -> Output | None:

@@ -5,11 +5,9 @@ from palpate.core.perception.features import FeatureExtractor, PrincipalComponen
 from palpate.core.perception.pipeline import (
     SCHEMA,
     Perception,
-    load_perception,
     perception_from_dict,
     perception_to_dict,
     register_stage,
-    save_perception,
     stage_from_dict,
     stage_to_dict,
 )
@@ -36,11 +34,9 @@ __all__ = [
     "Symboliser",
     "Thresholds",
     "Wrench",
-    "load_perception",
     "perception_from_dict",
     "perception_to_dict",
     "register_stage",
-    "save_perception",
     "stage_from_dict",
     "stage_to_dict",
 ]

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
-import json
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, Final
 
-from palpate.core.errors import CommandError, ConfigurationError, OutputError
+from palpate.core.errors import CommandError, ConfigurationError
 from palpate.core.perception.channels import CHANNELS
 from palpate.core.perception.features import FeatureExtractor, PrincipalComponents, SelectedChannels, SelfOrganisingMap
 from palpate.core.perception.signal import Normalisation, SignalProcessor
@@ -173,39 +169,6 @@ def perception_from_dict(data: object) -> Perception:
         if not isinstance(stages[role], protocol):
             raise ConfigurationError(f"perception.{role}.kind", data[role]["kind"], f"a kind of {role}")
     return Perception(**stages)
-
-
-def save_perception(perception: Perception, path: str | os.PathLike[str]) -> None:
-    """Write a perception file; an older one of the name is replaced, whole or not at all.
-
-    Raises:
-        OutputError: The place cannot be written to.
-    """
-    target = Path(path)
-    text = json.dumps(perception_to_dict(perception), indent=1, allow_nan=False) + "\n"
-    beside = target.with_name(f".{target.name}.{os.getpid()}.tmp")
-    try:
-        beside.write_text(text, encoding="utf-8")
-        os.replace(beside, target)
-    except OSError as error:
-        with contextlib.suppress(OSError):
-            beside.unlink()
-        raise OutputError(str(target), f"cannot be written ({error.strerror})", "choose another place") from error
-
-
-def load_perception(path: str | os.PathLike[str]) -> Perception:
-    """Read a perception file.
-
-    Raises:
-        ConfigurationError: No such file, or not one that :func:`save_perception` wrote.
-    """
-    try:
-        data = json.loads(Path(path).read_text(encoding="utf-8"))
-    except OSError as error:
-        raise ConfigurationError("perception.file", str(path), f"a readable file ({error.strerror})") from error
-    except ValueError as error:
-        raise ConfigurationError("perception.file", str(path), "a JSON file from save_perception") from error
-    return perception_from_dict(data)
 
 
 def _plain(value: object) -> object:

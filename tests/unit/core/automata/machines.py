@@ -10,6 +10,7 @@ from itertools import product
 from hypothesis import strategies as st
 
 from palpate.core.automata.machine import Kind, Machine, Output
+from palpate.core.automata.minimise import minimised
 
 KINDS = list(Kind)
 OUTPUTS: dict[Kind, list[Output]] = {
@@ -24,6 +25,11 @@ def dfa(
 ):
     outputs = tuple(state in accepting for state in range(len(rows)))
     return Machine(Kind.DFA, tuple(alphabet), tuple(map(tuple, rows)), outputs, start=start, labels=tuple(labels))
+
+
+def canonical(machine: Machine) -> Machine:
+    """The same machine, nothing merged, its reachable states numbered breadth first from the start."""
+    return minimised(machine, range(len(machine.transitions)))
 
 
 def random_machine(rng: random.Random, kind: Kind, states: int, symbols: int, missing: float = 0.0) -> Machine:

@@ -13,8 +13,8 @@ from aalpy.utils import bisimilar
 from automata.fa.dfa import DFA
 
 from palpate.core.automata.machine import Kind, Machine
-from palpate.core.automata.minimise import canonical, difference, minimised
-from tests.unit.core.automata.machines import doubled, random_machine
+from palpate.core.automata.minimise import difference, minimised
+from tests.unit.core.automata.machines import canonical, doubled, random_machine
 
 Result = TypeVar("Result")
 SORTS = ("two random", "one state", "every state twice", "differ on the empty word only", "large")

@@ -1,12 +1,11 @@
 import dataclasses
 import json
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from palpate.core.errors import ConfigurationError, OutputError
+from palpate.core.errors import ConfigurationError
 from palpate.core.perception import pipeline as stages
 from palpate.core.perception.features import PrincipalComponents, SelectedChannels, SelfOrganisingMap
 from palpate.core.perception.pipeline import Perception
@@ -78,51 +77,13 @@ def test_dictionaries_are_plain_json() -> None:
     }
 
 
-def test_a_perception_comes_back_from_its_file(tmp_path: Path) -> None:
-    path = tmp_path / "perception.json"
-    stages.save_perception(paper(), path)
-    stages.save_perception(paper(), path)
-    assert [p.name for p in tmp_path.iterdir()] == ["perception.json"]
-    assert json.loads(path.read_text())["schema"] == "palpate.perception/1"
-    back = stages.load_perception(path)
+def test_a_perception_comes_back_from_json() -> None:
+    data = json.loads(json.dumps(stages.perception_to_dict(paper())))
+    assert data["schema"] == "palpate.perception/1"
+    back = stages.perception_from_dict(data)
     assert back == paper()
     for row in TABLE.tolist():
         assert back.observe(tuple(row)) == paper().observe(tuple(row))
-
-
-def test_a_failed_write_keeps_the_old_file_and_leaves_nothing_behind(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    path = tmp_path / "perception.json"
-    stages.save_perception(paper(), path)
-    before = path.read_bytes()
-
-    def full(*_: object) -> None:
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr("os.replace", full)
-    with pytest.raises(OutputError, match="No space left"):
-        stages.save_perception(paper(), path)
-    assert path.read_bytes() == before
-    assert list(tmp_path.iterdir()) == [path]
-
-
-def test_a_place_that_is_not_there_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(OutputError, match="No such file"):
-        stages.save_perception(paper(), tmp_path / "no" / "file.json")
-    (tmp_path / "file").touch()
-    with pytest.raises(OutputError, match="Not a directory"):
-        stages.save_perception(paper(), tmp_path / "file" / "below.json")
-    with pytest.raises(ConfigurationError, match=r"perception\.file = .*none\.json.*No such file"):
-        stages.load_perception(tmp_path / "none.json")
-
-
-@pytest.mark.parametrize("text", [b"", b"{", b"\xff\xfe\x00"])
-def test_a_file_that_is_no_json_is_refused(tmp_path: Path, text: bytes) -> None:
-    path = tmp_path / "bad.json"
-    path.write_bytes(text)
-    with pytest.raises(ConfigurationError, match=r"perception\.file = .* a JSON file from save_perception"):
-        stages.load_perception(path)
 
 
 def edit(path: str, value: object) -> dict[str, Any]:
@@ -171,11 +132,9 @@ def edit(path: str, value: object) -> dict[str, Any]:
         ("identifier.symbols", ["a"], r"perception\.identifier\.symbols = \('a',\)"),
     ],
 )
-def test_one_line_names_the_wrong_field(tmp_path: Path, path: str, value: object, message: str) -> None:
-    file = tmp_path / "perception.json"
-    file.write_text(json.dumps(edit(path, value)))
+def test_one_line_names_the_wrong_field(path: str, value: object, message: str) -> None:
     with pytest.raises(ConfigurationError, match="^" + message) as caught:
-        stages.load_perception(file)
+        stages.perception_from_dict(edit(path, value))
     assert "\n" not in str(caught.value)
 
 
