@@ -20,7 +20,7 @@ from pathlib import Path
 from palpate import core
 from palpate.adapters.cli.main import main as palpate
 
-CHANGED_FILE = Path("control", "damping.py")
+CHANGED_FILE = Path("motion", "laws.py")
 BEFORE, AFTER = "m * (force_N[2] - nominal[2])", "m * force_N[2] - m * nominal[2]"
 
 

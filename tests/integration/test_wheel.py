@@ -62,9 +62,9 @@ def test_every_source_file_is_in_it(wheel: Path) -> None:
     assert {name for name in names_in(wheel) if ".dist-info/" not in name} == sources
     assert sources >= {
         *(f"palpate/{layer}/py.typed" for layer in LAYERS),
-        "palpate/core/arms/zebra_zero.urdf",
+        "palpate/core/motion/zebra_zero.urdf",
         "palpate/core/policy/policy.schema.json",
-        "palpate/core/contracts/rigs.py",
+        "palpate/core/ports/contracts/rigs.py",
         "palpate/adapters/cli/main.py",
     }
 
