@@ -9,7 +9,8 @@ from math import ceil
 
 import serial
 
-from palpate.simulation.emulators.lines.pty_server import LineTiming, PtyServer
+from palpate.simulation.emulators.lines.pty_server import PtyServer
+from palpate.simulation.emulators.lines.serial_line import LineTiming
 from palpate.simulation.emulators.motors.plant import IdealPlant
 from palpate.simulation.emulators.nmc.bus import NmcBus
 

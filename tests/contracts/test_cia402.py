@@ -1,30 +1,22 @@
-"""The adapter of the CiA 402 arm keeps the contracts of encoder and arm, over virtual CAN, against emulated drives."""
+"""The adapter of the CiA 402 arm keeps the contracts of encoder and arm, against emulated drives in virtual time."""
 
 from __future__ import annotations
 
-import time
-from itertools import count
 from typing import Any
 
-import numpy as np
 import pytest
 
 from palpate.adapters.hardware.arm_on_bus import BusArm
 from palpate.adapters.hardware.cia402 import make_cia402
-from palpate.adapters.hardware.clock import MonotonicClock
 from palpate.adapters.hardware.plugins import RigContext
 from palpate.core.errors import ConfigurationError
 from palpate.core.motion.arm import arm_named
 from palpate.core.ports.contracts import ArmCommandContract, ArmCommandRig, JointEncoderContract, JointEncoderRig
-from palpate.core.ports.lifecycle import Life
 from palpate.simulation.emulators.cia402.node import CanopenDrive
-from palpate.simulation.emulators.lines.can_bus_server import VirtualBusServer
-from palpate.simulation.emulators.lines.can_wire import CanWire
 from palpate.simulation.emulators.motors.direct_motors import DirectMotors
+from tests.virtual_lines import VirtualDesk
+from tests.virtual_time import VirtualTime
 
-pytestmark = [pytest.mark.xdist_group("real time"), pytest.mark.usefixtures("real_time")]
-
-CHANNELS = count()
 HOME = (0.1, -0.2, 0.3)
 LOWER, UPPER = (-1.0,) * 3, (1.0, 1.0, 0.4)
 SCALE = (30_000.0, -20_000.0, 10_000.0)
@@ -45,30 +37,27 @@ class Bench:
     def __init__(self) -> None:
         self.motors = Following(SCALE, HOME)
         self.drives = [CanopenDrive(axis + 1, self.motors, axis) for axis in range(3)]
-        channel = f"cia402-contract-{next(CHANNELS)}"
-        self.server = VirtualBusServer(CanWire(self.drives, generator=np.random.default_rng(0)), channel)
-        self.server.start()
-        time.sleep(0.05)  # the drives boot
-        self.clock = MonotonicClock()
+        self.desk = VirtualDesk()
+        self.clock = self.desk.clock
+        self.desk.can("can0", *self.drives)
+        self.clock.sleep(0.05)  # the drives boot
         context = RigContext(self.clock, arm_named("zebra-zero"), LOWER, UPPER, (1.0,) * 3)
         table: dict[str, Any] = {
-            "interface": "virtual", "channel": channel, "nodes": [1, 2, 3], "counts_per_rad": list(SCALE),
-            "divider": DIVIDER, "patience": 5.0, "max_age_ms": 200.0,
+            "interface": "virtual", "channel": "can0", "nodes": [1, 2, 3], "counts_per_rad": list(SCALE),
+            "divider": DIVIDER, "max_age_ms": 200.0,
         }  # fmt: skip
         arm = make_cia402(table, context).arm
         assert isinstance(arm, BusArm)
         self.arm = arm
 
     def advance(self, ticks: int) -> None:
-        # The arm's own ticks, one bus cycle each, and half a cycle for a machine that is late.
-        time.sleep((ticks + 0.5) * DIVIDER / 140)
+        # The arm's own ticks, one bus cycle each.
+        self.clock.sleep(ticks * DIVIDER / 140)
 
     def fail(self) -> None:
         """A drive fails; returns when the adapter has noticed."""
-        self.server.do(lambda now_ns: self.drives[0].fail(0x4210))
-        deadline = time.monotonic() + 5.0
-        while self.arm.life is not Life.FAULTED and time.monotonic() < deadline:
-            time.sleep(0.005)
+        self.drives[0].fail(0x4210)
+        self.advance(2)
 
 
 class TestCia402Encoder(JointEncoderContract):
@@ -84,7 +73,7 @@ class TestCia402Encoder(JointEncoderContract):
             tolerance_rad=2e-4,
             arm=bench.arm,
             provoke_fault=bench.fail,
-            dispose=bench.server.close,
+            dispose=bench.desk.close,
             runs_by_itself=True,
         )
 
@@ -105,7 +94,7 @@ class TestCia402Arm(ArmCommandContract):
             settle_ticks=10,
             limit_ticks=100,
             provoke_fault=bench.fail,
-            dispose=bench.server.close,
+            dispose=bench.desk.close,
             runs_by_itself=True,
         )
 
@@ -123,7 +112,7 @@ class TestCia402Arm(ArmCommandContract):
     ],
 )
 def test_settings_that_cannot_work_are_refused(settings: dict[str, Any], field: str) -> None:
-    context = RigContext(MonotonicClock(), arm_named("zebra-zero"), LOWER, UPPER, (1.0,) * 3)
+    context = RigContext(VirtualTime(), arm_named("zebra-zero"), LOWER, UPPER, (1.0,) * 3)
     with pytest.raises(ConfigurationError) as told:
         make_cia402({"nodes": [1, 2, 3], **settings}, context)
     assert told.value.field == field

@@ -1,17 +1,14 @@
-"""The JR3 adapter keeps the contract of a force sensor, over CAN and over a serial line, against emulated boards."""
+"""The JR3 adapter keeps the contract of a force sensor, over CAN and a serial line, against boards in virtual time."""
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from dataclasses import replace
-from itertools import count
 from typing import Any
 
 import numpy as np
 import pytest
 
-from palpate.adapters.hardware.clock import MonotonicClock
 from palpate.adapters.hardware.jr3 import Jr3ForceSensor, make_jr3_can, make_jr3_uart
 from palpate.adapters.hardware.plugins import RigContext
 from palpate.core.errors import ConfigurationError, DeviceError
@@ -20,23 +17,19 @@ from palpate.core.ports.contracts import ForceSensorContract, ForceSensorRig
 from palpate.core.ports.devices import ForceSensor
 from palpate.core.ports.lifecycle import Life
 from palpate.core.ports.values import Validity
-from palpate.simulation.emulators.jr3 import uart as jr3_uart
 from palpate.simulation.emulators.jr3.can import Jr3CanNode
 from palpate.simulation.emulators.jr3.config import Jr3Config
 from palpate.simulation.emulators.jr3.uart import UART_CONFIG, Jr3UartNode
-from palpate.simulation.emulators.lines.can_bus_server import VirtualBusServer
-from palpate.simulation.emulators.lines.can_wire import CanWire
-from palpate.simulation.emulators.lines.pty_server import PtyServer
+from tests.virtual_lines import VirtualDesk
+from tests.virtual_time import VirtualTime
 
-pytestmark = [pytest.mark.xdist_group("real time"), pytest.mark.usefixtures("real_time")]
-CHANNELS = count()
 TICK_NS = 10**9 // 140
 MAX_AGE_MS = 200.0
 BOOT_NS = 1_000_000
 
 
-def context() -> RigContext:
-    return RigContext(MonotonicClock(), arm_named("zebra-zero"), (), (), ())
+def context(clock: VirtualTime) -> RigContext:
+    return RigContext(clock, arm_named("zebra-zero"), (), (), ())
 
 
 class Load:
@@ -52,17 +45,14 @@ class Load:
         self.wrench = (fx, fy, fz, 0.0, 0.0, 0.0)
 
 
-def rig(sensor: Jr3ForceSensor, clock: Any, load: Load, firmware: Any, end: Callable[[], None]) -> ForceSensorRig:
+def rig(desk: VirtualDesk, sensor: Jr3ForceSensor, load: Load, firmware: Any) -> ForceSensorRig:
     def fall_silent() -> None:
         firmware.faults = replace(firmware.faults, silent=True)
 
-    def advance(ticks: int) -> None:
-        time.sleep(ticks / 140)
-
     return ForceSensorRig(
         device=sensor,
-        clock=clock,
-        advance=advance,
+        clock=desk.clock,
+        advance=lambda ticks: desk.clock.sleep(ticks / 140),
         max_age_ns=round(MAX_AGE_MS * 1e6) + TICK_NS,
         push_N=load.push_N,
         load_N=20.0,
@@ -71,33 +61,25 @@ def rig(sensor: Jr3ForceSensor, clock: Any, load: Load, firmware: Any, end: Call
         go_silent=fall_silent,
         is_open=lambda: sensor.device is not None,
         provoke_fault=lambda: sensor._latch("fault on demand"),
-        dispose=end,
+        dispose=desk.close,
         runs_by_itself=True,
     )
 
 
 def can_rig() -> ForceSensorRig:
-    load, made = Load(), context()
+    load, desk = Load(), VirtualDesk()
     node = Jr3CanNode(1, load, replace(Jr3Config(), boot_ns=BOOT_NS), generator=np.random.default_rng(0))
-    channel = f"jr3-contract-{next(CHANNELS)}"
-    server = VirtualBusServer(CanWire([node], generator=np.random.default_rng(1)), channel)
-    server.start()
-    settings = {"interface": "virtual", "channel": channel, "max_age_ms": MAX_AGE_MS, "period_us": 2000}
-    return rig(make_jr3_can(settings, made), made.clock, load, node.firmware, server.close)
+    desk.can("can0", node)
+    settings = {"interface": "virtual", "channel": "can0", "max_age_ms": MAX_AGE_MS, "period_us": 2000}
+    return rig(desk, make_jr3_can(settings, context(desk.clock)), load, node.firmware)
 
 
 def uart_rig() -> ForceSensorRig:
-    load, made = Load(), context()
+    load, desk = Load(), VirtualDesk()
     node = Jr3UartNode(load, replace(UART_CONFIG, boot_ns=BOOT_NS), generator=np.random.default_rng(0))
-    server = PtyServer(node)
-    settings = {"port": server.start(), "max_age_ms": MAX_AGE_MS, "period_us": 4000}
-    return rig(make_jr3_uart(settings, made), made.clock, load, node.firmware, server.stop)
-
-
-@pytest.fixture
-def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The firmware sleeps a second after each command; with hundreds of them that is a long test."""
-    monkeypatch.setattr(jr3_uart, "PAUSE_ns", 50_000_000)
+    desk.serial("sensor", node)
+    settings = {"port": "sensor", "max_age_ms": MAX_AGE_MS, "period_us": 4000}
+    return rig(desk, make_jr3_uart(settings, context(desk.clock)), load, node.firmware)
 
 
 class TestJr3Can(ForceSensorContract):
@@ -105,20 +87,18 @@ class TestJr3Can(ForceSensorContract):
         return can_rig()
 
 
-@pytest.mark.usefixtures("impatient")
 class TestJr3Uart(ForceSensorContract):
     def make(self) -> ForceSensorRig:
         return uart_rig()
 
 
-@pytest.mark.usefixtures("impatient")
 @pytest.mark.parametrize("make", [can_rig, uart_rig])
 def test_after_a_long_pause_a_living_sensor_gives_what_it_feels_now(make: Callable[[], ForceSensorRig]) -> None:
     made = make()
     try:
         with made.device as sensor:
             before = sensor.read()
-            time.sleep(1.5e-3 * MAX_AGE_MS)
+            made.clock.sleep_until(made.clock.now_ns() + round(1.5e6 * MAX_AGE_MS))
             made.push_N(0.0, 0.0, made.load_N)
             made.advance(made.settle_ticks)
             after = sensor.read()
@@ -130,7 +110,7 @@ def test_after_a_long_pause_a_living_sensor_gives_what_it_feels_now(make: Callab
 
 
 def test_the_adapter_is_its_port() -> None:
-    assert isinstance(make_jr3_can({}, context()), ForceSensor)
+    assert isinstance(make_jr3_can({}, context(VirtualTime())), ForceSensor)
 
 
 @pytest.mark.parametrize(
@@ -145,7 +125,7 @@ def test_the_adapter_is_its_port() -> None:
 )
 def test_settings_that_cannot_work_are_refused_before_anything_is_opened(settings: dict[str, Any], field: str) -> None:
     with pytest.raises(ConfigurationError) as told:
-        make_jr3_can(settings, context())
+        make_jr3_can(settings, context(VirtualTime()))
     assert told.value.field == field
 
 
@@ -158,7 +138,7 @@ def test_settings_that_cannot_work_are_refused_before_anything_is_opened(setting
     ],
 )
 def test_a_port_that_is_not_there_is_the_operator_s_to_mend(maker: Any, settings: dict[str, Any]) -> None:
-    sensor = maker(settings, context())
+    sensor = maker(settings, context(VirtualTime()))
     with pytest.raises(DeviceError, match=r"cannot be opened.*the operator's fault"):
         sensor.configure()
     assert sensor.life is Life.CONSTRUCTED
@@ -166,22 +146,17 @@ def test_a_port_that_is_not_there_is_the_operator_s_to_mend(maker: Any, settings
 
 
 def test_a_board_that_restarts_in_mid_run_latches_a_fault() -> None:
-    load, made = Load(), context()
-    node = Jr3CanNode(1, load, replace(Jr3Config(), boot_ns=BOOT_NS), generator=np.random.default_rng(0))
-    with VirtualBusServer(CanWire([node], generator=np.random.default_rng(1)), "jr3-reboot") as server:
-        with make_jr3_can({"interface": "virtual", "channel": "jr3-reboot"}, made) as sensor:
+    with VirtualDesk() as desk:
+        node = Jr3CanNode(1, Load(), replace(Jr3Config(), boot_ns=BOOT_NS), generator=np.random.default_rng(0))
+        desk.can("can0", node)
+        with make_jr3_can({"interface": "virtual", "channel": "can0"}, context(desk.clock)) as sensor:
             assert sensor.read().validity is Validity.VALID
-            server.do(node.reboot)
-            deadline = time.monotonic() + 10.0
-            while sensor.life is Life.ACTIVE and time.monotonic() < deadline:
-                time.sleep(0.01)
-                try:
-                    sensor.read()
-                except DeviceError as error:
-                    told = str(error)
+            node.reboot(desk.clock.now_ns())
+            desk.clock.sleep(0.04)
+            with pytest.raises(DeviceError, match="restarted in mid-run"):
+                sensor.read()
             assert sensor.life is Life.FAULTED
-            assert "restarted in mid-run" in told
             sensor.acknowledge_fault()
             sensor.activate()
-            time.sleep(0.1)
+            desk.clock.sleep(0.1)
             assert sensor.read().validity is Validity.VALID

@@ -1,23 +1,18 @@
-"""The Zebra Zero adapter keeps the contracts of encoder and arm, over a pseudo-terminal, against emulated modules."""
+"""The Zebra Zero adapter keeps the contracts of encoder and arm, against emulated modules in virtual time."""
 
 from __future__ import annotations
 
-import time
 from typing import Any
 
-import pytest
-
 from palpate.adapters.hardware.arm_on_bus import BusArm
-from palpate.adapters.hardware.clock import MonotonicClock
 from palpate.adapters.hardware.plugins import RigContext
 from palpate.adapters.hardware.zebra_zero import make_zebra_nmc
 from palpate.core.motion.arm import arm_named
 from palpate.core.ports.contracts import ArmCommandContract, ArmCommandRig, JointEncoderContract, JointEncoderRig
-from palpate.core.ports.lifecycle import Life
-from palpate.simulation.emulators.lines.pty_server import PtyServer
 from palpate.simulation.emulators.motors.gears import HOME_RAD
 from palpate.simulation.emulators.motors.plant import IdealPlant
 from palpate.simulation.emulators.nmc.bus import NmcBus
+from tests.virtual_lines import VirtualDesk
 
 BAUD = 230_400
 DIVIDER = 2
@@ -26,21 +21,18 @@ UPPER = (3.14, 1.70, 1.07, 3.14, 3.14, 3.14)
 SETTLE_TICKS = 20
 
 
-pytestmark = [pytest.mark.xdist_group("real time"), pytest.mark.usefixtures("real_time")]
-
-
 class Bench:
     """An adapter and the modules that it talks to."""
 
     def __init__(self, **settings: Any) -> None:
+        self.desk = VirtualDesk()
+        self.clock = self.desk.clock
         self.plant = IdealPlant()
         self.bus = NmcBus(self.plant)
-        self.server: PtyServer[NmcBus] = PtyServer(self.bus)
-        port = self.server.start()
-        self.clock = MonotonicClock()
+        self.desk.serial("arm", self.bus)
         context = RigContext(self.clock, arm_named("zebra-zero"), LOWER, UPPER, (1.0,) * 6)
         table = {
-            "port": port,
+            "port": "arm",
             "baud": BAUD,
             "adapter_latency_ms": 0.0,
             "divider": DIVIDER,
@@ -53,20 +45,13 @@ class Bench:
         self.arm = arm
 
     def advance(self, ticks: int) -> None:
-        # The arm's own ticks, one bus cycle each, and half a cycle for a machine that is late.
-        time.sleep((ticks + 0.5) * DIVIDER / 140)
+        # The arm's own ticks, one bus cycle each.
+        self.clock.sleep(ticks * DIVIDER / 140)
 
     def overload(self) -> None:
         """The first motor draws too much current; returns when the adapter has noticed."""
-        with self.server.exclusive() as bus:
-            bus.modules[0].servo.overcurrent = True
-        deadline = time.monotonic() + 5.0
-        while self.arm.life is not Life.FAULTED and time.monotonic() < deadline:
-            time.sleep(0.005)
-
-    def joints_rad(self) -> tuple[float, ...]:
-        with self.server.exclusive():
-            return self.plant.joints_rad()
+        self.bus.modules[0].servo.overcurrent = True
+        self.advance(2)
 
 
 class TestZebraEncoder(JointEncoderContract):
@@ -82,7 +67,7 @@ class TestZebraEncoder(JointEncoderContract):
             tolerance_rad=2e-4,
             arm=bench.arm,
             provoke_fault=bench.overload,
-            dispose=bench.server.stop,
+            dispose=bench.desk.close,
             runs_by_itself=True,
         )
 
@@ -98,11 +83,11 @@ class TestZebraArm(ArmCommandContract):
             lower_rad=LOWER,
             upper_rad=UPPER,
             fast_step_rad=0.1,
-            position_rad=bench.joints_rad,
+            position_rad=bench.plant.joints_rad,
             tolerance_rad=2e-4,
             settle_ticks=SETTLE_TICKS,
             limit_ticks=300,
             provoke_fault=bench.overload,
-            dispose=bench.server.stop,
+            dispose=bench.desk.close,
             runs_by_itself=True,
         )

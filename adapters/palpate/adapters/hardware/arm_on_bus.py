@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import threading
-import time
 from abc import abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -25,8 +24,10 @@ from palpate.core.ports.values import (
 from palpate.drivers.errors import DriverError
 
 _NS: Final = 1_000_000_000
-_PATIENCE_S: Final = 3.0
+_PATIENCE_NS: Final = 3 * _NS
 """Longest wait for the thread to do what it was told; a cycle takes milliseconds, a stop a fraction of a second."""
+_POLL_NS: Final = 1_000_000
+"""How often such a wait looks up."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,9 +153,7 @@ class BusArm(ManagedDevice, JointEncoder, ArmCommand):
             if self._life in (Life.CONFIGURED, Life.ACTIVE, Life.FAULTED):
                 self._driver.stop()
             return
-        deadline = time.monotonic() + _PATIENCE_S
-        while not self._stopped and thread.is_alive() and time.monotonic() < deadline:
-            time.sleep(0.001)
+        self._wait(lambda: self._stopped or not thread.is_alive())
 
     def _where(self) -> JointVector:
         return () if self._sample is None else self._sample.position_rad
@@ -187,7 +186,13 @@ class BusArm(ManagedDevice, JointEncoder, ArmCommand):
         thread, self._thread = self._thread, None
         if thread is not None:
             self._end = True
-            thread.join(_PATIENCE_S)
+            self._wait(lambda: not thread.is_alive())
+
+    def _wait(self, done: Callable[[], bool]) -> None:
+        """Wait for the thread, on the run's clock; not for ever."""
+        deadline_ns = self._clock.now_ns() + _PATIENCE_NS
+        while not done() and self._clock.now_ns() < deadline_ns:
+            self._clock.sleep_until(self._clock.now_ns() + _POLL_NS)
 
     def _on_configure(self) -> None:
         try:
@@ -202,11 +207,10 @@ class BusArm(ManagedDevice, JointEncoder, ArmCommand):
             self._driver.enable()
         self._newest = self._sample = None
         self._end = self._stop_wanted = self._stopped = False
-        self._thread = threading.Thread(target=self._run, name=f"{self.name} bus", daemon=True)
-        self._thread.start()
-        deadline = time.monotonic() + _PATIENCE_S
-        while self._sample is None and self._thread.is_alive() and time.monotonic() < deadline:
-            time.sleep(0.001)
+        thread = threading.Thread(target=self._run, name=f"{self.name} bus", daemon=True)
+        self._thread = thread
+        thread.start()
+        self._wait(lambda: self._sample is not None or not thread.is_alive())
         if self._sample is None:
             raise DeviceError(self.name, self.fault or "delivers no joint angles")
 

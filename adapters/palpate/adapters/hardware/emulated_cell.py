@@ -25,7 +25,8 @@ from palpate.simulation.emulators.jr3.can import Jr3CanNode
 from palpate.simulation.emulators.jr3.config import Jr3Config
 from palpate.simulation.emulators.jr3.uart import UART_CONFIG, Jr3UartNode
 from palpate.simulation.emulators.lines.can_wire import CanWire
-from palpate.simulation.emulators.lines.pty_server import LineTiming, PtyServer
+from palpate.simulation.emulators.lines.pty_server import PtyServer
+from palpate.simulation.emulators.lines.serial_line import LineTiming
 from palpate.simulation.emulators.lines.slcan_server import SlcanServer
 from palpate.simulation.emulators.motors.direct_motors import DirectMotors
 from palpate.simulation.emulators.motors.gears import HOME_RAD

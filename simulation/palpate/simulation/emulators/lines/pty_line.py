@@ -14,7 +14,6 @@ _TCGETS2: Final = (
     0x802C542A  # FACT, Linux <asm-generic/termbits.h>: struct termios2 has 44 bytes, the output speed last
 )
 _TERMIOS2: Final = struct.Struct("=40xI")
-_TOLERANCE: Final = 0.04  # half a bit over ten is 5 %, and both ends have their share (assumed)
 
 
 class PtyLine:
@@ -60,8 +59,3 @@ class PtyLine:
         """Hang up."""
         os.close(self.master)
         os.close(self._slave)
-
-
-def same_rate(host_baud: int, device_baud: int) -> bool:
-    """Whether two ends of a line understand each other."""
-    return abs(host_baud - device_baud) <= _TOLERANCE * device_baud

@@ -6,62 +6,17 @@ import os
 import select
 import threading
 import time
-from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Final, Generic, Protocol, TypeVar
+from typing import Final, Generic
 
-import numpy as np
-
-from palpate.simulation.emulators.lines.faults import FaultInjector
-from palpate.simulation.emulators.lines.pty_line import PtyLine, same_rate
+from palpate.simulation.emulators.lines.pty_line import PtyLine
+from palpate.simulation.emulators.lines.serial_line import Emulator, LineTiming, SerialLine
 
 _NS: Final = 1_000_000_000
-_BITS_PER_BYTE: Final = 10  # 8N1
 _READ_SIZE: Final = 4096
-_RX_GRAIN_NS: Final = 500_000
 _WAKES_LATE_NS: Final = 60_000  # an ordinary kernel ends a sleep about that much late
-_FTDI_PACKET: Final = 62  # payload of a full-speed USB packet of 64 bytes (FACT, FTDI chips put two status bytes first)
-
-
-class SerialEmulator(Protocol):
-    """A device at the byte level that a server can put on a line. It reads no clock: time only comes as `now_ns`.
-
-    `now_ns` never goes back by more than the grain of the server's wake-ups; an emulator ignores time that does.
-    """
-
-    @property
-    def baud(self) -> int:
-        """Line rate at which the device sends and receives now, 8N1."""
-
-    def feed(self, data: bytes, now_ns: int) -> bytes:
-        """Take bytes from the host, the last of which has arrived at `now_ns`; returns what the device answers."""
-
-    def advance(self, now_ns: int) -> bytes:
-        """Let time go on; returns what the device sends by itself."""
-
-
-Emulator = TypeVar("Emulator", bound=SerialEmulator)
-
-
-@dataclass(frozen=True, slots=True)
-class LineTiming:
-    """How fast a line is.
-
-    Attributes:
-        paced: Whether bytes take their time (10 bits each at the device's rate); else everything is at once.
-        turnaround_s: From the end of a command to the start of its answer (assumed).
-        usb_latency_s: Latency timer of a USB adapter: what has arrived is handed to the host when the timer ends or
-            62 bytes are together. 0 is a plain port, 0.016 an FTDI chip's default, 0.001 its lowest setting.
-        poll_s: Longest time between two calls of `advance`.
-    """
-
-    paced: bool = True
-    turnaround_s: float = 0.0
-    usb_latency_s: float = 0.0
-    poll_s: float = 1e-3
 
 
 class PtyServer(Generic[Emulator]):
@@ -90,17 +45,14 @@ class PtyServer(Generic[Emulator]):
         link: Path | None = None,
         clock_ns: Callable[[], int] = time.monotonic_ns,
     ) -> None:
-        self.faults = FaultInjector(np.random.default_rng(seed))
-        self._emulator, self._timing, self._clock_ns = emulator, timing or LineTiming(), clock_ns
+        self._serial, self._clock_ns = SerialLine(emulator, timing, seed=seed), clock_ns
+        self.faults = self._serial.faults
         self._link = link
         self._lock = threading.Lock()
         self._line: PtyLine | None = None
         self._thread: threading.Thread | None = None
         self._wake_read = self._wake_write = -1
         self._stopping = False
-        self._rx: deque[tuple[int, bytes]] = deque()
-        self._tx: deque[tuple[int, bytes]] = deque()
-        self._rx_clear_ns = self._tx_clear_ns = self._polled_ns = 0
 
     @property
     def path(self) -> str:
@@ -145,14 +97,13 @@ class PtyServer(Generic[Emulator]):
     def exclusive(self) -> Iterator[Emulator]:
         """The emulator, while the server's thread keeps its hands off it."""
         with self._lock:
-            yield self._emulator
+            yield self._serial.emulator
 
     def unplug(self) -> None:
         """Hang up; bytes under way are lost. Harmless if unplugged."""
         with self._lock:
             line, self._line = self._line, None
-            self._rx.clear()
-            self._tx.clear()
+            self._serial.disconnect()
             if line is not None:
                 line.close()
                 self._unlink()
@@ -164,8 +115,8 @@ class PtyServer(Generic[Emulator]):
             raise RuntimeError("the server is not running")
         with self._lock:
             if self._line is None:
-                self._line = PtyLine(self._emulator.baud)
-                self._rx_clear_ns = self._tx_clear_ns = self._clock_ns()
+                self._line = PtyLine(self._serial.emulator.baud)
+                self._serial.connect(self._line.host_baud, self._clock_ns())
                 if self._link is not None:
                     self._unlink()
                     self._link.symlink_to(self._line.path)
@@ -188,9 +139,11 @@ class PtyServer(Generic[Emulator]):
     def _serve(self) -> None:
         while not self._stopping:
             with self._lock:
-                self._step()
+                for data in self._serial.step(self._clock_ns()):
+                    if self._line is not None:
+                        self._line.write(data)
                 fds = [self._wake_read] if self._line is None else [self._wake_read, self._line.master]
-                timeout_s = max(0, self._next_event_ns() - self._clock_ns() - _WAKES_LATE_NS) / _NS
+                timeout_s = max(0, self._serial.next_event_ns() - self._clock_ns() - _WAKES_LATE_NS) / _NS
             try:
                 ready, _, _ = select.select(fds, [], [], timeout_s)
             except OSError:
@@ -199,71 +152,4 @@ class PtyServer(Generic[Emulator]):
                 os.read(self._wake_read, _READ_SIZE)
             with self._lock:
                 if self._line is not None and self._line.master in ready:
-                    self._receive(self._line)
-
-    def _next_event_ns(self) -> int:
-        """When the thread must wake: the poll, the next delivery, or received bytes that are through the line."""
-        due_ns = self._polled_ns + round(self._timing.poll_s * _NS)
-        if self._tx and self._line is not None:
-            due_ns = min(due_ns, self._tx[0][0])
-        if self._rx:
-            # A wake-up for each byte would cost more than it is worth: take them in grains.
-            due_ns = min(due_ns, max(self._rx[0][0], min(self._rx[-1][0], self._rx[0][0] + _RX_GRAIN_NS)))
-        return due_ns
-
-    def _receive(self, line: PtyLine) -> None:
-        """Take what the host has written and let each byte pass the line in its time."""
-        data = line.read(_READ_SIZE)
-        if not data:
-            return
-        baud, host_baud = self._emulator.baud, line.host_baud()
-        if not same_rate(host_baud, baud):
-            data = self.faults.garbage(data, baud / host_baud)
-        byte_ns = self._byte_ns(baud)
-        at_ns = max(self._rx_clear_ns, self._clock_ns())
-        for byte in self.faults.on_command(data):
-            at_ns += byte_ns
-            self._rx.append((at_ns, bytes([byte])))
-        self._rx_clear_ns = at_ns
-
-    def _step(self) -> None:
-        """Everything that is due now: bytes in, time passing in the device, bytes out."""
-        now_ns = self._clock_ns()
-        while self._rx and self._rx[0][0] <= now_ns:
-            at_ns, data = self._rx.popleft()
-            baud = self._emulator.baud
-            # A reply to a change of the rate still goes out at the old one.
-            self._send(self._emulator.feed(data, at_ns), at_ns + round(self._timing.turnaround_s * _NS), baud)
-        baud = self._emulator.baud
-        self._send(self._emulator.advance(now_ns), now_ns, baud)
-        self._polled_ns = now_ns
-        while self._line is not None and self._tx and self._tx[0][0] <= now_ns:
-            self._line.write(self._tx.popleft()[1])
-
-    def _send(self, reply: bytes, start_ns: int, baud: int) -> None:
-        """Put bytes on the line to the host; they become readable when the last of them has arrived."""
-        if not reply or self._line is None:
-            return
-        host_baud = self._line.host_baud()
-        for delivery in self.faults.on_reply(reply):
-            matched = same_rate(host_baud, baud)
-            data = delivery.data if matched else self.faults.garbage(delivery.data, host_baud / baud)
-            start_ns = max(start_ns + delivery.delay_ns, self._tx_clear_ns)
-            self._tx_clear_ns = start_ns + len(delivery.data) * self._byte_ns(baud)
-            self._tx.append((self._handed_over_ns(self._tx_clear_ns, len(data)), data))
-
-    def _handed_over_ns(self, arrived_ns: int, size: int) -> int:
-        """When a USB adapter hands bytes to the host: when its timer next ends, or at once if a packet is full."""
-        latency_ns = round(self._timing.usb_latency_s * _NS)
-        if latency_ns == 0:
-            return arrived_ns
-        due_ns = -(-arrived_ns // latency_ns) * latency_ns
-        waiting = size + sum(len(data) for at_ns, data in self._tx if at_ns >= due_ns)
-        if waiting < _FTDI_PACKET:
-            return due_ns
-        for index, (at_ns, data) in enumerate(self._tx):
-            self._tx[index] = (min(at_ns, arrived_ns), data)
-        return arrived_ns
-
-    def _byte_ns(self, baud: int) -> int:
-        return _BITS_PER_BYTE * _NS // baud if self._timing.paced else 0
+                    self._serial.receive(self._line.read(_READ_SIZE), self._clock_ns())

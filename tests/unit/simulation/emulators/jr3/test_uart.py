@@ -12,7 +12,8 @@ import serial
 
 from palpate.simulation.emulators.jr3.config import Jr3Config, Jr3Faults
 from palpate.simulation.emulators.jr3.uart import UART_CONFIG, Jr3UartNode, parse_command
-from palpate.simulation.emulators.lines.pty_server import PtyServer, SerialEmulator
+from palpate.simulation.emulators.lines.pty_server import PtyServer
+from palpate.simulation.emulators.lines.serial_line import SerialEmulator
 
 MS = 1_000_000
 S = 1_000_000_000

@@ -13,7 +13,8 @@ import pytest
 import serial
 
 from palpate.simulation.emulators.lines.faults import Delivery, FaultInjector, LineFaults
-from palpate.simulation.emulators.lines.pty_server import LineTiming, PtyServer, SerialEmulator
+from palpate.simulation.emulators.lines.pty_server import PtyServer
+from palpate.simulation.emulators.lines.serial_line import LineTiming, SerialEmulator
 from palpate.simulation.emulators.motors.plant import IdealPlant
 from palpate.simulation.emulators.nmc.bus import NmcBus
 from tests.unit.simulation.emulators.nmc_host import ALL, address_all, command

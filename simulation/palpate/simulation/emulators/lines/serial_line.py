@@ -1,0 +1,162 @@
+"""A serial line between a host and an emulated device: the time that bytes take, and what goes wrong with them."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final, Generic, Protocol, TypeVar
+
+import numpy as np
+
+from palpate.simulation.emulators.lines.faults import FaultInjector
+
+_NS: Final = 1_000_000_000
+_BITS_PER_BYTE: Final = 10  # 8N1
+_RX_GRAIN_NS: Final = 500_000
+_FTDI_PACKET: Final = 62  # payload of a full-speed USB packet of 64 bytes (FACT, FTDI chips put two status bytes first)
+_RATE_TOLERANCE: Final = 0.04  # half a bit over ten is 5 %, and both ends have their share (assumed)
+
+
+class SerialEmulator(Protocol):
+    """A device at the byte level. It reads no clock: time only comes as `now_ns`.
+
+    `now_ns` never goes back by more than the grain of the line's wake-ups; an emulator ignores time that does.
+    """
+
+    @property
+    def baud(self) -> int:
+        """Line rate at which the device sends and receives now, 8N1."""
+
+    def feed(self, data: bytes, now_ns: int) -> bytes:
+        """Take bytes from the host, the last of which has arrived at `now_ns`; returns what the device answers."""
+
+    def advance(self, now_ns: int) -> bytes:
+        """Let time go on; returns what the device sends by itself."""
+
+
+Emulator = TypeVar("Emulator", bound=SerialEmulator)
+
+
+@dataclass(frozen=True, slots=True)
+class LineTiming:
+    """How fast a line is.
+
+    Attributes:
+        paced: Whether bytes take their time (10 bits each at the device's rate); else everything is at once.
+        turnaround_s: From the end of a command to the start of its answer (assumed).
+        usb_latency_s: Latency timer of a USB adapter: what has arrived is handed to the host when the timer ends or
+            62 bytes are together. 0 is a plain port, 0.016 an FTDI chip's default, 0.001 its lowest setting.
+        poll_s: Longest time between two calls of `advance`.
+    """
+
+    paced: bool = True
+    turnaround_s: float = 0.0
+    usb_latency_s: float = 0.0
+    poll_s: float = 1e-3
+
+
+class SerialLine(Generic[Emulator]):
+    """The line, without any input, output or clock of its own. The device keeps its power while no host is there.
+
+    Args:
+        emulator: The device.
+        timing: How fast the line is.
+        seed: Of the faults and of the garbage after a mismatch of line rates.
+
+    Attributes:
+        emulator: The device.
+        faults: What goes wrong on the line.
+    """
+
+    def __init__(self, emulator: Emulator, timing: LineTiming | None = None, *, seed: int = 0) -> None:
+        self.emulator = emulator
+        self.faults = FaultInjector(np.random.default_rng(seed))
+        self._timing = timing or LineTiming()
+        self._host_baud: Callable[[], int] | None = None
+        self._rx: deque[tuple[int, bytes]] = deque()
+        self._tx: deque[tuple[int, bytes]] = deque()
+        self._rx_clear_ns = self._tx_clear_ns = self._polled_ns = 0
+
+    def connect(self, host_baud: Callable[[], int], now_ns: int) -> None:
+        """A host is there; its end has the rate that `host_baud` gives."""
+        self._host_baud = host_baud
+        self._rx_clear_ns = self._tx_clear_ns = now_ns
+
+    def disconnect(self) -> None:
+        """The host is gone; bytes under way are lost."""
+        self._host_baud = None
+        self._rx.clear()
+        self._tx.clear()
+
+    def next_event_ns(self) -> int:
+        """When `step` has something to do: the poll, the next delivery, or received bytes that are through the line."""
+        due_ns = self._polled_ns + round(self._timing.poll_s * _NS)
+        if self._tx:
+            due_ns = min(due_ns, self._tx[0][0])
+        if self._rx:
+            # A wake-up for each byte would cost more than it is worth: take them in grains.
+            due_ns = min(due_ns, max(self._rx[0][0], min(self._rx[-1][0], self._rx[0][0] + _RX_GRAIN_NS)))
+        return due_ns
+
+    def receive(self, data: bytes, now_ns: int) -> None:
+        """Take what the host has written and let each byte pass the line in its time."""
+        if not data or self._host_baud is None:
+            return
+        baud, host_baud = self.emulator.baud, self._host_baud()
+        if not same_rate(host_baud, baud):
+            data = self.faults.garbage(data, baud / host_baud)
+        byte_ns = self._byte_ns(baud)
+        at_ns = max(self._rx_clear_ns, now_ns)
+        for byte in self.faults.on_command(data):
+            at_ns += byte_ns
+            self._rx.append((at_ns, bytes([byte])))
+        self._rx_clear_ns = at_ns
+
+    def step(self, now_ns: int) -> list[bytes]:
+        """Everything that is due now: bytes in, time passing in the device; returns what the host gets."""
+        while self._rx and self._rx[0][0] <= now_ns:
+            at_ns, data = self._rx.popleft()
+            baud = self.emulator.baud
+            # A reply to a change of the rate still goes out at the old one.
+            self._send(self.emulator.feed(data, at_ns), at_ns + round(self._timing.turnaround_s * _NS), baud)
+        baud = self.emulator.baud
+        self._send(self.emulator.advance(now_ns), now_ns, baud)
+        self._polled_ns = now_ns
+        arrived = []
+        while self._tx and self._tx[0][0] <= now_ns:
+            arrived.append(self._tx.popleft()[1])
+        return arrived
+
+    def _send(self, reply: bytes, start_ns: int, baud: int) -> None:
+        """Put bytes on the line to the host; they become readable when the last of them has arrived."""
+        if not reply or self._host_baud is None:
+            return
+        host_baud = self._host_baud()
+        for delivery in self.faults.on_reply(reply):
+            matched = same_rate(host_baud, baud)
+            data = delivery.data if matched else self.faults.garbage(delivery.data, host_baud / baud)
+            start_ns = max(start_ns + delivery.delay_ns, self._tx_clear_ns)
+            self._tx_clear_ns = start_ns + len(delivery.data) * self._byte_ns(baud)
+            self._tx.append((self._handed_over_ns(self._tx_clear_ns, len(data)), data))
+
+    def _handed_over_ns(self, arrived_ns: int, size: int) -> int:
+        """When a USB adapter hands bytes to the host: when its timer next ends, or at once if a packet is full."""
+        latency_ns = round(self._timing.usb_latency_s * _NS)
+        if latency_ns == 0:
+            return arrived_ns
+        due_ns = -(-arrived_ns // latency_ns) * latency_ns
+        waiting = size + sum(len(data) for at_ns, data in self._tx if at_ns >= due_ns)
+        if waiting < _FTDI_PACKET:
+            return due_ns
+        for index, (at_ns, data) in enumerate(self._tx):
+            self._tx[index] = (min(at_ns, arrived_ns), data)
+        return arrived_ns
+
+    def _byte_ns(self, baud: int) -> int:
+        return _BITS_PER_BYTE * _NS // baud if self._timing.paced else 0
+
+
+def same_rate(host_baud: int, device_baud: int) -> bool:
+    """Whether two ends of a line understand each other."""
+    return abs(host_baud - device_baud) <= _RATE_TOLERANCE * device_baud

@@ -1,0 +1,225 @@
+"""Serial lines and CAN buses in virtual time: drivers open them by name, as they open real ones."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterable
+from types import SimpleNamespace
+from typing import Any, Generic
+
+import can
+import canopen
+import numpy as np
+import pytest
+import serial
+
+from palpate.drivers.cia402 import mailbox
+from palpate.simulation.emulators.lines.can_frame import CanFrame, CanNode
+from palpate.simulation.emulators.lines.can_wire import CanWire
+from palpate.simulation.emulators.lines.serial_line import Emulator, LineTiming, SerialLine
+from tests.virtual_time import VirtualCondition, VirtualTime
+
+_BUSY_GRAIN_NS, _GRAIN_NS = 100_000, 500_000
+_SDO_WAIT_NS = 20_000_000
+
+
+class VirtualPort(Generic[Emulator]):
+    """A serial port as of pyserial, with an emulated device at its far end."""
+
+    def __init__(self, clock: VirtualTime, emulator: Emulator, timing: LineTiming | None) -> None:
+        self.line = SerialLine(emulator, timing)
+        self.baudrate = emulator.baud
+        self.timeout: float | None = None
+        self.write_timeout: float | None = None
+        self._clock, self._arrived = clock, bytearray()
+        self._plugged = True
+        self.line.connect(lambda: self.baudrate, clock.now_ns())
+
+    def next_event_ns(self) -> int:
+        return self.line.next_event_ns()
+
+    def step(self, now_ns: int) -> None:
+        for data in self.line.step(now_ns):
+            self._arrived += data
+
+    def unplug(self) -> None:
+        self._plugged = False
+        self.line.disconnect()
+
+    @property
+    def in_waiting(self) -> int:
+        self._check()
+        return len(self._arrived)
+
+    def read(self, size: int = 1, /) -> bytes:
+        self._check()
+        deadline_ns = self._clock.now_ns() + round((self.timeout or 0.0) * 1e9)
+        self._clock.wait_for(lambda: len(self._arrived) >= size or not self._plugged, deadline_ns)
+        self._check()
+        data = bytes(self._arrived[:size])
+        del self._arrived[:size]
+        return data
+
+    def write(self, data: bytes, /) -> int:
+        self._check()
+        self.line.receive(data, self._clock.now_ns())
+        return len(data)
+
+    def reset_input_buffer(self) -> None:
+        self._check()
+        self._arrived.clear()
+
+    def close(self) -> None:
+        """The next host finds the device as it is."""
+
+    def _check(self) -> None:
+        if not self._plugged:
+            raise serial.SerialException("the emulated port is not plugged in")
+
+
+class VirtualCan:
+    """A CAN bus with emulated nodes; hosts hear every frame of the nodes."""
+
+    def __init__(self, clock: VirtualTime, nodes: Iterable[CanNode], **options: Any) -> None:
+        self.wire = CanWire(tuple(nodes), generator=np.random.default_rng(1), **options)
+        self.hosts: list[Callable[[CanFrame], object]] = []
+        self._clock, self._next_ns = clock, 0
+
+    def next_event_ns(self) -> int:
+        return self._next_ns
+
+    def step(self, now_ns: int) -> None:
+        for frame in self.wire.advance(now_ns):
+            for host in self.hosts:
+                host(frame)
+        is_busy = self.wire._on_wire is not None or any(self.wire._ready)
+        self._next_ns = now_ns + (_BUSY_GRAIN_NS if is_busy else _GRAIN_NS)
+
+    def send(self, identifier: int, data: bytes) -> None:
+        now_ns = self._clock.now_ns()
+        self.wire.send(CanFrame(identifier, data), now_ns)
+        self._next_ns = min(self._next_ns, now_ns + _BUSY_GRAIN_NS)
+
+
+class VirtualCanBus(can.BusABC):
+    """The way of python-can to such a bus; only for hosts that poll."""
+
+    def __init__(self, bus: VirtualCan) -> None:
+        super().__init__(None)
+        self._bus = bus
+        self._heard: deque[CanFrame] = deque()
+        bus.hosts.append(self._heard.append)
+
+    def send(self, msg: can.Message, timeout: float | None = None) -> None:
+        self._bus.send(msg.arbitration_id, bytes(msg.data))
+
+    def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
+        if not self._heard:
+            return None, False
+        frame = self._heard.popleft()
+        return can.Message(arbitration_id=frame.arbitration_id, data=frame.data, is_extended_id=False), False
+
+    def shutdown(self) -> None:
+        super().shutdown()
+        if self._heard.append in self._bus.hosts:
+            self._bus.hosts.remove(self._heard.append)
+
+
+class VirtualNetwork:
+    """Looks like ``canopen.Network`` as far as the driver uses it; receives without a thread of its own."""
+
+    def __init__(self, desk: VirtualDesk) -> None:
+        self._desk, self._clock = desk, desk.clock
+        self._bus: VirtualCan | None = None
+        self.listeners: list[can.Listener] = []
+        self.subscribers: dict[int, list[Callable[[int, bytearray, float], None]]] = {}
+        self.notifier: Any = None
+
+    def connect(self, *, channel: str, **_: object) -> None:
+        self._bus = self._desk.bus(channel)
+        self._bus.hosts.append(self._hear)
+        self.notifier = SimpleNamespace(exception=None, stopped=False)
+
+    def disconnect(self) -> None:
+        self.notifier.stopped = True
+        if self._bus is not None:
+            self._bus.hosts.remove(self._hear)
+            self._bus = None
+
+    def subscribe(self, can_id: int, callback: Callable[[int, bytearray, float], None]) -> None:
+        self.subscribers.setdefault(can_id, []).append(callback)
+
+    def unsubscribe(self, can_id: int) -> None:
+        del self.subscribers[can_id]
+
+    def send_message(self, can_id: int, data: bytes, remote: bool = False) -> None:
+        if self._bus is None:
+            raise can.CanOperationError("the bus is closed")
+        self._bus.send(can_id, bytes(data))
+        if 0x600 < can_id <= 0x67F:
+            # canopen waits for the answer on a queue that knows no virtual time: it has to be there when it looks.
+            answered = SimpleNamespace(count=0)
+
+            def count(frame: CanFrame) -> None:
+                answered.count += frame.arbitration_id == can_id - 0x80
+
+            self._bus.hosts.append(count)
+            self._clock.wait_for(lambda: answered.count > 0, self._clock.now_ns() + _SDO_WAIT_NS)
+            self._bus.hosts.remove(count)
+
+    def _hear(self, frame: CanFrame) -> None:
+        for callback in self.subscribers.get(frame.arbitration_id, []):
+            callback(frame.arbitration_id, bytearray(frame.data), 0.0)
+
+
+class VirtualDesk:
+    """A computer in virtual time: what drivers open of serial ports and CAN buses is looked up here.
+
+    Close it in the end: until then pyserial, python-can and canopen open nothing else.
+    """
+
+    def __init__(self) -> None:
+        self.clock = VirtualTime()
+        self._ports: dict[str, VirtualPort[Any]] = {}
+        self._buses: dict[str, VirtualCan] = {}
+        self._patch = pytest.MonkeyPatch()
+        self._patch.setattr(serial, "serial_for_url", self._open_port)
+        self._patch.setattr(can, "Bus", lambda *, channel, **_: VirtualCanBus(self.bus(channel)))
+        self._patch.setattr(canopen, "Network", lambda: VirtualNetwork(self))
+        condition = SimpleNamespace(Condition=lambda: VirtualCondition(self.clock))
+        self._patch.setattr(mailbox, "threading", condition)
+
+    def serial(self, name: str, emulator: Emulator, timing: LineTiming | None = None) -> VirtualPort[Emulator]:
+        """Plug a device in at a serial port."""
+        port = VirtualPort(self.clock, emulator, timing)
+        self._ports[name] = port
+        self.clock.devices.append(port)
+        return port
+
+    def can(self, channel: str, *nodes: CanNode, **options: Any) -> VirtualCan:
+        """Put nodes on a CAN bus."""
+        bus = VirtualCan(self.clock, nodes, **options)
+        self._buses[channel] = bus
+        self.clock.devices.append(bus)
+        return bus
+
+    def bus(self, channel: str) -> VirtualCan:
+        if channel not in self._buses:
+            raise can.CanInitializationError(f"no bus {channel}")
+        return self._buses[channel]
+
+    def close(self) -> None:
+        self._patch.undo()
+
+    def __enter__(self) -> VirtualDesk:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _open_port(self, name: str, baud: int, **_: object) -> VirtualPort[Any]:
+        if name not in self._ports:
+            raise serial.SerialException(f"no port {name}")
+        port = self._ports[name]
+        port.baudrate = baud
+        return port

@@ -1,0 +1,122 @@
+"""One clock that no wall clock moves: threads take turns, emulated devices live between them, nobody waits for real.
+
+Time goes on only while every thread sleeps, and then by as much as it takes to the next thing that happens: a device
+that has something to do, or a thread whose sleep is over. A test gives the same at each run, however busy the computer.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+from palpate.core.ports.devices import Clock
+
+
+class VirtualDevice(Protocol):
+    """Something that lives in virtual time."""
+
+    def next_event_ns(self) -> int:
+        """When it next has something to do."""
+
+    def step(self, now_ns: int) -> None:
+        """Do it; may be called before it is due."""
+
+
+@dataclass(slots=True)
+class _Sleeper:
+    deadline_ns: int
+    awaited: Callable[[], bool] | None
+
+
+class VirtualTime(Clock):
+    """The run's clock of a test.
+
+    Args:
+        guests: How the names of the threads end that the code under test starts and that live by this clock.
+    """
+
+    def __init__(self, guests: str = " bus") -> None:
+        self.devices: list[VirtualDevice] = []
+        self._guests = guests
+        self._now_ns = 1_000_000
+        self._turns = threading.Condition()
+        self._turn = threading.current_thread()
+        self._known = {self._turn}
+        self._sleepers: dict[threading.Thread, _Sleeper] = {}
+
+    def now_ns(self) -> int:
+        """See :class:`Clock`; a thread that asks for the first time waits for its turn."""
+        if threading.current_thread() not in self._known:
+            self.sleep_until(0)
+        return self._now_ns
+
+    def sleep_until(self, deadline_ns: int) -> None:
+        """See :class:`Clock`."""
+        self.wait_for(None, deadline_ns)
+
+    def sleep(self, seconds: float) -> None:
+        """Sleep for a while."""
+        self.sleep_until(self.now_ns() + round(seconds * 1e9))
+
+    def wait_for(self, awaited: Callable[[], bool] | None, deadline_ns: int) -> bool:
+        """Sleep until something has come about, at most until the deadline; returns whether it has."""
+        me = threading.current_thread()
+        with self._turns:
+            self._known.add(me)
+            self._sleepers[me] = _Sleeper(deadline_ns, awaited)
+            if self._turn == me:
+                self._pass_on()
+            else:
+                self._turns.notify_all()
+            while self._turn != me:
+                # Only a thread that has ended passes its turn on to nobody.
+                self._turns.wait(0.005)
+                if self._turn != me and not self._turn.is_alive():
+                    self._pass_on()
+            del self._sleepers[me]
+        return awaited is not None and awaited()
+
+    def _pass_on(self) -> None:
+        """Let time go on to the next thread's turn."""
+        while self._has_newcomers():
+            self._turns.wait(0.001)
+        while True:
+            thread = min(self._sleepers, key=self._due_ns)
+            due_ns = self._due_ns(thread)
+            device = min(self.devices, key=lambda device: device.next_event_ns(), default=None)
+            if device is None or device.next_event_ns() > due_ns:
+                self._now_ns = max(self._now_ns, due_ns)
+                self._turn = thread
+                self._turns.notify_all()
+                return
+            self._now_ns = max(self._now_ns, device.next_event_ns())
+            device.step(self._now_ns)
+
+    def _due_ns(self, thread: threading.Thread) -> int:
+        sleeper = self._sleepers[thread]
+        return self._now_ns if sleeper.awaited is not None and sleeper.awaited() else sleeper.deadline_ns
+
+    def _has_newcomers(self) -> bool:
+        return any(thread.name.endswith(self._guests) and thread not in self._known for thread in threading.enumerate())
+
+
+class VirtualCondition:
+    """A condition variable of code that lives by that clock; it needs no lock, because one thread runs at a time."""
+
+    def __init__(self, clock: VirtualTime) -> None:
+        self._clock, self._notified = clock, 0
+
+    def __enter__(self) -> None:
+        pass
+
+    def __exit__(self, *_: object) -> None:
+        pass
+
+    def wait(self, timeout_s: float) -> None:
+        before, end_ns = self._notified, self._clock.now_ns() + max(1, round(timeout_s * 1e9))
+        self._clock.wait_for(lambda: self._notified > before, end_ns)
+
+    def notify_all(self) -> None:
+        self._notified += 1
