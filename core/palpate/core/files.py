@@ -1,4 +1,4 @@
-"""Puts new files and folders in place whole: made under another name beside their place, renamed when complete."""
+"""Files and folders that are whole or not there: made under another name beside their place, renamed when complete."""
 
 from __future__ import annotations
 
@@ -43,6 +43,52 @@ def require_free_folder(path: Path) -> None:
         raise OutputError(str(path), f"cannot be looked into ({error.strerror})", "name another folder") from error
 
 
+def write_whole(
+    path: Path, content: str | bytes, *, remedy: str = "name a writable place", durable: bool = True
+) -> None:
+    """Write or replace a file; an old one stays intact until the new one is complete.
+
+    Args:
+        path: The file.
+        content: All of it; text is written as UTF-8 with the line ends that it has.
+        remedy: What to do when it cannot be written, for the message.
+        durable: Whether it must outlast a power cut from the moment this returns. Waiting for the disk takes
+            milliseconds; without it a power cut may leave the old file, but a killed process never leaves half of one.
+
+    Raises:
+        OutputError: The place cannot be written.
+    """
+    passing = _passing_name(path)
+    try:
+        with open(passing, "wb") as stream:
+            stream.write(content.encode("utf-8") if isinstance(content, str) else content)
+            if durable:
+                stream.flush()
+                os.fsync(stream.fileno())
+        os.replace(passing, path)
+        if durable:
+            _sync(passing.parent)
+    except OSError as error:
+        raise OutputError(str(path), f"cannot be written ({error.strerror})", remedy) from error
+    finally:
+        with suppress(OSError):
+            _remove(passing)
+
+
+def put_folder_in_place(passing: Path, path: Path) -> None:
+    """Rename a complete folder, when all that it holds is on the disk; an empty folder of that name is replaced.
+
+    Raises:
+        OSError: It cannot be done, for instance because a folder that holds something has the name.
+    """
+    for folder, _, names in os.walk(passing):
+        for name in names:
+            _sync(Path(folder, name))
+        _sync(Path(folder))
+    os.replace(passing, path)
+    _sync(path.absolute().parent)
+
+
 @contextmanager
 def new_file(path: Path, flag: str = "--out") -> Iterator[Path]:
     """Gives the name under which to write a file; on a good end it is renamed to ``path``, on a bad one removed.
@@ -60,7 +106,9 @@ def new_file(path: Path, flag: str = "--out") -> Iterator[Path]:
         yield passing
         # Once more, because writing takes a while.
         require_no_file(path, flag)
+        _sync(passing)
         os.replace(passing, path)
+        _sync(passing.parent)
     except OSError as error:
         raise _unwritable(path, error, f"file with {flag}") from error
     finally:
@@ -87,8 +135,7 @@ def new_folder(path: Path) -> Iterator[Path]:
         passing.mkdir()
         yield passing
         require_free_folder(path)
-        # Takes the place of an empty folder too.
-        os.replace(passing, path)
+        put_folder_in_place(passing, path)
         complete = True
     except OSError as error:
         raise _unwritable(path, error, "folder with --out") from error
@@ -99,6 +146,15 @@ def new_folder(path: Path) -> Iterator[Path]:
                 # Not if somebody else has put something there meanwhile.
                 with suppress(OSError):
                     parent.rmdir()
+
+
+def _sync(path: Path) -> None:
+    """Wait until a file, or the list of names in a folder, is on the disk."""
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
 
 
 def _passing_name(path: Path) -> Path:

@@ -2,12 +2,67 @@
 
 from __future__ import annotations
 
+import os
+import stat
 from pathlib import Path
 
 import pytest
 
 from palpate.core.errors import LogError, OutputError
-from palpate.core.files import new_file, new_folder
+from palpate.core.files import new_file, new_folder, put_folder_in_place, write_whole
+
+
+@pytest.mark.parametrize("durable", [True, False])
+def test_a_file_is_replaced_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, durable: bool) -> None:
+    synced: list[bool] = []
+    fsync = os.fsync
+
+    def noted(descriptor: int) -> None:
+        synced.append(stat.S_ISDIR(os.fstat(descriptor).st_mode))
+        fsync(descriptor)
+
+    monkeypatch.setattr(os, "fsync", noted)
+    path = tmp_path / "a.txt"
+    write_whole(path, b"old and longer", durable=durable)
+    write_whole(path, "n\u00fc\n", durable=durable)
+    assert path.read_bytes() == b"n\xc3\xbc\n"
+    assert list(tmp_path.iterdir()) == [path]
+    # First the file's content, then, once it has its name, the folder's list of names.
+    assert synced == ([False, True] * 2 if durable else [])
+
+
+@pytest.mark.parametrize("fails", ["open", "fsync", "replace"])
+@pytest.mark.parametrize("error", [OSError(28, "No space left on device"), KeyboardInterrupt()])
+def test_a_write_that_fails_leaves_the_old_file_and_nothing_else(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, fails: str, error: BaseException
+) -> None:
+    path = tmp_path / "a.txt"
+    path.write_text("old")
+
+    def full(*_: object) -> None:
+        raise error
+
+    monkeypatch.setattr("builtins.open" if fails == "open" else f"os.{fails}", full)
+    with pytest.raises((OutputError, KeyboardInterrupt), match="No space left.*; make room" if error.args else None):
+        write_whole(path, "new", remedy="make room")
+    monkeypatch.undo()
+    assert path.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_complete_folder_is_on_the_disk_before_it_has_its_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    passing, path = tmp_path / "passing", tmp_path / "out"
+    (passing / "deep").mkdir(parents=True)
+    (passing / "deep" / "a.csv").write_text("1\n")
+    (passing / "b.csv").write_text("2\n")
+    synced: list[str] = []
+    monkeypatch.setattr(os, "fsync", lambda fd: synced.append(os.path.basename(os.readlink(f"/proc/self/fd/{fd}"))))
+    put_folder_in_place(passing, path)
+    assert sorted(synced[:-1]) == ["a.csv", "b.csv", "deep", "passing"]
+    assert synced[-1] == tmp_path.name
+    assert (path / "deep" / "a.csv").read_text() == "1\n"
 
 
 def test_a_file_is_there_only_when_it_is_complete(tmp_path: Path) -> None:

@@ -36,7 +36,7 @@ def compare(options: CompareOptions) -> int:
     require_usable(config, ready)
     tell_weakened(config)
     folder.create()
-    folder.write_text("run.toml", run_toml(config, "compare", trials=options.trials, policy=list(options.policy)))
+    folder.write("run.toml", run_toml(config, "compare", trials=options.trials, policy=list(options.policy)))
     summaries: dict[str, dict[str, Any]] = {}
     finished = True
     with ExitStack() as opened:
@@ -60,8 +60,8 @@ def compare(options: CompareOptions) -> int:
     table = comparison_table(summaries)
     foot = f"{config.arm}, scenario {config.scenario}, seed {config.seed}, {options.trials} trials each"
     foot += "; ended early\n" if width_mm is None else f"; capture half-width {width_mm:.3f} mm at 5 mm/s on average\n"
-    folder.write_text("compare.txt", table + foot)
-    folder.write_text("compare.csv", _csv(summaries, width_mm))
+    folder.write("compare.txt", table + foot)
+    folder.write("compare.csv", _csv(summaries, width_mm))
     folder.write_json("summary.json", {"capture_half_width_mm": width_mm, "finished": finished, "policies": summaries})
     sys.stdout.write("\n" + table + foot + f"saved in {folder.path}\n")
     return 0 if finished else 130

@@ -14,6 +14,7 @@ from palpate.adapters.fault_injection.campaign.campaign import cases, run_cases
 from palpate.adapters.fault_injection.campaign.runs import Class, FaultRun
 from palpate.adapters.fault_injection.campaign.table import as_csv, summary, table
 from palpate.core.errors import OutputError, require_in
+from palpate.core.files import write_whole
 
 
 def faults(options: FaultsOptions) -> int:
@@ -43,14 +44,5 @@ def faults(options: FaultsOptions) -> int:
         if runs:
             sys.stdout.write(table(runs, by_phase=options.by_phase) + "\n" + summary(runs))
             if out is not None:
-                _save(runs, out)
+                write_whole(out, as_csv(runs), remedy="name another file with --out")
     return 1 if any(run.verdict is Class.FAILED for run in runs) else 0
-
-
-def _save(runs: list[FaultRun], out: Path) -> None:
-    temporary = out.with_name(f".{out.name}.tmp")
-    try:
-        temporary.write_text(as_csv(runs), encoding="utf-8")
-        os.replace(temporary, out)
-    except OSError as error:
-        raise OutputError(str(out), f"cannot be written ({error.strerror})", "name another file with --out") from error

@@ -54,7 +54,7 @@ def run(options: RunOptions) -> int:
         rig = opened.enter_context(closed)
         # Only now are words, files and devices known to be good: a refused call must not leave a folder in the way.
         folder.create()
-        folder.write_text("run.toml", run_toml(config, "run", trials=options.trials, policy=options.policy))
+        folder.write("run.toml", run_toml(config, "run", trials=options.trials, policy=options.policy))
         recorder = TrialRecorder.into(folder.path / LOG_FOLDER, recording_for(config, options.rig))
         if recorder is not None:
             opened.enter_context(recorder)
@@ -68,7 +68,7 @@ def run(options: RunOptions) -> int:
     report_troubles(recorder)
     summary = policy_summary(config, options.policy, rows, options.trials)
     folder.write_json("summary.json", summary)
-    folder.write_bytes("learning_curve.png", learning_curve(rows, f"{options.policy}, {config.scenario}"))
+    folder.write("learning_curve.png", learning_curve(rows, f"{options.policy}, {config.scenario}"))
     if chosen.document is not None:
         chosen.document.save(folder.path / "policy.json")
     low, high = summary["success_95"]

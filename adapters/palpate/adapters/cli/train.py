@@ -89,7 +89,7 @@ def train(options: TrainOptions) -> int:
                     str(folder.path / "trials.csv"), f"does not hold the {first} finished trials", "begin a new run"
                 )
         else:
-            folder.write_text("run.toml", run_toml(config, "train", trials=options.trials, policy=options.policy))
+            folder.write("run.toml", run_toml(config, "train", trials=options.trials, policy=options.policy))
         trainer.checkpoint()
         _announce(config, folder, options.trials, first)
         tell_weakened(config)
@@ -161,7 +161,7 @@ def _finish(config: RunConfig, folder: RunFolder, trials: int) -> None:
     summary = training_summary(config, rows, trials)
     folder.write_json("summary.json", summary)
     title = f"Peg in hole, {config.arm}, scenario {config.scenario}, seed {config.seed}"
-    folder.write_bytes("learning_curve.png", learning_curve(rows, title))
+    folder.write("learning_curve.png", learning_curve(rows, title))
     if rows:
         times = [row.exploration_time_s for row in rows]
         _say(

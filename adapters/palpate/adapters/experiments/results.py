@@ -18,6 +18,7 @@ from typing import Any, Final
 
 from palpate.adapters.experiments.trial import ScoredTrial
 from palpate.core.errors import OutputError
+from palpate.core.files import write_whole
 
 RUN_FILES: Final = (
     "run.toml", "trials.csv", "decisions.csv", "checkpoint.json", "policy.json", "summary.json", "learning_curve.png",
@@ -139,24 +140,17 @@ class RunFolder:
         except OSError as error:
             raise OutputError(str(self.path), f"cannot be made ({error.strerror})", "name another folder") from error
 
-    def write_text(self, name: str, text: str) -> None:
-        """Write a file whole: under a temporary name first, then in one step."""
-        self.write_bytes(name, text.encode("utf-8"))
+    def write(self, name: str, content: str | bytes, *, durable: bool = True) -> None:
+        """Write or replace a file, whole or not at all; ``durable`` as in :func:`write_whole`.
 
-    def write_bytes(self, name: str, content: bytes) -> None:
-        """As ``write_text``, for bytes."""
-        temporary = self.path / f".{name}.tmp"
-        try:
-            temporary.write_bytes(content)
-            os.replace(temporary, self.path / name)
-        except OSError as error:
-            raise OutputError(
-                str(self.path / name), f"cannot be written ({error.strerror})", "nothing was lost"
-            ) from error
+        Raises:
+            OutputError: It cannot be written.
+        """
+        write_whole(self.path / name, content, remedy="nothing was lost", durable=durable)
 
-    def write_json(self, name: str, content: Any) -> None:
-        """Write a JSON file whole."""
-        self.write_text(name, json.dumps(content, indent=1) + "\n")
+    def write_json(self, name: str, content: Any, *, durable: bool = True) -> None:
+        """Write or replace a JSON file, as :meth:`write` does."""
+        self.write(name, json.dumps(content, indent=1) + "\n", durable=durable)
 
     def append_trial(self, scored: ScoredTrial, first: int = 0) -> None:
         """Add a finished trial to ``trials.csv`` and ``decisions.csv``; ``first`` as in ``TrialRow.of``."""
@@ -207,7 +201,7 @@ class RunFolder:
                     kept = [line for line in whole[1:] if int(line.split(",", 1)[0]) < trials]
                 except ValueError as error:
                     raise OutputError(str(path), f"is damaged ({error})", "mend it or begin a new run") from error
-                self.write_text(name, "".join(whole[:1] + kept))
+                self.write(name, "".join(whole[:1] + kept))
 
     def _append(self, name: str, columns: Sequence[str], rows: Sequence[Sequence[Any]]) -> None:
         path = self.path / name

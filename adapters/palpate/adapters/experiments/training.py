@@ -53,6 +53,8 @@ class Checkpoint:
                 "perception": self.perception,
                 "clock_ticks": self.clock_ticks,
             },
+            # After every trial: waiting for the disk would take a twentieth of a simulated one.
+            durable=False,
         )
 
     @classmethod

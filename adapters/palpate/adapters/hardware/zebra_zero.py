@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -15,7 +16,8 @@ from palpate.adapters.config.toml import overlay
 from palpate.adapters.hardware.arm_on_bus import ArmDriver, BusArm, BusCycle
 from palpate.adapters.hardware.errors import translating
 from palpate.adapters.hardware.plugins import ArmAdapter, RigContext, Settings
-from palpate.core.errors import require_in, require_one_of, require_whole
+from palpate.core.errors import OutputError, require_in, require_one_of, require_whole
+from palpate.core.files import write_whole
 from palpate.core.ports.devices import Clock
 from palpate.core.ports.values import CONTROL_RATE_HZ, AppliedCommand, CommandReason, JointVector
 from palpate.drivers.errors import StateError, WiringError
@@ -135,13 +137,9 @@ class ZebraDriver(ArmDriver):
         counts = None if self.arm is None else self.arm.stored_counts
         if counts is None or self._counts_file is None:
             return
-        temporary = self._counts_file.with_suffix(".tmp")
-        try:
-            temporary.write_text(json.dumps(counts))
-            os.replace(temporary, self._counts_file)
-        except OSError:
-            # A stop must not fail for a full disk; without the file the next run begins from the home pose.
-            temporary.unlink(missing_ok=True)
+        # A stop must not fail for a full disk; without the file the next run begins from the home pose.
+        with suppress(OutputError):
+            write_whole(self._counts_file, json.dumps(counts))
 
 
 @dataclass(frozen=True)

@@ -20,16 +20,15 @@ order of states and symbols is kept, and equal machines give equal bytes.
 
 from __future__ import annotations
 
-import contextlib
 import json
-import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final, NoReturn
 
 from palpate.core.automata.machine import Kind, Machine, Output
 from palpate.core.automata.texts import shown_name, shown_names
-from palpate.core.errors import ConfigurationError, OutputError, require_one_of
+from palpate.core.errors import ConfigurationError, require_one_of
+from palpate.core.files import write_whole
 
 SCHEMA: Final = "palpate.automaton/1"
 
@@ -92,20 +91,7 @@ def save(machine: Machine, path: str | Path) -> None:
     Raises:
         OutputError: The place cannot be written.
     """
-    text = to_json_text(machine)
-    path = Path(path)
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    try:
-        with open(temporary, "w", encoding="utf-8", newline="\n") as stream:
-            stream.write(text)
-            stream.flush()
-            os.fsync(stream.fileno())
-        os.replace(temporary, path)
-    except OSError as error:
-        raise OutputError(str(path), f"cannot be written ({error.strerror})", "name a writable place") from error
-    finally:
-        with contextlib.suppress(OSError):
-            temporary.unlink(missing_ok=True)
+    write_whole(Path(path), to_json_text(machine))
 
 
 def load(path: str | Path, alphabet: Sequence[str] | None = None) -> Machine:

@@ -17,7 +17,8 @@ import numpy as np
 import numpy.typing as npt
 
 from palpate.core.automata.prefix_tree import PrefixTree
-from palpate.core.errors import ConfigurationError, OutputError, require_one_of, require_whole
+from palpate.core.errors import ConfigurationError, require_one_of, require_whole
+from palpate.core.files import write_whole
 
 Array: TypeAlias = npt.NDArray[np.float64]
 
@@ -202,7 +203,4 @@ def save_network(network: Network, path: str | os.PathLike[str]) -> None:
         OutputError: The place cannot be written to.
     """
     text = json.dumps(network_to_dict(network), indent=1, allow_nan=False) + "\n"
-    try:
-        Path(path).write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise OutputError(str(path), f"cannot be written ({error.strerror})", "choose another place") from error
+    write_whole(Path(path), text)

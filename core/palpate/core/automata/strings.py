@@ -10,7 +10,8 @@ from typing import Final
 
 import numpy as np
 
-from palpate.core.errors import ConfigurationError, OutputError
+from palpate.core.errors import ConfigurationError
+from palpate.core.files import write_whole
 
 _LISTED = 12
 """Symbols and strings are shown in messages up to this length."""
@@ -233,11 +234,7 @@ def write_strings(strings: Strings, path: str | os.PathLike[str]) -> None:
         ConfigurationError: A symbol's name cannot be written.
         OutputError: The place cannot be written to.
     """
-    text = text_of(strings)
-    try:
-        Path(path).write_text(text, encoding="utf-8", newline="\n")
-    except OSError as error:
-        raise OutputError(str(path), f"cannot be written ({error.strerror})", "choose another place") from error
+    write_whole(Path(path), text_of(strings))
 
 
 def _name(word: str) -> str:

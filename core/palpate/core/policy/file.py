@@ -8,16 +8,15 @@ agree with ``q`` and ``visits_per_action``, from which they follow.
 
 from __future__ import annotations
 
-import contextlib
 import json
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from math import isclose
 from pathlib import Path
 from typing import Any, Final
 
-from palpate.core.errors import OutputError, PolicyFileError
+from palpate.core.errors import PolicyFileError
+from palpate.core.files import write_whole
 from palpate.core.policy.base import LEARNED, Action
 from palpate.core.policy.entries import ActionEntry, LearnerEntry, TableRow
 from palpate.core.policy.parsing import parse_json, plain_json, read_list, read_object, read_text
@@ -110,20 +109,7 @@ class PolicyDocument:
             PolicyFileError: A Q is not finite.
             OutputError: The place cannot be written.
         """
-        text = self.to_json_text()
-        path = Path(path)
-        temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-        try:
-            with open(temporary, "w", encoding="utf-8", newline="\n") as stream:
-                stream.write(text)
-                stream.flush()
-                os.fsync(stream.fileno())
-            os.replace(temporary, path)
-        except OSError as error:
-            raise OutputError(str(path), f"cannot be written ({error.strerror})", "name a writable place") from error
-        finally:
-            with contextlib.suppress(OSError):
-                temporary.unlink(missing_ok=True)
+        write_whole(Path(path), self.to_json_text())
 
     @classmethod
     def load(cls, path: str | Path) -> PolicyDocument:

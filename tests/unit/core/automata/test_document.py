@@ -1,5 +1,4 @@
 import json
-import os
 from dataclasses import replace
 
 import pytest
@@ -198,21 +197,6 @@ def test_a_newer_schema_asks_for_a_newer_palpate_whatever_its_keys():
     with pytest.raises(ConfigurationError, match="newer palpate"):
         from_json_text('{"schema": "palpate.automaton/2"}')
     assert SCHEMA == "palpate.automaton/1"
-
-
-@pytest.mark.parametrize("fails", ["fsync", "replace"])
-def test_a_save_that_fails_leaves_the_old_file_and_nothing_else(tmp_path, monkeypatch, fails):
-    path = tmp_path / "machine.json"
-    save(PARITY, path)
-
-    def full(*arguments):
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr(os, fails, full)
-    with pytest.raises(OutputError, match="No space left"):
-        save(MEALY, path)
-    assert path.read_text() == TEXT
-    assert os.listdir(tmp_path) == ["machine.json"]
 
 
 def test_a_place_that_does_not_exist_is_said(tmp_path):

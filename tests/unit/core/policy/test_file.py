@@ -1,5 +1,4 @@
 import json
-import os
 from dataclasses import replace
 from pathlib import Path
 
@@ -239,40 +238,6 @@ def test_rows_may_come_in_any_order():
     made = content()
     made["table"].reverse()
     assert PolicyDocument.from_json_text(json.dumps(made)) == document()
-
-
-@pytest.mark.parametrize("fails", ["write", "fsync", "replace"])
-def test_a_save_that_fails_leaves_the_old_file_and_nothing_else(tmp_path, monkeypatch, fails):
-    path = tmp_path / "policy.json"
-    document().save(path)
-    old = path.read_bytes()
-
-    def full(*arguments, **settings):
-        raise OSError(28, "No space left on device")
-
-    if fails == "write":
-        monkeypatch.setattr(file_module, "open", full, raising=False)
-    else:
-        monkeypatch.setattr(os, fails, full)
-    with pytest.raises(OutputError, match="No space left"):
-        document((-1.0,) * 8, (1,) * 8).save(path)
-    assert path.read_bytes() == old
-    assert os.listdir(tmp_path) == ["policy.json"]
-
-
-def test_an_interrupted_save_leaves_the_old_file_and_nothing_else(tmp_path, monkeypatch):
-    path = tmp_path / "policy.json"
-    document().save(path)
-    old = path.read_bytes()
-
-    def interrupted(_):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(os, "fsync", interrupted)
-    with pytest.raises(KeyboardInterrupt):
-        document((-1.0,) * 8, (1,) * 8).save(path)
-    assert path.read_bytes() == old
-    assert os.listdir(tmp_path) == ["policy.json"]
 
 
 def test_values_that_diverged_are_not_saved(tmp_path):

@@ -104,7 +104,7 @@ class StudyFolder:
                 fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except OSError as error:
                 raise OutputError(str(self.path), "another study is at work in it", f"wait, or {_ELSEWHERE}") from error
-            RunFolder(self.path).write_text(STUDY_FILE, study.text(made_with(), files))
+            RunFolder(self.path).write(STUDY_FILE, study.text(made_with(), files))
             yield
 
     def finished(self, cells: Sequence[StudyCell]) -> set[str]:
@@ -142,7 +142,7 @@ class StudyFolder:
         """Write ``summary.csv``, a line for each finished cell in the order of the study; returns their number."""
         finished = self.finished(cells)
         rows = [(cell, _json(self.cells / cell.name / "summary.json")) for cell in cells if cell.name in finished]
-        RunFolder(self.path).write_text("summary.csv", table_of(study, rows))
+        RunFolder(self.path).write("summary.csv", table_of(study, rows))
         return len(rows)
 
 

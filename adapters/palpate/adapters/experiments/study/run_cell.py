@@ -32,6 +32,7 @@ from palpate.adapters.experiments.training import Trainer, run_toml
 from palpate.adapters.experiments.trial import ScoredTrial
 from palpate.adapters.log.trial_recorder import LOG_FOLDER, TrialRecorder
 from palpate.core.errors import ConfigurationError, OutputError, PalpateError
+from palpate.core.files import put_folder_in_place
 from palpate.core.insertion.ready_pose import find_ready_pose
 
 UNFINISHED: Final = ".unfinished"
@@ -126,7 +127,7 @@ def begun(cells: Path, name: str) -> list[Path]:
 def put_in_place(passing: Path, place: Path) -> None:
     """Rename a whole cell. If another worker has been first, its equal one stays."""
     try:
-        os.rename(passing, place)
+        put_folder_in_place(passing, place)
     except OSError:
         if not (place / CELL_FILE).exists():
             raise
@@ -182,7 +183,7 @@ def _train(job: CellJob, config: RunConfig, folder: RunFolder) -> bool:
         if perception is None:
             perception = fitted_perception(config, ready, rig)
         policy = learning_policy(config, perception)
-        folder.write_text("run.toml", run_toml(config, "train", trials=job.trials, policy=job.cell.policy))
+        folder.write("run.toml", run_toml(config, "train", trials=job.trials, policy=job.cell.policy))
         recorder = _recorder(config, folder, opened)
         trainer = Trainer(config, folder, ready, rig, perception, policy, recorder=recorder)
         trainer.checkpoint()
@@ -192,7 +193,7 @@ def _train(job: CellJob, config: RunConfig, folder: RunFolder) -> bool:
     rows = folder.read_trials()
     folder.write_json("summary.json", training_summary(config, rows, job.trials))
     title = f"Peg in hole, {config.arm}, scenario {config.scenario}, seed {config.seed}"
-    folder.write_bytes("learning_curve.png", learning_curve(rows, title))
+    folder.write("learning_curve.png", learning_curve(rows, title))
     return len(rows) == job.trials
 
 
@@ -203,7 +204,7 @@ def _evaluate(job: CellJob, config: RunConfig, folder: RunFolder) -> bool:
     with ExitStack() as opened:
         rig = opened.enter_context(open_rig(config, ready, ""))
         require_usable(config, ready)
-        folder.write_text("run.toml", run_toml(config, "run", trials=job.trials, policy=name))
+        folder.write("run.toml", run_toml(config, "run", trials=job.trials, policy=name))
         recorder = _recorder(config, folder, opened)
         comparator = name if chosen.document is None else ""
         recorded = None if recorder is None else Recorded(recorder, "run", comparator)
@@ -214,7 +215,7 @@ def _evaluate(job: CellJob, config: RunConfig, folder: RunFolder) -> bool:
         rows = run_policy(config, ready, rig, chosen.perception, chosen.on(rig), job.trials, done, recorded)
     _require_recorded(recorder)
     folder.write_json("summary.json", policy_summary(config, name, rows, job.trials))
-    folder.write_bytes("learning_curve.png", learning_curve(rows, f"{name}, {config.scenario}"))
+    folder.write("learning_curve.png", learning_curve(rows, f"{name}, {config.scenario}"))
     if chosen.document is not None:
         chosen.document.save(folder.path / "policy.json")
     return len(rows) == job.trials

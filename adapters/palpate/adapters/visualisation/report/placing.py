@@ -5,13 +5,13 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Mapping
-from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
 from palpate.adapters.visualisation.report.files import is_there, read_bytes
 from palpate.adapters.visualisation.report.render import GENERATOR
 from palpate.core.errors import OutputError
+from palpate.core.files import write_whole
 
 PAGE: Final = "report.html"
 FOLDER: Final = "report"
@@ -69,14 +69,14 @@ def place(folder: Path, page: str, files: Mapping[str, bytes], *, overwrite: boo
     try:
         pictures.mkdir(exist_ok=True)
         # Claimed before they are there: a report that was cut short is still known as ours.
-        _write(pictures / CONTENTS, _contents({*files, *ours}))
+        write_whole(pictures / CONTENTS, _contents({*files, *ours}))
         for name, content in files.items():
-            _write(pictures / name, content)
-        _write(folder / PAGE, page.encode("utf-8"))
+            write_whole(pictures / name, content)
+        write_whole(folder / PAGE, page)
         for name in sorted(ours - {*files, CONTENTS}):
             if not os.path.isdir(pictures / name):
                 (pictures / name).unlink(missing_ok=True)
-        _write(pictures / CONTENTS, _contents(files))
+        write_whole(pictures / CONTENTS, _contents(files))
     except OSError as error:
         raise OutputError(str(folder), f"cannot be written to ({error.strerror})", "mend that and try again") from error
 
@@ -97,13 +97,3 @@ def _ours(pictures: Path) -> set[str]:
 
 def _contents(names: Mapping[str, bytes] | set[str]) -> bytes:
     return (json.dumps({"schema": _SCHEMA, "files": sorted({*names} - {CONTENTS})}, indent=1) + "\n").encode()
-
-
-def _write(path: Path, content: bytes) -> None:
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    try:
-        temporary.write_bytes(content)
-        os.replace(temporary, path)
-    finally:
-        with suppress(OSError):
-            temporary.unlink(missing_ok=True)
