@@ -18,6 +18,8 @@ from palpate.adapters.log.reader import read_log
 from tests.golden.record import HERE as GOLDEN
 from tests.golden.record import record
 
+pytest_plugins = ["tests.command_line"]
+
 # The same examples at every run, and no stopwatch: a busy machine must not fail a property.
 settings.register_profile("palpate", deadline=None, derandomize=True)
 settings.load_profile("palpate")

@@ -1,0 +1,40 @@
+"""Folders that commands leave, made once for the tests of all workers; to be read, or copied and changed."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from tests.command_line import CommandLine, shared_folder
+
+STEPS_MM = (0.5, 0.7)
+SEEDS = (0, 1)
+TRIALS = 3
+
+
+@pytest.fixture(scope="session")
+def trained(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A finished training run of three recorded trials, one of them longer than the others."""
+
+    def make(out: Path) -> None:
+        CommandLine().succeed("train", "--task.time-limit-s", 2, "--trials", TRIALS, "--out", out)
+
+    return shared_folder(tmp_path_factory, "trained", make)
+
+
+@pytest.fixture(scope="session")
+def compared(tmp_path_factory: pytest.TempPathFactory, trained: Path) -> Path:
+    """A comparison of two trained policies, whose folders have one name, with the hand-written strategies."""
+
+    def make(out: Path) -> None:
+        policies = [out.parent / f"{out.name}-{place}" / "run" / "policy.json" for place in ("a", "b")]
+        for policy in policies:
+            policy.parent.mkdir(parents=True)
+            shutil.copy(trained / "policy.json", policy)
+        words = ("--task.time-limit-s", 1, "--trials", 2, "--out", out, "--policy", *policies)
+        printed = CommandLine().succeed("compare", *words)
+        (out.parent / f"{out.name}.txt").write_text(printed)
+
+    return shared_folder(tmp_path_factory, "compared", make)

@@ -1,0 +1,36 @@
+"""``palpate compare``: one table of all strategies on the same trials."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+STRATEGIES = ["omniscient", "torque", "spiral-10", "spiral-5", "random"]
+
+
+def test_all_strategies_stand_in_one_table(compared: Path) -> None:
+    with (compared / "compare.csv").open(newline="") as stream:
+        rows = {row["policy"]: row for row in csv.DictReader(stream)}
+    # Two runs in folders of one name: neither may take the other's place in the table.
+    one, two, *others = rows
+    assert (one, Path(two).parts[-2:], others) == ("run", ("run", "policy.json"), STRATEGIES)
+    for row in rows.values():
+        assert int(row["trials"]) == 2
+        for low, middle, high in ((f"{c}_low", c, f"{c}_high") for c in ("success", "median_s", "p95_s")):
+            assert 0.0 <= float(row[low]) <= float(row[middle]) <= float(row[high]) <= 1.0
+        assert 4.0 < float(row["peak_force_N"]) < 30.0
+        assert 0.05 < float(row["capture_half_width_mm"]) < 0.5
+    assert float(rows["omniscient"]["success"]) == 1.0
+    # Equal policies on equal trials.
+    assert rows[one] | {"policy": ""} == rows[two] | {"policy": ""}
+
+    text = (compared / "compare.txt").read_text()
+    assert text in compared.with_name(f"{compared.name}.txt").read_text()
+    width = rows["random"]["capture_half_width_mm"]
+    assert f"capture half-width {float(width):.3f} mm" in text
+    assert [line.split()[0] for line in text.splitlines()[1:8]] == list(rows)
+    summary = json.loads((compared / "summary.json").read_text())
+    assert summary["finished"] is True
+    assert summary["capture_half_width_mm"] == float(width)
+    assert (compared / "run.toml").is_file()

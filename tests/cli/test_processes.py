@@ -1,0 +1,103 @@
+"""What only a process of its own can show: the installed script, start-up imports, a closed pipe, Ctrl-C, SIGKILL."""
+
+from __future__ import annotations
+
+import json
+import shlex
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+from tests.command_line import QUICK, CommandLine, finished_trials, results_in, wait_until
+
+Start = Callable[..., subprocess.Popen[str]]
+HEAVY = ("matplotlib", "pyarrow", "pinocchio", "mujoco", "scipy", "sklearn", "torch", "pandas")
+SETTINGS = ("tyro", "pydantic")
+
+
+def test_the_installed_script_prints_and_refuses(palpate: CommandLine) -> None:
+    script = Path(sys.executable).with_name("palpate")
+    done = subprocess.run([script, "version"], capture_output=True, text=True, timeout=60, check=True)
+    assert done.stdout == palpate.succeed("version")
+    done = subprocess.run([script, "show", "missing"], capture_output=True, text=True, timeout=60, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == palpate("show", "missing")
+
+
+def test_help_and_info_import_nothing_heavy(trained: Path) -> None:
+    log = trained / "logs" / "trial-00000.mcap"
+    program = (
+        "import sys, json\n"
+        "from palpate.adapters.cli.main import main\n"
+        "def loaded(names): return [name for name in names if name in sys.modules]\n"
+        "main(['--help'])\n"
+        f"told = [loaded({SETTINGS + HEAVY!r})]\n"
+        "main(['log', '--help'])\n"
+        f"main(['log', 'info', {str(log)!r}])\n"
+        f"sys.stderr.write(json.dumps([*told, loaded({HEAVY!r})]))"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60, check=True)
+    assert json.loads(done.stderr) == [[], []]
+
+
+def test_a_reader_that_closes_the_pipe_gets_no_traceback(trained: Path, start: Start) -> None:
+    process = start("show", trained / "policy.json")
+    assert process.stdout is not None
+    assert process.stderr is not None
+    process.stdout.close()  # as `palpate show policy.json | head -1` may do
+    with process.stderr as stderr:
+        assert stderr.read() == ""
+    assert process.wait(timeout=60) == 1
+
+
+def logs_in(out: Path) -> dict[str, bytes]:
+    """The recordings of the finished trials."""
+    return {path.name: path.read_bytes() for path in (out / "logs").glob("*.mcap")}
+
+
+def test_ctrl_c_ends_training_in_order_and_the_message_says_how_to_go_on(
+    palpate: CommandLine, tmp_path: Path, trained: Path, start: Start
+) -> None:
+    # The space, and a policy to begin from, are traps for whoever prints the command to go on with.
+    out = tmp_path / "a run"
+    words = ("train", *QUICK, "--policy", trained / "policy.json")
+    process = start(*words, "--trials", 200, "--out", out)
+    wait_until(lambda: finished_trials(out) >= 1, process)
+    process.send_signal(signal.SIGINT)
+    printed, complaint = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "Traceback" not in complaint
+    done = finished_trials(out)
+    assert f"ended after {done} of 200 trials" in printed
+    assert (out / "trials.csv").read_text().endswith("\n")
+    assert not list(out.glob(".*"))
+    assert json.loads((out / "summary.json").read_text())["finished"] is False
+    tables = {name: (out / name).read_bytes() for name in ("trials.csv", "decisions.csv")}
+
+    name, *again = shlex.split(printed.split("go on with: ")[1])
+    assert name == "palpate"
+    again[again.index("--trials") + 1] = str(done + 1)
+    palpate.succeed(*again)
+    palpate.succeed(*words, "--trials", done + 1, "--out", "straight")
+    straight = results_in(tmp_path / "straight")
+    assert results_in(out) == straight
+    assert all(straight[table].startswith(content) for table, content in tables.items())
+
+
+def test_a_killed_training_goes_on_as_if_it_had_not_been(palpate: CommandLine, tmp_path: Path, start: Start) -> None:
+    out = tmp_path / "run"
+    process = start("train", *QUICK, "--trials", 200, "--out", out)
+    wait_until(lambda: finished_trials(out) >= 1, process)
+    process.kill()
+    process.wait(timeout=60)
+    # Whenever the kill came: make sure that a line is left in part.
+    with (out / "trials.csv").open("a") as stream:
+        stream.write("3,time lim")
+    trials = finished_trials(out) + 1
+    palpate.succeed("train", "--resume", "--out", out, "--trials", trials)
+    palpate.succeed("train", *QUICK, "--trials", trials, "--out", "straight")
+    assert results_in(out) == results_in(tmp_path / "straight")
+    # The recordings are the same too; what the killed trial recorded is kept beside.
+    assert logs_in(out) == logs_in(tmp_path / "straight")
+    assert f"{trials} of {trials} equal" in palpate.succeed("replay", out, "--jobs", 1)

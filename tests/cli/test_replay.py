@@ -1,0 +1,277 @@
+"""``palpate replay``: the gate, batches with bad logs in them, and what-ifs."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+from pathlib import Path
+from typing import Any
+
+import pytest
+from mcap.writer import Writer
+
+from palpate.adapters.log.provenance import processor
+from palpate.adapters.log.reader import RawMessage, read_log
+from tests.command_line import CommandLine, files_in
+from tests.log_surgery import changed, in_start, indices, messages_of, one_ulp, write_log
+
+
+@pytest.fixture
+def log(trained: Path) -> Path:
+    """A recorded trial in which the policy learned."""
+    return trained / "logs" / "trial-00001.mcap"
+
+
+@pytest.fixture
+def messages(log: Path) -> list[RawMessage]:
+    """The messages of that trial."""
+    return messages_of(log)
+
+
+def test_a_training_run_replays_on_any_number_of_processes(palpate: CommandLine, trained: Path) -> None:
+    before = files_in(trained)
+    one, two = (palpate.succeed("replay", trained, "--jobs", jobs, "--verbose") for jobs in (1, 2))
+    assert "3 of 3 equal in every bit" in one
+    assert "each trial begins with the values that the one before ended with" in one
+    assert one.count("trial-0000") == 3
+    duration = r"in [0-9.]+ s with.*"
+    assert re.sub(duration, "", one) == re.sub(duration, "", two)
+    assert files_in(trained) == before
+
+
+def test_one_trial_of_a_run_replays_alone_wherever_it_lies(palpate: CommandLine, log: Path, tmp_path: Path) -> None:
+    shutil.copy(log, tmp_path / "mine.mcap")
+    assert "1 of 1 equal in every bit" in palpate.succeed("replay", "mine.mcap")
+
+
+def test_all_strategies_of_a_comparison_replay(palpate: CommandLine, compared: Path) -> None:
+    assert {path.name for path in (compared / "logs").iterdir()} == {
+        "run", "run-1", "omniscient", "torque", "spiral-10", "spiral-5", "random",
+    }  # fmt: skip
+    assert "14 of 14 equal" in palpate.succeed("replay", compared, "--jobs", 1)
+
+
+def test_a_difference_fails_and_is_named(
+    palpate: CommandLine, trained: Path, messages: list[RawMessage], tmp_path: Path
+) -> None:
+    write_log(tmp_path / "changed.mcap", off_by_a_bit(messages))
+    done = palpate("replay", tmp_path, trained, "--jobs", 1)
+    assert done.code == 1
+    assert "changed.mcap: tick 100, /tick asked_rad[2]: recorded " in done.stdout
+    assert "no cause is known" in done.stdout
+    assert "3 of 4 equal in every bit, 1 DIVERGED" in done.stdout
+
+
+def test_known_causes_are_named(palpate: CommandLine, messages: list[RawMessage], tmp_path: Path) -> None:
+    versions = {"palpate": "0.0.9", "numpy": "1.0", "scipy": "1.17.1", "pin": "4.1.0", "mujoco": "4.0.0"}
+    other = in_start(versions_json=versions, core_sha256="0" * 64, model_sha256="1" * 64)
+    done = palpate("replay", write_log(tmp_path / "old.mcap", changed(off_by_a_bit(messages), 0, other)))
+    assert done.code == 1
+    for cause in ("recorded with 0.0.9", "recorded with 1.0", "the core's code", "the model of the arm zebra-zero"):
+        assert cause in done.stdout
+
+
+def recorded_on(messages: list[RawMessage], other: dict[str, object]) -> list[RawMessage]:
+    """A trial of this machine, marked as recorded on one that differs."""
+    return changed(messages, 0, in_start(processor_json=processor() | other))
+
+
+def off_by_a_bit(messages: list[RawMessage]) -> list[RawMessage]:
+    return changed(messages, indices(messages, "/tick")[100], one_ulp("asked_rad", 2))
+
+
+@pytest.mark.parametrize(
+    "other", [{"machine": "another"}, {"libc": "another"}, {"simd": ["X86_V2"]}], ids=["machine", "libc", "sine"]
+)
+def test_another_processor_may_differ_in_the_last_bits_only(
+    palpate: CommandLine, messages: list[RawMessage], tmp_path: Path, other: dict[str, object]
+) -> None:
+    messages = recorded_on(messages, other)
+    log = write_log(tmp_path / "elsewhere.mcap", off_by_a_bit(messages))
+    printed = palpate.succeed("replay", log)
+    assert "not bit-comparable" in printed
+    assert "another processor" in printed
+    assert palpate("replay", log, "--strict").code == 1
+    # Without a difference there is nothing to excuse; with a large one there is no excuse.
+    assert "1 of 1 equal" in palpate.succeed("replay", write_log(tmp_path / "same.mcap", messages))
+    gross = changed(messages, indices(messages, "/tick")[100], lambda made: made.asked_rad.__setitem__(2, 0.1))
+    assert palpate("replay", write_log(tmp_path / "gross.mcap", gross)).code == 1
+    decision = changed(messages, indices(messages, "/decision")[0], lambda made: setattr(made, "action", "none"))
+    assert palpate("replay", write_log(tmp_path / "decision.mcap", decision)).code == 1
+
+
+@pytest.mark.skipif("X86_V3" not in processor()["simd"], reason="a processor without fused multiply-add")
+@pytest.mark.parametrize(
+    "other",
+    [{"blas": ["of another machine"]}, {"simd": ["X86_V2", "X86_V3"]}, {"simd": ["X86_V2", "X86_V3", "X86_V4"]}],
+    ids=["BLAS", "AVX2", "AVX-512"],
+)
+def test_kernels_and_vector_loops_of_another_processor_excuse_nothing(
+    palpate: CommandLine, messages: list[RawMessage], tmp_path: Path, other: dict[str, object]
+) -> None:
+    done = palpate("replay", write_log(tmp_path / "kernels.mcap", off_by_a_bit(recorded_on(messages, other))))
+    assert done.code == 1
+    assert "another processor" not in done.stdout
+
+
+def test_a_batch_goes_on_past_bad_logs_and_sums_up(
+    palpate: CommandLine, log: Path, messages: list[RawMessage], tmp_path: Path
+) -> None:
+    data = log.read_bytes()
+    flipped = bytearray(data)
+    flipped[len(data) // 2] ^= 4
+    for name, content in {
+        "sound": data, "empty": b"", "text": b"tick,force\n1,2\n", "truncated": data[: len(data) // 2],
+        "flipped": bytes(flipped), "joined": data + data,
+    }.items():  # fmt: skip
+        (tmp_path / f"{name}.mcap").write_bytes(content)
+    (tmp_path / "folder.mcap").mkdir()
+    with (tmp_path / "foreign.mcap").open("wb") as stream:
+        foreign = Writer(stream)
+        foreign.start("ros2", "another tool")
+        schema = foreign.register_schema("std_msgs/msg/String", "ros2msg", b"string data")
+        foreign.add_message(foreign.register_channel("/chatter", "cdr", schema), 0, b"hello", 0)
+        foreign.finish()
+    newer = changed(messages, 0, lambda made: setattr(made, "schema", "palpate.log/2"))
+    write_log(tmp_path / "newer.mcap", newer)
+    ticks = indices(messages, "/tick")
+    write_log(tmp_path / "headless.mcap", [m for i, m in enumerate(messages) if i not in ticks[:5]])
+    write_log(tmp_path / "gap.mcap", [m for i, m in enumerate(messages) if i not in ticks[50:53]])
+
+    before = files_in(tmp_path)
+    done = palpate("replay", tmp_path, "--jobs", 1)
+    assert done.code == 2
+    assert "Traceback" not in done.stderr + done.stdout
+    assert "1 of 11 equal in every bit, 10 NOT REPLAYABLE" in done.stdout
+    for name, reason in {
+        "empty": "is empty",
+        "text": "offset 0: is no MCAP file",
+        "truncated": "recover",
+        "flipped": "is damaged",
+        "joined": "two files were joined",
+        "folder": "cannot be read",
+        "foreign": "written by 'another tool', profile 'ros2'",
+        "newer": "has schema 'palpate.log/2'",
+        "headless": "the first 5 ticks are missing",
+        "gap": "ticks 50 to 52 are missing",
+    }.items():
+        (line,) = [line for line in done.stdout.splitlines() if line.startswith(f"{tmp_path}/{name}.mcap: ")]
+        assert reason in line
+    assert files_in(tmp_path) == before
+
+
+@pytest.mark.parametrize(
+    ("words", "reason"),
+    [
+        ("", "no log was named"),
+        ("missing.mcap", "missing.mcap: is not there"),
+        ("no-such-*.mcap", "is not there"),
+        (".", "holds no logs"),
+        ("LOG --set task.max_force=5", "did you mean task.max_force_N"),
+        ("LOG --set task.max_force_N=hard", "task.max_force_N = 'hard'"),
+        ("LOG --set task.max_force_N", "name.of.field=value"),
+        ("LOG --set task.max_force_N=-5", "task.max_force_N"),
+        ("LOG --set cell.peg.friction=0.5", "a setting of the core"),
+        ("LOG --set arm=ur5", "a setting of the core"),
+        ("LOG --policy nobody", "a policy file, or one of omniscient"),
+        ("LOG --config none.toml", "none.toml"),
+        ("LOG --continue-in-mujoco", "a what-if"),
+        ("LOG --out somewhere", "a what-if"),
+        ("LOG --jobs -1", "jobs = -1"),
+        ("LOG --speed 2", "--speed is not an option"),
+    ],
+)
+def test_refused_in_one_line(palpate: CommandLine, log: Path, words: str, reason: str) -> None:
+    assert reason in palpate.refusal("replay", *words.replace("LOG", str(log)).split())
+
+
+def test_a_log_of_another_arm_is_refused_with_a_configuration_given(
+    palpate: CommandLine, log: Path, tmp_path: Path
+) -> None:
+    (tmp_path / "other.toml").write_text('arm = "ur5"\n')
+    done = palpate("replay", log, "--config", "other.toml")
+    assert done.code == 2
+    assert "was recorded with the arm 'zebra-zero'" in done.stdout
+
+
+def test_another_configuration_is_a_known_cause(palpate: CommandLine, trained: Path, log: Path, tmp_path: Path) -> None:
+    (tmp_path / "other.toml").write_text("[task]\npress_kgf = 0.4\ntime_limit_s = 2.0\n")
+    done = palpate("replay", log, "--config", "other.toml")
+    assert done.code == 1
+    assert "known to be other: the configuration given" in done.stdout
+    assert "counterfactual from tick" in done.stdout
+    assert "1 of 1 equal" in palpate.succeed("replay", log, "--config", trained / "run.toml")
+
+
+def test_a_change_that_the_policy_cannot_serve_is_refused(palpate: CommandLine, log: Path) -> None:
+    done = palpate("replay", log, "--set", "task.step_mm=0.5")
+    assert done.code == 2
+    assert "displacement_mm" in done.stdout
+
+
+def test_what_if_the_limit_had_been_tighter(palpate: CommandLine, log: Path) -> None:
+    done = palpate("replay", log, "--set", "task.max_force_N=5.2")
+    assert done.code == 1
+    for word in ("force limit", "counterfactual from tick", "task.max_force_N=5.2"):
+        assert word in done.stdout
+    # A limit that was never reached would have changed nothing.
+    assert "1 of 1 equal" in palpate.succeed("replay", log, "--set", "task.max_force_N=300")
+
+
+def test_what_if_another_policy_had_acted(palpate: CommandLine, trained: Path, log: Path) -> None:
+    assert "counterfactual from tick" in palpate("replay", log, "--policy", "torque").stdout
+    done = palpate("replay", log, "--policy", trained / "policy.json")
+    assert done.code in (0, 1)
+    assert "DIVERGED" in done.stdout or "equal" in done.stdout
+
+
+def test_the_simulator_goes_on_from_the_first_other_command(palpate: CommandLine, log: Path) -> None:
+    done = palpate("replay", log, "--policy", "omniscient", "--continue-in-mujoco")
+    assert done.code == 1
+    assert "in the simulator: inserted after 0." in done.stdout
+    # Where nothing is other, the simulator gives the recorded trial again, every sample held against the log.
+    same = palpate.succeed("replay", log, "--set", "task.max_force_N=300", "--continue-in-mujoco")
+    assert "1 of 1 equal" in same
+
+
+@pytest.mark.parametrize("words", ["--set task.max_force_N=5.2", "--policy torque --continue-in-mujoco"])
+def test_what_ifs_leave_logs_marked_as_such(palpate: CommandLine, log: Path, tmp_path: Path, words: str) -> None:
+    done = palpate("replay", log, *words.split(), "--out", "out")
+    assert done.code == 1
+    tick = int(done.stdout.split("counterfactual from tick ")[1].split()[0])
+    made = read_log(tmp_path / "out" / "trial-00001.mcap")
+    assert made.start.derived_from == str(log)
+    assert [record.counterfactual for record in made.records()] == [number >= tick for number in range(len(made.ticks))]
+    assert all(entry.counterfactual == (entry.tick >= tick) for entry in made.decisions + made.events)
+    assert made.end is not None
+    assert made.end.counterfactual
+    # What the changed core did is reproducible like anything else, and the log is not overwritten.
+    assert "1 of 1 equal" in palpate.succeed("replay", "out")
+    assert "is there already" in palpate.refusal("replay", log, *words.split(), "--out", "out")
+
+
+def test_what_ifs_of_logs_of_one_name_get_names_of_their_own(palpate: CommandLine, log: Path, tmp_path: Path) -> None:
+    (tmp_path / "twin").mkdir()
+    shutil.copy(log, tmp_path / "twin")
+    palpate.succeed("replay", log, "twin", "--set", "task.max_force_N=300", "--out", "out")
+    assert len(list((tmp_path / "out").glob("*.mcap"))) == 2
+
+
+def test_the_simulator_does_not_go_on_from_what_it_did_not_record(
+    palpate: CommandLine, messages: list[RawMessage], tmp_path: Path
+) -> None:
+    def told(changed_messages: list[RawMessage]) -> str:
+        log = write_log(tmp_path / "log.mcap", changed_messages)
+        done = palpate("replay", log, "--policy", "torque", "--continue-in-mujoco")
+        log.unlink()
+        assert done.code == 2
+        return done.stdout
+
+    def another_model(start: Any) -> None:
+        start.world_json = json.dumps(json.loads(start.world_json) | {"model_sha256": "0"})
+
+    assert "only the simulator can go on" in told(changed(messages, 0, in_start(world="zebra zero on serial")))
+    other = changed(messages, indices(messages, "/tick")[3], lambda made: made.wrench.force_N.__setitem__(0, 0.25))
+    assert "tick 3: this simulator gives another wrench than was recorded" in told(other)
+    assert "this simulator's model is not the one" in told(changed(messages, 0, another_model))

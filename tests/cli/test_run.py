@@ -1,0 +1,158 @@
+"""``palpate run`` with trained policies and comparators, the files that are no policy, and ``palpate show``."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import signal
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from palpate.adapters.experiments.results import RunFolder
+from palpate.simulation.work_cell.cell import WorkCell
+from tests.command_line import QUICK, CommandLine, files_in, finished_trials
+
+
+def test_a_trained_policy_runs_and_does_not_learn(palpate: CommandLine, trained: Path, tmp_path: Path) -> None:
+    out, policy = tmp_path / "run", trained / "policy.json"
+    assert "2 trials" in palpate.succeed("run", *QUICK, "--policy", policy, "--trials", 2, "--out", out)
+    assert {path.name for path in out.iterdir()} == {
+        "run.toml", "trials.csv", "decisions.csv", "policy.json", "summary.json", "learning_curve.png", "logs",
+    }  # fmt: skip
+    assert sorted(path.name for path in (out / "logs").iterdir()) == ["trial-00000.mcap", "trial-00001.mcap"]
+    assert finished_trials(out) == 2
+    assert (out / "policy.json").read_bytes() == policy.read_bytes()
+    summary = json.loads((out / "summary.json").read_text())
+    assert (summary["policy"], summary["trials"], summary["finished"]) == (str(policy), 2, True)
+    assert "2 of 2 equal" in palpate.succeed("replay", out, "--jobs", 1)
+
+
+def test_without_a_folder_named_each_run_gets_one_of_its_own(palpate: CommandLine, tmp_path: Path) -> None:
+    for number in (1, 2):
+        printed = palpate.succeed("run", "--policy", "omniscient", "--trials", 1, "--recording.no-enabled")
+        assert "success 100.0%" in printed
+        assert f"saved in runs/paper-run-00{number}" in printed
+    assert sorted(path.name for path in (tmp_path / "runs").iterdir()) == ["paper-run-001", "paper-run-002"]
+    assert not (tmp_path / "runs" / "paper-run-001" / "logs").exists()
+
+
+def test_the_other_arm_inserts_too(palpate: CommandLine) -> None:
+    printed = palpate.succeed("run", "--policy", "torque", "--arm", "ur5", "--trials", 2, "--recording.no-enabled")
+    assert "torque, ur5, scenario paper, seed 0: 2 trials" in printed
+    assert "'inserted': 2" in printed
+
+
+def test_equal_seeds_give_equal_trials(palpate: CommandLine, tmp_path: Path) -> None:
+    for name in ("one", "two"):
+        palpate.succeed("run", *QUICK, "--policy", "random", "--trials", 1, "--seed", 3, "--out", name)
+    assert files_in(tmp_path / "one") == files_in(tmp_path / "two")
+
+
+@pytest.mark.parametrize("ticks", [600, 0], ids=["in a trial", "between trials"])
+def test_ctrl_c_keeps_the_finished_trials_and_the_last_one_replays(
+    palpate: CommandLine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, ticks: int
+) -> None:
+    out, passed = tmp_path / "run", 0
+    advance_once, append_trial = WorkCell.advance, RunFolder.append_trial
+
+    def advance(self: WorkCell) -> None:
+        nonlocal passed
+        passed += 1
+        if passed == ticks:
+            signal.raise_signal(signal.SIGINT)
+        advance_once(self)
+
+    def append(self: RunFolder, *scored: Any) -> None:
+        append_trial(self, *scored)
+        if not ticks:
+            signal.raise_signal(signal.SIGINT)
+
+    monkeypatch.setattr(WorkCell, "advance", advance)
+    monkeypatch.setattr(RunFolder, "append_trial", append)
+    done = palpate("run", "--task.time-limit-s", 1, "--policy", "random", "--trials", 50, "--out", out)
+    assert done.code == 130
+    assert "Traceback" not in done.stderr
+    summary = json.loads((out / "summary.json").read_text())
+    assert 0 < finished_trials(out) < 5
+    assert (summary["finished"], summary["trials"]) == (False, finished_trials(out))
+    assert f"{summary['trials']} trials" in done.stdout
+    printed = palpate.succeed("replay", sorted((out / "logs").glob("*.mcap"))[-1])
+    assert ("interrupted" in printed) == bool(ticks)
+    assert "1 of 1 equal" in printed
+
+
+def damaged(text: str, how: str) -> bytes:
+    """A policy file of another kind."""
+    content = json.loads(text)
+    match how:
+        case "schema":
+            content["schema"] = "palpate.policy/2"
+        case "truncated":
+            return text[: len(text) // 2].encode()
+        case "prose":
+            return b"once upon a time"
+        case "binary":
+            return bytes(range(256))
+        case "list":
+            return b"[1, 2]"
+        case "row":
+            del content["table"][3]
+        case "number":
+            content["table"][0]["q"] = "much"
+        case "perception":
+            content["perception"] = {}
+    return json.dumps(content).encode()
+
+
+@pytest.mark.parametrize(
+    ("how", "reason"),
+    [
+        ("schema", "schema = 'palpate.policy/2' is refused: 'palpate.policy/1'"),
+        ("truncated", "JSON"),
+        ("prose", "JSON"),
+        ("binary", "UTF-8"),
+        ("list", "policy file"),
+        ("row", "table"),
+        ("number", "table[0]"),
+        ("perception", "perception"),
+    ],
+)
+def test_a_file_that_is_no_policy_is_refused(
+    palpate: CommandLine, trained: Path, tmp_path: Path, how: str, reason: str
+) -> None:
+    (tmp_path / "policy.json").write_bytes(damaged((trained / "policy.json").read_text(), how))
+    assert reason in palpate.refusal("run", *QUICK, "--policy", "policy.json", "--trials", 1)
+
+
+@pytest.mark.parametrize("words", ["train", "run --policy torque", "compare"])
+def test_results_are_never_written_over(palpate: CommandLine, trained: Path, tmp_path: Path, words: str) -> None:
+    shutil.copytree(trained, tmp_path / "there")
+    line = palpate.refusal(*words.split(), *QUICK, "--trials", 1, "--out", "there")
+    assert "there: already holds a run" in line
+
+
+@pytest.mark.parametrize("name", ["run", "train", "compare"])
+def test_a_policy_of_another_state_space_is_refused(palpate: CommandLine, trained: Path, name: str) -> None:
+    words = ("--policy", trained / "policy.json", "--trials", 1, "--out", "out")
+    line = palpate.refusal(name, "--perception.symbols", "grid", *words)
+    assert "states" in line
+    assert "as in this task" in line
+
+
+def test_a_policy_of_another_threshold_is_refused(palpate: CommandLine, trained: Path) -> None:
+    words = ("--perception.position-threshold-mm", "1.5", "--policy", trained / "policy.json", "--trials", 1)
+    line = palpate.refusal("run", *words)
+    assert "-0.001" in line
+    assert "-0.0015" in line
+
+
+def test_show_needs_nothing_but_the_file(palpate: CommandLine, trained: Path, tmp_path: Path) -> None:
+    shutil.copy(trained / "policy.json", tmp_path)
+    lines = palpate.succeed("show", "policy.json").splitlines()
+    assert lines[0] == "17 states, 8 actions; q-learning, 3 trials learned"
+    assert lines[2].split() == ["state", "source", "best", "action", "value", "visits"]
+    assert len(lines) == 3 + 17
+    (tmp_path / "policy.json").write_text("{}")
+    assert "schema" in palpate.refusal("show", "policy.json")

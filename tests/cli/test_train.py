@@ -1,0 +1,176 @@
+"""``palpate train`` leaves a folder with everything about a run; the same run twice leaves the same bytes."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import shutil
+import tomllib
+from math import hypot
+from pathlib import Path
+
+import pytest
+from matplotlib.image import imread
+
+from tests.command_line import QUICK, RESULTS, CommandLine, files_in, results_in
+
+TRIAL_COLUMNS = {
+    "trial", "outcome", "success", "exploration_time_s", "actions", "peak_force_N", "measured_peak_force_N",
+    "depth_mm", "start_x_mm", "start_y_mm", "hole_x_mm", "hole_y_mm", "ticks", "temperature",
+}  # fmt: skip
+
+
+def table(path: Path) -> list[dict[str, str]]:
+    with path.open(newline="", encoding="utf-8") as stream:
+        return list(csv.DictReader(stream))
+
+
+def test_a_run_leaves_these_files_and_no_others(trained: Path) -> None:
+    assert {path.name for path in trained.iterdir()} == {*RESULTS, "run.toml", "logs"}
+
+
+def test_trials_have_their_columns_and_decisions_belong_to_them(trained: Path) -> None:
+    trials, decisions = table(trained / "trials.csv"), table(trained / "decisions.csv")
+    assert set(trials[0]) >= TRIAL_COLUMNS
+    assert [row["trial"] for row in trials] == ["0", "1", "2"]
+    for row in trials:
+        assert row["outcome"] in {"inserted", "time limit"}
+        assert 0.0 <= float(row["exploration_time_s"]) <= 2.0
+        assert 4.0 < float(row["peak_force_N"]) < 30.0
+        assert hypot(float(row["start_x_mm"]), float(row["start_y_mm"])) <= 3.0
+        assert (float(row["depth_mm"]) > 9.9) is (row["success"] == "True")
+        own = [decision for decision in decisions if decision["trial"] == row["trial"]]
+        assert len(own) == int(row["actions"])
+        assert {decision["source"] for decision in own} == {"learned"}
+        assert {decision["reinforcement"] for decision in own[:-1]} == {"-1.0"}
+    # An action takes a tenth of a second.
+    assert int(trials[0]["actions"]) == pytest.approx(10 * float(trials[0]["exploration_time_s"]), abs=1.5)
+
+
+def test_the_policy_has_learned_from_all_decisions(trained: Path) -> None:
+    policy = json.loads((trained / "policy.json").read_text())
+    assert policy["schema"] == "palpate.policy/1"
+    visits = sum(row["visits"] or 0 for row in policy["table"])
+    assert visits == sum(bool(decision["reinforcement"]) for decision in table(trained / "decisions.csv"))
+
+
+def test_the_summary_agrees_with_the_trials(trained: Path) -> None:
+    summary = json.loads((trained / "summary.json").read_text())
+    trials = table(trained / "trials.csv")
+    assert (summary["scenario"], summary["arm"], summary["seed"]) == ("paper", "zebra-zero", 0)
+    assert (summary["finished"], summary["trials"]) == (True, 3)
+    assert summary["success"] == pytest.approx(sum(t["success"] == "True" for t in trials) / 3, abs=1e-4)
+    assert summary["peak_force_N"] == pytest.approx(max(float(t["peak_force_N"]) for t in trials), abs=1e-3)
+    assert set(summary) >= {
+        "success_95", "median_s", "median_95_s", "p95_s", "p95_95_s", "outcomes", "learning", "holes_inside_area",
+    }  # fmt: skip
+
+
+def test_the_learning_curve_is_a_picture(trained: Path) -> None:
+    png = (trained / "learning_curve.png").read_bytes()
+    height, width, _ = imread(io.BytesIO(png), format="png").shape
+    assert width >= 800
+    assert height >= 400
+
+
+def test_run_toml_gives_the_same_run_again(palpate: CommandLine, trained: Path, tmp_path: Path) -> None:
+    settings = tomllib.loads((trained / "run.toml").read_text())
+    assert settings["task"]["time_limit_s"] == 2.0
+    assert (settings["run"]["command"], settings["run"]["trials"]) == ("train", 3)
+    assert set(settings["run"]["versions"]) >= {"palpate", "numpy", "mujoco", "pin"}
+    palpate.succeed("train", "--config", trained / "run.toml", "--trials", 3, "--out", "again")
+    assert files_in(tmp_path / "again") == files_in(trained)
+
+
+def test_another_seed_gives_another_run(palpate: CommandLine, trained: Path, tmp_path: Path) -> None:
+    palpate.succeed("train", *QUICK, "--trials", 1, "--seed", 1, "--out", "run", "--recording.no-enabled")
+    (one,), (zero, *_) = (table(folder / "trials.csv") for folder in (tmp_path / "run", trained))
+    assert one["start_x_mm"] != zero["start_x_mm"]
+    assert one["peak_force_N"] != zero["peak_force_N"]
+    assert not (tmp_path / "run" / "logs").exists()
+
+
+def test_prior_knowledge_is_told_from_what_is_learned(palpate: CommandLine, trained: Path, tmp_path: Path) -> None:
+    shown = table(trained / "decisions.csv")[0]["state"]
+    (tmp_path / "my.toml").write_text(
+        f"[task]\ntime_limit_s = 1.0\n[learning]\nexamples = '{trained / 'decisions.csv'}'\n"
+        "[learning.programmed]\n'x- y-' = '+x+y'\n"
+    )
+    palpate.succeed("train", "--config", "my.toml", "--trials", 1, "--out", "run")
+    lines = palpate.succeed("show", "run/policy.json").splitlines()
+    cells = {tuple(line.split("  ")[0].split()): line for line in lines}
+    assert "programmed" in cells["x-", "y-"]
+    assert "+x+y" in cells["x-", "y-"]
+    assert "examples" in cells[tuple(shown.split())]
+    assert any("learned" in line for line in lines[2:])
+    assert "examples" in {decision["source"] for decision in table(tmp_path / "run" / "decisions.csv")}
+
+
+def test_training_goes_on_from_a_policy_file(palpate: CommandLine, trained: Path) -> None:
+    palpate.succeed("train", *QUICK, "--trials", 1, "--policy", trained / "policy.json", "--out", "run")
+    assert "4 trials learned" in palpate.succeed("show", "run/policy.json")
+
+
+def test_a_fitted_perception_travels_in_the_policy(palpate: CommandLine) -> None:
+    stages = ("--perception.symbols", "clusters", "--perception.channels", "fx", "fy", "ty")
+    counts = ("--perception.fit-trials", "1", "--perception.symbol-count", "4")
+    palpate.succeed("train", "--task.time-limit-s", "1", *stages, *counts, "--trials", 1, "--out", "run")
+    policy = "run/policy.json"
+    assert "4 states" in palpate.succeed("show", policy)
+    printed = palpate.succeed("run", "--policy", policy, "--config", "run/run.toml", *QUICK, "--trials", 1)
+    assert "1 trials" in printed
+    # Without its configuration the file would be asked about states that it does not know.
+    assert "states[0]" in palpate.refusal("run", "--policy", policy, "--trials", 1)
+
+
+def test_a_search_that_cannot_always_succeed_is_announced(palpate: CommandLine, tmp_path: Path) -> None:
+    area = ("--task.area-half-width-mm", "1", "--task.start-uncertainty-mm", "1")
+    printed = palpate.succeed("train", "--scenario", "blind", *area, *QUICK, "--trials", 1)
+    assert "of the holes lie inside the exploration area" in printed
+    # Without --out the folder is named after the scenario.
+    assert (tmp_path / "runs" / "blind" / "policy.json").is_file()
+
+
+# To go on after Ctrl-C and after SIGKILL: test_processes.py.
+
+
+def test_a_finished_run_can_be_extended(palpate: CommandLine, trained: Path, tmp_path: Path) -> None:
+    palpate.succeed("train", "--task.time-limit-s", 2, "--trials", 1, "--out", "run")
+    palpate.succeed("train", "--resume", "--trials", 3, "--out", "run")
+    assert results_in(tmp_path / "run") == results_in(trained)
+
+
+def test_a_run_that_reached_its_trials_is_left_alone(palpate: CommandLine, trained: Path, tmp_path: Path) -> None:
+    out = shutil.copytree(trained, tmp_path / "run")
+    # Naming the settings again is allowed as long as they are the same.
+    palpate.succeed("train", "--config", out / "run.toml", "--resume", "--trials", 3, "--out", out)
+    assert files_in(out) == files_in(trained)
+
+
+@pytest.fixture
+def desk(trained: Path, tmp_path: Path) -> Path:
+    """A finished run, another whose checkpoint is torn, and an empty folder."""
+    shutil.copytree(trained, tmp_path / "run")
+    torn = shutil.copytree(trained, tmp_path / "torn") / "checkpoint.json"
+    torn.write_bytes(torn.read_bytes()[: torn.stat().st_size // 2])
+    (tmp_path / "empty").mkdir()
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    ("words", "named", "accepted"),
+    [
+        ("--out run --seed 1", "seed = 1", "(was seed = 0)"),
+        ("--out run --task.time-limit-s 3", "time_limit_s = 3.0", "(was time_limit_s = 2.0)"),
+        ("--out run --learning.alpha-visits 5", "alpha_visits", ""),
+        ("--out run --policy policy.json", "policy = 'policy.json'", "is refused: 'q-learning'"),
+        ("--out torn", "checkpoint.json", ""),
+        ("--out empty", "checkpoint.json", "begin a new run"),
+        ("--out missing", "checkpoint.json", "begin a new run"),
+    ],
+)
+def test_resume_refuses(palpate: CommandLine, desk: Path, words: str, named: str, accepted: str) -> None:
+    line = palpate.refusal("train", "--resume", *words.split(), "--trials", 4)
+    assert named in line
+    assert accepted in line

@@ -1,0 +1,174 @@
+"""The command line for tests: called in this process, or in one of its own where that is what a test is about.
+
+Processes of their own are kept for: the installed script and its exit code, what starting up imports, a reader of the
+output that goes away, Ctrl-C and SIGKILL upon training and studies (tests/cli/test_processes.py, test_study.py), the
+wheel (tests/integration/test_wheel.py), pytest in another repository (test_pytest_plugin.py), an interpreter that has
+imported nothing yet (test_gymnasium.py), and emulated rigs.
+"""
+
+from __future__ import annotations
+
+import io
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, redirect_stderr, redirect_stdout
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import pytest
+
+from palpate.adapters.cli.main import main
+
+QUICK = ("--task.time-limit-s", "0.5")
+"""Trials with little learning end at the time limit: an early one keeps them short."""
+
+RESULTS = (
+    "trials.csv", "decisions.csv", "policy.json", "checkpoint.json", "summary.json", "learning_curve.png",
+)  # fmt: skip
+"""Files that equal runs leave equal, byte by byte."""
+
+
+class Done(NamedTuple):
+    """What a command came to."""
+
+    code: int
+    stdout: str
+    stderr: str
+
+
+class CommandLine:
+    """Calls palpate in this process, as the installed script would; the process is left as it was found."""
+
+    def __call__(self, *words: object) -> Done:
+        """Run a command to its end."""
+        stdout, stderr = io.StringIO(), io.StringIO()
+        before = _process_state()
+        with ExitStack() as stack:
+            stack.enter_context(redirect_stdout(stdout))
+            stack.enter_context(redirect_stderr(stderr))
+            try:
+                code = main([str(word) for word in words])
+            except SystemExit as end:
+                code = int(end.code or 0)
+        after = _process_state()
+        assert {name: after[name] for name in before} == before
+        return Done(code, stdout.getvalue(), stderr.getvalue())
+
+    def succeed(self, *words: object) -> str:
+        """Run a command that must go well; returns what it printed."""
+        done = self(*words)
+        assert done.code == 0, done
+        return done.stdout
+
+    def refusal(self, *words: object) -> str:
+        """Run a command that must refuse in one line, and leave every file here as it is; returns that line."""
+        before = files_in(Path.cwd())
+        done = self(*words)
+        lines = done.stderr.splitlines()
+        assert (done.code, len(lines), done.stdout) == (2, 1, ""), done
+        assert lines[0].startswith("palpate: ")
+        # A refused call leaves nothing that would be in the way of the next one.
+        assert files_in(Path.cwd()) == before
+        return lines[0]
+
+
+def _process_state() -> dict[str, Any]:
+    """What a command might leave changed behind it."""
+    numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGUSR1, signal.SIGPIPE, signal.SIGCHLD)
+    state = {
+        "signal handlers": [signal.getsignal(number) for number in numbers],
+        # OpenMP's variables are scikit-learn's, which sets them when it is imported.
+        "environment": {name: value for name, value in os.environ.items() if not name.startswith("KMP_")},
+        "working directory": Path.cwd(),
+        "import path": list(sys.path),
+    }
+    if "matplotlib" in sys.modules:
+        state["matplotlib"] = dict.copy(sys.modules["matplotlib"].rcParams)
+    return state
+
+
+@pytest.fixture
+def palpate(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> CommandLine:
+    """The command line, in a new working directory."""
+    monkeypatch.chdir(tmp_path)
+    return CommandLine()
+
+
+def command(*words: object) -> list[str]:
+    """A call of palpate in a process of its own; warnings are errors in it, as they are in the tests themselves."""
+    return [sys.executable, "-W", "error", "-m", "palpate.adapters.cli.main", *map(str, words)]
+
+
+@pytest.fixture
+def start() -> Iterator[Callable[..., subprocess.Popen[str]]]:
+    """Starts commands in processes of their own, which end with the test."""
+    processes: list[subprocess.Popen[str]] = []
+
+    def begin(*words: object) -> subprocess.Popen[str]:
+        process = subprocess.Popen(command(*words), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        processes.append(process)
+        return process
+
+    yield begin
+    for process in processes:
+        process.kill()
+        process.communicate()
+
+
+def wait_until(condition: Callable[[], bool], process: subprocess.Popen[str], patience_s: float = 60.0) -> None:
+    """Wait for something that a running process brings about."""
+    deadline = time.monotonic() + patience_s
+    while not condition():
+        assert process.poll() is None, "the process ended before"
+        assert time.monotonic() < deadline, "it never happened"
+        time.sleep(0.005)
+
+
+def shared_folder(factory: pytest.TempPathFactory, name: str, make: Callable[[Path], object]) -> Path:
+    """A folder that is made once and read by the tests of all workers of pytest-xdist.
+
+    Args:
+        factory: The session's.
+        name: The folder's name, one for each thing made.
+        make: Makes the folder at the path it is given; nothing may be in another folder's name there.
+    """
+    base = factory.getbasetemp()
+    root = base.parent if "PYTEST_XDIST_WORKER" in os.environ else base
+    folder, lock, failed = root / name, root / f"{name}.lock", root / f"{name}.failed"
+    try:
+        lock.mkdir()
+    except FileExistsError:
+        while not (done := lock / "done").exists() and not failed.exists():
+            time.sleep(0.02)
+        assert done.exists(), f"another worker could not make {name}"
+    else:
+        try:
+            make(folder)
+            (lock / "done").touch()
+        except BaseException:
+            failed.touch()
+            raise
+    return folder
+
+
+def files_in(folder: Path) -> dict[str, bytes]:
+    """Everything below a folder, by name."""
+    return {
+        str(path.relative_to(folder)): path.read_bytes() if path.is_file() else b""
+        for path in sorted(folder.rglob("*"))
+    }
+
+
+def results_in(folder: Path) -> dict[str, bytes]:
+    """The files of a training run that do not say how it was called."""
+    return {name: (folder / name).read_bytes() for name in RESULTS}
+
+
+def finished_trials(folder: Path) -> int:
+    """Whole lines below the header of ``trials.csv``."""
+    path = folder / "trials.csv"
+    return max(path.read_bytes().count(b"\n") - 1, 0) if path.exists() else 0
