@@ -10,14 +10,14 @@ from hypothesis import strategies as st
 from palpate.core.errors import ConfigurationError, PolicyFileError
 from palpate.core.perception import IdentityState, LastSymbols
 from palpate.core.policy.back_off import BackingOff, BackOff
-from palpate.core.policy.base import Observation, Transition, compass_actions
+from palpate.core.policy.base import Transition
 from palpate.core.policy.conversion import document_of, new_learner, policy_from
 from palpate.core.policy.exploration import TemperatureSchedule
 from palpate.core.policy.file import PolicyDocument
 from palpate.core.policy.sarsa import SarsaParameters
 from palpate.core.policy.tabular import QLearning, QParameters
+from tests.unit.core.policy.bench import TWO, observation, refuse
 
-ACTIONS = compass_actions(0.001, 2)
 STATES = ("a", "x > a", "y > a", "b")
 SYMBOL_OF = (0, 0, 0, 1)
 SETTINGS = {"alpha": 0.5, "gamma": 1.0, "temperature": TemperatureSchedule(1.0, 0.9, 0.1)}
@@ -35,7 +35,7 @@ transitions = st.builds(
 def learner(visits: float = 4.0, **settings) -> BackingOff:
     back_off = BackOff.of(visits, SYMBOL_OF)
     assert back_off is not None
-    return BackingOff(STATES, ACTIONS, PARAMETERS, back_off, **settings)
+    return BackingOff(STATES, TWO, PARAMETERS, back_off, **settings)
 
 
 def test_what_one_state_learns_its_sisters_expect_and_others_do_not():
@@ -72,18 +72,17 @@ def test_it_chooses_by_both():
     state["symbol_q"][0][0] = -1.0
     q.set_state(state)
     q.begin_trial(0, np.random.default_rng(0))
-    zero = (0.0, 0.0, 0.0)
-    assert q.choose(Observation(2, zero, zero, zero, zero, 0)).index == 1
+    assert q.choose(observation(2)).index == 1
     q.learn(Transition(2, 0, -1.0, None))
     assert q.get_state() == state
 
 
 @given(st.lists(transitions, max_size=40))
 def test_a_symbol_of_one_state_alone_changes_nothing(seen):
-    q, plain = learner(), QLearning(STATES, ACTIONS, PARAMETERS)
+    q, plain = learner(), QLearning(STATES, TWO, PARAMETERS)
     for step in seen:
-        q.learn(step if step.state == 3 else Transition(3, step.action_index, step.reinforcement, 3))
-        plain.learn(step if step.state == 3 else Transition(3, step.action_index, step.reinforcement, 3))
+        for one in (q, plain):
+            one.learn(step if step.state == 3 else Transition(3, step.action_index, step.reinforcement, 3))
     assert q.q[3] == plain.q[3]
 
 
@@ -92,7 +91,7 @@ def test_without_a_memory_there_is_nothing_to_back_off_to():
     assert BackOff.of(0.0, LastSymbols(("a", "b"), 2).symbol_of) is None
     assert BackOff.of(20.0, LastSymbols(("a", "b"), 2).symbol_of) == BackOff(20.0, (0, 1, 0, 1, 0, 1))
     assert BackOff.of(20.0, (None, 2, 2, 0)) == BackOff(20.0, (None, 2, 2, None))
-    assert type(new_learner(PARAMETERS, STATES, ACTIONS)) is QLearning
+    assert type(new_learner(PARAMETERS, STATES, TWO)) is QLearning
 
 
 @given(st.lists(transitions, max_size=60), st.lists(transitions, max_size=30))
@@ -104,7 +103,7 @@ def test_a_file_and_a_checkpoint_keep_every_bit(before, after):
     read = PolicyDocument.from_json_text(document.to_json_text())
     assert read == document
     assert [row.q for row in read.table] == list(q.q)
-    again, resumed = policy_from(read, STATES, ACTIONS, frozen=False), learner()
+    again, resumed = policy_from(read, STATES, TWO, frozen=False), learner()
     resumed.set_state(json.loads(json.dumps(q.get_state())))
     assert isinstance(again, BackingOff)
     for one in (q, again, resumed):
@@ -119,7 +118,7 @@ def test_unlearned_it_knows_nothing():
     q = learner()
     q.learn(Transition(1, 0, -3.0, None))
     blank = document_of(q, created_with={}, perception={}).unlearned()
-    assert policy_from(blank, STATES, ACTIONS, frozen=False).get_state() == learner().get_state()
+    assert policy_from(blank, STATES, TWO, frozen=False).get_state() == learner().get_state()
     assert PolicyDocument.from_json_text(blank.to_json_text()) == blank
 
 
@@ -155,8 +154,7 @@ def test_a_file_that_contradicts_itself_is_refused(change, says):
 
 def test_sarsa_does_not_back_off():
     back_off = BackOff.of(4.0, SYMBOL_OF)
-    with pytest.raises(ConfigurationError, match=r"policy\.back_off"):
-        new_learner(SarsaParameters(**SETTINGS), STATES, ACTIONS, back_off=back_off)
+    refuse("policy.back_off", new_learner, SarsaParameters(**SETTINGS), STATES, TWO, back_off=back_off)
     content = learned_file()
     content["learner"] |= {"kind": "sarsa", "trace_decay": 0.5}
     with pytest.raises(PolicyFileError, match="unknown key 'back_off'"):
@@ -165,15 +163,13 @@ def test_sarsa_does_not_back_off():
 
 @pytest.mark.parametrize("visits", [-1.0, float("nan"), float("inf")])
 def test_visits_are_a_number_above_0(visits):
-    with pytest.raises(ConfigurationError, match=r"policy\.back_off\.visits"):
-        BackOff.of(visits, SYMBOL_OF)
+    refuse("policy.back_off.visits", BackOff.of, visits, SYMBOL_OF)
 
 
 def test_each_state_has_a_symbol_or_none():
     with pytest.raises(ConfigurationError, match="4, one a state"):
-        BackingOff(STATES, ACTIONS, PARAMETERS, BackOff(1.0, (0, 0)))
-    with pytest.raises(ConfigurationError, match=r"policy\.back_off\.symbol_of"):
-        BackOff(1.0, (0, -1))
+        BackingOff(STATES, TWO, PARAMETERS, BackOff(1.0, (0, 0)))
+    refuse("policy.back_off.symbol_of", BackOff, 1.0, (0, -1))
 
 
 @pytest.mark.parametrize("key", ["symbol_q", "symbol_visits"])
@@ -181,6 +177,5 @@ def test_a_state_of_another_size_is_refused_and_nothing_is_changed(key):
     q = learner()
     q.learn(Transition(1, 0, -3.0, None))
     before = q.get_state()
-    with pytest.raises(ConfigurationError, match=rf"learner\.{key}"):
-        q.set_state(before | {key: [[0.0]], "q": [[9.0, 9.0]] * 4})
+    refuse(f"learner.{key}", q.set_state, before | {key: [[0.0]], "q": [[9.0, 9.0]] * 4})
     assert q.get_state() == before

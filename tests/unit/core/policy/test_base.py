@@ -1,22 +1,23 @@
+from math import cos, hypot, inf, nan, radians, sin
+
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from palpate.core.errors import CommandError, ConfigurationError, LifecycleError
 from palpate.core.policy.base import (
     Action,
     Decision,
-    Observation,
     Policy,
     Transition,
     check_names,
     compass_actions,
     drawing_from,
 )
+from tests.unit.core.policy.bench import observation, refuse
 
-
-def observation(state: int) -> Observation:
-    zero = (0.0, 0.0, 0.0)
-    return Observation(state, zero, zero, zero, zero, 0)
+# Transitions and names.
 
 
 @pytest.mark.parametrize("bad", [(-1, 0, -1.0, 0), (0, -1, -1.0, 0), (0, 0, -1.0, -1), (0, 0, -1.0, 0, -1)])
@@ -30,27 +31,19 @@ def test_a_negative_state_cannot_be_observed():
         observation(-1)
 
 
-@pytest.mark.parametrize("reinforcement", [float("nan"), float("-inf")])
+@pytest.mark.parametrize("reinforcement", [nan, -inf])
 def test_a_reinforcement_that_would_poison_the_table_is_refused(reinforcement):
     with pytest.raises(CommandError, match="finite"):
         Transition(0, 0, reinforcement, 1)
 
 
-def test_a_terminal_transition_has_no_next_state():
-    assert Transition(0, 0, -1.0, None).next_state is None
-
-
 @pytest.mark.parametrize("states", [(), ("a", "a"), ("a", ""), ("a", "two\nlines")])
 def test_state_names_are_distinct_and_printable(states):
-    with pytest.raises(ConfigurationError) as refused:
-        check_names(states, compass_actions(0.001))
-    assert refused.value.field == "policy.states"
+    refuse("policy.states", check_names, states, compass_actions(0.001))
 
 
 def test_action_names_are_distinct():
-    with pytest.raises(ConfigurationError) as refused:
-        check_names(("a",), (Action("go", (1.0, 0.0)), Action("go", (0.0, 1.0))))
-    assert refused.value.field == "policy.actions"
+    refuse("policy.actions", check_names, ("a",), (Action("go", (1.0, 0.0)), Action("go", (0.0, 1.0))))
 
 
 def test_choosing_before_a_trial_is_the_callers_fault():
@@ -76,3 +69,53 @@ def test_a_strangers_class_may_just_match_the_protocol():
 
     assert isinstance(Stranger(), Policy)
     assert not isinstance(object(), Policy)
+
+
+# Actions.
+
+
+def test_eight_directions_are_named_by_the_axes_they_move_along():
+    actions = compass_actions(0.001)
+    assert [a.name for a in actions] == ["+x", "+x+y", "+y", "-x+y", "-x", "-x-y", "-y", "+x-y"]
+    for action in actions:
+        for axis, moved in zip("xy", action.displacement_m, strict=True):
+            sign = {f"+{axis}": 1, f"-{axis}": -1}.get(next((s + axis for s in "+-" if s + axis in action.name), ""), 0)
+            assert (moved > 0) - (moved < 0) == sign
+
+
+def test_axis_steps_are_exact_and_opposite_steps_cancel_to_the_bit():
+    actions = {a.name: a.displacement_m for a in compass_actions(0.001)}
+    assert actions["+x"] == (0.001, 0.0)
+    assert actions["-y"] == (0.0, -0.001)
+    assert actions["+x+y"][0] == actions["+x+y"][1]
+    for name, (x, y) in actions.items():
+        opposite = actions[name.translate(str.maketrans("+-", "-+"))]
+        assert (x + opposite[0], y + opposite[1]) == (0.0, 0.0)
+        assert not {repr(x), repr(y)} & {"-0.0"}
+
+
+@given(st.floats(1e-5, 0.1), st.integers(2, 72))
+def test_directions_are_equally_spaced_and_equally_long(step_m, directions):
+    actions = compass_actions(step_m, directions)
+    assert len({a.name for a in actions}) == directions
+    for k, action in enumerate(actions):
+        angle = radians(360.0 * k / directions)
+        assert hypot(*action.displacement_m) == pytest.approx(step_m, rel=1e-12)
+        wanted = (step_m * cos(angle), step_m * sin(angle))
+        assert action.displacement_m == pytest.approx(wanted, abs=1e-14)
+
+
+@pytest.mark.parametrize(("directions", "names"), [(2, ["0deg", "180deg"]), (4, ["0deg", "90deg", "180deg", "270deg"])])
+def test_other_numbers_of_directions_are_named_by_angle(directions, names):
+    assert [a.name for a in compass_actions(0.001, directions)] == names
+
+
+@pytest.mark.parametrize("step_m", [0.0, -1.0, nan, inf])
+def test_unusable_settings_are_refused(step_m):
+    refuse("actions.step_m", compass_actions, step_m)
+    refuse("actions.directions", compass_actions, 0.001, 1)
+
+
+def test_an_action_must_be_finite():
+    with pytest.raises(ConfigurationError, match="finite"):
+        Action("nowhere", (0.0, nan))

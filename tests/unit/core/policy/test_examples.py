@@ -5,13 +5,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.policy.base import Observation, compass_actions
 from palpate.core.policy.examples import ExamplesPolicy, load_examples
+from tests.unit.core.policy.bench import EIGHT, observation, refuse
 
-EIGHT = compass_actions(0.001)
 NAMES = [action.name for action in EIGHT]
 STATES = ("a", "b", "c")
-ZERO = (0.0, 0.0, 0.0)
 
 
 def test_the_majority_decides_and_ties_go_to_the_first_action():
@@ -19,7 +17,7 @@ def test_the_majority_decides_and_ties_go_to_the_first_action():
     policy = ExamplesPolicy(STATES, EIGHT, shown)
     assert [policy.assigned(state) for state in range(3)] == [NAMES.index("-y"), NAMES.index("+x"), None]
     assert policy.counts[0] == (0, 0, 1, 0, 0, 0, 2, 0)
-    assert policy.choose(Observation(0, ZERO, ZERO, ZERO, ZERO, 0)).source == "examples"
+    assert policy.choose(observation(0)).source == "examples"
 
 
 @given(st.lists(st.tuples(st.sampled_from(STATES), st.sampled_from(NAMES))))
@@ -35,9 +33,7 @@ def test_no_action_is_shown_more_often_than_the_chosen_one(shown):
 
 @pytest.mark.parametrize("pair", [("d", "+x"), ("a", "east")])
 def test_unknown_names_are_refused(pair):
-    with pytest.raises(ConfigurationError) as refused:
-        ExamplesPolicy(STATES, EIGHT, [pair])
-    assert refused.value.field == "policy.examples"
+    refuse("policy.examples", ExamplesPolicy, STATES, EIGHT, [pair])
 
 
 def test_a_file_of_decisions_is_read_and_other_columns_are_ignored(tmp_path):
@@ -63,10 +59,8 @@ def test_a_file_of_decisions_is_read_and_other_columns_are_ignored(tmp_path):
 def test_errors_name_the_file_and_the_line(tmp_path, text, line):
     path = tmp_path / "decisions.csv"
     path.write_bytes(text)
-    with pytest.raises(ConfigurationError) as refused:
-        load_examples(path, STATES, EIGHT)
-    assert refused.value.field == f"policy.examples: {path}:{line}"
-    assert "\n" not in str(refused.value)
+    error = refuse(f"policy.examples: {path}:{line}", load_examples, path, STATES, EIGHT)
+    assert "\n" not in str(error)
 
 
 @pytest.mark.parametrize("text", [b"state,action\n", b"state,action\n\xff,+x\n"])

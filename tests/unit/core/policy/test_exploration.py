@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 from scipy.special import softmax
 from scipy.stats import chisquare
 
-from palpate.core.errors import ConfigurationError
 from palpate.core.policy.exploration import GREEDY_BELOW, TemperatureSchedule, boltzmann, boltzmann_probabilities
+from tests.unit.core.policy.bench import refuse
 
 finite = st.floats(allow_nan=False, allow_infinity=False)
 rows = st.lists(finite, min_size=1, max_size=12)
@@ -25,15 +25,10 @@ class CountingGenerator(np.random.Generator):
         return drawn if self.number is None else self.number
 
 
-@given(st.lists(st.floats(-50.0, 0.0), min_size=1, max_size=12), st.floats(0.01, 100.0))
+@given(st.lists(st.floats(-50.0, 50.0), min_size=1, max_size=12), st.floats(0.01, 100.0))
 def test_probabilities_are_those_of_softmax(values, temperature):
     expected = softmax(np.array(values) / temperature)
     assert boltzmann_probabilities(values, temperature) == pytest.approx(expected, rel=1e-9, abs=1e-300)
-
-
-def test_probabilities_of_a_hand_computed_pair():
-    # exp(-1/2) / (1 + exp(-1/2)) = 0.37754...
-    assert boltzmann_probabilities([0.0, -1.0], 2.0) == pytest.approx([0.6224593312, 0.3775406688], abs=1e-10)
 
 
 @given(rows, st.floats(0.0, 1e300))
@@ -44,24 +39,9 @@ def test_probabilities_are_a_distribution_for_any_finite_values(values, temperat
     assert probabilities[values.index(max(values))] == max(probabilities)
 
 
-@given(st.lists(st.floats(-1e3, 0.0), min_size=2, max_size=8), st.floats(0.1, 10.0), st.floats(-1e3, 1e3))
-def test_only_differences_of_values_matter(values, temperature, shift):
-    shifted = boltzmann_probabilities([value + shift for value in values], temperature)
-    assert shifted == pytest.approx(boltzmann_probabilities(values, temperature), abs=1e-9)
-
-
-@pytest.mark.parametrize("temperature", [1e-6, 1e-5, 1e-3])
-def test_a_million_below_at_a_tiny_temperature_does_not_overflow(temperature):
-    assert boltzmann_probabilities([-1e6, -1e6 - 1.0, 0.0, -1e308], temperature) == [0.0, 0.0, 1.0, 0.0]
-
-
 def test_near_zero_the_best_actions_share_the_probability():
-    assert boltzmann_probabilities([-1.0, -1.0 - 1e-9, -1.0, -5.0], 0.5 * GREEDY_BELOW) == [
-        0.5,
-        0.0,
-        0.5,
-        0.0,
-    ]
+    values = [-1.0, -1.0 - 1e-9, -1.0, -5.0]
+    assert boltzmann_probabilities(values, 0.5 * GREEDY_BELOW) == [0.5, 0.0, 0.5, 0.0]
 
 
 def test_greedy_ties_are_broken_by_the_generator():
@@ -103,11 +83,6 @@ def test_the_schedule_is_geometric_above_its_floor(initial, decay, floor, trial)
     assert floor <= schedule.at(trial + 1) <= schedule.at(trial)
 
 
-def test_the_schedule_of_the_hand_computed_kind():
-    schedule = TemperatureSchedule(8.0, 0.5, 0.75)
-    assert [schedule.at(trial) for trial in range(6)] == [8.0, 4.0, 2.0, 1.0, 0.75, 0.75]
-
-
 @pytest.mark.parametrize(
     ("initial", "decay", "floor", "field"),
     [
@@ -122,6 +97,4 @@ def test_the_schedule_of_the_hand_computed_kind():
     ],
 )
 def test_unusable_schedules_are_refused(initial, decay, floor, field):
-    with pytest.raises(ConfigurationError) as refused:
-        TemperatureSchedule(initial, decay, floor)
-    assert refused.value.field == f"policy.temperature.{field}"
+    refuse(f"policy.temperature.{field}", TemperatureSchedule, initial, decay, floor)

@@ -1,35 +1,201 @@
+import numpy as np
 import pytest
+from scipy.stats import chisquare
 
-from palpate.core.errors import ConfigurationError
-from palpate.core.policy.base import Observation, compass_actions
-from palpate.core.policy.programmed import ProgrammedPolicy
+from palpate.core.errors import ConfigurationError, LifecycleError
+from palpate.core.policy.base import Action, Decision, Policy, Transition
+from palpate.core.policy.examples import ExamplesPolicy
+from palpate.core.policy.exploration import TemperatureSchedule
+from palpate.core.policy.programmed import (
+    AssignedPolicy,
+    MixedPolicy,
+    ProgrammedPolicy,
+    RandomWalkPolicy,
+    check_known,
+)
+from palpate.core.policy.tabular import QLearning, QParameters
+from tests.unit.core.policy.bench import EIGHT, LEFT, RIGHT, TWO, observation, refuse
 
-EIGHT = compass_actions(0.001)
-STATES = ("left", "middle", "right")
+STATES = ("a", "b", "c")
+
+
+# One action a state.
+
+
+def test_the_assigned_action_is_taken_with_its_source_and_nothing_is_drawn_or_learned():
+    policy = AssignedPolicy(("a", "b"), EIGHT, (6, None), "examples")
+    rng = np.random.default_rng(0)
+    before = rng.bit_generator.state
+    policy.begin_trial(0, rng)
+    for reinforcement in (-1.0, -100.0):
+        assert policy.choose(observation(0)) == Decision(EIGHT[6], 6, "examples")
+        policy.learn(Transition(0, 6, reinforcement, 0))
+    assert rng.bit_generator.state == before
+    assert policy.temperature is None
+
+
+def test_only_the_states_that_have_an_action_are_served():
+    policy = AssignedPolicy(("a", "b"), EIGHT, (0, None), "programmed")
+    assert [policy.serves(0), policy.serves(1)] == [True, False]
+    assert [policy.assigned(0), policy.assigned(1)] == [0, None]
+    with pytest.raises(ConfigurationError, match=r"policy\.programmed = 'b' is refused.*mixed policy"):
+        policy.choose(observation(1))
+
+
+def test_unknown_names_are_refused_with_all_that_is_accepted():
+    with pytest.raises(ConfigurationError, match=r"here = 'c' is refused: a state of this task: a, b"):
+        check_known("here", "c", "+x", ("a", "b"), EIGHT)
+    with pytest.raises(ConfigurationError, match=r"here = 'up' is refused: .*'a'.*\+x, \+x\+y, \+y"):
+        check_known("here", "a", "up", ("a", "b"), EIGHT)
+    check_known("here", "a", "+x", ("a", "b"), EIGHT)
+
+
+# Programs.
 
 
 def test_the_table_decides_whatever_its_order():
-    policy = ProgrammedPolicy(STATES, EIGHT, {"right": "-x", "left": "+x"})
+    policy = ProgrammedPolicy(STATES, EIGHT, {"c": "-x", "a": "+x"})
     assert [policy.assigned(state) for state in range(3)] == [0, None, 4]
-    zero = (0.0, 0.0, 0.0)
-    assert policy.choose(Observation(2, zero, zero, zero, zero, 0)).source == "programmed"
+    assert policy.choose(observation(2)).source == "programmed"
+    assert not any(ProgrammedPolicy(STATES, EIGHT, {}).serves(state) for state in range(3))
 
 
 @pytest.mark.parametrize(
     ("table", "value", "accepted"),
-    [
-        ({"centre": "+x"}, "centre", "left, middle, right"),
-        ({"left": "east"}, "east", "+x, +x+y, +y, -x+y, -x"),
-    ],
+    [({"centre": "+x"}, "centre", "a, b, c"), ({"a": "east"}, "east", "+x, +x+y, +y, -x+y, -x")],
 )
-def test_unknown_names_are_refused(table, value, accepted):
-    with pytest.raises(ConfigurationError) as refused:
-        ProgrammedPolicy(STATES, EIGHT, table)
-    assert refused.value.field == "policy.programmed"
-    assert refused.value.value == value
-    assert accepted in refused.value.accepted
+def test_a_program_with_unknown_names_is_refused(table, value, accepted):
+    error = refuse("policy.programmed", ProgrammedPolicy, STATES, EIGHT, table)
+    assert error.value == value
+    assert accepted in error.accepted
 
 
-def test_an_empty_program_serves_nothing():
-    policy = ProgrammedPolicy(STATES, EIGHT, {})
-    assert not any(policy.serves(state) for state in range(3))
+# Random walks.
+
+
+def test_every_action_is_as_likely_and_costs_one_number():
+    policy, rng, twin = RandomWalkPolicy(EIGHT), np.random.default_rng(4), np.random.default_rng(4)
+    policy.begin_trial(0, rng)
+    decisions = [policy.choose(observation(3)) for _ in range(8000)]
+    twin.random(8000)
+    assert rng.bit_generator.state == twin.bit_generator.state
+    assert chisquare(np.bincount([d.index for d in decisions], minlength=8)).pvalue > 0.01
+    assert all(d == Decision(EIGHT[d.index], d.index, "random") for d in decisions)
+
+
+def test_a_random_walk_learns_nothing_and_serves_every_state():
+    walks = []
+    for reinforcement in (-1.0, -1e6):
+        policy = RandomWalkPolicy(EIGHT)
+        policy.begin_trial(0, np.random.default_rng(9))
+        policy.learn(Transition(0, 0, reinforcement, None))
+        walks.append([policy.choose(observation(3)).index for _ in range(20)])
+    assert walks[0] == walks[1]
+    assert policy.serves(10**6)
+    assert policy.temperature is None
+
+
+def test_a_random_walk_needs_actions_and_a_trial():
+    refuse("policy.actions", RandomWalkPolicy, ())
+    with pytest.raises(LifecycleError):
+        RandomWalkPolicy(EIGHT).choose(observation(3))
+
+
+# Mixtures.
+
+
+def learner(**settings) -> QLearning:
+    plain = {"alpha": 1.0, "gamma": 1.0, "temperature": TemperatureSchedule(2.0, 0.5, 0.5)}
+    return QLearning(STATES, TWO, QParameters(**plain | settings))
+
+
+class Spy(Policy):
+    """Takes a step outside the action set, in some states, and keeps what it is given."""
+
+    temperature = None
+
+    def __init__(self, states: set[int]) -> None:
+        self.states, self.begun, self.learned = states, [], []
+
+    def serves(self, state: int) -> bool:
+        return state in self.states
+
+    def begin_trial(self, trial, rng) -> None:
+        self.begun.append((trial, rng))
+
+    def choose(self, observation) -> Decision:
+        return Decision(Action("aside", (1.0, 1.0)), None, "spy")
+
+    def learn(self, transition) -> None:
+        self.learned.append(transition)
+
+
+def test_in_each_state_the_first_part_that_serves_it_decides():
+    programmed = ProgrammedPolicy(STATES, TWO, {"a": LEFT})
+    examples = ExamplesPolicy(STATES, TWO, [("a", RIGHT), ("b", RIGHT)])
+    policy = MixedPolicy(STATES, [programmed, examples, learner()])
+    policy.begin_trial(0, np.random.default_rng(0))
+    decisions = [policy.choose(observation(state)) for state in range(3)]
+    assert [decision.source for decision in decisions] == ["programmed", "examples", "learned"]
+    assert [decision.index for decision in decisions[:2]] == [1, 0]
+    assert policy.part_for(1) is examples
+
+
+def test_trials_and_transitions_reach_every_part():
+    spies = Spy({0}), Spy({1, 2})
+    policy = MixedPolicy(STATES, spies)
+    rng = np.random.default_rng(0)
+    policy.begin_trial(4, rng)
+    policy.learn(Transition(0, 1, -1.0, 2))
+    for spy in spies:
+        assert spy.begun == [(4, rng)]
+        assert spy.learned == [Transition(0, 1, -1.0, 2)]
+
+
+def test_a_learner_values_programmed_states_by_the_programmed_action_and_others_by_the_best():
+    """The untried action of b keeps Q = 0; b must be worth -4 all the same, not as much as the goal."""
+    q = learner()
+    policy = MixedPolicy(STATES, [ProgrammedPolicy(STATES, TWO, {"b": RIGHT}), q])
+    for state in (1, 2):
+        policy.learn(Transition(state, 0, -4.0, None))
+    policy.learn(Transition(0, 0, -1.0, 1))
+    policy.learn(Transition(0, 1, -1.0, 2))
+    assert q.q == ((-5.0, -1.0), (-4.0, 0.0), (-4.0, 0.0))
+
+
+def test_a_learner_beside_a_program_finds_the_values_of_the_mixture():
+    """From a, right leads to b, whose program leads back to a; left leads to c, and right from c is the goal.
+
+    Were b worth the best of its actions, the one that is never tried would make it look like the goal.
+    """
+    q = learner(alpha=0.5, temperature=TemperatureSchedule(5.0, 0.99, 0.5))
+    policy = MixedPolicy(STATES, [ProgrammedPolicy(STATES, TWO, {"b": LEFT}), q])
+    world = {(0, 0): 1, (0, 1): 2, (1, 1): 0, (2, 0): None, (2, 1): 0}
+    rng = np.random.default_rng(1)
+    for trial in range(600):
+        policy.begin_trial(trial, rng)
+        state = 0
+        while state is not None:
+            index = policy.choose(observation(state)).index
+            after = world[state, index]
+            policy.learn(Transition(state, index, -1.0, after))
+            state = after
+    assert np.array(q.q) == pytest.approx(np.array([(-4.0, -2.0), (0.0, -3.0), (-1.0, -3.0)]), abs=1e-6)
+
+
+def test_temperature_is_that_of_the_part_that_has_one():
+    parts = [ProgrammedPolicy(STATES, TWO, {"a": LEFT}), learner()]
+    policy = MixedPolicy(STATES, parts)
+    policy.begin_trial(1, np.random.default_rng(0))
+    assert policy.temperature == 1.0
+    assert MixedPolicy(STATES, [parts[0], RandomWalkPolicy(TWO)]).temperature is None
+
+
+def test_states_without_a_part_are_named():
+    assert refuse("policy.mixed", MixedPolicy, STATES, [ProgrammedPolicy(STATES, TWO, {"b": LEFT})]).value == "a, c"
+    spy = Spy({0, 1, 2})
+    policy = MixedPolicy(STATES, [spy])
+    spy.states = {0}  # no longer served
+    assert [policy.serves(state) for state in range(3)] == [True, False, False]
+    with pytest.raises(ConfigurationError, match="'b'"):
+        policy.choose(observation(1))

@@ -3,15 +3,14 @@ import json
 import numpy as np
 import pytest
 
-from palpate.core.errors import ConfigurationError, LifecycleError
-from palpate.core.policy.base import Observation, Transition, compass_actions
+from palpate.core.errors import LifecycleError
+from palpate.core.policy.base import Transition
 from palpate.core.policy.exploration import TemperatureSchedule
 from palpate.core.policy.programmed import MixedPolicy, ProgrammedPolicy
 from palpate.core.policy.sarsa import Sarsa, SarsaParameters
+from tests.unit.core.policy.bench import CELLS, GREEDY, TWO, observation, refuse, walk_corridor
 
-TWO = compass_actions(0.001, 2)
 STATES = ("i", "j", "k")
-GREEDY = TemperatureSchedule(0.0, 1.0, 0.0)
 
 
 def learner(frozen: bool = False, states: tuple[str, ...] = STATES, **settings) -> Sarsa:
@@ -19,11 +18,6 @@ def learner(frozen: bool = False, states: tuple[str, ...] = STATES, **settings) 
     sarsa = Sarsa(states, TWO, SarsaParameters(**settings), frozen=frozen)
     sarsa.begin_trial(0, np.random.default_rng(0))
     return sarsa
-
-
-def observation(state: int) -> Observation:
-    zero = (0.0, 0.0, 0.0)
-    return Observation(state, zero, zero, zero, zero, 0)
 
 
 def bound(state: int, action: int, after: int | None, then: int | None, earned: float = -1.0) -> Transition:
@@ -119,25 +113,10 @@ def test_where_another_policy_acts_its_action_counts() -> None:
 
 
 def test_a_corridor_is_learned() -> None:
-    right, cells = 0, 5
-    q = learner(
-        states=tuple(f"cell {n}" for n in range(cells)),
-        temperature=TemperatureSchedule(5.0, 0.98, 0.05),
-        alpha=0.5,
-        alpha_visits=20.0,
-        alpha_floor=0.05,
-        trace_decay=0.8,
-    )
-    rng = np.random.default_rng(7)
-    for trial in range(800):
-        q.begin_trial(trial, rng)
-        cell = int(rng.integers(cells))
-        while cell < cells:
-            action = q.choose(observation(cell)).index
-            after = cell + 1 if action == right else max(0, cell - 1)
-            q.learn(Transition(cell, action, -1.0, after if after < cells else None))
-            cell = after
-    assert [row[right] for row in q.q] == pytest.approx([-5, -4, -3, -2, -1], abs=0.05)
+    schedule = TemperatureSchedule(5.0, 0.98, 0.05)
+    q = learner(states=CELLS, temperature=schedule, alpha_visits=20.0, alpha_floor=0.05, trace_decay=0.8)
+    walk_corridor(q, 800)
+    assert [row[0] for row in q.q] == pytest.approx([-5, -4, -3, -2, -1], abs=0.05)
 
 
 def test_a_frozen_learner_learns_nothing_and_draws_when_asked() -> None:
@@ -171,5 +150,4 @@ def test_the_next_action_needs_a_trial() -> None:
     [({"trace_decay": 1.1}, "trace_decay"), ({"trace_decay": -0.1}, "trace_decay"), ({"alpha": 0.0}, "alpha")],
 )
 def test_settings_out_of_range_are_refused(settings, field) -> None:
-    with pytest.raises(ConfigurationError, match=rf"policy\.{field}"):
-        learner(**settings)
+    refuse(f"policy.{field}", learner, **settings)

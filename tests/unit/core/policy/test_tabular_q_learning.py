@@ -6,25 +6,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from palpate.core.errors import ConfigurationError, LifecycleError
-from palpate.core.policy.base import Observation, Transition, compass_actions
+from palpate.core.errors import LifecycleError
+from palpate.core.policy.base import Transition
 from palpate.core.policy.exploration import TemperatureSchedule, boltzmann_probabilities
 from palpate.core.policy.tabular import QLearning, QParameters
-
-TWO = compass_actions(0.001, 2)
-EIGHT = compass_actions(0.001)
-GREEDY = TemperatureSchedule(0.0, 1.0, 0.0)
+from tests.unit.core.policy.bench import CELLS, EIGHT, GREEDY, TWO, observation, refuse, walk_corridor
 
 
 def learner(states=("i", "j"), actions=TWO, **settings) -> QLearning:
     settings = {"alpha": 0.5, "gamma": 1.0, "temperature": TemperatureSchedule(1.0, 0.9, 0.1)} | settings
     frozen = {key: settings.pop(key) for key in ("frozen", "frozen_temperature") if key in settings}
     return QLearning(states, actions, QParameters(**settings), **frozen)
-
-
-def observation(state: int) -> Observation:
-    zero = (0.0, 0.0, 0.0)
-    return Observation(state, zero, zero, zero, zero, 0)
 
 
 def bits(rows) -> list[bytes]:
@@ -51,50 +43,15 @@ def test_the_goal_is_worth_nothing_even_when_q_began_elsewhere():
     assert q.q == ((-1.0, -8.0), (-7.0, -7.0))
 
 
-def test_a_state_bound_to_an_action_is_worth_that_action():
-    q = learner(alpha=1.0)
-    q.learn(Transition(1, 0, -5.0, None))
-    q.learn(Transition(0, 0, -1.0, 1, next_action_index=0))
-    q.learn(Transition(0, 1, -1.0, 1))
-    assert q.q[0] == (-6.0, -1.0)
-
-
 @pytest.mark.parametrize("alpha_visits", [None, 20.0])
 def test_a_corridor_is_learned_exactly(alpha_visits):
-    """Cells 0..4, goal beyond the right end, a wall at the left: V = -(steps to the goal), gamma 1."""
-    right, left = 0, 1
-    cells = 5
-    q = learner(
-        tuple(f"cell {n}" for n in range(cells)),
-        TWO,
-        alpha=0.5,
-        alpha_visits=alpha_visits,
-        alpha_floor=0.2,
-        temperature=TemperatureSchedule(5.0, 0.99, 1.5),
-    )
-    rng = np.random.default_rng(7)
-    for trial in range(1500):
-        q.begin_trial(trial, rng)
-        cell = int(rng.integers(cells))
-        while cell < cells:
-            action = q.choose(observation(cell)).index
-            after = cell + 1 if action == right else max(0, cell - 1)
-            q.learn(Transition(cell, action, -1.0, after if after < cells else None))
-            cell = after
-    for cell in range(cells):
-        value_left = -1.0 - (cells - max(0, cell - 1))
-        assert q.q[cell][right] == pytest.approx(-(cells - cell), abs=1e-6)
-        assert q.q[cell][left] == pytest.approx(value_left, abs=1e-6)
+    schedule = TemperatureSchedule(5.0, 0.99, 1.5)
+    q = learner(CELLS, alpha_visits=alpha_visits, alpha_floor=0.2, temperature=schedule)
+    walk_corridor(q, 1500)
+    best = [-(5.0 - cell) for cell in range(5)]
+    back = [-1.0 + best[max(0, cell - 1)] for cell in range(5)]
+    assert np.array(q.q) == pytest.approx(np.column_stack((best, back)), abs=1e-6)
     assert q.trials_learned == 1500
-
-
-@given(st.lists(st.tuples(st.integers(0, 2), st.integers(0, 1), st.integers(0, 3)), max_size=200))
-def test_values_stay_between_the_worst_return_and_zero(steps):
-    q = learner(("a", "b", "c"), gamma=0.9)
-    for state, action, after in steps:
-        q.learn(Transition(state, action, -1.0, after if after < 3 else None))
-    assert all(-1.0 / (1.0 - 0.9) <= value <= 0.0 for row in q.q for value in row)
-    assert sum(map(sum, q.visits)) == len(steps)
 
 
 def test_the_learning_rate_halves_after_the_given_visits_and_keeps_its_floor():
@@ -156,21 +113,16 @@ def test_choosing_before_the_first_trial_is_refused():
         learner().choose(observation(0))
 
 
-def test_a_frozen_learner_learns_nothing_and_stays_at_the_floor():
-    q = learner(frozen=True)
+@pytest.mark.parametrize(("own", "temperature"), [({}, 0.1), ({"frozen_temperature": 0.0}, 0.0)])
+def test_a_frozen_learner_learns_nothing_and_stays_at_the_floor_or_at_a_temperature_of_its_own(own, temperature):
+    q = learner(frozen=True, **own)
+    assert q.temperature == temperature
     before = q.get_state()
     q.begin_trial(0, np.random.default_rng(0))
     q.learn(Transition(0, 0, -1.0, None))
     assert q.get_state() == before
-    assert q.temperature == 0.1
+    assert q.temperature == temperature
     assert q.trials_learned == 0
-
-
-def test_a_frozen_learner_may_have_a_temperature_of_its_own():
-    q = learner(frozen=True, frozen_temperature=0.0)
-    assert q.temperature == 0.0
-    q.begin_trial(0, np.random.default_rng(0))
-    assert q.temperature == 0.0
 
 
 def test_trials_count_once_and_only_when_something_was_learned():
@@ -215,9 +167,7 @@ def test_the_state_of_a_learner_of_another_size_is_refused_and_changes_nothing(o
     q = learner()
     q.learn(Transition(0, 0, -1.0, None))
     before = q.get_state()
-    with pytest.raises(ConfigurationError) as refused:
-        q.set_state(other.get_state())
-    assert refused.value.field == "learner.q"
+    refuse("learner.q", q.set_state, other.get_state())
     assert q.get_state() == before
 
 
@@ -241,9 +191,7 @@ def test_the_state_of_a_learner_of_another_size_is_refused_and_changes_nothing(o
     ],
 )
 def test_unusable_settings_are_refused(settings, field):
-    with pytest.raises(ConfigurationError) as refused:
-        learner(**settings)
-    assert refused.value.field == f"policy.{field}"
+    refuse(f"policy.{field}", learner, **settings)
 
 
 def test_only_states_of_the_table_are_served():

@@ -7,7 +7,7 @@ from typing import Any
 
 from palpate.core.control_loop import tick_time_ns
 from palpate.core.insertion.config import TaskConfig
-from palpate.core.insertion.expectation import Expectation, Supervised
+from palpate.core.insertion.expectation import Expectation, Supervised, Trip
 from palpate.core.motion.arm import arm_named
 from palpate.core.motion.model import Kinematics
 from palpate.core.ports.values import (
@@ -33,7 +33,7 @@ READY_TIP: Vector3 = (0.0, 0.0, -3e-3)
 def supervisor(
     config: SupervisionConfig | None = None, arm: str = "zebra-zero", *, noisy: bool = False, **more: Any
 ) -> Supervisor:
-    """A supervisor that knows that made-up wrenches have no noise."""
+    """A supervisor for made-up wrenches, which have no noise."""
     kinematics = Kinematics(arm_named(arm), TOOL)
     return Supervisor(config or SupervisionConfig(), TaskConfig(), kinematics, noisy=noisy, **more)
 
@@ -45,7 +45,7 @@ class Bench:
         supervisor: Under test.
         home_rad: The ready pose.
         snapshots: All that it has seen.
-        results: All that it has said.
+        results: All that it has given back.
         applied: What the arm did of the last command.
     """
 
@@ -99,6 +99,13 @@ class Bench:
         self.results.append(done)
         self.applied = done.applied(AppliedCommand(done.command.position_rad))
         return done
+
+    def trip(self, *args: Any, **changes: Any) -> Trip:
+        """The trip of one tick with what :meth:`tick` takes."""
+        self.tick(*args, **changes)
+        trip = self.supervisor.trip
+        assert trip is not None
+        return trip
 
     def clean(self, ticks: int, **changes: Any) -> None:
         """So many ticks in which nothing may happen."""

@@ -83,14 +83,6 @@ def test_there_is_nothing_to_acknowledge_without_a_trip() -> None:
         bench.supervisor.retreat(bench.snapshot())
 
 
-def test_a_retraction_that_was_cut_short_can_be_acknowledged() -> None:
-    bench = hit()
-    assert bench.supervisor.retracting
-    bench.supervisor.acknowledge()
-    bench.supervisor.begin()
-    assert bench.supervisor.trip is None
-
-
 def test_a_trial_may_follow_a_trial() -> None:
     bench = Bench()
     bench.clean(5, force_N=(0, 0, -20.0))
@@ -107,11 +99,7 @@ def test_it_retracts_straight_back_along_the_tool_axis_and_ends(arm: str) -> Non
     assert guard.state is Guard.TRIPPED_RETRACTING
     ticks = 1
     while guard.retracting:
-        seen = bench.snapshot()
-        done = guard.retreat(seen)
-        bench.snapshots.append(seen)
-        bench.results.append(done)
-        bench.applied = done.applied(AppliedCommand(done.command.position_rad))
+        bench.tick()
         ticks += 1
     assert guard.state is Guard.TRIPPED_HOLDING
     assert ticks == 105  # 15 mm at 20 mm/s and 140 Hz

@@ -22,9 +22,7 @@ def test_the_force_may_change_so_fast_and_no_faster() -> None:
     bench = Bench()
     bench.clean(3)
     bench.clean(1, force_N=(0, 0, -21.4))  # 21.43 N in a period are 3000 N/s
-    bench.tick(force_N=(0, 0.0, 0.1))
-    trip = bench.supervisor.trip
-    assert trip is not None
+    trip = bench.trip(force_N=(0, 0.0, 0.1))
     assert (trip.reason, trip.tick) == (TripReason.FORCE_RATE, 4)
     assert trip.value == pytest.approx(21.5 * 140, rel=1e-6)
     assert trip.text == "force changed at 3010 N/s, limit 3000 N/s"
@@ -37,9 +35,7 @@ def test_a_rate_counts_from_new_sample_to_new_sample() -> None:
     old = bench.snapshots[-1].wrench
     bench.clean(1, wrench={"sequence": old.sequence, "source_time_ns": old.source_time_ns})
     bench.clean(1, force_N=(0, 0, -39.0))
-    bench.tick(force_N=(0, 0, 0.0))
-    assert bench.supervisor.trip is not None
-    assert bench.supervisor.trip.reason is TripReason.FORCE_RATE
+    assert bench.trip(force_N=(0, 0, 0.0)).reason is TripReason.FORCE_RATE
 
 
 def test_samples_close_together_do_not_turn_noise_into_a_rate() -> None:
@@ -47,10 +43,9 @@ def test_samples_close_together_do_not_turn_noise_into_a_rate() -> None:
     bench.clean(3)
     last = bench.snapshots[-1].wrench.source_time_ns
     bench.clean(1, force_N=(0, 0, -10.0), wrench={"source_time_ns": last + 1})  # 10 N in at least 3.57 ms: 2800 N/s
-    bench.tick(force_N=(0, 0, -21.0), wrench={"source_time_ns": last + 2})
-    assert bench.supervisor.trip is not None
-    assert bench.supervisor.trip.reason is TripReason.FORCE_RATE
-    assert bench.supervisor.trip.value == pytest.approx(11.0 * 280, rel=1e-6)
+    trip = bench.trip(force_N=(0, 0, -21.0), wrench={"source_time_ns": last + 2})
+    assert trip.reason is TripReason.FORCE_RATE
+    assert trip.value == pytest.approx(11.0 * 280, rel=1e-6)
 
 
 # Contact where none is expected, before the sensor is tared.
@@ -64,9 +59,7 @@ def test_before_taring_contact_is_a_change_since_the_free_phase_began() -> None:
         bench.clean(1, force_N=(0, 0, force), expectation=UNTARED)
     bench.clean(3, expectation=free)
     bench.clean(1, force_N=(0, 0, -2.9), expectation=free)
-    bench.tick(force_N=(0, 0, -3.1), expectation=free)
-    assert bench.supervisor.trip is not None
-    assert bench.supervisor.trip.reason is TripReason.UNEXPECTED_CONTACT
+    assert bench.trip(force_N=(0, 0, -3.1), expectation=free).reason is TripReason.UNEXPECTED_CONTACT
 
 
 def test_every_free_phase_begins_anew() -> None:
@@ -90,16 +83,12 @@ def test_a_tick_may_be_late_and_not_too_late() -> None:
     bench = Bench()
     bench.clean(3)
     bench.clean(1, **late(bench, 49.9))
-    bench.tick(**late(bench, 50.1))
-    trip = bench.supervisor.trip
-    assert trip is not None
+    trip = bench.trip(**late(bench, 50.1))
     assert (trip.reason, trip.tick) == (TripReason.LATE_CYCLE, 4)
     assert trip.text == "time since the last tick 50.1 ms, limit 50 ms"
     bench = Bench()
     bench.clean(3)
-    bench.tick(**late(bench, -1.0))
-    assert bench.supervisor.trip is not None
-    assert bench.supervisor.trip.reason is TripReason.LATE_CYCLE
+    assert bench.trip(**late(bench, -1.0)).reason is TripReason.LATE_CYCLE
 
 
 @pytest.mark.parametrize("which", ["wrench", "joints"])
@@ -109,9 +98,7 @@ def test_a_sensor_may_repeat_itself_fourteen_times(which: str) -> None:
     bench.clean(14, **{which: {"sequence": 0}})
     bench.clean(1)
     bench.clean(14, **{which: {"sequence": 15}})
-    bench.tick(**{which: {"sequence": 15}})
-    trip = bench.supervisor.trip
-    assert trip is not None
+    trip = bench.trip(**{which: {"sequence": 15}})
     assert (trip.reason, trip.tick) == (TripReason.SAMPLE_REPEATED, 30)
     name = "force" if which == "wrench" else "joint"
     assert trip.text == f"no new {name} sample for 15 ticks, limit 14 ticks"
@@ -130,15 +117,9 @@ def test_a_sensor_that_counts_on_and_never_changes_is_frozen() -> None:
     bench.clean(6, torque_Nm=(0, 0, 1e-15))  # one channel differs in its last bits: it lives
     number = bench.snapshots[-1].wrench.sequence
     bench.clean(3, torque_Nm=(0, 0, 1e-15), wrench={"sequence": number})  # no news, counted elsewhere
-    bench.tick(torque_Nm=(0, 0, 1e-15))
-    trip = bench.supervisor.trip
-    assert trip is not None
+    trip = bench.trip(torque_Nm=(0, 0, 1e-15))
     assert (trip.reason, trip.tick) == (TripReason.SAMPLE_FROZEN, 15)
     assert trip.text == "6 new force samples in a row are equal to the one before in every bit, limit 5"
-
-
-def test_a_sensor_without_noise_may_stay_as_it_is() -> None:
-    Bench().clean(100)
 
 
 # Joints.
@@ -249,11 +230,6 @@ def test_an_arm_that_says_nonsense_trips() -> None:
     assert trip.reason is TripReason.COMMAND_NOT_FINITE
     assert trip.text == "what the arm says that it applied has 6 joint angles that are not finite"
     assert done.command.position_rad == pytest.approx(bench.home_rad, abs=1e-3)
-
-
-def test_without_a_tip_there_is_no_place_to_check() -> None:
-    bench = Bench()
-    bench.clean(3, tip_m=None)
 
 
 def test_the_first_cause_is_the_one_that_is_kept() -> None:

@@ -1,0 +1,47 @@
+"""What the tests of policies share: two action sets, observations of a state, and a corridor to learn in."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from palpate.core.errors import ConfigurationError
+from palpate.core.policy.base import Observation, Transition, compass_actions
+from palpate.core.policy.exploration import TemperatureSchedule
+from palpate.core.policy.tabular import TabularLearner
+
+TWO = compass_actions(0.001, 2)
+RIGHT, LEFT = (action.name for action in TWO)
+EIGHT = compass_actions(0.001)
+GREEDY = TemperatureSchedule(0.0, 1.0, 0.0)
+CELLS = tuple(f"cell {n}" for n in range(5))
+
+
+def observation(state: int) -> Observation:
+    zero = (0.0, 0.0, 0.0)
+    return Observation(state, zero, zero, zero, zero, 0)
+
+
+def walk_corridor(learner: TabularLearner, trials: int) -> None:
+    """Cells 0..4, the goal beyond the right end, a wall at the left: V = -(steps to the goal) without discount."""
+    rng, cells = np.random.default_rng(7), len(CELLS)
+    for trial in range(trials):
+        learner.begin_trial(trial, rng)
+        cell = int(rng.integers(cells))
+        while cell < cells:
+            action = learner.choose(observation(cell)).index
+            assert action is not None
+            after = cell + 1 if action == 0 else max(0, cell - 1)
+            learner.learn(Transition(cell, action, -1.0, after if after < cells else None))
+            cell = after
+
+
+def refuse(field: str, make: Callable[..., object], *args: Any, **settings: Any) -> ConfigurationError:
+    """The error with which a constructor refuses, naming that field."""
+    with pytest.raises(ConfigurationError) as refused:
+        make(*args, **settings)
+    assert refused.value.field == field
+    return refused.value
