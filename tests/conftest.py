@@ -17,6 +17,7 @@ from palpate.adapters.log.provenance import decisive, processor
 from palpate.adapters.log.reader import read_log
 from tests.golden.record import HERE as GOLDEN
 from tests.golden.record import record
+from tests.wall_clock.host import EXCUSED
 
 pytest_plugins = ["tests.command_line"]
 
@@ -24,9 +25,8 @@ pytest_plugins = ["tests.command_line"]
 settings.register_profile("palpate", deadline=None, derandomize=True)
 settings.load_profile("palpate")
 
-REAL_TIME = "real time"
-_MARK = f'xdist_group("{REAL_TIME}")'
-_ROOT = Path(__file__).parents[1]
+WALL_CLOCK = "tests/wall_clock/"
+"""The folder of the tests that run against the wall clock."""
 
 
 @pytest.fixture
@@ -69,17 +69,6 @@ def pytest_configure() -> None:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Let tests that run against the wall clock try again.
-
-    Drivers and supervisor stop the arm when a device comes late, and on a machine whose host takes its processors away
-    a device does come late: then they are right to stop it. What is wrong in the code fails each time.
-    """
-    for item in items:
-        if _against_the_clock(item):
-            item.add_marker(pytest.mark.flaky(reruns=3, reruns_delay=1))
-
-
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_setup(item: pytest.Item) -> None:
     """Let tests that run against the wall clock go before others, and all that a test starts with it.
@@ -88,28 +77,28 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
     priority back.
     """
     if os.geteuid() == 0:
-        os.setpriority(os.PRIO_PROCESS, 0, 0 if _against_the_clock(item) else 10)
+        os.setpriority(os.PRIO_PROCESS, 0, 0 if item.nodeid.startswith(WALL_CLOCK) else 10)
 
 
-def _against_the_clock(item: pytest.Item) -> bool:
-    return any(mark.args == (REAL_TIME,) for mark in item.iter_markers("xdist_group"))
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Tell how many tests on the wall clock could not judge because the host itself came late."""
+    reports = [r for found in terminalreporter.stats.values() for r in found if isinstance(r, pytest.TestReport)]
+    ran = {report.nodeid for report in reports if report.nodeid.startswith(WALL_CLOCK)}
+    excused = {report.nodeid for report in reports if report.nodeid in ran and EXCUSED in str(report.longrepr)}
+    if ran:
+        terminalreporter.write_line(f"wall clock: {len(ran)} tests, {len(excused)} excused because the host came late")
 
 
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Producer) -> LoadGroupScheduling:
-    """Hand out tests by our own rule, see :class:`OneRealTimeTestAtOnce`."""
-    return OneRealTimeTestAtOnce(config, log)
+    """Hand out tests by our own rule, see :class:`OneOnTheWallClock`."""
+    return OneOnTheWallClock(config, log)
 
 
-class OneRealTimeTestAtOnce(LoadGroupScheduling):
-    """All tests that run against the wall clock go to one worker: two at once would starve each other.
+class OneOnTheWallClock(LoadGroupScheduling):
+    """All tests that run against the wall clock go to one worker, and first: two at once would starve each other.
 
     pytest-xdist's own grouping passes the group's name in the tests' names, which pytest 9 no longer lets it change.
     """
 
     def _split_scope(self, nodeid: str) -> str:
-        return REAL_TIME if _runs_in_real_time(nodeid.split("::")[0]) else str(super()._split_scope(nodeid))
-
-
-@cache
-def _runs_in_real_time(path: str) -> bool:
-    return _MARK in (_ROOT / path).read_text()
+        return WALL_CLOCK if nodeid.startswith(WALL_CLOCK) else str(super()._split_scope(nodeid))

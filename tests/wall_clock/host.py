@@ -1,0 +1,100 @@
+"""What the host gave while a test ran against the wall clock."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+import time
+from collections import deque
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Final
+
+import pytest
+
+EXCUSED: Final = "the host came late: "
+"""How the reason of a skipped test begins that could not judge."""
+MOST_EXCUSED: Final = 2
+"""More tests than this are never excused in one run: then a late host proves nothing any more."""
+_NAP_S: Final = 0.002
+_LATE_S: Final = 0.002
+_PROBE: Final = f"""
+import sys, time
+try:
+    while True:
+        before = time.monotonic()
+        time.sleep({_NAP_S})
+        late = time.monotonic() - before - {_NAP_S}
+        if late > {_LATE_S}:
+            print(before, late, flush=True)
+except (BrokenPipeError, KeyboardInterrupt):
+    pass
+"""
+
+
+class LateError(AssertionError):
+    """Something did not come about in time; whose fault that is depends on the host."""
+
+
+class Host:
+    """A process beside the tests that sleeps and sleeps, and notes by how much its sleeps were too long.
+
+    It is a process of its own so that it never waits for the interpreter of the test, and it is scheduled as they are.
+    """
+
+    def __init__(self) -> None:
+        self.excused = 0
+        self._naps: deque[tuple[float, float]] = deque(maxlen=100_000)
+        words = [sys.executable, "-I", "-S", "-c", _PROBE]
+        self._probe = subprocess.Popen(words, stdout=subprocess.PIPE, bufsize=0)
+        assert self._probe.stdout is not None
+        self._output, self._rest = self._probe.stdout, b""
+        os.set_blocking(self._output.fileno(), False)
+
+    def close(self) -> None:
+        self._probe.kill()
+        self._probe.wait()
+        self._output.close()
+
+    def lateness_s(self, since_s: float) -> float:
+        """By how much the worst sleep since then, in the system's monotonic time, was too long."""
+        # A sleep that began before now may still be on.
+        time.sleep(10 * _NAP_S)
+        while data := self._output.read(65_536):
+            *lines, self._rest = (self._rest + data).split(b"\n")
+            self._naps.extend((float(began), float(late)) for began, late in (line.split() for line in lines))
+        return max((late for began, late in self._naps if began + late + _NAP_S >= since_s), default=0.0)
+
+    def wait_for(self, condition: Callable[[], object], within_s: float = 10.0) -> None:
+        """Wait until something has come about.
+
+        Raises:
+            LateError: It has not, in time.
+        """
+        deadline_s = time.monotonic() + within_s
+        while not condition():
+            if time.monotonic() > deadline_s:
+                raise LateError(f"it did not come about within {within_s} s")
+            time.sleep(0.002)
+
+    @contextmanager
+    def judged(self, allowed_s: float, kind: type[Exception] = LateError, match: str = "") -> Iterator[None]:
+        """What is wrong in here because it came late counts only where the host itself was in time.
+
+        Args:
+            allowed_s: Lateness that the code under test has to stand.
+            kind: What lateness may bring about, besides :class:`LateError`. A wrong value is never of that kind.
+            match: What such an error says, a regular expression.
+        """
+        begin_s = time.monotonic()
+        try:
+            yield
+        except (LateError, kind) as error:
+            late_s = self.lateness_s(begin_s)
+            by_lateness = isinstance(error, LateError) or re.search(match, str(error))
+            if not by_lateness or late_s <= allowed_s or self.excused >= MOST_EXCUSED:
+                raise
+            self.excused += 1
+            pytest.skip(f"{EXCUSED}a plain sleep by {late_s * 1e3:.0f} ms, {allowed_s * 1e3:.0f} allowed: {error}")

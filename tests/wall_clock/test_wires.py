@@ -1,0 +1,195 @@
+"""Each wire once as it is on a rig: adapters with their threads, kernel terminals, real time; the emulator is near."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from palpate.adapters.hardware.cia402 import make_cia402
+from palpate.adapters.hardware.clock import MonotonicClock
+from palpate.adapters.hardware.jr3 import make_jr3_can, make_jr3_uart
+from palpate.adapters.hardware.plugins import ArmAdapter, RigContext
+from palpate.adapters.hardware.zebra_zero import make_zebra_nmc
+from palpate.core.errors import DeviceError
+from palpate.core.motion.arm import arm_named
+from palpate.core.ports.devices import ForceSensor
+from palpate.core.ports.lifecycle import Life
+from palpate.core.ports.values import CommandReason, JointCommand, Validity
+from palpate.drivers.cia402.link import CanLink
+from palpate.simulation.emulators.cia402.node import CanopenDrive
+from palpate.simulation.emulators.cia402.state import PowerState
+from palpate.simulation.emulators.jr3 import uart as jr3_uart
+from palpate.simulation.emulators.jr3.can import Jr3CanNode
+from palpate.simulation.emulators.jr3.config import Jr3Config
+from palpate.simulation.emulators.jr3.uart import UART_CONFIG, Jr3UartNode
+from palpate.simulation.emulators.lines.can_bus_server import VirtualBusServer
+from palpate.simulation.emulators.lines.can_wire import CanWire
+from palpate.simulation.emulators.lines.pty_server import PtyServer
+from palpate.simulation.emulators.lines.slcan_server import SlcanServer
+from palpate.simulation.emulators.motors.direct_motors import DirectMotors
+from palpate.simulation.emulators.motors.gears import HOME_RAD
+from palpate.simulation.emulators.motors.plant import IdealPlant
+from palpate.simulation.emulators.nmc.bus import NmcBus
+from tests.wall_clock.host import Host
+
+pytestmark = pytest.mark.usefixtures("real_time")
+LOWER = (-3.14, -1.07, -1.70, -3.14, -3.14, -3.14)
+UPPER = (3.14, 1.70, 1.07, 3.14, 3.14, 3.14)
+LATE = "silent|missing|does not answer|delivers no|answers"
+"""What a driver says of a device that comes late."""
+
+
+@pytest.fixture
+def context() -> RigContext:
+    return RigContext(MonotonicClock(), arm_named("zebra-zero"), LOWER, UPPER, (1.0,) * 6)
+
+
+@pytest.fixture
+def served() -> Iterator[ExitStack]:
+    with ExitStack() as stack:
+        yield stack
+
+
+class Following(DirectMotors):
+    """Motors whose joints stand at their set-points at once."""
+
+    def set_motor_counts(self, axis: int, counts: float) -> None:
+        super().set_motor_counts(axis, counts)
+        self.measured_rad(self.targets_rad())
+
+
+class Load:
+    """What presses on the emulated sensor."""
+
+    def __init__(self) -> None:
+        self.fz_N = 0.0
+
+    def __call__(self, now_ns: int) -> tuple[float, ...]:
+        return (0.0, 0.0, self.fz_N, 0.0, 0.0, 0.0)
+
+
+def slcan(served: ExitStack, *nodes: Any) -> SlcanServer:
+    rng = np.random.default_rng
+    return served.enter_context(SlcanServer(CanWire(nodes, generator=rng(1)), generator=rng(2)))
+
+
+def move_and_stop(adapter: ArmAdapter, host: Host) -> None:
+    """A small move, a stop in its middle of life, and the angles in between."""
+    arm, encoder = adapter.arm, adapter.encoder
+    with arm:
+        start = encoder.read()
+        assert start.validity is Validity.VALID
+        assert start.position_rad == pytest.approx(HOME_RAD, abs=2e-4)
+        goal = tuple(q + 0.002 for q in HOME_RAD)
+        applied = arm.send(JointCommand(goal))
+        assert (applied.reason, applied.position_rad) == (CommandReason.AS_ASKED, goal)
+        host.wait_for(lambda: encoder.read().position_rad == pytest.approx(goal, abs=2e-4), 2.0)
+        arm.stop()
+        assert arm.send(JointCommand(HOME_RAD)).reason is CommandReason.STOPPED
+        host.wait_for(lambda: encoder.read().sequence > start.sequence + 20, 2.0)
+        assert encoder.read().position_rad == pytest.approx(goal, abs=2e-4)
+
+
+def test_nmc_on_a_terminal(context: RigContext, served: ExitStack, host: Host) -> None:
+    plant = IdealPlant()
+    server = served.enter_context(PtyServer(NmcBus(plant)))
+    table = {"port": server.path, "baud": 230_400, "adapter_latency_ms": 0.0, "divider": 2, "at_home": True}
+    with host.judged(0.01, DeviceError, LATE):
+        move_and_stop(make_zebra_nmc(table, context), host)
+    assert plant.joints_rad() == pytest.approx([q + 0.002 for q in HOME_RAD], abs=2e-4)
+
+
+@pytest.fixture
+def drives() -> list[CanopenDrive]:
+    motors = Following((30_000.0,) * 6, HOME_RAD)
+    return [CanopenDrive(axis + 1, motors, axis) for axis in range(6)]
+
+
+CIA402 = {"interface": "slcan", "counts_per_rad": [30_000.0] * 6, "divider": 2}
+
+
+def test_cia402_on_a_serial_adapter(
+    context: RigContext, served: ExitStack, host: Host, drives: list[CanopenDrive]
+) -> None:
+    server = slcan(served, *drives)
+    with host.judged(0.005, DeviceError, LATE):
+        move_and_stop(make_cia402({**CIA402, "channel": server.channel}, context), host)
+    assert {drive.machine.state for drive in drives} == {PowerState.SWITCH_ON_DISABLED}
+
+
+@pytest.mark.parametrize("line", [b"t181501234567zz\r", b"t1815012\r", b"\xff\xfe\r", None], ids=repr)
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
+def test_an_adapter_that_ends_receiving_or_is_unplugged_is_noticed(
+    context: RigContext, served: ExitStack, host: Host, drives: list[CanopenDrive], line: bytes | None
+) -> None:
+    server = slcan(served, *drives)
+    arm = make_cia402({**CIA402, "channel": server.channel, "divider": 4}, context).arm
+    with host.judged(0.005, DeviceError, LATE):
+        arm.configure()
+        arm.activate()
+        time.sleep(0.1)
+    if line is None:
+        server.unplug()
+    else:
+        server.inject(line)
+    host.wait_for(lambda: arm.life is Life.FAULTED)
+    arm.stop()
+    arm.close()
+
+
+def test_the_receive_thread_is_told_once_that_it_is_one() -> None:
+    channel = "cia402 receive thread"
+    wire = CanWire([CanopenDrive(1, IdealPlant(), 0)], generator=np.random.default_rng(1))
+    told: list[str] = []
+    with (
+        VirtualBusServer(wire, channel),
+        CanLink.open(
+            interface="virtual", channel=channel, bitrate=1_000_000,
+            in_receiver=lambda: told.append(threading.current_thread().name),
+        ) as link,
+    ):  # fmt: skip
+        time.sleep(0.05)
+        objects = link.objects(1, 5.0)
+        assert objects.read(0x1000) is not None
+        assert objects.read(0x1000) is not None
+    assert len(told) == 1
+    assert told[0] != threading.main_thread().name
+
+
+def read_and_press(sensor: ForceSensor, load: Load, host: Host) -> None:
+    with sensor:
+        before = sensor.read()
+        assert before.validity is Validity.VALID
+        load.fz_N = 20.0
+        host.wait_for(lambda: abs(sensor.read().force_N[2] - before.force_N[2]) > 19.9, 2.0)
+        after = sensor.read()
+        assert after.validity is Validity.VALID
+        assert after.sequence > before.sequence
+        assert abs(after.force_N[2] - before.force_N[2]) == pytest.approx(20.0, abs=0.1)
+
+
+def test_jr3_on_a_serial_can_adapter(context: RigContext, served: ExitStack, host: Host) -> None:
+    load = Load()
+    node = Jr3CanNode(1, load, replace(Jr3Config(), boot_ns=1_000_000), generator=np.random.default_rng(0))
+    server = slcan(served, node)
+    with host.judged(0.02, DeviceError, LATE):
+        read_and_press(make_jr3_can({"interface": "slcan", "channel": server.channel}, context), load, host)
+
+
+def test_jr3_on_a_serial_line(
+    context: RigContext, served: ExitStack, host: Host, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # The firmware sleeps a second after each command.
+    monkeypatch.setattr(jr3_uart, "PAUSE_ns", 50_000_000)
+    load = Load()
+    node = Jr3UartNode(load, replace(UART_CONFIG, boot_ns=1_000_000), generator=np.random.default_rng(0))
+    server = served.enter_context(PtyServer(node))
+    with host.judged(0.02, DeviceError, LATE):
+        read_and_press(make_jr3_uart({"port": server.path}, context), load, host)
