@@ -1,4 +1,4 @@
-"""What ``palpate doctor`` makes of rig files and options. Apart from test_cli_doctor.py: no device is there."""
+"""What ``palpate doctor`` makes of rig files and options. No device is there."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Rig files and words about rigs that cannot work. Apart from test_rigs.py: nothing here runs in real time."""
+"""Rig files and words about rigs that cannot work. Nothing here runs in real time."""
 
 from __future__ import annotations
 

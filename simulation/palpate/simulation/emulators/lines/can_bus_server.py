@@ -23,18 +23,21 @@ Action = Callable[[int], None]
 
 
 class CanBusServer(ABC):
-    """Moves the wire along with the monotonic clock, in a thread of its own.
+    """Moves the wire along with a clock, in a thread of its own.
 
     Only that thread touches wire and nodes; whoever wants to act on them meanwhile hands in an `Action`.
 
     Args:
         wire: The bus with its nodes.
         tick_s: Longest pause between two looks at the nodes, s.
+        clock_ns: Monotonic clock.
     """
 
-    def __init__(self, wire: CanWire, *, tick_s: float = DEFAULT_TICK_s) -> None:
+    def __init__(
+        self, wire: CanWire, *, tick_s: float = DEFAULT_TICK_s, clock_ns: Callable[[], int] = time.monotonic_ns
+    ) -> None:
         self.wire = wire
-        self._tick_s = tick_s
+        self._tick_s, self._clock_ns = tick_s, clock_ns
         self._actions: deque[Action] = deque()
         self._closing = Event()
         self._thread = Thread(target=self._run, name=type(self).__name__, daemon=True)
@@ -81,13 +84,21 @@ class CanBusServer(ABC):
 
     def _run(self) -> None:
         while not self._closing.is_set():
-            received = self._receive(self._tick_s)
-            now_ns = time.monotonic_ns()
-            while self._actions:
-                self._actions.popleft()(now_ns)
-            for frame in received:
-                self.wire.send(frame, now_ns)
-            self._transmit(self.wire.advance(now_ns))
+            self.turn(self._tick_s)
+
+    def turn(self, timeout_s: float = 0.0) -> None:
+        """One look at host and nodes, in whose thread this is called; a server that was started does it by itself.
+
+        Args:
+            timeout_s: Longest wait for the host, s.
+        """
+        received = self._receive(timeout_s)
+        now_ns = self._clock_ns()
+        while self._actions:
+            self._actions.popleft()(now_ns)
+        for frame in received:
+            self.wire.send(frame, now_ns)
+        self._transmit(self.wire.advance(now_ns))
 
     @abstractmethod
     def _receive(self, timeout_s: float) -> list[CanFrame]:
@@ -109,10 +120,18 @@ class VirtualBusServer(CanBusServer):
         wire: The bus with its nodes.
         channel: Name of the channel; names are global in the process, so take a fresh one for each bus.
         tick_s: Longest pause between two looks at the nodes, s.
+        clock_ns: Monotonic clock.
     """
 
-    def __init__(self, wire: CanWire, channel: str, *, tick_s: float = DEFAULT_TICK_s) -> None:
-        super().__init__(wire, tick_s=tick_s)
+    def __init__(
+        self,
+        wire: CanWire,
+        channel: str,
+        *,
+        tick_s: float = DEFAULT_TICK_s,
+        clock_ns: Callable[[], int] = time.monotonic_ns,
+    ) -> None:
+        super().__init__(wire, tick_s=tick_s, clock_ns=clock_ns)
         self.channel = channel
         self._bus = can.Bus(interface="virtual", channel=channel)
 

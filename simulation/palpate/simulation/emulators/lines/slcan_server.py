@@ -6,7 +6,9 @@ import contextlib
 import os
 import pty
 import select
+import time
 import tty
+from collections.abc import Callable
 
 import numpy as np
 
@@ -31,10 +33,18 @@ class SlcanServer(CanBusServer):
         wire: The bus with its nodes.
         generator: Source of random line faults.
         tick_s: Longest pause between two looks at the nodes, s.
+        clock_ns: Monotonic clock.
     """
 
-    def __init__(self, wire: CanWire, *, generator: np.random.Generator, tick_s: float = DEFAULT_TICK_s) -> None:
-        super().__init__(wire, tick_s=tick_s)
+    def __init__(
+        self,
+        wire: CanWire,
+        *,
+        generator: np.random.Generator,
+        tick_s: float = DEFAULT_TICK_s,
+        clock_ns: Callable[[], int] = time.monotonic_ns,
+    ) -> None:
+        super().__init__(wire, tick_s=tick_s, clock_ns=clock_ns)
         self.adapter = Adapter()
         self.lines = FaultyLines(generator)
         """Knobs for malformed lines."""

@@ -14,10 +14,6 @@ import pytest
 
 from tests.integration.command_line import RT_EMULATOR, command, palpate, succeed, wait_until
 
-# Two real-time rigs at once would starve each other.
-pytestmark = pytest.mark.xdist_group("real time")
-
-
 PATIENT = (
     *("--supervision.max-tracking-error-mrad", 100, "--supervision.max-gap-ms", 1000),
     *("--supervision.max-force-age-ms", 1000, "--supervision.max-joint-age-ms", 1000),

@@ -17,7 +17,6 @@ import pytest
 from palpate.adapters.config.rig import RigFile
 from tests.integration.command_line import RT_EMULATOR, command, palpate, wait_until
 
-pytestmark = pytest.mark.xdist_group("real time")
 DISTURBED = ("computer wakes", "were lost or damaged", "do not fit", "silent", "answers missing", "SYNCs in a row",
              "readings missing", "instead of", "heartbeat", "adapter adds", "clumps", "no new reading")  # fmt: skip
 """What a machine with other work to do may bring about by itself; all else must be as it should."""
