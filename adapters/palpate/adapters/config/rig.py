@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, ClassVar
 
 from palpate.adapters.config.toml import overlay, read_toml
-from palpate.core.errors import ConfigurationError, require_in
+from palpate.core.errors import ConfigurationError
+from palpate.core.ports.settings import Holds, Range, Settings
 
 
 @dataclass(frozen=True)
@@ -25,67 +26,55 @@ class DeviceEntry:
 
 
 @dataclass(frozen=True)
-class OperatorTable:
-    """What stops the arm at a person's word, besides the emergency stop.
+class OperatorTable(Settings):
+    """What stops the arm at a person's word, besides the emergency stop."""
 
-    Attributes:
-        keys: Any key in the terminal.
-        file: A file that appears, as a laboratory's button may make it; empty for none.
-        socket: A connection to a Unix socket at this path; empty for none.
-    """
+    TABLE: ClassVar[str] = "operator"
 
     keys: bool = True
+    """Any key in the terminal."""
     file: str = ""
+    """A file that appears, as a laboratory's button may make it; empty for none."""
     socket: str = ""
+    """A connection to a Unix socket at this path; empty for none."""
 
 
 @dataclass(frozen=True)
-class WatchdogTable:
-    """What stops the arm when something has gone quiet, in whatever the program is busy with.
+class WatchdogTable(Settings):
+    """What stops the arm when something has gone quiet, in whatever the program is busy with."""
 
-    Attributes:
-        command_ms: Age of the newest command at which another thread stops the arm.
-        sensor_ms: Time without a new sample of a sensor after which reading it is an error, on the way to the ready
-            pose too, where no supervisor watches.
-        process_ms: Time without a tick after which a process of its own calls ``stop_function``.
-        stop_function: ``package.module:function`` that brings the arm to rest on a way of its own, whatever has become
-            of this program; empty for none, and then there is no such process.
-    """
+    TABLE: ClassVar[str] = "watchdog"
 
-    command_ms: float = 200.0
-    sensor_ms: float = 500.0
-    process_ms: float = 500.0
+    command_ms: Annotated[float, Range(20.0, 60_000.0)] = 200.0
+    """Age of the newest command at which another thread stops the arm."""
+    sensor_ms: Annotated[float, Range(20.0, 60_000.0)] = 500.0
+    """Time without a new sample of a sensor after which reading it is an error, on the way to the ready pose too, where
+    no supervisor watches."""
+    process_ms: Annotated[float, Range(20.0, 60_000.0)] = 500.0
+    """Time without a tick after which a process of its own calls ``stop_function``."""
     stop_function: str = ""
-
-    def __post_init__(self) -> None:
-        for name in ("command_ms", "sensor_ms", "process_ms"):
-            require_in(f"watchdog.{name}", getattr(self, name), 20.0, 60_000.0)
+    """``package.module:function`` that brings the arm to rest on a way of its own, whatever has become of this program;
+    empty for none, and then there is no such process."""
 
 
 @dataclass(frozen=True)
-class RigFile:
-    """A rig, as a TOML file describes it.
+class RigFile(Settings):
+    """A rig, as a TOML file describes it."""
 
-    Its tables are ``[rig]``, ``[arm]``, ``[force_sensor]``, ``[operator]`` and ``[watchdog]``.
+    TABLE: ClassVar[str] = "rig"
 
-    Attributes:
-        name: Name for logs; the file's own if it gives none.
-        arm: The arm.
-        force_sensor: The force sensor.
-        approach_rad_s: Joint speed of the move to the ready pose, before the first trial.
-        operator: What stops the arm at a person's word.
-        watchdog: What stops it when something has gone quiet.
-    """
-
-    name: str
+    name: Annotated[str, Holds(bool, "a name")]
+    """Name for logs; the file's own if it gives none."""
     arm: DeviceEntry
+    """The arm."""
     force_sensor: DeviceEntry
-    approach_rad_s: float = 0.2
-    operator: OperatorTable = field(default_factory=lambda: OperatorTable())
-    watchdog: WatchdogTable = field(default_factory=lambda: WatchdogTable())
-
-    def __post_init__(self) -> None:
-        require_in("rig.approach_rad_s", self.approach_rad_s, 0.001, 2.0)
+    """The force sensor."""
+    approach_rad_s: Annotated[float, Range(0.001, 2.0)] = 0.2
+    """Joint speed of the move to the ready pose, before the first trial."""
+    operator: OperatorTable = OperatorTable()
+    """What stops the arm at a person's word."""
+    watchdog: WatchdogTable = WatchdogTable()
+    """What stops it when something has gone quiet."""
 
     @classmethod
     def load(cls, path: Path) -> RigFile:
@@ -103,15 +92,13 @@ class RigFile:
         strange = sorted(set(rig) - {"name", "approach_rad_s"})
         if strange:
             raise ConfigurationError(f"rig.{strange[0]}", rig[strange[0]], "name or approach_rad_s")
-        name, speed = rig.get("name", path.stem), rig.get("approach_rad_s", cls.approach_rad_s)
-        if not isinstance(name, str) or not name:
-            raise ConfigurationError("rig.name", name, "a name")
-        if isinstance(speed, bool) or not isinstance(speed, (int, float)):
-            raise ConfigurationError("rig.approach_rad_s", speed, "a number")
-        operator = overlay(OperatorTable(), _optional(path, table, "operator"), "operator.")
-        watchdog = overlay(WatchdogTable(), _optional(path, table, "watchdog"), "watchdog.")
-        arm, sensor = _device(path, table, "arm"), _device(path, table, "force_sensor")
-        return cls(name, arm, sensor, float(speed), operator, watchdog)
+        return cls(
+            arm=_device(path, table, "arm"),
+            force_sensor=_device(path, table, "force_sensor"),
+            operator=overlay(OperatorTable(), _optional(path, table, "operator")),
+            watchdog=overlay(WatchdogTable(), _optional(path, table, "watchdog")),
+            **{"name": path.stem, **rig},
+        )
 
 
 def _device(path: Path, table: Mapping[str, Any], name: str) -> DeviceEntry:

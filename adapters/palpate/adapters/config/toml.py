@@ -8,11 +8,12 @@ import json
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, TypeVar, get_args, get_origin, get_type_hints
+from typing import Any, TypeVar
 
 from palpate.core.errors import ConfigurationError
+from palpate.core.ports.settings import Settings, fitted, kinds_of
 
-T = TypeVar("T")
+T = TypeVar("T", bound=Settings)
 
 
 def read_toml(path: Path) -> dict[str, Any]:
@@ -29,57 +30,56 @@ def read_toml(path: Path) -> dict[str, Any]:
         raise ConfigurationError("config", str(path), f"a TOML file ({error})") from error
 
 
-def overlay(base: T, table: Mapping[str, Any], where: str = "") -> T:
+def overlay(base: T, table: Mapping[str, Any]) -> T:
     """A copy of a configuration with the fields of a TOML table put over it.
 
     Args:
-        base: A frozen dataclass.
-        table: Nested as the dataclass is.
-        where: Dotted name of ``base`` itself, for messages.
+        base: The configuration.
+        table: Nested as it is.
 
     Raises:
-        ConfigurationError: An unknown field, or a value of another type.
+        ConfigurationError: An unknown field, or a value that its field refuses.
     """
-    hints = get_type_hints(type(base))
     changes: dict[str, Any] = {}
     for key, value in table.items():
-        name = f"{where}{key}"
-        if key not in hints:
-            raise _unknown(name, value, key, hints, where)
+        name = base.dotted(key)
+        if key not in kinds_of(type(base)):
+            raise _unknown(type(base), name, value, key)
         current = getattr(base, key)
-        if dataclasses.is_dataclass(current):
+        if isinstance(current, Settings):
             if not isinstance(value, Mapping):
                 raise ConfigurationError(name, value, "a table")
-            changes[key] = overlay(current, value, f"{name}.")
-        else:
-            changes[key] = _converted(name, value, hints[key])
+            value = overlay(current, value)
+        changes[key] = value
+    # mypy knows no more of a dataclass's base than that it may be none.
     return dataclasses.replace(base, **changes)  # type: ignore[type-var]
 
 
-def field_value(base: Any, name: str, value: Any) -> Any:
+def field_value(base: Settings, name: str, value: Any) -> Any:
     """A TOML value as the field of a dotted name would hold it; whether it fits the other fields is not looked at.
 
     Args:
-        base: A dataclass, with the field in it or in one that it holds.
+        base: A configuration, with the field in it or in a table that it holds.
         name: Dotted name of the field.
         value: As TOML gave it.
 
     Raises:
-        ConfigurationError: There is no such field, it is a table of fields, or the value is of another type.
+        ConfigurationError: There is no such field, it is a table of fields, or it refuses the value.
     """
-    where, (*path, last) = "", name.split(".")
+    *path, last = name.split(".")
     for key in path:
-        if key not in get_type_hints(type(base)):
-            raise _unknown(name, value, key, get_type_hints(type(base)), where)
-        base, where = getattr(base, key), f"{where}{key}."
-        if not dataclasses.is_dataclass(base):
-            raise ConfigurationError(name, value, f"no such field; {where[:-1]} has none of its own")
-    hints = get_type_hints(type(base))
-    if last not in hints:
-        raise _unknown(name, value, last, hints, where)
-    if dataclasses.is_dataclass(getattr(base, last)):
-        raise ConfigurationError(name, value, f"one of its fields: {', '.join(get_type_hints(hints[last]))}")
-    return _converted(name, value, hints[last])
+        if key not in kinds_of(type(base)):
+            raise _unknown(type(base), name, value, key)
+        inner = getattr(base, key)
+        if not isinstance(inner, Settings):
+            raise ConfigurationError(name, value, f"no such field; {base.dotted(key)} has none of its own")
+        base = inner
+    kinds = kinds_of(type(base))
+    if last not in kinds:
+        raise _unknown(type(base), name, value, last)
+    if isinstance(held := getattr(base, last), Settings):
+        raise ConfigurationError(name, value, f"one of its fields: {', '.join(kinds_of(type(held)))}")
+    return fitted(name, value, kinds[last])
 
 
 def to_toml(config: Any, prefix: str = "") -> str:
@@ -95,27 +95,11 @@ def to_toml(config: Any, prefix: str = "") -> str:
     return "".join(lines) + "".join(tables)
 
 
-def _unknown(name: str, value: Any, key: str, known: Mapping[str, Any], where: str) -> ConfigurationError:
+def _unknown(table: type[Settings], name: str, value: Any, key: str) -> ConfigurationError:
+    known = kinds_of(table)
     near = difflib.get_close_matches(key, known, n=1, cutoff=0.5)
-    hint = f"; did you mean {where}{near[0]}?" if near else ""
+    hint = f"; did you mean {table.dotted(near[0])}?" if near else ""
     return ConfigurationError(name, value, f"no such field{hint} (known here: {', '.join(known)})")
-
-
-def _converted(name: str, value: Any, kind: Any) -> Any:
-    if kind is float and isinstance(value, (int, float)) and not isinstance(value, bool):
-        return float(value)
-    if kind is int and isinstance(value, int) and not isinstance(value, bool):
-        return value
-    if kind in (str, bool) and isinstance(value, kind):
-        return value
-    if get_origin(kind) is tuple and isinstance(value, list):
-        items = [i for i in get_args(kind) if i is not Ellipsis]
-        if len(items) == 1 or len(items) == len(value):
-            kinds = items if len(items) > 1 else items * len(value)
-            return tuple(_converted(f"{name}[{i}]", v, k) for i, (v, k) in enumerate(zip(value, kinds, strict=True)))
-    if get_origin(kind) is dict and isinstance(value, Mapping):
-        return {str(k): _converted(f"{name}.{k}", v, get_args(kind)[1]) for k, v in value.items()}
-    raise ConfigurationError(name, value, f"a value of type {getattr(kind, '__name__', kind)}")
 
 
 def literal(value: Any) -> str:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import difflib
-from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from typing import Final
+from typing import Annotated, Final
 
-from palpate.core.errors import ConfigurationError, require_in, require_whole
+from typing_extensions import override
+
+from palpate.core.errors import ConfigurationError, require_whole
+from palpate.core.ports.settings import OneOf, Range, Settings
 
 _SENSORS: Final = ("force_sensor", "joint_encoder")
 PORTS: Final = (*_SENSORS, "arm", "clock")
@@ -55,99 +56,65 @@ _ALWAYS: Final = ("kind", "port", "first_tick", "at_time_s", "duration_ticks", "
 
 
 @dataclass(frozen=True, slots=True)
-class FaultPlan:
+class FaultPlan(Settings):
     """One fault.
-
-    Attributes:
-        kind: One of ``KINDS``.
-        port: One of ``PORTS``.
-        first_tick: Tick at which it begins, counted from the first use of the decorated port.
-        at_time_s: Time at which it begins instead, counted from the first use of the decorated port, s.
-        duration_ticks: For so many ticks; 0 is for ever.
-        probability: That it strikes in a tick of that time.
-        magnitude: Added, or for ``saturate`` the limit: N for forces, Nm for torques, rad for angles; a second for
-            ``bias-drift``.
-        factor: What ``unit`` multiplies by.
-        delay_ticks: How late samples or commands come.
-        span_ticks: How many samples before the fault ``repeat`` repeats.
-        time_s: By how much the clock jumps, or how much longer a tick takes, s.
-        channels: Which components, from 0: Fx Fy Fz Tx Ty Tz, or joints; none means all.
-        honest: Whether the device owns up: ``saturate`` marks its samples, ``repeat`` keeps old numbers and times.
-        seed: Of the fault's own random numbers; equal seeds on different ports or kinds give different ones.
 
     Raises:
         ConfigurationError: It makes no sense, or would do nothing.
     """
 
-    kind: str
-    port: str
-    first_tick: int = 0
-    at_time_s: float | None = None
-    duration_ticks: int = 0
-    probability: float = 1.0
-    magnitude: float = 0.0
-    factor: float = 1.0
-    delay_ticks: int = 3
-    span_ticks: int = 14
-    time_s: float = 0.0
-    channels: tuple[int, ...] = ()
+    kind: Annotated[str, OneOf(*KINDS)]
+    """One of ``KINDS``."""
+    port: Annotated[str, OneOf(*PORTS)]
+    """One of ``PORTS``."""
+    first_tick: Annotated[int, Range(0, 10**9)] = 0
+    """Tick at which it begins, counted from the first use of the decorated port."""
+    at_time_s: Annotated[float, Range(0.0, _GREAT)] | None = None
+    """Time at which it begins instead, counted from the first use of the decorated port, s."""
+    duration_ticks: Annotated[int, Range(0, 10**9)] = 0
+    """For so many ticks; 0 is for ever."""
+    probability: Annotated[float, Range(0.0, 1.0)] = 1.0
+    """That it strikes in a tick of that time."""
+    magnitude: Annotated[float, Range(-_GREAT, _GREAT)] = 0.0
+    """Added, or for ``saturate`` the limit: N for forces, Nm for torques, rad for angles; ``bias-drift``: a second."""
+    factor: Annotated[float, Range(-_GREAT, _GREAT)] = 1.0
+    """What ``unit`` multiplies by."""
+    delay_ticks: Annotated[int, Range(1, 100_000)] = 3
+    """How late samples or commands come."""
+    span_ticks: Annotated[int, Range(1, 100_000)] = 14
+    """How many samples before the fault ``repeat`` repeats."""
+    time_s: Annotated[float, Range(-_GREAT, _GREAT)] = 0.0
+    """By how much the clock jumps, or how much longer a tick takes, s."""
+    channels: tuple[Annotated[int, Range(0, _MOST_CHANNELS - 1)], ...] = ()
+    """Which components, from 0: Fx Fy Fz Tx Ty Tz, or joints; none means all."""
     honest: bool = True
-    seed: int = 0
+    """Whether the device owns up: ``saturate`` marks its samples, ``repeat`` keeps old numbers and times."""
+    seed: Annotated[int, Range(0, 2**63)] = 0
+    """Of the fault's own random numbers; equal seeds on different ports or kinds give different ones."""
 
-    def __post_init__(self) -> None:
-        _require_name("kind", self.kind, tuple(KINDS))
-        _require_name("port", self.port, PORTS)
-        able = KINDS[self.kind].ports
+    @override
+    def check(self) -> None:
+        able, used = KINDS[self.kind].ports, KINDS[self.kind].settings
         if self.port not in able:
             raise ConfigurationError("port", self.port, f"a port that knows {self.kind}: {' or '.join(able)}")
-        self._check_time()
-        self._check_settings()
-
-    def _check_time(self) -> None:
-        require_whole("first_tick", self.first_tick, 0, 10**9)
-        require_whole("duration_ticks", self.duration_ticks, 0, 10**9)
-        require_whole("seed", self.seed, 0, 2**63)
-        if self.at_time_s is not None:
-            _require_number("at_time_s", self.at_time_s, 0.0, _GREAT)
-            if self.first_tick:
-                raise ConfigurationError("at_time_s", self.at_time_s, "either first_tick or at_time_s, not both")
-
-    def _check_settings(self) -> None:
-        used = KINDS[self.kind].settings
+        if self.at_time_s is not None and self.first_tick:
+            raise ConfigurationError("at_time_s", self.at_time_s, "either first_tick or at_time_s, not both")
         for field in fields(self):
             value = getattr(self, field.name)
             if field.name not in (*_ALWAYS, *used) and value != field.default:
                 accepted = f"no such setting for {self.kind}; it knows {', '.join(used) or 'none'}"
                 raise ConfigurationError(field.name, value, accepted)
-        _require_number("probability", self.probability, 0.0, 1.0)
-        require_whole("delay_ticks", self.delay_ticks, 1, 100_000)
-        require_whole("span_ticks", self.span_ticks, 1, 100_000)
         for name, nothing in (("magnitude", 0.0), ("factor", 1.0), ("time_s", 0.0)):
-            value = getattr(self, name)
-            _require_number(name, value, -_GREAT, _GREAT)
-            if name in used and value == nothing:
-                raise ConfigurationError(name, value, f"another value: {self.kind} would do nothing")
+            if name in used and getattr(self, name) == nothing:
+                raise ConfigurationError(name, nothing, f"another value: {self.kind} would do nothing")
         if (self.kind == "overrun" and self.time_s < 0.0) or (self.kind == "saturate" and self.magnitude < 0.0):
             name = "time_s" if self.kind == "overrun" else "magnitude"
             raise ConfigurationError(name, getattr(self, name), "a positive number")
-        most = WRENCH_CHANNELS if self.port == "force_sensor" else _MOST_CHANNELS
-        for channel in self.channels:
-            require_whole("channels", channel, 0, most - 1)
+        if self.port == "force_sensor":
+            for channel in self.channels:
+                require_whole("channels", channel, 0, WRENCH_CHANNELS - 1)
 
     @property
     def text(self) -> str:
         """What is told when it happens."""
         return KINDS[self.kind].text.format(p=self)
-
-
-def _require_number(field: str, value: float, low: float, high: float) -> None:
-    if isinstance(value, bool):
-        raise ConfigurationError(field, value, "a number")
-    require_in(field, value, low, high)
-
-
-def _require_name(field: str, value: str, known: Sequence[str]) -> None:
-    if value not in known:
-        near = difflib.get_close_matches(value, known, n=1, cutoff=0.5) if isinstance(value, str) else []
-        hint = f"; did you mean {near[0]}?" if near else ""
-        raise ConfigurationError(field, value, f"one of {', '.join(known)}{hint}")

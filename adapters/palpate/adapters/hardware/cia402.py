@@ -8,14 +8,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any, Final
+from typing import Annotated, Any, ClassVar, Final
 
 from palpate.adapters.config.toml import overlay
 from palpate.adapters.hardware.arm_on_bus import ArmDriver, BusArm, BusCycle
 from palpate.adapters.hardware.errors import translating
-from palpate.adapters.hardware.plugins import ArmAdapter, RigContext, Settings
-from palpate.core.errors import ConfigurationError, require_in, require_one_of, require_whole
+from palpate.adapters.hardware.plugins import ArmAdapter, DeviceSettings, RigContext
+from palpate.core.errors import ConfigurationError
 from palpate.core.ports.devices import Clock
+from palpate.core.ports.settings import OneOf, Range, Settings
 from palpate.core.ports.values import CONTROL_RATE_HZ, AppliedCommand, CommandReason, JointVector
 from palpate.drivers.cia402.arm import Cia402Arm
 from palpate.drivers.cia402.link import CanLink
@@ -95,40 +96,43 @@ class Cia402Driver(ArmDriver):
 
 
 @dataclass(frozen=True)
-class _Cia402Table:
-    """The table ``[arm]`` of a rig file. Vectors have one number a joint; no ``zero_counts`` are zeros.
+class _Cia402Table(Settings):
+    """The table ``[arm]`` of a rig file. Vectors have one number a joint."""
 
-    ``patience`` is a factor on every time-out, for machines that cannot keep time.
-    """
+    TABLE: ClassVar[str] = "arm"
 
     interface: str = "socketcan"
+    """Kind of CAN interface, as python-can calls it."""
     channel: str = "can0"
+    """Its name."""
     bitrate: int = 1_000_000
+    """Bits a second."""
     nodes: tuple[int, ...] = (1, 2, 3, 4, 5, 6)
+    """CANopen node of each joint's drive."""
     counts_per_rad: tuple[float, ...] = ()
+    """Encoder counts per radian of each joint."""
     zero_counts: tuple[int, ...] = ()
-    mode: str = "position"
-    divider: int = 1
-    max_age_ms: float = 50.0
-    patience: float = 1.0
+    """Encoder counts at each joint's zero; none are zeros."""
+    mode: Annotated[str, OneOf("position", "velocity")] = "position"
+    """What setpoints are sent."""
+    divider: Annotated[int, Range(1, 14)] = 1
+    """Control ticks per bus cycle."""
+    max_age_ms: Annotated[float, Range(1.0, 10_000.0)] = 50.0
+    """Age above which a sample of the joints is marked as stale."""
+    patience: Annotated[float, Range(0.1, 100.0)] = 1.0
+    """Factor on every time-out, for machines that cannot keep time."""
 
-    def __post_init__(self) -> None:
-        require_whole("arm.divider", self.divider, 1, 14)
-        require_in("arm.max_age_ms", self.max_age_ms, 1.0, 10_000.0)
-        require_in("arm.patience", self.patience, 0.1, 100.0)
-        require_one_of("arm.mode", self.mode, ("position", "velocity"))
 
-
-def cia402_table(settings: Settings) -> _Cia402Table:
+def cia402_table(settings: DeviceSettings) -> _Cia402Table:
     """The table ``[arm]`` with all that it leaves out.
 
     Raises:
         ConfigurationError: Something in it cannot be used.
     """
-    return overlay(_Cia402Table(), settings, "arm.")
+    return overlay(_Cia402Table(), settings)
 
 
-def make_cia402(settings: Settings, context: RigContext) -> ArmAdapter:
+def make_cia402(settings: DeviceSettings, context: RigContext) -> ArmAdapter:
     """An arm of CiA 402 drives."""
     joints = len(context.lower_rad)
     table = cia402_table(settings)

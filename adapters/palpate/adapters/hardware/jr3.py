@@ -5,17 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Annotated, Any, ClassVar, Final
 
 import can
 import serial
 
 from palpate.adapters.config.toml import overlay
 from palpate.adapters.hardware.errors import translated, translating
-from palpate.adapters.hardware.plugins import RigContext, Settings
-from palpate.core.errors import DeviceError, require_in, require_one_of
+from palpate.adapters.hardware.plugins import DeviceSettings, RigContext
+from palpate.core.errors import DeviceError
 from palpate.core.ports.devices import Clock, ForceSensor
 from palpate.core.ports.lifecycle import Life, ManagedDevice
+from palpate.core.ports.settings import OneOf, Range, Settings
 from palpate.core.ports.values import Validity, WrenchSample
 from palpate.drivers.errors import DriverError, SilentError, WiringError
 from palpate.drivers.jr3.blocking import Pace, shut_down, start_up
@@ -25,8 +26,6 @@ from palpate.drivers.jr3.messages import LEFT_HANDED, RIGHT_HANDED, Jr3Sample
 from palpate.drivers.jr3.settings import Jr3Settings
 from palpate.drivers.jr3.transport import CanWire, UartWire, Wire
 
-_BAUD: Final = 115_200
-_BIT_RATE_Hz: Final = 1_000_000
 _NAME: Final = "JR3"
 
 
@@ -196,19 +195,21 @@ class Jr3ForceSensor(ManagedDevice, ForceSensor):
 
 
 @dataclass(frozen=True)
-class _Jr3Table:
+class _Jr3Table(Settings):
     """What both wires have in common in a rig file."""
 
-    cutoff_Hz: float = 50.0
-    period_us: int = 5000
-    axes: str = "left-handed"
-    max_age_ms: float = 50.0
-    start_timeout_s: float = 30.0
+    TABLE: ClassVar[str] = "force_sensor"
 
-    def __post_init__(self) -> None:
-        require_one_of("force_sensor.axes", self.axes, ("left-handed", "right-handed"))
-        require_in("force_sensor.max_age_ms", self.max_age_ms, 1.0, 10_000.0)
-        require_in("force_sensor.start_timeout_s", self.start_timeout_s, 0.1, 600.0)
+    cutoff_Hz: float = 50.0
+    """Cut-off of the board's filter."""
+    period_us: int = 5000
+    """Time between two readings."""
+    axes: Annotated[str, OneOf("left-handed", "right-handed")] = "left-handed"
+    """Handedness of the sensor's axes."""
+    max_age_ms: Annotated[float, Range(1.0, 10_000.0)] = 50.0
+    """Age above which a sample is marked as stale."""
+    start_timeout_s: Annotated[float, Range(0.1, 600.0)] = 30.0
+    """Longest wait for the first reading."""
 
     def sensor(self, open_wire: Callable[[], OpenWire], context: RigContext) -> Jr3ForceSensor:
         """The adapter."""
@@ -224,43 +225,50 @@ class _Jr3Table:
 @dataclass(frozen=True)
 class _CanTable(_Jr3Table):
     interface: str = "socketcan"
+    """Kind of CAN interface, as python-can calls it."""
     channel: str = "can0"
-    bitrate: int = _BIT_RATE_Hz
+    """Its name."""
+    bitrate: int = 1_000_000
+    """Bits a second."""
     node: int = 1
+    """The board's node."""
     canopen_nodes: tuple[int, ...] = ()
+    """CANopen nodes on the same bus."""
 
 
 @dataclass(frozen=True)
 class _UartTable(_Jr3Table):
     port: str = "/dev/ttyUSB0"
-    baud: int = _BAUD
+    """Serial port."""
+    baud: int = 115_200
+    """Its rate."""
 
 
-def jr3_can_table(settings: Settings) -> _CanTable:
+def jr3_can_table(settings: DeviceSettings) -> _CanTable:
     """The table ``[force_sensor]`` of a JR3 on CAN with all that it leaves out.
 
     Raises:
         ConfigurationError: Something in it cannot be used.
     """
-    return overlay(_CanTable(), settings, "force_sensor.")
+    return overlay(_CanTable(), settings)
 
 
-def jr3_uart_table(settings: Settings) -> _UartTable:
+def jr3_uart_table(settings: DeviceSettings) -> _UartTable:
     """The same of a JR3 on a serial line.
 
     Raises:
         ConfigurationError: Something in it cannot be used.
     """
-    return overlay(_UartTable(), settings, "force_sensor.")
+    return overlay(_UartTable(), settings)
 
 
-def make_jr3_can(settings: Settings, context: RigContext) -> Jr3ForceSensor:
+def make_jr3_can(settings: DeviceSettings, context: RigContext) -> Jr3ForceSensor:
     """A JR3 on CAN, of the table ``[force_sensor]`` of a rig file."""
     table = jr3_can_table(settings)
     return table.sensor(lambda: open_can_wire(table), context)
 
 
-def make_jr3_uart(settings: Settings, context: RigContext) -> Jr3ForceSensor:
+def make_jr3_uart(settings: DeviceSettings, context: RigContext) -> Jr3ForceSensor:
     """A JR3 on a serial line, of the table ``[force_sensor]`` of a rig file."""
     table = jr3_uart_table(settings)
     return table.sensor(lambda: open_uart_wire(table), context)

@@ -70,9 +70,10 @@ class ArmAdapter:
     arm: ArmCommand
 
 
-Settings: TypeAlias = Mapping[str, Any]
-ArmMaker: TypeAlias = Callable[[Settings, RigContext], ArmAdapter]
-ForceSensorMaker: TypeAlias = Callable[[Settings, RigContext], ForceSensor]
+DeviceSettings: TypeAlias = Mapping[str, Any]
+"""What a rig file says of a device, besides its adapter."""
+ArmMaker: TypeAlias = Callable[[DeviceSettings, RigContext], ArmAdapter]
+ForceSensorMaker: TypeAlias = Callable[[DeviceSettings, RigContext], ForceSensor]
 
 
 def arm_maker(name: str) -> ArmMaker:

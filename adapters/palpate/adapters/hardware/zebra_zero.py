@@ -8,17 +8,18 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Annotated, Any, ClassVar, Final
 
 import serial
 
 from palpate.adapters.config.toml import overlay
 from palpate.adapters.hardware.arm_on_bus import ArmDriver, BusArm, BusCycle
 from palpate.adapters.hardware.errors import translating
-from palpate.adapters.hardware.plugins import ArmAdapter, RigContext, Settings
-from palpate.core.errors import OutputError, require_in, require_one_of, require_whole
+from palpate.adapters.hardware.plugins import ArmAdapter, DeviceSettings, RigContext
+from palpate.core.errors import OutputError
 from palpate.core.files import write_whole
 from palpate.core.ports.devices import Clock
+from palpate.core.ports.settings import OneOf, Range, Settings
 from palpate.core.ports.values import CONTROL_RATE_HZ, AppliedCommand, CommandReason, JointVector
 from palpate.drivers.errors import StateError, WiringError
 from palpate.drivers.nmc.settings import POWER_UP_BAUD, BusSettings
@@ -143,46 +144,49 @@ class ZebraDriver(ArmDriver):
 
 
 @dataclass(frozen=True)
-class _ZebraTable:
-    """The table ``[arm]`` of a rig file.
+class _ZebraTable(Settings):
+    """The table ``[arm]`` of a rig file."""
 
-    ``patience`` is a factor on the wait for an answer; ``reset_wait_ms`` is what the modules get to wake after a reset.
-    """
+    TABLE: ClassVar[str] = "arm"
 
     port: str = "/dev/ttyUSB0"
+    """Serial port of the bus."""
     baud: int = 115_200
-    adapter_latency_ms: float = 1.0
-    divider: int = 3
+    """Its rate, once the modules are awake."""
+    adapter_latency_ms: Annotated[float, Range(0.0, 100.0)] = 1.0
+    """Latency timer of the USB adapter."""
+    divider: Annotated[int, Range(1, 14)] = 3
+    """Control ticks per bus cycle."""
     at_home: bool = False
+    """A person's word that the arm rests in its home pose whenever its controller was switched on."""
     counts_file: str = ""
-    joint1_sign: int = 1
+    """Where the counters are kept from run to run; empty keeps them nowhere."""
+    joint1_sign: Annotated[int, OneOf(1, -1)] = 1
+    """Sense in which joint 1 counts."""
     velocity_rad_s: float = 1.0
+    """Limit of each joint's velocity."""
     acceleration_rad_s2: float = 19.0
-    streaming: str = "by firmware"
-    max_age_ms: float = 100.0
-    patience: float = 1.0
-    reset_wait_ms: float = 100.0
-
-    def __post_init__(self) -> None:
-        require_whole("arm.divider", self.divider, 1, 14)
-        require_in("arm.adapter_latency_ms", self.adapter_latency_ms, 0.0, 100.0)
-        require_in("arm.max_age_ms", self.max_age_ms, 1.0, 10_000.0)
-        require_in("arm.patience", self.patience, 0.1, 100.0)
-        require_in("arm.reset_wait_ms", self.reset_wait_ms, 0.0, 10_000.0)
-        require_one_of("arm.streaming", self.streaming, tuple(way.value for way in Streaming))
-        require_one_of("arm.joint1_sign", str(self.joint1_sign), ("1", "-1"))
+    """Limit of each joint's acceleration."""
+    streaming: Annotated[str, OneOf(*(way.value for way in Streaming))] = "by firmware"
+    """How setpoints are sent."""
+    max_age_ms: Annotated[float, Range(1.0, 10_000.0)] = 100.0
+    """Age above which a sample of the joints is marked as stale."""
+    patience: Annotated[float, Range(0.1, 100.0)] = 1.0
+    """Factor on the wait for an answer."""
+    reset_wait_ms: Annotated[float, Range(0.0, 10_000.0)] = 100.0
+    """What the modules get to wake after a reset."""
 
 
-def zebra_table(settings: Settings) -> _ZebraTable:
+def zebra_table(settings: DeviceSettings) -> _ZebraTable:
     """The table ``[arm]`` with all that it leaves out.
 
     Raises:
         ConfigurationError: Something in it cannot be used.
     """
-    return overlay(_ZebraTable(), settings, "arm.")
+    return overlay(_ZebraTable(), settings)
 
 
-def make_zebra_nmc(settings: Settings, context: RigContext) -> ArmAdapter:
+def make_zebra_nmc(settings: DeviceSettings, context: RigContext) -> ArmAdapter:
     """The Zebra Zero on its own serial bus."""
     table = zebra_table(settings)
     with translating("arm"):

@@ -3,84 +3,72 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final
+from typing import Annotated, ClassVar, Final
 
-from palpate.core.errors import ConfigurationError, require_in, require_one_of, require_whole
+from typing_extensions import override
+
+from palpate.core.errors import ConfigurationError
+from palpate.core.ports.settings import OneOf, Range, Settings
 
 N_PER_KGF: Final = 9.80665
 
 
 @dataclass(frozen=True)
-class GoalConfig:
+class GoalConfig(Settings):
     """Where the hole is believed to be, in the arm's base frame; the hole points straight down."""
 
-    x_mm: float = 400.0
-    """Distance in front of the arm's base."""
-    y_mm: float = 0.0
-    """Distance to its left."""
-    z_mm: float = 20.0
-    """Height of the plate's surface."""
+    TABLE: ClassVar[str] = "task.goal"
 
-    def __post_init__(self) -> None:
-        for name in ("x_mm", "y_mm", "z_mm"):
-            require_in(f"task.goal.{name}", getattr(self, name), -2000.0, 2000.0)
+    x_mm: Annotated[float, Range(-2000.0, 2000.0)] = 400.0
+    """Distance in front of the arm's base."""
+    y_mm: Annotated[float, Range(-2000.0, 2000.0)] = 0.0
+    """Distance to its left."""
+    z_mm: Annotated[float, Range(-2000.0, 2000.0)] = 20.0
+    """Height of the plate's surface."""
 
 
 @dataclass(frozen=True)
-class TaskConfig:
+class TaskConfig(Settings):
     """One insertion trial, from approach to full depth."""
 
+    TABLE: ClassVar[str] = "task"
+
     goal: GoalConfig = GoalConfig()
-    start_uncertainty_mm: float = 3.0
+    start_uncertainty_mm: Annotated[float, Range(0.0, 50.0)] = 3.0
     """A trial starts anywhere within this distance of the nominal goal."""
-    start_shape: str = "disc"
+    start_shape: Annotated[str, OneOf("disc", "ball")] = "disc"
     """disc: uniform over the circle; ball: uniform in a ball, seen from above."""
-    area_half_width_mm: float = 3.5
+    area_half_width_mm: Annotated[float, Range(0.1, 50.0)] = 3.5
     """Half the side of the square that the peg may explore."""
-    area_centre: str = "goal"
+    area_centre: Annotated[str, OneOf("goal", "start")] = "goal"
     """goal: the square is centred at the nominal goal; start: at the trial's start, as the paper puts it."""
-    step_mm: float = 0.7
+    step_mm: Annotated[float, Range(0.01, 5.0)] = 0.7
     """Length of one exploratory step."""
-    ticks_per_action: int = 14
+    ticks_per_action: Annotated[int, Range(2, 1400)] = 14
     """Control ticks per action at 140 Hz: ten actions a second."""
-    time_limit_s: float = 20.0
+    time_limit_s: Annotated[float, Range(0.1, 3600.0)] = 20.0
     """Exploration ends after this time."""
-    contact_kgf: float = 0.10
+    contact_kgf: Annotated[float, Range(0.01, 10.0)] = 0.10
     """Contact is a reaction force along the tool axis above this."""
-    press_kgf: float = 0.5
+    press_kgf: Annotated[float, Range(0.02, 10.0)] = 0.5
     """Force with which the peg is pressed on the plate."""
-    insertion_depth_mm: float = 10.0
+    insertion_depth_mm: Annotated[float, Range(0.5, 60.0)] = 10.0
     """Depth to be reached."""
-    depth_tolerance_mm: float = 0.2
+    depth_tolerance_mm: Annotated[float, Range(0.01, 5.0)] = 0.2
     """How far the estimated depth may fall short: encoders, force noise and contact height enter it."""
-    surface_uncertainty_mm: float = 0.5
+    surface_uncertainty_mm: Annotated[float, Range(0.0, 5.0)] = 0.5
     """How far the plate's height may differ from what is believed; it matters where the peg never touches the plate."""
-    max_force_N: float = 30.0
+    max_force_N: Annotated[float, Range(1.0, 500.0)] = 30.0
     """A measured force above this ends the trial at once; one whose true peak is above it is no success."""
-    ready_height_mm: float = 3.0
+    ready_height_mm: Annotated[float, Range(0.5, 100.0)] = 3.0
     """Height above the plate at which the sensor is tared and the approach begins."""
-    travel_speed_mm_s: float = 20.0
+    travel_speed_mm_s: Annotated[float, Range(1.0, 100.0)] = 20.0
     """Speed in free space."""
-    tare_ticks: int = 28
+    tare_ticks: Annotated[int, Range(1, 1400)] = 28
     """Samples averaged for taring, after as many ticks of rest."""
 
-    def __post_init__(self) -> None:
-        require_in("task.start_uncertainty_mm", self.start_uncertainty_mm, 0.0, 50.0)
-        require_one_of("task.start_shape", self.start_shape, ("disc", "ball"))
-        require_in("task.area_half_width_mm", self.area_half_width_mm, 0.1, 50.0)
-        require_one_of("task.area_centre", self.area_centre, ("goal", "start"))
-        require_in("task.step_mm", self.step_mm, 0.01, 5.0)
-        require_whole("task.ticks_per_action", self.ticks_per_action, 2, 1400)
-        require_in("task.time_limit_s", self.time_limit_s, 0.1, 3600.0)
-        require_in("task.contact_kgf", self.contact_kgf, 0.01, 10.0)
-        require_in("task.press_kgf", self.press_kgf, 0.02, 10.0)
-        require_in("task.insertion_depth_mm", self.insertion_depth_mm, 0.5, 60.0)
-        require_in("task.depth_tolerance_mm", self.depth_tolerance_mm, 0.01, 5.0)
-        require_in("task.surface_uncertainty_mm", self.surface_uncertainty_mm, 0.0, 5.0)
-        require_in("task.max_force_N", self.max_force_N, 1.0, 500.0)
-        require_in("task.ready_height_mm", self.ready_height_mm, 0.5, 100.0)
-        require_in("task.travel_speed_mm_s", self.travel_speed_mm_s, 1.0, 100.0)
-        require_whole("task.tare_ticks", self.tare_ticks, 1, 1400)
+    @override
+    def check(self) -> None:
         if self.press_kgf <= self.contact_kgf:
             raise ConfigurationError(
                 "task.press_kgf", self.press_kgf, f"more than task.contact_kgf = {self.contact_kgf:g}"
@@ -101,8 +89,10 @@ class TaskConfig:
 
 
 @dataclass(frozen=True)
-class ControlConfig:
+class ControlConfig(Settings):
     """Gains of the motion laws and of the core's picture of the gripper."""
+
+    TABLE: ClassVar[str] = "control"
 
     damping_N_s_per_m: float = 400.0
     """B of the damping law along the tool axis."""
@@ -112,11 +102,7 @@ class ControlConfig:
     """Integral gain of the lateral force law during insertion."""
     force_proportional_m_per_N: float = 0.0
     """Its proportional gain."""
-    axial_stiffness_N_per_mm: float = 5.0
+    axial_stiffness_N_per_mm: Annotated[float, Range(0.1, 1e5)] = 5.0
     """Stiffness of the gripper along the tool axis: depth is corrected by force over stiffness."""
-    lateral_stiffness_N_per_mm: float = 40.0
+    lateral_stiffness_N_per_mm: Annotated[float, Range(0.1, 1e5)] = 40.0
     """Stiffness across it; bounds the lateral gains."""
-
-    def __post_init__(self) -> None:
-        require_in("control.axial_stiffness_N_per_mm", self.axial_stiffness_N_per_mm, 0.1, 1e5)
-        require_in("control.lateral_stiffness_N_per_mm", self.lateral_stiffness_N_per_mm, 0.1, 1e5)

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import FrozenInstanceError, replace
-from math import inf, nan
-from typing import Any
+from dataclasses import FrozenInstanceError
 
 import pytest
 
@@ -22,53 +20,6 @@ def test_the_defaults_are_the_papers_figures() -> None:
     assert task.insertion_depth_mm == 10.0
     assert task.start_uncertainty_mm == 3.0
     assert N_PER_KGF == 9.80665
-
-
-OUT_OF_RANGE: dict[str, list[Any]] = {
-    "start_uncertainty_mm": [-0.1, 51.0],
-    "start_shape": ["square"],
-    "area_half_width_mm": [0.0, 51.0],
-    "area_centre": ["hole"],
-    "step_mm": [0.0, 5.1],
-    "ticks_per_action": [1, 1401, 14.5],
-    "time_limit_s": [0.0, 3601.0],
-    "contact_kgf": [0.0, 11.0],
-    "press_kgf": [0.01, 11.0],
-    "insertion_depth_mm": [0.4, 61.0],
-    "depth_tolerance_mm": [0.0, 6.0],
-    "surface_uncertainty_mm": [-0.1, 5.1],
-    "max_force_N": [0.5, 501.0],
-    "ready_height_mm": [0.4, 101.0],
-    "travel_speed_mm_s": [0.5, 101.0],
-    "tare_ticks": [0, 1401, 2.5],
-}
-
-
-@pytest.mark.parametrize(("name", "value"), [(n, v) for n, values in OUT_OF_RANGE.items() for v in values])
-def test_a_value_out_of_range_is_refused_by_its_name(name: str, value: object) -> None:
-    with pytest.raises(ConfigurationError) as caught:
-        replace(TaskConfig(), **{name: value})  # type: ignore[arg-type]
-    assert (caught.value.field, caught.value.value) == (f"task.{name}", value)
-
-
-def test_every_setting_of_the_task_is_checked() -> None:
-    assert set(OUT_OF_RANGE) == set(vars(TaskConfig())) - {"goal"}
-
-
-@pytest.mark.parametrize("name", [n for n, v in vars(TaskConfig()).items() if isinstance(v, (int, float))])
-@pytest.mark.parametrize("value", [nan, inf])
-def test_a_number_must_be_finite(name: str, value: float) -> None:
-    with pytest.raises(ConfigurationError) as caught:
-        replace(TaskConfig(), **{name: value})  # type: ignore[arg-type]
-    assert caught.value.field == f"task.{name}"
-
-
-@pytest.mark.parametrize("name", ["x_mm", "y_mm", "z_mm"])
-@pytest.mark.parametrize("value", [-2001.0, 2001.0, nan])
-def test_a_goal_must_be_near_the_arm(name: str, value: float) -> None:
-    with pytest.raises(ConfigurationError) as caught:
-        GoalConfig(**{name: value})
-    assert caught.value.field == f"task.goal.{name}"
 
 
 def test_pressing_must_be_harder_than_contact() -> None:
@@ -89,14 +40,6 @@ def test_trials_may_not_start_outside_an_area_round_the_goal() -> None:
     assert caught.value.field == "task.start_uncertainty_mm"
     literal = TaskConfig(start_uncertainty_mm=3.0, area_half_width_mm=2.5, area_centre="start")
     assert literal.area_half_width_mm == 2.5
-
-
-@pytest.mark.parametrize("name", ["axial_stiffness_N_per_mm", "lateral_stiffness_N_per_mm"])
-@pytest.mark.parametrize("value", [0.0, 1e6, nan])
-def test_a_stiffness_must_make_sense(name: str, value: float) -> None:
-    with pytest.raises(ConfigurationError) as caught:
-        ControlConfig(**{name: value})
-    assert caught.value.field == f"control.{name}"
 
 
 @pytest.mark.parametrize("config", [GoalConfig(), TaskConfig(), ControlConfig()])

@@ -31,17 +31,6 @@ def test_the_defaults_are_accepted_and_weaken_nothing() -> None:
     assert len(DEFAULTS) == 18
 
 
-@pytest.mark.parametrize("name", [*DEFAULTS, "retract_mm", "retract_speed_mm_s"])
-@pytest.mark.parametrize("value", [-1, nan, inf, -inf, None, "40", 1e9])
-def test_what_is_no_limit_is_refused(name: str, value: Any) -> None:
-    assert refused(name, value, weakened=(name,) if name in DEFAULTS else ()).field == f"supervision.{name}"
-
-
-@pytest.mark.parametrize("name", [name for name in DEFAULTS if name != "tracking_lag_ticks"])
-def test_zero_is_refused(name: str) -> None:
-    assert refused(name, 0).field == f"supervision.{name}"
-
-
 @pytest.mark.parametrize("value", [None, inf, nan])
 def test_nothing_runs_without_a_force_limit(value: Any) -> None:
     assert str(refused("max_force_N", value)) == (
@@ -79,8 +68,7 @@ def test_stricter_limits_need_no_word() -> None:
     SupervisionConfig(max_force_N=10.0, max_repeats=1, tracking_lag_ticks=0, side_margin_mm=5.0)
 
 
-def test_other_refusals() -> None:
-    assert refused("on_trip", "run away").accepted == "one of retract, hold"
+def test_contact_that_could_never_trip_is_refused() -> None:
     assert refused("unexpected_contact_N", 2.5, max_force_N=2.0).accepted.startswith("less than supervision.max_force")
 
 

@@ -1,0 +1,254 @@
+"""How a setting is declared: once, in a frozen dataclass, for TOML, flags, Python, JSON and messages alike.
+
+::
+
+    @dataclass(frozen=True)
+    class TaskConfig(Settings):
+        TABLE: ClassVar[str] = "task"
+
+        step_mm: Annotated[float, Range(0.01, 5.0)] = 0.7
+        # and below it, as a docstring, the help text
+
+The annotation holds type and range, the assignment the default, the docstring the help text. Whoever constructs the
+class, by whatever way, has every field checked; what one field cannot say alone stands in :meth:`Settings.check`.
+"""
+
+from __future__ import annotations
+
+import difflib
+import operator
+import types
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields
+from functools import cache
+from math import inf, isfinite
+from typing import Annotated, Any, ClassVar, Union, get_args, get_origin, get_type_hints
+
+from palpate.core.errors import ConfigurationError
+
+
+@dataclass(frozen=True, slots=True)
+class Range:
+    """The finite numbers between two ends.
+
+    Attributes:
+        low: Lowest value.
+        high: Highest value.
+        unit: Unit, where the name of the setting does not hold it or a message needs it.
+        above: ``low`` itself is refused.
+        below: ``high`` itself is refused.
+    """
+
+    low: float = -inf
+    high: float = inf
+    unit: str = ""
+    above: bool = False
+    below: bool = False
+
+    def holds(self, value: Any) -> bool:
+        """Whether the value lies between the ends."""
+        beyond = (self.above and value == self.low) or (self.below and value == self.high)
+        return not beyond and bool(self.low <= value <= self.high)
+
+    def words(self, base: Any) -> str:
+        """The range as a message says it."""
+        number = "a whole number" if base is int else "a number"
+        low, high = (str(end) if isinstance(end, int) else f"{end:g}" for end in (self.low, self.high))
+        if self.low == -inf:
+            return "a finite number"
+        begin = f"above {low}" if self.above else f"from {low}"
+        if self.high == inf:
+            return f"{number} {begin}" if self.above else f"{number} {begin} up"
+        if self.above or self.below:
+            return f"{number} {begin} and {'below' if self.below else 'at most'} {high}"
+        return f"{number} {begin} to {high}"
+
+    def schema(self) -> dict[str, Any]:
+        """The keywords of JSON schema that say the same."""
+        ends = {
+            "exclusiveMinimum" if self.above else "minimum": self.low,
+            "exclusiveMaximum" if self.below else "maximum": self.high,
+        }
+        return {key: end for key, end in ends.items() if isfinite(end)} | ({"unit": self.unit} if self.unit else {})
+
+
+class OneOf:
+    """One of a few values.
+
+    Args:
+        values: The values.
+    """
+
+    def __init__(self, *values: str | int) -> None:
+        self.values = values
+
+    def holds(self, value: Any) -> bool:
+        """Whether the value is one of them."""
+        return value in self.values
+
+    def words(self, base: Any) -> str:
+        """The values as a message lists them."""
+        return f"one of {', '.join(map(str, self.values))}"
+
+    def schema(self) -> dict[str, Any]:
+        """The keyword of JSON schema that says the same."""
+        return {"enum": list(self.values)}
+
+
+@dataclass(frozen=True, slots=True)
+class Holds:
+    """A condition on one value that is neither a range nor a list.
+
+    Attributes:
+        test: Whether a value of the right type meets it.
+        text: What would be right.
+    """
+
+    test: Callable[[Any], bool]
+    text: str
+
+    def holds(self, value: Any) -> bool:
+        """Whether the value meets the condition."""
+        return self.test(value)
+
+    def words(self, base: Any) -> str:
+        """What would be right."""
+        return self.text
+
+    def schema(self) -> dict[str, Any]:
+        """JSON schema has no keyword for it."""
+        return {"$comment": self.text}
+
+
+Mark = Range | OneOf | Holds
+
+
+class Settings:
+    """Base of every table of settings: each field is checked against its annotation when the table is made.
+
+    Attributes:
+        TABLE: Dotted name of the table in TOML and on the command line; empty for the outermost one.
+
+    Raises:
+        ConfigurationError: A value is of another type or outside its range, or two settings do not go together.
+    """
+
+    __slots__ = ()
+    TABLE: ClassVar[str] = ""
+
+    def __post_init__(self) -> None:
+        for name, kind in kinds_of(type(self)).items():
+            value = getattr(self, name)
+            fit = fitted(self.dotted(name), value, kind)
+            if fit is not value:
+                # 1 where a float is declared, a list where a tuple is: kept in the one form in which it is written.
+                object.__setattr__(self, name, fit)
+        self.check()
+
+    def check(self) -> None:
+        """Refuse settings that do not go together.
+
+        Raises:
+            ConfigurationError: Naming one of them.
+        """
+
+    @classmethod
+    def dotted(cls, name: str) -> str:
+        """A field's name as TOML, flags and messages have it."""
+        return f"{cls.TABLE}.{name}" if cls.TABLE else name
+
+
+def _kinds_of(table: type) -> dict[str, Any]:
+    hints = get_type_hints(table, include_extras=True)
+    return {field.name: hints[field.name] for field in fields(table)}
+
+
+kinds_of: Callable[[type], dict[str, Any]] = cache(_kinds_of)
+"""The annotation of each field of a dataclass, with its marks, in the order of their declaration."""
+
+
+def parts_of(kind: Any) -> tuple[Any, tuple[Mark, ...]]:
+    """An annotation without its marks, and the marks."""
+    if get_origin(kind) is not Annotated:
+        return kind, ()
+    base, *marks = get_args(kind)
+    return base, tuple(mark for mark in marks if isinstance(mark, Mark))
+
+
+def optional_of(base: Any) -> Any:
+    """What stands beside None in an annotation; None where there is no None in it."""
+    if get_origin(base) not in (Union, types.UnionType):
+        return None
+    (inner,) = [kind for kind in get_args(base) if kind is not type(None)]
+    return inner
+
+
+def accepted_by(kind: Any) -> str:
+    """What would be right, as a message says it."""
+    base, marks = parts_of(kind)
+    if marks:
+        return marks[0].words(base)
+    if (inner := optional_of(base)) is not None:
+        return accepted_by(inner)
+    origin, items = get_origin(base) or base, get_args(base)
+    if origin is tuple:
+        return f"a list, each {accepted_by(items[0])}" if items[-1] is ... else f"a list of {len(items)} numbers"
+    names = {float: "a finite number", int: "a whole number", str: "a text", bool: "true or false"}
+    return names.get(origin, "a table")
+
+
+def fitted(name: str, value: Any, kind: Any) -> Any:
+    """A value in the form in which a setting of that kind holds it: 1.0 for 1, a tuple for a list.
+
+    Args:
+        name: Dotted name of the setting, for messages.
+        value: From TOML, JSON, a flag or Python.
+        kind: The annotation.
+
+    Raises:
+        ConfigurationError: It is of another type, or outside the range.
+    """
+    base, marks = parts_of(kind)
+    if (inner := optional_of(base)) is not None:
+        return None if value is None else fitted(name, value, inner)
+    origin, items = get_origin(base) or base, get_args(base)
+    if not _is_a(value, origin, items):
+        raise ConfigurationError(name, value, accepted_by(kind))
+    if origin is float:
+        value = float(value)
+    elif origin is tuple:
+        each = items[:1] * len(value) if items[-1] is ... else items
+        found = tuple(fitted(f"{name}[{n}]", item, each[n]) for n, item in enumerate(value))
+        # Equal is not enough: 1 is equal to 1.0, and is to become it.
+        value = value if isinstance(value, tuple) and all(map(operator.is_, value, found)) else found
+    elif origin is dict:
+        value = {str(key): fitted(f"{name}.{key}", item, items[1]) for key, item in value.items()}
+    for mark in marks:
+        if not mark.holds(value):
+            raise ConfigurationError(name, value, mark.words(base) + _suggestion(value, mark))
+    return value
+
+
+def _suggestion(value: Any, mark: Mark) -> str:
+    if not isinstance(mark, OneOf) or not isinstance(value, str):
+        return ""
+    near = difflib.get_close_matches(value, map(str, mark.values), n=1, cutoff=0.5)
+    return f"; did you mean {near[0]}?" if near else ""
+
+
+def _is_a(value: Any, origin: Any, items: tuple[Any, ...]) -> bool:
+    if origin is float:
+        return isinstance(value, (int, float)) and not isinstance(value, bool) and _finite(value)
+    if origin is int:
+        return isinstance(value, int) and not isinstance(value, bool)
+    if origin is tuple:
+        return isinstance(value, (tuple, list)) and (items[-1] is ... or len(items) == len(value))
+    return isinstance(value, Mapping if origin is dict else origin)
+
+
+def _finite(value: float) -> bool:
+    try:
+        return isfinite(value)
+    except OverflowError:
+        # A whole number beyond every float.
+        return False
