@@ -25,7 +25,7 @@ import numpy as np
 from palpate.adapters.config.run import PerceptionConfig, RunConfig, scenario
 from palpate.adapters.experiments.build import build_perception, build_task
 from palpate.adapters.experiments.policies import comparator, learning_policy
-from palpate.adapters.experiments.statistics import bootstrap_interval
+from palpate.adapters.experiments.statistics import quantile_interval, shown_interval
 from palpate.adapters.experiments.trial import run_scored_trial
 from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.core.automata.choice import ExtractionSettings
@@ -135,9 +135,9 @@ def main() -> None:
     print(f"\n{options.scenario}, {options.seeds} seeds, {options.trials} trials each; means of the last {LAST} trials")
     for memory, every in gathered.items():
         means = [float(times[-LAST:].mean()) for times, _, _ in every]
-        low, high = bootstrap_interval(means, 0.5)
+        median_s = shown_interval(float(np.median(means)), *(quantile_interval(means, 0.5) or (None, None)))
         wins = np.mean([own[-LAST:].mean() for _, own, _ in every])
-        print(f"{memory:<12} median {np.median(means):.2f} s ({low:.2f} to {high:.2f}), success {wins:.1%}")
+        print(f"{memory:<12} median {median_s} s, success {wins:.1%}")
 
 
 if __name__ == "__main__":

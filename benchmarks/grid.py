@@ -24,10 +24,10 @@ from pathlib import Path
 import numpy as np
 
 from palpate.adapters.experiments.grid.learning import GridLearning, learn
-from palpate.adapters.experiments.grid.report import Score, mean_interval
+from palpate.adapters.experiments.grid.report import Score
 from palpate.adapters.experiments.grid.states import Named
 from palpate.adapters.experiments.grid.worlds import bounds_of, grid_named
-from palpate.adapters.experiments.statistics import bootstrap_interval
+from palpate.adapters.experiments.statistics import mean_with_interval, quantile_interval
 from palpate.core.policy.base import COMPASS_NAMES
 from palpate.simulation.grid.maps import GridMap
 from palpate.simulation.grid.memoryless import best_fixed_actions
@@ -84,9 +84,9 @@ def line(scores: list[Score]) -> dict[str, object]:
     last = [score.last for score in scores]
     return {
         "mean": round(float(np.mean(last)), 3),
-        "mean_95": [round(v, 3) for v in mean_interval(last)],
+        "mean_95": [None if v is None else round(v, 3) for v in mean_with_interval(last)[1:]],
         "median": round(float(np.median(last)), 3),
-        "median_95": [round(v, 3) for v in bootstrap_interval(last, 0.5)],
+        "median_95": [round(v, 3) for v in quantile_interval(last, 0.5) or ()],
         "min_max": [min(last), max(last)],
         "first_100": round(float(np.mean([score.first for score in scores])), 2),
         "goal_reached": round(float(np.mean([score.reached for score in scores])), 4),

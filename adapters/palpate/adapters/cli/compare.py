@@ -18,7 +18,7 @@ from palpate.adapters.experiments.capture_width import capture_half_width_m
 from palpate.adapters.experiments.evaluation import ChosenPolicy
 from palpate.adapters.experiments.policies import COMPARATORS
 from palpate.adapters.experiments.results import RunFolder
-from palpate.adapters.experiments.statistics import summary_of
+from palpate.adapters.experiments.statistics import shown_interval, summary_of
 from palpate.adapters.experiments.training import run_toml
 from palpate.adapters.log.trial_recorder import LOG_FOLDER, TrialRecorder
 from palpate.core.errors import require_in
@@ -68,7 +68,7 @@ def compare(options: CompareOptions) -> int:
 
 
 def comparison_table(summaries: Mapping[str, Mapping[str, Any]]) -> str:
-    """Success, times and forces, one strategy a line, intervals in brackets (95 %)."""
+    """Success, times and forces, one strategy a line; intervals (95 %) in brackets, where one can be stated."""
     head = ("policy", "success", "median s", "95th percentile s", "peak N")
     lines = [head]
     for name, s in summaries.items():
@@ -76,8 +76,8 @@ def comparison_table(summaries: Mapping[str, Mapping[str, Any]]) -> str:
             (
                 name,
                 f"{s['success']:.0%} [{s['success_95'][0]:.0%}, {s['success_95'][1]:.0%}]",
-                f"{s['median_s']:.2f} [{s['median_95_s'][0]:.2f}, {s['median_95_s'][1]:.2f}]",
-                f"{s['p95_s']:.2f} [{s['p95_95_s'][0]:.2f}, {s['p95_95_s'][1]:.2f}]",
+                shown_interval(s["median_s"], *s["median_95_s"]),
+                shown_interval(s["p95_s"], *s["p95_95_s"]),
                 f"{s['peak_force_N']:.1f}",
             )
         )

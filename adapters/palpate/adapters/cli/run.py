@@ -22,7 +22,7 @@ from palpate.adapters.experiments.evaluation import (
 from palpate.adapters.experiments.learning_curve import learning_curve
 from palpate.adapters.experiments.policies import COMPARATORS
 from palpate.adapters.experiments.results import RunFolder, TrialRow, next_free_folder
-from palpate.adapters.experiments.run_summary import policy_summary
+from palpate.adapters.experiments.statistics import policy_summary
 from palpate.adapters.experiments.training import run_toml
 from palpate.adapters.experiments.trial import ScoredTrial
 from palpate.adapters.experiments.warm_up import warm_up

@@ -18,8 +18,7 @@ from palpate.adapters.experiments.fitting import configured_perception, fitted_p
 from palpate.adapters.experiments.learning_curve import learning_curve
 from palpate.adapters.experiments.policies import learning_policy, loaded_policy, perception_of
 from palpate.adapters.experiments.results import RunFolder
-from palpate.adapters.experiments.run_summary import training_summary
-from palpate.adapters.experiments.statistics import WINDOW, moving_average
+from palpate.adapters.experiments.statistics import WINDOW, moving_average, training_summary
 from palpate.adapters.experiments.training import Checkpoint, Trainer, checkpoint_perception, resume_from, run_toml
 from palpate.adapters.experiments.trial import ScoredTrial
 from palpate.adapters.experiments.warm_up import warm_up

@@ -1,17 +1,27 @@
-"""Summaries of trials: what a table or a ``summary.json`` says about them."""
+"""Figures about trials for tables and ``summary.json``, and intervals of 95 % around them.
+
+scipy.stats takes a second to import and is imported where an interval is made.
+"""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from math import sqrt
-from typing import Any
+from math import isfinite
+from typing import Any, Final, TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 
+from palpate.adapters.config.run import RunConfig
 from palpate.adapters.experiments.results import TrialRow
+from palpate.core.insertion.frame import reachable_share
 
-WINDOW = 25
+Array: TypeAlias = npt.NDArray[np.float64]
+
+LEVEL: Final = 0.95
+
+WINDOW: Final = 25
 """Trials in the moving average, as in the paper's figure 5."""
 
 
@@ -21,42 +31,90 @@ def moving_average(values: Sequence[float], window: int = WINDOW) -> list[float]
     return [float((sums[i + 1] - sums[max(0, i + 1 - window)]) / min(i + 1, window)) for i in range(len(values))]
 
 
-def wilson_interval(successes: int, trials: int, z: float = 1.96) -> tuple[float, float]:
-    """Wilson score interval of a share, 95 % by default."""
+def wilson_interval(successes: int, trials: int) -> tuple[float, float]:
+    """Wilson's score interval of a share; from 0 to 1 where there was no trial."""
+    from scipy.stats import binomtest
+
     if trials == 0:
         return 0.0, 1.0
-    share = successes / trials
-    centre = (share + z * z / (2 * trials)) / (1 + z * z / trials)
-    half = z / (1 + z * z / trials) * sqrt(share * (1 - share) / trials + z * z / (4 * trials * trials))
-    return max(0.0, centre - half), min(1.0, centre + half)
+    found = binomtest(successes, trials).proportion_ci(LEVEL, method="wilson")
+    return float(found.low), float(found.high)
 
 
-def bootstrap_interval(
-    values: Sequence[float], quantile: float, draws: int = 2000, level: float = 0.95
-) -> tuple[float, float]:
-    """Percentile bootstrap interval of a quantile; fixed seed, because it describes the data and nothing else."""
+def quantile_interval(values: Sequence[float], quantile: float) -> tuple[float, float] | None:
+    """The interval of a quantile that ends at two of the values, chosen by exact binomial chances.
+
+    It holds for any distribution, and covers the true quantile with at least 95 %; the bootstrap does not (``python
+    benchmarks/intervals.py`` compares them).
+
+    Returns:
+        None where there are too few values for such an interval: fewer than 6 for the median, fewer than 72 for the
+        95th percentile.
+    """
+    from scipy.stats import quantile_test
+
+    if not values:
+        return None
+    found = quantile_test(np.asarray(values, dtype=float), p=quantile).confidence_interval(LEVEL)
+    low, high = float(found.low), float(found.high)
+    return (low, high) if isfinite(low) and isfinite(high) else None
+
+
+def t_half_width(values: Array) -> Array:
+    """Half the width of Student's t interval of the mean over the first axis.
+
+    Rather than the bootstrap, because seeds are few: three values resampled never leave the range of the three, and
+    intervals made of that are far too narrow.
+
+    Args:
+        values: Independent values, (n, ...), n at least 2.
+
+    Returns:
+        Shape of one of them.
+    """
+    from scipy.stats import t
+
+    count = len(values)
+    if count < 2:
+        raise ValueError("an interval needs at least two values")
+    factor = float(t.ppf((1.0 + LEVEL) / 2.0, count - 1)) / count**0.5
+    half: Array = factor * np.std(values, axis=0, ddof=1)
+    return half
+
+
+def mean_with_interval(values: Sequence[float]) -> tuple[float, float | None, float | None]:
+    """Mean of independent values and Student's t interval; None twice where there is only one value.
+
+    Times and steps are never below zero, so the lower end is cut off there.
+    """
     data = np.asarray(values, dtype=float)
-    if len(data) == 0:
-        # Not NaN: JSON has none, and a run that ended before its first trial has a summary too.
-        return 0.0, 0.0
-    rng = np.random.default_rng(0)
-    estimates = np.quantile(rng.choice(data, size=(draws, len(data))), quantile, axis=1)
-    low, high = np.quantile(estimates, [(1 - level) / 2, (1 + level) / 2])
-    return float(low), float(high)
+    mean = float(data.mean())
+    if len(data) < 2:
+        return mean, None, None
+    half = float(t_half_width(data))
+    return mean, max(0.0, mean - half), mean + half
+
+
+def shown_interval(value: float, low: float | None, high: float | None) -> str:
+    """A value with its interval in brackets, or with none stated."""
+    return f"{value:.2f}" if low is None or high is None else f"{value:.2f} [{low:.2f}, {high:.2f}]"
 
 
 def summary_of(rows: Sequence[TrialRow]) -> dict[str, Any]:
-    """Figures over all trials of a run; times count failures with the time they took."""
+    """Figures over all trials of a run; times count failures with the time they took.
+
+    Where no interval can be stated, both its ends are None.
+    """
     times = [row.exploration_time_s for row in rows]
     successes = sum(row.success for row in rows)
     return {
         "trials": len(rows),
         "success": _share(successes, len(rows)),
-        "success_95": [round(v, 4) for v in wilson_interval(successes, len(rows))],
+        "success_95": _ends(wilson_interval(successes, len(rows))),
         "median_s": _rounded(times, 0.5),
-        "median_95_s": [round(v, 4) for v in bootstrap_interval(times, 0.5)],
+        "median_95_s": _ends(quantile_interval(times, 0.5)),
         "p95_s": _rounded(times, 0.95),
-        "p95_95_s": [round(v, 4) for v in bootstrap_interval(times, 0.95)],
+        "p95_95_s": _ends(quantile_interval(times, 0.95)),
         "peak_force_N": round(max((row.peak_force_N for row in rows), default=0.0), 3),
         "outcomes": {name: sum(row.outcome == name for row in rows) for name in sorted({r.outcome for r in rows})},
         "marked": sum(bool(row.marked) for row in rows),
@@ -79,10 +137,38 @@ def learning_summary(rows: Sequence[TrialRow]) -> dict[str, Any]:
     return windows
 
 
+def training_summary(config: RunConfig, rows: Sequence[TrialRow], trials: int) -> dict[str, Any]:
+    """Figures of a training run of which so many trials were asked."""
+    return {
+        "scenario": config.scenario,
+        "arm": config.arm,
+        "seed": config.seed,
+        "finished": len(rows) >= trials,
+        **summary_of(rows),
+        "learning": learning_summary(rows),
+        "holes_inside_area": round(reachable_share(config.task, config.cell.hole_uncertainty_mm), 4),
+    }
+
+
+def policy_summary(config: RunConfig, policy: str, rows: Sequence[TrialRow], trials: int) -> dict[str, Any]:
+    """Figures of a run of a policy that does not learn."""
+    return {
+        "policy": policy,
+        "scenario": config.scenario,
+        "arm": config.arm,
+        **summary_of(rows),
+        "finished": len(rows) == trials,
+    }
+
+
 def _reasons(rows: Sequence[TrialRow]) -> dict[str, int]:
     """How many trials each objection to their timing fell on; a trial may have several."""
     reasons = (reason.partition(" (")[0] for row in rows for reason in row.marked.split("; ") if reason)
     return dict(sorted(Counter(reasons).items()))
+
+
+def _ends(interval: tuple[float, float] | None) -> list[float | None]:
+    return [None, None] if interval is None else [round(end, 4) for end in interval]
 
 
 def _share(part: int, whole: int) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
-from math import comb, inf
+from math import comb
 
 import numpy as np
 import pytest
@@ -13,9 +13,10 @@ from hypothesis import strategies as st
 
 from palpate.adapters.cli.notices import marked_line
 from palpate.adapters.experiments.statistics import (
-    bootstrap_interval,
     learning_summary,
     moving_average,
+    quantile_interval,
+    shown_interval,
     summary_of,
     wilson_interval,
 )
@@ -43,28 +44,33 @@ def test_wilson_interval(successes: int, trials: int, low: float, high: float) -
     assert wilson_interval(successes, trials) == pytest.approx((low, high), abs=1e-4)
 
 
-def test_bootstrap_of_the_median_agrees_with_order_statistics() -> None:
-    values = np.random.default_rng(1).exponential(2.0, 101)
-    low, high = bootstrap_interval(list(values), 0.5)
-    # Distribution-free: the median lies between two order statistics with at least 95 %.
-    chance = [comb(101, k) / 2**101 for k in range(102)]
-    rank = max(k for k in range(50) if sum(chance[k : 101 - k + 1]) >= 0.95)
-    ordered = np.sort(values)
-    assert low == pytest.approx(ordered[rank - 1], abs=0.15)
-    assert high == pytest.approx(ordered[101 - rank], abs=0.15)
-    assert low < np.median(values) < high
+@pytest.mark.parametrize("quantile", [0.5, 0.95])
+def test_an_interval_of_a_quantile_ends_at_the_order_statistics_of_exact_binomial_chances(quantile: float) -> None:
+    count = 101
+    values = list(np.random.default_rng(1).exponential(2.0, count))
+    interval = quantile_interval(values, quantile)
+    assert interval is not None
+    ranks = np.searchsorted(np.sort(values), interval) + 1
+    # The quantile lies between the values of ranks r and s when at least r and fewer than s values are below it.
+    chance = [comb(count, k) * quantile**k * (1 - quantile) ** (count - k) for k in range(count + 1)]
+    assert sum(chance[ranks[0] : ranks[1]]) >= 0.95
+    assert sum(chance[ranks[0] + 1 : ranks[1]]) < 0.975
+    assert sum(chance[ranks[0] : ranks[1] - 1]) < 0.975
 
 
-def test_bootstrap_depends_on_the_data_alone() -> None:
-    values = [0.3, 1.2, 0.8, 4.0, 2.2]
-    assert bootstrap_interval(values, 0.95) == bootstrap_interval(values, 0.95)
-    assert bootstrap_interval([2.0] * 9, 0.95) == (2.0, 2.0)
+@pytest.mark.parametrize(("quantile", "fewest"), [(0.5, 6), (0.95, 72)])
+def test_no_interval_is_stated_where_there_are_too_few_values(quantile: float, fewest: int) -> None:
+    values = [float(n) for n in range(fewest)]
+    interval = quantile_interval(values, quantile)
+    assert interval is not None
+    assert interval[1] == values[-1]
+    assert quantile_interval(values[1:], quantile) is None
+    assert quantile_interval([], quantile) is None
 
 
-def test_bootstrap_interval_narrows_with_more_data() -> None:
-    values = np.random.default_rng(2).exponential(2.0, 400)
-    widths = [high - low for low, high in (bootstrap_interval(list(values[:n]), 0.5) for n in (25, 400))]
-    assert widths[1] < 0.5 * widths[0]
+def test_an_interval_is_shown_where_there_is_one() -> None:
+    assert shown_interval(1.234, 1.0, 2.0) == "1.23 [1.00, 2.00]"
+    assert shown_interval(1.234, None, None) == "1.23"
 
 
 def test_summary_counts_failures_with_their_time() -> None:
@@ -77,9 +83,14 @@ def test_summary_counts_failures_with_their_time() -> None:
     assert summary["p95_s"] == pytest.approx(18.3)
     assert summary["peak_force_N"] == 9.5
     assert summary["outcomes"] == {"inserted": 2, "time limit": 1}
-    for interval in ("success_95", "median_95_s", "p95_95_s"):
-        low, high = summary[interval]
-        assert -inf < low <= high < inf
+    assert summary["success_95"] == [0.2077, 0.9385]
+    assert summary["median_95_s"] == summary["p95_95_s"] == [None, None]
+
+
+def test_summary_states_intervals_that_hold() -> None:
+    summary = summary_of(trial_rows(*range(1, 73)))
+    assert summary["median_95_s"] == [28.0, 45.0]
+    assert summary["p95_95_s"] == [64.0, 72.0]
 
 
 def test_summary_of_no_trials_is_plain_json() -> None:

@@ -16,6 +16,7 @@ import numpy as np
 
 from palpate.adapters.experiments.grid.learning import LearningRun
 from palpate.adapters.experiments.grid.worlds import Bounds
+from palpate.adapters.experiments.statistics import mean_with_interval
 from palpate.simulation.grid.chain import expected_steps, greedy
 from palpate.simulation.grid.maps import GridMap
 from palpate.simulation.grid.trial import STEP_LIMIT
@@ -60,14 +61,6 @@ class Score:
         )
 
 
-def mean_interval(values: Sequence[float], draws: int = 2000, level: float = 0.95) -> tuple[float, float]:
-    """Percentile bootstrap interval of a mean; fixed seed, because it describes the data and nothing else."""
-    data = np.asarray(values, dtype=float)
-    means = np.random.default_rng(0).choice(data, size=(draws, len(data))).mean(axis=1)
-    low, high = np.quantile(means, [(1 - level) / 2, (1 + level) / 2])
-    return float(low), float(high)
-
-
 def score_table(scores: Sequence[Score], bounds: Bounds, trials: int) -> str:
     """A line for each run, their mean, and what is possible."""
     count = min(LAST, trials)
@@ -90,11 +83,11 @@ def score_table(scores: Sequence[Score], bounds: Bounds, trials: int) -> str:
 
 
 def summary(scores: Sequence[Score], bounds: Bounds) -> dict[str, Any]:
-    """The same as plain values, with intervals over runs (95 %)."""
-    last = [score.last for score in scores]
+    """The same as plain values, with Student's t interval over runs (95 %); a single run has none."""
+    mean, *ends = mean_with_interval([score.last for score in scores])
     return {
-        "mean_last": round(_mean(last), 4),
-        "mean_last_95": [round(value, 4) for value in mean_interval(last)],
+        "mean_last": round(mean, 4),
+        "mean_last_95": [None if end is None else round(end, 4) for end in ends],
         "mean_first": round(_mean([score.first for score in scores]), 4),
         "reached_last": round(_mean([score.reached for score in scores]), 4),
         "greedy_exact": round(_mean([score.greedy for score in scores]), 4),

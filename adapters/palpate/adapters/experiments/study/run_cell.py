@@ -25,7 +25,7 @@ from palpate.adapters.experiments.fitting import configured_perception, fitted_p
 from palpate.adapters.experiments.learning_curve import learning_curve
 from palpate.adapters.experiments.policies import learning_policy
 from palpate.adapters.experiments.results import RunFolder
-from palpate.adapters.experiments.run_summary import policy_summary, training_summary
+from palpate.adapters.experiments.statistics import policy_summary, training_summary
 from palpate.adapters.experiments.study.cell import CELL_FILE, LEARN, StudyCell
 from palpate.adapters.experiments.study.fields import configured
 from palpate.adapters.experiments.training import Trainer, run_toml

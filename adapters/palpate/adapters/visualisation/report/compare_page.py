@@ -5,8 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Final
 
+from palpate.adapters.experiments.statistics import shown_interval
 from palpate.adapters.log.trial_recorder import LOG_FOLDER
-from palpate.adapters.visualisation.report.compare_pictures import Interval, Strategy, strategies_picture
+from palpate.adapters.visualisation.report.compare_pictures import Strategy, strategies_picture
 from palpate.adapters.visualisation.report.files import is_there, number, read_json, read_run_toml, read_table
 from palpate.adapters.visualisation.report.logs import logs_in
 from palpate.adapters.visualisation.report.page import Page, PageSection, PageTable, share
@@ -14,9 +15,10 @@ from palpate.adapters.visualisation.report.run_page import log_sections, setting
 from palpate.core.errors import OutputError
 
 _NUMBERS: Final = (
-    "success", "success_low", "success_high", "median_s", "median_s_low", "median_s_high", "p95_s", "p95_s_low",
-    "p95_s_high", "peak_force_N",
+    "success", "success_low", "success_high", "median_s", "p95_s", "peak_force_N",
 )  # fmt: skip
+_ENDS: Final = ("median_s_low", "median_s_high", "p95_s_low", "p95_s_high")
+"""Empty where no interval can be stated."""
 _MOST_FORCES: Final = 8
 
 
@@ -33,7 +35,7 @@ def compare_page(folder: Path, title: str, *, logs: bool) -> Page:
         LogError: A log is.
     """
     path = folder / "compare.csv"
-    rows = read_table(path, ("policy", "trials", *_NUMBERS))
+    rows = read_table(path, ("policy", "trials", *_NUMBERS, *_ENDS))
     if not rows:
         raise OutputError(str(path), "holds no strategy", "let palpate compare finish")
     strategies = [_strategy(path, row) for row in rows]
@@ -63,11 +65,15 @@ def compare_page(folder: Path, title: str, *, logs: bool) -> Page:
 
 
 def _side_by_side(strategies: list[Strategy], rows: list[dict[str, str]]) -> PageSection:
-    caption = "Bars: 95 % intervals over trials, Wilson's of success, bootstrapped of times."
+    caption = (
+        "Bars: 95 % intervals over trials, Wilson's of success, by order statistics of times, where there are enough."
+    )
     head = ("policy", "success", "median [s]", "95th percentile [s]", "peak force [N]", "trials")
     lines = tuple(
-        (s.label, _cell(s.success, percent=True), _cell(s.time_s), _cell(s.slow_s), f"{float(row['peak_force_N']):.1f}",
-         row["trials"])
+        (
+            s.label, "{} [{}, {}]".format(*map(share, s.success)), shown_interval(*s.time_s),
+            shown_interval(*s.slow_s), f"{float(row['peak_force_N']):.1f}", row["trials"],
+        )
         for s, row in zip(strategies, rows, strict=True)
     )  # fmt: skip
     table = PageTable("Brackets: 95 % intervals", head, lines)
@@ -78,16 +84,12 @@ def _side_by_side(strategies: list[Strategy], rows: list[dict[str, str]]) -> Pag
 def _strategy(path: Path, row: dict[str, str]) -> Strategy:
     try:
         v = {name: number(row[name]) for name in _NUMBERS}
+        ends = {name: number(row[name]) if row[name] else None for name in _ENDS}
     except ValueError as error:
         raise OutputError(str(path), f"is damaged ({error})", "let palpate compare run again") from error
     return Strategy(
         row["policy"],
         (v["success"], v["success_low"], v["success_high"]),
-        (v["median_s"], v["median_s_low"], v["median_s_high"]),
-        (v["p95_s"], v["p95_s_low"], v["p95_s_high"]),
+        (v["median_s"], ends["median_s_low"], ends["median_s_high"]),
+        (v["p95_s"], ends["p95_s_low"], ends["p95_s_high"]),
     )
-
-
-def _cell(interval: Interval, *, percent: bool = False) -> str:
-    middle, low, high = (share(value) if percent else f"{value:.2f}" for value in interval)
-    return f"{middle} [{low}, {high}]"

@@ -9,8 +9,8 @@ from typing import Any
 from palpate.adapters.visualisation.report.canvas import COLOURS, drawn
 from palpate.adapters.visualisation.report.page import Picture, share
 
-Interval = tuple[float, float, float]
-"""Value, lower and upper end."""
+Interval = tuple[float, float | None, float | None]
+"""Value, lower and upper end; None twice where no interval can be stated."""
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class Strategy:
     """
 
     label: str
-    success: Interval
+    success: tuple[float, float, float]
     time_s: Interval
     slow_s: Interval
 
@@ -59,5 +59,6 @@ def strategies_picture(name: str, strategies: Sequence[Strategy], caption: str) 
 
 def _bar(axes: Any, place: float, interval: Interval, colour: str, mark: str, label: str | None = None) -> None:
     middle, low, high = interval
-    axes.hlines(place, low, high, color=colour, linewidth=2.0)
+    if low is not None:
+        axes.hlines(place, low, high, color=colour, linewidth=2.0)
     axes.plot([middle], [place], mark, color=colour, markersize=6, label=label)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from palpate.adapters.experiments.results import TrialRow
-from palpate.adapters.experiments.statistics import summary_of
+from palpate.adapters.experiments.statistics import shown_interval, summary_of
 from palpate.adapters.log.reader import TrialLog
 from palpate.adapters.visualisation.report.automaton_section import automaton_section, machine_in
 from palpate.adapters.visualisation.report.files import is_there, read_text
@@ -149,20 +149,19 @@ def _figures(run: RunSource) -> PageSection:
     for name, part in groups:
         told = summary_of(part)
         low, high = told["success_95"]
-        median_low, median_high = told["median_95_s"]
         mean_s = sum(row.exploration_time_s for row in part) / len(part)
         rows.append(
             (
                 name,
                 f"{share(told['success'])} [{share(low)}, {share(high)}]",
                 f"{mean_s:.2f}",
-                f"{told['median_s']:.2f} [{median_low:.2f}, {median_high:.2f}]",
+                shown_interval(told["median_s"], *told["median_95_s"]),
                 f"{told['p95_s']:.2f}",
                 f"{told['peak_force_N']:.1f}",
             )
         )
     head = ("trials", "success", "mean [s]", "median [s]", "95th percentile [s]", "peak force [N]")
-    caption = "Brackets: 95 % intervals, Wilson's of success, bootstrapped of medians"
+    caption = "Brackets: 95 % intervals, Wilson's of success, by order statistics of medians (none below 6 trials)"
     outcomes = summary_of(run.rows)["outcomes"]
     text = "Outcomes: " + ", ".join(f"{count} {name}" for name, count in outcomes.items()) + "."
     return PageSection("In figures", (text,), (PageTable(caption, head, tuple(rows)),))

@@ -5,9 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, Final
 
-from palpate.adapters.experiments.statistics import wilson_interval
+from palpate.adapters.experiments.statistics import mean_with_interval, shown_interval, wilson_interval
 from palpate.adapters.visualisation.report.automaton_section import automaton_section, machine_in
-from palpate.adapters.visualisation.report.intervals import mean_with_interval
 from palpate.adapters.visualisation.report.learning_pictures import Axes, ReferenceLevel, learning_picture, window_of
 from palpate.adapters.visualisation.report.logs import logs_in
 from palpate.adapters.visualisation.report.page import (
@@ -143,7 +142,7 @@ def _figures(study: StudySource) -> PageSection:
         told = _summary(cells)
         fields = [shown_value(cells[0].fields[name]) for name in swept]
         mean, low, high = mean_with_interval([_mean_s(cell) for cell in cells])
-        time = f"{mean:.2f}" if low is None else f"{mean:.2f} [{low:.2f}, {high:.2f}]"
+        time = shown_interval(mean, low, high)
         success = [share(float(told[name] or 0.0)) for name in ("success", "success_low", "success_high")]
         rows.append(
             (

@@ -9,11 +9,11 @@ from typing import Any, Final
 
 import numpy as np
 
+from palpate.adapters.experiments.statistics import Array
 from palpate.adapters.log.file import json_in
 from palpate.adapters.log.info import LATE_S, NS
 from palpate.adapters.log.reader import TrialLog
 from palpate.adapters.visualisation.report.canvas import COLOURS, drawn
-from palpate.adapters.visualisation.report.intervals import Array
 from palpate.adapters.visualisation.report.page import PageSection, PageTable, Picture, counted
 from palpate.core.ports.values import CONTROL_RATE_HZ
 

@@ -8,7 +8,7 @@ from palpate.adapters.visualisation.report.compare_pictures import Strategy, str
 def test_each_strategy_has_its_line() -> None:
     strategies = [
         Strategy("torque", (1.0, 0.9, 1.0), (0.8, 0.5, 1.2), (4.0, 3.0, 6.0)),
-        Strategy("random", (0.33, 0.1, 0.7), (20.0, 9.0, 20.0), (20.0, 20.0, 20.0)),
+        Strategy("random", (0.33, 0.1, 0.7), (20.0, 9.0, 20.0), (20.0, None, None)),
     ]
     two = strategies_picture("strategies", strategies, "caption")
     one = strategies_picture("strategies", strategies[:1], "caption")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from palpate.adapters.visualisation.report.intervals import mean_with_interval, t_half_width
+from palpate.adapters.experiments.statistics import mean_with_interval, t_half_width
 
 
 def test_three_values_by_hand() -> None:
