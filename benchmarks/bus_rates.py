@@ -10,9 +10,9 @@ from math import ceil
 import serial
 
 from palpate.simulation.emulators.lines.pty_server import PtyServer
-from palpate.simulation.emulators.lines.serial_line import LineTiming
+from palpate.simulation.emulators.lines.serial_line import LineSpeed
 from palpate.simulation.emulators.motors.plant import IdealPlant
-from palpate.simulation.emulators.nmc.bus import NmcBus
+from palpate.simulation.emulators.nmc.bus import NmcChain
 
 CYCLES = 200
 AXES = 6
@@ -26,7 +26,7 @@ class Case:
 
     label: str
     baud: int
-    timing: LineTiming
+    timing: LineSpeed
 
     def computed_Hz(self, bytes_per_exchange: int) -> float:
         """Six-axis cycles in a second that the line allows."""
@@ -39,12 +39,12 @@ class Case:
 
 
 NMC_CASES = (
-    Case("no line delay", 115_200, LineTiming(paced=False)),
-    Case("57600", 57_600, LineTiming()),
-    Case("115200", 115_200, LineTiming()),
-    Case("230400", 230_400, LineTiming()),
-    Case("115200, USB 1 ms", 115_200, LineTiming(usb_latency_s=0.001)),
-    Case("115200, USB 16 ms", 115_200, LineTiming(usb_latency_s=0.016)),
+    Case("no line delay", 115_200, LineSpeed(paced=False)),
+    Case("57600", 57_600, LineSpeed()),
+    Case("115200", 115_200, LineSpeed()),
+    Case("230400", 230_400, LineSpeed()),
+    Case("115200, USB 1 ms", 115_200, LineSpeed(usb_latency_s=0.001)),
+    Case("115200, USB 16 ms", 115_200, LineSpeed(usb_latency_s=0.016)),
 )
 
 
@@ -62,7 +62,7 @@ def _nmc_cycles_per_s(case: Case, cycles: int) -> tuple[float, int]:
     set_point = b"\x11" + struct.pack("<i", 0)
     frames = [_nmc_command(number, 0x4, set_point) for number in range(1, AXES + 1)]
     with (
-        PtyServer(NmcBus(IdealPlant()), case.timing) as server,
+        PtyServer(NmcChain(IdealPlant()), case.timing) as server,
         serial.Serial(server.path, baudrate=19_200, timeout=1.0) as port,
     ):
         for number in range(1, AXES + 1):

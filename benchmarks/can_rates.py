@@ -17,10 +17,10 @@ import can
 import numpy as np
 
 from palpate.simulation.emulators.jr3.can import Jr3CanNode
-from palpate.simulation.emulators.jr3.config import Jr3Config
+from palpate.simulation.emulators.jr3.sensor import Jr3Config
+from palpate.simulation.emulators.lines.can_bus import EmulatedCanBus, frame_bits
 from palpate.simulation.emulators.lines.can_bus_server import VirtualBusServer
-from palpate.simulation.emulators.lines.can_wire import CanWire, frame_bits
-from palpate.simulation.emulators.lines.slcan_server import SlcanServer
+from palpate.simulation.emulators.lines.slcan import SlcanServer
 
 NODES_AND_PERIODS_us = ((1, 7143), (1, 1000), (1, 500), (1, 300), (2, 1000), (4, 1000), (4, 500))
 DURATION_s = 3.0
@@ -39,24 +39,24 @@ class Rates:
     gap_max_ms: float
 
 
-def wire_of(nodes: int) -> CanWire:
+def wire_of(nodes: int) -> EmulatedCanBus:
     config = Jr3Config(boot_ns=0, eeprom_ns=0)
     load = (10.0, -5.0, 20.0, 0.1, -0.2, 0.3)
     devices = [
         Jr3CanNode(node, lambda _: load, config, generator=np.random.default_rng(node)) for node in range(1, nodes + 1)
     ]
-    return CanWire(devices, generator=np.random.default_rng(0))
+    return EmulatedCanBus(devices, generator=np.random.default_rng(0))
 
 
 @contextmanager
-def virtual(wire: CanWire) -> Iterator[can.BusABC]:
+def virtual(wire: EmulatedCanBus) -> Iterator[can.BusABC]:
     channel = f"rates-{uuid4()}"
     with can.Bus(interface="virtual", channel=channel) as bus, VirtualBusServer(wire, channel):
         yield bus
 
 
 @contextmanager
-def slcan(wire: CanWire) -> Iterator[can.BusABC]:
+def slcan(wire: EmulatedCanBus) -> Iterator[can.BusABC]:
     with (
         SlcanServer(wire, generator=np.random.default_rng(0)) as server,
         can.Bus(interface="slcan", channel=server.channel, bitrate=wire.bit_rate_Hz, sleep_after_open=0.0) as bus,

@@ -20,14 +20,13 @@ import can
 import numpy as np
 
 from palpate.drivers.cia402.arm import Cia402Arm
-from palpate.drivers.cia402.budget import BusBudget
 from palpate.drivers.cia402.link import CanLink
 from palpate.drivers.cia402.mailbox import ArmStatistics
-from palpate.drivers.cia402.settings import ArmSettings, JointDrive
+from palpate.drivers.cia402.settings import ArmSettings, BusBudget, JointDrive
 from palpate.simulation.emulators.cia402.node import CanopenDrive
+from palpate.simulation.emulators.lines.can_bus import EmulatedCanBus
 from palpate.simulation.emulators.lines.can_bus_server import VirtualBusServer
-from palpate.simulation.emulators.lines.can_wire import CanWire
-from palpate.simulation.emulators.lines.slcan_server import SlcanServer
+from palpate.simulation.emulators.lines.slcan import SlcanServer
 from palpate.simulation.emulators.motors.plant import IdealPlant
 
 NODES = (1, 2, 3, 4, 5, 6)
@@ -81,8 +80,8 @@ def _drives() -> list[CanopenDrive]:
     return [CanopenDrive(node, plant, axis) for axis, node in enumerate(NODES)]
 
 
-def _wire() -> CanWire:
-    return CanWire(_drives(), bit_rate_Hz=BITRATE, generator=np.random.default_rng(0))
+def _wire() -> EmulatedCanBus:
+    return EmulatedCanBus(_drives(), bit_rate_Hz=BITRATE, generator=np.random.default_rng(0))
 
 
 @contextmanager

@@ -16,10 +16,9 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
-from palpate.drivers.jr3.codec_can import CanDecoder, CanFrame, FrameKind
+from palpate.drivers.jr3.codec_can import CanDecoder, CanFrame, FrameKind, Reassembly
 from palpate.drivers.jr3.codec_uart import MAX_FRAME, UartParser
 from palpate.drivers.jr3.messages import Ack, Forces, FullScales, Message, Moments, Reading, Scaling
-from palpate.drivers.jr3.reassembly import PairJoiner
 from palpate.drivers.jr3.sampling import FrameCounter
 
 CORPUS = Path(__file__).parents[1] / "tests" / "fuzz"
@@ -50,7 +49,7 @@ def check_messages(messages: list[Message]) -> None:
 
 def can_once(data: bytes) -> list[Message]:
     """Frames of 3 bytes (kind and length, identifier) and a payload, through decoder and joiner."""
-    decoder, joiner = CanDecoder(1), PairJoiner()
+    decoder, joiner = CanDecoder(1), Reassembly()
     messages: list[Message] = []
     frames, at = 0, 0
     while at + 3 <= len(data):
@@ -99,8 +98,8 @@ def main() -> None:
     import atheris  # type: ignore[import-not-found, unused-ignore]
 
     once = CODECS[arguments.codec]
-    for function in (CanDecoder.decode, UartParser.feed, UartParser._frame_size, UartParser._ack_size, PairJoiner.add):  # noqa: SLF001
-        owner = {"decode": CanDecoder, "add": PairJoiner}.get(function.__name__, UartParser)
+    for function in (CanDecoder.decode, UartParser.feed, UartParser._frame_size, UartParser._ack_size, Reassembly.add):  # noqa: SLF001
+        owner = {"decode": CanDecoder, "add": Reassembly}.get(function.__name__, UartParser)
         setattr(owner, function.__name__, atheris.instrument_func(function))
     FrameCounter.accept = atheris.instrument_func(FrameCounter.accept)  # type: ignore[method-assign]
     with tempfile.TemporaryDirectory() as scratch:

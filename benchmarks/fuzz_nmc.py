@@ -74,12 +74,12 @@ def once(data: bytes) -> None:
     """All targets on one input; raises what the driver should not have raised."""
     # Imported here, so that atheris can instrument them first.
     from palpate.drivers.errors import DriverError
-    from palpate.drivers.nmc.frames import Item, find_frame
+    from palpate.drivers.nmc.frames import StatusItem, find_frame
     from palpate.drivers.nmc.replies import Reply, decode_reply, reply_size_bytes
     from palpate.drivers.zebra_zero.arm import ZebraZero
     from palpate.drivers.zebra_zero.counts import HOME_RAD
 
-    mask, raw = Item(data[0] if data else 0), data[1:]
+    mask, raw = StatusItem(data[0] if data else 0), data[1:]
     if isinstance(decode_reply(raw, mask), Reply):
         size = reply_size_bytes(mask)
         require(sum(raw[: size - 1]) & 0xFF == raw[size - 1], "an accepted reply has the right sum")

@@ -14,9 +14,8 @@ import pytest
 import serial
 
 from palpate.drivers.cia402 import mailbox
-from palpate.simulation.emulators.lines.can_frame import CanFrame, CanNode
-from palpate.simulation.emulators.lines.can_wire import CanWire
-from palpate.simulation.emulators.lines.serial_line import Emulator, LineTiming, SerialLine
+from palpate.simulation.emulators.lines.can_bus import BusFrame, CanNode, EmulatedCanBus
+from palpate.simulation.emulators.lines.serial_line import Emulator, LineSpeed, SerialLine
 from tests.virtual_time import VirtualCondition, VirtualTime
 
 _BUSY_GRAIN_NS, _GRAIN_NS = 100_000, 500_000
@@ -26,7 +25,7 @@ _SDO_WAIT_NS = 20_000_000
 class VirtualPort(Generic[Emulator]):
     """A serial port as of pyserial, with an emulated device at its far end."""
 
-    def __init__(self, clock: VirtualTime, emulator: Emulator, timing: LineTiming | None) -> None:
+    def __init__(self, clock: VirtualTime, emulator: Emulator, timing: LineSpeed | None) -> None:
         self.line = SerialLine(emulator, timing)
         self.baudrate = emulator.baud
         self.timeout: float | None = None
@@ -81,8 +80,8 @@ class VirtualCan:
     """A CAN bus with emulated nodes; hosts hear every frame of the nodes."""
 
     def __init__(self, clock: VirtualTime, nodes: Iterable[CanNode], **options: Any) -> None:
-        self.wire = CanWire(tuple(nodes), generator=np.random.default_rng(1), **options)
-        self.hosts: list[Callable[[CanFrame], object]] = []
+        self.wire = EmulatedCanBus(tuple(nodes), generator=np.random.default_rng(1), **options)
+        self.hosts: list[Callable[[BusFrame], object]] = []
         self._clock, self._next_ns = clock, 0
 
     def next_event_ns(self) -> int:
@@ -97,7 +96,7 @@ class VirtualCan:
 
     def send(self, identifier: int, data: bytes) -> None:
         now_ns = self._clock.now_ns()
-        self.wire.send(CanFrame(identifier, data), now_ns)
+        self.wire.send(BusFrame(identifier, data), now_ns)
         self._next_ns = min(self._next_ns, now_ns + _BUSY_GRAIN_NS)
 
 
@@ -107,7 +106,7 @@ class VirtualCanBus(can.BusABC):
     def __init__(self, bus: VirtualCan) -> None:
         super().__init__(None)
         self._bus = bus
-        self._heard: deque[CanFrame] = deque()
+        self._heard: deque[BusFrame] = deque()
         bus.hosts.append(self._heard.append)
 
     def send(self, msg: can.Message, timeout: float | None = None) -> None:
@@ -160,14 +159,14 @@ class VirtualNetwork:
             # canopen waits for the answer on a queue that knows no virtual time: it has to be there when it looks.
             answered = SimpleNamespace(count=0)
 
-            def count(frame: CanFrame) -> None:
+            def count(frame: BusFrame) -> None:
                 answered.count += frame.arbitration_id == can_id - 0x80
 
             self._bus.hosts.append(count)
             self._clock.wait_for(lambda: answered.count > 0, self._clock.now_ns() + _SDO_WAIT_NS)
             self._bus.hosts.remove(count)
 
-    def _hear(self, frame: CanFrame) -> None:
+    def _hear(self, frame: BusFrame) -> None:
         for callback in self.subscribers.get(frame.arbitration_id, []):
             callback(frame.arbitration_id, bytearray(frame.data), 0.0)
 
@@ -189,7 +188,7 @@ class VirtualDesk:
         condition = SimpleNamespace(Condition=lambda: VirtualCondition(self.clock))
         self._patch.setattr(mailbox, "threading", condition)
 
-    def serial(self, name: str, emulator: Emulator, timing: LineTiming | None = None) -> VirtualPort[Emulator]:
+    def serial(self, name: str, emulator: Emulator, timing: LineSpeed | None = None) -> VirtualPort[Emulator]:
         """Plug a device in at a serial port."""
         port = VirtualPort(self.clock, emulator, timing)
         self._ports[name] = port

@@ -13,7 +13,7 @@ from palpate.core.errors import ConfigurationError
 from palpate.core.motion.arm import arm_named
 from palpate.core.ports.contracts import ArmCommandContract, ArmCommandRig, JointEncoderContract, JointEncoderRig
 from palpate.simulation.emulators.cia402.node import CanopenDrive
-from palpate.simulation.emulators.motors.direct_motors import DirectMotors
+from palpate.simulation.emulators.motors.plant import DirectMotors
 from tests.virtual_lines import VirtualDesk
 from tests.virtual_time import VirtualTime
 

@@ -18,7 +18,7 @@ from palpate.core.ports.devices import ForceSensor
 from palpate.core.ports.lifecycle import Life
 from palpate.core.ports.values import Validity
 from palpate.simulation.emulators.jr3.can import Jr3CanNode
-from palpate.simulation.emulators.jr3.config import Jr3Config
+from palpate.simulation.emulators.jr3.sensor import Jr3Config
 from palpate.simulation.emulators.jr3.uart import UART_CONFIG, Jr3UartNode
 from tests.virtual_lines import VirtualDesk
 from tests.virtual_time import VirtualTime

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
-
-import pytest
 
 from palpate.adapters.hardware.watchdogs import (
     GuardedArm,
-    LoopWatchdog,
     OperatorSources,
     OperatorStop,
     WatchedArm,
@@ -38,16 +34,27 @@ LONG_NS = 20 * TICK_NS
 HOUR_NS = 3600 * 10**9
 
 
-class TestWatchedClock(ClockContract):
-    @pytest.fixture(autouse=True)
-    def watchdog(self) -> Iterator[None]:
-        clock = fake.FakeClock()
-        with LoopWatchdog(fake.make_arm(clock), clock, HOUR_NS) as self.loop:
-            yield
+class Counter:
+    """A watchdog of the loop that only counts."""
 
+    fed = 0
+
+    def feed(self) -> None:
+        self.fed += 1
+
+
+class TestWatchedClock(ClockContract):
     def make(self) -> ClockRig:
         rig = fake.TestFakeClock().make()
-        return replace(rig, clock=WatchedClock(rig.clock, [self.loop]))
+        return replace(rig, clock=WatchedClock(rig.clock, [Counter()]))
+
+
+def test_each_sleep_feeds() -> None:
+    counter = Counter()
+    clock = WatchedClock(fake.FakeClock(), [counter])
+    for tick in range(1, 50):
+        clock.sleep_until(tick * TICK_NS)
+    assert (clock.now_ns(), counter.fed) == (49 * TICK_NS, 49)
 
 
 class TestWatchedForceSensor(ForceSensorContract):
@@ -102,7 +109,7 @@ class TestGuardedArm(ArmCommandContract):
         rig = fake.TestFakeArm().make()
         operator = OperatorStop(rig.device, rig.clock, OperatorSources(keys=False, signal_number=None))
         arm = WatchedArm(rig.device, rig.clock, LONG_NS)
-        return replace(rig, device=GuardedArm(arm, [operator, LoopWatchdog(arm, rig.clock, LONG_NS)]))
+        return replace(rig, device=GuardedArm(arm, [operator]))
 
 
 def test_decorated_ports_are_their_ports() -> None:

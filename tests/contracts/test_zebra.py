@@ -11,7 +11,7 @@ from palpate.core.motion.arm import arm_named
 from palpate.core.ports.contracts import ArmCommandContract, ArmCommandRig, JointEncoderContract, JointEncoderRig
 from palpate.simulation.emulators.motors.gears import HOME_RAD
 from palpate.simulation.emulators.motors.plant import IdealPlant
-from palpate.simulation.emulators.nmc.bus import NmcBus
+from palpate.simulation.emulators.nmc.bus import NmcChain
 from tests.virtual_lines import VirtualDesk
 
 BAUD = 230_400
@@ -28,7 +28,7 @@ class Bench:
         self.desk = VirtualDesk()
         self.clock = self.desk.clock
         self.plant = IdealPlant()
-        self.bus = NmcBus(self.plant)
+        self.bus = NmcChain(self.plant)
         self.desk.serial("arm", self.bus)
         context = RigContext(self.clock, arm_named("zebra-zero"), LOWER, UPPER, (1.0,) * 6)
         table = {

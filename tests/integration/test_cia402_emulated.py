@@ -9,11 +9,11 @@ import pytest
 from palpate.drivers.cia402.arm import Cia402Arm
 from palpate.drivers.cia402.link import CanLink
 from palpate.drivers.cia402.measured import ArmState, Measured
-from palpate.drivers.cia402.object_dictionary import DriveState, Mode
+from palpate.drivers.cia402.object_dictionary import DriveState, OperationMode
 from palpate.drivers.cia402.settings import AppliedReason, ArmSettings, JointDrive
 from palpate.drivers.errors import DeviceFaultError, SilentError
 from palpate.simulation.emulators.cia402.node import CanopenDrive
-from palpate.simulation.emulators.cia402.state import PowerState
+from palpate.simulation.emulators.cia402.servo import PowerState
 from palpate.simulation.emulators.motors.plant import IdealPlant
 from tests.virtual_lines import VirtualDesk
 
@@ -32,7 +32,7 @@ class Cell:
         self.link = CanLink.open(interface="socketcan", channel="can0", bitrate=1_000_000)
         self.clock.sleep(0.05)
 
-    def arm(self, mode: Mode = Mode.CSP, watchdog_ms: int = 100) -> Cia402Arm:
+    def arm(self, mode: OperationMode = OperationMode.CSP, watchdog_ms: int = 100) -> Cia402Arm:
         joints = tuple(
             JointDrive(node=node, counts_per_rad=SCALE, lower_rad=-1.0, upper_rad=1.0, velocity_rad_per_s=1.0)
             for node in NODES
@@ -56,8 +56,8 @@ def cell() -> Iterator[Cell]:
         yield Cell(desk)
 
 
-@pytest.mark.parametrize("mode", list(Mode))
-def test_six_drives_move_and_stop(cell: Cell, mode: Mode) -> None:
+@pytest.mark.parametrize("mode", list(OperationMode))
+def test_six_drives_move_and_stop(cell: Cell, mode: OperationMode) -> None:
     for axis in range(6):
         cell.plant.set_motor_counts(axis, 100.0 * axis)
     arm = cell.arm(mode)
@@ -112,7 +112,7 @@ def test_faults_stop_the_arm_until_acknowledged(
 
 
 def test_a_host_that_dies_leaves_an_arm_at_rest(cell: Cell) -> None:
-    arm = cell.arm(Mode.CSV)
+    arm = cell.arm(OperationMode.CSV)
     cell.run(arm, (0.3,) * 6, 20)
     cell.clock.sleep(0.2)
     assert {drive.machine.state for drive in cell.drives} == {PowerState.QUICK_STOP}

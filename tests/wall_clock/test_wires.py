@@ -24,19 +24,18 @@ from palpate.core.ports.lifecycle import Life
 from palpate.core.ports.values import CommandReason, JointCommand, Validity
 from palpate.drivers.cia402.link import CanLink
 from palpate.simulation.emulators.cia402.node import CanopenDrive
-from palpate.simulation.emulators.cia402.state import PowerState
+from palpate.simulation.emulators.cia402.servo import PowerState
 from palpate.simulation.emulators.jr3 import uart as jr3_uart
 from palpate.simulation.emulators.jr3.can import Jr3CanNode
-from palpate.simulation.emulators.jr3.config import Jr3Config
+from palpate.simulation.emulators.jr3.sensor import Jr3Config
 from palpate.simulation.emulators.jr3.uart import UART_CONFIG, Jr3UartNode
+from palpate.simulation.emulators.lines.can_bus import EmulatedCanBus
 from palpate.simulation.emulators.lines.can_bus_server import VirtualBusServer
-from palpate.simulation.emulators.lines.can_wire import CanWire
 from palpate.simulation.emulators.lines.pty_server import PtyServer
-from palpate.simulation.emulators.lines.slcan_server import SlcanServer
-from palpate.simulation.emulators.motors.direct_motors import DirectMotors
+from palpate.simulation.emulators.lines.slcan import SlcanServer
 from palpate.simulation.emulators.motors.gears import HOME_RAD
-from palpate.simulation.emulators.motors.plant import IdealPlant
-from palpate.simulation.emulators.nmc.bus import NmcBus
+from palpate.simulation.emulators.motors.plant import DirectMotors, IdealPlant
+from palpate.simulation.emulators.nmc.bus import NmcChain
 from tests.wall_clock.host import Host
 
 pytestmark = pytest.mark.usefixtures("real_time")
@@ -77,7 +76,7 @@ class Load:
 
 def slcan(served: ExitStack, *nodes: Any) -> SlcanServer:
     rng = np.random.default_rng
-    return served.enter_context(SlcanServer(CanWire(nodes, generator=rng(1)), generator=rng(2)))
+    return served.enter_context(SlcanServer(EmulatedCanBus(nodes, generator=rng(1)), generator=rng(2)))
 
 
 def move_and_stop(adapter: ArmAdapter, host: Host) -> None:
@@ -99,7 +98,7 @@ def move_and_stop(adapter: ArmAdapter, host: Host) -> None:
 
 def test_nmc_on_a_terminal(context: RigContext, served: ExitStack, host: Host) -> None:
     plant = IdealPlant()
-    server = served.enter_context(PtyServer(NmcBus(plant)))
+    server = served.enter_context(PtyServer(NmcChain(plant)))
     table = {"port": server.path, "baud": 230_400, "adapter_latency_ms": 0.0, "divider": 2, "at_home": True}
     with host.judged(0.01, DeviceError, LATE):
         move_and_stop(make_zebra_nmc(table, context), host)
@@ -146,7 +145,7 @@ def test_an_adapter_that_ends_receiving_or_is_unplugged_is_noticed(
 
 def test_the_receive_thread_is_told_once_that_it_is_one() -> None:
     channel = "cia402 receive thread"
-    wire = CanWire([CanopenDrive(1, IdealPlant(), 0)], generator=np.random.default_rng(1))
+    wire = EmulatedCanBus([CanopenDrive(1, IdealPlant(), 0)], generator=np.random.default_rng(1))
     told: list[str] = []
     with (
         VirtualBusServer(wire, channel),

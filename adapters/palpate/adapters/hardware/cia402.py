@@ -20,7 +20,7 @@ from palpate.core.ports.settings import OneOf, Range, Settings
 from palpate.core.ports.values import CONTROL_RATE_HZ, AppliedCommand, CommandReason, JointVector
 from palpate.drivers.cia402.arm import Cia402Arm
 from palpate.drivers.cia402.link import CanLink
-from palpate.drivers.cia402.object_dictionary import Mode
+from palpate.drivers.cia402.object_dictionary import OperationMode
 from palpate.drivers.cia402.settings import ArmSettings, JointDrive
 from palpate.drivers.errors import StateError
 
@@ -153,7 +153,7 @@ def make_cia402(settings: DeviceSettings, context: RigContext) -> ArmAdapter:
         )  # fmt: skip
         arm_settings = ArmSettings(
             joints=drives,
-            mode=Mode.CSP if table.mode == "position" else Mode.CSV,
+            mode=OperationMode.CSP if table.mode == "position" else OperationMode.CSV,
             bitrate=table.bitrate,
             rate_Hz=Fraction(CONTROL_RATE_HZ, table.divider),
             missed_cycles=max(1, round(3 * table.patience)),

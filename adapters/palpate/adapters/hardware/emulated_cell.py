@@ -22,16 +22,15 @@ from palpate.core.ports.rig import Truth
 from palpate.core.ports.values import CONTROL_RATE_HZ, JointVector
 from palpate.simulation.emulators.cia402.node import CanopenDrive
 from palpate.simulation.emulators.jr3.can import Jr3CanNode
-from palpate.simulation.emulators.jr3.config import Jr3Config
+from palpate.simulation.emulators.jr3.sensor import Jr3Config
 from palpate.simulation.emulators.jr3.uart import UART_CONFIG, Jr3UartNode
-from palpate.simulation.emulators.lines.can_wire import CanWire
+from palpate.simulation.emulators.lines.can_bus import EmulatedCanBus
 from palpate.simulation.emulators.lines.pty_server import PtyServer
-from palpate.simulation.emulators.lines.serial_line import LineTiming
-from palpate.simulation.emulators.lines.slcan_server import SlcanServer
-from palpate.simulation.emulators.motors.direct_motors import DirectMotors
+from palpate.simulation.emulators.lines.serial_line import LineSpeed
+from palpate.simulation.emulators.lines.slcan import SlcanServer
 from palpate.simulation.emulators.motors.gears import HOME_RAD
-from palpate.simulation.emulators.motors.plant import JointPlant, MotorModel
-from palpate.simulation.emulators.nmc.bus import NmcBus
+from palpate.simulation.emulators.motors.plant import DirectMotors, JointPlant, MotorModel
+from palpate.simulation.emulators.nmc.bus import NmcChain
 from palpate.simulation.work_cell.cell import WorkCell
 
 ARMS: Final = ("zebra-nmc", "cia402")
@@ -185,8 +184,8 @@ class EmulatedCell:
         if emulation.arm == "zebra-nmc":
             model = MotorModel(wrist_backlash_rad=radians(emulation.wrist_backlash_deg))
             plant = JointPlant(start, model=model)
-            timing = LineTiming(usb_latency_s=emulation.usb_latency_ms * 1e-3)
-            server = PtyServer(NmcBus(plant), timing)
+            timing = LineSpeed(usb_latency_s=emulation.usb_latency_ms * 1e-3)
+            server = PtyServer(NmcChain(plant), timing)
             self._motors, self._hold = plant, server.exclusive
 
             def serve() -> None:
@@ -204,7 +203,9 @@ class EmulatedCell:
         motors = DirectMotors(scale, start)
         self._motors = motors
         drives = [CanopenDrive(axis + 1, motors, axis) for axis in range(len(start))]
-        bus = SlcanServer(CanWire(drives, generator=np.random.default_rng(1)), generator=np.random.default_rng(2))
+        bus = SlcanServer(
+            EmulatedCanBus(drives, generator=np.random.default_rng(1)), generator=np.random.default_rng(2)
+        )
 
         def serve_can() -> None:
             self._servers.enter_context(bus)
@@ -219,7 +220,7 @@ class EmulatedCell:
         rng = np.random.default_rng
         if self.emulation.force == "jr3-can":
             node = Jr3CanNode(_JR3_NODE, self._wrench_source, replace(Jr3Config()), generator=rng(3))
-            bus = SlcanServer(CanWire([node], generator=rng(4)), generator=rng(5))
+            bus = SlcanServer(EmulatedCanBus([node], generator=rng(4)), generator=rng(5))
 
             def serve_can() -> None:
                 self._servers.enter_context(bus)
@@ -229,7 +230,7 @@ class EmulatedCell:
 
             self._serve.append(serve_can)
             return
-        timing = LineTiming(usb_latency_s=self.emulation.usb_latency_ms * 1e-3)
+        timing = LineSpeed(usb_latency_s=self.emulation.usb_latency_ms * 1e-3)
         server = PtyServer(Jr3UartNode(self._wrench_source, UART_CONFIG, generator=rng(3)), timing)
 
         def serve_uart() -> None:

@@ -21,10 +21,9 @@ from palpate.core.ports.values import Validity, WrenchSample
 from palpate.drivers.errors import DriverError, SilentError, WiringError
 from palpate.drivers.jr3.blocking import Pace, shut_down, start_up
 from palpate.drivers.jr3.device import Jr3
-from palpate.drivers.jr3.links import CanLink, UartLink
 from palpate.drivers.jr3.messages import LEFT_HANDED, RIGHT_HANDED, Jr3Sample
 from palpate.drivers.jr3.settings import Jr3Settings
-from palpate.drivers.jr3.transport import CanWire, UartWire, Wire
+from palpate.drivers.jr3.transport import CanLink, CanTransport, Transport, UartLink, UartTransport
 
 _NAME: Final = "JR3"
 
@@ -38,7 +37,7 @@ class OpenWire:
         close: Closes bus or port.
     """
 
-    wire: Wire
+    wire: Transport
     close: Callable[[], None]
 
 
@@ -289,7 +288,7 @@ def open_can_wire(table: _CanTable) -> OpenWire:
         where = f"CAN {table.interface} {table.channel}"
         remedy = "check the name, that the interface is up, and that you may open it"
         raise WiringError(_NAME, f"{where} cannot be opened ({error})", remedy) from error
-    return OpenWire(CanWire(CanLink(bus), table.node, table.canopen_nodes), bus.shutdown)
+    return OpenWire(CanTransport(CanLink(bus), table.node, table.canopen_nodes), bus.shutdown)
 
 
 def open_uart_wire(table: _UartTable) -> OpenWire:
@@ -303,4 +302,4 @@ def open_uart_wire(table: _UartTable) -> OpenWire:
     except (serial.SerialException, OSError, ValueError) as error:
         remedy = "check the name, that it is plugged in, and that you may open it (group dialout)"
         raise WiringError(_NAME, f"{table.port} cannot be opened ({error})", remedy) from error
-    return OpenWire(UartWire(UartLink(port)), port.close)
+    return OpenWire(UartTransport(UartLink(port)), port.close)

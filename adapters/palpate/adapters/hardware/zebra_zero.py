@@ -26,7 +26,7 @@ from palpate.drivers.nmc.settings import POWER_UP_BAUD, BusSettings
 from palpate.drivers.zebra_zero.arm import ZebraZero
 from palpate.drivers.zebra_zero.counts import Transmission
 from palpate.drivers.zebra_zero.settings import JointLimits, Streaming, ZebraZeroSettings
-from palpate.drivers.zebra_zero.states import State
+from palpate.drivers.zebra_zero.states import ZebraState
 
 _NAME: Final = "Zebra Zero"
 _JOINTS: Final = 6
@@ -97,7 +97,7 @@ class ZebraDriver(ArmDriver):
 
     def stop(self) -> None:
         """See :class:`ArmDriver`."""
-        if self.arm is not None and self.arm.state is not State.CLOSED:
+        if self.arm is not None and self.arm.state is not ZebraState.CLOSED:
             self.arm.smooth_stop()
             self._store_counts()
 

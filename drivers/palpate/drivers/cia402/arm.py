@@ -13,19 +13,19 @@ from typing import Final
 
 from palpate.drivers.cia402.bring_up import BringUp
 from palpate.drivers.cia402.drive import DriveIdentity, Targets
-from palpate.drivers.cia402.exchange import Exchange
+from palpate.drivers.cia402.exchange import CyclicExchange
 from palpate.drivers.cia402.link import CanLink
 from palpate.drivers.cia402.mailbox import ArmStatistics
 from palpate.drivers.cia402.measured import ArmState, Measured
-from palpate.drivers.cia402.object_dictionary import Command, DriveState
+from palpate.drivers.cia402.object_dictionary import Controlword, DriveState
 from palpate.drivers.cia402.settings import Applied, AppliedReason, ArmSettings, limited, require_sound
 from palpate.drivers.cia402.watch import outside, trouble
 from palpate.drivers.errors import DeviceFaultError, DriverError, SilentError, StateError
 
 _CONTROLWORD: Final = {
-    ArmState.CONFIGURED: Command.DISABLE_VOLTAGE,
-    ArmState.ENABLED: Command.ENABLE_OPERATION,
-    ArmState.STOPPED: Command.QUICK_STOP,
+    ArmState.CONFIGURED: Controlword.DISABLE_VOLTAGE,
+    ArmState.ENABLED: Controlword.ENABLE_OPERATION,
+    ArmState.STOPPED: Controlword.QUICK_STOP,
 }
 _AT_REST: Final = (DriveState.QUICK_STOP, DriveState.SWITCH_ON_DISABLED)
 
@@ -51,7 +51,7 @@ class Cia402Arm:
         self.settings = settings
         self._link = link
         self._now_ns = now_ns
-        self._exchange = Exchange(link, settings, now_ns)
+        self._exchange = CyclicExchange(link, settings, now_ns)
         self._targets = Targets(settings)
         self._bring_up = BringUp(link, settings, self._exchange, self._targets, now_ns, sleep)
         self._state = ArmState.NEW
@@ -169,7 +169,7 @@ class Cia402Arm:
             return
         if self._state is ArmState.ENABLED:
             self._state, self._cycles_since_stop = ArmState.STOPPED, 0
-        self._exchange.shout(Command.QUICK_STOP, self._targets.hold(self._exchange.views))
+        self._exchange.shout(Controlword.QUICK_STOP, self._targets.hold(self._exchange.views))
 
     def disable(self) -> None:
         """Stop, wait for standstill, take the power away. Holding the joints is then the brakes' business.

@@ -6,16 +6,16 @@ from collections.abc import Callable, Sequence
 from typing import Final
 
 from palpate.drivers.cia402.drive import DriveIdentity, Targets, arm_watchdog, identify, set_up
-from palpate.drivers.cia402.exchange import NMT_PRE_OPERATIONAL, NMT_START, Exchange
+from palpate.drivers.cia402.exchange import NMT_PRE_OPERATIONAL, NMT_START, CyclicExchange
 from palpate.drivers.cia402.link import CanLink
-from palpate.drivers.cia402.object_dictionary import SDO_ANSWER, Command, DriveState, Mode, command_towards
+from palpate.drivers.cia402.object_dictionary import SDO_ANSWER, Controlword, DriveState, OperationMode, command_towards
 from palpate.drivers.cia402.settings import ArmSettings
 from palpate.drivers.cia402.watch import AxisView, trouble
 from palpate.drivers.errors import DeviceFaultError, SilentError
 
 _KEEP: Final = {
-    DriveState.ENABLED: Command.ENABLE_OPERATION,
-    DriveState.SWITCH_ON_DISABLED: Command.DISABLE_VOLTAGE,
+    DriveState.ENABLED: Controlword.ENABLE_OPERATION,
+    DriveState.SWITCH_ON_DISABLED: Controlword.DISABLE_VOLTAGE,
 }
 """What keeps a drive in the state that it has reached."""
 
@@ -43,7 +43,7 @@ class BringUp:
         self,
         link: CanLink,
         settings: ArmSettings,
-        exchange: Exchange,
+        exchange: CyclicExchange,
         targets: Targets,
         now_ns: Callable[[], int],
         sleep: Callable[[float], None],
@@ -57,7 +57,7 @@ class BringUp:
     @property
     def held_rad(self) -> tuple[float, ...]:
         """Where the drives were last told to stay."""
-        if self._settings.mode is Mode.CSP:
+        if self._settings.mode is OperationMode.CSP:
             counts = self._targets.newest
         else:
             counts = tuple(view.counts or 0 for view in self._exchange.views)
@@ -81,7 +81,7 @@ class BringUp:
         self._exchange.heartbeat_on = False
         for objects in self._objects:
             # A drive may still be under power, left so by a program that died.
-            objects.write(0x6040, 0, Command.QUICK_STOP, 2)
+            objects.write(0x6040, 0, Controlword.QUICK_STOP, 2)
         self._exchange.command_nmt(NMT_PRE_OPERATIONAL)
         for objects, joint in zip(self._objects, self._settings.joints, strict=True):
             set_up(objects, joint, self._settings)
@@ -104,7 +104,7 @@ class BringUp:
         deadline_ns = self._deadline_ns()
         while True:
             begin_ns = self._now_ns()
-            views = self._run([Command.DISABLE_VOLTAGE] * len(self._objects))
+            views = self._run([Controlword.DISABLE_VOLTAGE] * len(self._objects))
             if all(view.missed_in_a_row == 0 for view in views):
                 return views
             if self._now_ns() > deadline_ns:
@@ -121,7 +121,7 @@ class BringUp:
         """
         deadline_ns = self._deadline_ns()
         allowed = [state for state in DriveState if by_operator or state not in _FAULTS]
-        last: Sequence[Command] = [Command.DISABLE_VOLTAGE] * len(self._objects)
+        last: Sequence[Controlword] = [Controlword.DISABLE_VOLTAGE] * len(self._objects)
         while True:
             begin_ns = self._now_ns()
             views = self._exchange.views
@@ -152,7 +152,7 @@ class BringUp:
             begin_ns = self._now_ns()
             if begin_ns > deadline_ns:
                 raise SilentError("arm", "the joints do not come to rest", "use the emergency stop")
-            views = self._run([Command.QUICK_STOP] * len(self._objects))
+            views = self._run([Controlword.QUICK_STOP] * len(self._objects))
             still = still + 1 if all(self._is_still(i, view) for i, view in enumerate(views)) else 0
             self._pause(begin_ns)
 
@@ -175,7 +175,7 @@ class BringUp:
         """
         for _ in range(self._settings.missed_cycles):
             begin_ns = self._now_ns()
-            self._run([Command.DISABLE_VOLTAGE] * len(self._objects))
+            self._run([Controlword.DISABLE_VOLTAGE] * len(self._objects))
             self._pause(begin_ns)
         self.watchdogs(on=False)
         self._exchange.command_nmt(NMT_PRE_OPERATIONAL)
@@ -186,7 +186,7 @@ class BringUp:
         for objects in self._objects:
             self._link.unsubscribe(SDO_ANSWER + objects.node)
 
-    def _run(self, words: Sequence[Command]) -> tuple[AxisView, ...]:
+    def _run(self, words: Sequence[Controlword]) -> tuple[AxisView, ...]:
         return self._exchange.run(words, self._targets.hold(self._exchange.views))
 
     def _is_still(self, axis: int, view: AxisView) -> bool:
@@ -201,11 +201,11 @@ class BringUp:
         self._sleep(max(0, self._settings.period_ns - (self._now_ns() - begin_ns)) * _NS)
 
     @staticmethod
-    def _word(view: AxisView, goal: DriveState, last: Command, by_operator: bool) -> Command:
+    def _word(view: AxisView, goal: DriveState, last: Controlword, by_operator: bool) -> Controlword:
         if view.state is None or view.state is goal:
-            return _KEEP[goal] if view.state is goal else Command.DISABLE_VOLTAGE
+            return _KEEP[goal] if view.state is goal else Controlword.DISABLE_VOLTAGE
         word = command_towards(view.state, goal, by_operator=by_operator)
-        if word is None or (word is Command.FAULT_RESET and last is Command.FAULT_RESET):
+        if word is None or (word is Controlword.FAULT_RESET and last is Controlword.FAULT_RESET):
             # Fault-reset acts on a rising edge, so it has to be taken back before it can be tried again.
-            return Command.DISABLE_VOLTAGE
+            return Controlword.DISABLE_VOLTAGE
         return word

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from palpate.drivers.cia402.object_dictionary import RPDO1, TPDO1, Mode, Objects
+from palpate.drivers.cia402.object_dictionary import RPDO1, TPDO1, Objects, OperationMode
 from palpate.drivers.cia402.settings import ArmSettings, JointDrive
 from palpate.drivers.cia402.watch import AxisView
 from palpate.drivers.errors import DeviceFaultError, SilentError, WiringError
@@ -33,7 +33,7 @@ _EVERY_SYNC: Final = 1
 _CONTROLWORD: Final = 0x6040_00_10
 _STATUSWORD: Final = 0x6041_00_10
 _POSITION: Final = 0x6064_00_20
-_TARGET: Final = {Mode.CSP: 0x607A_00_20, Mode.CSV: 0x60FF_00_20}
+_TARGET: Final = {OperationMode.CSP: 0x607A_00_20, OperationMode.CSV: 0x60FF_00_20}
 
 _DRIVE_PROFILE: Final = 402
 _STAY_IN_QUICK_STOP: Final = 6
@@ -158,7 +158,7 @@ class Targets:
 
     def hold(self, views: Sequence[AxisView]) -> tuple[int, ...]:
         """Targets that move nothing: where each joint is, or velocity 0."""
-        if self._settings.mode is Mode.CSP and views:
+        if self._settings.mode is OperationMode.CSP and views:
             self.newest = tuple(view.counts or 0 for view in views)
         else:
             self.newest = (0,) * len(self._settings.joints)
@@ -167,7 +167,7 @@ class Targets:
     def follow(self, reference_rad: Sequence[float], views: Sequence[AxisView]) -> tuple[int, ...]:
         """Targets that lead each joint to its reference."""
         joints = self._settings.joints
-        if self._settings.mode is Mode.CSP:
+        if self._settings.mode is OperationMode.CSP:
             self.newest = tuple(joint.counts(angle) for joint, angle in zip(joints, reference_rad, strict=True))
         else:
             axes = zip(joints, reference_rad, views, self.newest, strict=True)

@@ -23,7 +23,7 @@ _HEARTBEATS_PER_WATCHDOG: Final = 3
 _NS: Final = 1e-9
 
 
-class Exchange:
+class CyclicExchange:
     """The cyclic traffic of all drives; no state of the arm, no decisions.
 
     Set-points reach the bus before their SYNC only if the adapter keeps the order of frames. One that sorts its

@@ -30,7 +30,7 @@ class DriveState(enum.Enum):
     FAULT = "fault"
 
 
-class Command(enum.IntEnum):
+class Controlword(enum.IntEnum):
     """Controlwords (object 0x6040), as sent."""
 
     DISABLE_VOLTAGE = 0x0000
@@ -41,7 +41,7 @@ class Command(enum.IntEnum):
     FAULT_RESET = 0x0080
 
 
-class Mode(enum.IntEnum):
+class OperationMode(enum.IntEnum):
     """Modes of operation (object 0x6060) in which a host may close a loop every cycle."""
 
     CSP = 8
@@ -68,21 +68,21 @@ PATTERNS: Final = (
     Pattern(DriveState.FAULT, 0x4F, 0x08),
 )
 
-TRANSITIONS: Final[dict[tuple[DriveState, Command], DriveState]] = {
-    (DriveState.SWITCH_ON_DISABLED, Command.SHUTDOWN): DriveState.READY,
-    (DriveState.READY, Command.SWITCH_ON): DriveState.SWITCHED_ON,
-    (DriveState.READY, Command.DISABLE_VOLTAGE): DriveState.SWITCH_ON_DISABLED,
-    (DriveState.READY, Command.QUICK_STOP): DriveState.SWITCH_ON_DISABLED,
-    (DriveState.SWITCHED_ON, Command.ENABLE_OPERATION): DriveState.ENABLED,
-    (DriveState.SWITCHED_ON, Command.SHUTDOWN): DriveState.READY,
-    (DriveState.SWITCHED_ON, Command.DISABLE_VOLTAGE): DriveState.SWITCH_ON_DISABLED,
-    (DriveState.SWITCHED_ON, Command.QUICK_STOP): DriveState.SWITCH_ON_DISABLED,
-    (DriveState.ENABLED, Command.SWITCH_ON): DriveState.SWITCHED_ON,
-    (DriveState.ENABLED, Command.SHUTDOWN): DriveState.READY,
-    (DriveState.ENABLED, Command.DISABLE_VOLTAGE): DriveState.SWITCH_ON_DISABLED,
-    (DriveState.ENABLED, Command.QUICK_STOP): DriveState.QUICK_STOP,
-    (DriveState.QUICK_STOP, Command.DISABLE_VOLTAGE): DriveState.SWITCH_ON_DISABLED,
-    (DriveState.FAULT, Command.FAULT_RESET): DriveState.SWITCH_ON_DISABLED,
+TRANSITIONS: Final[dict[tuple[DriveState, Controlword], DriveState]] = {
+    (DriveState.SWITCH_ON_DISABLED, Controlword.SHUTDOWN): DriveState.READY,
+    (DriveState.READY, Controlword.SWITCH_ON): DriveState.SWITCHED_ON,
+    (DriveState.READY, Controlword.DISABLE_VOLTAGE): DriveState.SWITCH_ON_DISABLED,
+    (DriveState.READY, Controlword.QUICK_STOP): DriveState.SWITCH_ON_DISABLED,
+    (DriveState.SWITCHED_ON, Controlword.ENABLE_OPERATION): DriveState.ENABLED,
+    (DriveState.SWITCHED_ON, Controlword.SHUTDOWN): DriveState.READY,
+    (DriveState.SWITCHED_ON, Controlword.DISABLE_VOLTAGE): DriveState.SWITCH_ON_DISABLED,
+    (DriveState.SWITCHED_ON, Controlword.QUICK_STOP): DriveState.SWITCH_ON_DISABLED,
+    (DriveState.ENABLED, Controlword.SWITCH_ON): DriveState.SWITCHED_ON,
+    (DriveState.ENABLED, Controlword.SHUTDOWN): DriveState.READY,
+    (DriveState.ENABLED, Controlword.DISABLE_VOLTAGE): DriveState.SWITCH_ON_DISABLED,
+    (DriveState.ENABLED, Controlword.QUICK_STOP): DriveState.QUICK_STOP,
+    (DriveState.QUICK_STOP, Controlword.DISABLE_VOLTAGE): DriveState.SWITCH_ON_DISABLED,
+    (DriveState.FAULT, Controlword.FAULT_RESET): DriveState.SWITCH_ON_DISABLED,
 }
 """Transitions that a controlword causes. The optional one from quick stop straight back to enabled is left out:
 after a stop an arm shall go the whole way, as after power-up."""
@@ -96,7 +96,7 @@ def state_of(statusword: int) -> DriveState | None:
     return None
 
 
-def command_towards(state: DriveState, goal: DriveState, *, by_operator: bool = False) -> Command | None:
+def command_towards(state: DriveState, goal: DriveState, *, by_operator: bool = False) -> Controlword | None:
     """The controlword to send next, on the shortest way through :data:`TRANSITIONS`.
 
     Args:
@@ -107,11 +107,11 @@ def command_towards(state: DriveState, goal: DriveState, *, by_operator: bool = 
     Returns:
         None where no controlword helps: one can but wait, or a person has to act.
     """
-    first: dict[DriveState, Command] = {}
+    first: dict[DriveState, Controlword] = {}
     found = [state]
     for here in found:
         for (start, command), end in TRANSITIONS.items():
-            forbidden = command is Command.FAULT_RESET and not by_operator
+            forbidden = command is Controlword.FAULT_RESET and not by_operator
             if start is here and end not in found and not forbidden:
                 first[end] = first.get(here, command)
                 found.append(end)

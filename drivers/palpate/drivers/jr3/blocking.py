@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 from palpate.drivers.errors import SilentError
 from palpate.drivers.jr3.device import Jr3
-from palpate.drivers.jr3.phases import Phase
-from palpate.drivers.jr3.statistics import Identity
+from palpate.drivers.jr3.health import BoardIdentity
+from palpate.drivers.jr3.phases import Jr3Phase
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,17 +38,17 @@ def start_up(device: Jr3, pace: Pace, timeout_s: float = 30.0) -> None:
         DriverError: It does not stream; which one says why.
     """
     device.open()
-    _wait(device, pace, {Phase.STREAMING}, timeout_s)
+    _wait(device, pace, {Jr3Phase.STREAMING}, timeout_s)
 
 
-def identify(device: Jr3, pace: Pace, timeout_s: float = 30.0) -> Identity:
+def identify(device: Jr3, pace: Pace, timeout_s: float = 30.0) -> BoardIdentity:
     """Ask a board for its full scales, without touching a stream that runs.
 
     Raises:
         DriverError: It does not tell; which one says why.
     """
     device.open(stream=False)
-    _wait(device, pace, {Phase.IDENTIFIED}, timeout_s)
+    _wait(device, pace, {Jr3Phase.IDENTIFIED}, timeout_s)
     return device.identity
 
 
@@ -59,17 +59,17 @@ def zero(device: Jr3, pace: Pace, timeout_s: float = 30.0) -> None:
         DriverError: It is not streaming, or does not answer.
     """
     device.zero(pace.clock_ns())
-    _wait(device, pace, {Phase.STREAMING}, timeout_s)
+    _wait(device, pace, {Jr3Phase.STREAMING}, timeout_s)
 
 
 def shut_down(device: Jr3, pace: Pace, timeout_s: float = 10.0) -> None:
     """Stop the stream and wait until the board has taken that, or has not answered; does nothing when closed."""
-    if device.phase is not Phase.CLOSED:
+    if device.phase is not Jr3Phase.CLOSED:
         device.stop()
-        _wait(device, pace, {Phase.CLOSED, Phase.FAULTED}, timeout_s)
+        _wait(device, pace, {Jr3Phase.CLOSED, Jr3Phase.FAULTED}, timeout_s)
 
 
-def _wait(device: Jr3, pace: Pace, goals: Collection[Phase], timeout_s: float) -> None:
+def _wait(device: Jr3, pace: Pace, goals: Collection[Jr3Phase], timeout_s: float) -> None:
     deadline_ns = pace.clock_ns() + round(timeout_s * 1e9)
     while True:
         now_ns = pace.clock_ns()

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from palpate.drivers.errors import DriverError, SettingError, StateError
-from palpate.drivers.jr3 import errors as verdicts
-from palpate.drivers.jr3.exchange import Exchange
+from palpate.drivers.jr3 import health
+from palpate.drivers.jr3.health import BoardIdentity, Jr3Statistics
 from palpate.drivers.jr3.messages import Ack, FullScales, Jr3Sample, Op, Reading, Request
-from palpate.drivers.jr3.phases import FLOWING, READABLE, REQUESTS, TRANSITIONS, Cue, Phase
+from palpate.drivers.jr3.phases import FLOWING, READABLE, REQUESTS, TRANSITIONS, Jr3Event, Jr3Phase, RequestInFlight
 from palpate.drivers.jr3.sampling import Sampler, Zero
 from palpate.drivers.jr3.settings import Jr3Settings, settling_ns
-from palpate.drivers.jr3.statistics import Identity, Jr3Statistics
-from palpate.drivers.jr3.transport import Wire
+from palpate.drivers.jr3.transport import Transport
 
 FIRST_READING_NS = 500_000_000
 """Longest wait for the first reading after START, in ns. Assumed."""
@@ -41,14 +40,14 @@ class Jr3:
         SettingError: The wire cannot carry as many readings.
     """
 
-    def __init__(self, wire: Wire, settings: Jr3Settings | None = None) -> None:
+    def __init__(self, wire: Transport, settings: Jr3Settings | None = None) -> None:
         self._settings = settings = Jr3Settings() if settings is None else settings
         if settings.period_us < wire.timing.min_period_us:
             problem = f"{settings.period_us} us between readings is too short"
             raise SettingError(wire.name, problem, f"choose {wire.timing.min_period_us} us or more on this wire")
-        self.phase = Phase.CLOSED
+        self.phase = Jr3Phase.CLOSED
         self.failure: DriverError | None = None
-        self._wire, self._exchange = wire, Exchange()
+        self._wire, self._exchange = wire, RequestInFlight()
         self._cutoff_cHz, self._period_us = wire.feasible(settings.cutoff_cHz, settings.period_us)
         self._settling_ns = settling_ns(self._cutoff_cHz)
         self._sampler = Sampler(self._period_us, self._settling_ns, settings.signs)
@@ -78,12 +77,12 @@ class Jr3:
         return self._sampler.after_boot
 
     @property
-    def identity(self) -> Identity:
+    def identity(self) -> BoardIdentity:
         """All by which the board can be told from another; StateError before the full scales have been read."""
         full_scales = self._sampler.full_scales
         if full_scales is None:
             raise StateError(self._wire.name, "has not been asked yet", "open it and poll first")
-        return Identity(self._wire.name, full_scales, self._cutoff_cHz * 0.01, self._period_us)
+        return BoardIdentity(self._wire.name, full_scales, self._cutoff_cHz * 0.01, self._period_us)
 
     def open(self, *, stream: bool = True) -> None:
         """Begin to talk; :meth:`poll` does the rest. Also the way out of FAULTED, SILENT and IDENTIFIED.
@@ -94,7 +93,7 @@ class Jr3:
         Raises:
             StateError: It is open already.
         """
-        self._wish(Cue.ASKED_TO_OPEN)
+        self._wish(Jr3Event.ASKED_TO_OPEN)
         self.failure, self._stream, self._heard, self._started = None, stream, False, False
         self._fences, self._boots_in_row = self._wire.timing.attempts, 0
         self._wire.forget()
@@ -111,12 +110,12 @@ class Jr3:
         Raises:
             StateError: It is not streaming.
         """
-        self._wish(Cue.ASKED_TO_ZERO)
+        self._wish(Jr3Event.ASKED_TO_ZERO)
         self._zero_at_ns = now_ns + max(self._settling_ns, ZEROING_WAIT_NS)
 
     def stop(self) -> None:
         """Stop the stream; poll until ``phase`` is CLOSED. Loses the zero (FACT). StateError when it is closed."""
-        self._wish(Cue.ASKED_TO_STOP)
+        self._wish(Jr3Event.ASKED_TO_STOP)
 
     def acknowledge(self) -> None:
         """Say that the loss of the zero and the restart of the board have been seen; samples are no longer marked."""
@@ -135,8 +134,8 @@ class Jr3:
         """
         if self.failure is not None:
             raise self.failure
-        if self.phase is Phase.SILENT:
-            raise verdicts.no_reading(self._wire.name, self._settings.stall_ns, self._wire.counts())
+        if self.phase is Jr3Phase.SILENT:
+            raise health.no_reading(self._wire.name, self._settings.stall_ns, self._wire.counts())
 
     def poll(self, now_ns: int) -> list[Jr3Sample]:
         """Take what has arrived, and do what is due. Never raises for what device or wire do: see :meth:`check`.
@@ -148,7 +147,7 @@ class Jr3:
             New samples, oldest first.
         """
         samples: list[Jr3Sample] = []
-        if self.phase in (Phase.CLOSED, Phase.FAULTED):
+        if self.phase in (Jr3Phase.CLOSED, Jr3Phase.FAULTED):
             return samples
         try:
             for message in self._wire.receive():
@@ -162,7 +161,7 @@ class Jr3:
                     self._booted()
             self._do_due(now_ns)
         except DriverError as error:
-            self._fail(error, Cue.LINK_LOST)
+            self._fail(error, Jr3Event.LINK_LOST)
         return samples
 
     def statistics(self) -> Jr3Statistics:
@@ -188,12 +187,12 @@ class Jr3:
             round_trip_max_ms=trips_ms[-1] if trips_ms else None,
         )
 
-    def _wish(self, cue: Cue) -> None:
+    def _wish(self, cue: Jr3Event) -> None:
         if not self._advance(cue):
             problem = f"cannot be {cue.value} while {self.phase.value}"
             raise StateError(self._wire.name, problem, "poll it until it is in another phase")
 
-    def _advance(self, cue: Cue) -> bool:
+    def _advance(self, cue: Jr3Event) -> bool:
         after = TRANSITIONS.get((self.phase, cue))
         if after is None:
             return False
@@ -201,15 +200,15 @@ class Jr3:
         self._exchange.cancel()
         if after in REQUESTS:
             self._ask(REQUESTS[after])
-        elif after is Phase.READING_SCALES:
+        elif after is Jr3Phase.READING_SCALES:
             self._raw_scales = ()
             self._ask(self._wire.scale_ops[0])
         return True
 
     def _ask(self, op: Op) -> None:
         timing = self._wire.timing
-        attempts = timing.ping_attempts if self.phase is Phase.PINGING else timing.attempts
-        if self.phase is Phase.READING_SCALES:
+        attempts = timing.ping_attempts if self.phase is Jr3Phase.PINGING else timing.attempts
+        if self.phase is Jr3Phase.READING_SCALES:
             # Not repeated as it is: the answers for forces and moments look alike, so that a late one could be taken
             # for the other. The state is asked first again; its short answer cannot overtake a late long one.
             attempts = 1
@@ -219,17 +218,17 @@ class Jr3:
         self._heard = True
         if self._exchange.answer(ack, now_ns) is None:
             return
-        if self.phase is Phase.READING_SCALES:
+        if self.phase is Jr3Phase.READING_SCALES:
             self._scales_read(ack.scales)
             return
-        if self.phase is Phase.STARTING:
+        if self.phase is Jr3Phase.STARTING:
             self._started = True
             self._sampler.started(now_ns)
-        elif self.phase is Phase.ZEROING:
+        elif self.phase is Jr3Phase.ZEROING:
             self._sampler.zeroed(now_ns)
-        elif self.phase in (Phase.STOPPING, Phase.LEAVING):
+        elif self.phase in (Jr3Phase.STOPPING, Jr3Phase.LEAVING):
             self._sampler.lose_zero()
-        self._advance(Cue.DONE)
+        self._advance(Jr3Event.DONE)
 
     def _scales_read(self, scales: tuple[int, ...]) -> None:
         self._raw_scales += scales
@@ -238,7 +237,7 @@ class Jr3:
             return
         fx, fy, fz, mx, my, mz = self._raw_scales
         self._sampler.scale_by(FullScales((fx, fy, fz), (mx, my, mz)))
-        self._advance(Cue.DONE if self._stream else Cue.ALL_ASKED)
+        self._advance(Jr3Event.DONE if self._stream else Jr3Event.ALL_ASKED)
 
     def _booted(self) -> None:
         self._heard = True
@@ -248,31 +247,31 @@ class Jr3:
         self._sampler.lose_zero()
         self._sampler.after_boot |= self._started
         if self._boots_in_row > MAX_BOOTS:
-            self._fail(verdicts.too_many_boots(self._wire.name, self._boots_in_row))
-        elif self._advance(Cue.BOOTED):
+            self._fail(health.too_many_boots(self._wire.name, self._boots_in_row))
+        elif self._advance(Jr3Event.BOOTED):
             self._fences = self._wire.timing.attempts
 
     def _read(self, reading: Reading, now_ns: int) -> Jr3Sample | None:
         if self.phase not in READABLE:
             self._unasked += 1
             return None
-        sample = self._sampler.take(reading, now_ns, zeroing=self.phase is Phase.ZEROING)
+        sample = self._sampler.take(reading, now_ns, zeroing=self.phase is Jr3Phase.ZEROING)
         if sample is not None:
             self._boots_in_row = 0
-            if self.phase in (Phase.AWAITING, Phase.SILENT):
-                self._advance(Cue.READ)
+            if self.phase in (Jr3Phase.AWAITING, Jr3Phase.SILENT):
+                self._advance(Jr3Event.READ)
         return sample
 
     def _do_due(self, now_ns: int) -> None:
-        if self.phase is Phase.SETTLING and now_ns >= self._zero_at_ns:
-            self._advance(Cue.SETTLED)
+        if self.phase is Jr3Phase.SETTLING and now_ns >= self._zero_at_ns:
+            self._advance(Jr3Event.SETTLED)
         patience_ns = self._settings.stall_ns
-        if self.phase is Phase.AWAITING:
+        if self.phase is Jr3Phase.AWAITING:
             patience_ns = max(patience_ns, FIRST_READING_NS)
         if self.phase in FLOWING and now_ns - self._sampler.last_new_ns > patience_ns:
             self._sampler.counter.resume()
             self._wire.forget()
-            self._advance(Cue.STALLED)
+            self._advance(Jr3Event.STALLED)
         if self._exchange.exhausted(now_ns):
             self._give_up()
         request = self._exchange.request
@@ -280,15 +279,15 @@ class Jr3:
             self._wire.send(request)
 
     def _give_up(self) -> None:
-        if self.phase is Phase.READING_SCALES and self._fences > 0:
+        if self.phase is Jr3Phase.READING_SCALES and self._fences > 0:
             self._fences -= 1
-            self._advance(Cue.RETRIED)
-        elif self.phase is Phase.LEAVING:
-            self._advance(Cue.GAVE_UP)
+            self._advance(Jr3Event.RETRIED)
+        elif self.phase is Jr3Phase.LEAVING:
+            self._advance(Jr3Event.GAVE_UP)
         else:
             name, doing, refused = self._wire.name, self.phase.value, self._exchange.refused
-            self._fail(verdicts.no_answer(name, doing, self._wire.counts(), refused=refused, heard=self._heard))
+            self._fail(health.no_answer(name, doing, self._wire.counts(), refused=refused, heard=self._heard))
 
-    def _fail(self, error: DriverError, cue: Cue = Cue.GAVE_UP) -> None:
+    def _fail(self, error: DriverError, cue: Jr3Event = Jr3Event.GAVE_UP) -> None:
         if self._advance(cue):
             self.failure = error

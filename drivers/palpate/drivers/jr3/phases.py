@@ -1,4 +1,4 @@
-"""The conversation with the board as a table: which cue leads from which phase to which.
+"""The conversation with the board as a table of states, and its one request in flight.
 
 ::
 
@@ -14,12 +14,13 @@ that a stream never begins with a zero that somebody else has set.
 from __future__ import annotations
 
 import enum
+from collections import deque
 from types import MappingProxyType
 
-from palpate.drivers.jr3.messages import Op
+from palpate.drivers.jr3.messages import SCALES_IN_REPLY, Ack, Op, Request
 
 
-class Phase(enum.Enum):
+class Jr3Phase(enum.Enum):
     """Where the conversation stands."""
 
     CLOSED = "closed"
@@ -37,7 +38,7 @@ class Phase(enum.Enum):
     FAULTED = "faulted"
 
 
-class Cue(enum.Enum):
+class Jr3Event(enum.Enum):
     """What may happen."""
 
     ASKED_TO_OPEN = "asked to open"
@@ -54,53 +55,128 @@ class Cue(enum.Enum):
     LINK_LOST = "the way to the board is gone"
 
 
-_TALKING = (Phase.PINGING, Phase.READING_SCALES, Phase.STOPPING, Phase.STARTING)
-_FLOWING = (Phase.AWAITING, Phase.STREAMING, Phase.SETTLING, Phase.ZEROING)
-_ALIVE = (*_TALKING, *_FLOWING, Phase.IDENTIFIED, Phase.SILENT)
+_TALKING = (Jr3Phase.PINGING, Jr3Phase.READING_SCALES, Jr3Phase.STOPPING, Jr3Phase.STARTING)
+_FLOWING = (Jr3Phase.AWAITING, Jr3Phase.STREAMING, Jr3Phase.SETTLING, Jr3Phase.ZEROING)
+_ALIVE = (*_TALKING, *_FLOWING, Jr3Phase.IDENTIFIED, Jr3Phase.SILENT)
 
 TRANSITIONS = MappingProxyType(
     {
         **{
-            (phase, Cue.ASKED_TO_OPEN): Phase.PINGING
-            for phase in (Phase.CLOSED, Phase.IDENTIFIED, Phase.SILENT, Phase.FAULTED)
+            (phase, Jr3Event.ASKED_TO_OPEN): Jr3Phase.PINGING
+            for phase in (Jr3Phase.CLOSED, Jr3Phase.IDENTIFIED, Jr3Phase.SILENT, Jr3Phase.FAULTED)
         },
-        **{(phase, Cue.ASKED_TO_STOP): Phase.LEAVING for phase in _ALIVE},
-        **{(phase, Cue.BOOTED): Phase.PINGING for phase in _ALIVE},
-        **{(phase, Cue.GAVE_UP): Phase.FAULTED for phase in _ALIVE},
-        **{(phase, Cue.LINK_LOST): Phase.FAULTED for phase in (*_ALIVE, Phase.LEAVING)},
-        **{(phase, Cue.STALLED): Phase.SILENT for phase in _FLOWING},
-        (Phase.FAULTED, Cue.ASKED_TO_STOP): Phase.CLOSED,
-        (Phase.PINGING, Cue.DONE): Phase.READING_SCALES,
-        (Phase.READING_SCALES, Cue.DONE): Phase.STOPPING,
-        (Phase.READING_SCALES, Cue.ALL_ASKED): Phase.IDENTIFIED,
-        (Phase.READING_SCALES, Cue.RETRIED): Phase.PINGING,
-        (Phase.STOPPING, Cue.DONE): Phase.STARTING,
-        (Phase.STARTING, Cue.DONE): Phase.AWAITING,
-        (Phase.AWAITING, Cue.READ): Phase.STREAMING,
-        (Phase.SILENT, Cue.READ): Phase.STREAMING,
-        (Phase.STREAMING, Cue.ASKED_TO_ZERO): Phase.SETTLING,
-        (Phase.SETTLING, Cue.SETTLED): Phase.ZEROING,
-        (Phase.ZEROING, Cue.DONE): Phase.STREAMING,
-        (Phase.LEAVING, Cue.DONE): Phase.CLOSED,
-        (Phase.LEAVING, Cue.GAVE_UP): Phase.CLOSED,
-        (Phase.LEAVING, Cue.BOOTED): Phase.CLOSED,
+        **{(phase, Jr3Event.ASKED_TO_STOP): Jr3Phase.LEAVING for phase in _ALIVE},
+        **{(phase, Jr3Event.BOOTED): Jr3Phase.PINGING for phase in _ALIVE},
+        **{(phase, Jr3Event.GAVE_UP): Jr3Phase.FAULTED for phase in _ALIVE},
+        **{(phase, Jr3Event.LINK_LOST): Jr3Phase.FAULTED for phase in (*_ALIVE, Jr3Phase.LEAVING)},
+        **{(phase, Jr3Event.STALLED): Jr3Phase.SILENT for phase in _FLOWING},
+        (Jr3Phase.FAULTED, Jr3Event.ASKED_TO_STOP): Jr3Phase.CLOSED,
+        (Jr3Phase.PINGING, Jr3Event.DONE): Jr3Phase.READING_SCALES,
+        (Jr3Phase.READING_SCALES, Jr3Event.DONE): Jr3Phase.STOPPING,
+        (Jr3Phase.READING_SCALES, Jr3Event.ALL_ASKED): Jr3Phase.IDENTIFIED,
+        (Jr3Phase.READING_SCALES, Jr3Event.RETRIED): Jr3Phase.PINGING,
+        (Jr3Phase.STOPPING, Jr3Event.DONE): Jr3Phase.STARTING,
+        (Jr3Phase.STARTING, Jr3Event.DONE): Jr3Phase.AWAITING,
+        (Jr3Phase.AWAITING, Jr3Event.READ): Jr3Phase.STREAMING,
+        (Jr3Phase.SILENT, Jr3Event.READ): Jr3Phase.STREAMING,
+        (Jr3Phase.STREAMING, Jr3Event.ASKED_TO_ZERO): Jr3Phase.SETTLING,
+        (Jr3Phase.SETTLING, Jr3Event.SETTLED): Jr3Phase.ZEROING,
+        (Jr3Phase.ZEROING, Jr3Event.DONE): Jr3Phase.STREAMING,
+        (Jr3Phase.LEAVING, Jr3Event.DONE): Jr3Phase.CLOSED,
+        (Jr3Phase.LEAVING, Jr3Event.GAVE_UP): Jr3Phase.CLOSED,
+        (Jr3Phase.LEAVING, Jr3Event.BOOTED): Jr3Phase.CLOSED,
     }
 )
 """Where each cue leads. A pair that is not here means nothing: an event is ignored, a wish refused."""
 
 REQUESTS = MappingProxyType(
     {
-        Phase.PINGING: Op.GET_STATE,
-        Phase.STOPPING: Op.STOP,
-        Phase.STARTING: Op.START,
-        Phase.ZEROING: Op.ZERO,
-        Phase.LEAVING: Op.STOP,
+        Jr3Phase.PINGING: Op.GET_STATE,
+        Jr3Phase.STOPPING: Op.STOP,
+        Jr3Phase.STARTING: Op.START,
+        Jr3Phase.ZEROING: Op.ZERO,
+        Jr3Phase.LEAVING: Op.STOP,
     }
 )
 """What is asked on entering a phase; the full scales are asked one after another by the conversation."""
 
-READABLE = frozenset({*_FLOWING, Phase.SILENT})
+READABLE = frozenset({*_FLOWING, Jr3Phase.SILENT})
 """Phases in which readings are samples; in all others they belong to an older stream."""
 
 FLOWING = frozenset(_FLOWING)
 """Phases in which readings must keep coming."""
+
+
+_REMEMBERED = 256
+
+
+class RequestInFlight:
+    """Keeps the only request that may be in flight.
+
+    An acknowledgement that says "not initialised" does not end the request: it is repeated after its time-out, because
+    a board that is still booting answers like that, and whatever else such an answer carries is stale (FACT).
+
+    Attributes:
+        request: In flight or waiting to be sent; None when there is none.
+        refused: Whether the last answer to it was "not initialised".
+        timeouts: Requests that were not answered in time.
+        strays: Acknowledgements that answer nothing: late ones, and ones of the wrong length.
+    """
+
+    def __init__(self) -> None:
+        self.request: Request | None = None
+        self.refused = False
+        self.timeouts = self.strays = 0
+        self._attempts_left = 0
+        self._sent_ns: int | None = None
+        self._timeout_ns = 0
+        self._round_trips_ns: deque[int] = deque(maxlen=_REMEMBERED)
+
+    def begin(self, request: Request, attempts: int, timeout_ns: int) -> None:
+        """Put a request in place of any before it; :meth:`due` then tells when to send it."""
+        self.request, self._attempts_left, self._timeout_ns = request, attempts, timeout_ns
+        self._sent_ns, self.refused = None, False
+
+    def cancel(self) -> None:
+        """Forget the request; its acknowledgement will be a stray one."""
+        self.request = None
+
+    def due(self, now_ns: int) -> bool:
+        """Whether the request must be sent now, for the first time or again; False when attempts are used up."""
+        if self.request is None or self._attempts_left == 0 or not self._waited(now_ns):
+            return False
+        self._note_timeout()
+        self._attempts_left -= 1
+        self._sent_ns = now_ns
+        return True
+
+    def exhausted(self, now_ns: int) -> bool:
+        """Whether the last attempt, too, has timed out; the request is then forgotten."""
+        if self.request is None or self._attempts_left > 0 or not self._waited(now_ns):
+            return False
+        self._note_timeout()
+        self.request = None
+        return True
+
+    def answer(self, ack: Ack, now_ns: int) -> Request | None:
+        """Take an acknowledgement; give back the request that it completes, or None."""
+        request = self.request
+        if request is None or self._sent_ns is None or len(ack.scales) != SCALES_IN_REPLY.get(request.op, 0):
+            self.strays += 1
+            return None
+        self.refused = not ack.ready
+        if self.refused:
+            return None
+        self._round_trips_ns.append(now_ns - self._sent_ns)
+        self.request = None
+        return request
+
+    def round_trips_ns(self) -> tuple[int, ...]:
+        """The last round trips, sorted, in ns; as coarse as the polling."""
+        return tuple(sorted(self._round_trips_ns))
+
+    def _waited(self, now_ns: int) -> bool:
+        return self._sent_ns is None or now_ns - self._sent_ns >= self._timeout_ns
+
+    def _note_timeout(self) -> None:
+        self.timeouts += self._sent_ns is not None and not self.refused

@@ -1,4 +1,8 @@
-"""Link and codec put together: the conversation sees messages and does not know which wire carries them."""
+"""The two ways to the board: a python-can bus and a serial port. Neither starts a thread.
+
+Both read what is there and return. A receive thread of python-can ends without a word when a serial CAN adapter sends a
+malformed line (INFERENCE from its notifier.py; seen on a pseudo-terminal), so none is used: each poll calls ``recv``.
+"""
 
 from __future__ import annotations
 
@@ -6,15 +10,189 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Protocol
 
-from palpate.drivers.jr3.codec_can import CanDecoder, CanFrame, encode_can
+import can
+
+from palpate.drivers.errors import SilentError
+from palpate.drivers.jr3.codec_can import CanDecoder, CanFrame, FrameKind, Reassembly, encode_can
 from palpate.drivers.jr3.codec_uart import UartParser, encode_uart, nudged
 from palpate.drivers.jr3.messages import SCALES_IN_REPLY, Forces, Message, Moments, Op, Request
-from palpate.drivers.jr3.reassembly import PairJoiner
 from palpate.drivers.jr3.settings import check_node
+
+MAX_FRAMES = 512
+"""Frames taken per call, so that a flooded bus cannot hold a control loop for ever."""
+
+MAX_BYTES = 4096
+"""Bytes taken per call, 0.36 s of a line at 115200 baud (CALC)."""
+
+WRITE_TIMEOUT_S = 0.1
+"""Longest wait for a serial port that does not take 11 bytes. Assumed."""
+
+_BUS_OFF = 0x40
+
+
+class SerialPort(Protocol):
+    """What is needed of a port from ``serial.serial_for_url``."""
+
+    timeout: float | None
+    write_timeout: float | None
+
+    def read(self, size: int, /) -> bytes:
+        """Read what is there, at most ``size`` bytes."""
+
+    def write(self, data: bytes, /) -> int | None:
+        """Write bytes."""
+
+
+class CanLink:
+    """Frames of a python-can bus of any interface. Whoever opened the bus closes it.
+
+    Give the bus no software filters: ``recv(0)`` returns None for a frame that one rejects (FACT, python-can bus.py),
+    which here means that nothing waits. On slcan every call that finds nothing costs the port's time-out, 1 ms unless
+    the bus is opened with another (FACT).
+
+    Args:
+        bus: An open bus at 1 Mbit/s.
+
+    Attributes:
+        garbled: Lines or frames that the interface itself could not decode.
+        bus_offs: Error frames that tell of bus-off.
+        send_failures: Frames that the interface did not take, for example because its queue was full.
+    """
+
+    def __init__(self, bus: can.BusABC) -> None:
+        self.garbled = self.bus_offs = self.send_failures = 0
+        self._bus = bus
+
+    def receive(self) -> list[CanFrame]:
+        """Frames that have arrived, oldest first.
+
+        Raises:
+            SilentError: The interface is gone.
+        """
+        frames: list[CanFrame] = []
+        for _ in range(MAX_FRAMES):
+            try:
+                message = self._bus.recv(0.0)
+            except (ValueError, IndexError):
+                self.garbled += 1
+                continue
+            except can.CanError as error:
+                if not isinstance(error.__cause__, (ValueError, IndexError)):
+                    raise self._gone(error) from error
+                self.garbled += 1
+                self._unpoison()
+                continue
+            except (OSError, TypeError) as error:
+                # pyserial raises TypeError when its port was closed under it.
+                raise self._gone(error) from error
+            if message is None:
+                break
+            frames.append(self._frame(message))
+        return frames
+
+    def send(self, frame: CanFrame) -> bool:
+        """Hand over a frame.
+
+        Returns:
+            False when the interface did not take it; the time-out of the request deals with that.
+
+        Raises:
+            SilentError: The interface is gone.
+        """
+        message = can.Message(arbitration_id=frame.can_id, data=frame.data, is_extended_id=False)
+        try:
+            self._bus.send(message)
+        except can.CanError:
+            # A full queue (ENOBUFS) passes; if the interface is gone, the next receive tells.
+            self.send_failures += 1
+            return False
+        except (OSError, TypeError, ValueError) as error:
+            raise self._gone(error) from error
+        return True
+
+    def _frame(self, message: can.Message) -> CanFrame:
+        if message.is_error_frame:
+            self.bus_offs += bool(message.arbitration_id & _BUS_OFF)
+            kind = FrameKind.ERROR
+        elif message.is_remote_frame:
+            kind = FrameKind.REMOTE
+        elif message.is_extended_id:
+            kind = FrameKind.EXTENDED
+        else:
+            kind = FrameKind.FD if message.is_fd else FrameKind.DATA
+        return CanFrame(message.arbitration_id, bytes(message.data), kind)
+
+    def _unpoison(self) -> None:
+        # python-can's slcan keeps a line that is not UTF-8 and fails on it at every call, until it is told to flush.
+        flush = getattr(self._bus, "flush", None)
+        if flush is not None:
+            try:
+                flush()
+            except (can.CanError, OSError, TypeError) as error:
+                raise self._gone(error) from error
+
+    def _gone(self, error: Exception) -> SilentError:
+        offs = f" after {self.bus_offs} bus-offs" if self.bus_offs else ""
+        remedy = "check the adapter's plug, 'ip -details link show' and the bus termination, then connect again"
+        return SilentError("JR3 on CAN", f"the CAN interface fails ({error}){offs}", remedy)
+
+
+class UartLink:
+    """Bytes of a serial port, opened with ``serial.serial_for_url`` by whoever closes it.
+
+    Args:
+        port: An open port at 115200 baud, 8N1. It is set to non-blocking here, once, because to change a time-out later
+            reconfigures the port on Windows (FACT, pyserial issue 394).
+
+    Attributes:
+        send_failures: Frames that the port did not take in time.
+    """
+
+    def __init__(self, port: SerialPort) -> None:
+        self.send_failures = 0
+        port.timeout = 0.0
+        port.write_timeout = WRITE_TIMEOUT_S
+        self._port = port
+
+    def receive(self) -> bytes:
+        """Bytes that have arrived.
+
+        Raises:
+            SilentError: The port is gone.
+        """
+        data = b""
+        try:
+            # Network ports may give one byte per call; only an empty answer means that nothing waits.
+            while len(data) < MAX_BYTES and (chunk := self._port.read(MAX_BYTES - len(data))):
+                data += chunk
+        except (OSError, TypeError) as error:
+            raise self._gone(error) from error
+        return data
+
+    def send(self, frame: bytes) -> bool:
+        """Write a frame in one call; the board takes one frame per read and drops what follows it (FACT).
+
+        Returns:
+            True; a serial port takes a frame or is gone.
+
+        Raises:
+            SilentError: The port is gone, or has not taken the frame in time.
+        """
+        try:
+            self._port.write(frame)
+        except (OSError, TypeError) as error:
+            self.send_failures += 1
+            raise self._gone(error) from error
+        return True
+
+    @staticmethod
+    def _gone(error: Exception) -> SilentError:
+        remedy = "check the cable and the board's power, then connect again"
+        return SilentError("JR3 on a serial line", f"the port fails ({error})", remedy)
 
 
 @dataclass(frozen=True, slots=True)
-class WireTiming:
+class TransportTiming:
     """How long to wait on a wire.
 
     Attributes:
@@ -31,7 +209,7 @@ class WireTiming:
 
 
 @dataclass(frozen=True, slots=True)
-class WireCounts:
+class TransportCounts:
     """What a wire has seen; see the counters of codecs, joiner and links.
 
     Attributes:
@@ -53,15 +231,15 @@ class WireCounts:
     bus_offs: int = 0
 
 
-CAN_TIMING = WireTiming(ack_timeout_ns=250_000_000, attempts=3, ping_attempts=16, min_period_us=540)
+CAN_TIMING = TransportTiming(ack_timeout_ns=250_000_000, attempts=3, ping_attempts=16, min_period_us=540)
 """FACT: yarp-devices waits 0.25 s; the board boots in 2 s. CALC: two frames last 0.27 ms; half the bus is left free."""
 
-UART_TIMING = WireTiming(ack_timeout_ns=2_500_000_000, attempts=3, ping_attempts=5, min_period_us=1563)
+UART_TIMING = TransportTiming(ack_timeout_ns=2_500_000_000, attempts=3, ping_attempts=5, min_period_us=1563)
 """FACT: the firmware sleeps 1 s after each command and boots in more than 5 s. CALC: 18 bytes last 1.5625 ms."""
 
 
 class FrameLink(Protocol):
-    """A way to a CAN bus; see :class:`palpate.drivers.jr3.links.CanLink`."""
+    """A way to a CAN bus; see :class:`palpate.drivers.jr3.transport.CanLink`."""
 
     garbled: int
     bus_offs: int
@@ -75,7 +253,7 @@ class FrameLink(Protocol):
 
 
 class ByteLink(Protocol):
-    """A way to a serial line; see :class:`palpate.drivers.jr3.links.UartLink`."""
+    """A way to a serial line; see :class:`palpate.drivers.jr3.transport.UartLink`."""
 
     send_failures: int
 
@@ -86,11 +264,11 @@ class ByteLink(Protocol):
         """Hand over a frame; False when it was not taken."""
 
 
-class Wire(Protocol):
+class Transport(Protocol):
     """What the conversation needs. ``receive`` and ``send`` raise SilentError when the way to the board is gone."""
 
     name: str
-    timing: WireTiming
+    timing: TransportTiming
     scale_ops: tuple[Op, ...]
 
     def receive(self) -> list[Message]:
@@ -105,11 +283,11 @@ class Wire(Protocol):
     def forget(self) -> None:
         """Drop what has arrived in part."""
 
-    def counts(self) -> WireCounts:
+    def counts(self) -> TransportCounts:
         """What was seen so far."""
 
 
-class CanWire:
+class CanTransport:
     """The board on a CAN bus.
 
     Args:
@@ -127,7 +305,7 @@ class CanWire:
         self.timing = CAN_TIMING
         self.scale_ops: tuple[Op, ...] = (Op.GET_FORCE_SCALES, Op.GET_MOMENT_SCALES)
         self._link, self._node = link, node
-        self._decoder, self._joiner = CanDecoder(node), PairJoiner()
+        self._decoder, self._joiner = CanDecoder(node), Reassembly()
 
     def receive(self) -> list[Message]:
         """Messages that have arrived; halves of readings are joined."""
@@ -151,10 +329,10 @@ class CanWire:
         """Drop halves of readings."""
         self._joiner.clear()
 
-    def counts(self) -> WireCounts:
+    def counts(self) -> TransportCounts:
         """What was seen so far."""
         seen, link = self._decoder.counts, self._link
-        return WireCounts(
+        return TransportCounts(
             good=seen.good,
             foreign=seen.other_node + seen.host_ops,
             garbage=seen.wrong_length + seen.wrong_state + seen.odd_kind + link.garbled,
@@ -165,7 +343,7 @@ class CanWire:
         )
 
 
-class UartWire:
+class UartTransport:
     """The board on a serial line.
 
     Args:
@@ -196,7 +374,7 @@ class UartWire:
         """Drop a frame that has begun."""
         self._parser.clear()
 
-    def counts(self) -> WireCounts:
+    def counts(self) -> TransportCounts:
         """What was seen so far."""
         seen = self._parser.counts
-        return WireCounts(good=seen.good, garbage=seen.garbage_bytes, send_failures=self._link.send_failures)
+        return TransportCounts(good=seen.good, garbage=seen.garbage_bytes, send_failures=self._link.send_failures)

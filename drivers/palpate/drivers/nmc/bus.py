@@ -12,11 +12,10 @@ from collections.abc import Callable
 from typing import Final, Protocol
 
 from palpate.drivers.errors import DriverError, GarbledError, SilentError, StateError, WiringError
-from palpate.drivers.nmc.budget import LineTiming
 from palpate.drivers.nmc.commands import CLEAR_BITS
-from palpate.drivers.nmc.frames import FRAME_OVERHEAD_BYTES, MAX_DATA_BYTES, Code, Command, Item, find_frame
+from palpate.drivers.nmc.frames import FRAME_OVERHEAD_BYTES, MAX_DATA_BYTES, Code, NmcCommand, StatusItem, find_frame
 from palpate.drivers.nmc.replies import Discarded, Reply, decode_reply, reply_size_bytes
-from palpate.drivers.nmc.settings import POWER_UP_BAUD, BusSettings
+from palpate.drivers.nmc.settings import POWER_UP_BAUD, BusSettings, SerialTiming
 from palpate.drivers.nmc.statistics import BusStatistics, Counters
 
 
@@ -48,9 +47,9 @@ class ByteStream(Protocol):
 
 DEVICE: Final = "NMC bus"
 _RESYNC: Final = bytes(30)
-_LONGEST_BYTES: Final = FRAME_OVERHEAD_BYTES + MAX_DATA_BYTES + reply_size_bytes(Item(0xFF))
+_LONGEST_BYTES: Final = FRAME_OVERHEAD_BYTES + MAX_DATA_BYTES + reply_size_bytes(StatusItem(0xFF))
 _POLL_S: Final = 0.0002
-_ALL_ITEMS: Final = Item(0xFF)
+_ALL_ITEMS: Final = StatusItem(0xFF)
 
 
 class NmcBus:
@@ -76,13 +75,13 @@ class NmcBus:
         self.settings = settings
         self._stream, self._clock_ns, self._sleep_s = stream, clock_ns, sleep_s
         self._counters = Counters()
-        self._masks: defaultdict[int, Item] = defaultdict(lambda: Item(0))
+        self._masks: defaultdict[int, StatusItem] = defaultdict(lambda: StatusItem(0))
         self._failures: defaultdict[int, int] = defaultdict(int)
         self._run = self._stray_run = 0
-        self._heard: tuple[int, Command] | None = None
+        self._heard: tuple[int, NmcCommand] | None = None
         self._demand: str | None = None
         self._is_dirty = True
-        self.line = LineTiming(POWER_UP_BAUD, settings.adapter_latency_s, settings.turnaround_s)
+        self.line = SerialTiming(POWER_UP_BAUD, settings.adapter_latency_s, settings.turnaround_s)
 
     @property
     def statistics(self) -> BusStatistics:
@@ -108,7 +107,7 @@ class NmcBus:
         Raises:
             SilentError: The port is gone.
         """
-        self.line = LineTiming(baud, self.settings.adapter_latency_s, self.settings.turnaround_s)
+        self.line = SerialTiming(baud, self.settings.adapter_latency_s, self.settings.turnaround_s)
         try:
             self._stream.baudrate = baud
             self._stream.timeout = self.timeout_s(_LONGEST_BYTES)
@@ -156,7 +155,7 @@ class NmcBus:
             raise self._gone(error) from error
         self._sleep_s(self.line.wire_s(len(data)))
 
-    def attempt(self, address: int, command: Command) -> Reply | Discarded:
+    def attempt(self, address: int, command: NmcCommand) -> Reply | Discarded:
         """One try, allowed even while a new start is demanded; failures are counted but raise nothing.
 
         Raises:
@@ -188,7 +187,7 @@ class NmcBus:
         self._counters.total_ns += self._clock_ns() - sent_ns
         return result
 
-    def exchange(self, address: int, command: Command) -> Reply | None:
+    def exchange(self, address: int, command: NmcCommand) -> Reply | None:
         """One try of many, as in a control cycle; None when the reply was lost or thrown away.
 
         Raises:
@@ -209,7 +208,7 @@ class NmcBus:
             raise self._stop(_error(address, result, allowed))
         return None
 
-    def require(self, address: int, command: Command) -> Reply:
+    def require(self, address: int, command: NmcCommand) -> Reply:
         """An exchange that must succeed; it is repeated as often as the settings allow errors.
 
         Only for commands that do no harm when they arrive twice.
@@ -221,7 +220,7 @@ class NmcBus:
             continue
         return reply
 
-    def group(self, command: Command) -> Reply | Discarded | None:
+    def group(self, command: NmcCommand) -> Reply | Discarded | None:
         """A command to all modules at once; only a leader answers, so None says nothing about success.
 
         Raises:
@@ -244,9 +243,9 @@ class NmcBus:
         """
         return self.require(address, CLEAR_BITS)
 
-    def _expected(self, address: int, command: Command) -> Item:
+    def _expected(self, address: int, command: NmcCommand) -> StatusItem:
         if command.code in (Code.DEF_STAT, Code.READ_STAT):
-            return Item(command.data[0])
+            return StatusItem(command.data[0])
         return self._masks[address]
 
     def _take_stray(self) -> None:
@@ -272,13 +271,13 @@ class NmcBus:
                 self._sleep_s(_POLL_S)
         return raw
 
-    def _note(self, address: int, command: Command, result: Reply | Discarded) -> None:
+    def _note(self, address: int, command: NmcCommand, result: Reply | Discarded) -> None:
         self._counters.exchanges += 1
         if isinstance(result, Reply):
             self._is_dirty = False
             self._failures[address] = self._run = 0
             if command.code is Code.DEF_STAT:
-                self._masks[address] = Item(command.data[0])
+                self._masks[address] = StatusItem(command.data[0])
             return
         self._counters.discarded[result] += 1
         self._failures[address] += 1

@@ -1,4 +1,4 @@
-"""The commands of the NMC table, each as what makes a :class:`Command`. FACT: libnmc, PyLabRobot, Logosol."""
+"""The commands of the NMC table, each as what makes a :class:`NmcCommand`. FACT: libnmc, PyLabRobot, Logosol."""
 
 from __future__ import annotations
 
@@ -7,17 +7,26 @@ from collections.abc import Sequence
 from math import isfinite
 from typing import Final
 
-from palpate.drivers.nmc.frames import GROUP_BIT, Code, Command, Homing, Item, Stop, Traj, refused
+from palpate.drivers.nmc.frames import (
+    GROUP_BIT,
+    Code,
+    HomingControl,
+    NmcCommand,
+    StatusItem,
+    StopControl,
+    TrajectoryControl,
+    refused,
+)
 
-NOP: Final = Command(Code.NOP)
+NOP: Final = NmcCommand(Code.NOP)
 """Asks for the status and nothing else."""
-START_MOVE: Final = Command(Code.START_MOVE)
+START_MOVE: Final = NmcCommand(Code.START_MOVE)
 """Starts what LOAD_TRAJ without START_NOW has buffered."""
-CLEAR_BITS: Final = Command(Code.CLEAR_BITS)
+CLEAR_BITS: Final = NmcCommand(Code.CLEAR_BITS)
 """Clears the sticky fault bits."""
-SAVE_AS_HOME: Final = Command(Code.SAVE_AS_HOME)
+SAVE_AS_HOME: Final = NmcCommand(Code.SAVE_AS_HOME)
 """Stores the present position as the home position."""
-HARD_RESET: Final = Command(Code.HARD_RESET)
+HARD_RESET: Final = NmcCommand(Code.HARD_RESET)
 """Puts a module back to its state after power-up: address 0, 19200 baud, counter zero, motor off. No reply."""
 
 
@@ -28,12 +37,12 @@ def _pack(layout: str, *values: int) -> bytes:
         raise refused(f"a field of {values} does not fit: {error}") from error
 
 
-def reset_pos(*, relative_to_home: bool = False) -> Command:
+def reset_pos(*, relative_to_home: bool = False) -> NmcCommand:
     """Sets the position counter to zero, or to the distance from the stored home position."""
-    return Command(Code.RESET_POS, b"\x01" if relative_to_home else b"")
+    return NmcCommand(Code.RESET_POS, b"\x01" if relative_to_home else b"")
 
 
-def set_addr(address: int, group: int, *, leader: bool = False) -> Command:
+def set_addr(address: int, group: int, *, leader: bool = False) -> NmcCommand:
     """Gives an individual address and a group address.
 
     Args:
@@ -46,27 +55,27 @@ def set_addr(address: int, group: int, *, leader: bool = False) -> Command:
     """
     if not (1 <= address < GROUP_BIT <= group <= 0xFF):
         raise refused(f"individual address {address} must be 1 to 127 and group address {group} 128 to 255")
-    return Command(Code.SET_ADDR, bytes((address, group & ~GROUP_BIT if leader else group)))
+    return NmcCommand(Code.SET_ADDR, bytes((address, group & ~GROUP_BIT if leader else group)))
 
 
-def def_stat(mask: Item) -> Command:
+def def_stat(mask: StatusItem) -> NmcCommand:
     """Defines the items of every reply from now on, beginning with the reply to this command."""
-    return Command(Code.DEF_STAT, _pack("B", mask))
+    return NmcCommand(Code.DEF_STAT, _pack("B", mask))
 
 
-def read_stat(mask: Item) -> Command:
+def read_stat(mask: StatusItem) -> NmcCommand:
     """Asks for these items once."""
-    return Command(Code.READ_STAT, _pack("B", mask))
+    return NmcCommand(Code.READ_STAT, _pack("B", mask))
 
 
 def load_traj(
-    control: Traj,
+    control: TrajectoryControl,
     *,
     position_counts: int | None = None,
     velocity_word: int | None = None,
     acceleration_word: int | None = None,
     pwm: int | None = None,
-) -> Command:
+) -> NmcCommand:
     """Loads a motion; which fields are there is added to ``control``.
 
     Args:
@@ -80,18 +89,20 @@ def load_traj(
         RefusedError: A field does not fit.
     """
     fields = (
-        (Traj.POSITION, "i", position_counts),
-        (Traj.VELOCITY, "I", velocity_word),
-        (Traj.ACCELERATION, "I", acceleration_word),
-        (Traj.PWM, "B", pwm),
+        (TrajectoryControl.POSITION, "i", position_counts),
+        (TrajectoryControl.VELOCITY, "I", velocity_word),
+        (TrajectoryControl.ACCELERATION, "I", acceleration_word),
+        (TrajectoryControl.PWM, "B", pwm),
     )
-    control &= ~(Traj.POSITION | Traj.VELOCITY | Traj.ACCELERATION | Traj.PWM)
+    control &= ~(
+        TrajectoryControl.POSITION | TrajectoryControl.VELOCITY | TrajectoryControl.ACCELERATION | TrajectoryControl.PWM
+    )
     data = b""
     for bit, layout, value in fields:
         if value is not None:
             control |= bit
             data += _pack(layout, value)
-    return Command(Code.LOAD_TRAJ, _pack("B", control) + data)
+    return NmcCommand(Code.LOAD_TRAJ, _pack("B", control) + data)
 
 
 def set_gain(
@@ -106,7 +117,7 @@ def set_gain(
     servo_rate_divisor: int,
     deadband: int,
     step_multiplier: int | None = None,
-) -> Command:
+) -> NmcCommand:
     """Sets the servo filter: 14 data bytes, or 15 with the step multiplier that firmware 10 of the SC adds.
 
     Raises:
@@ -116,44 +127,44 @@ def set_gain(
         raise refused("the servo rate divisor must be 1 at least")
     data = _pack("4h2Bh2B", kp, kd, ki, integration_limit, output_limit, current_limit, error_limit_counts,
                  servo_rate_divisor, deadband)  # fmt: skip
-    return Command(Code.SET_GAIN, data if step_multiplier is None else data + _pack("B", step_multiplier))
+    return NmcCommand(Code.SET_GAIN, data if step_multiplier is None else data + _pack("B", step_multiplier))
 
 
-def stop_motor(control: Stop, position_counts: int | None = None) -> Command:
-    """Stops the motor in the way of ``control``; ``Stop.HERE`` takes a position, s32, and nothing else does.
+def stop_motor(control: StopControl, position_counts: int | None = None) -> NmcCommand:
+    """Stops the motor in the way of ``control``; ``StopControl.HERE`` takes a position, s32, and nothing else does.
 
     Raises:
         RefusedError: The position is missing, superfluous, or does not fit.
     """
-    if (position_counts is not None) != bool(control & Stop.HERE):
-        raise refused("STOP_MOTOR takes a position with Stop.HERE, and only then")
-    return Command(
+    if (position_counts is not None) != bool(control & StopControl.HERE):
+        raise refused("STOP_MOTOR takes a position with StopControl.HERE, and only then")
+    return NmcCommand(
         Code.STOP_MOTOR, _pack("B", control) + (b"" if position_counts is None else _pack("i", position_counts))
     )
 
 
-def io_ctrl(bits: int) -> Command:
+def io_ctrl(bits: int) -> NmcCommand:
     """Sets the output bits and options of a module."""
-    return Command(Code.IO_CTRL, _pack("B", bits))
+    return NmcCommand(Code.IO_CTRL, _pack("B", bits))
 
 
-def set_homing(control: Homing) -> Command:
+def set_homing(control: HomingControl) -> NmcCommand:
     """Arms the capture of the home position."""
-    return Command(Code.SET_HOMING, _pack("B", control))
+    return NmcCommand(Code.SET_HOMING, _pack("B", control))
 
 
-def set_baud(divisor: int) -> Command:
+def set_baud(divisor: int) -> NmcCommand:
     """Changes the baud rate of whoever hears it; only ever sent to a group. No reply."""
-    return Command(Code.SET_BAUD, _pack("B", divisor))
+    return NmcCommand(Code.SET_BAUD, _pack("B", divisor))
 
 
-def add_pathpoint(points: Sequence[int]) -> Command:
+def add_pathpoint(points: Sequence[int]) -> NmcCommand:
     """Adds up to seven path points, each u16; none at all starts the path.
 
     Raises:
         RefusedError: More than seven points, or one does not fit.
     """
-    return Command(Code.ADD_PATHPOINT, _pack(f"{len(points)}H", *points))
+    return NmcCommand(Code.ADD_PATHPOINT, _pack(f"{len(points)}H", *points))
 
 
 TICK_S: Final = 0.512e-3

@@ -37,7 +37,7 @@ UNANSWERED: Final = frozenset({Code.SET_BAUD, Code.HARD_RESET})
 """Commands that no module answers."""
 
 
-class Status(enum.IntFlag):
+class NmcStatus(enum.IntFlag):
     """Status byte, the first of every reply.
 
     ``OVERCURRENT`` and ``POS_ERROR`` stay set until CLEAR_BITS; ``POS_ERROR`` is also set while the servo is off.
@@ -66,7 +66,7 @@ class Aux(enum.IntFlag):
     PATH_MODE = 0x40
 
 
-class Item(enum.IntFlag):
+class StatusItem(enum.IntFlag):
     """Status mask: which items follow the status byte, in this order."""
 
     POSITION = 0x01
@@ -79,7 +79,7 @@ class Item(enum.IntFlag):
     PATH_POINTS = 0x80
 
 
-class Traj(enum.IntFlag):
+class TrajectoryControl(enum.IntFlag):
     """Control byte of LOAD_TRAJ; the fields follow it in the order position, velocity, acceleration, PWM."""
 
     POSITION = 0x01
@@ -92,7 +92,7 @@ class Traj(enum.IntFlag):
     START_NOW = 0x80
 
 
-class Stop(enum.IntFlag):
+class StopControl(enum.IntFlag):
     """Control byte of STOP_MOTOR. ``MOTOR_OFF`` is 0x02; one public port of the arm uses 0x04, which is wrong."""
 
     AMP_ENABLE = 0x01
@@ -103,7 +103,7 @@ class Stop(enum.IntFlag):
     ADVANCED = 0x20
 
 
-class Homing(enum.IntFlag):
+class HomingControl(enum.IntFlag):
     """Control byte of SET_HOMING: what ends the homing, and how the motor stops then."""
 
     ON_LIMIT1 = 0x01
@@ -125,7 +125,7 @@ class ModuleType(enum.IntEnum):
     STEP = 3
 
 
-STICKY_STATUS: Final = Status.OVERCURRENT | Status.POS_ERROR
+STICKY_STATUS: Final = NmcStatus.OVERCURRENT | NmcStatus.POS_ERROR
 """Status bits that only CLEAR_BITS clears."""
 
 STICKY_AUX: Final = Aux.POS_WRAP | Aux.SERVO_OVERRUN
@@ -151,7 +151,7 @@ def refused(problem: str) -> RefusedError:
 
 
 @dataclass(frozen=True, slots=True)
-class Command:
+class NmcCommand:
     """What one frame asks a module, without the address.
 
     Attributes:
@@ -191,7 +191,7 @@ class Command:
         return bytes((HEADER,)) + body + bytes((checksum(body),))
 
 
-def find_frame(data: bytes) -> tuple[int, Command] | None:
+def find_frame(data: bytes) -> tuple[int, NmcCommand] | None:
     """The first whole command frame in the bytes, as (address, command), or None.
 
     A host that receives command frames hears another master, or itself.
@@ -202,5 +202,5 @@ def find_frame(data: bytes) -> tuple[int, Command] | None:
         end = start + FRAME_OVERHEAD_BYTES + (data[start + 2] >> 4)
         body = data[start + 1 : end - 1]
         if end <= len(data) and checksum(body) == data[end - 1]:
-            return body[0], Command(Code(body[1] & 0x0F), bytes(body[2:]))
+            return body[0], NmcCommand(Code(body[1] & 0x0F), bytes(body[2:]))
     return None

@@ -12,19 +12,19 @@ import struct
 from dataclasses import dataclass
 from typing import Final
 
-from palpate.drivers.nmc.frames import Aux, Item, ModuleType, Status, checksum
+from palpate.drivers.nmc.frames import Aux, ModuleType, NmcStatus, StatusItem, checksum
 
 REPLY_OVERHEAD_BYTES: Final = 2
 
 _LAYOUT: Final = (
-    (Item.POSITION, "i", "position_counts"),
-    (Item.ANALOG, "B", "analog"),
-    (Item.VELOCITY, "h", "velocity_counts_per_tick"),
-    (Item.AUX, "B", "aux"),
-    (Item.HOME, "i", "home_counts"),
-    (Item.IDENTITY, "2s", "identity"),
-    (Item.POSITION_ERROR, "h", "position_error_counts"),
-    (Item.PATH_POINTS, "B", "path_points"),
+    (StatusItem.POSITION, "i", "position_counts"),
+    (StatusItem.ANALOG, "B", "analog"),
+    (StatusItem.VELOCITY, "h", "velocity_counts_per_tick"),
+    (StatusItem.AUX, "B", "aux"),
+    (StatusItem.HOME, "i", "home_counts"),
+    (StatusItem.IDENTITY, "2s", "identity"),
+    (StatusItem.POSITION_ERROR, "h", "position_error_counts"),
+    (StatusItem.PATH_POINTS, "B", "path_points"),
 )
 
 
@@ -40,7 +40,7 @@ class Discarded(enum.Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Identity:
+class ModuleIdentity:
     """What a module is.
 
     Attributes:
@@ -64,7 +64,7 @@ class Reply:
     """One accepted reply; an item that the mask does not name is None.
 
     Attributes:
-        status: Status byte.
+        status: NmcStatus byte.
         position_counts: Encoder position, s32.
         analog: A/D value, u8.
         velocity_counts_per_tick: Velocity without fraction, s16.
@@ -75,30 +75,30 @@ class Reply:
         path_points: Points left in the path buffer, u8.
     """
 
-    status: Status
+    status: NmcStatus
     position_counts: int | None = None
     analog: int | None = None
     velocity_counts_per_tick: int | None = None
     aux: Aux | None = None
     home_counts: int | None = None
-    identity: Identity | None = None
+    identity: ModuleIdentity | None = None
     position_error_counts: int | None = None
     path_points: int | None = None
 
 
-def _layout(mask: Item) -> str:
+def _layout(mask: StatusItem) -> str:
     return "<" + "".join(layout for item, layout, _ in _LAYOUT if item & mask)
 
 
-_SIZES: Final = tuple(REPLY_OVERHEAD_BYTES + struct.calcsize(_layout(Item(mask))) for mask in range(256))
+_SIZES: Final = tuple(REPLY_OVERHEAD_BYTES + struct.calcsize(_layout(StatusItem(mask))) for mask in range(256))
 
 
-def reply_size_bytes(mask: Item) -> int:
+def reply_size_bytes(mask: StatusItem) -> int:
     """Bytes of a reply with these items, status and sum included."""
     return _SIZES[mask]
 
 
-def decode_reply(raw: bytes, mask: Item) -> Reply | Discarded:
+def decode_reply(raw: bytes, mask: StatusItem) -> Reply | Discarded:
     """The reply in the bytes, or why there is none; never raises, whatever the bytes.
 
     Args:
@@ -114,13 +114,13 @@ def decode_reply(raw: bytes, mask: Item) -> Reply | Discarded:
         return Discarded.CHECKSUM
     if not any(raw[:size]):
         return Discarded.BLANK
-    status = Status(raw[0])
-    if status & Status.CKSUM_ERROR:
+    status = NmcStatus(raw[0])
+    if status & NmcStatus.CKSUM_ERROR:
         return Discarded.REJECTED
     return _accepted(status, raw[1 : size - 1], mask)
 
 
-def _accepted(status: Status, items: bytes, mask: Item) -> Reply:
+def _accepted(status: NmcStatus, items: bytes, mask: StatusItem) -> Reply:
     values = iter(struct.unpack(_layout(mask), items))
     found = {name: next(values) for item, _, name in _LAYOUT if item & mask}
     aux, identity = found.get("aux"), found.get("identity")
@@ -131,7 +131,7 @@ def _accepted(status: Status, items: bytes, mask: Item) -> Reply:
         velocity_counts_per_tick=found.get("velocity_counts_per_tick"),
         aux=None if aux is None else Aux(aux),
         home_counts=found.get("home_counts"),
-        identity=None if identity is None else Identity(identity[0], identity[1]),
+        identity=None if identity is None else ModuleIdentity(identity[0], identity[1]),
         position_error_counts=found.get("position_error_counts"),
         path_points=found.get("path_points"),
     )

@@ -13,8 +13,8 @@ from typing import Final
 from palpate.drivers.errors import SilentError, WiringError
 from palpate.drivers.nmc.bus import DEVICE, NmcBus
 from palpate.drivers.nmc.commands import HARD_RESET, read_stat, set_addr, set_baud
-from palpate.drivers.nmc.frames import EVERYBODY, Item
-from palpate.drivers.nmc.replies import Discarded, Identity, Reply
+from palpate.drivers.nmc.frames import EVERYBODY, StatusItem
+from palpate.drivers.nmc.replies import Discarded, ModuleIdentity, Reply
 from palpate.drivers.nmc.settings import BAUD_DIVISORS, POWER_UP_BAUD
 
 _WAKE: Final = bytes(20)
@@ -35,7 +35,7 @@ class Module:
     """
 
     address: int
-    identity: Identity
+    identity: ModuleIdentity
 
 
 def start(bus: NmcBus) -> tuple[Module, ...]:
@@ -79,7 +79,7 @@ def attach(bus: NmcBus, count: int) -> tuple[Module, ...] | None:
     for baud in reversed(_other_rates(bus.settings.baud)):
         bus.set_line(baud)
         bus.forget()
-        if isinstance(_ask(bus, 1, Item.IDENTITY, tries=2), Reply):
+        if isinstance(_ask(bus, 1, StatusItem.IDENTITY, tries=2), Reply):
             addresses = range(1, count + 1)
             bus.forgive()
             modules = _identify(bus, addresses)
@@ -154,10 +154,10 @@ def _address_chain(bus: NmcBus) -> range:
 
 def _answers(bus: NmcBus, address: int) -> bool:
     # READ_STAT and not NOP: the mask of a module that was taken over is unknown.
-    return any(isinstance(bus.attempt(address, read_stat(Item(0))), Reply) for _ in range(_TRIES))
+    return any(isinstance(bus.attempt(address, read_stat(StatusItem(0))), Reply) for _ in range(_TRIES))
 
 
-def _ask(bus: NmcBus, address: int, items: Item, tries: int) -> Reply | Discarded:
+def _ask(bus: NmcBus, address: int, items: StatusItem, tries: int) -> Reply | Discarded:
     result: Reply | Discarded = Discarded.MISSING
     for _ in range(tries):
         result = bus.attempt(address, read_stat(items))
@@ -171,7 +171,7 @@ def _ask(bus: NmcBus, address: int, items: Item, tries: int) -> Reply | Discarde
 def _identify(bus: NmcBus, addresses: range) -> tuple[Module, ...]:
     modules = []
     for address in addresses:
-        identity = bus.require(address, read_stat(Item.IDENTITY)).identity
+        identity = bus.require(address, read_stat(StatusItem.IDENTITY)).identity
         if identity is not None:
             modules.append(Module(address, identity))
     return tuple(modules)
@@ -182,7 +182,7 @@ def _find_rate(bus: NmcBus, address: int) -> int | None:
         bus.set_line(baud)
         bus.forget()
         for candidate in (address, _UNADDRESSED):
-            if isinstance(_ask(bus, candidate, Item.IDENTITY, tries=1), Reply):
+            if isinstance(_ask(bus, candidate, StatusItem.IDENTITY, tries=1), Reply):
                 return baud
     return None
 

@@ -9,12 +9,10 @@ from typing import Final, NoReturn, Self
 from palpate.drivers.errors import DeviceFaultError, DriverError, StateError, WiringError
 from palpate.drivers.nmc.bus import ByteStream, NmcBus
 from palpate.drivers.nmc.commands import NOP
-from palpate.drivers.nmc.frames import Command
+from palpate.drivers.nmc.frames import NmcCommand
 from palpate.drivers.nmc.startup import Module, start
 from palpate.drivers.zebra_zero.counts import DEVICE, JOINTS, SixCounts, six
-from palpate.drivers.zebra_zero.faults import Fault, FaultKind
 from palpate.drivers.zebra_zero.measured import ArmReport, Measured
-from palpate.drivers.zebra_zero.rounds import Rounds, Trouble, lost
 from palpate.drivers.zebra_zero.servos import (
     AXES,
     GO_HOME,
@@ -26,10 +24,10 @@ from palpate.drivers.zebra_zero.servos import (
     streaming_for,
 )
 from palpate.drivers.zebra_zero.settings import Applied, AppliedReason, Streaming, ZebraZeroSettings
-from palpate.drivers.zebra_zero.states import Event, State, after
-from palpate.drivers.zebra_zero.tracking import Setpoints, Tracking
+from palpate.drivers.zebra_zero.states import Fault, FaultKind, ZebraEvent, ZebraState, after
+from palpate.drivers.zebra_zero.tracking import Rounds, Setpoints, Tracking, Trouble, lost
 
-_CYCLING: Final = (State.HOMED, State.SERVO_ON, State.STOPPED)
+_CYCLING: Final = (ZebraState.HOMED, ZebraState.SERVO_ON, ZebraState.STOPPED)
 _TRIPPED: Final = (FaultKind.POSITION_ERROR, FaultKind.OVERCURRENT, FaultKind.SERVO_OFF)
 """Faults by which the firmware has switched a motor off; a stop must not switch it on again."""
 
@@ -59,14 +57,14 @@ class ZebraZero:
         self._servos = Servos(self._bus, self.settings)
         self._tracking, self._setpoints = Tracking(self.settings), Setpoints(self.settings)
         self._rounds = Rounds(self._bus, self._servos, self._tracking, self.settings, clock_ns)
-        self._state = State.CLOSED
+        self._state = ZebraState.CLOSED
         self._fault: Fault | None = None
         self._modules: tuple[Module, ...] = ()
         self._streaming = Streaming.STOP_HERE
         self._was_reset = self._is_referenced = False
 
     @property
-    def state(self) -> State:
+    def state(self) -> ZebraState:
         """Where the arm is in its life."""
         return self._state
 
@@ -111,7 +109,7 @@ class ZebraZero:
             WiringError: Nobody answers, or not six servo modules, or at another baud rate.
             SilentError, GarbledError: Some answer and some do not; only nonsense; the port is gone.
         """
-        connected = after(self._state, Event.CONNECT)
+        connected = after(self._state, ZebraEvent.CONNECT)
         self._is_referenced = False
         found = None if reset else self._servos.attach()
         self._was_reset = found is None
@@ -129,7 +127,7 @@ class ZebraZero:
             StateError: Out of order, nobody confirms, or the modules were not reset.
             DriverError: The bus failed.
         """
-        homed = after(self._state, Event.REFERENCE)
+        homed = after(self._state, ZebraEvent.REFERENCE)
         if not self._was_reset:
             problem = "the modules have been on since an earlier run, so the arm need not be in its home pose any more"
             remedy = "resume with that run's counters, or switch the controller off and on with the arm at home"
@@ -151,7 +149,7 @@ class ZebraZero:
             StateError: Out of order.
             WiringError: The modules have been reset since, or the counters are elsewhere.
         """
-        homed = after(self._state, Event.REFERENCE)
+        homed = after(self._state, ZebraEvent.REFERENCE)
         if self._was_reset:
             raise WiringError(DEVICE, "the modules have been reset, so stored counters mean nothing", GO_HOME)
         if not self._tracking.agrees(stored_counts):
@@ -167,7 +165,7 @@ class ZebraZero:
             DeviceFaultError: An axis reports a fault, or the pose is beyond a limit; it is latched.
             SilentError, GarbledError: The bus failed; latched as well.
         """
-        enabled = after(self._state, Event.ENABLE)
+        enabled = after(self._state, ZebraEvent.ENABLE)
         try:
             counts, fault = self._servos.check()
             self._tracking.begin_at(counts)
@@ -187,7 +185,7 @@ class ZebraZero:
         Raises:
             RefusedError: There are not six finite angles.
         """
-        return self._setpoints.preview(setpoint_rad) if self._state is State.SERVO_ON else self._held(setpoint_rad)
+        return self._setpoints.preview(setpoint_rad) if self._state is ZebraState.SERVO_ON else self._held(setpoint_rad)
 
     def cycle(self, setpoint_rad: Sequence[float] | None = None) -> Measured:
         """Hands out the set-point, if any, and brings back the pose from before it: one exchange with every axis.
@@ -205,7 +203,7 @@ class ZebraZero:
         """
         if self._fault is not None:
             raise self._fault.error()
-        if self._state not in _CYCLING or (setpoint_rad is not None and self._state is State.HOMED):
+        if self._state not in _CYCLING or (setpoint_rad is not None and self._state is ZebraState.HOMED):
             raise StateError(DEVICE, f"cannot run a cycle while {self._state.value}", "home, and switch the servos on")
         begin_ns = self._clock_ns()
         applied, commands = self._plan(setpoint_rad, begin_ns)
@@ -216,8 +214,8 @@ class ZebraZero:
 
     def smooth_stop(self) -> StopOutcome:
         """Brings every motor whose servo is on to rest and keeps it there. Any time, twice too; never raises."""
-        if self._state is State.SERVO_ON:
-            self._state = after(self._state, Event.STOP)
+        if self._state is ZebraState.SERVO_ON:
+            self._state = after(self._state, ZebraEvent.STOP)
         on = sorted(self._servos.on)
         outcome = bring_to_rest(self._bus, on, self.settings.stop_timeout_s, self._clock_ns, are_all=len(on) == JOINTS)
         if outcome is StopOutcome.LINE_DEAD:
@@ -226,8 +224,8 @@ class ZebraZero:
             self._latch(Fault(FaultKind.STOP_NOT_SEEN))
         elif outcome is StopOutcome.AT_REST:
             self._rounds.look_once()
-        if self._state is State.STOPPING:
-            self._state = after(self._state, Event.AT_REST)
+        if self._state is ZebraState.STOPPING:
+            self._state = after(self._state, ZebraEvent.AT_REST)
         return outcome
 
     def release(self) -> None:
@@ -237,12 +235,12 @@ class ZebraZero:
             StateError: Not connected.
             SilentError: A motor did not confirm.
         """
-        if self._state is State.CLOSED:
+        if self._state is ZebraState.CLOSED:
             raise StateError(DEVICE, "cannot release the motors while closed", "connect first")
         self.smooth_stop()
         self._servos.off()
-        if self._state is State.STOPPED:
-            self._state = after(self._state, Event.RELEASE)
+        if self._state is ZebraState.STOPPED:
+            self._state = after(self._state, ZebraEvent.RELEASE)
 
     def acknowledge(self) -> None:
         """Clears a latched fault and the modules' sticky bits: a person's decision.
@@ -255,16 +253,16 @@ class ZebraZero:
             SilentError, GarbledError: They do not answer.
             DeviceFaultError: A fault is still there; it stays latched.
         """
-        acknowledged = after(self._state, Event.ACKNOWLEDGE)
+        acknowledged = after(self._state, ZebraEvent.ACKNOWLEDGE)
         was_referenced, self._is_referenced = self._is_referenced, False
-        self._state, self._fault = after(self._state, Event.CLOSE), None
+        self._state, self._fault = after(self._state, ZebraEvent.CLOSE), None
         if not was_referenced or self._servos.attach() is None:
             raise WiringError(DEVICE, "the position of the arm is not known any more", GO_HOME)
         self._tracking.begin_at(self._servos.meet())
         remaining = self._servos.clear()
         self._is_referenced = True
         if remaining is not None:
-            self._state, self._fault = State.FAULTED, remaining
+            self._state, self._fault = ZebraState.FAULTED, remaining
             raise remaining.error()
         self._state = acknowledged
 
@@ -272,7 +270,7 @@ class ZebraZero:
         """Stops and forgets the arm; its servos go on holding it. Any time, twice too; never raises."""
         self.smooth_stop()
         self._servos.on.clear()
-        self._state, self._fault = after(self._state, Event.CLOSE), None
+        self._state, self._fault = after(self._state, ZebraEvent.CLOSE), None
 
     def __enter__(self) -> Self:
         return self
@@ -284,8 +282,8 @@ class ZebraZero:
         six(asked_rad)
         return Applied(self._tracking.position_rad, AppliedReason.STOPPED)
 
-    def _plan(self, asked_rad: Sequence[float] | None, now_ns: int) -> tuple[Applied | None, tuple[Command, ...]]:
-        if asked_rad is None or self._state is not State.SERVO_ON:
+    def _plan(self, asked_rad: Sequence[float] | None, now_ns: int) -> tuple[Applied | None, tuple[NmcCommand, ...]]:
+        if asked_rad is None or self._state is not ZebraState.SERVO_ON:
             self._setpoints.hold()
             return None if asked_rad is None else self._held(asked_rad), (NOP,) * JOINTS
         applied = self._setpoints.advance(asked_rad, now_ns)
@@ -309,5 +307,5 @@ class ZebraZero:
         raise trouble.error
 
     def _latch(self, fault: Fault) -> None:
-        if self._fault is None and self._state is not State.CLOSED:
-            self._fault, self._state = fault, after(self._state, Event.FAULT)
+        if self._fault is None and self._state is not ZebraState.CLOSED:
+            self._fault, self._state = fault, after(self._state, ZebraEvent.FAULT)

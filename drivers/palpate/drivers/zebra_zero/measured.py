@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from palpate.drivers.nmc.budget import CycleBudget
-from palpate.drivers.nmc.frames import Aux, Status
+from palpate.drivers.nmc.frames import Aux, NmcStatus
+from palpate.drivers.nmc.settings import CycleBudget
 from palpate.drivers.nmc.startup import Module
 from palpate.drivers.nmc.statistics import BusStatistics
 from palpate.drivers.zebra_zero.counts import Six, SixCounts
 from palpate.drivers.zebra_zero.settings import Applied, Streaming
-from palpate.drivers.zebra_zero.states import State
+from palpate.drivers.zebra_zero.states import ZebraState
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,7 +21,7 @@ class Measured:
         position_rad: Joint angles, (6,).
         velocity_rad_per_s: Joint velocities from the counts of this and the last complete cycle, (6,).
         counts: Counter values, (6,).
-        status: Status bytes, (6,).
+        status: NmcStatus bytes, (6,).
         aux: Auxiliary bytes, (6,); None where the reply had none.
         is_fresh: Which axes answered in this cycle; the others show their last values.
         applied: What became of the set-point; None when there was none.
@@ -32,7 +32,7 @@ class Measured:
     position_rad: Six
     velocity_rad_per_s: Six
     counts: SixCounts
-    status: tuple[Status, ...]
+    status: tuple[NmcStatus, ...]
     aux: tuple[Aux | None, ...]
     is_fresh: tuple[bool, ...]
     applied: Applied | None
@@ -66,7 +66,7 @@ class ArmReport:
         statistics: Of the bus.
     """
 
-    state: State
+    state: ZebraState
     fault: str | None
     modules: tuple[Module, ...]
     baud: int

@@ -18,15 +18,24 @@ from palpate.drivers.nmc.commands import (
     stop_motor,
     velocity_word,
 )
-from palpate.drivers.nmc.frames import STICKY_STATUS, Aux, Command, Item, ModuleType, Status, Stop, Traj
+from palpate.drivers.nmc.frames import (
+    STICKY_STATUS,
+    Aux,
+    ModuleType,
+    NmcCommand,
+    NmcStatus,
+    StatusItem,
+    StopControl,
+    TrajectoryControl,
+)
 from palpate.drivers.nmc.replies import Reply
 from palpate.drivers.nmc.startup import Module, attach
 from palpate.drivers.zebra_zero.counts import DEVICE, JOINTS, SixCounts
-from palpate.drivers.zebra_zero.faults import Fault, FaultKind, fault_in
 from palpate.drivers.zebra_zero.settings import FIRMWARE_WITH_MOVING_TARGETS, Streaming, ZebraZeroSettings
+from palpate.drivers.zebra_zero.states import Fault, FaultKind, fault_in
 
-SMOOTH: Final = stop_motor(Stop.AMP_ENABLE | Stop.SMOOTH)
-ABRUPT: Final = stop_motor(Stop.AMP_ENABLE | Stop.ABRUPT)
+SMOOTH: Final = stop_motor(StopControl.AMP_ENABLE | StopControl.SMOOTH)
+ABRUPT: Final = stop_motor(StopControl.AMP_ENABLE | StopControl.ABRUPT)
 _POLL_S: Final = 0.002
 
 
@@ -89,11 +98,11 @@ def _poll(bus: NmcBus, address: int, told: set[int], moving: set[int]) -> None:
         # The group's command has no receipt, so each module is told once more.
         if isinstance(bus.attempt(address, SMOOTH), Reply):
             told.add(address)
-    elif reply.status & Status.MOVE_DONE:
+    elif reply.status & NmcStatus.MOVE_DONE:
         moving.discard(address)
 
 
-def _say(bus: NmcBus, address: int, command: Command) -> None:
+def _say(bus: NmcBus, address: int, command: NmcCommand) -> None:
     # Twice at most: the first may be what the line has damaged.
     if not isinstance(bus.attempt(address, command), Reply):
         bus.attempt(address, command)
@@ -103,9 +112,9 @@ AXES: Final = tuple(range(1, JOINTS + 1))
 """Module addresses; motor n is module n. FACT: the port."""
 GO_HOME: Final = "bring the arm to its home pose by hand, connect with reset=True, and confirm"
 """What to do when the counters mean nothing."""
-_LOOK: Final = Item.POSITION | Item.AUX
-_OFF: Final = stop_motor(Stop.MOTOR_OFF)
-_STREAMED: Final = Traj.SERVO | Traj.START_NOW
+_LOOK: Final = StatusItem.POSITION | StatusItem.AUX
+_OFF: Final = stop_motor(StopControl.MOTOR_OFF)
+_STREAMED: Final = TrajectoryControl.SERVO | TrajectoryControl.START_NOW
 
 
 def check_modules(modules: tuple[Module, ...]) -> tuple[Module, ...]:
@@ -130,11 +139,11 @@ def streaming_for(modules: tuple[Module, ...], settings: ZebraZeroSettings) -> S
     return Streaming.TRAPEZOID if is_documented else Streaming.STOP_HERE
 
 
-def setpoint(streaming: Streaming, counts: int) -> Command:
+def setpoint(streaming: Streaming, counts: int) -> NmcCommand:
     """The command that takes a motor to a position, nine bytes either way."""
     if streaming is Streaming.TRAPEZOID:
         return load_traj(_STREAMED, position_counts=counts)
-    return stop_motor(Stop.AMP_ENABLE | Stop.HERE, counts)
+    return stop_motor(StopControl.AMP_ENABLE | StopControl.HERE, counts)
 
 
 class Servos:
@@ -207,7 +216,7 @@ class Servos:
             reply = self._look(axis)
             counts.append(_position(reply))
             fault = fault or fault_in(axis, reply, self._settings, should_be_on=axis in self.on)
-            if self._settings.require_power and not reply.status & Status.POWER_ON:
+            if self._settings.require_power and not reply.status & NmcStatus.POWER_ON:
                 fault = fault or Fault(FaultKind.POWER_LOST, axis)
         return _six(counts), fault
 
@@ -278,7 +287,7 @@ class Servos:
         else:
             self.on.discard(axis)
 
-    def _profile(self, axis: int, position_counts: int) -> Command:
+    def _profile(self, axis: int, position_counts: int) -> NmcCommand:
         settings, limits = self._settings, self._settings.limits
         divisor = settings.gains.servo_rate_divisor
         speeds = settings.transmission.motor_rates((settings.profile_margin * limits.velocity_rad_per_s,) * JOINTS)

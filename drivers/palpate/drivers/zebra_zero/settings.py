@@ -9,10 +9,16 @@ from math import copysign, inf, isfinite
 from typing import Final
 
 from palpate.drivers.errors import SettingError
-from palpate.drivers.nmc.budget import LOOP_RATE_HZ, CycleBudget, LineTiming, exchange_size_bytes, same_for_all
 from palpate.drivers.nmc.commands import set_gain, stop_motor
-from palpate.drivers.nmc.frames import Command, Item, Stop
-from palpate.drivers.nmc.settings import BusSettings
+from palpate.drivers.nmc.frames import NmcCommand, StatusItem, StopControl
+from palpate.drivers.nmc.settings import (
+    LOOP_RATE_HZ,
+    BusSettings,
+    CycleBudget,
+    SerialTiming,
+    exchange_size_bytes,
+    same_for_all,
+)
 from palpate.drivers.zebra_zero.counts import DEVICE, JOINTS, Six, Transmission, six
 
 
@@ -131,7 +137,7 @@ class Streaming(enum.Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Gains:
+class ServoGains:
     """Servo filter. FACT: the port sends these defaults to the real arm.
 
     Attributes:
@@ -158,7 +164,7 @@ class Gains:
     deadband: int = 0
     step_multiplier: int | None = None
 
-    def command(self) -> Command:
+    def command(self) -> NmcCommand:
         """The SET_GAIN command.
 
         Raises:
@@ -207,11 +213,11 @@ class ZebraZeroSettings:
     bus: BusSettings = field(default_factory=BusSettings)
     transmission: Transmission = field(default_factory=Transmission)
     limits: JointLimits = field(default_factory=JointLimits)
-    gains: Gains = field(default_factory=Gains)
+    gains: ServoGains = field(default_factory=ServoGains)
     streaming: Streaming = Streaming.BY_FIRMWARE
     rate_Hz: float = LOOP_RATE_HZ / 3
     reserve: float = 0.1
-    reply_items: Item = Item.POSITION | Item.AUX
+    reply_items: StatusItem = StatusItem.POSITION | StatusItem.AUX
     require_power: bool = True
     use_limit_inputs: bool = True
     limit_tolerance_rad: float = 0.02
@@ -223,7 +229,7 @@ class ZebraZeroSettings:
         checks = (
             (isfinite(self.rate_Hz) and self.rate_Hz > 0.0, f"rate_Hz = {self.rate_Hz}", "positive"),
             (0.0 <= self.reserve < 1.0, f"reserve = {self.reserve}", "0 to 1"),
-            (bool(self.reply_items & Item.POSITION), f"reply_items = {self.reply_items!r}", "with POSITION"),
+            (bool(self.reply_items & StatusItem.POSITION), f"reply_items = {self.reply_items!r}", "with POSITION"),
             (0.0 <= self.limit_tolerance_rad < 0.5, f"limit_tolerance_rad = {self.limit_tolerance_rad}", "0 to 0.5"),
             (self.stored_tolerance_counts >= 0, f"{self.stored_tolerance_counts=}", "0 at least"),
             (1.0 <= self.profile_margin <= 10.0, f"profile_margin = {self.profile_margin}", "1 to 10"),
@@ -237,6 +243,6 @@ class ZebraZeroSettings:
 
     def budget(self) -> CycleBudget:
         """What one cycle with set-points for all axes costs; both ways of streaming cost the same."""
-        line = LineTiming(self.bus.baud, self.bus.adapter_latency_s, self.bus.turnaround_s)
-        setpoint = stop_motor(Stop.AMP_ENABLE | Stop.HERE, 0)
+        line = SerialTiming(self.bus.baud, self.bus.adapter_latency_s, self.bus.turnaround_s)
+        setpoint = stop_motor(StopControl.AMP_ENABLE | StopControl.HERE, 0)
         return same_for_all(line, JOINTS, (exchange_size_bytes(setpoint, self.reply_items),), self.reserve)

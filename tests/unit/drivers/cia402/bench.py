@@ -9,7 +9,7 @@ from palpate.drivers.cia402.arm import Cia402Arm
 from palpate.drivers.cia402.link import CanLink
 from palpate.drivers.cia402.settings import ArmSettings, JointDrive
 from palpate.simulation.emulators.cia402.node import CanopenDrive
-from palpate.simulation.emulators.lines.can_frame import CanFrame
+from palpate.simulation.emulators.lines.can_bus import BusFrame
 from palpate.simulation.emulators.motors.plant import IdealPlant
 
 SCALE = 10_000.0
@@ -47,7 +47,7 @@ class FakeNetwork:
         for node in self.nodes:
             self.deliver(node.feed(can_id, bytes(data), self.now_ns))
 
-    def deliver(self, frames: list[CanFrame]) -> None:
+    def deliver(self, frames: list[BusFrame]) -> None:
         for frame in frames:
             for callback in self.subscribers.get(frame.arbitration_id, []):
                 callback(frame.arbitration_id, bytearray(frame.data), 0.0)

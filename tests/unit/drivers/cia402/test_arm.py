@@ -8,13 +8,13 @@ from typing import Any
 import pytest
 
 from palpate.drivers.cia402.measured import ArmState
-from palpate.drivers.cia402.object_dictionary import DriveState, Mode
+from palpate.drivers.cia402.object_dictionary import DriveState, OperationMode
 from palpate.drivers.cia402.settings import AppliedReason
 from palpate.drivers.errors import DeviceFaultError, RefusedError, SilentError, StateError, WiringError
-from palpate.simulation.emulators.cia402.state import PowerState
+from palpate.simulation.emulators.cia402.servo import PowerState
 from tests.unit.drivers.cia402.bench import SCALE, Bench
 
-modes = pytest.mark.parametrize("mode", list(Mode))
+modes = pytest.mark.parametrize("mode", list(OperationMode))
 
 
 def test_setting_up_gives_no_power() -> None:
@@ -47,7 +47,7 @@ def test_a_drive_left_under_power_by_a_dead_program_is_stopped_first() -> None:
 
 
 @modes
-def test_enabling_goes_step_by_step_and_moves_nothing(mode: Mode) -> None:
+def test_enabling_goes_step_by_step_and_moves_nothing(mode: OperationMode) -> None:
     bench = Bench(mode=mode)
     for axis in range(6):
         bench.plant.set_motor_counts(axis, 1000.0 * axis - 2000.0)
@@ -74,7 +74,7 @@ def test_a_joint_outside_its_limits_is_not_enabled() -> None:
 
 @pytest.mark.parametrize("rate", [Fraction(140), Fraction(70), Fraction(35), Fraction(140, 3)])
 @modes
-def test_the_arm_goes_where_it_was_told(mode: Mode, rate: Fraction) -> None:
+def test_the_arm_goes_where_it_was_told(mode: OperationMode, rate: Fraction) -> None:
     bench = Bench(mode=mode, rate_Hz=rate, host_watchdog_ms=500).enabled()
     goal = (0.006, -0.006, 0.005, 0.0, 0.001, -0.001)
     for _ in range(30):
@@ -88,7 +88,7 @@ def test_the_arm_goes_where_it_was_told(mode: Mode, rate: Fraction) -> None:
 
 
 @modes
-def test_a_ramp_is_followed(mode: Mode) -> None:
+def test_a_ramp_is_followed(mode: OperationMode) -> None:
     bench = Bench(mode=mode).enabled()
     for tick in range(140):
         measured = bench.cycle(0.5 * tick / 140)
@@ -141,7 +141,7 @@ def test_what_no_drive_may_get_is_refused_and_nothing_is_sent(bad: tuple[float, 
 
 
 @modes
-def test_stopping_slows_down_smoothly_and_holds(mode: Mode) -> None:
+def test_stopping_slows_down_smoothly_and_holds(mode: OperationMode) -> None:
     bench = Bench(mode=mode, quick_stop_rad_per_s2=5.0).enabled()
     for tick in range(1, 71):
         bench.cycle(0.5 * tick / 70)
@@ -241,7 +241,7 @@ def test_a_dead_drive_does_not_keep_the_others_under_power() -> None:
 
 
 def test_a_host_that_dies_leaves_an_arm_at_rest() -> None:
-    bench = Bench(mode=Mode.CSV).enabled()
+    bench = Bench(mode=OperationMode.CSV).enabled()
     for tick in range(1, 30):
         bench.cycle(0.5 * tick / 140)
     bench.network.sleep(1.0)

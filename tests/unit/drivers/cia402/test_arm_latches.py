@@ -9,7 +9,7 @@ import pytest
 from palpate.drivers.cia402.measured import ArmState
 from palpate.drivers.errors import DeviceFaultError, DriverError, SilentError, StateError
 from palpate.simulation.emulators.cia402.node import NmtState
-from palpate.simulation.emulators.cia402.state import PowerState
+from palpate.simulation.emulators.cia402.servo import PowerState
 from tests.unit.drivers.cia402.bench import SCALE, Bench
 
 AT_REST = {PowerState.QUICK_STOP, PowerState.SWITCH_ON_DISABLED, PowerState.FAULT, PowerState.FAULT_REACTION}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from palpate.drivers.cia402.object_dictionary import Mode
+from palpate.drivers.cia402.object_dictionary import OperationMode
 from tests.unit.drivers.cia402.bench import Bench
 
 COMMON = [
@@ -43,9 +43,12 @@ COMMON = [
 
 @pytest.mark.parametrize(
     ("mode", "target", "operation"),
-    [(Mode.CSP, "2300160220007A60", "2F60600008000000"), (Mode.CSV, "230016022000FF60", "2F60600009000000")],
+    [
+        (OperationMode.CSP, "2300160220007A60", "2F60600008000000"),
+        (OperationMode.CSV, "230016022000FF60", "2F60600009000000"),
+    ],
 )
-def test_sdo_frames_of_the_set_up(mode: Mode, target: str, operation: str) -> None:
+def test_sdo_frames_of_the_set_up(mode: OperationMode, target: str, operation: str) -> None:
     bench = Bench(mode=mode)
     bench.arm.configure()
     sent = [data.hex().upper() for can_id, data in bench.network.sent if can_id == 0x601]

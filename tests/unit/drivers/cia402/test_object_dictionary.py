@@ -5,7 +5,7 @@ import pytest
 from palpate.drivers.cia402.object_dictionary import (
     PATTERNS,
     TRANSITIONS,
-    Command,
+    Controlword,
     DriveState,
     command_towards,
     state_of,
@@ -60,7 +60,7 @@ def test_only_a_person_leads_out_of_a_fault() -> None:
     goal = DriveState.SWITCH_ON_DISABLED
     assert command_towards(DriveState.FAULT, goal) is None
     assert command_towards(DriveState.FAULT, goal, by_operator=True) == 0x80
-    assert [end for (_, command), end in TRANSITIONS.items() if command is Command.FAULT_RESET] == [goal]
+    assert [end for (_, command), end in TRANSITIONS.items() if command is Controlword.FAULT_RESET] == [goal]
 
 
 @pytest.mark.parametrize("state", [DriveState.READY, DriveState.SWITCHED_ON, DriveState.ENABLED, DriveState.QUICK_STOP])

@@ -6,9 +6,8 @@ from typing import Any
 
 import pytest
 
-from palpate.drivers.cia402.budget import BusBudget, frame_bits
 from palpate.drivers.cia402.object_dictionary import collisions, require_no_collision
-from palpate.drivers.cia402.settings import ArmSettings, JointDrive
+from palpate.drivers.cia402.settings import ArmSettings, BusBudget, JointDrive, frame_bits
 from palpate.drivers.errors import SettingError
 from tests.unit.drivers.cia402.bench import joints
 

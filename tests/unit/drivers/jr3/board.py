@@ -10,9 +10,9 @@ from palpate.drivers.jr3.blocking import Pace
 from palpate.drivers.jr3.codec_can import CanFrame
 from palpate.drivers.jr3.device import Jr3
 from palpate.drivers.jr3.messages import Jr3Sample
-from palpate.drivers.jr3.phases import Phase
+from palpate.drivers.jr3.phases import Jr3Phase
 from palpate.drivers.jr3.settings import Jr3Settings
-from palpate.drivers.jr3.transport import CanWire
+from palpate.drivers.jr3.transport import CanTransport
 
 MS = 1_000_000
 FORCES_N, MOMENTS_DNM = (115, 111, 185), (56, 52, 61)
@@ -67,7 +67,7 @@ class Bench:
 
     def __init__(self, settings: Jr3Settings | None = None) -> None:
         self.link = FakeCanLink()
-        self.device = Jr3(CanWire(self.link), settings or Jr3Settings(cutoff_Hz=50.0, period_us=10_000))
+        self.device = Jr3(CanTransport(self.link), settings or Jr3Settings(cutoff_Hz=50.0, period_us=10_000))
         self.now_ns = 1_000 * MS
         self.counter = 0
 
@@ -94,7 +94,7 @@ class Bench:
     def streaming(self) -> Bench:
         self.device.open()
         self.polls(8)
-        assert self.device.phase is Phase.AWAITING
+        assert self.device.phase is Jr3Phase.AWAITING
         self.read()
-        assert self.device.phase is Phase.STREAMING
+        assert self.device.phase is Jr3Phase.STREAMING
         return self

@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from palpate.drivers.errors import DeviceFaultError, SettingError
+from palpate.drivers.jr3.codec_can import Reassembly
 from palpate.drivers.jr3.messages import (
     LEFT_HANDED,
     RIGHT_HANDED,
@@ -19,7 +20,6 @@ from palpate.drivers.jr3.messages import (
     Scaling,
     peak_counts,
 )
-from palpate.drivers.jr3.reassembly import PairJoiner
 from palpate.drivers.jr3.sampling import FrameCounter
 from palpate.drivers.jr3.settings import Jr3Settings, check_node, settling_ns
 
@@ -35,7 +35,7 @@ def m(counter: int) -> Moments:
 
 
 def joined(*halves: Forces | Moments) -> tuple[list[int], int, int]:
-    joiner = PairJoiner()
+    joiner = Reassembly()
     whole = [reading for half in halves if (reading := joiner.add(half)) is not None]
     assert all((r.forces, r.moments) == ((1, 2, 3), (4, 5, 6)) for r in whole)
     joiner.clear()

@@ -11,10 +11,10 @@ from palpate.drivers.jr3.blocking import identify, shut_down, start_up, zero
 from palpate.drivers.jr3.codec_can import CanFrame
 from palpate.drivers.jr3.device import Jr3
 from palpate.drivers.jr3.messages import FullScales
-from palpate.drivers.jr3.phases import TRANSITIONS, Cue, Phase
+from palpate.drivers.jr3.phases import TRANSITIONS, Jr3Event, Jr3Phase
 from palpate.drivers.jr3.sampling import Zero
 from palpate.drivers.jr3.settings import Jr3Settings
-from palpate.drivers.jr3.transport import CanWire, UartWire
+from palpate.drivers.jr3.transport import CanTransport, UartTransport
 from tests.unit.drivers.jr3.board import FORCES_N, MOMENTS_DNM, MS, Bench, FakeCanLink, forces, moments
 
 
@@ -67,7 +67,7 @@ def test_nobody_there() -> None:
     with pytest.raises(WiringError, match="nobody answers"):
         start_up(bench.device, bench.pace)
     assert bench.link.asked == ["state"] * 16
-    assert bench.device.phase is Phase.FAULTED
+    assert bench.device.phase is Jr3Phase.FAULTED
 
 
 def test_nothing_but_garbage() -> None:
@@ -101,10 +101,10 @@ def test_a_board_that_boots_meanwhile_is_waited_for() -> None:
     bench.link.state = 1
     bench.device.open()
     bench.polls(1000)
-    assert bench.device.phase is Phase.PINGING
+    assert bench.device.phase is Jr3Phase.PINGING
     bench.link.state = 0
     bench.polls(260)
-    assert bench.device.phase is Phase.AWAITING
+    assert bench.device.phase is Jr3Phase.AWAITING
     assert bench.device.statistics().timeouts == 0
 
 
@@ -141,7 +141,7 @@ def test_identifying_leaves_a_stream_alone() -> None:
     assert bench.link.asked == ["state", "force scales", "moment scales"]
     assert (identity.name, identity.cutoff_Hz, identity.period_us) == ("JR3 on CAN, node 1", 50.0, 10_000)
     bench.device.open()
-    assert bench.device.phase is Phase.PINGING
+    assert bench.device.phase is Jr3Phase.PINGING
 
 
 def test_blocking_helpers() -> None:
@@ -163,7 +163,7 @@ def test_blocking_helpers() -> None:
     assert trip == pytest.approx(2.0)
     shut_down(bench.device, pace)
     shut_down(bench.device, pace)
-    assert bench.device.phase is Phase.CLOSED
+    assert bench.device.phase is Jr3Phase.CLOSED
 
 
 def test_a_wait_has_an_end() -> None:
@@ -177,7 +177,7 @@ def test_leaving_a_board_that_does_not_answer() -> None:
     bench = Bench().streaming()
     bench.link.mute = {"stop"}
     shut_down(bench.device, bench.pace)
-    assert bench.device.phase is Phase.CLOSED
+    assert bench.device.phase is Jr3Phase.CLOSED
 
 
 def test_wishes_out_of_order_are_refused() -> None:
@@ -190,15 +190,15 @@ def test_wishes_out_of_order_are_refused() -> None:
         bench.device.open()
 
 
-@pytest.mark.parametrize(("cue", "phase"), [(cue, phase) for cue in Cue for phase in Phase])
-def test_the_table_never_leads_into_the_dark(cue: Cue, phase: Phase) -> None:
+@pytest.mark.parametrize(("cue", "phase"), [(cue, phase) for cue in Jr3Event for phase in Jr3Phase])
+def test_the_table_never_leads_into_the_dark(cue: Jr3Event, phase: Jr3Phase) -> None:
     after = TRANSITIONS.get((phase, cue))
-    if phase is Phase.CLOSED:
-        assert after in (None, Phase.PINGING)
-    if after is Phase.FAULTED:
-        assert cue in (Cue.GAVE_UP, Cue.LINK_LOST)
-    if phase is not Phase.CLOSED and cue is Cue.ASKED_TO_STOP:
-        assert after in (Phase.LEAVING, Phase.CLOSED) or phase is Phase.LEAVING
+    if phase is Jr3Phase.CLOSED:
+        assert after in (None, Jr3Phase.PINGING)
+    if after is Jr3Phase.FAULTED:
+        assert cue in (Jr3Event.GAVE_UP, Jr3Event.LINK_LOST)
+    if phase is not Jr3Phase.CLOSED and cue is Jr3Event.ASKED_TO_STOP:
+        assert after in (Jr3Phase.LEAVING, Jr3Phase.CLOSED) or phase is Jr3Phase.LEAVING
 
 
 class FakeByteLink:
@@ -222,7 +222,7 @@ class FakeByteLink:
 
 def test_the_serial_line() -> None:
     link = FakeByteLink()
-    device = Jr3(UartWire(link), Jr3Settings(cutoff_Hz=0.6, period_us=0x3E00))
+    device = Jr3(UartTransport(link), Jr3Settings(cutoff_Hz=0.6, period_us=0x3E00))
     device.open()
     now_ns = 0
     for _ in range(5):
@@ -238,7 +238,7 @@ def test_the_serial_line() -> None:
 
 def test_a_serial_board_gets_2_5_seconds() -> None:
     link = FakeByteLink()
-    device = Jr3(UartWire(link))
+    device = Jr3(UartTransport(link))
     device.open()
     device.poll(0)
     link.inbox = b""
@@ -251,4 +251,7 @@ def test_a_serial_board_gets_2_5_seconds() -> None:
 @pytest.mark.parametrize(("wire", "period_us"), [("can", 500), ("uart", 1500)])
 def test_more_readings_than_the_wire_carries(wire: str, period_us: int) -> None:
     with pytest.raises(SettingError, match="or more on this wire"):
-        Jr3(CanWire(FakeCanLink()) if wire == "can" else UartWire(FakeByteLink()), Jr3Settings(period_us=period_us))
+        Jr3(
+            CanTransport(FakeCanLink()) if wire == "can" else UartTransport(FakeByteLink()),
+            Jr3Settings(period_us=period_us),
+        )

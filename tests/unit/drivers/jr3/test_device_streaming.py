@@ -8,7 +8,7 @@ from palpate.drivers.errors import DeviceFaultError, SilentError
 from palpate.drivers.jr3.blocking import shut_down
 from palpate.drivers.jr3.codec_can import CanFrame
 from palpate.drivers.jr3.device import MAX_BOOTS
-from palpate.drivers.jr3.phases import Phase
+from palpate.drivers.jr3.phases import Jr3Phase
 from palpate.drivers.jr3.sampling import Zero
 from palpate.drivers.jr3.settings import Jr3Settings
 from tests.unit.drivers.jr3.board import MS, Bench, forces, moments
@@ -35,7 +35,7 @@ def test_bootup_in_mid_run_starts_anew_and_tells_that_the_zero_is_gone() -> None
     bench.link.asked.clear()
     bench.link.inbox.append(BOOTUP)
     bench.poll()
-    assert bench.device.phase is Phase.PINGING
+    assert bench.device.phase is Jr3Phase.PINGING
     assert bench.device.zero_lost
     bench.polls(8)
     bench.counter = 0
@@ -93,7 +93,7 @@ def test_no_half_of_a_reading_survives_a_restart() -> None:
 
 def _zeroed(bench: Bench) -> None:
     bench.device.zero(bench.now_ns)
-    while bench.device.phase is not Phase.STREAMING:
+    while bench.device.phase is not Jr3Phase.STREAMING:
         bench.read()
 
 
@@ -107,7 +107,7 @@ def test_zeroing_waits_for_the_filter() -> None:
     assert bench.device.zero_state is Zero.NONE
     bench.read()
     assert bench.device.zero_state is Zero.HELD
-    assert bench.device.phase is Phase.STREAMING
+    assert bench.device.phase is Jr3Phase.STREAMING
 
 
 def test_the_reading_that_marks_a_zeroing_is_dropped_once() -> None:
@@ -140,7 +140,7 @@ def test_stop_and_start_lose_the_zero() -> None:
     bench = Bench().streaming()
     _zeroed(bench)
     shut_down(bench.device, bench.pace)
-    assert bench.device.phase is Phase.CLOSED
+    assert bench.device.phase is Jr3Phase.CLOSED
     assert bench.device.zero_lost
     bench.device.open()
     bench.polls(8)
@@ -199,26 +199,26 @@ def test_silence_and_the_end_of_it() -> None:
     bench.polls(200)
     bench.device.check()
     bench.polls(2)
-    assert bench.device.phase is Phase.SILENT
+    assert bench.device.phase is Jr3Phase.SILENT
     with pytest.raises(SilentError, match="no new reading for 200 ms"):
         bench.device.check()
     assert len(bench.read()) == 1
     bench.device.check()
-    assert bench.device.phase is Phase.STREAMING
+    assert bench.device.phase is Jr3Phase.STREAMING
 
 
 def test_a_frozen_counter_is_silence() -> None:
     bench = Bench().streaming()
     for _ in range(50):
         bench.read(step=0)
-    assert bench.device.phase is Phase.SILENT
+    assert bench.device.phase is Jr3Phase.SILENT
 
 
 def test_cable_pulled_and_plugged() -> None:
     bench = Bench().streaming()
     bench.link.broken = True
     assert bench.poll() == []
-    assert bench.device.phase is Phase.FAULTED
+    assert bench.device.phase is Jr3Phase.FAULTED
     with pytest.raises(SilentError, match="cable pulled"):
         bench.device.check()
     bench.link.broken = False

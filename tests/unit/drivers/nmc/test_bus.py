@@ -5,7 +5,7 @@ import pytest
 from palpate.drivers.errors import GarbledError, SilentError, StateError, WiringError
 from palpate.drivers.nmc.bus import NmcBus
 from palpate.drivers.nmc.commands import NOP, def_stat, load_traj, stop_motor
-from palpate.drivers.nmc.frames import Item, Stop, Traj
+from palpate.drivers.nmc.frames import StatusItem, StopControl, TrajectoryControl
 from palpate.drivers.nmc.replies import Discarded, Reply
 from palpate.drivers.nmc.settings import BusSettings
 from palpate.drivers.nmc.startup import start
@@ -22,7 +22,7 @@ def bus(line):
     bus = NmcBus(line, line.clock, line.clock.sleep, BusSettings())
     start(bus)
     for address in range(1, 7):
-        bus.require(address, def_stat(Item.POSITION | Item.AUX))
+        bus.require(address, def_stat(StatusItem.POSITION | StatusItem.AUX))
     return bus
 
 
@@ -137,7 +137,7 @@ def test_port_that_is_gone(line, bus, gone):
     for action in (
         lambda: bus.exchange(1, NOP),
         lambda: bus.attempt(1, NOP),
-        lambda: bus.group(stop_motor(Stop.SMOOTH)),
+        lambda: bus.group(stop_motor(StopControl.SMOOTH)),
         lambda: bus.resync(),
     ):
         with pytest.raises((SilentError, StateError), match="gone"):
@@ -152,7 +152,7 @@ def test_echo_is_a_wiring_error(line, bus):
 
 
 def test_second_master_is_noticed(line, bus):
-    frame = load_traj(Traj.SERVO | Traj.START_NOW, position_counts=5).frame(2)
+    frame = load_traj(TrajectoryControl.SERVO | TrajectoryControl.START_NOW, position_counts=5).frame(2)
     line.put(frame)
     assert bus.exchange(1, NOP)
     line.put(frame)
@@ -176,7 +176,7 @@ def test_interrupted_exchange_leaves_nothing_behind(line, bus):
 
 
 def test_group_command_without_leader_has_no_answer(line, bus):
-    assert bus.group(stop_motor(Stop.AMP_ENABLE | Stop.ABRUPT)) is None
+    assert bus.group(stop_motor(StopControl.AMP_ENABLE | StopControl.ABRUPT)) is None
     assert all(module.is_on for module in line.modules)
     assert isinstance(bus.exchange(1, NOP), Reply)
 

@@ -17,12 +17,12 @@ from palpate.drivers.nmc.frames import (
     EVERYBODY,
     Aux,
     Code,
-    Command,
-    Homing,
-    Item,
-    Status,
-    Stop,
-    Traj,
+    HomingControl,
+    NmcCommand,
+    NmcStatus,
+    StatusItem,
+    StopControl,
+    TrajectoryControl,
     checksum,
     find_frame,
 )
@@ -39,16 +39,16 @@ GAINS = {
     "servo_rate_divisor": 5,
     "deadband": 0,
 }
-NOW = Traj.SERVO | Traj.START_NOW
+NOW = TrajectoryControl.SERVO | TrajectoryControl.START_NOW
 VECTORS = [
     ("set address 1", 0, commands.set_addr(1, 0xFF), "aa002101ff21"),
-    ("read identity", 1, commands.read_stat(Item.IDENTITY), "aa01132034"),
-    ("define status", 1, commands.def_stat(Item(0x1F)), "aa01121f32"),
+    ("read identity", 1, commands.read_stat(StatusItem.IDENTITY), "aa01132034"),
+    ("define status", 1, commands.def_stat(StatusItem(0x1F)), "aa01121f32"),
     ("no operation", 1, commands.NOP, "aa010e0f"),
     ("reset all", EVERYBODY, commands.HARD_RESET, "aaff0f0e"),
     ("57600 baud", EVERYBODY, commands.set_baud(20), "aaff1a142d"),
     ("gains", 1, commands.set_gain(**GAINS), "aa01e6c800b00496000f004b00a00f050007"),
-    ("motor off", 1, commands.stop_motor(Stop.MOTOR_OFF), "aa0117021a"),
+    ("motor off", 1, commands.stop_motor(StopControl.MOTOR_OFF), "aa0117021a"),
     ("clear bits", 1, commands.CLEAR_BITS, "aa010b0c"),
     ("reset position", 1, commands.reset_pos(), "aa010001"),
     (
@@ -60,10 +60,10 @@ VECTORS = [
     (
         "velocity profile",
         1,
-        commands.load_traj(NOW | Traj.VELOCITY_PROFILE, velocity_word=0, acceleration_word=732),
+        commands.load_traj(NOW | TrajectoryControl.VELOCITY_PROFILE, velocity_word=0, acceleration_word=732),
         "aa0194b600000000dc02000029",
     ),
-    ("stop abruptly", 1, commands.stop_motor(Stop.AMP_ENABLE | Stop.ABRUPT), "aa0117051d"),
+    ("stop abruptly", 1, commands.stop_motor(StopControl.AMP_ENABLE | StopControl.ABRUPT), "aa0117051d"),
     (
         "one radian",
         1,
@@ -71,7 +71,7 @@ VECTORS = [
         "aa01d4975e770000a0860100102700009f",
     ),
 ]
-COMMANDS = st.builds(Command, st.sampled_from(Code), st.binary(max_size=15))
+COMMANDS = st.builds(NmcCommand, st.sampled_from(Code), st.binary(max_size=15))
 
 
 @pytest.mark.parametrize(("address", "command", "frame"), [v[1:] for v in VECTORS], ids=[v[0] for v in VECTORS])
@@ -82,12 +82,12 @@ def test_vector_both_ways(address, command, frame):
 
 
 def test_captured_reply():
-    reply = decode_reply(bytes.fromhex("11222500004f000018e0050000a4"), Item(0x1F))
-    assert reply.status == Status.MOVE_DONE | Status.POS_ERROR
+    reply = decode_reply(bytes.fromhex("11222500004f000018e0050000a4"), StatusItem(0x1F))
+    assert reply.status == NmcStatus.MOVE_DONE | NmcStatus.POS_ERROR
     assert (reply.position_counts, reply.analog, reply.velocity_counts_per_tick) == (0x2522, 0x4F, 0)
     assert reply.aux == Aux.ACCEL_DONE | Aux.SLEW_DONE
     assert (reply.home_counts, reply.identity, reply.position_error_counts, reply.path_points) == (0x5E0, *[None] * 3)
-    assert reply_size_bytes(Item(0x1F)) == 14
+    assert reply_size_bytes(StatusItem(0x1F)) == 14
 
 
 def test_other_commands_have_their_codes_and_sizes():
@@ -97,11 +97,11 @@ def test_other_commands_have_their_codes_and_sizes():
         commands.reset_pos(relative_to_home=True): (0, b"\x01"),
         commands.set_addr(3, 0xFF, leader=True): (1, b"\x03\x7f"),
         commands.io_ctrl(0x40): (8, b"\x40"),
-        commands.set_homing(Homing.ON_INDEX | Homing.STOP_SMOOTH): (9, b"\x28"),
+        commands.set_homing(HomingControl.ON_INDEX | HomingControl.STOP_SMOOTH): (9, b"\x28"),
         commands.add_pathpoint([]): (0xD, b""),
         commands.add_pathpoint([1, 0x102]): (0xD, b"\x01\0\x02\x01"),
-        commands.stop_motor(Stop.AMP_ENABLE | Stop.HERE, -1): (7, b"\x11\xff\xff\xff\xff"),
-        commands.load_traj(Traj.START_NOW, pwm=9): (4, b"\x88\x09"),
+        commands.stop_motor(StopControl.AMP_ENABLE | StopControl.HERE, -1): (7, b"\x11\xff\xff\xff\xff"),
+        commands.load_traj(TrajectoryControl.START_NOW, pwm=9): (4, b"\x88\x09"),
         commands.set_gain(**GAINS, step_multiplier=2): (6, bytes.fromhex("c800b00496000f004b00a00f050002")),
     }
     for command, (code, data) in made.items():
@@ -111,14 +111,14 @@ def test_other_commands_have_their_codes_and_sizes():
 @pytest.mark.parametrize(
     "make",
     [
-        lambda: Command(Code.NOP, bytes(16)),
+        lambda: NmcCommand(Code.NOP, bytes(16)),
         lambda: commands.NOP.frame(256),
         lambda: commands.set_addr(0, 0xFF),
         lambda: commands.set_addr(1, 0x7F),
         lambda: commands.load_traj(NOW, position_counts=1 << 31),
         lambda: commands.load_traj(NOW, velocity_word=-1),
-        lambda: commands.stop_motor(Stop.HERE),
-        lambda: commands.stop_motor(Stop.SMOOTH, 1),
+        lambda: commands.stop_motor(StopControl.HERE),
+        lambda: commands.stop_motor(StopControl.SMOOTH, 1),
         lambda: commands.set_gain(**{**GAINS, "servo_rate_divisor": 0}),
         lambda: commands.set_gain(**{**GAINS, "kp": 40_000}),
         lambda: commands.add_pathpoint([0] * 8),

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from palpate.drivers.nmc.frames import Item, Status
-from palpate.drivers.nmc.replies import Discarded, Identity, Reply, decode_reply, reply_size_bytes
+from palpate.drivers.nmc.frames import NmcStatus, StatusItem
+from palpate.drivers.nmc.replies import Discarded, ModuleIdentity, Reply, decode_reply, reply_size_bytes
 
-MASKS = st.integers(0, 255).map(Item)
+MASKS = st.integers(0, 255).map(StatusItem)
 SIZES = {0x01: 4, 0x02: 1, 0x04: 2, 0x08: 1, 0x10: 4, 0x20: 2, 0x40: 2, 0x80: 1}
 TRIALS = 200_000
 
@@ -22,7 +22,7 @@ def with_sum(body):
 @st.composite
 def good_replies(draw):
     mask = draw(MASKS)
-    status = draw(st.integers(1, 255).filter(lambda byte: not byte & Status.CKSUM_ERROR))
+    status = draw(st.integers(1, 255).filter(lambda byte: not byte & NmcStatus.CKSUM_ERROR))
     items = draw(st.binary(min_size=sum(size for bit, size in SIZES.items() if mask & bit)).map(bytes))
     items = items[: sum(size for bit, size in SIZES.items() if mask & bit)]
     return mask, with_sum(bytes((status,)) + items)
@@ -35,21 +35,21 @@ def test_good_reply_is_accepted_and_read_back(case):
     assert isinstance(reply, Reply)
     assert len(raw) == reply_size_bytes(mask)
     items = b""
-    if mask & Item.POSITION:
+    if mask & StatusItem.POSITION:
         items += struct.pack("<i", reply.position_counts)
-    if mask & Item.ANALOG:
+    if mask & StatusItem.ANALOG:
         items += bytes((reply.analog,))
-    if mask & Item.VELOCITY:
+    if mask & StatusItem.VELOCITY:
         items += struct.pack("<h", reply.velocity_counts_per_tick)
-    if mask & Item.AUX:
+    if mask & StatusItem.AUX:
         items += bytes((reply.aux,))
-    if mask & Item.HOME:
+    if mask & StatusItem.HOME:
         items += struct.pack("<i", reply.home_counts)
-    if mask & Item.IDENTITY:
+    if mask & StatusItem.IDENTITY:
         items += bytes((reply.identity.type_code, reply.identity.version))
-    if mask & Item.POSITION_ERROR:
+    if mask & StatusItem.POSITION_ERROR:
         items += struct.pack("<h", reply.position_error_counts)
-    if mask & Item.PATH_POINTS:
+    if mask & StatusItem.PATH_POINTS:
         items += bytes((reply.path_points,))
     assert with_sum(bytes((reply.status,)) + items) == raw
 
@@ -78,7 +78,7 @@ def test_any_bytes_are_decoded_without_error(raw, mask):
 def test_share_of_random_corruptions_that_pass():
     """1 in 256 by theory; CKSUM_ERROR halves it for noise, where that bit is set in half of all status bytes."""
     draw = random.Random(1)
-    mask = Item.POSITION | Item.AUX
+    mask = StatusItem.POSITION | StatusItem.AUX
     size = reply_size_bytes(mask)
     noise = sum(isinstance(decode_reply(draw.randbytes(size), mask), Reply) for _ in range(TRIALS))
     assert noise / TRIALS == pytest.approx(1 / 512, rel=0.15)
@@ -93,15 +93,15 @@ def test_share_of_random_corruptions_that_pass():
 
 
 def test_zeros_of_a_stuck_line_are_not_a_reply():
-    for mask in (Item(0), Item.POSITION, Item(0xFF)):
+    for mask in (StatusItem(0), StatusItem.POSITION, StatusItem(0xFF)):
         assert decode_reply(bytes(reply_size_bytes(mask)), mask) is Discarded.BLANK
 
 
 def test_a_module_that_received_a_damaged_command_is_not_believed():
-    raw = with_sum(bytes((Status.CKSUM_ERROR | Status.POWER_ON, 1, 2, 3, 4)))
-    assert decode_reply(raw, Item.POSITION) is Discarded.REJECTED
+    raw = with_sum(bytes((NmcStatus.CKSUM_ERROR | NmcStatus.POWER_ON, 1, 2, 3, 4)))
+    assert decode_reply(raw, StatusItem.POSITION) is Discarded.REJECTED
 
 
 def test_identity_has_a_name():
-    assert Identity(0, 10).name == "servo, firmware 10"
-    assert Identity(9, 1).name == "type 9, firmware 1"
+    assert ModuleIdentity(0, 10).name == "servo, firmware 10"
+    assert ModuleIdentity(9, 1).name == "type 9, firmware 1"

@@ -5,7 +5,7 @@ import pytest
 from palpate.drivers.errors import SilentError, WiringError
 from palpate.drivers.nmc.bus import NmcBus
 from palpate.drivers.nmc.commands import NOP, stop_motor
-from palpate.drivers.nmc.frames import Item, Stop
+from palpate.drivers.nmc.frames import StatusItem, StopControl
 from palpate.drivers.nmc.replies import Reply
 from palpate.drivers.nmc.settings import BAUD_DIVISORS, BusSettings
 from palpate.drivers.nmc.startup import attach, start
@@ -158,5 +158,5 @@ def test_masks_are_forgotten_at_a_start():
     bus = bus_on(line)
     start(bus)
     assert isinstance(bus.exchange(1, NOP), Reply)
-    assert bus.exchange(1, stop_motor(Stop.AMP_ENABLE | Stop.ABRUPT)).position_counts is None
-    assert Item(line.modules[0].mask) == Item(0)
+    assert bus.exchange(1, stop_motor(StopControl.AMP_ENABLE | StopControl.ABRUPT)).position_counts is None
+    assert StatusItem(line.modules[0].mask) == StatusItem(0)

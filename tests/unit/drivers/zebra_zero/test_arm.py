@@ -14,10 +14,9 @@ from palpate.drivers.errors import (
 from palpate.drivers.nmc.settings import BusSettings
 from palpate.drivers.zebra_zero.arm import ZebraZero
 from palpate.drivers.zebra_zero.counts import HOME_RAD, Transmission
-from palpate.drivers.zebra_zero.faults import FaultKind
 from palpate.drivers.zebra_zero.servos import StopOutcome
 from palpate.drivers.zebra_zero.settings import AppliedReason, JointLimits, Streaming, ZebraZeroSettings
-from palpate.drivers.zebra_zero.states import TRANSITIONS, Event, State, after
+from palpate.drivers.zebra_zero.states import TRANSITIONS, FaultKind, ZebraEvent, ZebraState, after
 from tests.unit.drivers.nmc.line import Line, Module
 
 PERIOD_S = 3 / 140
@@ -81,23 +80,23 @@ def test_every_step_in_its_order(line):
         arm.cycle()
     with pytest.raises(StateError, match="at_home=True"):
         arm.confirm_home(at_home=False)
-    assert (arm.state, arm.stored_counts) == (State.CONNECTED, None)
+    assert (arm.state, arm.stored_counts) == (ZebraState.CONNECTED, None)
     arm.confirm_home(at_home=True)
     with pytest.raises(StateError):
         arm.cycle(HOME_RAD)
     assert arm.cycle().position_rad == HOME_RAD
     arm.servo_on()
-    assert arm.state is State.SERVO_ON
+    assert arm.state is ZebraState.SERVO_ON
     assert arm.smooth_stop() is StopOutcome.AT_REST
-    assert arm.state is State.STOPPED
+    assert arm.state is ZebraState.STOPPED
     arm.release()
-    assert arm.state is State.HOMED
+    assert arm.state is ZebraState.HOMED
     assert not any(module.is_on for module in line.modules)
 
 
 def test_transition_table_is_the_only_way():
-    for state in State:
-        for event in Event:
+    for state in ZebraState:
+        for event in ZebraEvent:
             if (state, event) not in TRANSITIONS:
                 with pytest.raises(StateError):
                     after(state, event)
@@ -183,7 +182,7 @@ def test_bad_setpoint_is_refused_before_anything_is_sent(line, bad):
         with pytest.raises(RefusedError):
             action(bad)
     assert len(line.sent) == sent
-    assert arm.state is State.SERVO_ON
+    assert arm.state is ZebraState.SERVO_ON
 
 
 def test_after_a_stop_setpoints_are_not_sent_until_switched_on_again(line):
@@ -251,7 +250,7 @@ def test_report(line):
     tick(arm, line, times=10)
     report = arm.report
     assert [module.address for module in report.modules] == [1, 2, 3, 4, 5, 6]
-    assert (report.baud, report.state, report.fault) == (115_200, State.SERVO_ON, None)
+    assert (report.baud, report.state, report.fault) == (115_200, ZebraState.SERVO_ON, None)
     assert report.achieved_rate_Hz == pytest.approx(1 / (PERIOD_S + 0.003), rel=0.01)
     assert report.statistics.exchanges > 60
     assert ready(Line()).report.achieved_rate_Hz is None
@@ -290,7 +289,7 @@ def test_no_motor_supply_at_switching_on(line):
     line.modules[2].power = True
     arm.acknowledge()
     arm.servo_on()
-    assert arm.state is State.SERVO_ON
+    assert arm.state is ZebraState.SERVO_ON
 
 
 def test_pose_beyond_a_limit_is_not_switched_on(line):
@@ -330,4 +329,4 @@ def test_impossible_jump_is_not_believed_once_and_a_fault_twice(line):
     assert not measured.is_complete
     with pytest.raises(GarbledError, match="cannot have reached"):
         tick(arm, line)
-    assert arm.state is State.FAULTED
+    assert arm.state is ZebraState.FAULTED

@@ -3,10 +3,9 @@
 import pytest
 
 from palpate.drivers.errors import DeviceFaultError, GarbledError, SilentError, StateError, WiringError
-from palpate.drivers.nmc.frames import Stop
-from palpate.drivers.zebra_zero.faults import FaultKind
+from palpate.drivers.nmc.frames import StopControl
 from palpate.drivers.zebra_zero.servos import StopOutcome
-from palpate.drivers.zebra_zero.states import State
+from palpate.drivers.zebra_zero.states import FaultKind, ZebraState
 from tests.unit.drivers.nmc.line import Line
 from tests.unit.drivers.zebra_zero.test_arm import arm_on, moved, place, ready, running, tick
 
@@ -31,7 +30,7 @@ def test_fault_latches_stops_and_waits_for_a_person(line, flag, kind):
         line.modules[3].is_on = False
     with pytest.raises(DeviceFaultError, match="motor 4"):
         tick(arm, line, moved(0.01))
-    assert (arm.state, arm.fault.kind, arm.fault.axis) == (State.FAULTED, kind, 4)
+    assert (arm.state, arm.fault.kind, arm.fault.axis) == (ZebraState.FAULTED, kind, 4)
     sent = len(line.sent)
     for action in (arm.cycle, arm.servo_on):
         with pytest.raises((DeviceFaultError, StateError)):
@@ -40,11 +39,11 @@ def test_fault_latches_stops_and_waits_for_a_person(line, flag, kind):
     if flag == "limit":
         with pytest.raises(DeviceFaultError):
             arm.acknowledge()
-        assert arm.state is State.FAULTED
+        assert arm.state is ZebraState.FAULTED
         arm.release()
         line.modules[3].limit = False
     arm.acknowledge()
-    assert (arm.state, arm.fault) == (State.STOPPED, None)
+    assert (arm.state, arm.fault) == (ZebraState.STOPPED, None)
     arm.servo_on()
     tick(arm, line, moved(0.005))
 
@@ -114,7 +113,7 @@ def test_one_lost_reply_is_no_fault_and_two_are(line):
     assert arm.fault.kind is FaultKind.COMMUNICATION
     line.modules[2].address = 3
     arm.acknowledge()
-    assert arm.state is State.STOPPED
+    assert arm.state is ZebraState.STOPPED
     arm.servo_on()
 
 
@@ -125,7 +124,7 @@ def test_module_reset_in_mid_run_loses_the_position(line):
         tick(arm, line, times=2)
     with pytest.raises(SilentError, match="home pose"):
         arm.acknowledge()
-    assert (arm.state, arm.stored_counts) == (State.CLOSED, None)
+    assert (arm.state, arm.stored_counts) == (ZebraState.CLOSED, None)
     arm.connect(reset=True)
     arm.confirm_home(at_home=True)
 
@@ -138,7 +137,7 @@ def test_all_modules_reset_in_mid_run(line):
         tick(arm, line, times=2)
     with pytest.raises(WiringError, match="not known any more"):
         arm.acknowledge()
-    assert arm.state is State.CLOSED
+    assert arm.state is ZebraState.CLOSED
 
 
 @pytest.mark.parametrize(
@@ -155,7 +154,7 @@ def test_bad_line(line, mangle, error):
     line.mangle = mangle
     with pytest.raises(error):
         tick(arm, line)
-    assert arm.state is State.FAULTED
+    assert arm.state is ZebraState.FAULTED
     assert arm.smooth_stop() is StopOutcome.LINE_DEAD
 
 
@@ -169,7 +168,7 @@ def test_unplugged(line):
         arm.acknowledge()
     arm.close()
     arm.close()
-    assert arm.state is State.CLOSED
+    assert arm.state is ZebraState.CLOSED
 
 
 def test_stop_works_in_every_state_and_twice(line):
@@ -192,7 +191,7 @@ def test_stop_is_smooth_to_all_at_once_and_then_checked(line):
     sent = len(line.sent)
     arm.smooth_stop()
     frames = [frame.hex() for frame in line.sent[sent:]]
-    stop = bytes((Stop.AMP_ENABLE | Stop.SMOOTH,)).hex()
+    stop = bytes((StopControl.AMP_ENABLE | StopControl.SMOOTH,)).hex()
     assert frames[0] == f"aaff17{stop}1f"
     assert sum(frame.startswith("aa") and frame[4:8] == f"17{stop}" for frame in frames) == 7
 
@@ -219,7 +218,7 @@ def test_arm_that_is_not_seen_at_rest_is_stopped_abruptly_and_a_fault(line):
     line.modules[5].__class__ = Restless
     assert arm.smooth_stop() is StopOutcome.NOT_SEEN
     assert (7, b"\x05") in line.modules[5].seen[-3:]
-    assert (arm.state, arm.fault.kind) == (State.FAULTED, FaultKind.STOP_NOT_SEEN)
+    assert (arm.state, arm.fault.kind) == (ZebraState.FAULTED, FaultKind.STOP_NOT_SEEN)
 
 
 def test_dead_line_holds_a_stop_up_only_for_so_long(line):
@@ -228,7 +227,7 @@ def test_dead_line_holds_a_stop_up_only_for_so_long(line):
     begin = line.clock.ns
     assert arm.smooth_stop() is StopOutcome.LINE_DEAD
     assert (line.clock.ns - begin) * 1e-9 < 3.0
-    assert arm.state is State.FAULTED
+    assert arm.state is ZebraState.FAULTED
 
 
 def test_interrupt_anywhere_in_a_cycle_ends_in_a_stop():
@@ -255,7 +254,7 @@ def test_interrupt_anywhere_in_a_cycle_ends_in_a_stop():
         with pytest.raises(KeyboardInterrupt):
             work()
         (arm,) = arms
-        assert arm.state is State.CLOSED
+        assert arm.state is ZebraState.CLOSED
         assert all(module.counts == module.target and module.is_on for module in line.modules)
         assert all(any(seen == (7, b"\x09") for seen in module.seen) for module in line.modules)
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from palpate.simulation.emulators.motors.plant import IdealPlant, JointPlant
-from palpate.simulation.emulators.nmc.bus import NmcBus
+from palpate.simulation.emulators.nmc.bus import NmcChain
 from palpate.simulation.emulators.nmc.settings import ModuleSettings
 
 TICK_NS = 512_000
@@ -43,7 +43,7 @@ class Bench:
         self, settings: ModuleSettings | None = None, modules: int = 6, plant: JointPlant | None = None
     ) -> None:
         self.plant = IdealPlant()  # what most tests push and jam
-        self.bus = NmcBus(plant or self.plant, settings, modules)
+        self.bus = NmcChain(plant or self.plant, settings, modules)
         self.now_ns = 0
         self.bus.advance(0)
 

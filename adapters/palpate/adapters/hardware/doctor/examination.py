@@ -12,14 +12,12 @@ from palpate.adapters.hardware.arm_on_bus import BusArm
 from palpate.adapters.hardware.cia402 import Cia402Driver
 from palpate.adapters.hardware.doctor.cia402 import examine_cia402
 from palpate.adapters.hardware.doctor.findings import FindingsSection, Notebook, driver_error
-from palpate.adapters.hardware.doctor.generic import examine_encoder, examine_force_sensor
 from palpate.adapters.hardware.doctor.jr3 import examine_jr3
-from palpate.adapters.hardware.doctor.move import examine_following
 from palpate.adapters.hardware.doctor.pace import examine_clock
+from palpate.adapters.hardware.doctor.ports import examine_encoder, examine_following, examine_force_sensor
 from palpate.adapters.hardware.doctor.push import Person, PushCheck
-from palpate.adapters.hardware.doctor.sharing import examine_sharing
 from palpate.adapters.hardware.doctor.system import System
-from palpate.adapters.hardware.doctor.wiring import Wiring, wiring_of
+from palpate.adapters.hardware.doctor.wiring import Wiring, examine_sharing, wiring_of
 from palpate.adapters.hardware.doctor.zebra import examine_zebra, tell_modules
 from palpate.adapters.hardware.jr3 import Jr3ForceSensor
 from palpate.adapters.hardware.plugins import ArmAdapter, RigContext, arm_maker, force_sensor_maker

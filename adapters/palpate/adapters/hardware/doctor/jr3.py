@@ -6,13 +6,13 @@ from typing import Final
 
 from palpate.adapters.hardware.doctor.findings import Notebook
 from palpate.adapters.hardware.doctor.pace import distances, rate_Hz, spread_of
-from palpate.adapters.hardware.doctor.wrench import WrenchReading, examine_wrench
+from palpate.adapters.hardware.doctor.ports import WrenchReading, examine_wrench
 from palpate.adapters.hardware.jr3 import Jr3ForceSensor
 from palpate.core.errors import DeviceError
 from palpate.core.ports.devices import Clock
 from palpate.core.ports.values import CONTROL_RATE_HZ
 from palpate.drivers.jr3.device import Jr3
-from palpate.drivers.jr3.statistics import Jr3Statistics
+from palpate.drivers.jr3.health import Jr3Statistics
 from palpate.drivers.jr3.transport import CAN_TIMING, UART_TIMING
 
 _POLL_NS: Final = 1_000_000

@@ -10,12 +10,12 @@ from palpate.adapters.hardware.zebra_zero import ZebraDriver
 from palpate.core.errors import DeviceError
 from palpate.core.ports.devices import Clock
 from palpate.core.ports.values import CONTROL_RATE_HZ
-from palpate.drivers.nmc.frames import Aux, Status
+from palpate.drivers.nmc.frames import Aux, NmcStatus
 from palpate.drivers.nmc.replies import Reply
 from palpate.drivers.nmc.statistics import BusStatistics
 from palpate.drivers.zebra_zero.arm import ZebraZero
-from palpate.drivers.zebra_zero.faults import Fault, FaultKind, fault_in
 from palpate.drivers.zebra_zero.measured import Measured
+from palpate.drivers.zebra_zero.states import Fault, FaultKind, fault_in
 
 _CABLE: Final = "check cable, termination and ground, and that no other program talks on this bus; or lower the baud"
 _LOST_SHARE: Final = 0.001
@@ -146,7 +146,7 @@ def _axes(arm: ZebraZero, last: Measured, notes: Notebook) -> None:
     for i, module in enumerate(arm.report.modules):
         status, aux = last.status[i], last.aux[i]
         servo = "?" if aux is None else "on" if aux & Aux.SERVO_ON else "off"
-        power = "on" if status & Status.POWER_ON else "OFF"
+        power = "on" if status & NmcStatus.POWER_ON else "OFF"
         inside = f"{limits.lower_rad[i]:.2f} to {limits.upper_rad[i]:.2f}"
         row = (str(module.address), module.identity.name, servo, power, _bits(status, servo), f"{last.counts[i]}")
         rows.append((*row, f"{last.position_rad[i]:+.4f}", inside))
@@ -166,14 +166,14 @@ def _axes(arm: ZebraZero, last: Measured, notes: Notebook) -> None:
 def _fault(arm: ZebraZero, last: Measured, i: int) -> Fault | None:
     status, aux = last.status[i], last.aux[i]
     is_on = bool(aux and aux & Aux.SERVO_ON)
-    if arm.settings.require_power and not status & Status.POWER_ON:
+    if arm.settings.require_power and not status & NmcStatus.POWER_ON:
         return Fault(FaultKind.POWER_LOST, i + 1)
     return fault_in(i + 1, Reply(status=status, aux=aux), arm.settings, should_be_on=is_on)
 
 
-def _bits(status: Status, servo: str) -> str:
-    told = status & ~(Status.MOVE_DONE | Status.POWER_ON)
+def _bits(status: NmcStatus, servo: str) -> str:
+    told = status & ~(NmcStatus.MOVE_DONE | NmcStatus.POWER_ON)
     if servo == "off":
         # A servo that is off always shows one.
-        told &= ~Status.POS_ERROR
+        told &= ~NmcStatus.POS_ERROR
     return (told.name or hex(told)).lower() if told else "-"

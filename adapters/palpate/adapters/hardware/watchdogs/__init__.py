@@ -8,19 +8,15 @@ They read the clock from other threads and from signal handlers, so give them th
 is read; and put the recorder around watched ports, for the core's view is what a log is of.
 """
 
-from palpate.adapters.hardware.watchdogs.arm import WatchedArm
-from palpate.adapters.hardware.watchdogs.clock import WatchedClock
-from palpate.adapters.hardware.watchdogs.guard import GuardedArm
-from palpate.adapters.hardware.watchdogs.loop import LoopWatchdog
+from palpate.adapters.hardware.watchdogs.arm import GuardedArm, WatchedArm
 from palpate.adapters.hardware.watchdogs.operator_stop import OperatorSources, OperatorStop
-from palpate.adapters.hardware.watchdogs.process import ProcessWatchdog
+from palpate.adapters.hardware.watchdogs.process import ProcessWatchdog, WatchedClock
 from palpate.adapters.hardware.watchdogs.sensors import WatchedForceSensor, WatchedJointEncoder
 from palpate.adapters.hardware.watchdogs.trip import Latching, WatchdogTrip
 
 __all__ = [
     "GuardedArm",
     "Latching",
-    "LoopWatchdog",
     "OperatorSources",
     "OperatorStop",
     "ProcessWatchdog",

@@ -12,8 +12,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Final, Self
 
-from palpate.adapters.hardware.watchdogs.sources import FileSource, KeySource, SocketSource, StopSource
-from palpate.adapters.hardware.watchdogs.stop_signal import StopSignal
+from palpate.adapters.hardware.watchdogs.sources import FileSource, KeySource, SocketSource, StopSignal, StopSource
 from palpate.adapters.hardware.watchdogs.trip import Latch, Latching, TellTrip, WatchdogTrip, stop_surely, tell_surely
 from palpate.core.errors import LifecycleError, require_in
 from palpate.core.ports.devices import ArmCommand, Clock

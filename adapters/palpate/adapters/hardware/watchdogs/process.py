@@ -1,4 +1,4 @@
-"""Stops the arm from a process of its own when the control loop, or the whole interpreter, is dead."""
+"""Another process that acts when this one no longer ticks, and the clock that feeds it."""
 
 from __future__ import annotations
 
@@ -8,13 +8,46 @@ import signal
 import subprocess
 import sys
 import time
+from abc import abstractmethod
+from collections.abc import Sequence
 from types import TracebackType
-from typing import Final, Self
+from typing import Final, Protocol, Self
 
-from palpate.adapters.hardware.watchdogs.process_words import ACKNOWLEDGED, FED, QUIT, READY, RESTING, TRIPPED
+from palpate.adapters.hardware.watchdogs.process_main import ACKNOWLEDGED, FED, QUIT, READY, RESTING, TRIPPED
 from palpate.adapters.hardware.watchdogs.trip import Latch, Latching, TellTrip, WatchdogTrip, stop_surely, tell_surely
 from palpate.core.errors import ConfigurationError, LifecycleError, require_in
 from palpate.core.ports.devices import ArmCommand, Clock
+
+
+class Fed(Protocol):
+    """A watchdog that must be fed each tick."""
+
+    @abstractmethod
+    def feed(self) -> None:
+        """The loop lives."""
+
+
+class WatchedClock(Clock):
+    """Feeds at the end of each sleep, which is where a tick begins; so a loop over the ports need not know of it.
+
+    Args:
+        clock: The clock.
+        watchdogs: Are fed.
+    """
+
+    def __init__(self, clock: Clock, watchdogs: Sequence[Fed]) -> None:
+        self._clock, self._watchdogs = clock, tuple(watchdogs)
+
+    def now_ns(self) -> int:
+        """See :class:`Clock`."""
+        return self._clock.now_ns()
+
+    def sleep_until(self, deadline_ns: int) -> None:
+        """See :class:`Clock`."""
+        self._clock.sleep_until(deadline_ns)
+        for watchdog in self._watchdogs:
+            watchdog.feed()
+
 
 _START_S: Final = 60.0
 _END_S: Final = 5.0

@@ -1,4 +1,4 @@
-"""The process that watches: reads feedings from standard input, and acts when they stop coming."""
+"""The process that watches: reads feedings, single bytes, from a pipe, and acts when they stop coming."""
 
 from __future__ import annotations
 
@@ -10,8 +10,14 @@ import sys
 import time
 from collections.abc import Callable
 from contextlib import suppress
+from typing import Final
 
-from palpate.adapters.hardware.watchdogs.process_words import ACKNOWLEDGED, FED, QUIT, READY, TRIPPED
+FED: Final = b"f"
+RESTING: Final = b"r"
+ACKNOWLEDGED: Final = b"a"
+QUIT: Final = b"q"
+READY: Final = b"R"
+TRIPPED: Final = b"T"
 
 
 class Watch:

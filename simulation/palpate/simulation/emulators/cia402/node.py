@@ -14,10 +14,9 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from palpate.simulation.emulators.cia402 import objects as od
-from palpate.simulation.emulators.cia402.sdo import answer
-from palpate.simulation.emulators.cia402.servo import Motors, Servo
-from palpate.simulation.emulators.cia402.state import POWERED, PowerMachine, PowerState
-from palpate.simulation.emulators.lines.can_frame import CanFrame
+from palpate.simulation.emulators.cia402.objects import answer
+from palpate.simulation.emulators.cia402.servo import POWERED, DrivenMotors, DriveServo, PowerMachine, PowerState
+from palpate.simulation.emulators.lines.can_bus import BusFrame
 
 EMCY_FOLLOWING_ERROR: Final = 0x8611
 EMCY_HEARTBEAT_LOST: Final = 0x8130
@@ -70,8 +69,8 @@ class CanopenFaults:
 
 @dataclass(slots=True)
 class _Outbox:
-    now: list[CanFrame] = field(default_factory=list)
-    later: list[tuple[int, CanFrame]] = field(default_factory=list)
+    now: list[BusFrame] = field(default_factory=list)
+    later: list[tuple[int, BusFrame]] = field(default_factory=list)
 
 
 class CanopenDrive:
@@ -90,7 +89,7 @@ class CanopenDrive:
         nmt: NMT state.
     """
 
-    def __init__(self, node: int, motors: Motors, axis: int, *, following_error_counts: int = 20_000) -> None:
+    def __init__(self, node: int, motors: DrivenMotors, axis: int, *, following_error_counts: int = 20_000) -> None:
         self.node = node
         self.faults = CanopenFaults()
         self._motors, self._axis, self._window = motors, axis, following_error_counts
@@ -98,7 +97,7 @@ class CanopenDrive:
         self._out = _Outbox()
         self._power_up(0)
 
-    def feed(self, arbitration_id: int, data: bytes, now_ns: int) -> list[CanFrame]:
+    def feed(self, arbitration_id: int, data: bytes, now_ns: int) -> list[BusFrame]:
         """See ``CanNode``."""
         if arbitration_id not in self._concerns:
             return []
@@ -107,7 +106,7 @@ class CanopenDrive:
             self._hear(arbitration_id, data, now_ns)
         return self._flush(now_ns)
 
-    def advance(self, now_ns: int) -> list[CanFrame]:
+    def advance(self, now_ns: int) -> list[BusFrame]:
         """See ``CanNode``."""
         self._pass_time(now_ns)
         return self._flush(now_ns)
@@ -129,7 +128,7 @@ class CanopenDrive:
         self.nmt = NmtState.INITIALISING
         self.machine = PowerMachine()
         self.objects = od.ObjectDictionary(self.node, serial=0x1000 + self.node, following_error_counts=self._window)
-        self._servo = Servo(self._motors, self._axis, self.objects)
+        self._servo = DriveServo(self._motors, self._axis, self.objects)
         self._ready_ns = now_ns + _BOOT_NS
         self._next_heartbeat_ns = 0
         self._host_heard_ns: int | None = None
@@ -275,16 +274,16 @@ class CanopenDrive:
         if faults.duplicate_tpdos > 0:
             faults.duplicate_tpdos -= 1
             copies = 2
-        self._out.later += [(now_ns + faults.delay_tpdos_ns, CanFrame(identifier, data))] * copies
+        self._out.later += [(now_ns + faults.delay_tpdos_ns, BusFrame(identifier, data))] * copies
 
     def _emergency(self, code: int, vendor: bytes) -> None:
         self.objects[0x1001] = int(code & 0xFF00 != 0)
         self._send(0x080 + self.node, _EMCY.pack(code, self.objects[0x1001], vendor))
 
     def _send(self, identifier: int, data: bytes) -> None:
-        self._out.now.append(CanFrame(identifier, data))
+        self._out.now.append(BusFrame(identifier, data))
 
-    def _flush(self, now_ns: int) -> list[CanFrame]:
+    def _flush(self, now_ns: int) -> list[BusFrame]:
         due = [frame for time_ns, frame in self._out.later if time_ns <= now_ns]
         self._out.later = [item for item in self._out.later if item[0] > now_ns]
         frames, self._out.now = self._out.now + due, []

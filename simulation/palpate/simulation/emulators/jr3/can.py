@@ -8,9 +8,9 @@ from enum import IntEnum
 
 import numpy as np
 
-from palpate.simulation.emulators.jr3.config import Jr3Config
 from palpate.simulation.emulators.jr3.node import Jr3Node, Notice, Sample, WrenchSource
-from palpate.simulation.emulators.lines.can_frame import CanFrame
+from palpate.simulation.emulators.jr3.sensor import Jr3Config
+from palpate.simulation.emulators.lines.can_bus import BusFrame
 
 POLL_ns = 1_000_000
 """Pause of the main loop, which looks for SYNC and commands in between. FACT: jr3-mbed-firmware-can main.cpp."""
@@ -19,7 +19,7 @@ _QUEUE_FRAMES = 32
 _NODE_BITS = 0x7F
 
 
-class Operation(IntEnum):
+class CanOperation(IntEnum):
     """Base identifiers, to which the node number is added. FACT: jr3-mbed-firmware-can main.cpp."""
 
     SYNC = 0x080
@@ -72,21 +72,21 @@ class Jr3CanNode:
         self._sync = False
         self._next_poll_ns: int | None = None
 
-    def feed(self, arbitration_id: int, data: bytes, now_ns: int) -> list[CanFrame]:
+    def feed(self, arbitration_id: int, data: bytes, now_ns: int) -> list[BusFrame]:
         """Hear a frame of the bus; SYNC sets a flag, a frame with this node's number is queued."""
         frames = self.advance(now_ns)
         if self.firmware.listening:
-            if arbitration_id == Operation.SYNC:
+            if arbitration_id == CanOperation.SYNC:
                 self._sync = True
             elif arbitration_id & _NODE_BITS == self.node_id:
                 self._commands.append((arbitration_id & ~_NODE_BITS, data))
         return frames
 
-    def advance(self, now_ns: int) -> list[CanFrame]:
+    def advance(self, now_ns: int) -> list[BusFrame]:
         """Let time pass and return what the node put on the bus meanwhile."""
         if self._next_poll_ns is None:
             self._next_poll_ns = now_ns + POLL_ns
-        frames: list[CanFrame] = []
+        frames: list[BusFrame] = []
         while self._next_poll_ns <= now_ns:
             if not (self._sync or self._commands):
                 # Passes of the loop that find nothing to do leave no trace.
@@ -104,19 +104,19 @@ class Jr3CanNode:
         self._sync = False
         self.firmware.reboot(now_ns)
 
-    def _run_until(self, now_ns: int) -> list[CanFrame]:
-        frames: list[CanFrame] = []
+    def _run_until(self, now_ns: int) -> list[BusFrame]:
+        frames: list[BusFrame] = []
         for event in self.firmware.advance(now_ns):
             if event is Notice.BOOTED:
-                frames.append(self._frame(Operation.BOOTUP))
+                frames.append(self._frame(CanOperation.BOOTUP))
             elif event is Notice.RESET_DONE:
                 frames.append(self._acknowledgement())
             elif isinstance(event, Sample):
                 frames += self._pair(event)
         return frames
 
-    def _serve(self, now_ns: int) -> list[CanFrame]:
-        frames: list[CanFrame] = []
+    def _serve(self, now_ns: int) -> list[BusFrame]:
+        frames: list[BusFrame] = []
         if self.firmware.serving and self._sync:
             sample = self.firmware.acquire()
             if sample is not None:
@@ -127,40 +127,40 @@ class Jr3CanNode:
             frames += self._obey(*self._commands.popleft(), now_ns)
         return frames
 
-    def _obey(self, operation: int, data: bytes, now_ns: int) -> list[CanFrame]:
+    def _obey(self, operation: int, data: bytes, now_ns: int) -> list[BusFrame]:
         match operation:
-            case Operation.START_SYNC:
+            case CanOperation.START_SYNC:
                 self.firmware.start(_unsigned(data, 0, 2), now_ns)
-            case Operation.START_ASYNC:
+            case CanOperation.START_ASYNC:
                 self.firmware.start(_unsigned(data, 0, 2), now_ns, period_us=_unsigned(data, 2, 4))
-            case Operation.STOP:
+            case CanOperation.STOP:
                 self.firmware.stop()
-            case Operation.ZERO_OFFSETS:
+            case CanOperation.ZERO_OFFSETS:
                 self.firmware.zero()
-            case Operation.SET_FILTER:
+            case CanOperation.SET_FILTER:
                 self.firmware.set_filter(_unsigned(data, 0, 2))
-            case Operation.GET_STATE:
+            case CanOperation.GET_STATE:
                 pass
-            case Operation.GET_FULL_SCALE_FORCES:
+            case CanOperation.GET_FULL_SCALE_FORCES:
                 return [self._acknowledgement(*self.firmware.full_scale_words()[:3])]
-            case Operation.GET_FULL_SCALE_MOMENTS:
+            case CanOperation.GET_FULL_SCALE_MOMENTS:
                 return [self._acknowledgement(*self.firmware.full_scale_words()[3:])]
-            case Operation.RESET:
+            case CanOperation.RESET:
                 self.firmware.reset(now_ns)
                 return []
             case _:
                 return []
         return [self._acknowledgement()]
 
-    def _pair(self, sample: Sample) -> list[CanFrame]:
-        forces = self._frame(Operation.FORCES, struct.pack("<3hH", *sample.counts[:3], sample.counter))
+    def _pair(self, sample: Sample) -> list[BusFrame]:
+        forces = self._frame(CanOperation.FORCES, struct.pack("<3hH", *sample.counts[:3], sample.counter))
         lost = self.firmware.faults.moments_lost
         if lost > 0.0 and self._generator.random() < lost:
             return [forces]
-        return [forces, self._frame(Operation.MOMENTS, struct.pack("<3hH", *sample.counts[3:], sample.counter))]
+        return [forces, self._frame(CanOperation.MOMENTS, struct.pack("<3hH", *sample.counts[3:], sample.counter))]
 
-    def _acknowledgement(self, *words: int) -> CanFrame:
-        return self._frame(Operation.ACK, struct.pack(f"<B{len(words)}H", self.firmware.state, *words))
+    def _acknowledgement(self, *words: int) -> BusFrame:
+        return self._frame(CanOperation.ACK, struct.pack(f"<B{len(words)}H", self.firmware.state, *words))
 
-    def _frame(self, operation: Operation, data: bytes = b"") -> CanFrame:
-        return CanFrame(operation + self.node_id, data)
+    def _frame(self, operation: CanOperation, data: bytes = b"") -> BusFrame:
+        return BusFrame(operation + self.node_id, data)

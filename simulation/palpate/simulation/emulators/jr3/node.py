@@ -9,8 +9,14 @@ from enum import Enum, IntEnum, auto
 import numpy as np
 import numpy.typing as npt
 
-from palpate.simulation.emulators.jr3.config import FULL_SCALE_COUNTS, LARGEST_COUNTS, Jr3Config, Jr3Faults
-from palpate.simulation.emulators.jr3.filter import ACQUISITION_PERIOD_ns, MovingAverage
+from palpate.simulation.emulators.jr3.sensor import (
+    FULL_SCALE_COUNTS,
+    LARGEST_COUNTS,
+    ACQUISITION_PERIOD_ns,
+    Jr3Config,
+    Jr3Faults,
+    MovingAverage,
+)
 
 WrenchSource = Callable[[int], npt.ArrayLike]
 """Gives the true wrench at a time in ns: Fx, Fy, Fz in N and Mx, My, Mz in N m, right-handed."""
@@ -19,7 +25,7 @@ _COUNTER_MODULUS = 65536
 _FRESH_WORDS = (0xA5A5,) * 6
 
 
-class State(IntEnum):
+class BoardState(IntEnum):
     """State byte of an acknowledgement. FACT: jr3-mbed-firmware-can main.cpp."""
 
     READY = 0
@@ -84,7 +90,7 @@ class Jr3Node:
         self._phase = _Phase.BOOTING
         self._booted = False
         self._phase_ends_ns = 0
-        self._state = State.NOT_INITIALISED
+        self._state = BoardState.NOT_INITIALISED
         self._words: tuple[int, ...] = _FRESH_WORDS
         self._stop_sampling()
 
@@ -99,7 +105,7 @@ class Jr3Node:
         self._period_ns = 0
 
     @property
-    def state(self) -> State:
+    def state(self) -> BoardState:
         """State as acknowledgements tell it."""
         return self._state
 
@@ -155,7 +161,7 @@ class Jr3Node:
             self._read_eeprom(self._phase_ends_ns)
             return True
         if self._phase is _Phase.READING_EEPROM:
-            self._state = State.READY
+            self._state = BoardState.READY
             happened.append(Notice.RESET_DONE if self._booted else Notice.BOOTED)
         self._booted = True
         self._phase = _Phase.SERVING
@@ -205,7 +211,7 @@ class Jr3Node:
             now_ns: Time, ns.
             period_us: Period of the asynchronous stream, us; None to send on SYNC only.
         """
-        if self._state is not State.READY:
+        if self._state is not BoardState.READY:
             return
         self._filter.tune(cut_off_cHz)
         if not self._sampling:
@@ -219,7 +225,7 @@ class Jr3Node:
 
     def stop(self) -> None:
         """Stop sampling: zero, filter and frame counter are lost. FACT: jr3-mbed-firmware Jr3Controller.cpp."""
-        if self._state is State.READY:
+        if self._state is BoardState.READY:
             self._stop_sampling()
 
     def zero(self) -> None:
@@ -234,7 +240,7 @@ class Jr3Node:
 
     def set_filter(self, cut_off_cHz: int) -> None:
         """Change the cut-off (hundredths of a hertz) and go on from the present value."""
-        if self._state is State.READY:
+        if self._state is BoardState.READY:
             self._filter.tune(cut_off_cHz)
 
     def acquire(self) -> Sample | None:
@@ -251,7 +257,7 @@ class Jr3Node:
         FACT (jr3-mbed-firmware-can main.cpp): a node that is not ready leaves the buffer as it was, so the words are
         whatever was in it before; what a fresh buffer holds is assumed.
         """
-        if self._state is State.READY:
+        if self._state is BoardState.READY:
             self._words = self.config.full_scales
         return self._words
 
@@ -261,5 +267,5 @@ class Jr3Node:
         That sampling ends by it is assumed.
         """
         self._stop_sampling()
-        self._state = State.NOT_INITIALISED
+        self._state = BoardState.NOT_INITIALISED
         self._read_eeprom(now_ns)

@@ -9,8 +9,8 @@ from enum import IntEnum
 
 import numpy as np
 
-from palpate.simulation.emulators.jr3.config import Jr3Config
 from palpate.simulation.emulators.jr3.node import Jr3Node, Notice, Sample, WrenchSource
+from palpate.simulation.emulators.jr3.sensor import Jr3Config
 
 UART_CONFIG = replace(Jr3Config(), boot_ns=5_000_000_000, shortest_period_ns=1_562_500)
 """A sensor on the UART board: boots for 5 s (FACT: jr3-mbed-firmware-uart main.cpp), and a sample of 18 bytes of ten
@@ -34,7 +34,7 @@ RECEIVE_BUFFER_BYTES = 256
 _DATA_BYTES = 14
 
 
-class Operation(IntEnum):
+class UartOperation(IntEnum):
     """Operation numbers. FACT: jr3-mbed-firmware-uart main.cpp."""
 
     ACK = 1
@@ -60,7 +60,7 @@ def parse_command(buffer: bytes) -> tuple[int, bytes]:
         buffer: Contents of the input buffer, including what an earlier command left behind its end.
 
     Returns:
-        Operation number, which need not be a known one, and payload.
+        UartOperation number, which need not be a known one, and payload.
     """
     body = buffer.partition(b">")[0].replace(b"<", b"")
     if len(body) < 2:
@@ -140,7 +140,7 @@ class Jr3UartNode:
         sent = b""
         for event in self.firmware.advance(now_ns):
             if event is Notice.BOOTED:
-                sent += self._frame(Operation.BOOTUP)
+                sent += self._frame(UartOperation.BOOTUP)
             elif event is Notice.RESET_DONE:
                 # The main loop waited for the calibration and sleeps only now.
                 self._awake_ns = now_ns + PAUSE_ns
@@ -148,7 +148,7 @@ class Jr3UartNode:
                     self._read_ns = max(self._read_ns, self._awake_ns)
                 sent += self._acknowledgement()
             elif isinstance(event, Sample):
-                sent += self._frame(Operation.READ, struct.pack("<6hH", *event.counts, event.counter))
+                sent += self._frame(UartOperation.READ, struct.pack("<6hH", *event.counts, event.counter))
         return sent
 
     def _serve(self, now_ns: int) -> bytes:
@@ -156,19 +156,19 @@ class Jr3UartNode:
         self._buffer[:size] = bytes(self._received.popleft() for _ in range(size))
         operation, data = parse_command(bytes(self._buffer))
         match operation:
-            case Operation.START:
+            case UartOperation.START:
                 self.firmware.start(_unsigned(data, 0, 2), now_ns, period_us=_unsigned(data, 2, 4))
-            case Operation.STOP:
+            case UartOperation.STOP:
                 self.firmware.stop()
-            case Operation.ZERO_OFFSETS:
+            case UartOperation.ZERO_OFFSETS:
                 self.firmware.zero()
-            case Operation.SET_FILTER:
+            case UartOperation.SET_FILTER:
                 self.firmware.set_filter(_unsigned(data, 0, 2))
-            case Operation.GET_STATE:
+            case UartOperation.GET_STATE:
                 pass
-            case Operation.GET_FULL_SCALES:
+            case UartOperation.GET_FULL_SCALES:
                 return self._acknowledgement(*self.firmware.full_scale_words())
-            case Operation.RESET:
+            case UartOperation.RESET:
                 self.firmware.reset(now_ns)
                 return b""
             case _:
@@ -176,7 +176,7 @@ class Jr3UartNode:
         return self._acknowledgement()
 
     def _acknowledgement(self, *words: int) -> bytes:
-        return self._frame(Operation.ACK, struct.pack(f"<B{len(words)}H", self.firmware.state, *words))
+        return self._frame(UartOperation.ACK, struct.pack(f"<B{len(words)}H", self.firmware.state, *words))
 
-    def _frame(self, operation: Operation, data: bytes = b"") -> bytes:
+    def _frame(self, operation: UartOperation, data: bytes = b"") -> bytes:
         return b"<%02d" % operation + data + b">"

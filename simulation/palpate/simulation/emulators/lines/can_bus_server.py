@@ -12,8 +12,7 @@ from typing import Self
 
 import can
 
-from palpate.simulation.emulators.lines.can_frame import CanFrame
-from palpate.simulation.emulators.lines.can_wire import CanWire
+from palpate.simulation.emulators.lines.can_bus import BusFrame, EmulatedCanBus
 
 DEFAULT_TICK_s = 0.0005
 """Longest pause between two looks at the nodes, s."""
@@ -34,7 +33,7 @@ class CanBusServer(ABC):
     """
 
     def __init__(
-        self, wire: CanWire, *, tick_s: float = DEFAULT_TICK_s, clock_ns: Callable[[], int] = time.monotonic_ns
+        self, wire: EmulatedCanBus, *, tick_s: float = DEFAULT_TICK_s, clock_ns: Callable[[], int] = time.monotonic_ns
     ) -> None:
         self.wire = wire
         self._tick_s, self._clock_ns = tick_s, clock_ns
@@ -101,11 +100,11 @@ class CanBusServer(ABC):
         self._transmit(self.wire.advance(now_ns))
 
     @abstractmethod
-    def _receive(self, timeout_s: float) -> list[CanFrame]:
+    def _receive(self, timeout_s: float) -> list[BusFrame]:
         """Wait until the host sends something, at most for a while, and return its frames."""
 
     @abstractmethod
-    def _transmit(self, frames: list[CanFrame]) -> None:
+    def _transmit(self, frames: list[BusFrame]) -> None:
         """Hand frames to the host."""
 
     @abstractmethod
@@ -125,7 +124,7 @@ class VirtualBusServer(CanBusServer):
 
     def __init__(
         self,
-        wire: CanWire,
+        wire: EmulatedCanBus,
         channel: str,
         *,
         tick_s: float = DEFAULT_TICK_s,
@@ -135,16 +134,16 @@ class VirtualBusServer(CanBusServer):
         self.channel = channel
         self._bus = can.Bus(interface="virtual", channel=channel)
 
-    def _receive(self, timeout_s: float) -> list[CanFrame]:
-        frames: list[CanFrame] = []
+    def _receive(self, timeout_s: float) -> list[BusFrame]:
+        frames: list[BusFrame] = []
         message = self._bus.recv(timeout_s)
         while message is not None:
             if not (message.is_extended_id or message.is_remote_frame or message.is_error_frame):
-                frames.append(CanFrame(message.arbitration_id, bytes(message.data)))
+                frames.append(BusFrame(message.arbitration_id, bytes(message.data)))
             message = self._bus.recv(0.0)
         return frames
 
-    def _transmit(self, frames: list[CanFrame]) -> None:
+    def _transmit(self, frames: list[BusFrame]) -> None:
         for frame in frames:
             self._bus.send(can.Message(arbitration_id=frame.arbitration_id, data=frame.data, is_extended_id=False))
 

@@ -14,7 +14,7 @@ _DELAY: Final = "delay_s"
 
 
 @dataclass(frozen=True, slots=True)
-class LineFaults:
+class SerialFaults:
     """What goes wrong between host and device; every field but `silent` and `delay_s` is a probability, 0 to 1.
 
     Attributes:
@@ -50,7 +50,7 @@ class LineFaults:
                 raise ValueError(f"{field.name} = {value} is out of range")
 
 
-NO_FAULTS: Final = LineFaults()
+NO_FAULTS: Final = SerialFaults()
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +67,7 @@ class Delivery:
 
 
 class FaultInjector:
-    """Applies `LineFaults` to commands and replies.
+    """Applies `SerialFaults` to commands and replies.
 
     Setting `faults` replaces all of them at once, so another thread may do it at any time.
 
@@ -118,7 +118,7 @@ class FaultInjector:
         self.injected["baud_mismatch"] += 1
         return self._rng.bytes(max(1, round(len(data) * min(stretch, _LONGEST_BYTE))))
 
-    def _with_byte_faults(self, reply: bytes, faults: LineFaults) -> bytes:
+    def _with_byte_faults(self, reply: bytes, faults: SerialFaults) -> bytes:
         if not (faults.drop_byte or faults.corrupt_byte or faults.duplicate_byte):
             return reply
         sent = bytearray()

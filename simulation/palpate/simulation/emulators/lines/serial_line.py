@@ -39,7 +39,7 @@ Emulator = TypeVar("Emulator", bound=SerialEmulator)
 
 
 @dataclass(frozen=True, slots=True)
-class LineTiming:
+class LineSpeed:
     """How fast a line is.
 
     Attributes:
@@ -69,10 +69,10 @@ class SerialLine(Generic[Emulator]):
         faults: What goes wrong on the line.
     """
 
-    def __init__(self, emulator: Emulator, timing: LineTiming | None = None, *, seed: int = 0) -> None:
+    def __init__(self, emulator: Emulator, timing: LineSpeed | None = None, *, seed: int = 0) -> None:
         self.emulator = emulator
         self.faults = FaultInjector(np.random.default_rng(seed))
-        self._timing = timing or LineTiming()
+        self._timing = timing or LineSpeed()
         self._host_baud: Callable[[], int] | None = None
         self._rx: deque[tuple[int, bytes]] = deque()
         self._tx: deque[tuple[int, bytes]] = deque()

@@ -8,14 +8,14 @@ from itertools import zip_longest
 
 from palpate.simulation.emulators.motors.gears import AXES
 from palpate.simulation.emulators.motors.plant import Plant
-from palpate.simulation.emulators.nmc.frames import TICK_NS, Command, Frame, FrameParser
+from palpate.simulation.emulators.nmc.frames import TICK_NS, CommandCode, Frame, FrameParser
 from palpate.simulation.emulators.nmc.module import NmcModule
 from palpate.simulation.emulators.nmc.settings import ModuleSettings
 
 _IDLE_LINE = 0xFF
 
 
-class NmcBus:
+class NmcChain:
     """Servo modules in a daisy chain, from power-up. A `SerialEmulator`; knows no wall clock.
 
     A module hears nothing before its predecessor has got an address (FACT, libnmc's start-up), and keeps listening
@@ -92,14 +92,14 @@ class NmcBus:
             reply = module.obey(frame, now_ns)
             if answers and reply and not module.muted:
                 replies.append(reply)
-            if frame.intact and frame.command is Command.SET_ADDR and index + 1 < len(self.modules):
+            if frame.intact and frame.command is CommandCode.SET_ADDR and index + 1 < len(self.modules):
                 self._hears[index + 1] = True
         self._forget_chain_after_reset(frame)
         return _collided(replies) if len(replies) > 1 else b"".join(replies)
 
     def _forget_chain_after_reset(self, frame: Frame) -> None:
         """When the whole chain is as after power-up, only its first module listens."""
-        if frame.intact and frame.command is Command.HARD_RESET:
+        if frame.intact and frame.command is CommandCode.HARD_RESET:
             heard = [module for module, hears in zip(self.modules, self._hears, strict=True) if hears]
             if all(module.address == 0 for module in heard):
                 self._hears = [index == 0 for index in range(len(self.modules))]

@@ -20,7 +20,7 @@ _CLOCK_Hz: Final = 20_000_000
 _DIVISORS: Final = {63: 19_200, 64: 19_200, 20: 57_600, 21: 57_600, 10: 115_200, 5: 230_400}
 
 
-class Command(enum.IntEnum):
+class CommandCode(enum.IntEnum):
     """Low nibble of the command byte (FACT, libnmc)."""
 
     RESET_POS = 0x0
@@ -41,7 +41,7 @@ class Command(enum.IntEnum):
     HARD_RESET = 0xF
 
 
-class Item(enum.IntFlag):
+class ItemBits(enum.IntFlag):
     """Status items in the order in which they are sent; the mask of DEF_STAT and READ_STAT (FACT, libnmc)."""
 
     POSITION = 0x01
@@ -54,7 +54,7 @@ class Item(enum.IntFlag):
     PATH_POINTS = 0x80
 
 
-class Status(enum.IntFlag):
+class StatusBits(enum.IntFlag):
     """Bits of the status byte (FACT, libnmc)."""
 
     MOVE_DONE = 0x01
@@ -92,7 +92,7 @@ class Load(enum.IntFlag):
     NOW = 0x80
 
 
-class Stop(enum.IntFlag):
+class StopMotorBits(enum.IntFlag):
     """Control byte of STOP_MOTOR (FACT, libnmc)."""
 
     AMPLIFIER = 0x01
@@ -103,7 +103,7 @@ class Stop(enum.IntFlag):
     ADVANCED = 0x20
 
 
-class Homing(enum.IntFlag):
+class HomingBits(enum.IntFlag):
     """Control byte of SET_HOMING (FACT, libnmc)."""
 
     LIMIT1 = 0x01
@@ -130,13 +130,13 @@ class Frame:
 
     Attributes:
         address: A module's own (0 to 0x7F) or a group's (0x80 to 0xFF).
-        command: Command code.
+        command: CommandCode code.
         data: Up to 15 bytes.
         intact: Whether the checksum is right.
     """
 
     address: int
-    command: Command
+    command: CommandCode
     data: bytes
     intact: bool
 
@@ -162,7 +162,7 @@ class FrameParser:
             return None
         frame = Frame(
             address=pending[1],
-            command=Command(pending[2] & 0x0F),
+            command=CommandCode(pending[2] & 0x0F),
             data=bytes(pending[3:-1]),
             intact=sum(pending[1:-1]) & 0xFF == pending[-1],
         )

@@ -9,19 +9,19 @@ from palpate.simulation.emulators.motors.plant import Plant
 from palpate.simulation.emulators.nmc.frames import (
     POWER_UP_BAUD,
     Auxiliary,
-    Command,
+    CommandCode,
     Frame,
-    Homing,
-    Item,
+    HomingBits,
+    ItemBits,
     Load,
     Output,
-    Status,
-    Stop,
+    StatusBits,
+    StopMotorBits,
     baud_of_divisor,
     sealed,
 )
-from palpate.simulation.emulators.nmc.servo import Servo, Trajectory
-from palpate.simulation.emulators.nmc.settings import WATCHDOG_UNIT_NS, Gains, ModuleSettings, WatchdogAction
+from palpate.simulation.emulators.nmc.servo import PicServo, Trajectory
+from palpate.simulation.emulators.nmc.settings import WATCHDOG_UNIT_NS, GainParameters, ModuleSettings, WatchdogAction
 
 _SERVO_TYPE: Final = 0
 _GROUP_BIT: Final = 0x80
@@ -52,7 +52,7 @@ class NmcModule:
 
     def __init__(self, axis: int, plant: Plant, settings: ModuleSettings | None = None) -> None:
         self._axis, self._plant, self._settings = axis, plant, settings or ModuleSettings()
-        self.servo = Servo(axis, plant, self._settings)
+        self.servo = PicServo(axis, plant, self._settings)
         self.rejected = 0
         self.muted = False
         self._ticks = 0
@@ -63,7 +63,7 @@ class NmcModule:
     def power_up(self) -> None:
         """Return to the state after power-up, as HARD_RESET does; motor supply and switches stay as they are."""
         previous = self.servo
-        self.servo = Servo(self._axis, self._plant, self._settings, powered=previous.powered)
+        self.servo = PicServo(self._axis, self._plant, self._settings, powered=previous.powered)
         self.set_limits(*previous.limits)
         self._power_up()
 
@@ -85,11 +85,11 @@ class NmcModule:
         once = self.mask
         if frame.intact:
             self._watched_ns, self._expired = now_ns, False
-            if frame.command is Command.HARD_RESET:
+            if frame.command is CommandCode.HARD_RESET:
                 self.power_up()
                 return b""
-            if frame.command is Command.READ_STAT and len(frame.data) == 1:
-                once = Item(frame.data[0])
+            if frame.command is CommandCode.READ_STAT and len(frame.data) == 1:
+                once = ItemBits(frame.data[0])
             elif not self._carry_out(frame):
                 self.rejected += 1
             else:
@@ -99,44 +99,44 @@ class NmcModule:
     def _power_up(self) -> None:
         self.address, self.group, self.leader = 0, 0xFF, False
         self.baud = POWER_UP_BAUD
-        self.mask = Item(0)
+        self.mask = ItemBits(0)
 
     def _carry_out(self, frame: Frame) -> bool:
         data, servo = frame.data, self.servo
         match frame.command, len(data):
-            case Command.NOP, 0:
+            case CommandCode.NOP, 0:
                 pass
-            case Command.RESET_POS, _:
+            case CommandCode.RESET_POS, _:
                 return self._reset_position(data)
-            case Command.SET_ADDR, 2:
+            case CommandCode.SET_ADDR, 2:
                 self.address, self.group = data[0], data[1] | _GROUP_BIT
                 self.leader = not data[1] & _GROUP_BIT
-            case Command.DEF_STAT, 1:
-                self.mask = Item(data[0])
-            case Command.LOAD_TRAJ, n if n:
+            case CommandCode.DEF_STAT, 1:
+                self.mask = ItemBits(data[0])
+            case CommandCode.LOAD_TRAJ, n if n:
                 return self._load(data)
-            case Command.START_MOVE, 0:
+            case CommandCode.START_MOVE, 0:
                 servo.start()
-            case Command.SET_GAIN, 14 | 15:
-                servo.gains = Gains.decoded(data)
-            case Command.STOP_MOTOR, 1 | 5:
-                how = Stop(data[0])
-                if bool(how & Stop.HERE) != (len(data) == 5):
+            case CommandCode.SET_GAIN, 14 | 15:
+                servo.gains = GainParameters.decoded(data)
+            case CommandCode.STOP_MOTOR, 1 | 5:
+                how = StopMotorBits(data[0])
+                if bool(how & StopMotorBits.HERE) != (len(data) == 5):
                     return False
                 servo.stop(how, struct.unpack("<i", data[1:])[0] if len(data) == 5 else 0)
-            case Command.IO_CTRL, 1:
+            case CommandCode.IO_CTRL, 1:
                 servo.output = Output(data[0])
-            case Command.SET_HOMING, 1:
-                servo.set_homing(Homing(data[0]))
-            case Command.SET_BAUD, 1 if frame.address & _GROUP_BIT:
+            case CommandCode.SET_HOMING, 1:
+                servo.set_homing(HomingBits(data[0]))
+            case CommandCode.SET_BAUD, 1 if frame.address & _GROUP_BIT:
                 self.baud = baud_of_divisor(data[0])
-            case Command.CLEAR_BITS, 0:
+            case CommandCode.CLEAR_BITS, 0:
                 servo.clear_bits()
-            case Command.SAVE_AS_HOME, 0:
+            case CommandCode.SAVE_AS_HOME, 0:
                 servo.home_counts = servo.measured_counts
-            case Command.ADD_PATHPOINT, 0:
+            case CommandCode.ADD_PATHPOINT, 0:
                 servo.start_path()
-            case Command.ADD_PATHPOINT, n if n % 2 == 0:
+            case CommandCode.ADD_PATHPOINT, n if n % 2 == 0:
                 servo.path.add(struct.unpack(f"<{n // 2}H", data))
             case _:
                 return False
@@ -178,39 +178,39 @@ class NmcModule:
             self.servo.start()
         return True
 
-    def _reply(self, mask: Item, *, intact: bool) -> bytes:
+    def _reply(self, mask: ItemBits, *, intact: bool) -> bytes:
         """Status byte, items in the order of the mask's bits, checksum (FACT, libnmc)."""
         servo = self.servo
         parts = [bytes([self._status(intact=intact)])]
-        if mask & Item.POSITION:
+        if mask & ItemBits.POSITION:
             parts.append(struct.pack("<i", servo.measured_counts))
-        if mask & Item.ANALOG:
+        if mask & ItemBits.ANALOG:
             parts.append(bytes([self._settings.analog]))
-        if mask & Item.VELOCITY:
+        if mask & ItemBits.VELOCITY:
             parts.append(_int16(servo.velocity_counts))
-        if mask & Item.AUXILIARY:
+        if mask & ItemBits.AUXILIARY:
             parts.append(bytes([self._auxiliary()]))
-        if mask & Item.HOME:
+        if mask & ItemBits.HOME:
             parts.append(struct.pack("<i", servo.home_counts))
-        if mask & Item.IDENTITY:
+        if mask & ItemBits.IDENTITY:
             parts.append(bytes([_SERVO_TYPE, self._settings.version]))
-        if mask & Item.POSITION_ERROR:
+        if mask & ItemBits.POSITION_ERROR:
             parts.append(_int16(servo.error_counts))
-        if mask & Item.PATH_POINTS:
+        if mask & ItemBits.PATH_POINTS:
             parts.append(bytes([len(servo.path)]))
         return sealed(b"".join(parts))
 
     def _status(self, *, intact: bool) -> int:
         servo = self.servo
         return (
-            Status.MOVE_DONE * servo.profile.done
-            | Status.CHECKSUM_ERROR * (not intact)
-            | Status.OVERCURRENT * servo.overcurrent
-            | Status.POWER_ON * servo.powered
-            | Status.POSITION_ERROR * servo.position_error
-            | Status.LIMIT1 * servo.limits[0]
-            | Status.LIMIT2 * servo.limits[1]
-            | Status.HOMING * bool(servo.homing)
+            StatusBits.MOVE_DONE * servo.profile.done
+            | StatusBits.CHECKSUM_ERROR * (not intact)
+            | StatusBits.OVERCURRENT * servo.overcurrent
+            | StatusBits.POWER_ON * servo.powered
+            | StatusBits.POSITION_ERROR * servo.position_error
+            | StatusBits.LIMIT1 * servo.limits[0]
+            | StatusBits.LIMIT2 * servo.limits[1]
+            | StatusBits.HOMING * bool(servo.homing)
         )
 
     def _auxiliary(self) -> int:

@@ -6,10 +6,9 @@ from dataclasses import dataclass
 from typing import Final
 
 from palpate.simulation.emulators.motors.plant import Plant
-from palpate.simulation.emulators.nmc.frames import Homing, Load, Output, Stop
-from palpate.simulation.emulators.nmc.path import PathBuffer
-from palpate.simulation.emulators.nmc.profile import Profile
-from palpate.simulation.emulators.nmc.settings import Gains, ModuleSettings
+from palpate.simulation.emulators.nmc.frames import HomingBits, Load, Output, StopMotorBits
+from palpate.simulation.emulators.nmc.motion import PathBuffer, Profile
+from palpate.simulation.emulators.nmc.settings import GainParameters, ModuleSettings
 
 _HALF: Final = 1 << 31
 _TURN: Final = 1 << 32
@@ -34,7 +33,7 @@ class Trajectory:
     pwm: int = 0
 
 
-class Servo:
+class PicServo:
     """One motor's servo, from power-up: servo off, amplifier off, gains zero, position register zero.
 
     The register is zero at the motor's place at power-up, whatever the arm's true pose (FACT: the encoders are
@@ -49,12 +48,12 @@ class Servo:
 
     def __init__(self, axis: int, plant: Plant, settings: ModuleSettings, *, powered: bool = True) -> None:
         self.profile, self.path = Profile(), PathBuffer()
-        self.gains, self.buffer, self.output = Gains(), Trajectory(), Output(0)
+        self.gains, self.buffer, self.output = GainParameters(), Trajectory(), Output(0)
         self.amplifier = self.on = False
         self.powered = powered
         self.limits = (False, False)
         self.home_counts = 0
-        self.homing = Homing(0)
+        self.homing = HomingBits(0)
         self.position_error = True  # the bit is set while the servo is off
         self.overcurrent = self.wrapped = self.overrun = self.index = False
         self.velocity_counts = 0
@@ -89,18 +88,18 @@ class Servo:
             base = self.profile.counts if load.control & Load.REVERSE else 0
             self.profile.start_trapezoid(base + load.position_counts, load.velocity, load.acceleration)
 
-    def stop(self, how: Stop, here_counts: int) -> None:
+    def stop(self, how: StopMotorBits, here_counts: int) -> None:
         """STOP_MOTOR. Of several ways to stop the first in this order counts: off, abrupt, smooth, here (assumed)."""
-        self.amplifier = bool(how & Stop.AMPLIFIER)
-        if how & Stop.MOTOR_OFF:
+        self.amplifier = bool(how & StopMotorBits.AMPLIFIER)
+        if how & StopMotorBits.MOTOR_OFF:
             self.switch_off()
-        elif how & Stop.ABRUPT:
+        elif how & StopMotorBits.ABRUPT:
             self.path.clear()
             self._switch_on()
             self.profile.hold(self.measured_counts)
-        elif how & Stop.SMOOTH:
+        elif how & StopMotorBits.SMOOTH:
             self.stop_smoothly()
-        elif how & Stop.HERE:
+        elif how & StopMotorBits.HERE:
             self.path.clear()
             self._switch_on()
             self.profile.hold(here_counts)
@@ -127,7 +126,7 @@ class Servo:
         self.measured_counts = self._plant.motor_counts(self._axis) - self._origin
         self._shift(counts - self.measured_counts)
 
-    def set_homing(self, mode: Homing) -> None:
+    def set_homing(self, mode: HomingBits) -> None:
         """Wait for one of the chosen events; 0 ends the wait."""
         self.homing = mode
         self._homing_start = (self.limits, self.measured_counts // self._index_counts)
@@ -203,19 +202,19 @@ class Servo:
     def _watch_home(self, *, tripped: bool) -> None:
         mode, (limits, turn) = self.homing, self._homing_start
         found = (
-            (mode & Homing.LIMIT1 and self.limits[0] != limits[0])
-            or (mode & Homing.LIMIT2 and self.limits[1] != limits[1])
-            or (mode & Homing.INDEX and self.measured_counts // self._index_counts != turn)
-            or (mode & Homing.POSITION_ERROR and tripped)
-            or (mode & Homing.OVERCURRENT and self.overcurrent)
+            (mode & HomingBits.LIMIT1 and self.limits[0] != limits[0])
+            or (mode & HomingBits.LIMIT2 and self.limits[1] != limits[1])
+            or (mode & HomingBits.INDEX and self.measured_counts // self._index_counts != turn)
+            or (mode & HomingBits.POSITION_ERROR and tripped)
+            or (mode & HomingBits.OVERCURRENT and self.overcurrent)
         )
         if not found:
             return
-        self.home_counts, self.homing = self.measured_counts, Homing(0)
-        if mode & Homing.MOTOR_OFF:
+        self.home_counts, self.homing = self.measured_counts, HomingBits(0)
+        if mode & HomingBits.MOTOR_OFF:
             self.switch_off()
-        elif self.on and mode & Homing.ABRUPT:
+        elif self.on and mode & HomingBits.ABRUPT:
             self.path.clear()
             self.profile.hold(self.measured_counts)
-        elif mode & Homing.SMOOTH:
+        elif mode & HomingBits.SMOOTH:
             self.stop_smoothly()

@@ -44,7 +44,7 @@ class ModuleSettings:
 
 
 @dataclass(frozen=True, slots=True)
-class Gains:
+class GainParameters:
     """Parameters of SET_GAIN, all zero at power-up, when the servo therefore cannot move anything (INFERENCE).
 
     Attributes:
@@ -73,7 +73,7 @@ class Gains:
         return self.kp != 0 and self.output_limit > 0
 
     @classmethod
-    def decoded(cls, data: bytes) -> Gains:
+    def decoded(cls, data: bytes) -> GainParameters:
         """From the 14 data bytes of SET_GAIN, whose last one compensates a dead band (FACT, libnmc)."""
         kp, kd, ki, il, ol, cl, el, sr, _ = struct.unpack("<hhhhBBhBB", data[:14])
         return cls(kp, kd, ki, il, ol, cl, el, max(sr, 1))

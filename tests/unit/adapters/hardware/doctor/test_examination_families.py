@@ -23,9 +23,9 @@ from palpate.core.motion.arm import arm_named
 from palpate.drivers.errors import DriverError
 from palpate.simulation.emulators.cia402.node import CanopenDrive
 from palpate.simulation.emulators.jr3.can import Jr3CanNode
-from palpate.simulation.emulators.jr3.config import Jr3Config
+from palpate.simulation.emulators.jr3.sensor import Jr3Config
 from palpate.simulation.emulators.motors.plant import IdealPlant
-from palpate.simulation.emulators.nmc.bus import NmcBus
+from palpate.simulation.emulators.nmc.bus import NmcChain
 from tests.unit.adapters.hardware.doctor.notebook import facts, told
 from tests.virtual_lines import VirtualDesk, VirtualPort
 
@@ -49,8 +49,8 @@ def context(desk: VirtualDesk) -> RigContext:
     return RigContext(desk.clock, arm_named("zebra-zero"), LOWER, UPPER, (1.0,) * 6)
 
 
-def zebra(desk: VirtualDesk, **settings: Any) -> tuple[VirtualPort[NmcBus], BusArm, ZebraDriver]:
-    port = desk.serial("arm", NmcBus(IdealPlant()))
+def zebra(desk: VirtualDesk, **settings: Any) -> tuple[VirtualPort[NmcChain], BusArm, ZebraDriver]:
+    port = desk.serial("arm", NmcChain(IdealPlant()))
     table = {"port": "arm", "baud": 230_400, "divider": 2, "at_home": True, "reset_wait_ms": 40.0, **settings}
     arm = make_zebra_nmc(table, context(desk)).arm
     assert isinstance(arm, BusArm)

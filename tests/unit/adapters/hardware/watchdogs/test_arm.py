@@ -1,4 +1,4 @@
-"""Arms that stop when commands stop coming, loops that must feed, and arms that stay at rest."""
+"""Arms that stop when commands stop coming, and arms that stay at rest."""
 
 from __future__ import annotations
 
@@ -8,7 +8,9 @@ import threading
 import pytest
 
 from palpate.adapters.hardware.clock import MonotonicClock
-from palpate.adapters.hardware.watchdogs import GuardedArm, LoopWatchdog, WatchdogTrip, WatchedArm, WatchedClock
+from palpate.adapters.hardware.watchdogs import GuardedArm, WatchdogTrip, WatchedArm
+from palpate.adapters.hardware.watchdogs.arm import AgeWatch
+from palpate.adapters.hardware.watchdogs.trip import Latch
 from palpate.core.errors import ConfigurationError, FaultLatchedError, LifecycleError
 from palpate.core.ports.contracts.fakes import TICK_NS, FakeClock
 from palpate.core.ports.lifecycle import Life
@@ -131,13 +133,14 @@ def test_a_listener_that_fails_cannot_kill_the_watch() -> None:
         raise RuntimeError("no room on the disk")
 
     clock = FakeClock()
-    arm = active_arm(clock)
-    with LoopWatchdog(arm, clock, SOON_NS, tell=tell) as loop:
-        for _ in range(2):
-            loop.feed()
-            clock.advance(4000)
-            wait_for(lambda: loop.tripped)
-            loop.acknowledge()
+    watched = WatchedArm(active_arm(clock), clock, SOON_NS, tell=tell)
+    for _ in range(2):
+        watched.send(HERE)
+        clock.advance(4000)
+        wait_for(lambda: watched.tripped)
+        watched.deactivate()
+        watched.activate()
+    watched.close()
 
 
 def test_stop_from_a_signal_handler_in_the_middle_of_anything() -> None:
@@ -177,81 +180,27 @@ def test_closing_twice_leaves_nothing_behind() -> None:
         assert watched.life is Life.CLOSED
 
 
-# --- The loop.
-
-
-def test_a_fed_loop_goes_on() -> None:
-    clock = FakeClock()
-    arm = active_arm(clock)
-    with LoopWatchdog(arm, clock, LIMIT_NS) as loop:
-        fed = WatchedClock(clock, [loop])
-        for tick in range(1, 50):
-            fed.sleep_until(tick * TICK_NS)
-        assert fed.now_ns() == 49 * TICK_NS
-        assert (arm.stops, loop.tripped) == ([], None)
-
-
-def test_a_loop_that_dies_is_stopped_and_the_trip_latches() -> None:
-    told: list[WatchdogTrip] = []
-    with nothing_left_behind():
-        clock = MonotonicClock()
-        arm = active_arm(clock)
-        with LoopWatchdog(arm, clock, 20_000_000, tell=told.append) as loop:
-            loop.feed()
-            wait_for(lambda: told)
-            assert set(arm.stops) == {"loop watchdog"}
-            loop.feed()
-            assert loop.tripped == told[0]
-            assert told[0].source == "loop"
-            loop.acknowledge()
-            loop.feed()
-            wait_for(lambda: len(told) == 2)
-
-
-def test_a_feeding_that_comes_too_late_trips_itself() -> None:
-    clock = FakeClock()
-    arm = active_arm(clock)
-    with LoopWatchdog(arm, clock, LIMIT_NS) as loop:
-        loop.feed()
-        clock.advance(4000)
-        loop.feed()
-        assert loop.tripped is not None
-        assert arm.stops
-
-
-def test_between_trials_nobody_feeds() -> None:
-    clock = FakeClock()
-    arm = active_arm(clock)
-    with LoopWatchdog(arm, clock, LIMIT_NS) as loop:
-        loop.feed()
-        loop.rest()
-        clock.advance(10_000)
-        loop.feed()
-        assert loop.tripped is None
-
-
-def test_a_closed_watchdog_takes_no_food() -> None:
-    clock = FakeClock()
-    loop = LoopWatchdog(active_arm(clock), clock, LIMIT_NS)
-    loop.close()
-    loop.close()
-    with pytest.raises(LifecycleError, match="closed"):
-        loop.feed()
-
-
-def test_a_watchdog_may_be_closed_by_whom_it_tells() -> None:
+def test_it_may_be_closed_by_whom_it_tells() -> None:
     clock = FakeClock()
     closed = threading.Event()
 
     def tell(trip: WatchdogTrip) -> None:
-        loop.close()
+        watched.close()
         closed.set()
 
-    loop = LoopWatchdog(active_arm(clock), clock, SOON_NS, tell=tell)
-    loop.feed()
+    watched = WatchedArm(active_arm(clock), clock, SOON_NS, tell=tell)
+    watched.send(HERE)
     clock.advance(10)
     wait_for(closed.is_set)
-    loop.close()
+    watched.close()
+
+
+def test_an_ended_watch_cannot_be_fed() -> None:
+    watch = AgeWatch("watch", FakeClock(), LIMIT_NS, lambda age_ns: None)
+    watch.end()
+    watch.end()
+    with pytest.raises(LifecycleError, match="closed"):
+        watch.feed()
 
 
 # --- Arms that stay at rest.
@@ -260,21 +209,19 @@ def test_a_watchdog_may_be_closed_by_whom_it_tells() -> None:
 def test_a_guarded_arm_neither_activates_nor_moves_until_acknowledged() -> None:
     clock = FakeClock()
     arm = active_arm(clock)
-    with LoopWatchdog(arm, clock, LIMIT_NS) as loop:
-        guarded = GuardedArm(arm, [loop])
-        assert guarded.send(HERE).reason is CommandReason.AS_ASKED
-        loop.feed()
-        clock.advance(4000)
-        loop.feed()
-        arm.deactivate()
-        with pytest.raises(FaultLatchedError, match="loop: no tick for"):
-            guarded.activate()
-        # Whoever goes behind its back does not get far.
-        arm.activate()
-        assert guarded.send(HERE).reason is CommandReason.STOPPED
-        loop.acknowledge()
-        guarded.deactivate()
+    latch = Latch()
+    guarded = GuardedArm(arm, [latch])
+    assert guarded.send(HERE).reason is CommandReason.AS_ASKED
+    latch.trip(WatchdogTrip(0, "loop", "no tick for 1 s"))
+    arm.deactivate()
+    with pytest.raises(FaultLatchedError, match="loop: no tick for"):
         guarded.activate()
-        assert guarded.send(HERE).reason is CommandReason.AS_ASKED
-        guarded.stop()
-        assert guarded.send(HERE).reason is CommandReason.STOPPED
+    # Whoever goes behind its back does not get far.
+    arm.activate()
+    assert guarded.send(HERE).reason is CommandReason.STOPPED
+    latch.clear()
+    guarded.deactivate()
+    guarded.activate()
+    assert guarded.send(HERE).reason is CommandReason.AS_ASKED
+    guarded.stop()
+    assert guarded.send(HERE).reason is CommandReason.STOPPED

@@ -11,8 +11,7 @@ from pathlib import Path
 import pytest
 
 from palpate.adapters.hardware.watchdogs import OperatorSources, OperatorStop, ProcessWatchdog, WatchdogTrip
-from palpate.adapters.hardware.watchdogs.process_main import Watch, stop_function
-from palpate.adapters.hardware.watchdogs.process_words import ACKNOWLEDGED, FED, QUIT, RESTING
+from palpate.adapters.hardware.watchdogs.process_main import ACKNOWLEDGED, FED, QUIT, RESTING, Watch, stop_function
 from palpate.core.errors import ConfigurationError, LifecycleError
 from palpate.core.ports.contracts.fakes import FakeClock
 from tests.unit.adapters.hardware.watchdogs.bench import active_arm, nothing_left_behind, wait_for

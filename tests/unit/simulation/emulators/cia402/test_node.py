@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from palpate.simulation.emulators.cia402.node import CanopenDrive, NmtState
-from palpate.simulation.emulators.cia402.state import PowerState
+from palpate.simulation.emulators.cia402.servo import PowerState
 from palpate.simulation.emulators.motors.plant import IdealPlant
 
 MS = 1_000_000

@@ -9,16 +9,18 @@ from typing import Any
 import numpy as np
 import pytest
 
-from palpate.simulation.emulators.jr3.config import (
+from palpate.simulation.emulators.jr3.node import BoardState, Jr3Node, Notice, Sample
+from palpate.simulation.emulators.jr3.sensor import (
     ASSUMED_NOISE_SHARE,
     FULL_SCALE_COUNTS,
     WRIST_FULL_SCALES,
+    ACQUISITION_PERIOD_ns,
     ASSUMED_DRIFT_SHARE_PER_s,
     Jr3Config,
     Jr3Faults,
+    MovingAverage,
+    smoothing_factor,
 )
-from palpate.simulation.emulators.jr3.filter import ACQUISITION_PERIOD_ns, MovingAverage, smoothing_factor
-from palpate.simulation.emulators.jr3.node import Jr3Node, Notice, Sample, State
 
 MS = 1_000_000
 S = 1_000_000_000
@@ -169,7 +171,7 @@ def test_boot_takes_its_time_and_bootup_needs_a_sensor() -> None:
     lonely = node_of(connected=False)
     assert lonely.advance(60 * S) == []
     assert lonely.serving
-    assert lonely.state is State.NOT_INITIALISED
+    assert lonely.state is BoardState.NOT_INITIALISED
 
 
 def test_a_node_that_is_not_ready_starts_nothing_and_tells_stale_full_scales() -> None:
@@ -192,7 +194,7 @@ def test_reset_without_a_sensor_waits_for_one() -> None:
     assert not node.serving
     node.connected = True
     assert node.advance(61 * S) == [Notice.RESET_DONE]
-    assert node.state is State.READY
+    assert node.state is BoardState.READY
 
 
 def test_without_the_sensor_the_stream_repeats_itself() -> None:

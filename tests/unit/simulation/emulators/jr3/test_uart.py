@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import serial
 
-from palpate.simulation.emulators.jr3.config import Jr3Config, Jr3Faults
+from palpate.simulation.emulators.jr3.sensor import Jr3Config, Jr3Faults
 from palpate.simulation.emulators.jr3.uart import UART_CONFIG, Jr3UartNode, parse_command
 from palpate.simulation.emulators.lines.pty_server import PtyServer
 from palpate.simulation.emulators.lines.serial_line import SerialEmulator

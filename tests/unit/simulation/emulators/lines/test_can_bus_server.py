@@ -11,7 +11,7 @@ from uuid import uuid4
 import can
 import pytest
 
-from palpate.simulation.emulators.jr3.config import Jr3Faults
+from palpate.simulation.emulators.jr3.sensor import Jr3Faults
 from palpate.simulation.emulators.lines.can_bus_server import VirtualBusServer
 from tests.unit.simulation.emulators.lines.turned import Turned, jr3, turned_slcan, turned_virtual, wire_of
 

@@ -12,14 +12,14 @@ import numpy as np
 import pytest
 import serial
 
-from palpate.simulation.emulators.lines.faults import Delivery, FaultInjector, LineFaults
+from palpate.simulation.emulators.lines.faults import Delivery, FaultInjector, SerialFaults
 from palpate.simulation.emulators.lines.pty_server import PtyServer
-from palpate.simulation.emulators.lines.serial_line import LineTiming, SerialEmulator
+from palpate.simulation.emulators.lines.serial_line import LineSpeed, SerialEmulator
 from palpate.simulation.emulators.motors.plant import IdealPlant
-from palpate.simulation.emulators.nmc.bus import NmcBus
+from palpate.simulation.emulators.nmc.bus import NmcChain
 from tests.unit.simulation.emulators.nmc_host import ALL, address_all, command
 
-AT_ONCE = LineTiming(paced=False)
+AT_ONCE = LineSpeed(paced=False)
 NOP = command(1, 0xE)
 DIVISORS = {115_200: bytes([10]), 230_400: bytes([5])}
 
@@ -67,8 +67,8 @@ def echo() -> Iterator[PtyServer[Echo]]:
 
 
 @pytest.fixture
-def nmc() -> Iterator[PtyServer[NmcBus]]:
-    with PtyServer(NmcBus(IdealPlant()), AT_ONCE, seed=3) as server:
+def nmc() -> Iterator[PtyServer[NmcChain]]:
+    with PtyServer(NmcChain(IdealPlant()), AT_ONCE, seed=3) as server:
         yield server
 
 
@@ -81,7 +81,7 @@ def exchange(port: serial.Serial, data: bytes, size: int = 2) -> bytes:
     return bytes(port.read(size))
 
 
-def change_rate(nmc: PtyServer[NmcBus], port: serial.Serial, divisor: int, baud: int) -> None:
+def change_rate(nmc: PtyServer[NmcChain], port: serial.Serial, divisor: int, baud: int) -> None:
     """Address the modules, send them to another rate, and leave the host at the old one."""
     address_all(lambda data: exchange(port, data))
     assert exchange(port, command(ALL, 0xA, bytes([divisor]))) == b""
@@ -110,14 +110,14 @@ def test_what_the_device_says_by_itself_arrives(echo: PtyServer[Echo]) -> None:
         assert port.read(5) == b"hello"
 
 
-def test_hosts_come_and_go(nmc: PtyServer[NmcBus]) -> None:
+def test_hosts_come_and_go(nmc: PtyServer[NmcChain]) -> None:
     with connect(nmc.path, 19_200) as port:
         address_all(lambda data: exchange(port, data))
     with connect(nmc.path, 19_200) as port:
         assert exchange(port, NOP) == b"\x19\x19"
 
 
-def test_a_change_of_rate(nmc: PtyServer[NmcBus]) -> None:
+def test_a_change_of_rate(nmc: PtyServer[NmcChain]) -> None:
     with connect(nmc.path, 19_200, timeout=0.1) as port:
         change_rate(nmc, port, 10, 115_200)
         assert exchange(port, NOP) != b"\x19\x19"  # the host is still at 19200
@@ -133,7 +133,7 @@ def test_a_change_of_rate(nmc: PtyServer[NmcBus]) -> None:
         assert exchange(port, NOP) == b"\x19\x19"
 
 
-def test_a_rate_without_a_name_is_understood(nmc: PtyServer[NmcBus]) -> None:
+def test_a_rate_without_a_name_is_understood(nmc: PtyServer[NmcChain]) -> None:
     with connect(nmc.path, 19_200, timeout=0.1) as port:
         change_rate(nmc, port, 4, 250_000)
         follow(port, 250_000)
@@ -152,7 +152,7 @@ def test_a_spontaneous_message_at_the_wrong_rate_is_garbage(echo: PtyServer[Echo
 
 @pytest.mark.parametrize(("baud", "least_s"), [(9_600, 2 * 40 * 10 / 9_600), (115_200, 2 * 40 * 10 / 115_200)])
 def test_bytes_take_their_time(baud: int, least_s: float) -> None:
-    with PtyServer(Echo(baud), LineTiming(turnaround_s=0.002)) as server, connect(server.path, baud) as port:
+    with PtyServer(Echo(baud), LineSpeed(turnaround_s=0.002)) as server, connect(server.path, baud) as port:
         line = bytes(39) + b"\n"
         taken = []
         for _ in range(5):
@@ -164,7 +164,7 @@ def test_bytes_take_their_time(baud: int, least_s: float) -> None:
 
 
 def test_a_usb_adapter_delivers_when_its_timer_ends() -> None:
-    timing = LineTiming(paced=False, usb_latency_s=0.016)
+    timing = LineSpeed(paced=False, usb_latency_s=0.016)
     with PtyServer(Echo(), timing) as server, connect(server.path) as port:
         exchange(port, b"\n", 1)
         start = time.monotonic()
@@ -182,39 +182,39 @@ def test_a_usb_adapter_delivers_when_its_timer_ends() -> None:
 
 def test_silence(echo: PtyServer[Echo]) -> None:
     with connect(echo.path, timeout=0.1) as port:
-        echo.faults.faults = LineFaults(silent=True)
+        echo.faults.faults = SerialFaults(silent=True)
         assert exchange(port, b"a\n") == b""
-        echo.faults.faults = LineFaults()
+        echo.faults.faults = SerialFaults()
         assert exchange(port, b"b\n") == b"b\n"
         assert echo.faults.injected["silent"] == 1
 
 
 def test_lost_late_and_doubled_replies(echo: PtyServer[Echo]) -> None:
     with connect(echo.path, timeout=0.1) as port:
-        echo.faults.faults = LineFaults(drop_reply=1.0)
+        echo.faults.faults = SerialFaults(drop_reply=1.0)
         assert exchange(port, b"a\n") == b""
-        echo.faults.faults = LineFaults(duplicate_reply=1.0)
+        echo.faults.faults = SerialFaults(duplicate_reply=1.0)
         assert exchange(port, b"a\n", 5) == b"a\na\n"
-        echo.faults.faults = LineFaults(delay_reply=1.0, delay_s=0.2)
+        echo.faults.faults = SerialFaults(delay_reply=1.0, delay_s=0.2)
         assert exchange(port, b"a\n") == b""
         port.timeout = 1.0
         assert port.read(2) == b"a\n"
 
 
-def test_wrong_checksums_and_lost_commands(nmc: PtyServer[NmcBus]) -> None:
+def test_wrong_checksums_and_lost_commands(nmc: PtyServer[NmcChain]) -> None:
     with connect(nmc.path, 19_200, timeout=0.1) as port:
         address_all(lambda data: exchange(port, data))
-        nmc.faults.faults = LineFaults(wrong_checksum=1.0)
+        nmc.faults.faults = SerialFaults(wrong_checksum=1.0)
         status, checksum = exchange(port, NOP)
         assert status == 0x19
         assert checksum != status
-        nmc.faults.faults = LineFaults(drop_command_byte=1.0)
+        nmc.faults.faults = SerialFaults(drop_command_byte=1.0)
         assert exchange(port, NOP) == b""
-        nmc.faults.faults = LineFaults()
+        nmc.faults.faults = SerialFaults()
         assert exchange(port, NOP) == b"\x19\x19"
 
 
-def test_faults_of_the_device_in_mid_run(nmc: PtyServer[NmcBus]) -> None:
+def test_faults_of_the_device_in_mid_run(nmc: PtyServer[NmcChain]) -> None:
     with connect(nmc.path, 19_200, timeout=0.1) as port:
         address_all(lambda data: exchange(port, data))
         with nmc.exclusive() as bus:
@@ -229,7 +229,7 @@ def test_faults_of_the_device_in_mid_run(nmc: PtyServer[NmcBus]) -> None:
 
 def test_unplugging_is_a_hang_up_and_plugging_in_again_finds_the_device_as_it_was(tmp_path: Path) -> None:
     link = tmp_path / "arm"
-    with PtyServer(NmcBus(IdealPlant()), AT_ONCE, link=link) as server:
+    with PtyServer(NmcChain(IdealPlant()), AT_ONCE, link=link) as server:
         assert server.path == str(link)
         with connect(str(link), 19_200) as port:
             address_all(lambda data: exchange(port, data))
@@ -293,7 +293,7 @@ def test_a_host_that_never_reads_blocks_nobody(echo: PtyServer[Echo]) -> None:
 def test_faults_strike_as_often_as_asked_and_alike_for_one_seed(field: str) -> None:
     def run() -> tuple[list[list[Delivery]], int]:
         injector = FaultInjector(np.random.default_rng(7))
-        injector.faults = LineFaults(**{field: 0.25})
+        injector.faults = SerialFaults(**{field: 0.25})
         sent = [injector.on_reply(b"\x00\x11\x22\x33") for _ in range(1_000)]
         return sent, injector.injected[field]
 
@@ -307,19 +307,19 @@ def test_faults_strike_as_often_as_asked_and_alike_for_one_seed(field: str) -> N
 
 def test_commands_can_be_corrupted() -> None:
     injector = FaultInjector(np.random.default_rng(7))
-    injector.faults = LineFaults(corrupt_command_byte=1.0)
+    injector.faults = SerialFaults(corrupt_command_byte=1.0)
     assert all(a ^ b in (1, 2, 4, 8, 16, 32, 64, 128) for a, b in zip(injector.on_command(NOP), NOP, strict=True))
 
 
 @pytest.mark.parametrize("wrong", [{"drop_byte": 1.5}, {"drop_reply": -0.1}, {"delay_s": -1.0}])
 def test_impossible_faults_are_refused(wrong: dict[str, float]) -> None:
     with pytest.raises(ValueError, match="out of range"):
-        LineFaults(**wrong)
+        SerialFaults(**wrong)
 
 
 @pytest.mark.parametrize("baud", [115_200, 230_400])
 def test_six_axes_are_polled_no_faster_than_the_wire(baud: int) -> None:
-    with PtyServer(NmcBus(IdealPlant())) as server, connect(server.path, 19_200) as port:
+    with PtyServer(NmcChain(IdealPlant())) as server, connect(server.path, 19_200) as port:
         address_all(lambda data: exchange(port, data))
         for number in range(1, 7):
             exchange(port, command(number, 0x2, b"\x01"), 6)

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from palpate.simulation.emulators.lines.can_frame import CanFrame
-from palpate.simulation.emulators.lines.slcan_codec import Adapter, Mode, frame_line
-from palpate.simulation.emulators.lines.slcan_faults import FaultyLines, LineFaults
+from palpate.simulation.emulators.lines.can_bus import BusFrame
+from palpate.simulation.emulators.lines.slcan import Adapter, ChannelMode, FaultyLines, SlcanFaults, frame_line
 
 
 def opened() -> Adapter:
@@ -20,16 +19,16 @@ def test_the_greeting_of_python_can() -> None:
     adapter = Adapter()
     # Close, set, an empty line, and open twice.
     assert adapter.take(b"C\rS8\r\rO\rO\r") == (b"\a\r\r\a", [])
-    assert adapter.mode is Mode.OPEN
+    assert adapter.mode is ChannelMode.OPEN
     assert adapter.bit_rate_Hz == 1_000_000
     assert adapter.take(b"C\r") == (b"\r", [])
-    assert adapter.mode is Mode.CLOSED
+    assert adapter.mode is ChannelMode.CLOSED
 
 
 def test_frames_of_the_host() -> None:
     adapter = opened()
-    assert adapter.take(b"t2016C80010270000\r") == (b"z\r", [CanFrame(0x201, bytes.fromhex("C80010270000"))])
-    assert adapter.take(b"t0800\r") == (b"z\r", [CanFrame(0x080, b"")])
+    assert adapter.take(b"t2016C80010270000\r") == (b"z\r", [BusFrame(0x201, bytes.fromhex("C80010270000"))])
+    assert adapter.take(b"t0800\r") == (b"z\r", [BusFrame(0x080, b"")])
     assert adapter.take(b"T000002016C80010270000\r") == (b"Z\r", [])
     assert adapter.take(b"r2010\rR000002010\r") == (b"z\rZ\r", [])
 
@@ -37,7 +36,7 @@ def test_frames_of_the_host() -> None:
 def test_a_line_may_come_in_pieces() -> None:
     adapter = opened()
     assert adapter.take(b"t08") == (b"", [])
-    assert adapter.take(b"00\rt0") == (b"z\r", [CanFrame(0x080, b"")])
+    assert adapter.take(b"00\rt0") == (b"z\r", [BusFrame(0x080, b"")])
 
 
 @pytest.mark.parametrize(
@@ -68,13 +67,13 @@ def test_a_line_may_come_in_pieces() -> None:
 def test_bad_lines_ring_the_bell(line: bytes) -> None:
     adapter = opened()
     assert adapter.take(line + b"\r") == (b"\a", [])
-    assert adapter.take(b"t0800\r") == (b"z\r", [CanFrame(0x080, b"")])
+    assert adapter.take(b"t0800\r") == (b"z\r", [BusFrame(0x080, b"")])
 
 
 def test_nothing_is_sent_while_closed_or_only_listening() -> None:
     adapter = Adapter()
     assert adapter.take(b"t0800\rL\rt0800\r") == (b"\a\r\a", [])
-    assert adapter.mode is Mode.LISTEN_ONLY
+    assert adapter.mode is ChannelMode.LISTEN_ONLY
 
 
 def test_version_serial_number_and_flags() -> None:
@@ -93,22 +92,22 @@ def test_setting_the_registers_leaves_the_rate_unknown() -> None:
 
 
 def test_frames_for_the_host() -> None:
-    assert frame_line(CanFrame(0x601, bytes.fromhex("01AB"))) == b"t601201AB\r"
-    assert frame_line(CanFrame(0x001, b"")) == b"t0010\r"
+    assert frame_line(BusFrame(0x601, bytes.fromhex("01AB"))) == b"t601201AB\r"
+    assert frame_line(BusFrame(0x001, b"")) == b"t0010\r"
 
 
 def test_lines_are_spoilt_on_demand_and_by_seed() -> None:
-    line = frame_line(CanFrame(0x601, bytes(8)))
+    line = frame_line(BusFrame(0x601, bytes(8)))
     spoiler = FaultyLines(np.random.default_rng(1))
     assert spoiler.spoil(line) == line
-    spoiler.faults = LineFaults(bad_hex=1.0)
+    spoiler.faults = SlcanFaults(bad_hex=1.0)
     assert spoiler.spoil(line).count(b"G") == 1
-    spoiler.faults = LineFaults(truncated=1.0)
+    spoiler.faults = SlcanFaults(truncated=1.0)
     assert all(2 < len(spoiler.spoil(line)) < len(line) for _ in range(200))
     assert spoiler.spoil(line).endswith(b"\r")
-    spoiler.faults = LineFaults(not_text=1.0)
+    spoiler.faults = SlcanFaults(not_text=1.0)
     with pytest.raises(UnicodeDecodeError):
         spoiler.spoil(line).decode()
     one, two = FaultyLines(np.random.default_rng(5)), FaultyLines(np.random.default_rng(5))
-    one.faults = two.faults = LineFaults(bad_hex=0.5, truncated=0.5)
+    one.faults = two.faults = SlcanFaults(bad_hex=0.5, truncated=0.5)
     assert [one.spoil(line) for _ in range(20)] == [two.spoil(line) for _ in range(20)]

@@ -14,9 +14,8 @@ import numpy as np
 import pytest
 import serial
 
-from palpate.simulation.emulators.lines.can_faults import BusFaults
-from palpate.simulation.emulators.lines.slcan_faults import LineFaults
-from palpate.simulation.emulators.lines.slcan_server import BACKLOG_BYTES, SlcanServer
+from palpate.simulation.emulators.lines.can_bus import BusFaults
+from palpate.simulation.emulators.lines.slcan import BACKLOG_BYTES, SlcanFaults, SlcanServer
 from tests.unit.simulation.emulators.lines.turned import MILLISECOND, Clock, jr3, open_slcan, turned_slcan, wire_of
 
 UPSET = (ValueError, IndexError, can.CanError)
@@ -118,8 +117,8 @@ def test_frames_get_lost_or_doubled_on_demand() -> None:
         assert (steps > 12).sum() > 20
 
 
-@pytest.mark.parametrize("faults", [LineFaults(bad_hex=1.0), LineFaults(truncated=1.0), LineFaults(not_text=1.0)])
-def test_a_malformed_line_upsets_python_can(faults: LineFaults) -> None:
+@pytest.mark.parametrize("faults", [SlcanFaults(bad_hex=1.0), SlcanFaults(truncated=1.0), SlcanFaults(not_text=1.0)])
+def test_a_malformed_line_upsets_python_can(faults: SlcanFaults) -> None:
     with turned_slcan(jr3()) as host:
         host.start_stream()
         assert isinstance(host.server, SlcanServer)

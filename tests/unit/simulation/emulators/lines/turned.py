@@ -11,10 +11,10 @@ import can
 import numpy as np
 
 from palpate.simulation.emulators.jr3.can import Jr3CanNode
-from palpate.simulation.emulators.jr3.config import Jr3Config
+from palpate.simulation.emulators.jr3.sensor import Jr3Config
+from palpate.simulation.emulators.lines.can_bus import EmulatedCanBus
 from palpate.simulation.emulators.lines.can_bus_server import CanBusServer, VirtualBusServer
-from palpate.simulation.emulators.lines.can_wire import CanWire
-from palpate.simulation.emulators.lines.slcan_server import SlcanServer
+from palpate.simulation.emulators.lines.slcan import SlcanServer
 
 FULL = (115.0, 111.0, 185.0, 5.6, 5.2, 6.1)
 MILLISECOND = 1_000_000
@@ -74,8 +74,8 @@ class Clock:
         return self.now_ns
 
 
-def wire_of(*nodes: Jr3CanNode) -> CanWire:
-    return CanWire(nodes, generator=np.random.default_rng(0))
+def wire_of(*nodes: Jr3CanNode) -> EmulatedCanBus:
+    return EmulatedCanBus(nodes, generator=np.random.default_rng(0))
 
 
 @contextmanager

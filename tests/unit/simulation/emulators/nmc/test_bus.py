@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from palpate.simulation.emulators.motors.plant import IdealPlant
-from palpate.simulation.emulators.nmc.bus import NmcBus
+from palpate.simulation.emulators.nmc.bus import NmcChain
 from palpate.simulation.emulators.nmc.frames import baud_of_divisor
 from palpate.simulation.emulators.nmc.settings import ModuleSettings
 from tests.unit.simulation.emulators.nmc_host import ALL, TICK_NS, Bench, command
@@ -203,7 +203,7 @@ def test_a_power_cycle_forgets_all_but_the_motors_places() -> None:
 
 
 def test_time_is_relative_and_never_goes_back() -> None:
-    bus = NmcBus(IdealPlant())
+    bus = NmcChain(IdealPlant())
     start = 10**18
     assert bus.advance(start) == b""
     assert bus.feed(SET_ADDRESS_1, start + TICK_NS) == golden("1919")

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import pytest
 
 from palpate.adapters.hardware.doctor.findings import Level, Notebook
-from palpate.adapters.hardware.doctor.move import STEP_RAD, examine_following
+from palpate.adapters.hardware.doctor.ports import STEP_RAD, examine_following
 from palpate.core.errors import DeviceError
 from palpate.core.ports.contracts.fakes import FakeArm, FakeClock, FakeJointEncoder
 from palpate.core.ports.values import CommandReason, JointCommand, JointVector

@@ -3,27 +3,28 @@
 import pytest
 
 from palpate.drivers.errors import SettingError
-from palpate.drivers.nmc.budget import LineTiming, exchange_size_bytes, same_for_all
 from palpate.drivers.nmc.commands import NOP, load_traj, stop_motor
-from palpate.drivers.nmc.frames import Item, Stop, Traj
-from palpate.drivers.nmc.settings import BAUD_DIVISORS, BusSettings
+from palpate.drivers.nmc.frames import StatusItem, StopControl, TrajectoryControl
+from palpate.drivers.nmc.settings import BAUD_DIVISORS, BusSettings, SerialTiming, exchange_size_bytes, same_for_all
 
-POS_VEL = Item.POSITION | Item.VELOCITY
+POS_VEL = StatusItem.POSITION | StatusItem.VELOCITY
 POLL = exchange_size_bytes(NOP, POS_VEL)
-TO_POSITION = load_traj(Traj.SERVO | Traj.START_NOW, position_counts=0)
-TO_ALL = load_traj(Traj.SERVO | Traj.START_NOW, position_counts=0, velocity_word=0, acceleration_word=0)
+TO_POSITION = load_traj(TrajectoryControl.SERVO | TrajectoryControl.START_NOW, position_counts=0)
+TO_ALL = load_traj(
+    TrajectoryControl.SERVO | TrajectoryControl.START_NOW, position_counts=0, velocity_word=0, acceleration_word=0
+)
 
 
 def cycle(baud, *sizes, latency_s=0.0, reserve=0.0):
-    return same_for_all(LineTiming(baud, latency_s), 6, sizes, reserve)
+    return same_for_all(SerialTiming(baud, latency_s), 6, sizes, reserve)
 
 
 def test_exchange_sizes():
     assert POLL == 12
     assert exchange_size_bytes(TO_ALL, POS_VEL) == 17 + 8
-    assert exchange_size_bytes(TO_POSITION, Item.POSITION) == 9 + 6
+    assert exchange_size_bytes(TO_POSITION, StatusItem.POSITION) == 9 + 6
     assert exchange_size_bytes(TO_POSITION, POS_VEL) == 17
-    assert exchange_size_bytes(stop_motor(Stop.AMP_ENABLE | Stop.HERE, 0), Item.POSITION) == 9 + 6
+    assert exchange_size_bytes(stop_motor(StopControl.AMP_ENABLE | StopControl.HERE, 0), StatusItem.POSITION) == 9 + 6
 
 
 @pytest.mark.parametrize(

@@ -6,8 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from palpate.simulation.emulators.nmc.path import CAPACITY, PathBuffer
-from palpate.simulation.emulators.nmc.profile import ONE_COUNT, Profile
+from palpate.simulation.emulators.nmc.motion import CAPACITY, ONE_COUNT, PathBuffer, Profile
 
 TICK_s = 512e-6
 VELOCITY_WORD_PER_COUNT_PER_s = 33.554432

@@ -1,15 +1,96 @@
-"""The wire of an emulated CAN bus: arbitration, the time a frame takes, and who hears it."""
+"""An emulated CAN bus: its frames and nodes, arbitration, the time a frame takes, and what goes wrong."""
 
 from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 
-from palpate.simulation.emulators.lines.can_faults import FaultyBus
-from palpate.simulation.emulators.lines.can_frame import CanFrame, CanNode
+
+@dataclass(frozen=True, slots=True)
+class BusFrame:
+    """One classic CAN data frame with an 11-bit identifier.
+
+    Attributes:
+        arbitration_id: Identifier, 0 to 0x7FF; the lower one wins arbitration.
+        data: Payload, 0 to 8 bytes.
+    """
+
+    arbitration_id: int
+    data: bytes
+
+
+class CanNode(Protocol):
+    """A device on the bus, without any input or output of its own.
+
+    Both methods receive the time of the bus in nanoseconds, which never runs backwards, and return
+    the frames the device puts on the bus, in order. A node never reads a clock.
+    """
+
+    def feed(self, arbitration_id: int, data: bytes, now_ns: int) -> list[BusFrame]:
+        """Hand the node one frame seen on the bus and return what it answers at once."""
+        ...
+
+    def advance(self, now_ns: int) -> list[BusFrame]:
+        """Let time pass until ``now_ns`` and return what the node sent of its own accord."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class BusFaults:
+    """Chances, each from 0 to 1, of what happens to a frame; nothing by default.
+
+    A real bus finds a flipped bit by its checksum and sends the frame again, so `corrupt` stands for a faulty adapter.
+
+    Attributes:
+        drop: Nobody receives the frame.
+        duplicate: Everybody receives it twice.
+        corrupt: One bit of the payload is flipped; a frame without payload is left alone.
+        delay: The frame waits before it goes on the bus.
+        delay_ns: How long it waits, ns.
+    """
+
+    drop: float = 0.0
+    duplicate: float = 0.0
+    corrupt: float = 0.0
+    delay: float = 0.0
+    delay_ns: int = 20_000_000
+
+
+class FaultyBus:
+    """Draws the fate of each frame.
+
+    Args:
+        generator: Source of chance; untouched while all faults are off.
+    """
+
+    def __init__(self, generator: np.random.Generator) -> None:
+        self.faults = BusFaults()
+        """Faults in force; replace the whole value to change them."""
+        self._generator = generator
+
+    def wait_ns(self) -> int:
+        """Draw how long the next frame waits before it may go on the bus, ns."""
+        return self.faults.delay_ns if self._happens(self.faults.delay) else 0
+
+    def arrivals(self, frame: BusFrame) -> list[BusFrame]:
+        """Draw what arrives when a frame is sent: nothing, the frame, or two of it, right or wrong."""
+        if self._happens(self.faults.drop):
+            return []
+        if frame.data and self._happens(self.faults.corrupt):
+            frame = replace(frame, data=self._flip_one_bit(frame.data))
+        return [frame, frame] if self._happens(self.faults.duplicate) else [frame]
+
+    def _happens(self, probability: float) -> bool:
+        return probability > 0.0 and bool(self._generator.random() < probability)
+
+    def _flip_one_bit(self, data: bytes) -> bytes:
+        byte, bit = divmod(int(self._generator.integers(8 * len(data))), 8)
+        return data[:byte] + bytes([data[byte] ^ (1 << bit)]) + data[byte + 1 :]
+
 
 DEFAULT_BIT_RATE_Hz = 1_000_000
 """Bit rate of a JR3 node. FACT: jr3-mbed-firmware-can README."""
@@ -32,10 +113,10 @@ def frame_bits(payload_bytes: int) -> int:
 @dataclass(frozen=True, slots=True)
 class _OnWire:
     sender: int
-    frame: CanFrame
+    frame: BusFrame
 
 
-class CanWire:
+class EmulatedCanBus:
     """A bus with emulated nodes and one host, without any input or output of its own.
 
     One frame is on the wire at a time. Of the devices that have one ready when it falls free, that with the lowest
@@ -64,16 +145,16 @@ class CanWire:
         self.frames_refused = 0
         """Frames that were lost because their sender could not get rid of them."""
         self._nodes = tuple(nodes)
-        self._ready: list[deque[tuple[int, CanFrame]]] = [deque() for _ in range(len(self._nodes) + 1)]
+        self._ready: list[deque[tuple[int, BusFrame]]] = [deque() for _ in range(len(self._nodes) + 1)]
         self._host = len(self._nodes)
         self._on_wire: _OnWire | None = None
         self._free_ns = 0
 
-    def send(self, frame: CanFrame, now_ns: int) -> None:
+    def send(self, frame: BusFrame, now_ns: int) -> None:
         """Take a frame of the host for transmission."""
         self._queue(self._host, [frame], now_ns)
 
-    def advance(self, now_ns: int) -> list[CanFrame]:
+    def advance(self, now_ns: int) -> list[BusFrame]:
         """Let time pass.
 
         Args:
@@ -84,7 +165,7 @@ class CanWire:
         """
         for sender, node in enumerate(self._nodes):
             self._queue(sender, node.advance(now_ns), now_ns)
-        heard: list[CanFrame] = []
+        heard: list[BusFrame] = []
         while True:
             if self._on_wire is None:
                 self._on_wire = self._begin(now_ns)
@@ -93,7 +174,7 @@ class CanWire:
             heard += self._finish(self._on_wire, now_ns)
             self._on_wire = None
 
-    def _queue(self, sender: int, frames: Sequence[CanFrame], now_ns: int) -> None:
+    def _queue(self, sender: int, frames: Sequence[BusFrame], now_ns: int) -> None:
         room = max(0, OUTBOX_FRAMES - len(self._ready[sender]))
         self.frames_refused += max(0, len(frames) - room)
         for frame in frames[:room]:
@@ -112,7 +193,7 @@ class CanWire:
         self._free_ns = start_ns + frame_bits(len(frame.data)) * 1_000_000_000 // self.bit_rate_Hz
         return _OnWire(winner, frame)
 
-    def _finish(self, sent: _OnWire, now_ns: int) -> list[CanFrame]:
+    def _finish(self, sent: _OnWire, now_ns: int) -> list[BusFrame]:
         self.frames_carried += 1
         arrivals = self.trouble.arrivals(sent.frame)
         for arrival in arrivals:

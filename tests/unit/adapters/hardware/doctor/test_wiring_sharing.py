@@ -4,8 +4,7 @@ from dataclasses import replace
 
 from palpate.adapters.config.rig import DeviceEntry
 from palpate.adapters.hardware.doctor.findings import Level, Notebook
-from palpate.adapters.hardware.doctor.sharing import examine_sharing
-from palpate.adapters.hardware.doctor.wiring import Wiring, wiring_of
+from palpate.adapters.hardware.doctor.wiring import Wiring, examine_sharing, wiring_of
 from tests.unit.adapters.hardware.doctor.notebook import told
 
 ARM = Wiring(network="can0", canopen_nodes=(1, 2, 3), bitrate=1_000_000, is_can=True)

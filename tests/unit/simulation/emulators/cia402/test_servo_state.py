@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from palpate.simulation.emulators.cia402.state import PowerMachine, PowerState
+from palpate.simulation.emulators.cia402.servo import PowerMachine, PowerState
 
 S = PowerState
 # Controlword by state, after the state diagram of CiA 402-2: what each command leads to; absent means no change.

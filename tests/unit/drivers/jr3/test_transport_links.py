@@ -15,7 +15,7 @@ import serial
 
 from palpate.drivers.errors import SilentError
 from palpate.drivers.jr3.codec_can import CanFrame, FrameKind
-from palpate.drivers.jr3.links import MAX_BYTES, MAX_FRAMES, CanLink, UartLink
+from palpate.drivers.jr3.transport import MAX_BYTES, MAX_FRAMES, CanLink, UartLink
 
 
 class ScriptedBus:

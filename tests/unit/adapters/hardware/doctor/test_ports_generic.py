@@ -5,9 +5,8 @@ from __future__ import annotations
 import pytest
 
 from palpate.adapters.hardware.doctor.findings import Level, Notebook
-from palpate.adapters.hardware.doctor.generic import examine_encoder, examine_force_sensor
 from palpate.adapters.hardware.doctor.pace import at_rate, distances, examine_clock, rate_Hz, spread_of
-from palpate.adapters.hardware.doctor.wrench import WrenchReading, examine_wrench
+from palpate.adapters.hardware.doctor.ports import WrenchReading, examine_encoder, examine_force_sensor, examine_wrench
 from palpate.core.ports.contracts.fakes import FakeClock, FakeForceSensor, FakeJointEncoder
 from tests.unit.adapters.hardware.doctor.notebook import facts, told
 

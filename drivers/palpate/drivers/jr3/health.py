@@ -1,0 +1,106 @@
+"""What a health check reads, and which error it is when the board does not do as asked."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from palpate.drivers.errors import DeviceFaultError, DriverError, GarbledError, SilentError, WiringError
+from palpate.drivers.jr3.messages import FullScales
+from palpate.drivers.jr3.transport import TransportCounts
+
+
+@dataclass(frozen=True, slots=True)
+class BoardIdentity:
+    """All by which a board can be told from another. FACT: the protocol has neither serial number nor version.
+
+    Attributes:
+        name: The wire, and the node on it.
+        full_scales: Of the sensor.
+        cutoff_Hz: Cut-off of the filter as the board is told, 0 = unfiltered.
+        period_us: Time between readings as the board is told.
+    """
+
+    name: str
+    full_scales: FullScales
+    cutoff_Hz: float
+    period_us: int
+
+
+@dataclass(frozen=True, slots=True)
+class Jr3Statistics:
+    """Counters since the driver was made.
+
+    Attributes:
+        wire: What the wire has seen.
+        samples: Samples given out.
+        rate_Hz: Rate of the newest samples; 0 when there are fewer than two.
+        duplicates: Readings with the counter of the one before.
+        doubted: Readings dropped because their counter fitted nothing before.
+        gaps: How often readings were missing.
+        missed: How many.
+        restarts: How often the frame counter went back without our asking.
+        boots: How often the board said that it has started.
+        unasked: Readings that came while no stream was ours.
+        zero_readings: All-zero readings dropped after a zeroing.
+        timeouts: Requests not answered in time.
+        strays: Acknowledgements that answered nothing.
+        round_trip_min_ms: Fastest answer; None before the first one. As coarse as the polling.
+        round_trip_median_ms: Usual answer.
+        round_trip_max_ms: Slowest answer.
+    """
+
+    wire: TransportCounts
+    samples: int
+    rate_Hz: float
+    duplicates: int
+    doubted: int
+    gaps: int
+    missed: int
+    restarts: int
+    boots: int
+    unasked: int
+    zero_readings: int
+    timeouts: int
+    strays: int
+    round_trip_min_ms: float | None
+    round_trip_median_ms: float | None
+    round_trip_max_ms: float | None
+
+
+def no_answer(name: str, doing: str, counts: TransportCounts, *, refused: bool, heard: bool) -> DriverError:
+    """A request has not been answered as often as it may be made.
+
+    Args:
+        name: The sensor, as a person would call it.
+        doing: What the request was for.
+        counts: What the wire has seen.
+        refused: The board answered that it is not initialised.
+        heard: The board was heard since it was opened.
+    """
+    if refused:
+        remedy = "check the cable between sensor and board, then power the board again"
+        return DeviceFaultError(name, "the board says that its sensor is not initialised", remedy)
+    if heard:
+        return SilentError(name, f"no answer while {doing}", "check cable and power; then open it again")
+    if counts.good == 0 and counts.garbage > 0:
+        remedy = "check that it is the right port, at 115200 baud 8N1 or 1 Mbit/s"
+        return GarbledError(name, f"nothing but {_garbage(counts)}", remedy)
+    remedy = "check power, wiring, bit rate, and on CAN the node number and the termination"
+    return WiringError(name, f"nobody answers ({_garbage(counts)})", remedy)
+
+
+def no_reading(name: str, stall_ns: int, counts: TransportCounts) -> SilentError:
+    """The stream has stopped."""
+    problem = f"no new reading for {stall_ns * 1e-6:.0f} ms ({_garbage(counts)})"
+    return SilentError(name, problem, "check cable and power; then open it again")
+
+
+def too_many_boots(name: str, boots: int) -> DeviceFaultError:
+    """The board restarts before it gives a reading."""
+    problem = f"has restarted {boots} times without a reading between"
+    return DeviceFaultError(name, problem, "check its supply voltage and its cable")
+
+
+def _garbage(counts: TransportCounts) -> str:
+    offs = f", {counts.bus_offs} bus-offs" if counts.bus_offs else ""
+    return f"{counts.garbage} frames or bytes without sense{offs}"
