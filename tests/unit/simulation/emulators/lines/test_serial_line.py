@@ -1,0 +1,155 @@
+"""The line between host and device: rates, the time that bytes take, what goes wrong; in virtual time."""
+
+from __future__ import annotations
+
+import pytest
+
+from palpate.simulation.emulators.lines.faults import LineFaults
+from palpate.simulation.emulators.lines.serial_line import LineTiming, SerialEmulator
+from palpate.simulation.emulators.motors.plant import IdealPlant
+from palpate.simulation.emulators.nmc.bus import NmcBus
+from tests.unit.simulation.emulators.lines.echo import Echo
+from tests.unit.simulation.emulators.nmc_host import ALL, address_all, command
+from tests.virtual_lines import VirtualPort
+from tests.virtual_time import VirtualTime
+
+NOP = command(1, 0xE)
+DIVISORS = {115_200: bytes([10]), 230_400: bytes([5])}
+
+
+class Host:
+    """A host on a line, and the time that it took."""
+
+    def __init__(self, emulator: SerialEmulator, timing: LineTiming | None = None, baud: int | None = None) -> None:
+        self.clock = VirtualTime()
+        self.port = VirtualPort(self.clock, emulator, timing or LineTiming(paced=False))
+        self.port.baudrate = baud or emulator.baud
+        self.port.timeout = 0.1
+        self.clock.devices.append(self.port)
+        self.faults = self.port.line.faults
+
+    def exchange(self, data: bytes, size: int = 2) -> bytes:
+        self.port.write(data)
+        return self.port.read(size)
+
+    def takes_s(self, data: bytes, size: int) -> float:
+        start_ns = self.clock.now_ns()
+        assert len(self.exchange(data, size)) == size
+        return (self.clock.now_ns() - start_ns) * 1e-9
+
+    def follow(self, baud: int) -> None:
+        """Go to another rate and complete whatever frame the modules made of what they heard before."""
+        self.port.baudrate = baud
+        self.port.reset_input_buffer()
+        self.port.write(bytes(30))
+        self.port.read(100)
+
+
+@pytest.fixture
+def echo() -> Host:
+    return Host(Echo())
+
+
+@pytest.fixture
+def nmc() -> Host:
+    host = Host(NmcBus(IdealPlant()))
+    address_all(host.exchange)
+    return host
+
+
+def test_a_change_of_rate(nmc: Host) -> None:
+    assert nmc.exchange(command(ALL, 0xA, bytes([10]))) == b""
+    assert nmc.port.line.emulator.baud == 115_200
+    assert nmc.exchange(NOP) != b"\x19\x19"  # the host is still at 19200
+    assert nmc.faults.injected["baud_mismatch"] >= 1
+    nmc.follow(115_200)
+    assert nmc.exchange(NOP) == b"\x19\x19"
+    # 57600 is not close enough either.
+    for wrong in (57_600, 100_000):
+        nmc.port.baudrate = wrong
+        assert nmc.exchange(NOP) != b"\x19\x19"
+    nmc.follow(115_200)
+    assert nmc.exchange(NOP) == b"\x19\x19"
+
+
+def test_a_spontaneous_message_at_the_wrong_rate_is_garbage() -> None:
+    host = Host(Echo(), baud=19_200)
+    host.port.line.emulator.spontaneous = bytes(60)
+    received = host.port.read(60)
+    assert len(received) == 10
+    assert received != bytes(10)
+
+
+@pytest.mark.parametrize("baud", [9_600, 115_200])
+def test_bytes_take_their_time(baud: int) -> None:
+    host = Host(Echo(baud), LineTiming(turnaround_s=0.002))
+    taken = [host.takes_s(bytes(39) + b"\n", 40) for _ in range(5)]
+    # There and back, and what lies between; received bytes are taken in grains of half a millisecond.
+    least_s = 2 * 40 * 10 / baud + 0.002
+    assert min(taken) >= least_s - 1e-6
+    assert max(taken) <= least_s + 0.0005
+
+
+def test_a_usb_adapter_delivers_when_its_timer_ends() -> None:
+    host = Host(Echo(), LineTiming(paced=False, usb_latency_s=0.016))
+    host.exchange(b"\n", 1)
+    for _ in range(10):
+        host.clock.sleep(0.004)
+        assert host.takes_s(b"\n", 1) == pytest.approx(0.012)
+    # A full packet does not wait.
+    assert max(host.takes_s(bytes(69) + b"\n", 70) for _ in range(10)) <= 0.001
+
+
+def test_silence(echo: Host) -> None:
+    echo.faults.faults = LineFaults(silent=True)
+    assert echo.exchange(b"a\n") == b""
+    echo.faults.faults = LineFaults()
+    assert echo.exchange(b"b\n") == b"b\n"
+    assert echo.faults.injected["silent"] == 1
+
+
+def test_lost_late_and_doubled_replies(echo: Host) -> None:
+    echo.faults.faults = LineFaults(drop_reply=1.0)
+    assert echo.exchange(b"a\n") == b""
+    echo.faults.faults = LineFaults(duplicate_reply=1.0)
+    assert echo.exchange(b"a\n", 5) == b"a\na\n"
+    echo.faults.faults = LineFaults(delay_reply=1.0, delay_s=0.15)
+    assert echo.exchange(b"a\n") == b""
+    assert echo.port.read(2) == b"a\n"
+
+
+def test_wrong_checksums_and_lost_commands(nmc: Host) -> None:
+    nmc.faults.faults = LineFaults(wrong_checksum=1.0)
+    status, checksum = nmc.exchange(NOP)
+    assert status == 0x19
+    assert checksum != status
+    nmc.faults.faults = LineFaults(drop_command_byte=1.0)
+    assert nmc.exchange(NOP) == b""
+    nmc.faults.faults = LineFaults()
+    assert nmc.exchange(NOP) == b"\x19\x19"
+
+
+def test_faults_of_the_device_in_mid_run(nmc: Host) -> None:
+    modules = nmc.port.line.emulator.modules
+    modules[0].servo.overcurrent = True
+    modules[1].power_up()
+    modules[2].muted = True
+    assert nmc.exchange(NOP) == b"\x1d\x1d"
+    assert nmc.exchange(command(2, 0xE)) == b""
+    assert nmc.exchange(command(3, 0xE)) == b""
+    assert nmc.exchange(command(4, 0xE)) == b"\x19\x19"
+
+
+@pytest.mark.parametrize("baud", [115_200, 230_400])
+def test_six_axes_are_polled_no_faster_than_the_wire(baud: int) -> None:
+    host = Host(NmcBus(IdealPlant()), LineTiming())
+    address_all(host.exchange)
+    for number in range(1, 7):
+        host.exchange(command(number, 0x2, b"\x01"), 6)
+    host.port.write(command(ALL, 0xA, DIVISORS[baud]))
+    host.clock.sleep(0.05)
+    host.port.baudrate = baud
+    frames = [command(number, 0x4, b"\x11" + bytes(4)) for number in range(1, 7)]
+    assert len(frames[0]) == 9
+    taken = [host.takes_s(frame, 6) for _ in range(20) for frame in frames]
+    assert sum(taken) >= 20 * 6 * 15 * 10 / baud * 0.99
