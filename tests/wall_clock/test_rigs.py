@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 import signal
 import subprocess
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-import pytest
-
 from tests.integration.command_line import RT_EMULATOR, command, palpate, succeed, wait_until
+from tests.wall_clock.host import Host, LateError
 
 PATIENT = (
     *("--supervision.max-tracking-error-mrad", 100, "--supervision.max-gap-ms", 1000),
@@ -63,45 +63,58 @@ def outcomes(out: Path) -> list[str]:
         return [row["outcome"] for row in csv.DictReader(stream)]
 
 
-@pytest.mark.parametrize("devices", [("zebra-nmc", "jr3-can"), ("cia402", "jr3-uart")], ids="-".join)
-def test_the_arm_behind_the_wires_inserts_and_its_trials_replay(devices: tuple[str, str], tmp_path: Path) -> None:
-    rig, out = tmp_path / "rig.toml", tmp_path / "run"
-    with emulated(rig, "--arm", devices[0], "--force", devices[1]):
-        printed = succeed("run", "--rig", rig, "--policy", "torque", "--trials", 1, "--out", out, *PATIENT)
-    assert "success 100.0%" in printed
+LATE = re.compile("fault|silent|no command for|no new sample|age|gap|late")
+"""What a run says that ended because something came late."""
+
+
+def run(*words: object) -> str:
+    """A run that must go well; returns what it printed."""
+    done = palpate("run", *words, *PATIENT)
+    assert "Traceback" not in done.stderr
+    if done.returncode and LATE.search(done.stderr.strip().splitlines()[-1]):
+        raise LateError(done.stderr)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+@contextmanager
+def running(rig: Path, out: Path) -> Iterator[subprocess.Popen[str]]:
+    """A long run, in mid-trial."""
+    words = ("run", "--rig", rig, "--policy", "spiral-5", "--trials", 50, "--out", out, *PATIENT)
+    process = subprocess.Popen(command(*words), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    try:
+        wait_until(lambda: is_recording(out), process, 60.0)
+        yield process
+    finally:
+        process.kill()
+        process.communicate()
+
+
+def inserts_and_replays(rig: Path, out: Path) -> None:
+    assert "success 100.0%" in run("--rig", rig, "--policy", "torque", "--trials", 1, "--out", out)
     assert outcomes(out) == ["inserted"]
     # What was recorded over real wires comes out of the core again, bit for bit.
     assert "1 of 1 equal" in succeed("replay", out)
 
 
-def test_a_second_run_goes_on_from_where_the_arm_is(tmp_path: Path) -> None:
-    rig = tmp_path / "rig.toml"
-    with emulated(rig):
-        for name in ("first", "second"):
-            # Each run leaves its peg in the hole: the next one draws it out straight before it goes anywhere.
-            succeed("run", "--rig", rig, "--policy", "torque", "--trials", 1, "--out", tmp_path / name, *PATIENT)
+def test_zebra_inserts_and_a_cable_pulled_in_mid_motion_ends_the_next_run_with_a_log(
+    tmp_path: Path, host: Host
+) -> None:
+    rig, out = tmp_path / "rig.toml", tmp_path / "second"
+    with emulated(rig, "--arm", "zebra-nmc", "--force", "jr3-can") as devices, host.judged(0.1):
+        inserts_and_replays(rig, tmp_path / "first")
         # Without the counters of the run before nobody knows where the arm is, whatever the rig file says.
-        (tmp_path / "rig.counts.json").unlink()
-        done = palpate("run", "--rig", rig, "--policy", "torque", "--trials", 1, "--out", tmp_path / "third")
-    assert outcomes(tmp_path / "second") == ["inserted"]
-    assert done.returncode == 1
-    assert "have been on since an earlier run" in done.stderr
-    assert "Traceback" not in done.stderr
-
-
-def test_a_cable_pulled_in_mid_motion_ends_the_run_with_a_log(tmp_path: Path) -> None:
-    rig, out = tmp_path / "rig.toml", tmp_path / "run"
-    with emulated(rig) as devices:
-        words = ("run", "--rig", rig, "--policy", "spiral-5", "--trials", 50, "--out", out, *PATIENT)
-        run = subprocess.Popen(command(*words), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        try:
-            wait_until(lambda: is_recording(out), run, 60.0)
+        counts = tmp_path / "rig.counts.json"
+        away = counts.rename(tmp_path / "away")
+        lost = palpate("run", "--rig", rig, "--policy", "torque", "--trials", 1, "--out", tmp_path / "lost")
+        away.rename(counts)
+        # The first run left its peg in the hole: the next one draws it out straight before it goes anywhere.
+        with running(rig, out) as process:
             devices.send_signal(signal.SIGKILL)
-            _, complaint = run.communicate(timeout=60)
-        finally:
-            run.kill()
-    assert run.returncode == 1
-    assert "Traceback" not in complaint
+            _, complaint = process.communicate(timeout=60)
+    assert (lost.returncode, process.returncode) == (1, 1)
+    assert "have been on since an earlier run" in lost.stderr
+    assert "Traceback" not in lost.stderr + complaint
     last = complaint.strip().splitlines()[-1]
     assert last.startswith("palpate: ")
     assert any(word in last for word in ("fault", "silent", "safety trip"))
@@ -109,18 +122,16 @@ def test_a_cable_pulled_in_mid_motion_ends_the_run_with_a_log(tmp_path: Path) ->
     assert "equal in every bit" in succeed("replay", out)
 
 
-def test_the_operator_s_signal_ends_the_run_and_the_log_names_it(tmp_path: Path) -> None:
-    rig, out = tmp_path / "rig.toml", tmp_path / "run"
-    with emulated(rig):
-        words = ("run", "--rig", rig, "--policy", "spiral-5", "--trials", 50, "--out", out, *PATIENT)
-        run = subprocess.Popen(command(*words), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        try:
-            wait_until(lambda: is_recording(out), run, 60.0)
-            run.send_signal(signal.SIGUSR1)
-            _, complaint = run.communicate(timeout=60)
-        finally:
-            run.kill()
-    assert run.returncode == 1
+def test_cia402_inserts_and_the_operator_s_signal_ends_the_next_run_and_its_log_names_it(
+    tmp_path: Path, host: Host
+) -> None:
+    rig, out = tmp_path / "rig.toml", tmp_path / "second"
+    with emulated(rig, "--arm", "cia402", "--force", "jr3-uart"), host.judged(0.1):
+        inserts_and_replays(rig, tmp_path / "first")
+        with running(rig, out) as process:
+            process.send_signal(signal.SIGUSR1)
+            _, complaint = process.communicate(timeout=60)
+    assert process.returncode == 1
     assert "Traceback" not in complaint
     assert "the arm was stopped, signal: signal SIGUSR1" in complaint
     last = sorted((out / "logs").glob("*.mcap"))[-1]

@@ -174,7 +174,7 @@ class Bench:
         x2, y2, _ = self.push_to(-dx, -dy)
         return 0.5 * ((x1 - x2) * cos(heading) + (y1 - y2) * sin(heading))
 
-    def capture_half_width_m(self, heading: float, resolution_m: float = 4e-6) -> float:
+    def capture_half_width_m(self, heading: float, resolution_m: float = 1e-5) -> float:
         """The largest distance at which the peg's axis may pass the hole's at 5 mm/s and still drop in."""
         caught, missed = 0.0, 1e-3
         while missed - caught > resolution_m:
