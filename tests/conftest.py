@@ -3,7 +3,7 @@
 import json
 import os
 import signal
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 
@@ -12,7 +12,6 @@ from hypothesis import settings
 from xdist.remote import Producer
 from xdist.scheduler import LoadGroupScheduling
 
-from palpate.adapters.hardware.real_time import take_real_time
 from palpate.adapters.log.provenance import decisive, processor
 from palpate.adapters.log.reader import read_log
 from tests.golden.record import HERE as GOLDEN
@@ -27,17 +26,6 @@ settings.load_profile("palpate")
 
 WALL_CLOCK = "tests/wall_clock/"
 """The folder of the tests that run against the wall clock."""
-
-
-@pytest.fixture
-def real_time() -> Iterator[None]:
-    """Emulated devices and driver within this process are not held up by other tests, where the system grants it."""
-    granted = take_real_time(20).granted
-    try:
-        yield
-    finally:
-        if granted:
-            os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
 
 
 @pytest.fixture(scope="session")

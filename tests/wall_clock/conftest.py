@@ -1,10 +1,12 @@
 """Settings for the tests that need the wall clock."""
 
+import os
 from collections.abc import Iterator
 
 import pytest
 
-from tests.wall_clock.host import Host
+from palpate.adapters.hardware.real_time import take_real_time
+from tests.wall_clock.host import PRIORITY, Host
 
 
 @pytest.fixture(scope="session")
@@ -15,3 +17,14 @@ def host() -> Iterator[Host]:
         yield watched
     finally:
         watched.close()
+
+
+@pytest.fixture(autouse=True)
+def real_time() -> Iterator[None]:
+    """Test, driver and emulated devices are not held up by other work, where the system grants it."""
+    granted = take_real_time(PRIORITY).granted
+    try:
+        yield
+    finally:
+        if granted:
+            os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))

@@ -54,8 +54,8 @@ def emulated(rig: Path, *words: object) -> Iterator[subprocess.Popen[str]]:
 
 
 def is_recording(out: Path) -> bool:
-    """Whether a trial is under way whose log has got some seconds of it."""
-    return any(log.stat().st_size > 100_000 for log in (out / "logs").glob("*.mcap"))
+    """Whether a trial is under way whose log has got a second of it."""
+    return any(log.stat().st_size > 30_000 for log in (out / "logs").glob("*.mcap"))
 
 
 def outcomes(out: Path) -> list[str]:

@@ -38,7 +38,6 @@ from palpate.simulation.emulators.motors.plant import DirectMotors, IdealPlant
 from palpate.simulation.emulators.nmc.bus import NmcChain
 from tests.wall_clock.host import Host
 
-pytestmark = pytest.mark.usefixtures("real_time")
 LOWER = (-3.14, -1.07, -1.70, -3.14, -3.14, -3.14)
 UPPER = (3.14, 1.70, 1.07, 3.14, 3.14, 3.14)
 LATE = "silent|missing|does not answer|delivers no|answers"
