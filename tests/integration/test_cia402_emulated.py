@@ -10,10 +10,10 @@ import pytest
 from palpate.drivers.cia402.arm import Cia402Arm
 from palpate.drivers.cia402.link import CanLink
 from palpate.drivers.cia402.measured import Measured
-from palpate.drivers.cia402.object_dictionary import DriveState, Mode
+from palpate.drivers.cia402.object_dictionary import DriveState, OperationMode
 from palpate.drivers.cia402.settings import AppliedReason, ArmSettings, JointDrive
 from palpate.simulation.emulators.cia402.node import CanopenDrive
-from palpate.simulation.emulators.cia402.state import PowerState
+from palpate.simulation.emulators.cia402.servo import PowerState
 from palpate.simulation.emulators.motors.plant import IdealPlant
 from tests.virtual_lines import VirtualDesk
 
@@ -21,13 +21,13 @@ SCALE = 30_557.75
 NODES = (1, 2, 3, 4, 5, 6)
 
 
-@pytest.mark.parametrize("mode", list(Mode))
-def test_six_drives_move_and_stop(mode: Mode) -> None:
+@pytest.mark.parametrize("mode", list(OperationMode))
+def test_six_drives_move_and_stop(mode: OperationMode) -> None:
     with VirtualDesk() as desk:
         move_and_stop(desk, mode)
 
 
-def move_and_stop(desk: VirtualDesk, mode: Mode) -> None:
+def move_and_stop(desk: VirtualDesk, mode: OperationMode) -> None:
     clock, plant = desk.clock, IdealPlant()
     drives = [CanopenDrive(node, plant, axis) for axis, node in enumerate(NODES)]
     desk.can("can0", *drives, bit_rate_Hz=1_000_000)

@@ -12,13 +12,13 @@ import pytest
 import serial
 
 from palpate.simulation.emulators.lines.pty_server import PtyServer
-from palpate.simulation.emulators.lines.serial_line import LineTiming
+from palpate.simulation.emulators.lines.serial_line import LineSpeed
 from palpate.simulation.emulators.motors.plant import IdealPlant
-from palpate.simulation.emulators.nmc.bus import NmcBus
+from palpate.simulation.emulators.nmc.bus import NmcChain
 from tests.unit.simulation.emulators.lines.echo import Echo
 from tests.unit.simulation.emulators.nmc_host import address_all, command
 
-AT_ONCE = LineTiming(paced=False)
+AT_ONCE = LineSpeed(paced=False)
 NOP = command(1, 0xE)
 
 
@@ -41,8 +41,8 @@ def echo() -> Iterator[PtyServer[Echo]]:
 
 
 @pytest.fixture
-def nmc() -> Iterator[PtyServer[NmcBus]]:
-    with PtyServer(NmcBus(IdealPlant()), AT_ONCE, seed=3) as server:
+def nmc() -> Iterator[PtyServer[NmcChain]]:
+    with PtyServer(NmcChain(IdealPlant()), AT_ONCE, seed=3) as server:
         yield server
 
 
@@ -68,7 +68,7 @@ def test_what_the_device_says_by_itself_arrives(echo: PtyServer[Echo]) -> None:
         assert port.read(5) == b"hello"
 
 
-def test_hosts_come_and_go(nmc: PtyServer[NmcBus]) -> None:
+def test_hosts_come_and_go(nmc: PtyServer[NmcChain]) -> None:
     with connect(nmc.path, 19_200) as port:
         address_all(lambda data: exchange(port, data))
     with connect(nmc.path, 19_200) as port:
@@ -82,7 +82,7 @@ def test_a_rate_without_a_name_in_termios_is_understood() -> None:
 
 def test_unplugging_is_a_hang_up_and_plugging_in_again_finds_the_device_as_it_was(tmp_path: Path) -> None:
     link = tmp_path / "arm"
-    with PtyServer(NmcBus(IdealPlant()), AT_ONCE, link=link) as server:
+    with PtyServer(NmcChain(IdealPlant()), AT_ONCE, link=link) as server:
         assert server.path == str(link)
         with connect(str(link), 19_200) as port:
             address_all(lambda data: exchange(port, data))

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from palpate.simulation.emulators.lines.faults import LineFaults
-from palpate.simulation.emulators.lines.serial_line import LineTiming, SerialEmulator
+from palpate.simulation.emulators.lines.faults import SerialFaults
+from palpate.simulation.emulators.lines.serial_line import LineSpeed, SerialEmulator
 from palpate.simulation.emulators.motors.plant import IdealPlant
-from palpate.simulation.emulators.nmc.bus import NmcBus
+from palpate.simulation.emulators.nmc.bus import NmcChain
 from tests.unit.simulation.emulators.lines.echo import Echo
 from tests.unit.simulation.emulators.nmc_host import ALL, address_all, command
 from tests.virtual_lines import VirtualPort
@@ -20,9 +20,9 @@ DIVISORS = {115_200: bytes([10]), 230_400: bytes([5])}
 class Host:
     """A host on a line, and the time that it took."""
 
-    def __init__(self, emulator: SerialEmulator, timing: LineTiming | None = None, baud: int | None = None) -> None:
+    def __init__(self, emulator: SerialEmulator, timing: LineSpeed | None = None, baud: int | None = None) -> None:
         self.clock = VirtualTime()
-        self.port = VirtualPort(self.clock, emulator, timing or LineTiming(paced=False))
+        self.port = VirtualPort(self.clock, emulator, timing or LineSpeed(paced=False))
         self.port.baudrate = baud or emulator.baud
         self.port.timeout = 0.1
         self.clock.devices.append(self.port)
@@ -52,7 +52,7 @@ def echo() -> Host:
 
 @pytest.fixture
 def nmc() -> Host:
-    host = Host(NmcBus(IdealPlant()))
+    host = Host(NmcChain(IdealPlant()))
     address_all(host.exchange)
     return host
 
@@ -82,7 +82,7 @@ def test_a_spontaneous_message_at_the_wrong_rate_is_garbage() -> None:
 
 @pytest.mark.parametrize("baud", [9_600, 115_200])
 def test_bytes_take_their_time(baud: int) -> None:
-    host = Host(Echo(baud), LineTiming(turnaround_s=0.002))
+    host = Host(Echo(baud), LineSpeed(turnaround_s=0.002))
     taken = [host.takes_s(bytes(39) + b"\n", 40) for _ in range(5)]
     # There and back, and what lies between; received bytes are taken in grains of half a millisecond.
     least_s = 2 * 40 * 10 / baud + 0.002
@@ -91,7 +91,7 @@ def test_bytes_take_their_time(baud: int) -> None:
 
 
 def test_a_usb_adapter_delivers_when_its_timer_ends() -> None:
-    host = Host(Echo(), LineTiming(paced=False, usb_latency_s=0.016))
+    host = Host(Echo(), LineSpeed(paced=False, usb_latency_s=0.016))
     host.exchange(b"\n", 1)
     for _ in range(10):
         host.clock.sleep(0.004)
@@ -101,31 +101,31 @@ def test_a_usb_adapter_delivers_when_its_timer_ends() -> None:
 
 
 def test_silence(echo: Host) -> None:
-    echo.faults.faults = LineFaults(silent=True)
+    echo.faults.faults = SerialFaults(silent=True)
     assert echo.exchange(b"a\n") == b""
-    echo.faults.faults = LineFaults()
+    echo.faults.faults = SerialFaults()
     assert echo.exchange(b"b\n") == b"b\n"
     assert echo.faults.injected["silent"] == 1
 
 
 def test_lost_late_and_doubled_replies(echo: Host) -> None:
-    echo.faults.faults = LineFaults(drop_reply=1.0)
+    echo.faults.faults = SerialFaults(drop_reply=1.0)
     assert echo.exchange(b"a\n") == b""
-    echo.faults.faults = LineFaults(duplicate_reply=1.0)
+    echo.faults.faults = SerialFaults(duplicate_reply=1.0)
     assert echo.exchange(b"a\n", 5) == b"a\na\n"
-    echo.faults.faults = LineFaults(delay_reply=1.0, delay_s=0.15)
+    echo.faults.faults = SerialFaults(delay_reply=1.0, delay_s=0.15)
     assert echo.exchange(b"a\n") == b""
     assert echo.port.read(2) == b"a\n"
 
 
 def test_wrong_checksums_and_lost_commands(nmc: Host) -> None:
-    nmc.faults.faults = LineFaults(wrong_checksum=1.0)
+    nmc.faults.faults = SerialFaults(wrong_checksum=1.0)
     status, checksum = nmc.exchange(NOP)
     assert status == 0x19
     assert checksum != status
-    nmc.faults.faults = LineFaults(drop_command_byte=1.0)
+    nmc.faults.faults = SerialFaults(drop_command_byte=1.0)
     assert nmc.exchange(NOP) == b""
-    nmc.faults.faults = LineFaults()
+    nmc.faults.faults = SerialFaults()
     assert nmc.exchange(NOP) == b"\x19\x19"
 
 
@@ -142,7 +142,7 @@ def test_faults_of_the_device_in_mid_run(nmc: Host) -> None:
 
 @pytest.mark.parametrize("baud", [115_200, 230_400])
 def test_six_axes_are_polled_no_faster_than_the_wire(baud: int) -> None:
-    host = Host(NmcBus(IdealPlant()), LineTiming())
+    host = Host(NmcChain(IdealPlant()), LineSpeed())
     address_all(host.exchange)
     for number in range(1, 7):
         host.exchange(command(number, 0x2, b"\x01"), 6)
