@@ -27,6 +27,7 @@ from palpate.adapters.experiments.trial import run_scored_trial
 from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.core.insertion.ready_pose import find_ready_pose
 from palpate.core.insertion.task import InsertionTask
+from palpate.core.policy import Observation
 from palpate.core.ports.values import JointCommand, Snapshot
 
 RATE_HZ = 140
@@ -124,10 +125,13 @@ class TimedTask(InsertionTask):
 
     durations: list[float]
 
-    def step(self, snapshot: Snapshot) -> JointCommand:
-        start = time.perf_counter()
-        command = super().step(snapshot)
-        self.durations.append(time.perf_counter() - start)
+    def sense(self, snapshot: Snapshot) -> Observation | None:
+        self._began = time.perf_counter()
+        return super().sense(snapshot)
+
+    def act(self) -> JointCommand:
+        command = super().act()
+        self.durations.append(time.perf_counter() - self._began)
         return command
 
 

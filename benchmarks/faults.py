@@ -27,14 +27,13 @@ from pathlib import Path
 
 from palpate.adapters.log.file import dump_json
 from palpate.adapters.log.reader import read_log
-from palpate.adapters.log.recorded_ports import recorded
 from palpate.adapters.log.recorder import FlightRecorder
 from palpate.adapters.log.records import StartRecord
 from palpate.adapters.log.recover import recover
 from palpate.adapters.log.schema import SCHEMA
 from palpate.adapters.log.tick_layout import TickRecord
 from palpate.adapters.log.writer_client import Opening, ProcessSink
-from palpate.core.control_loop import run_trial
+from palpate.core.control_loop import LoopObserver, run_trial
 from palpate.core.errors import LogError
 from palpate.core.insertion.trial import TrialReport, TrialSetup
 from palpate.core.ports.devices import ArmCommand, Clock, ForceSensor, JointEncoder, Ports
@@ -108,34 +107,28 @@ class Arm(Device, ArmCommand):
     def stop(self) -> None: ...
 
 
-class Counted(Device, ArmCommand):
-    """Around the recorded arm: when its ``send`` returns, the recorder has the tick."""
+class Counted(LoopObserver):
+    """Behind the recorder: when it is called, the recorder has the tick."""
 
-    def __init__(self, clock: RealClock, arm: ArmCommand, state: mmap.mmap, writer: int) -> None:
-        super().__init__(clock)
-        self._arm, self._state, self._writer = arm, state, writer
+    def __init__(self, state: mmap.mmap, writer: int) -> None:
+        self._state, self._writer = state, writer
 
-    def send(self, command: JointCommand) -> AppliedCommand:
-        applied = self._arm.send(command)
-        NEWEST.pack_into(self._state, 0, self.count, self._writer)
-        self.count += 1
-        return applied
-
-    def stop(self) -> None:
-        self._arm.stop()
+    def sent(self, snapshot: Snapshot, command: JointCommand, applied: AppliedCommand) -> None:
+        NEWEST.pack_into(self._state, 0, snapshot.tick, self._writer)
 
 
 class EndlessTask:
-    done = False
-
     def __init__(self) -> None:
         self.report = TrialReport(TrialSetup(0, 0, (0.0, 0.0)))
 
     def begin(self, setup: TrialSetup) -> None:
         self.report = TrialReport(setup)
 
-    def step(self, snapshot: Snapshot) -> JointCommand:
-        return JointCommand(joints_at(snapshot.tick + 1))
+    def sense(self, snapshot: Snapshot) -> None:
+        self._tick = snapshot.tick
+
+    def act(self) -> JointCommand:
+        return JointCommand(joints_at(self._tick + 1))
 
 
 def starting() -> StartRecord:
@@ -152,11 +145,10 @@ def paced(path: Path, shared: Path) -> None:
         state = mmap.mmap(stream.fileno(), NEWEST.size)
     sink = ProcessSink(queue_bytes=1 << 22, patient=False)
     recorder, task, clock = FlightRecorder(sink), EndlessTask(), RealClock()
-    ports = recorded(Ports(clock, Sensor(clock), Encoder(clock), Arm(clock)), recorder)
-    recorder.begin(Opening(path, {}), task, starting)
-    arm = Counted(clock, ports.arm, state, sink.process_id)
-    counted = Ports(ports.clock, ports.force_sensor, ports.joint_encoder, arm)
-    run_trial(task, counted, TrialSetup(0, 0, (0.0, 0.0)))  # type: ignore[arg-type]
+    ports = Ports(clock, Sensor(clock), Encoder(clock), Arm(clock))
+    recorder.begin(Opening(path, {}), starting)
+    observers = (recorder, Counted(state, sink.process_id))
+    run_trial(task, ports, TrialSetup(0, 0, (0.0, 0.0)), None, observers)  # type: ignore[arg-type]
 
 
 # Kills.

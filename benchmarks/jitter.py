@@ -42,12 +42,10 @@ from palpate.adapters.hardware.real_time import (
     Stopwatch,
     ThreadAccount,
     table,
-    timed,
-    timed_parts,
 )
 from palpate.adapters.hardware.rig import HardwareRig
 from palpate.adapters.mujoco.rig import SimulatedRig
-from palpate.core.control_loop import run_trial
+from palpate.core.control_loop import LoopObserver, next_snapshot, run_trial, trial_ticks
 from palpate.core.errors import PalpateError
 from palpate.core.insertion.ready_pose import find_ready_pose
 from palpate.core.insertion.task import InsertionTask
@@ -111,10 +109,7 @@ class WatchedPhase(Clock):
 
 
 class OpenTask(InsertionTask):
-    """Lets its parts be timed, and used one tick at a time without phases and decisions."""
-
-    def time_parts(self, stopwatch: Stopwatch) -> None:
-        timed_parts(self._measurement, self._agent, self._motion, stopwatch)
+    """Can be used one tick at a time without phases and decisions."""
 
     def start_at(self, position_rad: JointVector) -> None:
         self._motion.start(position_rad)
@@ -143,36 +138,61 @@ def fake_ports(clock: Clock, home_rad: JointVector) -> Ports:
     return Ports(clock, sensor, encoder, arm)
 
 
-def run_loop(task: OpenTask, ports: Ports, phase: WatchedPhase, most_ticks: int = 1 << 62) -> int:
-    """The loop of ``run_trial`` at any rate, word for word, over a step without phases."""
+def run_loop(task: OpenTask, ports: Ports, phase: WatchedPhase, watch: LoopObserver) -> None:
+    """The loop of ``run_trial`` at any rate, call for call, over a step without phases."""
     clock, sensor, encoder, arm = ports.clock, ports.force_sensor, ports.joint_encoder, ports.arm
     applied: AppliedCommand | None = None
     tick = slot = 0
     rate_Hz = phase.rate_Hz
     try:
         start_ns = clock.now_ns()
-        while tick < most_ticks and not phase.over:
-            clock.sleep_until(start_ns + slot * NS // rate_Hz)
+        watch.begun(start_ns, task.report)
+        while not phase.over:
+            deadline_ns = start_ns + slot * NS // rate_Hz
+            clock.sleep_until(deadline_ns)
+            watch.waited(tick, deadline_ns)
             time_ns = clock.now_ns()
-            snapshot = Snapshot(tick, time_ns, sensor.read(), encoder.read(), applied)
-            applied = arm.send(task.plain_step(snapshot))
+            watch.clock_read(deadline_ns, time_ns)
+            wrench = sensor.read()
+            watch.force_read(wrench)
+            joints = encoder.read()
+            watch.joints_read(joints)
+            snapshot = Snapshot(tick, time_ns, wrench, joints, applied)
+            command = task.plain_step(snapshot)
+            watch.acted(command)
+            applied = arm.send(command)
+            watch.sent(snapshot, command, applied)
             tick, slot = tick + 1, max(slot + 1, (time_ns - start_ns) * rate_Hz // NS + 1)
+            watch.ended()
     finally:
         arm.stop()
-    return tick
+        watch.stopped(None)
 
 
-def sleep_only(clock: Clock, phase: WatchedPhase, numbers: range) -> None:
+def sleep_only(task: OpenTask, clock: Clock, phase: WatchedPhase, numbers: range, watch: LoopObserver) -> None:
     """The same schedule without anything to do but to add numbers."""
     start_ns, slot = clock.now_ns(), 0
+    watch.begun(start_ns, task.report)
     while not phase.over:
-        clock.sleep_until(start_ns + slot * NS // phase.rate_Hz)
+        deadline_ns = start_ns + slot * NS // phase.rate_Hz
+        clock.sleep_until(deadline_ns)
+        watch.waited(slot, deadline_ns)
         time_ns = clock.now_ns()
+        watch.clock_read(deadline_ns, time_ns)
         sum(numbers)
         slot = max(slot + 1, (time_ns - start_ns) * phase.rate_Hz // NS + 1)
+        watch.ended()
 
 
-def run_trials(config: RunConfig, rig: Rig, ports: Ports, phase: WatchedPhase, task: OpenTask, rt: RealTime) -> None:
+def run_trials(
+    config: RunConfig,
+    rig: Rig,
+    ports: Ports,
+    phase: WatchedPhase,
+    task: OpenTask,
+    rt: RealTime,
+    observers: tuple[LoopObserver, ...],
+) -> None:
     """Trials until the time is over, in the thread and with the priority of a run."""
     outcomes: Counter[str] = Counter()
     trial = 0
@@ -184,7 +204,7 @@ def run_trials(config: RunConfig, rig: Rig, ports: Ports, phase: WatchedPhase, t
                 phase.begin()
             phase.starting, phase.task, phase.deadline_ns = True, task, None
             with rt.loop():
-                report = run_trial(task, ports, trial_setup(config, trial))
+                report = run_trial(task, ports, trial_setup(config, trial), None, observers)
             outcomes["none" if report.outcome is None else report.outcome.value] += 1
         except PalpateError as error:
             # The script is the person who has looked at it.
@@ -231,8 +251,8 @@ def measure(options: argparse.Namespace) -> None:
     works = options.rig == "mujoco"
     stopwatch = Stopwatch(limits, rate_Hz=rate, account=account, clock_works=works)
     task = open_task(config)
-    if not options.bare:
-        task.time_parts(stopwatch)
+    observers: tuple[LoopObserver, ...] = () if options.bare else (stopwatch,)
+    watcher = LoopObserver() if options.bare else stopwatch
     # Threads of the rig that keep the arm's cycles take the loop's priority.
     config = replace(config, real_time=wishes)
     stolen = stolen_ms()
@@ -241,7 +261,6 @@ def measure(options: argparse.Namespace) -> None:
             print(grant)
 
         def watch(ports: Ports) -> tuple[Ports, WatchedPhase]:
-            ports = ports if options.bare else timed(ports, stopwatch)
             phase = WatchedPhase(ports.clock, rate, options.seconds)
             return replace(ports, clock=phase), phase
 
@@ -250,17 +269,17 @@ def measure(options: argparse.Namespace) -> None:
                 fake_ports(MonotonicClock(), tuple(find_ready_pose(config.arm, config.task).q_rad.tolist()))
             )
             with rt.loop():
-                sleep_only(ports.clock, phase, FLOORS[options.rig])
+                sleep_only(task, ports.clock, phase, FLOORS[options.rig], watcher)
         elif options.rig == "fake":
             home = tuple(find_ready_pose(config.arm, config.task).q_rad.tolist())
             ports, phase = watch(fake_ports(MonotonicClock(), home))
             task.start_at(home)
             with rt.loop():
-                run_loop(task, ports, phase)
+                run_loop(task, ports, phase, watcher)
         elif options.rig == "mujoco":
             with SimulatedRig(config, find_ready_pose(config.arm, config.task)) as rig:
                 ports, phase = watch(replace(rig.ports, clock=PacedClock(rig.cell)))
-                run_trials(config, rig, ports, phase, task, rt)
+                run_trials(config, rig, ports, phase, task, rt, observers)
         else:
             ready = find_ready_pose(config.arm, config.task)
             with (
@@ -268,7 +287,7 @@ def measure(options: argparse.Namespace) -> None:
                 HardwareRig(file, config, find_approach(config, ready)) as hardware,
             ):
                 ports, phase = watch(hardware.ports)
-                run_trials(config, hardware, ports, phase, task, rt)
+                run_trials(config, hardware, ports, phase, task, rt, observers)
     report(stopwatch, phase)
     print(f"a hypervisor took {stolen_ms() - stolen:.0f} ms of all processors meanwhile")
 
@@ -295,20 +314,20 @@ def cost(ticks: int = 20_000, rounds: int = 5) -> None:
     for _ in range(rounds):
         for name in ("bare", "timed", "timed, with the kernel's account"):
             task, ports = open_task(config), fake_ports(FakeClock(), home)
-            task.start_at(home)
+            observers: tuple[LoopObserver, ...] = ()
             if name != "bare":
                 account = ThreadAccount.if_kept() if "account" in name else None
-                stopwatch = Stopwatch(Limits(1 << 40, 0, 1 << 40), account=account)
-                ports = timed(ports, stopwatch)
-                task.time_parts(stopwatch)
-            phase = WatchedPhase(ports.clock, CONTROL_RATE_HZ, 3600.0)
-            run_loop(task, ports, phase, 200)
-            for device in (ports.force_sensor, ports.joint_encoder, ports.arm):
-                device.deactivate()
-                device.activate()
-            begin = time.thread_time_ns()
-            run_loop(task, ports, phase, ticks)
+                observers = (Stopwatch(Limits(1 << 40, 0, 1 << 40), account=account),)
+            loop = trial_ticks(task, ports, trial_setup(config, 0), None, observers)
+            snapshot = next(loop, None)
+            task.start_at(home)
+            for tick in range(-200, ticks):
+                if tick == 0:
+                    begin = time.thread_time_ns()
+                assert snapshot is not None
+                snapshot = next_snapshot(loop, task.plain_step(snapshot))
             us = (time.thread_time_ns() - begin) * 1e-3 / ticks
+            loop.close()
             best[name] = min(us, best.get(name, us))
     for name, us in best.items():
         print(f"{name}: {us:.2f} us a tick, {us - best['bare']:+.2f} us")

@@ -128,10 +128,10 @@ def soak(options: argparse.Namespace, folder: Path, note: Callable[[list[object]
                 rig.prepare(trial)
                 setup = trial_setup(config, trial)
                 ports = faulty(rig.ports, [] if plan is None else [plan], deliveries.append)
-                ports = recorder.begin(setup, ports, rig.world(), trial_name(trial))
+                observer = recorder.begin(setup, rig.world(), trial_name(trial))
                 try:
                     with beat.loop():
-                        report = run_trial(task, ports, setup, supervisor)
+                        report = run_trial(task, ports, setup, supervisor, (observer,))
                     recorder.end(report, {"stopped_by": rig.stopped_by()})
                     outcome = "" if report.outcome is None else report.outcome.value
                     problem = "" if supervisor.trip is None else supervisor.trip.text

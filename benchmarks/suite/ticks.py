@@ -17,8 +17,7 @@ from palpate.adapters.config.run import scenario
 from palpate.adapters.experiments.build import build_perception, build_task
 from palpate.adapters.experiments.policies import learning_policy
 from palpate.adapters.experiments.trial import trial_setup
-from palpate.adapters.hardware.real_time import Stopwatch, TickSection, timed, timed_recording
-from palpate.adapters.hardware.real_time.sections import BUSY
+from palpate.adapters.hardware.real_time import BUSY, Stopwatch, TickSection
 from palpate.adapters.log.trial_recorder import TrialRecorder
 from palpate.adapters.log.writer_client import ProcessSink
 from palpate.adapters.mujoco.rig import SimulatedRig
@@ -30,8 +29,8 @@ from palpate.core.motion.model import Kinematics, ToolGeometry
 STAGES = {
     TickSection.FORCE: "read the force sensor",
     TickSection.JOINTS: "read the encoders",
-    TickSection.PERCEIVE: "kinematics, tare, filter",
-    TickSection.CONTROL: "motion law, inverse kinematics",
+    TickSection.PERCEIVE: "kinematics, tare, filter, phase, motion law",
+    TickSection.CONTROL: "inverse kinematics",
     TickSection.SEND: "send the command",
     TickSection.RECORD: "record",
 }
@@ -45,8 +44,8 @@ def stages(form: Form) -> list[Row]:
         Row(name, stopwatch.spread(section).median_ns * 1e-3, "us", floor, physics_us)
         for section, name in STAGES.items()
     ]
-    deciding_us = stopwatch.spread(TickSection.DECIDE).p99_ns * 1e-3
-    rows.append(Row("symbol, state, action, when they are due (99th percentile)", deciding_us, "us", floor, physics_us))
+    deciding_us = stopwatch.spread(TickSection.DECIDE).median_ns * 1e-3
+    rows.append(Row("choice of an action, when one is due (median)", deciding_us, "us", floor, physics_us))
     supervised = supervision.measured(2, form.rounds)
     rows.append(Row("supervise", _median(supervised.checks_us), "us", floor, physics_us))
     rows.append(
@@ -118,7 +117,7 @@ def _timed_run(trials: int) -> tuple[Stopwatch, float]:
     config = scenario("paper")
     ready, perception = find_ready_pose(config.arm, config.task), build_perception(config)
     policy, stopwatch = learning_policy(config, perception), Stopwatch()
-    task = build_task(config, ready, perception, policy, stopwatch)
+    task = build_task(config, ready, perception, policy)
     physics: list[list[float]] = []
     with (
         tempfile.TemporaryDirectory() as folder,
@@ -133,10 +132,8 @@ def _timed_run(trials: int) -> tuple[Stopwatch, float]:
             rig.prepare(trial)
             physics.append([])
             setup = trial_setup(config, trial)
-            ports = timed_recording(
-                recorder.begin(setup, timed(rig.ports, stopwatch), rig.world(), f"{trial}"), stopwatch
-            )
-            recorder.end(run_trial(task, ports, setup), {})
+            observers = (stopwatch, recorder.begin(setup, rig.world(), f"{trial}"), stopwatch.recording)
+            recorder.end(run_trial(task, rig.ports, setup, None, observers), {})
     return stopwatch, float(np.median(list(chain.from_iterable(physics))))
 
 

@@ -5,18 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import pytest
 
-from palpate.adapters.log.reader import TrialLog, assemble, sound_messages
-from palpate.adapters.log.recorded_ports import RecordedArm, RecordedClock, RecordedForceSensor, RecordedJointEncoder
-from palpate.adapters.log.recorder import FlightRecorder
-from palpate.adapters.log.records import EndRecord, StartRecord
-from palpate.adapters.log.writer_client import MemorySink, Opening
+from palpate.adapters.log.reader import RawMessage, TrialLog, assemble, sound_messages
+from palpate.adapters.log.records import CallEntry, encode_call, encode_record
+from palpate.adapters.log.schema import CALL, START, TICK
+from palpate.adapters.log.tick_layout import TickRecord, encode_tick
 from palpate.adapters.replay.tape import ReplayArm, ReplayClock, ReplayForceSensor, ReplayJointEncoder, Tape
-from palpate.core.insertion.trial import TrialReport, TrialSetup
+from palpate.core.errors import PalpateError
 from palpate.core.ports.contracts import (
     ArmCommandContract,
     ClauseNotApplicable,
@@ -26,35 +24,32 @@ from palpate.core.ports.contracts import (
     clauses,
 )
 from palpate.core.ports.contracts.rigs import ArmCommandRig, ClockRig, ForceSensorRig, JointEncoderRig
+from palpate.core.ports.decorator import DeviceDecorator
 from palpate.core.ports.devices import ArmCommand, Clock, ForceSensor, JointEncoder
-from palpate.core.ports.values import JointVector
+from palpate.core.ports.values import JointCommand, JointVector
 from tests.contracts.test_fake import TestFakeArm as FakeArmSuite
 from tests.contracts.test_fake import TestFakeClock as FakeClockSuite
 from tests.contracts.test_fake import TestFakeForceSensor as FakeForceSensorSuite
 from tests.contracts.test_fake import TestFakeJointEncoder as FakeJointEncoderSuite
-
-START = StartRecord(
-    schema="palpate.log/1", command="contract", config_toml="", arm="", model_sha256="", core_sha256="", seed=0,
-    trial=0, start_m=(0.0, 0.0), ready_rad=(0.0,), tip_rotation=(1.0,) * 9, perception_json="", policy="",
-)  # fmt: skip
+from tests.unit.adapters.log.crafted import STARTING, log_bytes
 
 Knob = Callable[[], JointVector]
-
-
-class Nobody:
-    """No task runs while a clause is tried."""
-
-    report = TrialReport(TrialSetup(0, 0, (0.0, 0.0)))
+T = TypeVar("T")
 
 
 class Recording:
-    """What was recorded in one rig: the ports, and what the test saw of the world besides."""
+    """What was recorded in one rig: every port call on its own, and what the test saw of the world besides."""
 
     def __init__(self) -> None:
-        self._sink = MemorySink()
-        self.recorder = FlightRecorder(self._sink)
-        self.recorder.begin(Opening(Path("contract.mcap"), {}), Nobody(), lambda: START)
+        self._ticks: list[TickRecord] = []
+        self._calls: list[CallEntry] = []
         self.seen: list[JointVector] = []
+
+    def slept(self, deadline_ns: int) -> None:
+        self._ticks.append(TickRecord(len(self._ticks), deadline_ns=deadline_ns))
+
+    def called(self, port: str, call: str, **what: Any) -> None:
+        self._calls.append(CallEntry(tick=len(self._ticks) - 1, port=port, call=call, **what))
 
     def watched(self, knob: Knob) -> Knob:
         def look() -> JointVector:
@@ -64,25 +59,64 @@ class Recording:
         return look
 
     def log(self) -> TrialLog:
-        self.recorder.end(EndRecord(tick=0))
-        data = self._sink.logs[0]
+        content = [RawMessage(START.id, 0, encode_record("Start", STARTING))]
+        content += [RawMessage(TICK.id, 0, encode_tick(tick)) for tick in self._ticks]
+        content += [RawMessage(CALL.id, 0, encode_call(call)) for call in self._calls]
+        data = log_bytes(content)
         return assemble("contract.mcap", data, list(sound_messages("contract.mcap", data)))
+
+
+class RecordedClock(Clock):
+    def __init__(self, clock: Clock, recording: Recording) -> None:
+        self._clock, self._recording = clock, recording
+
+    def now_ns(self) -> int:
+        now = self._clock.now_ns()
+        self._recording.called("clock", "now_ns", time_ns=now)
+        return now
+
+    def sleep_until(self, deadline_ns: int) -> None:
+        self._clock.sleep_until(deadline_ns)
+        self._recording.slept(deadline_ns)
+
+
+class RecordedDevice(DeviceDecorator):
+    """Whichever of the three devices it decorates."""
+
+    def __init__(self, device: Any, port: str, sample: str, recording: Recording) -> None:
+        super().__init__(device)
+        self._inner, self._port, self._sample, self._recording = device, port, sample, recording
+
+    def _kept(self, call: str, result: str, do: Callable[[], T], **asked: Any) -> T:
+        try:
+            done = do()
+        except PalpateError as error:
+            self._recording.called(self._port, call, error=type(error).__name__, text=str(error), **asked)
+            raise
+        self._recording.called(self._port, call, **{result: done}, **asked)
+        return done
+
+    def read(self) -> Any:
+        return self._kept("read", self._sample, self._inner.read)
+
+    def send(self, command: JointCommand) -> Any:
+        return self._kept("send", "applied", lambda: self._inner.send(command), asked_rad=command.position_rad)
+
+    def stop(self) -> None:
+        self._inner.stop()
 
 
 def recorded_rig(rig: Any, recording: Recording) -> Any:
     """The rig with its ports decorated."""
-    recorder = recording.recorder
-    if isinstance(rig, ClockRig):
-        return replace(rig, clock=RecordedClock(rig.clock, recorder))
-    changes: dict[str, Any] = {"clock": RecordedClock(rig.clock, recorder)}
+    changes: dict[str, Any] = {"clock": RecordedClock(rig.clock, recording)}
     if isinstance(rig, ForceSensorRig):
-        changes["device"] = RecordedForceSensor(rig.device, recorder)
+        changes["device"] = RecordedDevice(rig.device, "force_sensor", "wrench", recording)
     elif isinstance(rig, JointEncoderRig):
-        changes["device"] = RecordedJointEncoder(rig.device, recorder)
+        changes["device"] = RecordedDevice(rig.device, "joint_encoder", "joints", recording)
         if rig.arm is not None:
-            changes["arm"] = RecordedArm(rig.arm, recorder)
+            changes["arm"] = RecordedDevice(rig.arm, "arm", "", recording)
     elif isinstance(rig, ArmCommandRig):
-        changes["device"] = RecordedArm(rig.device, recorder)
+        changes["device"] = RecordedDevice(rig.device, "arm", "", recording)
         if rig.position_rad is not None:
             changes["position_rad"] = recording.watched(rig.position_rad)
     return replace(rig, **changes)

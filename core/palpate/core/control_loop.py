@@ -1,19 +1,102 @@
-"""The loop over the ports, and nothing else."""
+"""The loop over the ports, and who may watch it."""
 
 from __future__ import annotations
 
-from collections.abc import Generator
+from collections.abc import Callable, Generator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
 
-from palpate.core.insertion.expectation import Supervised
-from palpate.core.insertion.task import InsertionTask
+from palpate.core.insertion.expectation import Intervention, Supervised
 from palpate.core.insertion.trial import TrialReport, TrialSetup, TrialTiming
-from palpate.core.ports.devices import Ports
-from palpate.core.ports.values import CONTROL_RATE_HZ, AppliedCommand, JointCommand, Snapshot
-from palpate.core.supervision.supervisor import Supervisor
+from palpate.core.ports.devices import ArmCommand, Ports
+from palpate.core.ports.values import (
+    CONTROL_RATE_HZ,
+    AppliedCommand,
+    JointCommand,
+    JointSample,
+    Snapshot,
+    WrenchSample,
+)
+
+if TYPE_CHECKING:
+    # Kinematics and learning are loaded by whoever makes a task; an observer needs neither.
+    from palpate.core.insertion.task import InsertionTask
+    from palpate.core.policy import Observation
+    from palpate.core.supervision.supervisor import Supervisor
 
 _NS: int = 1_000_000_000
 LATE_NS: int = 1_000_000
 """A tick that begins so much after its slot counts as late."""
+FORCE_SENSOR: Final = "force_sensor"
+JOINT_ENCODER: Final = "joint_encoder"
+ARM: Final = "arm"
+
+
+@dataclass(frozen=True, slots=True)
+class UnfinishedTick:
+    """What the loop held of its newest tick when the trial ended by an error or was closed.
+
+    Attributes:
+        calling: The port whose call failed: ``force_sensor``, ``joint_encoder`` or ``arm``; empty when it was none.
+        time_ns: Run-clock time of the tick; None when the clock was not read.
+        wrench: The force sample; None when there was none.
+        joints: The joint sample; None when there was none.
+        command: What was to be sent; None before it was known.
+    """
+
+    calling: str
+    time_ns: int | None
+    wrench: WrenchSample | None
+    joints: JointSample | None
+    command: JointCommand | None
+
+
+class LoopObserver:
+    """The base of recorders, stopwatches and live views: the loop calls what a subclass overrides, and nothing else.
+
+    The events of a tick come in the order in which they stand here. While the supervisor draws the tool back nothing is
+    sensed, chosen or acted. ``sensed`` and ``chosen`` come from :func:`run_trial` alone: whoever steps the task over
+    :func:`trial_ticks` knows without. An observer that raises ends the trial, with the arm stopped.
+    """
+
+    def begun(self, start_ns: int, report: TrialReport) -> None:
+        """The task has begun; its schedule counts from this time, and this report grows as the trial goes on."""
+
+    def waited(self, tick: int, deadline_ns: int) -> None:
+        """The sleep until a tick's slot is over."""
+
+    def clock_read(self, deadline_ns: int, time_ns: int) -> None:
+        """The tick for this slot found this to be the time, run clock."""
+
+    def force_read(self, sample: WrenchSample) -> None:
+        """The force sensor was read."""
+
+    def joints_read(self, sample: JointSample) -> None:
+        """The joint encoders were read."""
+
+    def sensed(self, observation: Observation | None) -> None:
+        """The task has taken the snapshot in; what an action is to be chosen by, in the ticks in which one is due."""
+
+    def chosen(self) -> None:
+        """The policy has chosen an action; only in those ticks."""
+
+    def acted(self, command: JointCommand) -> None:
+        """This is what the task asks of the arm."""
+
+    def supervised(self, supervised: Supervised) -> None:
+        """This is what the arm is to be told, and why where it is not what the task asked."""
+
+    def sent(self, snapshot: Snapshot, command: JointCommand, applied: AppliedCommand) -> None:
+        """The arm was told this command, and answered with so much of it."""
+
+    def ended(self) -> None:
+        """The tick is over; the next thing is the sleep, or the end of the trial."""
+
+    def failed(self, error: BaseException, tick: UnfinishedTick) -> None:
+        """This error ended the trial, or its ticks were closed (GeneratorExit); the arm was told to stop before."""
+
+    def stopped(self, error: BaseException | None) -> None:
+        """The arm was told to stop, on every way out; it raised this error, or None."""
 
 
 def tick_time_ns(start_ns: int, slot: int) -> int:
@@ -30,7 +113,11 @@ def next_slot(start_ns: int, slot: int, time_ns: int) -> int:
 
 
 def run_trial(
-    task: InsertionTask, ports: Ports, setup: TrialSetup, supervisor: Supervisor | None = None
+    task: InsertionTask,
+    ports: Ports,
+    setup: TrialSetup,
+    supervisor: Supervisor | None = None,
+    observers: Sequence[LoopObserver] = (),
 ) -> TrialReport:
     """Run one trial from wherever the arm is.
 
@@ -41,15 +128,24 @@ def run_trial(
         ports: What it is done over.
         setup: Which trial.
         supervisor: Stands between the task and the arm; None lets every command through.
+        observers: Are called in this order at each event.
 
     Raises:
         FaultLatchedError: The supervisor has tripped before, and nobody has acknowledged it.
     """
-    ticks = trial_ticks(task, ports, setup, supervisor)
+    ticks = trial_ticks(task, ports, setup, supervisor, observers)
+    on_sensed, on_chosen = _listeners(observers, "sensed"), _listeners(observers, "chosen")
     try:
         snapshot = next(ticks, None)
         while snapshot is not None:
-            snapshot = next_snapshot(ticks, task.step(snapshot))
+            observation = task.sense(snapshot)
+            for call in on_sensed:
+                call(observation)
+            if observation is not None:
+                task.choose()
+                for call in on_chosen:
+                    call()
+            snapshot = next_snapshot(ticks, task.act())
     finally:
         ticks.close()
     return task.report
@@ -67,7 +163,11 @@ def next_snapshot(ticks: Generator[Snapshot, JointCommand, None], command: Joint
 
 
 def trial_ticks(
-    task: InsertionTask, ports: Ports, setup: TrialSetup, supervisor: Supervisor | None = None
+    task: InsertionTask,
+    ports: Ports,
+    setup: TrialSetup,
+    supervisor: Supervisor | None = None,
+    observers: Sequence[LoopObserver] = (),
 ) -> Generator[Snapshot, JointCommand, None]:
     """The same loop for whoever steps the task themselves: gives each tick's snapshot, and takes the task's command.
 
@@ -79,50 +179,122 @@ def trial_ticks(
         ports: What it is done over.
         setup: Which trial.
         supervisor: Stands between the task and the arm; None lets every command through.
+        observers: Are called in this order at each event.
 
     Raises:
         FaultLatchedError: The supervisor has tripped before, and nobody has acknowledged it.
     """
     clock, sensor, encoder, arm = ports.clock, ports.force_sensor, ports.joint_encoder, ports.arm
+    on_waited, on_clock, on_force, on_joints, on_acted, on_supervised, on_sent, on_ended = (
+        _listeners(observers, event)
+        for event in (
+            "waited", "clock_read", "force_read", "joints_read", "acted", "supervised", "sent", "ended",
+        )
+    )  # fmt: skip
+    calling, time_ns, wrench, joints = "", None, None, None
     applied: AppliedCommand | None = None
+    command: JointCommand | None = None
     tick = slot = 0
     seen = (-1, -1)
+    retreating = False
     try:
         if supervisor is not None:
             supervisor.begin()
         task.begin(setup)
-        timing = task.report.timing
-        start_ns = clock.now_ns()
-        while not task.done or (supervisor is not None and supervisor.retracting):
-            deadline_ns = tick_time_ns(start_ns, slot)
+        report, timing = task.report, task.report.timing
+        deadline_ns = start_ns = clock.now_ns()
+        for call in _listeners(observers, "begun"):
+            call(start_ns, report)
+        while report.outcome is None or retreating:
+            time_ns = wrench = joints = command = None
             clock.sleep_until(deadline_ns)
+            for call in on_waited:
+                call(tick, deadline_ns)
             time_ns = clock.now_ns()
-            snapshot = Snapshot(tick, time_ns, sensor.read(), encoder.read(), applied)
-            if supervisor is None:
-                applied = arm.send((yield snapshot))
+            for call in on_clock:
+                call(deadline_ns, time_ns)
+            calling = FORCE_SENSOR
+            wrench = sensor.read()
+            calling = ""
+            for call in on_force:
+                call(wrench)
+            calling = JOINT_ENCODER
+            joints = encoder.read()
+            calling = ""
+            for call in on_joints:
+                call(joints)
+            snapshot = Snapshot(tick, time_ns, wrench, joints, applied)
+            if supervisor is not None and retreating:
+                supervised = supervisor.retreat(snapshot)
+                retreating = supervisor.retracting
             else:
-                if supervisor.retracting:
-                    supervised = supervisor.retreat(snapshot)
+                asked = yield snapshot
+                for call in on_acted:
+                    call(asked)
+                if supervisor is None:
+                    supervised = Supervised(asked)
                 else:
-                    supervised = _supervised(task, supervisor, snapshot, (yield snapshot))
-                applied = supervised.applied(arm.send(supervised.command))
-            news = (snapshot.wrench.sequence, snapshot.joints.sequence)
+                    supervised = supervisor.check(snapshot, asked, task.expectation, task.tip_m)
+                    if supervised.intervention is not None:
+                        _report(task, supervised.intervention)
+                        retreating = supervisor.retracting
+            command = supervised.command
+            for call in on_supervised:
+                call(supervised)
+            calling = ARM
+            answer = arm.send(command)
+            calling = ""
+            for call in on_sent:
+                call(snapshot, command, answer)
+            applied = answer if supervised.intervention is None else supervised.applied(answer)
+            news = (wrench.sequence, joints.sequence)
             if time_ns != deadline_ns or news[0] == seen[0] or news[1] == seen[1]:
                 _note_irregular(timing, time_ns - deadline_ns, seen, news)
             seen, due = news, slot + 1
             tick, slot = tick + 1, next_slot(start_ns, slot, time_ns)
             timing.skipped_slots += slot - due
-    finally:
+            deadline_ns = tick_time_ns(start_ns, slot)
+            for call in on_ended:
+                call()
+    except BaseException as error:
+        _stop(arm, observers, error, UnfinishedTick(calling, time_ns, wrench, joints, command))
+        raise
+    else:
+        _stop(arm, observers)
+
+
+def _listeners(observers: Sequence[LoopObserver], event: str) -> tuple[Callable[..., None], ...]:
+    """The observers' methods for an event; an event that nobody overrides costs a tick nothing."""
+    ignored = getattr(LoopObserver, event)
+    return tuple(getattr(each, event) for each in observers if getattr(type(each), event) is not ignored)
+
+
+def _stop(
+    arm: ArmCommand,
+    observers: Sequence[LoopObserver],
+    error: BaseException | None = None,
+    tick: UnfinishedTick | None = None,
+) -> None:
+    """First of all the arm."""
+    trouble: BaseException | None = None
+    try:
         arm.stop()
+    except BaseException as raised:
+        trouble = raised
+        raise
+    finally:
+        if error is not None:
+            for call in _listeners(observers, "failed"):
+                call(error, tick)
+        for call in _listeners(observers, "stopped"):
+            call(trouble)
 
 
-def _supervised(task: InsertionTask, supervisor: Supervisor, snapshot: Snapshot, asked: JointCommand) -> Supervised:
-    supervised = supervisor.check(snapshot, asked, task.expectation, task.tip_m)
-    if supervisor.trip is not None:
-        task.tripped(supervisor.trip)
-    elif supervised.intervention is not None:
-        task.clamped(supervised.intervention)
-    return supervised
+def _report(task: InsertionTask, intervention: Intervention) -> None:
+    if intervention.trip is not None:
+        task.tripped(intervention.trip)
+    else:
+        task.clamped(intervention)
 
 
 def _note_irregular(timing: TrialTiming, late_ns: int, seen: tuple[int, int], news: tuple[int, int]) -> None:

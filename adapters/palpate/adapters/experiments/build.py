@@ -9,7 +9,6 @@ from typing import Final
 from palpate.adapters.config.rig import RigFile
 from palpate.adapters.config.run import RunConfig
 from palpate.adapters.hardware.approach import find_approach
-from palpate.adapters.hardware.real_time import Stopwatch, timed_parts
 from palpate.adapters.hardware.rig import HardwareRig
 from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.core.automata.document import load
@@ -106,13 +105,7 @@ def build_reinforcement(config: RunConfig) -> Reinforcement:
     return ActionPenalty()
 
 
-def build_task(
-    config: RunConfig,
-    ready: ReadyPose,
-    perception: Perception,
-    policy: Policy,
-    stopwatch: Stopwatch | None = None,
-) -> InsertionTask:
+def build_task(config: RunConfig, ready: ReadyPose, perception: Perception, policy: Policy) -> InsertionTask:
     """The core, ready to run over any ports.
 
     Args:
@@ -120,7 +113,6 @@ def build_task(
         ready: The ready pose.
         perception: From signals to states.
         policy: Chooses the actions.
-        stopwatch: Times perceiving, deciding and control; None times nothing.
     """
     arm, goal = arm_named(config.arm), goal_in_base(config.task.goal)
     signal = SignalProcessor(
@@ -132,8 +124,6 @@ def build_task(
     measurement = Measurement(Kinematics(arm, ToolGeometry()), goal, signal)
     motion = TipMotion(Kinematics(arm, ToolGeometry()), goal, ready.tip_rotation, PERIOD_S)
     agent = Agent(perception, policy, build_reinforcement(config), PERIOD_S)
-    if stopwatch is not None:
-        timed_parts(measurement, agent, motion, stopwatch)
     return InsertionTask(config.task, config.control, measurement, motion, agent)
 
 

@@ -62,7 +62,7 @@ def run_policy(
 ) -> list[TrialRow]:
     """Run a policy that does not learn; returns early on Ctrl-C with the trials that were finished."""
     recorder = None if recorded is None else recorded.recorder
-    task = build_task(config, ready, perception, policy, None if beat is None else beat.stopwatch)
+    task = build_task(config, ready, perception, policy)
     supervisor = build_supervisor(config)
     if recorded is not None:
         recorded.recorder.of(

@@ -120,7 +120,7 @@ class Trainer:
         self._config, self._folder, self._rig = config, folder, rig
         self._perception, self._policy, self._learner = perception, policy, learner
         self._perception_dict = perception_to_dict(perception)
-        self._task = build_task(config, ready, perception, policy, None if beat is None else beat.stopwatch)
+        self._task = build_task(config, ready, perception, policy)
         self._supervisor = build_supervisor(config)
         self._recorder, self._beat = recorder, beat
         if recorder is not None:

@@ -14,7 +14,7 @@ from typing import Any
 from palpate.adapters.config.run import AdmissionConfig, RunConfig
 from palpate.adapters.hardware.real_time.session import RealTimeSession
 from palpate.adapters.log.trial_recorder import TrialRecorder, trial_name
-from palpate.core.control_loop import run_trial
+from palpate.core.control_loop import LoopObserver, run_trial
 from palpate.core.errors import DeviceError
 from palpate.core.insertion.frame import draw_in_disc
 from palpate.core.insertion.task import InsertionTask
@@ -80,22 +80,21 @@ def run_scored_trial(
         beat: Keeps it in time; None where time waits.
     """
     rig.prepare(trial)
-    setup, ports = trial_setup(config, trial), rig.ports if beat is None else beat.timed(rig.ports)
-    loop = nullcontext() if beat is None else beat.loop()
-    if recorder is None:
-        with loop:
-            report = run_trial(task, ports, setup, supervisor)
-        return replace(score(config, report, rig.truth()), stopped_by=rig.stopped_by())
-    ports = recorder.begin(setup, ports, rig.world(), trial_name(trial - first))
-    ports = ports if beat is None else beat.timed_recording(ports)
+    setup, observers = trial_setup(config, trial), tuple[LoopObserver, ...]()
+    if recorder is not None:
+        observers = (recorder.begin(setup, rig.world(), trial_name(trial - first)),)
+    if beat is not None:
+        observers = beat.timed(observers)
     try:
-        with loop:
-            report = run_trial(task, ports, setup, supervisor)
+        with nullcontext() if beat is None else beat.loop():
+            report = run_trial(task, rig.ports, setup, supervisor, observers)
     except BaseException as error:
-        recorder.fail(task.report, error, _rig_fields(rig, beat))
+        if recorder is not None:
+            recorder.fail(task.report, error, _rig_fields(rig, beat))
         raise
     scored = replace(score(config, report, rig.truth()), stopped_by=rig.stopped_by())
-    recorder.end(report, truth_fields(scored) | _rig_fields(rig, beat))
+    if recorder is not None:
+        recorder.end(report, truth_fields(scored) | _rig_fields(rig, beat))
     return scored
 
 

@@ -1,4 +1,4 @@
-"""Turns what passes the ports, and what the core reports, into the messages of a log."""
+"""Turns what the control loop holds, tick by tick, and what the task reports into the messages of a log."""
 
 from __future__ import annotations
 
@@ -7,31 +7,48 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Final, TypeAlias
 
-from palpate.adapters.log.follower import HasReport, ReportFollower
-from palpate.adapters.log.records import CallEntry, EndRecord, LossEntry, StartRecord, encode_call, encode_record
-from palpate.adapters.log.schema import CALL, END, RECORDER, START, TICK, ChannelKind
+from typing_extensions import override
+
+from palpate.adapters.log.records import (
+    CallEntry,
+    DecisionEntry,
+    EndRecord,
+    EventEntry,
+    LossEntry,
+    ReinforcementEntry,
+    StartRecord,
+    encode_call,
+    encode_record,
+)
+from palpate.adapters.log.schema import CALL, DECISION, END, EVENT, RECORDER, REINFORCEMENT, START, TICK, ChannelKind
 from palpate.adapters.log.tick_layout import TickRecord, encode_tick, full_layout
 from palpate.adapters.log.writer_client import Opening, Sink
 from palpate.adapters.log.writer_process import message_frame
-from palpate.core.errors import DeviceError, LogError
-from palpate.core.ports.values import AppliedCommand, JointCommand, JointSample, WrenchSample
+from palpate.core.control_loop import ARM, LoopObserver, UnfinishedTick
+from palpate.core.errors import DeviceError, LogError, PalpateError
+from palpate.core.insertion.trial import TrialReport
+from palpate.core.ports.values import AppliedCommand, JointCommand, Snapshot
 
 _BATCH: Final = 14
 """Messages handed over at once, a tenth of a second of ticks: one system call for all of them."""
 _UNFIT: Final = (ValueError, TypeError, OverflowError, struct.error)
 """What packing raises for a value that the schema cannot hold, such as a number of more than 64 bits."""
 
+_WholeTick: TypeAlias = tuple[int, Snapshot, JointCommand, AppliedCommand]
+"""A tick that came to a command, not packed yet; the first is its deadline, ns."""
+_NOTHING: Final = UnfinishedTick("", None, None, None, None)
 
-_WholeTick: TypeAlias = tuple[int, int, int, WrenchSample, JointSample, JointCommand, AppliedCommand]
-"""Tick, time, deadline, and what passed the ports: a tick in which everything happened, not packed yet."""
 
-
-class FlightRecorder:
+class FlightRecorder(LoopObserver):
     """One log after the other, trial by trial. It packs and queues; the sink does the rest.
 
     Args:
         sink: Takes the messages.
         stop_on_trouble: A message that cannot be kept ends the trial instead of being counted.
+
+    Attributes:
+        troubles: What could not be recorded, and why.
+        dropped_messages: How many messages were lost.
     """
 
     def __init__(self, sink: Sink, *, stop_on_trouble: bool = False) -> None:
@@ -42,14 +59,11 @@ class FlightRecorder:
         self._clear()
 
     def _clear(self) -> None:
-        self._tick, self._now_ns, self._deadline_ns = -1, 0, 0
-        self._open_tick = False
-        self._time_ns: int | None = None
-        self._wrench: WrenchSample | None = None
-        self._joints: JointSample | None = None
-        self._asked: JointCommand | None = None
-        self._applied: AppliedCommand | None = None
-        self._follower: ReportFollower | None = None
+        self._tick, self._now_ns = -1, 0
+        self._deadline_ns: int | None = None
+        self._unfinished = _NOTHING
+        self._report: TrialReport | None = None
+        self._events = self._decisions = self._settled = 0
         self._batch: list[bytes | _WholeTick] = []
         self._batch_tick = -1
         self._lost: LossEntry | None = None
@@ -57,15 +71,9 @@ class FlightRecorder:
         self._start: Callable[[], StartRecord] | None = None
         self._counterfactual: Callable[[], bool] | None = None
 
-    @property
-    def recording(self) -> bool:
-        """Whether a log is open."""
-        return self._recording
-
     def begin(
         self,
         opening: Opening,
-        task: HasReport,
         start: Callable[[], StartRecord],
         counterfactual: Callable[[], bool] | None = None,
     ) -> None:
@@ -73,8 +81,7 @@ class FlightRecorder:
 
         Args:
             opening: Which file.
-            task: Its report is read as the trial goes on.
-            start: Gives what the trial started with; asked at the first port call, when the task has begun.
+            start: Gives what the trial started with; asked when the task has begun, or could not begin.
             counterfactual: For a what-if: whether the trial has left the recorded path, and messages are to say so.
 
         Raises:
@@ -84,17 +91,19 @@ class FlightRecorder:
             raise LogError(str(opening.path), "", "the log before is still open", "end it first")
         self._clear()
         self._sink.open(opening)
-        self._follower, self._start, self._counterfactual = ReportFollower(task), start, counterfactual
+        self._start, self._counterfactual = start, counterfactual
         self._recording = True
 
     def end(self, record: EndRecord | None) -> None:
         """Close the log with what the trial came to; with None it ends before the trial does."""
         if not self._recording:
             return
-        self._begun()
+        self._put_start()
         # From here on nothing is handed over that the sink may refuse: closing takes all of it.
         self._recording = False
-        self._finish_tick()
+        if self._deadline_ns is not None:
+            tick = self._unfinished
+            self._keep_tick(TickRecord(self._tick, tick.time_ns, self._deadline_ns, tick.wrench, tick.joints))
         self._follow(final=True)
         if record is not None:
             self._keep(END, encode_record, END.message, replace(record, counterfactual=self._off_path()))
@@ -106,123 +115,137 @@ class FlightRecorder:
         """The tick that is under way; -1 before the first."""
         return self._tick
 
-    # What the decorated ports tell. Each port's first word in a tick goes into the tick's message.
-
-    def slept(self, deadline_ns: int) -> None:
-        """The loop begins a tick: it slept until then."""
+    def call(self, entry: CallEntry) -> None:
+        """Record a port call that is none of a tick's four: one that failed, or one outside the loop."""
         if self._recording:
-            if self._start is not None:
-                self._begun()
-            if self._open_tick:
-                self._finish_tick()
-            self._tick += 1
-            self._open_tick = True
-            self._deadline_ns = deadline_ns
+            self._put_start()
+            self._keep(CALL, encode_call, entry)
 
-    def read_clock(self, time_ns: int) -> None:
-        """The clock was read."""
-        if self._recording:
-            self._now_ns = time_ns
-            if self._open_tick and self._time_ns is None:
-                self._time_ns = time_ns
-            else:
-                self._begun()
-                self.call(CallEntry(tick=self._tick, port="clock", call="now_ns", time_ns=time_ns))
+    @override
+    def begun(self, start_ns: int, report: TrialReport) -> None:
+        self._now_ns, self._report = start_ns, report
+        self.call(CallEntry(tick=self._tick, port="clock", call="now_ns", time_ns=start_ns))
 
-    def read_wrench(self, sample: WrenchSample) -> None:
-        """The force sensor was read."""
-        if self._recording:
-            if self._open_tick and self._wrench is None:
-                self._wrench = sample
-            else:
-                self.call(CallEntry(tick=self._tick, port="force_sensor", call="read", wrench=sample))
+    @override
+    def waited(self, tick: int, deadline_ns: int) -> None:
+        self._tick, self._deadline_ns = tick, deadline_ns
 
-    def read_joints(self, sample: JointSample) -> None:
-        """The encoders were read."""
-        if self._recording:
-            if self._open_tick and self._joints is None:
-                self._joints = sample
-            else:
-                self.call(CallEntry(tick=self._tick, port="joint_encoder", call="read", joints=sample))
-
-    def sent(self, command: JointCommand, applied: AppliedCommand) -> None:
-        """A command was sent, and so much of it applied.
+    @override
+    def sent(self, snapshot: Snapshot, command: JointCommand, applied: AppliedCommand) -> None:
+        """Keep the tick.
 
         Raises:
             DeviceError: Something could not be kept, and the trial is to end for that.
         """
-        if not self._recording:
+        report, deadline_ns = self._report, self._deadline_ns
+        if not self._recording or report is None or deadline_ns is None:
             return
-        wrench, joints, time_ns = self._wrench, self._joints, self._time_ns
-        if not self._open_tick:
-            self.call(
-                CallEntry(tick=self._tick, port="arm", call="send", asked_rad=command.position_rad, applied=applied)
-            )
-        elif wrench is None or joints is None or time_ns is None or self._counterfactual is not None:
-            self._asked, self._applied = command, applied
-            self._finish_tick()
-        else:
+        self._now_ns, self._deadline_ns = snapshot.time_ns, None
+        if self._counterfactual is None:
             # Packed later, many at once: in the loop's gaps between physics every line of code runs on cold caches.
             if not self._batch:
-                self._batch_tick = self._tick
-            self._batch.append((self._tick, time_ns, self._deadline_ns, wrench, joints, command, applied))
-            self._open_tick = False
-            self._wrench = self._joints = self._time_ns = None
-        if self._follower is not None and self._follower.has_news:
+                self._batch_tick = snapshot.tick
+            self._batch.append((deadline_ns, snapshot, command, applied))
+        else:
+            parts = snapshot.wrench, snapshot.joints, command.position_rad, applied, self._off_path()
+            self._keep_tick(TickRecord(snapshot.tick, snapshot.time_ns, deadline_ns, *parts))
+        if len(report.events) != self._events or len(report.decisions) != self._decisions:
             self._follow()
         if len(self._batch) >= _BATCH:
             self._hand_over()
         if self._stop and self.troubles:
             raise DeviceError("flight recorder", self.troubles[-1])
 
-    def call(self, entry: CallEntry) -> None:
-        """A port call that no tick message holds."""
-        if self._recording:
-            self._begun()
-            self._keep(CALL, encode_call, entry)
+    @override
+    def failed(self, error: BaseException, tick: UnfinishedTick) -> None:
+        self._unfinished = tick
+        if tick.time_ns is not None:
+            self._now_ns = tick.time_ns
+        if tick.calling and isinstance(error, PalpateError):
+            asked = tick.command
+            self.call(
+                CallEntry(
+                    tick=self._tick,
+                    port=tick.calling,
+                    call="send" if tick.calling == ARM else "read",
+                    asked_rad=None if asked is None else asked.position_rad,
+                    error=type(error).__name__,
+                    text=str(error),
+                )
+            )
+
+    @override
+    def stopped(self, error: BaseException | None) -> None:
+        stop = CallEntry(tick=self._tick, port=ARM, call="stop")
+        if isinstance(error, PalpateError):
+            stop = replace(stop, error=type(error).__name__, text=str(error))
+        if error is None or isinstance(error, PalpateError):
+            self.call(stop)
 
     # Inside.
 
-    def _begun(self) -> None:
-        """At the first word from any port: the task has begun, and what the trial starts with is known."""
+    def _put_start(self) -> None:
+        """Before anything else: the task has begun, or never will, and what the trial starts with is known."""
         if self._start is not None:
             start, self._start = self._start, None
             self._keep(START, encode_record, START.message, start())
             self._hand_over(vital=True)
 
-    def _finish_tick(self) -> None:
-        """Keep a tick in which not everything happened."""
-        if self._open_tick:
-            self._open_tick = False
-            asked = None if self._asked is None else self._asked.position_rad
-            record = TickRecord(
-                self._tick, self._time_ns, self._deadline_ns, self._wrench, self._joints, asked, self._applied,
-                self._off_path(),
-            )  # fmt: skip
-            self._keep(TICK, encode_tick, record)
-            self._time_ns = self._wrench = self._joints = self._asked = self._applied = None
-
     def _off_path(self) -> bool:
         return self._counterfactual is not None and self._counterfactual()
 
     def _follow(self, *, final: bool = False) -> None:
-        """Take over what the task has newly reported."""
-        if self._follower is not None:
-            for kind, record in self._follower.news(self._tick, final=final, counterfactual=self._off_path()):
-                self._keep(kind, encode_record, kind.message, record)
+        """Take over what the task has newly reported.
+
+        Args:
+            final: It is not asked again: what a decision earned is told even if none came after it.
+        """
+        report = self._report
+        if report is None:
+            return
+        for event in report.events[self._events :]:
+            self._tell(EVENT, EventEntry(tick=event.tick, name=event.name, detail=event.detail))
+        self._events = len(report.events)
+        if not final and len(report.decisions) == self._decisions:
+            return
+        for number, decision in enumerate(report.decisions[self._settled :], start=self._settled):
+            if number >= self._decisions:
+                chosen = DecisionEntry(
+                    tick=decision.tick,
+                    number=number,
+                    symbol=decision.symbol,
+                    state=decision.state,
+                    action=decision.action,
+                    source=decision.source,
+                    temperature=report.temperature,
+                )
+                self._tell(DECISION, chosen)
+            if decision.reinforcement is not None:
+                earned = ReinforcementEntry(tick=self._tick, number=number, reinforcement=decision.reinforcement)
+                self._tell(REINFORCEMENT, earned)
+                self._settled = number + 1
+        self._decisions = len(report.decisions)
+
+    def _tell(self, kind: ChannelKind, entry: EventEntry | DecisionEntry | ReinforcementEntry) -> None:
+        if self._off_path():
+            entry = replace(entry, counterfactual=True)
+        self._keep(kind, encode_record, kind.message, entry)
+
+    def _keep_tick(self, record: TickRecord) -> None:
+        self._deadline_ns = None
+        self._keep(TICK, encode_tick, record)
 
     def _keep(self, kind: ChannelKind, encode: Callable[..., bytes], *record: object) -> None:
         try:
-            self._message(kind.id, encode(*record))
+            frame = message_frame(kind.id, self._now_ns, encode(*record))
         except _UNFIT as error:
             self._refuse(kind, error, self._tick)
+        else:
+            if not self._batch:
+                self._batch_tick = self._tick
+            self._batch.append(frame)
         if self._recording and len(self._batch) >= _BATCH:
             self._hand_over()
-
-    def _message(self, channel: int, payload: bytes) -> None:
-        if not self._batch:
-            self._batch_tick = self._tick
-        self._batch.append(message_frame(channel, self._now_ns, payload))
 
     def _refuse(self, kind: ChannelKind, error: Exception, tick: int) -> None:
         """Recording does not end what it records: what cannot be packed is lost, and told."""
@@ -251,16 +274,17 @@ class FlightRecorder:
             if isinstance(item, bytes):
                 frames.append(item)
                 continue
-            tick, time_ns, deadline_ns, wrench, joints, command, applied = item
+            deadline_ns, snapshot, command, applied = item
+            time_ns, wrench, joints = snapshot.time_ns, snapshot.wrench, snapshot.joints
             asked_rad, applied_rad = command.position_rad, applied.position_rad
             try:
                 layout = full_layout(len(asked_rad), len(joints.position_rad), len(applied_rad), wrench.frame)
                 payload = layout.pack(
-                    tick, time_ns, deadline_ns, wrench, joints, asked_rad, applied_rad, applied.reason
+                    snapshot.tick, time_ns, deadline_ns, wrench, joints, asked_rad, applied_rad, applied.reason
                 )
                 frames.append(message_frame(TICK.id, time_ns, payload))
             except _UNFIT as error:
-                self._refuse(TICK, error, tick)
+                self._refuse(TICK, error, snapshot.tick)
         if self._lost is not None:
             # There is room again, or so it seems: first of all the log must tell what it lacks.
             frames.insert(0, message_frame(RECORDER.id, self._lost_ns, encode_record("Recorder", self._lost)))

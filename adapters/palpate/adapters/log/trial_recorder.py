@@ -13,18 +13,17 @@ from palpate.adapters.config.run import RecordingConfig, RunConfig
 from palpate.adapters.config.toml import to_toml
 from palpate.adapters.log.file import dump_json
 from palpate.adapters.log.provenance import arm_sha256, core_sha256, made_with, processor
-from palpate.adapters.log.recorded_ports import recorded
 from palpate.adapters.log.recorder import FlightRecorder
 from palpate.adapters.log.records import EndRecord, StartRecord
 from palpate.adapters.log.schema import SCHEMA
 from palpate.adapters.log.writer_client import Opening, ProcessSink, Sink
+from palpate.core.control_loop import LoopObserver
 from palpate.core.errors import OutputError
 from palpate.core.insertion.ready_pose import ReadyPose
 from palpate.core.insertion.task import InsertionTask
 from palpate.core.insertion.trial import Purpose, TrialReport, TrialSetup, generator
 from palpate.core.perception import Perception, perception_to_dict
 from palpate.core.policy import Policy, document_of, learner_of
-from palpate.core.ports.devices import Ports
 from palpate.core.ports.rig import World
 
 LOG_FOLDER: Final = "logs"
@@ -130,17 +129,15 @@ class TrialRecorder:
     def begin(
         self,
         setup: TrialSetup,
-        ports: Ports,
         world: World,
         name: str,
         counterfactual: Callable[[], bool] | None = None,
-    ) -> Ports:
-        """Open the log of a trial; returns the ports to run it over.
+    ) -> LoopObserver:
+        """Open the log of a trial; returns who has to observe it.
 
         Args:
             setup: The trial's setup.
-            ports: The ports as they are.
-            world: What they lead to.
+            world: What its ports lead to.
             name: Name of the file, without its ending.
             counterfactual: For a what-if: whether it has left the recorded path.
         """
@@ -158,8 +155,8 @@ class TrialRecorder:
             "versions": subject.constant["versions_json"],
         }
         self._setup = setup
-        self.flight.begin(Opening(path, metadata), subject.task, lambda: subject.start(setup, world), counterfactual)
-        return recorded(ports, self.flight)
+        self.flight.begin(Opening(path, metadata), lambda: subject.start(setup, world), counterfactual)
+        return self.flight
 
     def end(self, report: TrialReport, facts: dict[str, Any]) -> None:
         """Close the log of a trial that ran to its end.
@@ -235,7 +232,7 @@ class _Subject:
     constant: dict[str, Any]
 
     def start(self, setup: TrialSetup, world: World) -> StartRecord:
-        """As the task has begun and the first port is asked."""
+        """What the trial starts with, as the task has begun."""
         state = generator(setup.seed, Purpose.POLICY, setup.index).bit_generator.state
         return StartRecord(
             seed=setup.seed,

@@ -160,8 +160,8 @@ def run_over(tape: Tape, rebuilt: Rebuilt, recording: WhatIfRecording) -> BaseEx
             opened.enter_context(device)
         ports = Ports(ReplayClock(tape), sensor, encoder, arm)
         try:
-            with recording.of(tape, rebuilt, World("recording", {})) as recorded:
-                run_trial(rebuilt.task, recorded(ports), rebuilt.setup, rebuilt.supervisor)
+            with recording.of(tape, rebuilt, World("recording", {})) as observers:
+                run_trial(rebuilt.task, ports, rebuilt.setup, rebuilt.supervisor, observers)
         except LogError:
             raise
         except Exception as error:

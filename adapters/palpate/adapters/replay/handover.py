@@ -9,7 +9,7 @@ that nobody needs to take it on trust.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
@@ -19,7 +19,7 @@ from palpate.adapters.log.trial_recorder import TrialRecorder
 from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.adapters.replay.rebuild import Rebuilt, log_config
 from palpate.adapters.replay.tape import Tape, same_bits
-from palpate.core.control_loop import run_trial
+from palpate.core.control_loop import LoopObserver, run_trial
 from palpate.core.errors import LogError
 from palpate.core.ports.decorator import DeviceDecorator
 from palpate.core.ports.devices import ArmCommand, Clock, ForceSensor, JointEncoder, Ports
@@ -43,11 +43,11 @@ class WhatIfRecording:
         self.truth: dict[str, Any] = {}
 
     @contextmanager
-    def of(self, tape: Tape, rebuilt: Rebuilt, world: World) -> Iterator[Callable[[Ports], Ports]]:
-        """While inside, the trial runs over the ports that the given function makes of ports."""
+    def of(self, tape: Tape, rebuilt: Rebuilt, world: World) -> Iterator[tuple[LoopObserver, ...]]:
+        """While inside, the trial runs; gives who has to observe it."""
         recorder, log = self._recorder, tape.log
         if recorder is None:
-            yield lambda ports: ports
+            yield ()
             return
         recorder.of(
             "what-if", rebuilt.config, rebuilt.ready, rebuilt.task, rebuilt.perception, rebuilt.policy,
@@ -58,7 +58,7 @@ class WhatIfRecording:
             return tape.differences.first_command_tick is not None
 
         try:
-            yield lambda ports: recorder.begin(rebuilt.setup, ports, world, self._name, left)
+            yield (recorder.begin(rebuilt.setup, world, self._name, left),)
         except BaseException as error:
             recorder.fail(rebuilt.task.report, error)
             raise
@@ -96,8 +96,8 @@ def continue_in_mujoco(tape: Tape, rebuilt: Rebuilt, recording: WhatIfRecording)
             _JointEncoder(inner.joint_encoder, path),
             _Arm(inner.arm, path),
         )
-        with recording.of(tape, rebuilt, rig.world()) as recorded:
-            report = run_trial(rebuilt.task, recorded(ports), rebuilt.setup, rebuilt.supervisor)
+        with recording.of(tape, rebuilt, rig.world()) as observers:
+            report = run_trial(rebuilt.task, ports, rebuilt.setup, rebuilt.supervisor, observers)
             scored = score(rebuilt.config, report, rig.truth())
             recording.truth = truth_fields(scored)
         return scored

@@ -54,6 +54,12 @@ class InsertionTask:
         measurement: From snapshots to the task frame.
         motion: From tip velocities to joint commands.
         agent: Perception, policy and learning.
+
+    Attributes:
+        report: The account of the trial that runs, or of the last one.
+        phase: Where in the trial it is.
+        expectation: What the task expects of the world in this phase, for the supervisor.
+        tip_m: Tip according to the encoders, (3,), task frame, as of the last tick.
     """
 
     def __init__(
@@ -125,7 +131,8 @@ class InsertionTask:
         self._bias_sum = [0.0] * 6
         self._bias: tuple[float, float, float, float, float, float] | None = None
         # A trial may begin with the peg still in the hole of the one before.
-        self._expectation = Expectation(contact=True)
+        self.expectation = Expectation(contact=True)
+        self.tip_m: Vector3 = (0.0, 0.0, 0.0)
         self._explore_start = 0
         self._lost_ticks = 0
         self._step_from_m: Vector3 = (0.0, 0.0, 0.0)
@@ -177,6 +184,7 @@ class InsertionTask:
             return None
         self._snapshot = snapshot
         self._measurement.update(snapshot)
+        self.tip_m = self._measurement.position_m
         if self._interrupted:
             self._wind_up()
         if not self.done and self._within_force_limit():
@@ -184,12 +192,20 @@ class InsertionTask:
         return self._observation
 
     def act(self) -> JointCommand:
-        """The second half of a tick: let the policy choose, where there is a choice, and say what the arm shall do."""
+        """The second half of a tick: what the arm shall do, after a choice where one is due and not made yet."""
         if self._observation is not None:
-            self._observation = None
-            self._next_action()
-            self._velocity_m_s = self._way_on()
+            self.choose()
         return self._motion.move(self._velocity_m_s)
+
+    def choose(self) -> None:
+        """Let the policy choose by what :meth:`sense` returned, ahead of :meth:`act`: for loops that time it apart.
+
+        Raises:
+            LifecycleError: There is no choice in this tick.
+        """
+        self._observation = None
+        self._next_action()
+        self._velocity_m_s = self._way_on()
 
     def interrupt(self) -> None:
         """End the trial as soon as the running action is over, and any later one at once.
@@ -212,16 +228,6 @@ class InsertionTask:
             )
             self._event("clamp", f"{intervention.reason.name}: asked {asked}, applied {given} rad")
         self._clamped_tick = self._tick
-
-    @property
-    def expectation(self) -> Expectation:
-        """What the task expects of the world in this phase, for the supervisor."""
-        return self._expectation
-
-    @property
-    def tip_m(self) -> Vector3:
-        """Tip according to the encoders, (3,), task frame, as of the last tick."""
-        return self._measurement.position_m
 
     @property
     def wrench_at_tip(self) -> tuple[Vector3, Vector3]:
@@ -422,7 +428,7 @@ class InsertionTask:
     def _enter(self, phase: Phase) -> None:
         self.phase = phase
         touching = phase not in (Phase.TRANSFER, Phase.SETTLE)
-        self._expectation = Expectation(touching, self._bias, self._area if phase is Phase.EXPLORE else None)
+        self.expectation = Expectation(touching, self._bias, self._area if phase is Phase.EXPLORE else None)
         self._event("phase", phase.value)
 
     def _event(self, name: str, detail: str = "") -> None:

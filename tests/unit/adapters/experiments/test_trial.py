@@ -65,7 +65,7 @@ def test_success_is_full_depth_within_the_force_limit(
     monkeypatch: pytest.MonkeyPatch, outcome: Outcome, depth_m: float, peak_N: float, success: bool
 ) -> None:
     report = replace(scored_trial(5).report, outcome=outcome)
-    monkeypatch.setattr(experiment, "run_trial", lambda task, ports, setup, supervisor: report)
+    monkeypatch.setattr(experiment, "run_trial", lambda *_: report)
     rig: Any = StandIn(Truth((0.0, 0.0, 0.0), (0.0, 0.0, depth_m), depth_m, peak_N))
     task: Any = None
     scored = run_scored_trial(RunConfig(), rig, task, 5)

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 from palpate.adapters.log.reader import TrialLog, assemble, sound_messages
-from palpate.adapters.log.recorded_ports import recorded
 from palpate.adapters.log.recorder import FlightRecorder
 from palpate.adapters.log.records import EndRecord, StartRecord
 from palpate.adapters.log.writer_client import MemorySink, Opening, Sink
@@ -15,18 +14,10 @@ from palpate.adapters.log.writer_process import messages_in
 from palpate.core.control_loop import tick_time_ns
 from palpate.core.insertion.trial import TrialReport, TrialSetup
 from palpate.core.ports.contracts.fakes import FakeArm, FakeClock, FakeForceSensor, FakeJointEncoder
-from palpate.core.ports.devices import Ports
-from palpate.core.ports.values import JointCommand
+from palpate.core.ports.values import JointCommand, Snapshot
 from tests.unit.adapters.log.crafted import STARTING
 
 HOME_RAD = (0.1, -0.2, 0.3)
-
-
-class Task:
-    """Whoever runs the trial: only its report matters."""
-
-    def __init__(self) -> None:
-        self.report = TrialReport(TrialSetup(0, 0, (0.0, 0.0)))
 
 
 class ChokingSink(MemorySink):
@@ -54,12 +45,12 @@ class ChokingSink(MemorySink):
 
 
 class Bench:
-    """Fakes, active; decorated once ``begin`` was called."""
+    """Fakes, active, and the events of a loop over them."""
 
     def __init__(self, sink: Sink | None = None, *, start_ns: int = 0, stop_on_trouble: bool = False) -> None:
         self.sink = sink or MemorySink()
         self.recorder = FlightRecorder(self.sink, stop_on_trouble=stop_on_trouble)
-        self.task = Task()
+        self.report = TrialReport(TrialSetup(0, 0, (0.0, 0.0)))
         self.clock = FakeClock(start_ns)
         self.arm = FakeArm(self.clock, HOME_RAD, lower_rad=(-1.0,) * 3, upper_rad=(1.0,) * 3, max_step_rad=0.02)
         self.sensor = FakeForceSensor(self.clock)
@@ -67,25 +58,29 @@ class Bench:
         for device in (self.sensor, self.encoder, self.arm):
             device.configure()
             device.activate()
-        self.plain = Ports(self.clock, self.sensor, self.encoder, self.arm)
-        self.ports = recorded(self.plain, self.recorder)
         self.tick, self.start_ns = 0, start_ns
 
     def begin(self, path: Path = Path("x.mcap"), start: Callable[[], StartRecord] = lambda: STARTING) -> None:
-        self.recorder.begin(Opening(path, {}), self.task, start)
-        self.tick, self.start_ns = 0, self.ports.clock.now_ns()
+        self.recorder.begin(Opening(path, {}), start)
+        self.tick, self.start_ns = 0, self.clock.now_ns()
+        self.recorder.begun(self.start_ns, self.report)
 
-    def run(self, ticks: int, ports: Ports | None = None) -> None:
+    def run(self, ticks: int) -> None:
         """As the core's loop does."""
-        p = ports or self.ports
         for _ in range(ticks):
-            p.clock.sleep_until(tick_time_ns(self.start_ns, self.tick))
-            p.clock.now_ns()
+            deadline_ns = self.wait()
+            self.clock.sleep_until(deadline_ns)
             self.sensor.load_N = (0.0, 0.0, -float(self.tick))
-            p.force_sensor.read()
-            p.joint_encoder.read()
-            p.arm.send(JointCommand(self.command(self.tick)))
+            snapshot = Snapshot(self.tick, self.clock.now_ns(), self.sensor.read(), self.encoder.read())
+            command = JointCommand(self.command(self.tick))
+            self.recorder.sent(snapshot, command, self.arm.send(command))
             self.tick += 1
+
+    def wait(self) -> int:
+        """The next tick comes; its deadline."""
+        deadline_ns = tick_time_ns(self.start_ns, self.tick)
+        self.recorder.waited(self.tick, deadline_ns)
+        return deadline_ns
 
     @staticmethod
     def command(tick: int) -> tuple[float, ...]:

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from palpate.adapters.log.reader import first_tick_problem, sound_messages
+from palpate.adapters.log.records import CallEntry
 from palpate.adapters.log.schema import BY_ID
 from palpate.adapters.log.tick_layout import TickRecord
 from palpate.adapters.log.writer_client import Opening
+from palpate.core.control_loop import UnfinishedTick
 from palpate.core.errors import DeviceError, LogError
 from palpate.core.insertion.trial import DecisionRecord, Event, TrialReport, TrialSetup
 from palpate.core.ports.values import AppliedCommand, JointCommand, WrenchSample
@@ -26,7 +29,7 @@ def test_a_trial_in_order() -> None:
     bench = Bench(start_ns=10**15)
     bench.begin()
     bench.run(30)
-    bench.ports.arm.stop()
+    bench.recorder.stopped(None)
     bench.end(outcome="inserted")
     assert topics(bench.sink.logs[0]) == ["/start", "/call", *["/tick"] * 30, "/call", "/end"]  # type: ignore[attr-defined]
     log = bench.log()
@@ -70,86 +73,82 @@ def test_what_the_trial_starts_with_is_asked_when_the_task_has_begun() -> None:
         asked.append(bench.recorder.tick)
         return start_with(trial=8)
 
-    bench.recorder.begin(Opening(Path("x"), {}), bench.task, start)
+    bench.recorder.begin(Opening(Path("x"), {}), start)
     assert asked == []
-    bench.ports.force_sensor.read()
-    bench.ports.clock.now_ns()
+    bench.recorder.begun(0, bench.report)
     bench.end()
     assert asked == [-1]
     assert bench.log().start.trial == 8
-    assert [call.port for call in bench.log().calls] == ["force_sensor", "clock"]
 
 
-def test_a_trial_without_any_port_call_still_has_a_start_and_an_end() -> None:
+def test_a_trial_that_never_began_still_has_a_start_and_an_end() -> None:
     bench = Bench()
-    bench.recorder.begin(Opening(Path("x"), {}), bench.task, lambda: STARTING)
+    bench.report.events.append(Event(9, "of the trial before"))
+    bench.recorder.begin(Opening(Path("x"), {}), lambda: STARTING)
     bench.end()
     assert topics(bench.sink.logs[0]) == ["/start", "/end"]  # type: ignore[attr-defined]
 
 
-def test_further_reads_in_a_tick_are_calls_of_that_tick() -> None:
+def test_calls_besides_a_tick_are_recorded_with_it() -> None:
+    bench = Bench()
+    entry = CallEntry(tick=2, port="arm", call="acknowledge_fault", text="collision")
+    bench.recorder.call(entry)  # no log is open
+    bench.begin()
+    bench.run(3)
+    bench.recorder.call(entry)
+    bench.end()
+    assert ticks_of(bench.log()) == [0, 1, 2]
+    assert bench.log().calls[1:] == [entry]
+
+
+@pytest.mark.parametrize(
+    ("calling", "held", "call"),
+    [
+        ("", 0, None),  # the clock
+        ("force_sensor", 1, "read"),
+        ("joint_encoder", 2, "read"),
+        ("", 3, None),  # the task
+        ("arm", 4, "send"),
+    ],
+)
+@pytest.mark.parametrize("error", [DeviceError("cable", "cut"), ZeroDivisionError("oops")])
+def test_a_tick_that_fails_is_kept_as_far_as_it_came(
+    calling: str, held: int, call: str | None, error: Exception
+) -> None:
     bench = Bench()
     bench.begin()
-    bench.run(2)
-    p = bench.ports
-    p.clock.sleep_until(bench.clock.now_ns() + 1000)
-    p.force_sensor.read()
-    p.clock.now_ns()
-    p.force_sensor.read()
-    p.joint_encoder.read()
-    p.joint_encoder.read()
-    p.clock.now_ns()
-    p.arm.send(JointCommand((0.1, -0.2, 0.3)))
-    p.arm.send(JointCommand((0.2, -0.2, 0.3)))
-    p.joint_encoder.read()
+    bench.run(20)
+    deadline_ns = bench.wait()
+    command = JointCommand((0.1, -0.2, 0.3))
+    parts: list[Any] = [deadline_ns + 3, bench.sensor.read(), bench.encoder.read(), command]
+    parts[held:] = [None] * (4 - held)
+    bench.recorder.failed(error, UnfinishedTick(calling, *parts))
+    bench.recorder.stopped(None)
     bench.end()
     log = bench.log()
-    assert ticks_of(log) == [0, 1, 2]
-    calls = [(call.tick, call.port, call.call) for call in log.calls[1:]]
-    assert calls == [
-        (2, "force_sensor", "read"),
-        (2, "joint_encoder", "read"),
-        (2, "clock", "now_ns"),
-        (2, "arm", "send"),
-        (2, "joint_encoder", "read"),
+    assert list(log.records())[-1] == TickRecord(20, parts[0], deadline_ns, parts[1], parts[2])
+    failed = CallEntry(tick=20, port=calling, call=call or "", error="DeviceError", text="cable: cut")
+    if calling == "arm":
+        failed = replace(failed, asked_rad=command.position_rad)
+    stop = CallEntry(tick=20, port="arm", call="stop")
+    assert log.calls[1:] == ([failed, stop] if call and isinstance(error, DeviceError) else [stop])
+
+
+def test_an_arm_that_cannot_be_stopped_is_recorded() -> None:
+    bench = Bench()
+    bench.begin()
+    bench.recorder.stopped(ZeroDivisionError("nothing is known of the arm then"))
+    bench.recorder.stopped(DeviceError("arm", "cable cut"))
+    bench.end()
+    assert bench.log().calls[1:] == [
+        CallEntry(tick=-1, port="arm", call="stop", error="DeviceError", text="arm: cable cut")
     ]
-    assert log.calls[4].asked_rad == (0.2, -0.2, 0.3)
-    assert log.calls[4].applied is not None
-    assert log.calls[4].applied.position_rad[0] == pytest.approx(0.12001)
-
-
-@pytest.mark.parametrize("missing", ["clock", "force_sensor", "joint_encoder", "send"])
-def test_a_tick_in_which_something_did_not_happen(missing: str) -> None:
-    bench = Bench()
-    bench.begin()
-    bench.run(1)
-    p = bench.ports
-    p.clock.sleep_until(bench.clock.now_ns() + 1000)
-    if missing != "clock":
-        p.clock.now_ns()
-    if missing != "force_sensor":
-        p.force_sensor.read()
-    if missing != "joint_encoder":
-        p.joint_encoder.read()
-    if missing != "send":
-        p.arm.send(JointCommand((0.1, -0.2, 0.3)))
-    bench.tick += 1
-    bench.run(1)
-    bench.end()
-    log = bench.log()
-    assert ticks_of(log) == [0, 1, 2]
-    record = list(log.records())[1]
-    absent = {"clock": "time_ns", "force_sensor": "wrench", "joint_encoder": "joints", "send": "asked_rad"}
-    parts = ("time_ns", "wrench", "joints", "asked_rad")
-    assert [name for name in parts if getattr(record, name) is None] == [absent[missing]]
-    assert (record.applied is None) == (missing == "send")
-    assert len(log.calls) == 1
 
 
 def test_events_and_decisions_are_followed() -> None:
     bench = Bench()
+    report = bench.report = TrialReport(TrialSetup(1, 0, (0.0, 0.0)), temperature=4.5)
     bench.begin()
-    report = bench.task.report = TrialReport(TrialSetup(1, 0, (0.0, 0.0)), temperature=4.5)
     bench.run(2)
     report.events.append(Event(1, "contact", "5 N"))
     report.decisions.append(DecisionRecord(1, "x0", "s0", "+x", "learned"))
@@ -158,6 +157,7 @@ def test_events_and_decisions_are_followed() -> None:
     report.decisions.append(DecisionRecord(2, "x1", "s1", "-x", "learned"))
     bench.run(2)
     report.decisions[1] = DecisionRecord(2, "x1", "s1", "-x", "learned", -2.0)
+    report.decisions.append(DecisionRecord(4, "x0", "s0", "+x", "assigned"))
     report.events.append(Event(4, "end"))
     bench.end()
     log = bench.log()
@@ -165,23 +165,9 @@ def test_events_and_decisions_are_followed() -> None:
     assert [(d.tick, d.number, d.action, d.temperature) for d in log.decisions] == [
         (1, 0, "+x", 4.5),
         (2, 1, "-x", 4.5),
+        (4, 2, "+x", 4.5),
     ]
     assert [(r.tick, r.number, r.reinforcement) for r in log.reinforcements] == [(3, 0, -1.0), (4, 1, -2.0)]
-
-
-def test_the_report_of_the_trial_before_is_not_recorded_again() -> None:
-    bench = Bench()
-    bench.task.report.events.append(Event(9, "old"))
-    bench.task.report.decisions.append(DecisionRecord(9, "x0", "s0", "+x", "learned", -1.0))
-    bench.begin()
-    bench.end()
-    assert bench.log().events == []
-    assert bench.log().decisions == []
-    bench.begin()
-    bench.task.report = TrialReport(TrialSetup(1, 0, (0.0, 0.0)), events=[Event(0, "new")])
-    bench.run(1)
-    bench.end()
-    assert [event.name for event in bench.log().events] == ["new"]
 
 
 def test_one_log_at_a_time() -> None:
@@ -278,7 +264,7 @@ def test_what_the_trial_came_to_is_never_dropped(ticks: int, resting: bool) -> N
     bench.run(ticks)
     sink.full = True
     if resting:
-        bench.ports.clock.sleep_until(10**12)
+        bench.wait()
     bench.end(outcome="inserted")
     log = bench.log()
     assert log.end is not None
@@ -296,7 +282,7 @@ def test_trouble_ends_the_trial_where_that_is_wanted() -> None:
     with pytest.raises(DeviceError, match=r"flight recorder: x\.mcap: cannot be written"):
         bench.run(100)
     assert bench.tick < 40
-    bench.ports.arm.stop()
+    bench.recorder.stopped(None)
     bench.end(error="DeviceError")
     log = log_of(sink.logs[0])
     assert ticks_of(log) == list(range(bench.tick + 1))
@@ -351,21 +337,11 @@ def _with_sequence(bench: Bench, sequence: int) -> WrenchSample:
     return WrenchSample((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), now, now, sequence)
 
 
-def test_ticks_that_never_come_to_a_command_are_handed_over_too() -> None:
-    bench = Bench()
-    bench.begin()
-    for k in range(60):
-        bench.ports.clock.sleep_until(k * 7_000_000)
-        assert len(bench.recorder._batch) <= 14
-    bench.end()
-    assert ticks_of(bench.log()) == list(range(60))
-
-
 def test_calls_before_the_first_tick_are_handed_over_too() -> None:
     bench = Bench()
     bench.begin()
     for _ in range(60):
-        bench.ports.joint_encoder.read()
+        bench.recorder.call(CallEntry(tick=-1, port="joint_encoder", call="read"))
         assert len(bench.recorder._batch) <= 14
     bench.end()
     assert len(bench.log().calls) == 61

@@ -210,8 +210,8 @@ def test_a_comparator_is_named_and_a_document_is_kept(setting: Setting) -> None:
 
 def test_it_must_be_known_what_is_recorded(tmp_path: Path) -> None:
     with TrialRecorder(MemorySink, tmp_path / "logs", RecordingConfig()) as recorder:
-        with SimulatedRig(QUICK, ready_pose()) as rig, pytest.raises(OutputError, match="of"):
-            recorder.begin(trial_setup(QUICK, 0), rig.ports, World("simulator", {}), "trial-00000")
+        with pytest.raises(OutputError, match="of"):
+            recorder.begin(trial_setup(QUICK, 0), World("simulator", {}), "trial-00000")
         recorder.fail(TrialReport(TrialSetup(0, 0, (0.0, 0.0))), ValueError())
 
 

@@ -20,7 +20,7 @@ from palpate.core.insertion.config import N_PER_KGF, ControlConfig, TaskConfig
 from palpate.core.insertion.task import PERIOD_S, InsertionTask
 from palpate.core.insertion.trial import Outcome, Phase, Purpose, TrialReport, TrialSetup, generator
 from palpate.core.motion.laws import ForceControl
-from palpate.core.policy import ActionOutcome, Transition
+from palpate.core.policy import ActionOutcome, Observation, Transition
 from palpate.core.ports.values import (
     CommandReason,
     JointCommand,
@@ -77,7 +77,7 @@ class Trial:
         self.tips: list[Vector3] = []
         self.forces: list[Vector3] = []
         self._on_step = on_step
-        self.begin = self.task.begin
+        self.begin, self.choose = self.task.begin, self.task.choose
         with world:
             run_trial(self, world.ports, TrialSetup(index, 1, start_m))  # type: ignore[arg-type]
             here = world.arm.position_rad()
@@ -87,16 +87,15 @@ class Trial:
     def report(self) -> TrialReport:
         return self.task.report
 
-    @property
-    def done(self) -> bool:
-        return self.task.done
-
-    def step(self, snapshot: Snapshot) -> JointCommand:
+    def sense(self, snapshot: Snapshot) -> Observation | None:
         self.tips.append(self.world.tip_m)
         self.forces.append(self.world.force_N)
         seen = snapshot if self._on_step is None else self._on_step(snapshot.tick, snapshot)
         self.snapshots.append(seen)
-        self.commands.append(self.task.step(seen))
+        return self.task.sense(seen)
+
+    def act(self) -> JointCommand:
+        self.commands.append(self.task.act())
         self.phases.append(self.task.phase)
         return self.commands[-1]
 

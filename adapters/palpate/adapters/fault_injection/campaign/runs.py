@@ -137,10 +137,10 @@ class Bench:
             setup = trial_setup(self.config, seed)
             felt = ForceProbe(self._rig.ports.force_sensor)
             bad = faulty(replace(self._rig.ports, force_sensor=felt), [variant.at(tick, seed)], tell)
-            ports = recorder.begin(setup, bad, self._rig.world(), "run")
+            observer = recorder.begin(setup, self._rig.world(), "run")
             try:
                 with self._loop():
-                    report = run_trial(task, ports, setup, supervisor)
+                    report = run_trial(task, bad, setup, supervisor, (observer,))
                 scored = score(self.config, report, self._rig.truth())
                 recorder.end(report, truth_fields(scored))
             except PalpateError as caught:

@@ -1,17 +1,15 @@
 """Real time: what the system grants, where the time of each tick goes, how late ticks are, and why."""
 
 from palpate.adapters.hardware.real_time.attribution import Attribution, Cause, ThreadAccount, attribute
-from palpate.adapters.hardware.real_time.grants import Grant
 from palpate.adapters.hardware.real_time.kernel import Kernel
 from palpate.adapters.hardware.real_time.lateness import Histograms, LatenessSpread, LateTick, Limits, SlowCore
-from palpate.adapters.hardware.real_time.real_time import RealTime, join_loop, request, take_real_time
+from palpate.adapters.hardware.real_time.real_time import Grant, RealTime, join_loop, request, take_real_time
 from palpate.adapters.hardware.real_time.report import plain, table
-from palpate.adapters.hardware.real_time.sections import TickSection
-from palpate.adapters.hardware.real_time.stopwatch import Stopwatch
-from palpate.adapters.hardware.real_time.timed_ports import timed, timed_recording
-from palpate.adapters.hardware.real_time.timed_task import timed_parts
+from palpate.adapters.hardware.real_time.stopwatch import BUSY, LATE, Stopwatch, TickSection
 
 __all__ = [
+    "BUSY",
+    "LATE",
     "Attribution",
     "Cause",
     "Grant",
@@ -31,7 +29,4 @@ __all__ = [
     "request",
     "table",
     "take_real_time",
-    "timed",
-    "timed_parts",
-    "timed_recording",
 ]

@@ -6,15 +6,37 @@ import gc
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
 from types import TracebackType
 from typing import Final, Self
 
 from palpate.adapters.config.real_time import FROZEN, OFF, RealTimeConfig
-from palpate.adapters.hardware.real_time.grants import Grant
 from palpate.adapters.hardware.real_time.kernel import Kernel
 
 # How long the loop waits before it asks another thread for the interpreter; by default Python waits 5 ms.
 _SWITCH_S: Final = 0.0001
+
+
+@dataclass(frozen=True, slots=True)
+class Grant:
+    """What became of one request to the operating system: granted or refused; a refusal is no error.
+
+    Attributes:
+        wish: What was asked for.
+        granted: Whether the system gave it.
+        reason: Why not; empty when granted.
+        remedy: What would help; empty when granted.
+    """
+
+    wish: str
+    granted: bool
+    reason: str = ""
+    remedy: str = ""
+
+    def __str__(self) -> str:
+        if self.granted:
+            return f"granted: {self.wish}"
+        return f"refused: {self.wish}: {self.reason}; {self.remedy}"
 
 
 class RealTime:

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from palpate.adapters.hardware.real_time.sections import COLUMNS, LATE, NAMES
-from palpate.adapters.hardware.real_time.stopwatch import Stopwatch
+from palpate.adapters.hardware.real_time.stopwatch import COLUMNS, LATE, NAMES, Stopwatch
 
 
 def table(stopwatch: Stopwatch) -> str:

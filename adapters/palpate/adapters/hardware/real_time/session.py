@@ -14,11 +14,9 @@ from palpate.adapters.hardware.real_time import (
     ThreadAccount,
     plain,
     table,
-    timed,
-    timed_recording,
 )
 from palpate.adapters.log.file import dump_json
-from palpate.core.ports.devices import Ports
+from palpate.core.control_loop import LoopObserver
 
 
 class RealTimeSession:
@@ -47,13 +45,16 @@ class RealTimeSession:
         """What the system was asked for, and what it said; one line each."""
         return [str(grant) for grant in self._real_time.grants]
 
-    def timed(self, ports: Ports) -> Ports:
-        """The ports, with the time that they take noted."""
-        return ports if self.stopwatch is None else timed(ports, self.stopwatch)
+    def timed(self, observers: tuple[LoopObserver, ...]) -> tuple[LoopObserver, ...]:
+        """The observers of a trial, with a stopwatch; what they do is charged to recording.
 
-    def timed_recording(self, ports: Ports) -> Ports:
-        """Ports that a recorder decorates, with the time that recording takes noted."""
-        return ports if self.stopwatch is None else timed_recording(ports, self.stopwatch)
+        Args:
+            observers: The recorder, or nobody.
+        """
+        watch = self.stopwatch
+        if watch is None:
+            return observers
+        return (watch, *observers, watch.recording) if observers else (watch,)
 
     def loop(self) -> AbstractContextManager[object]:
         """To be held around a trial: real-time scheduling is for that alone."""

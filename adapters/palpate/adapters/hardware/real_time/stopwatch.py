@@ -2,18 +2,64 @@
 
 from __future__ import annotations
 
+import enum
 import time
 from collections import deque
 from collections.abc import Callable
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
+from typing_extensions import override
 
 from palpate.adapters.hardware.real_time.attribution import Account, Attribution, Cause, ThreadAccount, attribute
 from palpate.adapters.hardware.real_time.lateness import Histograms, LatenessSpread, LateTick, Limits, SlowCore
-from palpate.adapters.hardware.real_time.sections import BUSY, COLUMNS, CORE, LATE, TickSection
+from palpate.core.control_loop import LoopObserver
 from palpate.core.errors import DeviceError
-from palpate.core.ports.values import CONTROL_RATE_HZ
+from palpate.core.insertion.expectation import Supervised
+from palpate.core.insertion.trial import TrialReport
+from palpate.core.ports.values import (
+    CONTROL_RATE_HZ,
+    AppliedCommand,
+    JointCommand,
+    JointSample,
+    Snapshot,
+    WrenchSample,
+)
+
+if TYPE_CHECKING:
+    from palpate.core.policy import Observation
+
+
+class TickSection(enum.IntEnum):
+    """What a tick's time is spent on, in its order. The numbers are columns; together they make up the tick."""
+
+    CLOCK = 0
+    FORCE = 1
+    JOINTS = 2
+    PERCEIVE = 3
+    """From the snapshot to the task frame, and on in the phase; symbol, state and learning where an action ends."""
+    DECIDE = 4
+    """The policy's choice, in the ticks in which one is due."""
+    CONTROL = 5
+    """Reference and inverse kinematics."""
+    SUPERVISE = 6
+    SEND = 7
+    RECORD = 8
+    REST = 9
+
+
+SECTIONS: Final = len(TickSection)
+BUSY: Final = SECTIONS
+"""Column of a whole tick, from waking to its end."""
+LATE: Final = SECTIONS + 1
+"""Column of how late ticks began."""
+COLUMNS: Final = SECTIONS + 2
+
+NAMES: Final = (
+    "clock", "read force", "read joints", "perceive", "decide", "control", "supervise", "send", "record", "rest",
+    "whole tick", "lateness",
+)  # fmt: skip
+"""Names of the columns."""
 
 _NS: Final = 1_000_000_000
 _BATCH: Final = 256
@@ -21,22 +67,22 @@ _BATCH: Final = 256
 _KEPT: Final = 256
 """The newest ticks of which is kept that they were late."""
 _NEVER_NS: Final = 1 << 62
-_CLOCK, _FORCE, _JOINTS, _SEND, _RECORD = (
-    int(section)
-    for section in (TickSection.CLOCK, TickSection.FORCE, TickSection.JOINTS, TickSection.SEND, TickSection.RECORD)
-)
-_INNER: Final = [_CLOCK, _FORCE, _JOINTS, _SEND]
-"""What a recorder's decorators hold inside."""
-_CLAIMED: Final = [int(section) for section in (*CORE, TickSection.RECORD)]
-"""What remains of a tick after these and the ports is the rest."""
-_NOTHING: Final = (0,) * COLUMNS
+
+# What is noted of a tick: when it was woken, when each section was over, when all of it was, and how late it began.
+# As plain numbers: members of an enumeration are looked up slowly.
+_WOKEN: Final = 0
+_CLOCK, _FORCE, _JOINTS, _PERCEIVE, _DECIDE, _CONTROL, _SUPERVISE, _SEND, _RECORD, _END = range(1, SECTIONS + 1)
+_LATE: Final = _END + 1
+_MARKS: Final = _LATE + 1
+_NOTHING: Final = (0,) * _MARKS
 
 
-class Stopwatch:
-    """Adds up what each section of a tick takes.
+class Stopwatch(LoopObserver):
+    """Notes when each section of a tick is over, and adds up what the sections take.
 
-    A tick lasts from waking to the next sleep, or to the arm's stop; what no section claims is the rest. For one
-    thread. Decorators add to ``spent`` directly, because in every tick each call more is felt.
+    A tick lasts from waking to its end; of one that fails, to the last section that came to its end. What no section
+    claims is the rest. For one thread. It stands before a recorder in the loop's observers, and :attr:`recording`
+    behind it.
 
     Args:
         limits: How late is too late.
@@ -50,9 +96,7 @@ class Stopwatch:
         now_ns: Time, for the sections.
 
     Attributes:
-        spent: The running tick so far, by column, ns. The one of recording includes the ports underneath.
-        now_ns: Time, for the sections.
-        in_tick: Whether a tick is under way.
+        recording: Observes the end of what the observers between the two do when a command was sent.
         ticks: Ticks that were timed, those of the warm-up included.
         skipped_slots: Slots of the schedule that went by without a tick.
         late_ticks: How many ticks were later than the limit to warn of, by cause.
@@ -71,9 +115,10 @@ class Stopwatch:
         now_ns: Callable[[], int] = time.perf_counter_ns,
     ) -> None:
         self.limits = limits if limits is not None else Limits()
-        self.rate_Hz, self.now_ns = rate_Hz, now_ns
-        self.spent = [0] * COLUMNS
-        self.in_tick = False
+        self.rate_Hz, self._now = rate_Hz, now_ns
+        self._marks = [0] * _MARKS
+        self.recording: LoopObserver = _RecordingEnd(self._marks, now_ns)
+        self._in_tick = False
         self.ticks = self.skipped_slots = self.slow_cores = 0
         self.late_ticks = dict.fromkeys(Cause, 0)
         self.newest_late: deque[LateTick] = deque(maxlen=_KEPT)
@@ -84,64 +129,100 @@ class Stopwatch:
         self._look_ns = min(watched) if watched else _NEVER_NS
         self._core_ns = self.limits.warn_core_ns
         self._histograms = Histograms(COLUMNS)
-        self._rows = [0] * (COLUMNS * _BATCH)
+        self._rows = [0] * (_MARKS * _BATCH)
         self._filled = 0
-        self._begun_ns = self._slept_ns = now_ns()
+        self._slept_ns = now_ns()
         self._deadline_ns: int | None = None
         self._no_skip_ns = _NS * 3 // (2 * rate_Hz)
         self._before = self._account_now = Account(0, 0, 0) if account is None else account.read()
         self._worked_ns = 0
         self._looked_at: LateTick | None = None
 
-    # What the decorators tell.
-
-    def tick_ends(self, at_ns: int | None = None) -> None:
-        """The loop goes to sleep, or is over; now, or since then by the stopwatch's time."""
-        self._slept_ns = now = self.now_ns() if at_ns is None else at_ns
-        self._worked_ns = now - self._begun_ns if self.in_tick else 0
-        if self.in_tick:
-            self.in_tick = False
-            self.ticks += 1
-            if self.ticks > self._warm_up:
-                spent = self.spent
-                spent[BUSY] = now - self._begun_ns
-                if self._core_ns:
-                    self._look_at_core(spent)
-                start = self._filled
-                self._filled = end = start + COLUMNS
-                self._rows[start:end] = spent
-                if end == COLUMNS * _BATCH:
-                    self._fold()
-        if self._account is not None:
-            self._before, self._account_now = self._account_now, self._account.read()
-
-    def tick_begins(self) -> None:
-        """The loop has woken."""
-        self.in_tick = True
-        self.spent[:] = _NOTHING
-        self._begun_ns = self.now_ns()
-
-    def recorder_woke(self) -> None:
-        """What a recorder did between the loop's waking and now was recording."""
-        self.spent[_RECORD] += self.now_ns() - self._begun_ns
-
-    def schedule_begins(self) -> None:
-        """A new trial: its slots have nothing to do with those of the one before."""
+    @override
+    def begun(self, start_ns: int, report: TrialReport | None = None) -> None:
+        # Its slots have nothing to do with those of the trial before.
         self._deadline_ns = None
+        self._rest(self._now(), 0)
 
-    def begun(self, deadline_ns: int, time_ns: int) -> None:
-        """The tick for a deadline found this to be the time, run clock.
+    @override
+    def waited(self, tick: int, deadline_ns: int) -> None:
+        self._in_tick = True
+        self._marks[:] = _NOTHING
+        self._marks[_WOKEN] = self._now()
+
+    @override
+    def clock_read(self, deadline_ns: int, time_ns: int) -> None:
+        """A tick begins.
 
         Raises:
             DeviceError: Later than the limit to stop at.
         """
-        self.spent[LATE] = late = time_ns - deadline_ns
+        self._marks[_CLOCK] = self._now()
+        self._marks[_LATE] = late = time_ns - deadline_ns
         last, self._deadline_ns = self._deadline_ns, deadline_ns
         if last is not None and deadline_ns - last > self._no_skip_ns:
             # Deadlines are rounded to whole nanoseconds; half a slot more makes the quotient whole again.
             self.skipped_slots += ((deadline_ns - last) * self.rate_Hz + _NS // 2) // _NS - 1
         if late > self._look_ns and self.ticks >= self._warm_up:
             self._look_at(late, time_ns)
+
+    @override
+    def force_read(self, sample: WrenchSample) -> None:
+        self._marks[_FORCE] = self._now()
+
+    @override
+    def joints_read(self, sample: JointSample) -> None:
+        self._marks[_JOINTS] = self._now()
+
+    @override
+    def sensed(self, observation: Observation | None) -> None:
+        self._marks[_PERCEIVE] = self._now()
+
+    @override
+    def chosen(self) -> None:
+        self._marks[_DECIDE] = self._now()
+
+    @override
+    def acted(self, command: JointCommand) -> None:
+        self._marks[_CONTROL] = self._now()
+
+    @override
+    def supervised(self, supervised: Supervised) -> None:
+        self._marks[_SUPERVISE] = self._now()
+
+    @override
+    def sent(self, snapshot: Snapshot, command: JointCommand, applied: AppliedCommand) -> None:
+        self._marks[_SEND] = self._now()
+
+    @override
+    def ended(self) -> None:
+        self._end(self._now())
+
+    @override
+    def stopped(self, error: BaseException | None) -> None:
+        if self._in_tick:
+            self._end(max(self._marks[:_END]))
+
+    def _end(self, now: int) -> None:
+        self._in_tick = False
+        self.ticks += 1
+        marks = self._marks
+        marks[_END] = now
+        if self.ticks > self._warm_up:
+            if self._core_ns:
+                self._look_at_core(marks)
+            start = self._filled
+            self._filled = end = start + _MARKS
+            self._rows[start:end] = marks
+            if end == _MARKS * _BATCH:
+                self._fold()
+        self._rest(now, now - marks[_WOKEN])
+
+    def _rest(self, now: int, worked_ns: int) -> None:
+        """The loop goes to sleep, or is over, after so much work."""
+        self._slept_ns, self._worked_ns = now, worked_ns
+        if self._account is not None:
+            self._before, self._account_now = self._account_now, self._account.read()
 
     # What comes of it.
 
@@ -161,9 +242,10 @@ class Stopwatch:
         if limits.stop_late_ns and late_ns > limits.stop_late_ns:
             raise DeviceError("control loop", f"{tick}; {limits.stop_late_ns * 1e-6:g} ms are allowed")
 
-    def _look_at_core(self, spent: list[int]) -> None:
-        ports = spent[_RECORD] or spent[_CLOCK] + spent[_FORCE] + spent[_JOINTS] + spent[_SEND]
-        core = spent[BUSY] - ports
+    def _look_at_core(self, marks: list[int]) -> None:
+        # Where a recorder is, what comes after it is the loop's.
+        told = max(marks[_SEND], marks[_RECORD])
+        core = marks[_SUPERVISE] - marks[_JOINTS] + marks[_END] - told if marks[_SEND] else 0
         if core > self._core_ns:
             self.slow_cores += 1
             if self._tell is not None:
@@ -174,7 +256,7 @@ class Stopwatch:
             return attribute(late_ns, [(Cause.UNKNOWN, late_ns)])
         before, slept, woken = self._before, self._account_now, self._account.read()
         # The deadline may have passed before the loop even came to sleep; a clock that works had until then for it.
-        to_deadline = self._begun_ns - self._slept_ns - late_ns
+        to_deadline = self._marks[_WOKEN] - self._slept_ns - late_ns
         run_asleep = woken.run_ns - slept.run_ns if self._clock_works else 0
         at_work, clock = max(-to_deadline, 0), max(run_asleep - max(to_deadline, 0), 0)
         # Work that began late ends late, through no fault of its own.
@@ -201,12 +283,23 @@ class Stopwatch:
     def _fold(self) -> None:
         if not self._filled:
             return
-        times = np.array(self._rows[: self._filled], np.int64).reshape(-1, COLUMNS)
+        marks = np.array(self._rows[: self._filled], np.int64).reshape(-1, _MARKS)
         self._filled = 0
-        inner = times[:, _INNER].sum(axis=1)
-        recorded = times[:, _RECORD] > 0
-        times[:, _RECORD] -= np.where(recorded, inner, 0)
-        times[:, TickSection.REST] = times[:, BUSY] - inner - times[:, _CLAIMED].sum(axis=1)
+        times = np.empty((len(marks), COLUMNS), np.int64)
+        # What did not occur was over when what came before it was.
+        times[:, :SECTIONS] = np.diff(np.maximum.accumulate(marks[:, :_LATE], axis=1), axis=1)
+        times[:, BUSY], times[:, LATE] = marks[:, _END] - marks[:, _WOKEN], marks[:, _LATE]
         there = times > 0
         there[:, BUSY] = there[:, LATE] = True
         self._histograms.add(np.maximum(times, 0), there)
+
+
+class _RecordingEnd(LoopObserver):
+    """Behind a recorder: what lies between the command's being sent and this is recording."""
+
+    def __init__(self, marks: list[int], now_ns: Callable[[], int]) -> None:
+        self._marks, self._now = marks, now_ns
+
+    @override
+    def sent(self, snapshot: Snapshot, command: JointCommand, applied: AppliedCommand) -> None:
+        self._marks[_RECORD] = self._now()

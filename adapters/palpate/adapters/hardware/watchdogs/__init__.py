@@ -4,8 +4,7 @@ They stop; they never start again by themselves. What trips is told as a :class:
 person's ``acknowledge()`` leads out of it. None of them takes a lock on the way to ``arm.stop()``, so that every stop
 may come from a signal handler.
 
-They read the clock from other threads and from signal handlers, so give them the plain one, not one that records what
-is read; and put the recorder around watched ports, for the core's view is what a log is of.
+They read the clock from other threads and from signal handlers.
 """
 
 from palpate.adapters.hardware.watchdogs.arm import GuardedArm, WatchedArm

@@ -222,4 +222,7 @@ class GuardedArm(DeviceDecorator, ArmCommand):
             watchdog.rest()
 
     def _tripped(self) -> WatchdogTrip | None:
-        return next((latch.tripped for latch in self._latches if latch.tripped is not None), None)
+        for latch in self._latches:
+            if (trip := latch.tripped) is not None:
+                return trip
+        return None

@@ -2,40 +2,59 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Generic
 
+from typing_extensions import override
+
 from palpate.adapters.hardware.watchdogs.trip import TellTrip, WatchdogTrip, tell_surely
 from palpate.core.errors import ConfigurationError, DeviceError
-from palpate.core.ports.decorator import SampleT, SensorDecorator
-from palpate.core.ports.devices import Clock, ForceSensor, JointEncoder
+from palpate.core.ports.decorator import DeviceDecorator, SampleT
+from palpate.core.ports.devices import Clock, Device, ForceSensor, JointEncoder
 from palpate.core.ports.values import JointSample, Validity, WrenchSample
 
 
-class _NewsWatch(Generic[SampleT]):
+class _WatchedSensor(DeviceDecorator, Generic[SampleT]):
     """Watches the sequence numbers and the ages of one stream of samples."""
 
-    def __init__(self, name: str, clock: Clock, max_age_ns: int, dead_after_ns: int, tell: TellTrip | None) -> None:
+    def __init__(
+        self,
+        name: str,
+        sensor: Device,
+        read: Callable[[], SampleT],
+        clock: Clock,
+        max_age_ns: int,
+        dead_after_ns: int,
+        tell: TellTrip | None,
+    ) -> None:
+        super().__init__(sensor)
         if not 0 < max_age_ns <= dead_after_ns:
             raise ConfigurationError(
                 "max_age_ns", max_age_ns, f"more than 0 and at most {dead_after_ns}, the second limit"
             )
         self._name, self._clock, self._tell = name, clock, tell
+        self._read: Callable[[], SampleT] = read
         self._max_age_ns, self._dead_after_ns = max_age_ns, dead_after_ns
-        self.forget()
+        self._begin_anew()
 
-    def forget(self) -> None:
-        """The device begins anew."""
+    def _begin_anew(self) -> None:
         self._newest: int | None = None
         self._news_ns = 0
         self._told = ""
 
-    def judged(self, sample: SampleT) -> SampleT:
-        """A sample that was just read, marked as old as it is.
+    @override
+    def activate(self) -> None:
+        super().activate()
+        self._begin_anew()
+
+    def read(self) -> SampleT:
+        """A sample, marked as old as it is.
 
         Raises:
-            DeviceError: There has been no news for longer than the second limit.
+            DeviceError: Besides the sensor's own: there has been no news for longer than the second limit.
         """
+        sample = self._read()
         now_ns, number = self._clock.now_ns(), sample.sequence
         if self._newest is None or number > self._newest:
             self._newest, self._news_ns = number, now_ns
@@ -60,15 +79,6 @@ class _NewsWatch(Generic[SampleT]):
         if self._told != state:
             self._told = state
             tell_surely(self._tell, WatchdogTrip(now_ns, self._name, f"{state}: {text}"))
-
-
-class _WatchedSensor(SensorDecorator[SampleT]):
-    _watch: _NewsWatch[SampleT]
-
-    def activate(self) -> None:
-        """See :class:`palpate.core.ports.devices.Device`."""
-        super().activate()
-        self._watch.forget()
 
 
 class WatchedForceSensor(_WatchedSensor[WrenchSample], ForceSensor):
@@ -96,8 +106,7 @@ class WatchedForceSensor(_WatchedSensor[WrenchSample], ForceSensor):
         dead_after_ns: int,
         tell: TellTrip | None = None,
     ) -> None:
-        self._watch = _NewsWatch[WrenchSample]("force sensor", clock, max_age_ns, dead_after_ns, tell)
-        super().__init__(sensor, sensor.read, self._watch.judged)
+        super().__init__("force sensor", sensor, sensor.read, clock, max_age_ns, dead_after_ns, tell)
 
 
 class WatchedJointEncoder(_WatchedSensor[JointSample], JointEncoder):
@@ -125,5 +134,4 @@ class WatchedJointEncoder(_WatchedSensor[JointSample], JointEncoder):
         dead_after_ns: int,
         tell: TellTrip | None = None,
     ) -> None:
-        self._watch = _NewsWatch[JointSample]("joint encoder", clock, max_age_ns, dead_after_ns, tell)
-        super().__init__(encoder, encoder.read, self._watch.judged)
+        super().__init__("joint encoder", encoder, encoder.read, clock, max_age_ns, dead_after_ns, tell)

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from palpate.adapters.hardware.real_time import Limits, Stopwatch, ThreadAccount, timed
+from collections.abc import Callable
+
+from palpate.adapters.hardware.real_time import Limits, Stopwatch, ThreadAccount
 from palpate.adapters.hardware.real_time.attribution import Account
 from palpate.adapters.hardware.real_time.lateness import LateTick, SlowCore
-from palpate.core.control_loop import next_slot, tick_time_ns
+from palpate.core.control_loop import LoopObserver, next_snapshot, trial_ticks
+from palpate.core.insertion.trial import Outcome, TrialReport, TrialSetup
 from palpate.core.ports.contracts.fakes import FakeArm, FakeClock, FakeForceSensor, FakeJointEncoder
 from palpate.core.ports.devices import Ports
 from palpate.core.ports.values import JointCommand, JointSample, WrenchSample
 
+SETUP = TrialSetup(0, 0, (0.0, 0.0))
 HOME_RAD = (0.1, -0.2, 0.3)
 MS = 1_000_000
 
@@ -58,9 +62,9 @@ class SlowArm(FakeArm):
 
 
 def work(clock: object, took_ns: int) -> None:
-    """Time goes by."""
+    """Time goes by, by no sleep that could be woken late."""
     assert isinstance(clock, FakeClock)
-    clock.sleep_until(clock.now_ns() + took_ns)
+    FakeClock.sleep_until(clock, clock.now_ns() + took_ns)
 
 
 class LazyClock(FakeClock):
@@ -91,22 +95,28 @@ class Bench:
         for device in (self.sensor, self.encoder, self.arm):
             device.configure()
             device.activate()
-        self.plain = Ports(self.clock, self.sensor, self.encoder, self.arm)
-        self.ports = timed(self.plain, self.stopwatch)
+        self.ports = Ports(self.clock, self.sensor, self.encoder, self.arm)
+        self.observers: tuple[LoopObserver, ...] = (self.stopwatch,)
         self.core_ns = 0
 
-    def trial(self, ticks: int) -> None:
-        """As the core's loop does."""
-        p = self.ports
-        start_ns, slot = p.clock.now_ns(), 0
-        try:
-            for _ in range(ticks):
-                p.clock.sleep_until(tick_time_ns(start_ns, slot))
-                time_ns = p.clock.now_ns()
-                p.force_sensor.read()
-                p.joint_encoder.read()
-                work(self.clock, self.core_ns)
-                p.arm.send(JointCommand(HOME_RAD))
-                slot = next_slot(start_ns, slot, time_ns)
-        finally:
-            p.arm.stop()
+    def trial(self, ticks: int, on_tick: Callable[[int], None] = lambda tick: None) -> None:
+        """The core's loop over a task that works for a while."""
+        task = IdleTask()
+        loop = trial_ticks(task, self.ports, SETUP, None, self.observers)  # type: ignore[arg-type]
+        snapshot = next(loop, None)
+        while snapshot is not None:
+            work(self.clock, self.core_ns)
+            on_tick(snapshot.tick)
+            if snapshot.tick == ticks - 1:
+                task.report.outcome = Outcome.INSERTED
+            snapshot = next_snapshot(loop, JointCommand(HOME_RAD))
+
+
+class IdleTask:
+    """Has a report, and nothing to do."""
+
+    def __init__(self) -> None:
+        self.report = TrialReport(SETUP)
+
+    def begin(self, setup: TrialSetup) -> None:
+        pass

@@ -12,7 +12,7 @@ import pytest
 from palpate.adapters.config.real_time import RealTimeConfig
 from palpate.adapters.config.run import AdmissionConfig, RunConfig
 from palpate.adapters.experiments import training as session
-from palpate.adapters.experiments.build import build_perception, build_task
+from palpate.adapters.experiments.build import build_perception, build_supervisor, build_task
 from palpate.adapters.experiments.policies import comparator, learning_policy
 from palpate.adapters.experiments.results import RunFolder
 from palpate.adapters.experiments.training import Trainer
@@ -30,15 +30,14 @@ def test_timing_changes_nothing_of_a_trial_and_is_told() -> None:
     def trial(beat: RealTimeSession | None) -> ScoredTrial:
         with SimulatedRig(config, ready_pose()) as rig:
             policy = comparator("torque", config, tuple)
-            stopwatch = None if beat is None else beat.stopwatch
-            task = build_task(config, ready_pose(), build_perception(config), policy, stopwatch)
-            return run_scored_trial(config, rig, task, 0, beat=beat)
+            task = build_task(config, ready_pose(), build_perception(config), policy)
+            return run_scored_trial(config, rig, task, 0, supervisor=build_supervisor(config), beat=beat)
 
     with RealTimeSession(RealTimeConfig(warn_core_ms=0.0, warn_late_ms=0.0)) as beat:
         timed = trial(beat)
         told, logged = beat.report(), json.loads(beat.report_json())
     assert timed == trial(None)
-    for section in ("clock", "read force", "read joints", "perceive", "decide", "control", "send", "rest"):
+    for section in ("clock", "read force", "read joints", "perceive", "decide", "control", "supervise", "send", "rest"):
         assert section in told
         assert logged["sections"][section]["max_ns"] > 0
     assert logged["ticks"] == timed.report.ticks

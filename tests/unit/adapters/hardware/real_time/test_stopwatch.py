@@ -3,31 +3,29 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from palpate.adapters.hardware.real_time import (
+    BUSY,
+    LATE,
     Cause,
     LateTick,
     Limits,
     SlowCore,
+    Stopwatch,
     TickSection,
     plain,
     table,
-    timed_recording,
-)
-from palpate.adapters.hardware.real_time.sections import BUSY, LATE
-from palpate.adapters.log.recorded_ports import recorded
-from palpate.adapters.log.recorder import FlightRecorder
-from palpate.adapters.log.writer_client import MemorySink, Opening
-from palpate.core.control_loop import next_slot, tick_time_ns
+)  # fmt: skip
+from palpate.core.control_loop import LoopObserver, next_slot, run_trial, tick_time_ns
 from palpate.core.errors import DeviceError
+from palpate.core.insertion.trial import Outcome, TrialReport, TrialSetup
 from palpate.core.ports.values import CONTROL_RATE_HZ
 from tests.unit.adapters.hardware.real_time.bench import MS, Bench, FakeAccount, work
-from tests.unit.adapters.log.recording_bench import STARTING, Task
+from tests.unit.core.fake_world import FakeWorld, FollowTorque, Pit, build_task
 
 PERIOD_NS = 10**9 // CONTROL_RATE_HZ
 
@@ -38,7 +36,7 @@ def test_sections_are_charged_their_own_time_and_the_rest_is_the_rest() -> None:
     bench.trial(500)
     spread = bench.stopwatch.spread
     assert (spread(TickSection.FORCE).count, spread(TickSection.FORCE).mean_ns) == (500, 300)
-    assert (spread(TickSection.JOINTS).mean_ns, spread(TickSection.REST).mean_ns) == (200, 1100)
+    assert (spread(TickSection.JOINTS).mean_ns, spread(TickSection.CONTROL).mean_ns) == (200, 1100)
     assert (spread(BUSY).count, spread(BUSY).max_ns, spread(BUSY).mean_ns) == (500, 1600, 1600)
     assert (spread(LATE).count, spread(LATE).max_ns) == (500, 0)
     assert spread(TickSection.DECIDE).count == 0
@@ -80,10 +78,7 @@ def test_slots_that_go_by_are_counted() -> None:
 
 def test_a_tick_that_is_woken_late_is_the_system_s_fault() -> None:
     bench = Bench(Limits(warn_late_ns=MS), FakeAccount())
-    bench.trial(3)
-    bench.clock.late_ns = 2 * MS
-    bench.ports.clock.sleep_until(bench.clock.now_ns() + PERIOD_NS)
-    bench.ports.clock.now_ns()
+    bench.trial(4, lambda tick: setattr(bench.clock, "late_ns", 2 * MS if tick == 2 else 0))
     (late,) = bench.told
     assert isinstance(late, LateTick)
     assert (late.late_ns, late.attribution.cause) == (2 * MS, Cause.WOKEN_LATE)
@@ -99,16 +94,7 @@ def test_a_loop_that_was_woken_and_had_to_wait_again_waited_for_the_program() ->
 
 
 def test_a_tick_without_a_processor_is_the_system_s_fault() -> None:
-    account = FakeAccount()
-    bench = Bench(Limits(warn_late_ns=MS), account)
-    clock = bench.ports.clock
-    clock.now_ns()
-    bench.clock.late_ns = 2 * MS
-    clock.sleep_until(bench.clock.now_ns() + PERIOD_NS)
-    account.delay_ns += 2 * MS - 100
-    clock.now_ns()
-    (late,) = bench.told
-    assert isinstance(late, LateTick)
+    late = late_in_sleep(delay_ns=2 * MS - 100)
     assert late.attribution.cause is Cause.NO_CPU
     shares = late.attribution.shares_ns
     assert (shares[Cause.NO_CPU], shares[Cause.WOKEN_LATE]) == (2 * MS - 100, 100)
@@ -126,17 +112,27 @@ def test_a_tick_without_a_processor_is_the_system_s_fault() -> None:
 def test_what_a_sleeper_is_charged_is_its_own_work_only_where_the_clock_works(
     clock_works: bool, charged_ns: int, cause: Cause
 ) -> None:
+    assert late_in_sleep(run_ns=charged_ns, clock_works=clock_works).attribution.cause is cause
+
+
+def late_in_sleep(*, delay_ns: int = 0, run_ns: int = 0, clock_works: bool = False) -> LateTick:
+    """The second tick is woken 2 ms late; this is what the kernel's account says of the sleep."""
     account = FakeAccount()
     bench = Bench(Limits(warn_late_ns=MS), account, clock_works=clock_works)
-    clock = bench.ports.clock
-    clock.now_ns()
-    bench.clock.late_ns = 2 * MS
-    clock.sleep_until(bench.clock.now_ns() + PERIOD_NS)
-    account.run_ns += charged_ns
-    clock.now_ns()
+    sleep = bench.clock.sleep_until
+
+    def charged(deadline_ns: int) -> None:
+        if bench.stopwatch.ticks == 1 and not account.delay_ns + account.run_ns:
+            account.delay_ns += delay_ns
+            account.run_ns += run_ns
+        sleep(deadline_ns)
+
+    bench.clock.sleep_until = charged  # type: ignore[method-assign]
+    bench.trial(3, lambda tick: setattr(bench.clock, "late_ns", 2 * MS if tick == 0 else 0))
     (late,) = bench.told
     assert isinstance(late, LateTick)
-    assert late.attribution.cause is cause
+    assert late.late_ns == 2 * MS
+    return late
 
 
 def late_after_working_too_long(account: FakeAccount) -> LateTick:
@@ -169,19 +165,14 @@ def test_the_kernel_does_not_charge_for_a_processor_that_was_taken_away_nor_for_
 def test_a_tick_that_is_late_after_a_late_one_has_the_cause_of_that_one(clock_works: bool) -> None:
     account = FakeAccount(run_ns_each=2 * MS)
     bench = Bench(Limits(warn_late_ns=MS), account, clock_works=clock_works)
-    clock = bench.ports.clock
-    start_ns = clock.now_ns()
-    clock.sleep_until(start_ns)
-    clock.now_ns()
-    bench.clock.late_ns = 2 * PERIOD_NS - MS // 2
-    for tick, slot in enumerate((1, 3)):
-        clock.sleep_until(tick_time_ns(start_ns, slot))
-        bench.clock.late_ns = 0
-        clock.now_ns()
-        if tick == 0 and clock_works:
-            bench.clock.late_ns = 3 * MS // 2
-        elif tick == 0:
+    late_ns = [2 * PERIOD_NS - MS // 2, 3 * MS // 2 if clock_works else 0, 0]
+
+    def on_tick(tick: int) -> None:
+        bench.clock.late_ns = late_ns[tick]
+        if tick == 1 and not clock_works:
             work(bench.clock, 2 * MS)
+
+    bench.trial(3, on_tick)
     first, second = bench.told
     assert isinstance(first, LateTick)
     assert isinstance(second, LateTick)
@@ -239,21 +230,33 @@ def test_recording_is_charged_what_it_adds() -> None:
     bench = Bench()
     bench.sensor.took_ns, bench.core_ns = 300, 1000
 
-    class SlowRecorder(FlightRecorder):
-        def read_wrench(self, sample: object) -> None:
-            bench.clock.sleep_until(bench.clock.now_ns() + 70)
+    class SlowRecorder(LoopObserver):
+        def sent(self, *_: object) -> None:
+            work(bench.clock, 70)
 
-        def slept(self, deadline_ns: int) -> None:
-            bench.clock.sleep_until(bench.clock.now_ns() + 30)
-
-    recorder = SlowRecorder(MemorySink())
-    bench.ports = timed_recording(recorded(bench.ports, recorder), bench.stopwatch)
-    recorder.begin(Opening(Path("x.mcap"), {}), Task(), lambda: STARTING)
+    bench.observers = (bench.stopwatch, SlowRecorder(), bench.stopwatch.recording)
     bench.trial(20)
     spread = bench.stopwatch.spread
-    assert spread(TickSection.RECORD).mean_ns == 100
-    assert (spread(TickSection.FORCE).mean_ns, spread(TickSection.REST).mean_ns) == (300, 1000)
-    assert spread(BUSY).mean_ns == 1400
+    assert (spread(TickSection.RECORD).mean_ns, spread(TickSection.REST).count) == (70, 0)
+    assert (spread(TickSection.FORCE).mean_ns, spread(TickSection.CONTROL).mean_ns) == (300, 1000)
+    assert spread(BUSY).mean_ns == 1370
+
+
+def test_a_timed_trial_is_the_same_trial_and_all_sections_are_there() -> None:
+    def run(*observers: LoopObserver) -> TrialReport:
+        with FakeWorld(Pit(0.0, 0.0)) as world:
+            return run_trial(build_task(FollowTorque()), world.ports, TrialSetup(0, 1, (1e-3, 1e-3)), None, observers)
+
+    stopwatch = Stopwatch()
+    report = run(stopwatch)
+    assert report.outcome is Outcome.INSERTED
+    assert report == run()
+    for section in TickSection:
+        count = stopwatch.spread(section).count
+        if section is TickSection.DECIDE:
+            assert count == report.actions > 0
+        elif section is not TickSection.RECORD:
+            assert count == report.ticks
 
 
 def test_the_report_is_a_table_and_plain_data() -> None:
