@@ -153,8 +153,10 @@ def started(tmp_path: Path) -> Iterator[Callable[..., subprocess.Popen[str]]]:
 
 def workers_of(process: subprocess.Popen[str]) -> list[int]:
     """The worker processes of a study."""
-    children = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
-    return [int(child) for child in children if b"LokyProcess" in Path(f"/proc/{child}/cmdline").read_bytes()]
+    # Each is a child of the thread that started it.
+    lists = Path(f"/proc/{process.pid}/task").glob("*/children")
+    children = [child for started in lists for child in started.read_text().split()]
+    return [int(child) for child in children if b"spawn_main" in Path(f"/proc/{child}/cmdline").read_bytes()]
 
 
 def test_killing_a_worker_loses_one_cell_which_is_made_anew(
