@@ -31,8 +31,7 @@ from aalpy.learning_algs import run_Alergia, run_RPNI
 
 from palpate.adapters.experiments.grid.learning import GridLearning, StateMaker, learn
 from palpate.adapters.experiments.grid.report import Score
-from palpate.adapters.experiments.grid.states import Followed, Named
-from palpate.adapters.experiments.grid.worlds import bounds_of, grid_named
+from palpate.adapters.experiments.grid.worlds import Followed, Named, bounds_of, grid_named
 from palpate.core.automata.elman import END, Network
 from palpate.core.automata.infer import Inference, InferenceSettings, infer
 from palpate.core.automata.machine import Kind, Machine

@@ -22,8 +22,7 @@ from time import process_time
 import numpy as np
 
 from palpate.adapters.experiments.grid.learning import GridLearning, learn
-from palpate.adapters.experiments.grid.states import Followed
-from palpate.adapters.experiments.grid.worlds import grid_named
+from palpate.adapters.experiments.grid.worlds import Followed, grid_named
 from palpate.core.automata.choice import ExtractionSettings, model_loss
 from palpate.core.automata.infer import Inference, InferenceSettings, infer
 from palpate.core.automata.machine import Kind, Machine

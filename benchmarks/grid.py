@@ -25,8 +25,7 @@ import numpy as np
 
 from palpate.adapters.experiments.grid.learning import GridLearning, learn
 from palpate.adapters.experiments.grid.report import Score
-from palpate.adapters.experiments.grid.states import Named
-from palpate.adapters.experiments.grid.worlds import bounds_of, grid_named
+from palpate.adapters.experiments.grid.worlds import Named, bounds_of, grid_named
 from palpate.adapters.experiments.statistics import mean_with_interval, quantile_interval
 from palpate.core.policy.base import COMPASS_NAMES
 from palpate.simulation.grid.maps import GridMap

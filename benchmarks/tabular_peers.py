@@ -26,8 +26,7 @@ from typing import Any
 
 from palpate.adapters.experiments.grid.learning import TRIALS, GridLearning, learn
 from palpate.adapters.experiments.grid.report import LAST
-from palpate.adapters.experiments.grid.states import Named
-from palpate.adapters.experiments.grid.worlds import bounds_of, grid_named
+from palpate.adapters.experiments.grid.worlds import Named, bounds_of, grid_named
 
 ROOT = Path(__file__).parents[1]
 MAPS = (("1", "symbols"), ("2", "symbols"), ("2", "last-2"))

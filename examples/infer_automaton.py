@@ -17,10 +17,9 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from palpate.adapters.experiments.grid.figure import Panel, learning_figure
 from palpate.adapters.experiments.grid.learning import GridLearning, StateMaker, learn
-from palpate.adapters.experiments.grid.states import Followed, Named
-from palpate.adapters.experiments.grid.worlds import bounds_of, grid_named
+from palpate.adapters.experiments.grid.report import Panel, learning_figure
+from palpate.adapters.experiments.grid.worlds import Followed, Named, bounds_of, grid_named
 from palpate.adapters.visualisation.automaton import machine_picture
 from palpate.core.automata.document import to_json_text
 from palpate.core.automata.infer import InferenceSettings, infer

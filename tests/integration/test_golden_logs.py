@@ -6,9 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from palpate.adapters.replay.batch import replay_file
+from palpate.adapters.replay.batch import explanation, replay_file
 from palpate.adapters.replay.engine import Verdict
-from palpate.adapters.replay.explain import explanation
 from palpate.adapters.replay.rebuild import Changes, Rebuilder
 from tests.golden.record import RECORDINGS
 

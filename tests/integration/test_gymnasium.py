@@ -18,8 +18,7 @@ from gymnasium.utils.env_checker import check_env
 from palpate.adapters.cli.main import main
 from palpate.adapters.experiments.build import build_perception
 from palpate.adapters.experiments.grid.learning import GridLearning, learn
-from palpate.adapters.experiments.grid.states import Named
-from palpate.adapters.experiments.grid.worlds import grid_named
+from palpate.adapters.experiments.grid.worlds import Named, grid_named
 from palpate.adapters.experiments.policies import learning_policy
 from palpate.adapters.gymnasium_envs import PEG_INSERTION, SENSOR_MAP
 from palpate.adapters.gymnasium_envs.episode import ActionRefusedError

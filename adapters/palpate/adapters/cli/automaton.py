@@ -11,10 +11,9 @@ from palpate.adapters.cli.automaton_options import CompareAutomataOptions, Minim
 from palpate.adapters.cli.options import parse
 from palpate.adapters.visualisation.automaton import machine_picture
 from palpate.core.automata.document import load, to_json_text
-from palpate.core.automata.dot import to_dot_text
 from palpate.core.automata.machine import Kind, Machine
 from palpate.core.automata.minimise import difference, minimised
-from palpate.core.automata.texts import shown_output
+from palpate.core.automata.texts import shown_output, to_dot_text
 from palpate.core.errors import ConfigurationError, UsageError
 from palpate.core.files import new_file, require_no_file
 

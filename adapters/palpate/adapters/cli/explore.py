@@ -11,11 +11,9 @@ from typing import Any, Final
 from tqdm import tqdm
 
 from palpate.adapters.cli.options import ExploreOptions
-from palpate.adapters.experiments.grid.figure import Panel, learning_figure
 from palpate.adapters.experiments.grid.learning import LearningRun, StateMaker, learn
-from palpate.adapters.experiments.grid.report import Score, score_table, summary, trials_csv
-from palpate.adapters.experiments.grid.states import Named, inferred
-from palpate.adapters.experiments.grid.worlds import bounds_of, grid_named
+from palpate.adapters.experiments.grid.report import Panel, Score, learning_figure, score_table, summary, trials_csv
+from palpate.adapters.experiments.grid.worlds import Named, bounds_of, grid_named, inferred
 from palpate.core.automata.strings import write_strings
 from palpate.core.errors import ConfigurationError, UsageError, require_whole
 from palpate.core.files import new_file, new_folder, require_free_folder, require_no_file

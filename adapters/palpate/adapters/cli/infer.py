@@ -15,11 +15,11 @@ from palpate.adapters.log.symbol_strings import strings_from
 from palpate.adapters.visualisation.automaton import machine_picture
 from palpate.adapters.visualisation.inference import hidden_picture, training_picture
 from palpate.core.automata.document import to_json_text
-from palpate.core.automata.dot import to_dot_text
 from palpate.core.automata.elman import save_network
 from palpate.core.automata.infer import Inference, infer
 from palpate.core.automata.machine import Machine
 from palpate.core.automata.strings import Strings, read_strings
+from palpate.core.automata.texts import to_dot_text
 from palpate.core.automata.tracker import AutomatonState
 from palpate.core.automata.training import Progress
 from palpate.core.errors import UsageError

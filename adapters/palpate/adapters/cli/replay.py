@@ -15,9 +15,8 @@ from palpate.adapters.cli.options import ReplayOptions
 from palpate.adapters.config.run import RunConfig
 from palpate.adapters.config.toml import overlay, read_toml
 from palpate.adapters.experiments.policies import COMPARATORS
-from palpate.adapters.replay.batch import WhatIf, find_logs, learning_problems, replay_files
+from palpate.adapters.replay.batch import WhatIf, exit_code, explanation, find_logs, learning_problems, replay_files
 from palpate.adapters.replay.engine import Replay, Verdict
-from palpate.adapters.replay.explain import exit_code, explanation
 from palpate.adapters.replay.rebuild import Changes, parse_setting
 from palpate.core.errors import ConfigurationError, LogError, OutputError, require_in
 from palpate.core.policy import PolicyDocument

@@ -8,8 +8,7 @@ import gymnasium
 import numpy as np
 from gymnasium import spaces
 
-from palpate.adapters.experiments.grid.states import SYMBOLS, Named
-from palpate.adapters.experiments.grid.worlds import grid_named
+from palpate.adapters.experiments.grid.worlds import SYMBOLS, Named, grid_named
 from palpate.adapters.gymnasium_envs.episode import NotRunningError, refuse_unknown
 from palpate.adapters.gymnasium_envs.peg_insertion import Numbering
 from palpate.adapters.gymnasium_envs.spaces import index_of

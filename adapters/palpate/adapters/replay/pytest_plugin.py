@@ -63,8 +63,7 @@ class LogItem(pytest.Item):
         Raises:
             ReplayDiffersError: It is not equal.
         """
-        from palpate.adapters.replay.batch import replay_file
-        from palpate.adapters.replay.explain import exit_code, explanation
+        from palpate.adapters.replay.batch import exit_code, explanation, replay_file
         from palpate.adapters.replay.rebuild import Changes, Rebuilder
 
         rebuilder = self.session.stash.setdefault(_REBUILDER, Rebuilder())

@@ -1,4 +1,4 @@
-"""Names and outputs of a machine as people read them in pictures and tables.
+"""Names and outputs of a machine as people read them in pictures and tables, and the machine in the DOT language.
 
 A name stands as it is when nothing can be mistaken in it, otherwise in quotes as in JSON. Sets stand in braces. Symbols
 that lead from one state to the same next one share an edge: ``a, b``; in a Mealy machine with a line for each output:
@@ -70,3 +70,31 @@ def shown_output(output: Output) -> str:
 
 def _behind_a_slash(output: Output | None) -> str:
     return "" if output is None else f" / {shown_output(output)}"
+
+
+def to_dot_text(machine: Machine) -> str:
+    """The text of a DOT file; equal machines give equal texts."""
+    lines = [
+        "digraph automaton {",
+        f"  kind={_quoted(machine.kind.value)};",
+        f"  alphabet={_quoted(shown_names(machine.alphabet))};",
+        "  rankdir=LR;",
+        '  start [shape=point, label=""];',
+    ]
+    for state, name in enumerate(machine.names):
+        shape, label = "circle", shown_name(name)
+        if machine.kind is Kind.DFA and machine.state_outputs[state]:
+            shape = "doublecircle"
+        if machine.kind is Kind.MOORE:
+            label = f"{label}\n{shown_output(machine.state_outputs[state])}"
+        lines.append(f"  q{state} [shape={shape}, label={_quoted(label)}];")
+    lines.append(f"  start -> q{machine.start};")
+    for edge in edges(machine):
+        lines.append(f"  q{edge.source} -> q{edge.target} [label={_quoted(chr(10).join(edge.lines))}];")
+    return "\n".join([*lines, "}", ""])
+
+
+def _quoted(text: str) -> str:
+    # Graphviz replaces \N and the like, and entities such as &lt;, in labels.
+    escaped = text.replace("&", "&amp;").replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
+    return f'"{escaped}"'

@@ -15,8 +15,7 @@ import pytest
 
 from palpate.adapters.config.run import scenario
 from palpate.adapters.config.toml import to_toml
-from palpate.adapters.log.export_lerobot import export_lerobot
-from palpate.adapters.log.lerobot_frames import Frames, frames_of
+from palpate.adapters.log.export_lerobot import Frames, export_lerobot, frames_of
 from palpate.adapters.log.reader import read_log
 from palpate.adapters.log.records import EndRecord, ReinforcementEntry
 from palpate.adapters.log.tick_layout import TickRecord

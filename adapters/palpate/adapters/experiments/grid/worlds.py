@@ -1,4 +1,4 @@
-"""Maps as the command line names them, and what is possible in each."""
+"""Maps and kinds of states as the command line names them, and what is possible in each map."""
 
 from __future__ import annotations
 
@@ -6,13 +6,19 @@ import os
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
+from typing import Final
 
+from palpate.adapters.experiments.build import NONE, identifier
+from palpate.core.automata.machine import Machine
+from palpate.core.automata.strings import Strings
+from palpate.core.automata.tracker import AutomatonState
 from palpate.core.errors import ConfigurationError
-from palpate.core.perception import IdentityState
+from palpate.core.perception import IdentityState, StateIdentifier
 from palpate.simulation.grid.belief import belief_optimum
 from palpate.simulation.grid.chain import expected_steps, uniform
 from palpate.simulation.grid.maps import SCENARIOS, GridMap
 from palpate.simulation.grid.optimum import full_information_optimum
+from palpate.simulation.grid.strings import walk_strings
 from palpate.simulation.grid.trial import STEP_LIMIT
 
 
@@ -62,3 +68,72 @@ def bounds_of(grid: GridMap, step_limit: int = STEP_LIMIT) -> Bounds:
     identity = IdentityState(grid.symbols)
     walk = expected_steps(grid, identity, uniform(len(grid.symbols)), step_limit)
     return Bounds(float(full_information_optimum(grid)), belief, walk.limited_steps)
+
+
+SYMBOLS: Final = "symbols"
+
+
+@dataclass(frozen=True)
+class Named:
+    """States by a name.
+
+    Attributes:
+        name: ``symbols``; ``last-2``, ``last-3`` and so on; or an automaton file.
+    """
+
+    name: str = SYMBOLS
+
+    def __call__(self, grid: GridMap) -> StateIdentifier:
+        """The states of a map.
+
+        Raises:
+            ConfigurationError: There are no such states, more than can be learned, or the file is no automaton over
+                symbols of the map.
+        """
+        try:
+            return identifier(NONE if self.name == SYMBOLS else self.name, grid.symbols)
+        except ConfigurationError as error:
+            # In a grid the state without memory has another name than in the configuration of the insertion task.
+            raise ConfigurationError("state", self.name, error.accepted.replace(f"{NONE},", f"{SYMBOLS},")) from error
+
+
+@dataclass(frozen=True)
+class Followed:
+    """States of an automaton that follows the symbols.
+
+    Attributes:
+        machine: The automaton.
+        strings: What it was inferred from, if that is known: transitions that never occurred there are not followed.
+    """
+
+    machine: Machine
+    strings: Strings | None = None
+
+    def __call__(self, grid: GridMap) -> StateIdentifier:
+        """The states of a map.
+
+        Raises:
+            ConfigurationError: The automaton is over symbols that the map does not have.
+        """
+        return AutomatonState.of(self.machine, self.strings, symbols=grid.symbols)
+
+
+def inferred(grid: GridMap, seed: int, walks: int, longest: int) -> Followed:
+    """States of an automaton that is inferred from random walks in a map, as the paper does (section 4).
+
+    Args:
+        grid: The map.
+        seed: Gives the walks and the first weights of the networks.
+        walks: Number of walks.
+        longest: Most symbols of a walk; longer ones are left out.
+
+    Raises:
+        ConfigurationError: The walks make no set of strings that an automaton can be inferred from.
+    """
+    # Here, because it loads torch, which nothing else about grids needs.
+    from palpate.core.automata.infer import InferenceSettings, infer
+    from palpate.core.automata.training import TrainingSettings
+
+    strings = walk_strings(grid, walks, seed, longest)
+    found = infer(strings, InferenceSettings(training=TrainingSettings(seed=seed)))
+    return Followed(found.machine, strings)

@@ -1,17 +1,70 @@
-"""Puts a report into its folder, and overwrites nothing that is not ours."""
+"""From a page to HTML and CSV, and into its folder, where nothing that is not ours is overwritten."""
 
 from __future__ import annotations
 
+import base64
+import csv
+import io
 import json
 import os
+import struct
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
 
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
 from palpate.adapters.visualisation.report.files import is_there, read_bytes
-from palpate.adapters.visualisation.report.render import GENERATOR
+from palpate.adapters.visualisation.report.page import Page, Picture
 from palpate.core.errors import OutputError
 from palpate.core.files import write_whole
+
+GENERATOR: Final = "palpate report 1"
+"""By this a page is known as ours."""
+
+
+def html_of(page: Page, version: str) -> str:
+    """The page as one HTML file that needs nothing else.
+
+    Args:
+        page: The page.
+        version: Version of palpate, for the foot.
+    """
+    environment = Environment(
+        loader=PackageLoader("palpate.adapters.visualisation.report"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    environment.filters["data_uri"] = _data_uri
+    environment.filters["size"] = _size
+    # Sections that this folder has nothing for.
+    sections = [s for s in page.sections if s.text or s.tables or s.pictures or s.listing]
+    template = environment.get_template("report.html.jinja")
+    return template.render(page=page, sections=sections, generator=GENERATOR, version=version)
+
+
+def csv_of(page: Page) -> str:
+    """The page's summary as CSV; an empty cell where there is no value."""
+    text = io.StringIO()
+    columns = list(dict.fromkeys(name for row in page.summary for name in row))
+    writer = csv.DictWriter(text, columns, lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(page.summary)
+    return text.getvalue()
+
+
+def _data_uri(picture: Picture) -> str:
+    return f"data:image/png;base64,{base64.b64encode(picture.png).decode('ascii')}"
+
+
+def _size(picture: Picture) -> tuple[int, int]:
+    """Width and height in pixels, from the header of the PNG file."""
+    width, height = struct.unpack(">II", picture.png[16:24])
+    return width, height
+
 
 PAGE: Final = "report.html"
 FOLDER: Final = "report"

@@ -10,13 +10,11 @@ from palpate.adapters.experiments.statistics import shown_interval, summary_of
 from palpate.adapters.log.reader import TrialLog
 from palpate.adapters.visualisation.report.automaton_section import automaton_section, machine_in
 from palpate.adapters.visualisation.report.files import is_there, read_text
-from palpate.adapters.visualisation.report.force_pictures import force_picture
 from palpate.adapters.visualisation.report.learning_pictures import learning_picture, window_of
-from palpate.adapters.visualisation.report.logs import LogShelf, logs_in, spread_over
+from palpate.adapters.visualisation.report.logs import LogShelf, force_picture, logs_in, spread_over, timing_section
 from palpate.adapters.visualisation.report.page import Cell, Page, PageSection, PageTable, Picture, counted, share
 from palpate.adapters.visualisation.report.policy_pictures import arrows_pictures, q_picture
 from palpate.adapters.visualisation.report.run_source import RunSource
-from palpate.adapters.visualisation.report.timing_section import timing_section
 from palpate.core.policy import PolicyDocument
 
 MOST_TIMED = 8

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from palpate.adapters.experiments.grid.learning import GridLearning, learn
-from palpate.adapters.experiments.grid.states import Named
+from palpate.adapters.experiments.grid.worlds import Named
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy import BackingOff, QLearning, QParameters, Sarsa, SarsaParameters, TemperatureSchedule
 from palpate.simulation.grid.maps import SCENARIO_1, GridMap

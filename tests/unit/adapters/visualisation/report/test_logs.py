@@ -1,16 +1,21 @@
-"""Which logs a report reads, and that torn ones are found at once."""
+"""The logs of a folder, and how regular their control cycle was."""
 
 from __future__ import annotations
 
 import shutil
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from palpate.adapters.visualisation.report.logs import LogShelf, logs_in, spread_over
+from palpate.adapters.log.reader import read_log
+from palpate.adapters.visualisation.report.logs import LogShelf, Timing, logs_in, spread_over, timing_section
 from palpate.core.errors import LogError
+from tests.browser.sample_folders import SECTIONS, in_real_time
+from tests.log_surgery import indices, messages_of, write_log
 
 GOLDEN = Path(__file__).parents[4] / "golden"
+LOG = GOLDEN / "train-paper.mcap"
 
 
 @pytest.fixture
@@ -54,3 +59,49 @@ def test_spread(count: int, most: int, chosen: list[int]) -> None:
     assert len(found) == min(count, most)
     assert set(chosen) <= set(found)
     assert found == sorted(set(found))
+
+
+PERIOD_MS = 1e3 / 140
+
+
+def test_in_the_simulator_time_waits() -> None:
+    log = read_log(LOG)
+    timing = Timing.of([log, log])
+    assert timing.exact
+    assert len(timing.interval_ms) == 2 * (len(log.ticks) - 1)
+    section = timing_section([log], "1 log")
+    assert section is not None
+    assert section.pictures == ()
+    assert "every interval is 7.1429 ms" in section.text[0]
+    assert section.tables[0].rows[0][1:] == ("7.1429",) * 4
+
+
+def test_on_a_real_clock_there_is_a_spread(tmp_path: Path) -> None:
+    path = Path(shutil.copy(LOG, tmp_path / "log.mcap"))
+    in_real_time(path)
+    log = read_log(path)
+    timing = Timing.of([log])
+    assert not timing.exact
+    late = [(r.time_ns - r.deadline_ns) * 1e-6 for r in log.records() if r.time_ns and r.deadline_ns is not None]
+    assert timing.late_ms == pytest.approx(late)
+    assert timing.interval_ms.mean() == pytest.approx(PERIOD_MS, rel=1e-3)
+    section = timing_section([log], "1 log")
+    assert section is not None
+    (picture,) = section.pictures
+    assert f"the longest {timing.interval_ms.max():.3f} ms" in picture.alt
+    beat, sections = section.tables
+    assert beat.caption.startswith(f"{int(np.sum(np.array(late) > 1.0))} tick")
+    assert [row[0] for row in sections.rows] == list(SECTIONS)
+    # Made up as 2 us for the first section, three times that at 99 %.
+    assert sections.rows[0][1:3] == ("2.0", "6.0")
+
+
+def test_ticks_that_the_log_lacks_are_counted(tmp_path: Path) -> None:
+    messages = messages_of(LOG)
+    ticks = indices(messages, "/tick")
+    gone = set(ticks[50:53])
+    path = write_log(tmp_path / "log.mcap", [m for n, m in enumerate(messages) if n not in gone])
+    timing = Timing.of([read_log(path)])
+    assert timing.missing == 3
+    # The interval over the gap is none between successive ticks.
+    assert timing.exact

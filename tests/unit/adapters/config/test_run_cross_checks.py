@@ -6,9 +6,7 @@ import pytest
 
 from palpate.adapters.config.run import RunConfig
 from palpate.adapters.config.toml import overlay
-from palpate.adapters.experiments.statistics import learning_summary
 from palpate.core.errors import ConfigurationError
-from tests.unit.adapters.samples import trial_rows
 
 
 @pytest.mark.parametrize(
@@ -23,8 +21,3 @@ def test_what_no_trial_could_do_is_refused(table: dict[str, object], field: str)
     with pytest.raises(ConfigurationError) as caught:
         overlay(RunConfig(), table)
     assert caught.value.field == field
-
-
-def test_trials_that_took_no_time_give_no_speed_up() -> None:
-    rows = trial_rows(*[0.0] * 150)
-    assert learning_summary(rows)["speed_up"] is None

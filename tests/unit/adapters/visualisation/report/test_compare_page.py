@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from palpate.adapters.visualisation.report.compare_pictures import Strategy, strategies_picture
+from palpate.adapters.visualisation.report.compare_page import Strategy, strategies_picture
 
 
 def test_each_strategy_has_its_line() -> None:

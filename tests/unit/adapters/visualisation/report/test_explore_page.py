@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from palpate.adapters.visualisation.report.grid_pictures import grid_picture
+from palpate.adapters.visualisation.report.explore_page import grid_picture
 from tests.unit.adapters.visualisation.report.samples import pixels, policy, row
 
 MAP = ("AAB", "A·B", "#CC")

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from palpate.adapters.visualisation.report.kinds import FolderKind, kind_of
+from palpate.adapters.visualisation.report.build import FolderKind, kind_of
 from palpate.core.errors import OutputError
 
 
