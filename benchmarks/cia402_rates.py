@@ -62,7 +62,7 @@ def _measure(link: CanLink) -> tuple[float, float, ArmStatistics]:
     )
     settings = ArmSettings(joints=joints, answer_share=0.9, heartbeat_timeout_ms=1000, host_watchdog_ms=2000)
     arm = Cia402Arm(link, settings)
-    arm.configure()
+    arm.open()
     begin = time.perf_counter()
     arm.enable()
     enable_s = time.perf_counter() - begin

@@ -44,7 +44,7 @@ def frames_in(data: bytes) -> list[tuple[bool, bool, int, bytes]]:
 
 def once(data: bytes) -> str:
     """One enabled arm and what it hears; returns the state that it ended in, before the acknowledgement."""
-    from palpate.drivers.cia402.measured import ArmState
+    from palpate.drivers.cia402.arm import ArmState
     from palpate.drivers.errors import DriverError
     from tests.unit.drivers.cia402.bench import Bench
 

@@ -92,7 +92,7 @@ def once(data: bytes) -> None:
     try:
         arm.connect(reset=bool(mask & 1))
         arm.confirm_home(at_home=True)
-        arm.servo_on()
+        arm.enable()
         for step in range(CYCLES):
             line.sleep_s(1 / 46)
             measured = arm.cycle(tuple([q + 0.001 * step for q in HOME_RAD]))

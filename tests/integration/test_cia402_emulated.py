@@ -7,11 +7,11 @@ from __future__ import annotations
 
 import pytest
 
-from palpate.drivers.cia402.arm import Cia402Arm
+from palpate.drivers.arm import AppliedReason
+from palpate.drivers.cia402.arm import Cia402Arm, DrivesMeasured
 from palpate.drivers.cia402.link import CanLink
-from palpate.drivers.cia402.measured import Measured
 from palpate.drivers.cia402.object_dictionary import DriveState, OperationMode
-from palpate.drivers.cia402.settings import AppliedReason, ArmSettings, JointDrive
+from palpate.drivers.cia402.settings import ArmSettings, JointDrive
 from palpate.simulation.emulators.cia402.node import CanopenDrive
 from palpate.simulation.emulators.cia402.servo import PowerState
 from palpate.simulation.emulators.motors.plant import IdealPlant
@@ -39,7 +39,7 @@ def move_and_stop(desk: VirtualDesk, mode: OperationMode) -> None:
     )
     arm = Cia402Arm(link, ArmSettings(joints=joints, mode=mode), now_ns=clock.now_ns, sleep=clock.sleep)
 
-    def run(setpoint: tuple[float, ...] | None, cycles: int) -> Measured:
+    def run(setpoint: tuple[float, ...] | None, cycles: int) -> DrivesMeasured:
         for _ in range(cycles):
             clock.sleep_until((clock.now_ns() * 140 // 10**9 + 1) * 10**9 // 140)
             measured = arm.cycle(setpoint)
@@ -47,7 +47,7 @@ def move_and_stop(desk: VirtualDesk, mode: OperationMode) -> None:
 
     for axis in range(6):
         plant.set_motor_counts(axis, 100.0 * axis)
-    arm.configure()
+    arm.open()
     arm.enable()
     start = run(None, 10)
     assert start.states == (DriveState.ENABLED,) * 6

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import threading
-from abc import abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Final, Protocol
+from typing import Final
 
 from palpate.adapters.hardware.errors import told, translating
 from palpate.core.errors import CommandError, DeviceError
@@ -21,6 +20,7 @@ from palpate.core.ports.values import (
     JointVector,
     Validity,
 )
+from palpate.drivers.arm import ArmDriver
 from palpate.drivers.errors import DriverError
 
 _NS: Final = 1_000_000_000
@@ -31,52 +31,16 @@ _POLL_NS: Final = 1_000_000
 
 
 @dataclass(frozen=True, slots=True)
-class BusCycle:
-    """What one bus cycle brought back.
+class OpenArm:
+    """A driver on a bus that is open.
 
     Attributes:
-        position_rad: Joint angles, (n,).
-        time_ns: When they were measured, run clock.
+        driver: Talks to the arm.
+        close: Closes the port or the bus; called after the driver's own ``close``.
     """
 
-    position_rad: JointVector
-    time_ns: int
-
-
-class ArmDriver(Protocol):
-    """What the adapter needs of a driver. Only ``preview`` is called from another thread than the rest."""
-
-    @abstractmethod
-    def open(self) -> None:
-        """Open the bus, find the arm, know where it is."""
-
-    @abstractmethod
-    def enable(self) -> None:
-        """Let the servos hold the arm where it stands."""
-
-    @abstractmethod
-    def preview(self, asked_rad: JointVector) -> AppliedCommand:
-        """What a cycle would make of a set-point now."""
-
-    @abstractmethod
-    def cycle(self, setpoint_rad: JointVector | None) -> BusCycle:
-        """One cycle; None holds."""
-
-    @abstractmethod
-    def stop(self) -> None:
-        """Bring the arm to rest; at any time, twice too, never raising."""
-
-    @abstractmethod
-    def disable(self) -> None:
-        """End what ``enable`` began."""
-
-    @abstractmethod
-    def acknowledge(self) -> None:
-        """Clear a fault; a person's decision."""
-
-    @abstractmethod
-    def close(self) -> None:
-        """Stop, and release the bus; never raising."""
+    driver: ArmDriver
+    close: Callable[[], None]
 
 
 class BusArm(ManagedDevice, JointEncoder, ArmCommand):
@@ -84,7 +48,7 @@ class BusArm(ManagedDevice, JointEncoder, ArmCommand):
 
     Args:
         name: Name for messages.
-        driver: Talks to the arm.
+        open_bus: Opens the bus and makes the driver; called by ``configure``.
         clock: The run's clock, real time.
         joints: Number of joints.
         divider: Control ticks per bus cycle.
@@ -95,7 +59,7 @@ class BusArm(ManagedDevice, JointEncoder, ArmCommand):
     def __init__(
         self,
         name: str,
-        driver: ArmDriver,
+        open_bus: Callable[[], OpenArm],
         clock: Clock,
         *,
         joints: int,
@@ -105,7 +69,8 @@ class BusArm(ManagedDevice, JointEncoder, ArmCommand):
     ) -> None:
         super().__init__(name)
         self._hurry = hurry
-        self._driver, self._clock, self._joints = driver, clock, joints
+        self._open_bus, self._clock, self._joints = open_bus, clock, joints
+        self._opened: OpenArm | None = None
         self._divider, self._max_age_ns = divider, max_age_ns
         self._thread: threading.Thread | None = None
         # One writer each, and every value is replaced whole: no lock is needed, and a signal handler may call stop().
@@ -114,10 +79,24 @@ class BusArm(ManagedDevice, JointEncoder, ArmCommand):
         self._cycles = 0
         self._end = self._stop_wanted = self._stopped = False
 
+    def connect(self) -> ArmDriver:
+        """Open the bus, if it is not open, without looking for the arm.
+
+        For ``palpate doctor``, which uses the driver while no thread runs.
+
+        Raises:
+            DeviceError: It cannot be opened.
+        """
+        if self._opened is None:
+            with translating(self.name):
+                self._opened = self._open_bus()
+        return self._opened.driver
+
     @property
-    def driver(self) -> ArmDriver:
-        """Talks to the arm. For ``palpate doctor``, which uses it while the arm is configured and no thread runs."""
-        return self._driver
+    def _driver(self) -> ArmDriver:
+        if self._opened is None:
+            raise DeviceError(self.name, "is not open")
+        return self._opened.driver
 
     def read(self) -> JointSample:
         """See :class:`JointEncoder`."""
@@ -143,15 +122,15 @@ class BusArm(ManagedDevice, JointEncoder, ArmCommand):
         with translating(self.name):
             applied = self._driver.preview(asked)
         self._newest = asked
-        return applied
+        return AppliedCommand(applied.position_rad, CommandReason[applied.reason.name])
 
     def stop(self) -> None:
         """See :class:`ArmCommand`. Returns when the arm has been told, or nobody is left to tell it."""
         self._stop_wanted = True
         thread = self._thread
         if thread is None or not thread.is_alive():
-            if self._life in (Life.CONFIGURED, Life.ACTIVE, Life.FAULTED):
-                self._driver.stop()
+            if self._opened is not None and self._life in (Life.CONFIGURED, Life.ACTIVE, Life.FAULTED):
+                self._opened.driver.stop()
             return
         self._wait(lambda: self._stopped or not thread.is_alive())
 
@@ -163,24 +142,25 @@ class BusArm(ManagedDevice, JointEncoder, ArmCommand):
         if self._hurry is not None:
             self._hurry()
         start_ns, slot = self._clock.now_ns(), 0
+        driver = self._driver
         try:
             while not self._end:
                 self._clock.sleep_until(start_ns + slot * _NS * self._divider // CONTROL_RATE_HZ)
                 now_ns = self._clock.now_ns()
                 if self._stop_wanted and not self._stopped:
-                    self._driver.stop()
+                    driver.stop()
                     self._stopped = True
-                cycle = self._driver.cycle(None if self._stopped else self._newest)
+                found = driver.cycle(None if self._stopped else self._newest)
                 self._cycles += 1
-                self._sample = JointSample(cycle.position_rad, cycle.time_ns, self._clock.now_ns(), self._cycles)
+                self._sample = JointSample(found.position_rad, found.time_ns, self._clock.now_ns(), self._cycles)
                 slot = max(slot + 1, (now_ns - start_ns) * CONTROL_RATE_HZ // (_NS * self._divider) + 1)
         except DriverError as error:
             self._latch(told(error))
-            self._driver.stop()
+            driver.stop()
         except Exception as error:
             # Whatever it was: without its cycles the arm must not go on.
             self._latch(f"the bus thread failed: {error!r}")
-            self._driver.stop()
+            driver.stop()
 
     def _end_thread(self) -> None:
         thread, self._thread = self._thread, None
@@ -196,11 +176,18 @@ class BusArm(ManagedDevice, JointEncoder, ArmCommand):
 
     def _on_configure(self) -> None:
         try:
+            driver = self.connect()
             with translating(self.name):
-                self._driver.open()
+                driver.open()
         except BaseException:
-            self._driver.close()
+            self._release()
             raise
+
+    def _release(self) -> None:
+        opened, self._opened = self._opened, None
+        if opened is not None:
+            opened.driver.close()
+            opened.close()
 
     def _on_activate(self) -> None:
         with translating(self.name):
@@ -227,5 +214,6 @@ class BusArm(ManagedDevice, JointEncoder, ArmCommand):
 
     def _on_close(self) -> None:
         self._end_thread()
-        self._driver.stop()
-        self._driver.close()
+        if self._opened is not None:
+            self._opened.driver.stop()
+        self._release()

@@ -5,94 +5,24 @@ A modern refit of an arm: nothing says that any Zebra Zero ever had such drives.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Annotated, Any, ClassVar, Final
 
 from palpate.adapters.config.toml import overlay
-from palpate.adapters.hardware.arm_on_bus import ArmDriver, BusArm, BusCycle
+from palpate.adapters.hardware.arm_on_bus import BusArm, OpenArm
+from palpate.adapters.hardware.clock import sleeping
 from palpate.adapters.hardware.errors import translating
 from palpate.adapters.hardware.plugins import ArmAdapter, DeviceSettings, RigContext
 from palpate.core.errors import ConfigurationError
-from palpate.core.ports.devices import Clock
 from palpate.core.ports.settings import OneOf, Range, Settings
-from palpate.core.ports.values import CONTROL_RATE_HZ, AppliedCommand, CommandReason, JointVector
+from palpate.core.ports.values import CONTROL_RATE_HZ
 from palpate.drivers.cia402.arm import Cia402Arm
 from palpate.drivers.cia402.link import CanLink
 from palpate.drivers.cia402.object_dictionary import OperationMode
 from palpate.drivers.cia402.settings import ArmSettings, JointDrive
-from palpate.drivers.errors import StateError
 
 _NAME: Final = "CiA 402 arm"
-
-
-class Cia402Driver(ArmDriver):
-    """The driver behind the adapter.
-
-    Args:
-        open_link: Opens the bus.
-        settings: The arm's settings.
-        clock: The run's clock.
-
-    Attributes:
-        arm: The driver proper; None before ``open``. For ``palpate doctor``.
-    """
-
-    def __init__(self, open_link: Callable[[], CanLink], settings: ArmSettings, clock: Clock) -> None:
-        self._open_link, self._settings, self._clock = open_link, settings, clock
-        self._link: CanLink | None = None
-        self.arm: Cia402Arm | None = None
-
-    def open(self) -> None:
-        """Open the bus and set up the drives; nothing gets power."""
-        self._link = self._open_link()
-        self.arm = Cia402Arm(self._link, self._settings, now_ns=self._clock.now_ns, sleep=self._sleep)
-        self.arm.configure()
-
-    def enable(self) -> None:
-        """See :class:`ArmDriver`."""
-        self._require().enable()
-
-    def preview(self, asked_rad: JointVector) -> AppliedCommand:
-        """See :class:`ArmDriver`."""
-        applied = self._require().limited(asked_rad)
-        return AppliedCommand(applied.position_rad, CommandReason[applied.reason.name])
-
-    def cycle(self, setpoint_rad: JointVector | None) -> BusCycle:
-        """See :class:`ArmDriver`."""
-        measured = self._require().cycle(setpoint_rad)
-        return BusCycle(measured.position_rad, measured.sync_ns)
-
-    def stop(self) -> None:
-        """See :class:`ArmDriver`."""
-        if self.arm is not None:
-            self.arm.stop()
-
-    def disable(self) -> None:
-        """Takes the power away; the brakes hold the arm."""
-        self._require().disable()
-
-    def acknowledge(self) -> None:
-        """See :class:`ArmDriver`."""
-        self._require().acknowledge()
-
-    def close(self) -> None:
-        """See :class:`ArmDriver`."""
-        arm, link = self.arm, self._link
-        self.arm = self._link = None
-        if arm is not None:
-            arm.close()
-        if link is not None:
-            link.close()
-
-    def _require(self) -> Cia402Arm:
-        if self.arm is None:
-            raise StateError(_NAME, "is not open", "configure it first")
-        return self.arm
-
-    def _sleep(self, seconds: float) -> None:
-        self._clock.sleep_until(self._clock.now_ns() + round(seconds * 1e9))
 
 
 @dataclass(frozen=True)
@@ -164,18 +94,19 @@ def make_cia402(settings: DeviceSettings, context: RigContext) -> ArmAdapter:
         )
     extra: dict[str, Any] = {"sleep_after_open": 0.1} if table.interface == "slcan" else {}
 
-    def open_link() -> CanLink:
-        return CanLink.open(
+    def open_bus() -> OpenArm:
+        link = CanLink.open(
             interface=table.interface,
             channel=table.channel,
             bitrate=table.bitrate,
             in_receiver=context.hurry,
             **extra,
         )
+        clock = context.clock
+        return OpenArm(Cia402Arm(link, arm_settings, now_ns=clock.now_ns, sleep=sleeping(clock)), link.close)
 
-    driver = Cia402Driver(open_link, arm_settings, context.clock)
     age_ns = round(table.max_age_ms * 1e6)
     arm = BusArm(
-        _NAME, driver, context.clock, joints=joints, divider=table.divider, max_age_ns=age_ns, hurry=context.hurry
+        _NAME, open_bus, context.clock, joints=joints, divider=table.divider, max_age_ns=age_ns, hurry=context.hurry
     )
     return ArmAdapter(arm, arm)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 
 from palpate.core.ports.devices import Clock
 
@@ -26,3 +27,12 @@ class MonotonicClock(Clock):
         deadline_ns += self.origin_ns
         while (left_ns := deadline_ns - time.monotonic_ns()) > 0:
             time.sleep(left_ns * 1e-9)
+
+
+def sleeping(clock: Clock) -> Callable[[float], None]:
+    """A function that waits so many seconds on a clock; drivers take one."""
+
+    def sleep(seconds: float) -> None:
+        clock.sleep_until(clock.now_ns() + round(seconds * 1e9))
+
+    return sleep

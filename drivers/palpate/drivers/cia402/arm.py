@@ -7,20 +7,45 @@ One thread uses an arm. What the drives say comes in through the receive thread 
 from __future__ import annotations
 
 import contextlib
+import enum
 import time
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from typing import Final
 
+from palpate.drivers.arm import Applied, AppliedReason, ArmDriver, Measured
 from palpate.drivers.cia402.bring_up import BringUp
 from palpate.drivers.cia402.drive import DriveIdentity, Targets
 from palpate.drivers.cia402.exchange import CyclicExchange
 from palpate.drivers.cia402.link import CanLink
 from palpate.drivers.cia402.mailbox import ArmStatistics
-from palpate.drivers.cia402.measured import ArmState, Measured
 from palpate.drivers.cia402.object_dictionary import Controlword, DriveState
-from palpate.drivers.cia402.settings import Applied, AppliedReason, ArmSettings, limited, require_sound
+from palpate.drivers.cia402.settings import ArmSettings, limited, require_sound
 from palpate.drivers.cia402.watch import outside, trouble
 from palpate.drivers.errors import DeviceFaultError, DriverError, SilentError, StateError
+
+
+class ArmState(enum.Enum):
+    """Where in its life the arm is."""
+
+    NEW = "new"
+    CONFIGURED = "configured"
+    ENABLED = "enabled"
+    STOPPED = "stopped"
+    FAULTED = "faulted"
+    CLOSED = "closed"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DrivesMeasured(Measured):
+    """What one cycle found; ``time_ns`` is when the SYNC went out and the drives sampled.
+
+    Attributes:
+        states: The state that each drive reports; None where its statusword fits no pattern.
+    """
+
+    states: tuple[DriveState | None, ...]
+
 
 _CONTROLWORD: Final = {
     ArmState.CONFIGURED: Controlword.DISABLE_VOLTAGE,
@@ -30,7 +55,7 @@ _CONTROLWORD: Final = {
 _AT_REST: Final = (DriveState.QUICK_STOP, DriveState.SWITCH_ON_DISABLED)
 
 
-class Cia402Arm:
+class Cia402Arm(ArmDriver):
     """The arm. It neither opens nor closes its bus: other devices may use that too.
 
     Args:
@@ -71,14 +96,14 @@ class Cia402Arm:
 
     @property
     def identities(self) -> tuple[DriveIdentity, ...]:
-        """Who the drives are; empty before :meth:`configure`."""
+        """Who the drives are; empty before :meth:`open`."""
         return self._bring_up.identities
 
     def statistics(self) -> ArmStatistics:
         """How the bus has been doing."""
         return self._exchange.statistics()
 
-    def configure(self) -> None:
+    def open(self) -> None:
         """Find the drives, set them up and hear each of them once. Nothing gets power.
 
         Raises:
@@ -87,7 +112,7 @@ class Cia402Arm:
             SilentError: A drive, or the bus, fell silent.
             DeviceFaultError: A drive refuses a setting.
         """
-        self._require("configure()", ArmState.NEW)
+        self._require("open()", ArmState.NEW)
         self._link.require_alive()
         self._exchange.listen()
         self._bring_up.identify()
@@ -119,7 +144,7 @@ class Cia402Arm:
         self._reference_rad = self._bring_up.held_rad
         self._state = ArmState.ENABLED
 
-    def limited(self, setpoint_rad: Sequence[float]) -> Applied:
+    def preview(self, setpoint_rad: Sequence[float], /) -> Applied:
         """What :meth:`cycle` would make of a set-point now; nothing is sent.
 
         Raises:
@@ -133,7 +158,7 @@ class Cia402Arm:
             return Applied(self._positions_rad(), AppliedReason.STOPPED)
         return limited(asked_rad, self._reference_rad, self.settings.joints, self.settings.period_s)
 
-    def cycle(self, setpoint_rad: Sequence[float] | None = None) -> Measured:
+    def cycle(self, setpoint_rad: Sequence[float] | None = None, /) -> DrivesMeasured:
         """One cycle: write set-points, send SYNC, wait for the drives' answers.
 
         The set-point takes effect at this SYNC, and the angles are those of the same moment, so they do not depend
@@ -147,7 +172,7 @@ class Cia402Arm:
                 cycle until a person acknowledges it.
         """
         self._require("cycle()", ArmState.CONFIGURED, ArmState.ENABLED, ArmState.STOPPED)
-        applied = None if setpoint_rad is None else self.limited(setpoint_rad)
+        applied = None if setpoint_rad is None else self.preview(setpoint_rad)
         views = self._exchange.views
         if self._state is ArmState.ENABLED:
             self._reference_rad = self._reference_rad if applied is None else applied.position_rad
@@ -263,14 +288,12 @@ class Cia402Arm:
             raise SilentError("arm", "not every drive has told its position", "check the bus")
         return tuple(known)
 
-    def _measured(self, applied: Applied | None) -> Measured:
+    def _measured(self, applied: Applied | None) -> DrivesMeasured:
         views = self._exchange.views
-        return Measured(
+        return DrivesMeasured(
             position_rad=self._positions_rad(),
             states=tuple(view.state for view in views),
-            fresh=tuple(view.missed_in_a_row == 0 for view in views),
-            sync_ns=self._exchange.sync_ns,
-            answered_ns=self._exchange.answered_ns,
-            sequence=self._exchange.sequence,
+            is_fresh=tuple(view.missed_in_a_row == 0 for view in views),
+            time_ns=self._exchange.sync_ns,
             applied=applied,
         )

@@ -38,8 +38,6 @@ class CyclicExchange:
     Attributes:
         views: The joints as the last SYNC showed them; empty before the first.
         sync_ns: When the last SYNC went out, which is when the drives sampled.
-        answered_ns: When the last answer to it came.
-        sequence: SYNCs sent.
         heartbeat_on: Whether the host tells the drives that it is alive.
     """
 
@@ -54,13 +52,7 @@ class CyclicExchange:
         self._sampled_ns = [0] * len(self._nodes)
         self.views: tuple[AxisView, ...] = ()
         self.sync_ns = 0
-        self.answered_ns = 0
         self.heartbeat_on = False
-
-    @property
-    def sequence(self) -> int:
-        """SYNCs sent."""
-        return self._tally.cycles
 
     def listen(self) -> None:
         """Begin to hear the nodes."""
@@ -147,7 +139,6 @@ class CyclicExchange:
 
     def _read(self, boxes: tuple[NodeBox, ...], sync_ns: int) -> None:
         self.sync_ns = sync_ns
-        self.answered_ns = max((box.tpdo_ns for box in boxes if box.answers > 0), default=self.answered_ns)
         before = self.views or (None,) * len(boxes)
         self.views = tuple(self._view(i, box, old) for i, (box, old) in enumerate(zip(boxes, before, strict=True)))
 

@@ -7,13 +7,13 @@ CALC: 8 bytes make 111 bits, at worst 135; a PDO of 6 bytes 95, at worst 115.
 
 from __future__ import annotations
 
-import enum
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from math import isfinite
 from typing import Final
 
+from palpate.drivers.arm import Applied, clamped, held_back
 from palpate.drivers.cia402.object_dictionary import HIGHEST_NODE, OperationMode, require_no_collision
 from palpate.drivers.errors import RefusedError, SettingError
 
@@ -246,28 +246,6 @@ _SLACK: Final = 1e-9
 """A step of exactly the greatest speed must not be called too fast for its rounding error."""
 
 
-class AppliedReason(enum.Enum):
-    """Why what was applied is not what was asked for."""
-
-    AS_ASKED = "as asked"
-    POSITION_LIMIT = "joint position limit"
-    VELOCITY_LIMIT = "joint velocity limit"
-    STOPPED = "arm is stopped"
-
-
-@dataclass(frozen=True, slots=True)
-class Applied:
-    """Joint angles after limits.
-
-    Attributes:
-        position_rad: One angle a joint.
-        reason: ``AS_ASKED`` exactly when nothing was changed.
-    """
-
-    position_rad: tuple[float, ...]
-    reason: AppliedReason
-
-
 def require_sound(asked_rad: Sequence[float], joints: Sequence[JointDrive]) -> tuple[float, ...]:
     """The set-point as floats.
 
@@ -287,24 +265,16 @@ def limited(
 ) -> Applied:
     """A set-point after position and velocity limits.
 
-    A step that is too fast for one joint is shortened for all by the same share: the arm keeps its direction in
-    joint space.
-
     Args:
         asked_rad: What the caller wants, finite.
         previous_rad: What was applied in the cycle before.
         joints: Limits.
         period_s: Time that the step may take.
     """
-    within = tuple(min(max(q, j.lower_rad), j.upper_rad) for q, j in zip(asked_rad, joints, strict=True))
+    within = clamped(asked_rad, [joint.lower_rad for joint in joints], [joint.upper_rad for joint in joints])
     share = 1.0
     for target, start, joint in zip(within, previous_rad, joints, strict=True):
         step, most = abs(target - start), joint.velocity_rad_per_s * period_s
         if step > most * (1.0 + _SLACK):
             share = min(share, most / step)
-    if share < 1.0:
-        shortened = tuple(start + share * (target - start) for target, start in zip(within, previous_rad, strict=True))
-        return Applied(shortened, AppliedReason.VELOCITY_LIMIT)
-    if within != asked_rad:
-        return Applied(within, AppliedReason.POSITION_LIMIT)
-    return Applied(asked_rad, AppliedReason.AS_ASKED)
+    return held_back(asked_rad, within, previous_rad, share)

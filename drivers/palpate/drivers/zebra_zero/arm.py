@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from typing import Final, NoReturn, Self
+from typing import Final, NoReturn, Protocol, Self
 
+from palpate.drivers.arm import Applied, AppliedReason, ArmDriver
 from palpate.drivers.errors import DeviceFaultError, DriverError, StateError, WiringError
 from palpate.drivers.nmc.bus import ByteStream, NmcBus
 from palpate.drivers.nmc.commands import NOP
 from palpate.drivers.nmc.frames import NmcCommand
 from palpate.drivers.nmc.startup import Module, start
 from palpate.drivers.zebra_zero.counts import DEVICE, JOINTS, SixCounts, six
-from palpate.drivers.zebra_zero.measured import ArmReport, Measured
 from palpate.drivers.zebra_zero.servos import (
     AXES,
     GO_HOME,
@@ -23,8 +23,8 @@ from palpate.drivers.zebra_zero.servos import (
     setpoint,
     streaming_for,
 )
-from palpate.drivers.zebra_zero.settings import Applied, AppliedReason, Streaming, ZebraZeroSettings
-from palpate.drivers.zebra_zero.states import Fault, FaultKind, ZebraEvent, ZebraState, after
+from palpate.drivers.zebra_zero.settings import Streaming, ZebraZeroSettings
+from palpate.drivers.zebra_zero.states import ArmReport, Fault, FaultKind, ZebraEvent, ZebraMeasured, ZebraState, after
 from palpate.drivers.zebra_zero.tracking import Rounds, Setpoints, Tracking, Trouble, lost
 
 _CYCLING: Final = (ZebraState.HOMED, ZebraState.SERVO_ON, ZebraState.STOPPED)
@@ -32,7 +32,21 @@ _TRIPPED: Final = (FaultKind.POSITION_ERROR, FaultKind.OVERCURRENT, FaultKind.SE
 """Faults by which the firmware has switched a motor off; a stop must not switch it on again."""
 
 
-class ZebraZero:
+class CountsStore(Protocol):
+    """Keeps the counters from run to run."""
+
+    def load(self) -> Sequence[int] | None:
+        """The counters that an earlier run left; None when there are none.
+
+        Raises:
+            WiringError: They cannot be read.
+        """
+
+    def save(self, counts: SixCounts) -> None:
+        """Keep the counters; never raises."""
+
+
+class ZebraZero(ArmDriver):
     """The arm on an open port. As a context manager it is closed, and so stopped, on every way out.
 
     Not thread-safe: all belongs in one thread, only ``preview``, ``state`` and ``fault`` may be used from another.
@@ -42,6 +56,8 @@ class ZebraZero:
         clock_ns: Monotonic clock, ns.
         sleep_s: Waits so many seconds.
         settings: The arm's settings.
+        at_home: A person's word that the arm rests in its home pose whenever its controller was switched on.
+        store: Keeps the counters from run to run; None keeps them nowhere.
     """
 
     def __init__(
@@ -50,7 +66,11 @@ class ZebraZero:
         clock_ns: Callable[[], int],
         sleep_s: Callable[[float], None],
         settings: ZebraZeroSettings | None = None,
+        *,
+        at_home: bool = False,
+        store: CountsStore | None = None,
     ) -> None:
+        self._at_home, self._store = at_home, store
         self.settings = ZebraZeroSettings() if settings is None else settings
         self._clock_ns = clock_ns
         self._bus = NmcBus(stream, clock_ns, sleep_s, self.settings.bus)
@@ -79,6 +99,11 @@ class ZebraZero:
         return self._was_reset
 
     @property
+    def keeps_counts(self) -> bool:
+        """Whether the counters are kept from run to run."""
+        return self._store is not None
+
+    @property
     def stored_counts(self) -> SixCounts | None:
         """Newest counter values, to be kept for :meth:`resume`; None when they mean nothing."""
         return self._tracking.counts if self._is_referenced else None
@@ -97,6 +122,21 @@ class ZebraZero:
             achieved_rate_Hz=self._tracking.rate_Hz,
             statistics=self._bus.statistics,
         )
+
+    def open(self) -> None:
+        """Finds the modules, and takes the arm's position from the stored counters, or from a person's word.
+
+        Raises:
+            StateError: Nobody confirms that the arm is at home.
+            DriverError: As :meth:`connect`, or the stored counters do not fit.
+        """
+        if self._state is ZebraState.CLOSED:
+            self.connect()
+        stored = None if self._store is None else self._store.load()
+        if self._was_reset or stored is None:
+            self.confirm_home(at_home=self._at_home)
+        else:
+            self.resume(stored)
 
     def connect(self, *, reset: bool = False) -> None:
         """Finds six servo modules; takes them over as they are if they still have their addresses, or resets them.
@@ -157,7 +197,7 @@ class ZebraZero:
             raise WiringError(DEVICE, problem, GO_HOME)
         self._state, self._is_referenced = homed, True
 
-    def servo_on(self) -> None:
+    def enable(self) -> None:
         """Lets every servo hold its motor where it stands; nothing moves.
 
         Raises:
@@ -179,7 +219,7 @@ class ZebraZero:
         self._setpoints.begin_at(self._tracking.position_rad, self._clock_ns())
         self._state = enabled
 
-    def preview(self, setpoint_rad: Sequence[float]) -> Applied:
+    def preview(self, setpoint_rad: Sequence[float], /) -> Applied:
         """What a cycle that is on time would make of the set-point now; sends nothing.
 
         Raises:
@@ -187,7 +227,7 @@ class ZebraZero:
         """
         return self._setpoints.preview(setpoint_rad) if self._state is ZebraState.SERVO_ON else self._held(setpoint_rad)
 
-    def cycle(self, setpoint_rad: Sequence[float] | None = None) -> Measured:
+    def cycle(self, setpoint_rad: Sequence[float] | None = None, /) -> ZebraMeasured:
         """Hands out the set-point, if any, and brings back the pose from before it: one exchange with every axis.
 
         Call it at ``settings.rate_Hz``; called sooner, it shortens the step in proportion.
@@ -227,6 +267,16 @@ class ZebraZero:
         if self._state is ZebraState.STOPPING:
             self._state = after(self._state, ZebraEvent.AT_REST)
         return outcome
+
+    def stop(self) -> None:
+        """Brings the arm to rest and keeps its counters."""
+        if self._state is not ZebraState.CLOSED:
+            self.smooth_stop()
+            if self._store is not None and (counts := self.stored_counts) is not None:
+                self._store.save(counts)
+
+    def disable(self) -> None:
+        """The servos go on holding the arm; :meth:`release` switches them off."""
 
     def release(self) -> None:
         """Stops, then switches every motor off; nothing holds the arm then. Also possible while faulted.

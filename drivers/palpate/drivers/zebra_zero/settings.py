@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from math import copysign, inf, isfinite
 from typing import Final
 
+from palpate.drivers.arm import Applied, clamped, held_back
 from palpate.drivers.errors import SettingError
 from palpate.drivers.nmc.commands import set_gain, stop_motor
 from palpate.drivers.nmc.frames import NmcCommand, StatusItem, StopControl
@@ -20,28 +21,6 @@ from palpate.drivers.nmc.settings import (
     same_for_all,
 )
 from palpate.drivers.zebra_zero.counts import DEVICE, JOINTS, Six, Transmission, six
-
-
-class AppliedReason(enum.Enum):
-    """Why the applied set-point is not the one that was asked for."""
-
-    AS_ASKED = "as asked"
-    POSITION_LIMIT = "joint position limit"
-    VELOCITY_LIMIT = "joint velocity or acceleration limit"
-    STOPPED = "arm is stopped"
-
-
-@dataclass(frozen=True, slots=True)
-class Applied:
-    """A set-point after the limits.
-
-    Attributes:
-        position_rad: Joint angles, (6,).
-        reason: ``AS_ASKED`` exactly when nothing was changed.
-    """
-
-    position_rad: Six
-    reason: AppliedReason = AppliedReason.AS_ASKED
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,7 +61,13 @@ class JointLimits:
                 return joint
         return None
 
-    def applied(self, asked_rad: Sequence[float], previous_rad: Six, velocity_rad_per_s: Six, step_s: float) -> Applied:
+    def applied(
+        self,
+        asked_rad: Sequence[float],
+        previous_rad: Sequence[float],
+        velocity_rad_per_s: Sequence[float],
+        step_s: float,
+    ) -> Applied:
         """The set-point for the next cycle: within the position limits, and no further than the joints may go.
 
         All joints are held back by the same share, so the path keeps its direction. Speeding up is limited, slowing
@@ -99,15 +84,10 @@ class JointLimits:
             RefusedError: There are not six finite angles.
         """
         asked = six(asked_rad)
-        limits = zip(asked, self.lower_rad, self.upper_rad, strict=True)
-        inside = six([min(max(q, lower), upper) for q, lower, upper in limits])
-        steps = six([q - p for q, p in zip(inside, previous_rad, strict=True)])
-        moves = zip(steps, velocity_rad_per_s, strict=True)
-        share = min(self._share(step, velocity, step_s) for step, velocity in moves)
-        if share < 1.0:
-            shortened = six([p + share * step for p, step in zip(previous_rad, steps, strict=True)])
-            return Applied(shortened, AppliedReason.VELOCITY_LIMIT)
-        return Applied(inside, AppliedReason.AS_ASKED if inside == asked else AppliedReason.POSITION_LIMIT)
+        within = clamped(asked, self.lower_rad, self.upper_rad)
+        moves = zip(within, previous_rad, velocity_rad_per_s, strict=True)
+        share = min(self._share(q - p, velocity, step_s) for q, p, velocity in moves)
+        return held_back(asked, within, previous_rad, share)
 
     def _share(self, step_rad: float, velocity_rad_per_s: float, step_s: float) -> float:
         if step_rad == 0.0:

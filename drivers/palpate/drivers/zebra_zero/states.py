@@ -1,4 +1,4 @@
-"""The states of the arm as one table, its faults, and how they show in a reply."""
+"""The states of the arm as one table, its faults, how they show in a reply, and what it reports."""
 
 from __future__ import annotations
 
@@ -6,11 +6,15 @@ import enum
 from dataclasses import dataclass
 from typing import Final
 
+from palpate.drivers.arm import Measured
 from palpate.drivers.errors import DeviceFaultError, StateError
 from palpate.drivers.nmc.frames import Aux, NmcStatus
 from palpate.drivers.nmc.replies import Reply
-from palpate.drivers.zebra_zero.counts import DEVICE
-from palpate.drivers.zebra_zero.settings import ZebraZeroSettings
+from palpate.drivers.nmc.settings import CycleBudget
+from palpate.drivers.nmc.startup import Module
+from palpate.drivers.nmc.statistics import BusStatistics
+from palpate.drivers.zebra_zero.counts import DEVICE, SixCounts
+from palpate.drivers.zebra_zero.settings import Streaming, ZebraZeroSettings
 
 
 class ZebraState(enum.Enum):
@@ -135,3 +139,49 @@ def fault_in(axis: int, reply: Reply, settings: ZebraZeroSettings, *, should_be_
         (aux & Aux.POS_WRAP, FaultKind.POSITION_WRAP),
     )
     return next((Fault(kind, axis) for is_shown, kind in shown if is_shown), None)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ZebraMeasured(Measured):
+    """One cycle over all axes. The axes are read one after the other, between ``begin_ns`` and ``end_ns``.
+
+    Attributes:
+        counts: Counter values, (6,).
+        status: Status bytes, (6,).
+        aux: Auxiliary bytes, (6,); None where the reply had none.
+        begin_ns: Clock before the first exchange.
+        end_ns: Clock after the last.
+    """
+
+    counts: SixCounts
+    status: tuple[NmcStatus, ...]
+    aux: tuple[Aux | None, ...]
+    begin_ns: int
+    end_ns: int
+
+
+@dataclass(frozen=True, slots=True)
+class ArmReport:
+    """Facts about the arm for a person.
+
+    Attributes:
+        state: Where it is in its life.
+        fault: The latched fault, or None.
+        modules: Identity of every module.
+        baud: Rate of the line.
+        streaming: How set-points reach the motors.
+        budget: What a cycle costs.
+        wanted_rate_Hz: As in the settings.
+        achieved_rate_Hz: Over the newest cycles; None before the second.
+        statistics: Of the bus.
+    """
+
+    state: ZebraState
+    fault: str | None
+    modules: tuple[Module, ...]
+    baud: int
+    streaming: Streaming
+    budget: CycleBudget
+    wanted_rate_Hz: float
+    achieved_rate_Hz: float | None
+    statistics: BusStatistics

@@ -1,4 +1,4 @@
-"""One round over all axes: which replies to believe, the velocity between cycles, and what is wrong."""
+"""One round over all axes: which replies to believe, the set-points, and what is wrong."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Final
 
+from palpate.drivers.arm import Applied
 from palpate.drivers.errors import DriverError, GarbledError
 from palpate.drivers.nmc.bus import NmcBus
 from palpate.drivers.nmc.commands import NOP
 from palpate.drivers.nmc.frames import Aux, NmcCommand, NmcStatus
 from palpate.drivers.nmc.replies import Reply
 from palpate.drivers.zebra_zero.counts import DEVICE, JOINTS, Six, SixCounts, six
-from palpate.drivers.zebra_zero.measured import Measured
 from palpate.drivers.zebra_zero.servos import AXES, Servos
-from palpate.drivers.zebra_zero.settings import Applied, ZebraZeroSettings
-from palpate.drivers.zebra_zero.states import Fault, FaultKind, fault_in
+from palpate.drivers.zebra_zero.settings import ZebraZeroSettings
+from palpate.drivers.zebra_zero.states import Fault, FaultKind, ZebraMeasured, fault_in
 
 _STILL: Final = six((0.0,) * JOINTS)
 _RATE_WINDOW: Final = 281
@@ -43,8 +43,6 @@ class Tracking:
         self._time_ns: list[int | None] = [None] * JOINTS
         self._status = [NmcStatus(0)] * JOINTS
         self._aux: list[Aux | None] = [None] * JOINTS
-        self._complete: tuple[int, Six] | None = None
-        self._velocity: Six = _STILL
         self._doubts = [0] * JOINTS
         self._begins_ns: deque[int] = deque(maxlen=_RATE_WINDOW)
 
@@ -77,7 +75,6 @@ class Tracking:
         """Forgets what was and begins at these counts, of which the time is unknown."""
         self._counts = list(counts)
         self._time_ns = [None] * JOINTS
-        self._complete, self._velocity = None, _STILL
         self._doubts = [0] * JOINTS
 
     def take(self, axis: int, reply: Reply, now_ns: int, *, is_driven: bool) -> int:
@@ -105,32 +102,26 @@ class Tracking:
         self._doubts[index] = 0
         return 0
 
-    def measured(self, is_fresh: tuple[bool, ...], applied: Applied | None, begin_ns: int, end_ns: int) -> Measured:
-        """Ends a cycle: the velocity since the last complete one, and all there is to tell.
-
-        The NMC velocity word is not used: CALC, without fraction it has steps of 0.064 rad/s on joint 1.
+    def measured(
+        self, is_fresh: tuple[bool, ...], applied: Applied | None, begin_ns: int, end_ns: int
+    ) -> ZebraMeasured:
+        """What a cycle found, and the end of that cycle.
 
         Args:
             is_fresh: Which axes were taken in this cycle.
             applied: What became of the set-point.
             begin_ns: Before the first exchange.
-            end_ns: After the last.
+            end_ns: After the last; the middle is the best single time for the pose.
         """
         self._begins_ns.append(begin_ns)
-        position, time_ns = self.position_rad, (begin_ns + end_ns) // 2
-        if all(is_fresh):
-            if self._complete is not None and time_ns > self._complete[0]:
-                elapsed_s, last = (time_ns - self._complete[0]) * 1e-9, self._complete[1]
-                self._velocity = six([(q - p) / elapsed_s for q, p in zip(position, last, strict=True)])
-            self._complete = time_ns, position
-        return Measured(
-            position_rad=position,
-            velocity_rad_per_s=self._velocity,
+        return ZebraMeasured(
+            position_rad=self.position_rad,
+            is_fresh=is_fresh,
+            applied=applied,
+            time_ns=(begin_ns + end_ns) // 2,
             counts=self.counts,
             status=tuple(self._status),
             aux=tuple(self._aux),
-            is_fresh=is_fresh,
-            applied=applied,
             begin_ns=begin_ns,
             end_ns=end_ns,
         )
@@ -150,7 +141,8 @@ class Setpoints:
     def __init__(self, settings: ZebraZeroSettings) -> None:
         self._limits = settings.limits
         self._period_s = 1.0 / settings.rate_Hz
-        self._position, self._velocity, self._time_ns = _STILL, _STILL, 0
+        self._position: tuple[float, ...] = _STILL
+        self._velocity, self._time_ns = _STILL, 0
 
     def begin_at(self, position_rad: Six, now_ns: int) -> None:
         """Begins where the servos hold the arm; the first step may take a whole period."""

@@ -83,7 +83,7 @@ class Bench:
         self.arm._exchange._mailbox._all_here.wait = self.network.sleep  # type: ignore[method-assign, assignment]
 
     def enabled(self) -> Bench:
-        self.arm.configure()
+        self.arm.open()
         self.arm.enable()
         return self
 

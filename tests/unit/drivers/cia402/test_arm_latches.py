@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import pytest
 
-from palpate.drivers.cia402.measured import ArmState
+from palpate.drivers.cia402.arm import ArmState
 from palpate.drivers.errors import DeviceFaultError, DriverError, SilentError, StateError
 from palpate.simulation.emulators.cia402.node import NmtState
 from palpate.simulation.emulators.cia402.servo import PowerState
@@ -113,7 +113,7 @@ def test_a_fault_stops_the_arm_and_stays(provoke: Callable[[Bench], None], kind:
     if bench.network.broken is None:
         assert {d.machine.state for d in bench.drives if d is not bench.drives[1]} <= AT_REST
     sent = len(bench.network.sent)
-    for refused in (bench.arm.cycle, bench.arm.enable, bench.arm.disable, lambda: bench.arm.limited((0.0,) * 6)):
+    for refused in (bench.arm.cycle, bench.arm.enable, bench.arm.disable, lambda: bench.arm.preview((0.0,) * 6)):
         with pytest.raises(DeviceFaultError, match="latched"):
             refused()
     assert len(bench.network.sent) == sent
@@ -166,7 +166,7 @@ def test_there_must_be_something_to_acknowledge() -> None:
 
 def test_a_drive_in_fault_is_not_enabled() -> None:
     bench = Bench()
-    bench.arm.configure()
+    bench.arm.open()
     bench.drives[5]._fault()
     with pytest.raises(DeviceFaultError, match="drive 6: is in fault"):
         bench.arm.enable()

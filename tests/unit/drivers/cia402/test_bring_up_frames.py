@@ -50,7 +50,7 @@ COMMON = [
 )
 def test_sdo_frames_of_the_set_up(mode: OperationMode, target: str, operation: str) -> None:
     bench = Bench(mode=mode)
-    bench.arm.configure()
+    bench.arm.open()
     sent = [data.hex().upper() for can_id, data in bench.network.sent if can_id == 0x601]
     chosen = iter((target, operation))
     expected = [next(chosen) if frame is None else frame for frame in COMMON]
@@ -67,7 +67,7 @@ def test_sdo_frames_of_the_set_up(mode: OperationMode, target: str, operation: s
 
 def test_nmt_goes_to_each_drive_alone() -> None:
     bench = Bench()
-    bench.arm.configure()
+    bench.arm.open()
     nmt = [data.hex() for can_id, data in bench.network.sent if can_id == 0]
     assert nmt == [f"80{node:02x}" for node in range(1, 7)] + [f"01{node:02x}" for node in range(1, 7)]
 
@@ -91,7 +91,7 @@ def test_the_layout_of_a_cycle() -> None:
 
 def test_the_watchdog_is_armed_before_power_and_fed_by_the_cycle() -> None:
     bench = Bench()
-    bench.arm.configure()
+    bench.arm.open()
     bench.network.sent.clear()
     bench.arm.enable()
     sdo = [data.hex().upper() for can_id, data in bench.network.sent if can_id == 0x601]

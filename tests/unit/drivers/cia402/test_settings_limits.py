@@ -5,7 +5,8 @@ from math import inf, nan
 import pytest
 
 from palpate.core.ports.values import CommandReason
-from palpate.drivers.cia402.settings import AppliedReason, limited, require_sound
+from palpate.drivers.arm import AppliedReason
+from palpate.drivers.cia402.settings import limited, require_sound
 from palpate.drivers.errors import RefusedError
 from tests.unit.drivers.cia402.bench import joints
 

@@ -32,7 +32,7 @@ def test_fault_latches_stops_and_waits_for_a_person(line, flag, kind):
         tick(arm, line, moved(0.01))
     assert (arm.state, arm.fault.kind, arm.fault.axis) == (ZebraState.FAULTED, kind, 4)
     sent = len(line.sent)
-    for action in (arm.cycle, arm.servo_on):
+    for action in (arm.cycle, arm.enable):
         with pytest.raises((DeviceFaultError, StateError)):
             action()
     assert len(line.sent) == sent
@@ -44,7 +44,7 @@ def test_fault_latches_stops_and_waits_for_a_person(line, flag, kind):
         line.modules[3].limit = False
     arm.acknowledge()
     assert (arm.state, arm.fault) == (ZebraState.STOPPED, None)
-    arm.servo_on()
+    arm.enable()
     tick(arm, line, moved(0.005))
 
 
@@ -101,7 +101,7 @@ def test_measured_pose_beyond_a_limit(line):
     arm.release()
     place(line, moved(0.0))
     arm.acknowledge()
-    arm.servo_on()
+    arm.enable()
 
 
 def test_one_lost_reply_is_no_fault_and_two_are(line):
@@ -114,7 +114,7 @@ def test_one_lost_reply_is_no_fault_and_two_are(line):
     line.modules[2].address = 3
     arm.acknowledge()
     assert arm.state is ZebraState.STOPPED
-    arm.servo_on()
+    arm.enable()
 
 
 def test_module_reset_in_mid_run_loses_the_position(line):
@@ -176,7 +176,7 @@ def test_stop_works_in_every_state_and_twice(line):
     for prepare in (lambda: None, arm.connect, lambda: arm.confirm_home(at_home=True)):
         prepare()
         assert [arm.smooth_stop(), arm.smooth_stop()] == [StopOutcome.NOTHING_ON] * 2
-    arm.servo_on()
+    arm.enable()
     assert [arm.smooth_stop(), arm.smooth_stop()] == [StopOutcome.AT_REST] * 2
     line.modules[0].overcurrent = True
     with pytest.raises(DeviceFaultError):

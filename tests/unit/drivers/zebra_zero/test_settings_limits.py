@@ -7,9 +7,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from palpate.core.ports.values import CommandReason
+from palpate.drivers.arm import AppliedReason
 from palpate.drivers.errors import RefusedError, SettingError
 from palpate.drivers.zebra_zero.counts import HOME_RAD
-from palpate.drivers.zebra_zero.settings import AppliedReason, JointLimits
+from palpate.drivers.zebra_zero.settings import JointLimits
 
 LIMITS = JointLimits()
 PERIOD_S = 1 / 46.0

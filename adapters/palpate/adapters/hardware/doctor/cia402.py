@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from typing import Final
 
-from palpate.adapters.hardware.cia402 import Cia402Driver
 from palpate.adapters.hardware.doctor.findings import Notebook
 from palpate.adapters.hardware.doctor.pace import IntervalSpread, at_rate, rate_Hz, spread_of
-from palpate.core.errors import DeviceError
 from palpate.core.ports.devices import Clock
 from palpate.core.ports.values import CONTROL_RATE_HZ
-from palpate.drivers.cia402.arm import Cia402Arm
+from palpate.drivers.cia402.arm import Cia402Arm, DrivesMeasured
 from palpate.drivers.cia402.mailbox import ArmStatistics
-from palpate.drivers.cia402.measured import Measured
 from palpate.drivers.cia402.object_dictionary import DriveState
 from palpate.drivers.cia402.watch import outside
 
@@ -20,25 +17,22 @@ _CABLE: Final = "check the bus: 60 ohm between CAN_H and CAN_L with the power of
 _MISSED_SHARE: Final = 0.01
 
 
-def examine_cia402(driver: Cia402Driver, clock: Clock, seconds: float, notes: Notebook) -> None:
+def examine_cia402(arm: Cia402Arm, clock: Clock, seconds: float, notes: Notebook) -> None:
     """Drives, their states, bus, budget; cycles without power.
 
     Args:
-        driver: Open.
+        arm: Open.
         clock: The run's clock.
         seconds: How long to cycle.
         notes: Where it goes.
     """
-    arm = driver.arm
-    if arm is None:
-        raise DeviceError("CiA 402 arm", "is not open")
     settings = arm.settings
     nodes = [joint.node for joint in settings.joints]
     notes.fact("drives", f"{len(nodes)}, nodes {', '.join(map(str, nodes))}; the host's heartbeat {settings.host_node}")
     notes.fact("bit rate", f"{settings.bitrate} bit/s", settings.bitrate)
     notes.fact("mode", settings.mode.name, settings.mode.name)
     before = arm.statistics()
-    cycles: list[Measured] = []
+    cycles: list[DrivesMeasured] = []
     begun: list[int] = []
     late_ns: list[int] = []
 
@@ -55,7 +49,7 @@ def examine_cia402(driver: Cia402Driver, clock: Clock, seconds: float, notes: No
         _budget(arm, begun, late_ns, notes)
 
 
-def _drives(arm: Cia402Arm, last: Measured | None, notes: Notebook) -> None:
+def _drives(arm: Cia402Arm, last: DrivesMeasured | None, notes: Notebook) -> None:
     rows = []
     faults = 0
     for i, (joint, who) in enumerate(zip(arm.settings.joints, arm.identities, strict=True)):

@@ -9,7 +9,6 @@ from typing import TypeVar
 
 from palpate.adapters.config.rig import DeviceEntry, RigFile
 from palpate.adapters.hardware.arm_on_bus import BusArm
-from palpate.adapters.hardware.cia402 import Cia402Driver
 from palpate.adapters.hardware.doctor.cia402 import examine_cia402
 from palpate.adapters.hardware.doctor.findings import FindingsSection, Notebook, driver_error
 from palpate.adapters.hardware.doctor.jr3 import examine_jr3
@@ -21,11 +20,12 @@ from palpate.adapters.hardware.doctor.wiring import Wiring, examine_sharing, wir
 from palpate.adapters.hardware.doctor.zebra import examine_zebra, tell_modules
 from palpate.adapters.hardware.jr3 import Jr3ForceSensor
 from palpate.adapters.hardware.plugins import ArmAdapter, RigContext, arm_maker, force_sensor_maker
-from palpate.adapters.hardware.zebra_zero import ZebraDriver
 from palpate.core.errors import ConfigurationError
 from palpate.core.ports.devices import ForceSensor
+from palpate.drivers.cia402.arm import Cia402Arm
 from palpate.drivers.errors import DriverError, GarbledError, WiringError
 from palpate.drivers.jr3.messages import LEFT_HANDED
+from palpate.drivers.zebra_zero.arm import ZebraZero
 
 T = TypeVar("T")
 
@@ -117,15 +117,16 @@ class Examination:
         for device in {id(d): d for d in (encoder, arm)}.values():
             opened.callback(device.close)
         # A bus can be examined while no thread cycles it, which is before anything gets power.
-        if isinstance(arm, BusArm) and isinstance(arm.driver, ZebraDriver):
+        driver = arm.connect() if isinstance(arm, BusArm) else None
+        if isinstance(driver, ZebraZero):
             # Who the modules are can be told even where nobody knows where the arm is.
-            arm.driver.connect()
-            tell_modules(arm.driver, notes)
+            driver.connect()
+            tell_modules(driver, notes)
             arm.configure()
-            examine_zebra(arm.driver, clock, seconds, notes)
-        elif isinstance(arm, BusArm) and isinstance(arm.driver, Cia402Driver):
+            examine_zebra(driver, clock, seconds, notes)
+        elif isinstance(driver, Cia402Arm):
             arm.configure()
-            examine_cia402(arm.driver, clock, seconds, notes)
+            examine_cia402(driver, clock, seconds, notes)
         else:
             self._examine_strange_arm(adapter)
         if not self._wishes.move:
@@ -157,7 +158,7 @@ class Examination:
         if isinstance(arm, BusArm):
             arm.activate()
         examine_following(arm, encoder, self._context.clock, self._context.upper_rad, self._arm_notes)
-        if isinstance(arm, BusArm) and isinstance(arm.driver, ZebraDriver):
+        if isinstance(arm, BusArm) and isinstance(arm.connect(), ZebraZero):
             self._arm_notes.note("its servos go on holding the arm", "switch the controller off to release it")
 
 

@@ -6,29 +6,25 @@ from typing import Final
 
 from palpate.adapters.hardware.doctor.findings import Notebook
 from palpate.adapters.hardware.doctor.pace import IntervalSpread, at_rate, rate_Hz, spread_of
-from palpate.adapters.hardware.zebra_zero import ZebraDriver
-from palpate.core.errors import DeviceError
 from palpate.core.ports.devices import Clock
 from palpate.core.ports.values import CONTROL_RATE_HZ
 from palpate.drivers.nmc.frames import Aux, NmcStatus
 from palpate.drivers.nmc.replies import Reply
 from palpate.drivers.nmc.statistics import BusStatistics
 from palpate.drivers.zebra_zero.arm import ZebraZero
-from palpate.drivers.zebra_zero.measured import Measured
-from palpate.drivers.zebra_zero.states import Fault, FaultKind, fault_in
+from palpate.drivers.zebra_zero.states import Fault, FaultKind, ZebraMeasured, fault_in
 
 _CABLE: Final = "check cable, termination and ground, and that no other program talks on this bus; or lower the baud"
 _LOST_SHARE: Final = 0.001
 
 
-def tell_modules(driver: ZebraDriver, notes: Notebook) -> None:
+def tell_modules(arm: ZebraZero, notes: Notebook) -> None:
     """Who the modules are.
 
     Args:
-        driver: Connected, or open.
+        arm: Connected, or open.
         notes: Where it goes.
     """
-    arm = _arm_of(driver)
     report = arm.report
     kinds = sorted({module.identity.name for module in report.modules})
     notes.fact("modules", f"{len(report.modules)}, addresses 1 to {len(report.modules)}: {'; '.join(kinds)}")
@@ -41,24 +37,23 @@ def tell_modules(driver: ZebraDriver, notes: Notebook) -> None:
         )
     else:
         notes.ok(f"{len(report.modules)} servo modules answer at {report.baud} baud")
-    if not driver.keeps_counts:
+    if not arm.keeps_counts:
         remedy = '[arm] counts_file = "zebra.counts.json" keeps the counters from run to run'
         notes.note("the next program finds the modules awake and their counters without meaning", remedy)
 
 
-def examine_zebra(driver: ZebraDriver, clock: Clock, seconds: float, notes: Notebook) -> None:
+def examine_zebra(arm: ZebraZero, clock: Clock, seconds: float, notes: Notebook) -> None:
     """Line, budget and axes, by cycles without a set-point.
 
     Args:
-        driver: Open, its arm's position known.
+        arm: Open, its arm's position known.
         clock: The run's clock.
         seconds: How long to cycle.
         notes: Where it goes.
     """
-    arm = _arm_of(driver)
     report = arm.report
     notes.fact("state", report.state.value if report.fault is None else f"{report.state.value}: {report.fault}")
-    cycles: list[Measured] = []
+    cycles: list[ZebraMeasured] = []
     late_ns: list[int] = []
     before = report.statistics
     try:
@@ -68,12 +63,6 @@ def examine_zebra(driver: ZebraDriver, clock: Clock, seconds: float, notes: Note
         if cycles:
             _axes(arm, cycles[-1], notes)
         _budget(arm, cycles, late_ns, notes)
-
-
-def _arm_of(driver: ZebraDriver) -> ZebraZero:
-    if driver.arm is None:
-        raise DeviceError("Zebra Zero", "is not open")
-    return driver.arm
 
 
 def _line(before: BusStatistics, arm: ZebraZero, notes: Notebook) -> None:
@@ -116,7 +105,7 @@ def _latency(before: BusStatistics, now: BusStatistics, exchanges: int, arm: Zeb
         notes.ok(f"the adapter adds {extra_ms:.2f} ms, the budget reckons with {told_ms:.2f} ms")
 
 
-def _budget(arm: ZebraZero, cycles: list[Measured], late_ns: list[int], notes: Notebook) -> None:
+def _budget(arm: ZebraZero, cycles: list[ZebraMeasured], late_ns: list[int], notes: Notebook) -> None:
     report, late = arm.report, spread_of(late_ns)
     took = spread_of([cycle.end_ns - cycle.begin_ns for cycle in cycles])
     if took is None or late is None:
@@ -140,7 +129,7 @@ def _budget(arm: ZebraZero, cycles: list[Measured], late_ns: list[int], notes: N
     )
 
 
-def _axes(arm: ZebraZero, last: Measured, notes: Notebook) -> None:
+def _axes(arm: ZebraZero, last: ZebraMeasured, notes: Notebook) -> None:
     settings, limits = arm.settings, arm.settings.limits
     rows = []
     for i, module in enumerate(arm.report.modules):
@@ -163,7 +152,7 @@ def _axes(arm: ZebraZero, last: Measured, notes: Notebook) -> None:
         notes.ok("no axis reports a fault, and every joint is within its limits")
 
 
-def _fault(arm: ZebraZero, last: Measured, i: int) -> Fault | None:
+def _fault(arm: ZebraZero, last: ZebraMeasured, i: int) -> Fault | None:
     status, aux = last.status[i], last.aux[i]
     is_on = bool(aux and aux & Aux.SERVO_ON)
     if arm.settings.require_power and not status & NmcStatus.POWER_ON:

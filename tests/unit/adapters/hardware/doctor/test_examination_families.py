@@ -10,17 +10,19 @@ import numpy as np
 import pytest
 
 from palpate.adapters.hardware.arm_on_bus import BusArm
-from palpate.adapters.hardware.cia402 import Cia402Driver, make_cia402
+from palpate.adapters.hardware.cia402 import make_cia402
 from palpate.adapters.hardware.doctor.cia402 import examine_cia402
 from palpate.adapters.hardware.doctor.findings import Level, Notebook
 from palpate.adapters.hardware.doctor.jr3 import examine_jr3
 from palpate.adapters.hardware.doctor.zebra import examine_zebra, tell_modules
 from palpate.adapters.hardware.jr3 import Jr3ForceSensor, make_jr3_can
 from palpate.adapters.hardware.plugins import RigContext
-from palpate.adapters.hardware.zebra_zero import ZebraDriver, make_zebra_nmc
-from palpate.core.errors import DeviceError, LifecycleError
+from palpate.adapters.hardware.zebra_zero import make_zebra_nmc
+from palpate.core.errors import LifecycleError
 from palpate.core.motion.arm import arm_named
+from palpate.drivers.cia402.arm import Cia402Arm
 from palpate.drivers.errors import DriverError
+from palpate.drivers.zebra_zero.arm import ZebraZero
 from palpate.simulation.emulators.cia402.node import CanopenDrive
 from palpate.simulation.emulators.jr3.can import Jr3CanNode
 from palpate.simulation.emulators.jr3.sensor import Jr3Config
@@ -49,18 +51,24 @@ def context(desk: VirtualDesk) -> RigContext:
     return RigContext(desk.clock, arm_named("zebra-zero"), LOWER, UPPER, (1.0,) * 6)
 
 
-def zebra(desk: VirtualDesk, **settings: Any) -> tuple[VirtualPort[NmcChain], BusArm, ZebraDriver]:
+def zebra(desk: VirtualDesk, **settings: Any) -> tuple[VirtualPort[NmcChain], BusArm]:
     port = desk.serial("arm", NmcChain(IdealPlant()))
     table = {"port": "arm", "baud": 230_400, "divider": 2, "at_home": True, "reset_wait_ms": 40.0, **settings}
     arm = make_zebra_nmc(table, context(desk)).arm
     assert isinstance(arm, BusArm)
-    assert isinstance(arm.driver, ZebraDriver)
-    return port, arm, arm.driver
+    return port, arm
+
+
+def zebra_driver(arm: BusArm) -> ZebraZero:
+    driver = arm.connect()
+    assert isinstance(driver, ZebraZero)
+    return driver
 
 
 def test_zebra(desk: VirtualDesk, notes: Notebook) -> None:
-    port, arm, driver = zebra(desk)
+    port, arm = zebra(desk)
     arm.configure()
+    driver = zebra_driver(arm)
     tell_modules(driver, notes)
     examine_zebra(driver, desk.clock, SECONDS, notes)
     assert told(notes, Level.WRONG) == []
@@ -75,7 +83,8 @@ def test_zebra(desk: VirtualDesk, notes: Notebook) -> None:
 
 
 def test_zebra_of_which_nobody_knows_where_it_is(desk: VirtualDesk, notes: Notebook) -> None:
-    _, arm, driver = zebra(desk, at_home=False)
+    _, arm = zebra(desk, at_home=False)
+    driver = zebra_driver(arm)
     driver.connect()
     tell_modules(driver, notes)
     assert facts(notes)["modules"].startswith("6, ")
@@ -84,40 +93,37 @@ def test_zebra_of_which_nobody_knows_where_it_is(desk: VirtualDesk, notes: Noteb
 
 
 def test_zebra_with_a_fault(desk: VirtualDesk, notes: Notebook) -> None:
-    port, arm, driver = zebra(desk)
+    port, arm = zebra(desk)
     arm.configure()
+    driver = zebra_driver(arm)
     port.line.emulator.modules[2].servo.overcurrent = True
     examine_zebra(driver, desk.clock, SECONDS, notes)
     assert "motor 3: overcurrent -> see what holds the arm up, then acknowledge" in told(notes, Level.WRONG)
 
 
 def test_zebra_unplugged_in_mid_run(desk: VirtualDesk, notes: Notebook) -> None:
-    port, arm, driver = zebra(desk)
+    port, arm = zebra(desk)
     arm.configure()
+    driver = zebra_driver(arm)
     port.unplug()
     with pytest.raises(DriverError):
         examine_zebra(driver, desk.clock, SECONDS, notes)
     assert "replies" in facts(notes)
 
 
-def test_a_driver_that_is_not_open_says_so(desk: VirtualDesk, notes: Notebook) -> None:
-    _, _, driver = zebra(desk)
-    with pytest.raises(DeviceError, match="is not open"):
-        tell_modules(driver, notes)
-
-
-def drives(desk: VirtualDesk) -> tuple[list[CanopenDrive], Cia402Driver]:
+def drives(desk: VirtualDesk) -> tuple[list[CanopenDrive], Cia402Arm]:
     plant = IdealPlant()
     nodes = [CanopenDrive(axis + 1, plant, axis) for axis in range(6)]
     desk.can("can0", *nodes)
     settings = {"interface": "virtual", "channel": "can0", "counts_per_rad": [30_557.75] * 6}
     arm = make_cia402(settings, context(desk)).arm
     assert isinstance(arm, BusArm)
-    assert isinstance(arm.driver, Cia402Driver)
     # What is asked of a drive that still boots is lost.
     desk.clock.sleep(0.1)
     arm.configure()
-    return nodes, arm.driver
+    driver = arm.connect()
+    assert isinstance(driver, Cia402Arm)
+    return nodes, driver
 
 
 def test_cia402(desk: VirtualDesk, notes: Notebook) -> None:

@@ -1,0 +1,111 @@
+"""What every driver of an arm offers, whatever its bus: one life cycle, limited set-points, measured poses."""
+
+from __future__ import annotations
+
+import enum
+from abc import abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+
+class AppliedReason(enum.Enum):
+    """Why the applied set-point is not the one that was asked for."""
+
+    AS_ASKED = "as asked"
+    POSITION_LIMIT = "joint position limit"
+    VELOCITY_LIMIT = "joint velocity or acceleration limit"
+    STOPPED = "arm is stopped"
+
+
+@dataclass(frozen=True, slots=True)
+class Applied:
+    """A set-point after the limits.
+
+    Attributes:
+        position_rad: Joint angles, (n,).
+        reason: ``AS_ASKED`` exactly when nothing was changed.
+    """
+
+    position_rad: tuple[float, ...]
+    reason: AppliedReason = AppliedReason.AS_ASKED
+
+
+def clamped(asked_rad: Sequence[float], lower_rad: Sequence[float], upper_rad: Sequence[float]) -> tuple[float, ...]:
+    """Joint angles within the position limits, (n,)."""
+    limits = zip(asked_rad, lower_rad, upper_rad, strict=True)
+    return tuple(min(max(angle, lower), upper) for angle, lower, upper in limits)
+
+
+def held_back(
+    asked_rad: Sequence[float], within_rad: Sequence[float], previous_rad: Sequence[float], share: float
+) -> Applied:
+    """What is applied of a set-point when only a share of the step to it may be made.
+
+    All joints are held back by the same share, so the arm keeps its direction in joint space.
+
+    Args:
+        asked_rad: What is wanted, (n,).
+        within_rad: The same within the position limits, (n,).
+        previous_rad: Set-point before, (n,).
+        share: Share of the step that the slowest joint can make in time; 1 or more is all of it.
+    """
+    if share < 1.0:
+        steps = zip(previous_rad, within_rad, strict=True)
+        shortened = tuple(start + share * (target - start) for start, target in steps)
+        return Applied(shortened, AppliedReason.VELOCITY_LIMIT)
+    as_asked = tuple(within_rad) == tuple(asked_rad)
+    return Applied(tuple(within_rad), AppliedReason.AS_ASKED if as_asked else AppliedReason.POSITION_LIMIT)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Measured:
+    """What one cycle of the bus found.
+
+    Attributes:
+        position_rad: Joint angles, (n,); where an axis did not answer, its last one.
+        is_fresh: Which axes answered in this cycle, (n,).
+        applied: What became of the set-point; None when there was none.
+        time_ns: When the angles were measured, on the driver's clock.
+    """
+
+    position_rad: tuple[float, ...]
+    is_fresh: tuple[bool, ...]
+    applied: Applied | None
+    time_ns: int
+
+
+class ArmDriver(Protocol):
+    """A driver of an arm. Only ``preview`` may be called from another thread than the rest."""
+
+    @abstractmethod
+    def open(self) -> None:
+        """Find the arm on its bus and establish where it is; nothing gets power."""
+
+    @abstractmethod
+    def enable(self) -> None:
+        """Let the servos hold the arm where it stands."""
+
+    @abstractmethod
+    def preview(self, setpoint_rad: Sequence[float], /) -> Applied:
+        """What a cycle would make of a set-point now; sends nothing."""
+
+    @abstractmethod
+    def cycle(self, setpoint_rad: Sequence[float] | None = None, /) -> Measured:
+        """One cycle of the bus; None holds."""
+
+    @abstractmethod
+    def stop(self) -> None:
+        """Bring the arm to rest; at any time, twice too, never raising."""
+
+    @abstractmethod
+    def disable(self) -> None:
+        """End what ``enable`` began."""
+
+    @abstractmethod
+    def acknowledge(self) -> None:
+        """Clear a fault; a person's decision."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """Stop, and end all traffic; never raising. The bus belongs to whoever opened it."""
