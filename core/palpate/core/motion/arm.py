@@ -1,4 +1,4 @@
-"""What tells one arm from another: its URDF, its resolution, its servos, and a posture to start from."""
+"""What distinguishes one arm from another: its URDF, its resolution, its servos, and a posture to start from."""
 
 from __future__ import annotations
 

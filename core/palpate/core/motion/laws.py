@@ -6,6 +6,8 @@ from abc import abstractmethod
 from math import sqrt
 from typing import Protocol
 
+from typing_extensions import override
+
 from palpate.core.errors import ConfigurationError, require_in
 from palpate.core.ports.values import Vector3
 
@@ -37,7 +39,7 @@ def limited(velocity_m_s: Vector3, speed_limit_m_s: float) -> Vector3:
     return x * shrink, y * shrink, z * shrink
 
 
-class HybridControl:
+class HybridControl(ControlLaw):
     """One law across the tool axis (x and y), another along it (z).
 
     The paper's exploratory motion is position control in x and y with damping control in z (section 5.4); the
@@ -52,8 +54,9 @@ class HybridControl:
     def __init__(self, across: ControlLaw, along: ControlLaw) -> None:
         self._across, self._along = across, along
 
+    @override
     def velocity_m_s(self, reference_m: Vector3, target_m: Vector3, force_N: Vector3) -> Vector3:
-        """See :class:`ControlLaw`. Each law sees only its own axes, so the limits of one do not slow the other."""
+        """Each law gets only its own axes, so the limits of one do not slow the other."""
         fx, fy, fz = force_N
         rx, ry, rz = reference_m
         tx, ty, tz = target_m
@@ -61,13 +64,14 @@ class HybridControl:
         _, _, vz = self._along.velocity_m_s((0.0, 0.0, rz), (0.0, 0.0, tz), (0.0, 0.0, fz))
         return vx, vy, vz
 
+    @override
     def reset(self) -> None:
         """Both laws forget the past."""
         self._across.reset()
         self._along.reset()
 
 
-class DampingControl:
+class DampingControl(ControlLaw):
     """v = (F - F_nominal) / B (generalised damping; source paper, section 5.4 and its reference 4).
 
     In free space the tool moves at -F_nominal / B; in contact it comes to rest where the environment pushes back
@@ -104,19 +108,17 @@ class DampingControl:
             )
         self._mobility, self._nominal, self._speed = 1.0 / damping_N_s_per_m, nominal_force_N, speed_limit_m_s
 
+    @override
     def velocity_m_s(self, reference_m: Vector3, target_m: Vector3, force_N: Vector3) -> Vector3:
-        """See :class:`ControlLaw`; positions are ignored."""
+        """As of every law; positions are ignored."""
         m, nominal = self._mobility, self._nominal
         return limited(
             (m * (force_N[0] - nominal[0]), m * (force_N[1] - nominal[1]), m * (force_N[2] - nominal[2])),
             self._speed,
         )
 
-    def reset(self) -> None:
-        """Nothing to forget."""
 
-
-class PositionControl:
+class PositionControl(ControlLaw):
     """Moves towards the target at no more than a given speed: v = K (target - reference).
 
     Stability: with control period T the error shrinks by the factor 1 - K T each tick, so 0 < K T < 2; up to
@@ -133,8 +135,9 @@ class PositionControl:
         require_in("control.speed_limit_m_s", speed_limit_m_s, 1e-6, 1.0)
         self._gain, self._speed = gain_per_s, speed_limit_m_s
 
+    @override
     def velocity_m_s(self, reference_m: Vector3, target_m: Vector3, force_N: Vector3) -> Vector3:
-        """See :class:`ControlLaw`; forces are ignored."""
+        """As of every law; forces are ignored."""
         k = self._gain
         return limited(
             (
@@ -145,11 +148,8 @@ class PositionControl:
             self._speed,
         )
 
-    def reset(self) -> None:
-        """Nothing to forget."""
 
-
-class ForceControl:
+class ForceControl(ControlLaw):
     """Proportional and integral force control in velocity form: v = k_i e + k_p de/dt, e = F - F_target.
 
     The tip's displacement is the integral of v, so k_i is the integral gain and k_p the proportional gain of a
@@ -191,8 +191,9 @@ class ForceControl:
         self._target, self._speed = target_N, speed_limit_m_s
         self._last: Vector3 | None = None
 
+    @override
     def velocity_m_s(self, reference_m: Vector3, target_m: Vector3, force_N: Vector3) -> Vector3:
-        """See :class:`ControlLaw`; positions are ignored."""
+        """As of every law; positions are ignored."""
         target = self._target
         error = (force_N[0] - target[0], force_N[1] - target[1], force_N[2] - target[2])
         last = error if self._last is None else self._last
@@ -207,6 +208,7 @@ class ForceControl:
             self._speed,
         )
 
+    @override
     def reset(self) -> None:
         """Forget the last error, so that a new contact does not begin with a kick."""
         self._last = None

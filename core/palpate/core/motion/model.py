@@ -80,7 +80,7 @@ class Kinematics:
         return int(self.model.addFrame(frame))
 
     def update(self, q_rad: JointVector | Array) -> None:
-        """Forward kinematics at joint angles (n,); the properties below then speak of them."""
+        """Forward kinematics at joint angles (n,); the properties below then refer to them."""
         q = q_rad if isinstance(q_rad, np.ndarray) else np.array(q_rad)
         pin.forwardKinematics(self.model, self._data, q)
         pin.updateFramePlacement(self.model, self._data, self._tip_id)

@@ -30,7 +30,6 @@ class TipMotion:
         self._period_s = period_s
         self._q: Array = np.zeros(kinematics.joints)
         self.reference_m: Vector3 = (0.0, 0.0, 0.0)
-        self.limited_steps = 0
 
     def start(self, position_rad: JointVector) -> None:
         """Take over from where the arm is."""
@@ -38,7 +37,6 @@ class TipMotion:
         self._kinematics.update(self._q)
         x, y, z = self._task.actInv(self._kinematics.tip_position_m).tolist()
         self.reference_m = (x, y, z)
-        self.limited_steps = 0
 
     def adopt(self, applied: AppliedCommand) -> None:
         """Go on from what the arm really did, so that a limited command does not wind up."""
@@ -58,5 +56,4 @@ class TipMotion:
         self._target.translation = self._task.act(np.array(reference))
         step = self._inverse.step(self._q, self._target)
         self._q = step.q_rad
-        self.limited_steps += step.limited
         return JointCommand(tuple(step.q_rad.tolist()))

@@ -118,18 +118,9 @@ class SignalProcessor:
         if self.normalisation is not None:
             self._gain = tuple(s * g for s, g in zip(self.scale, self.normalisation.gain, strict=True))
         self._bias = self._bias_with(self._tare)
-        self._warped = g = tan(pi * self.cutoff_Hz / self.rate_Hz)
+        g = tan(pi * self.cutoff_Hz / self.rate_Hz)
         a = 1.0 / (1.0 + g * (g + sqrt(2.0)))
         self._coefficients = (a, a * g, g) if self.order == 2 else (0.0, g / (1.0 + g), 1.0)
-
-    def transfer_function(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """Numerator and denominator of the filter in powers of 1/z, as ``scipy.signal.butter`` gives them."""
-        g = self._warped
-        if self.order == 1:
-            return (g / (1.0 + g),) * 2, (1.0, (g - 1.0) / (g + 1.0))
-        whole = 1.0 + g * (g + sqrt(2.0))
-        b = g * g / whole
-        return (b, 2.0 * b, b), (1.0, 2.0 * (g * g - 1.0) / whole, (1.0 + g * (g - sqrt(2.0))) / whole)
 
     def tare(self, bias: Sequence[float]) -> None:
         """Take ``bias``, a raw reading (6,), as the new zero; it never happens by itself.

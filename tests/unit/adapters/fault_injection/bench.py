@@ -1,4 +1,4 @@
-"""Fakes whose values tell the tick at which they were taken, read tick by tick through faults."""
+"""Fakes whose values show the tick at which they were taken, read tick by tick through faults."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ HOME_RAD = (0.0, 0.0, 0.0)
 
 
 def wrenches(
-    *plans: FaultPlan, ticks: int = 12, told: list[FaultDelivery] | None = None
+    *plans: FaultPlan, ticks: int = 12, delivered: list[FaultDelivery] | None = None
 ) -> list[WrenchSample | DeviceError]:
     """What is read in each tick; the forces of tick k are all k + 1 N, the torques a tenth of that."""
     clock = FakeClock()
     sensor = FakeForceSensor(clock)
-    faulty = FaultyForceSensor(sensor, clock, plans, None if told is None else told.append)
+    faulty = FaultyForceSensor(sensor, clock, plans, None if delivered is None else delivered.append)
     found: list[WrenchSample | DeviceError] = []
     with faulty:
         for tick in range(ticks):
@@ -58,19 +58,19 @@ class ArmBench:
     """An arm with faults that is sent one command a tick: at tick k all joints to k + 1 mrad."""
 
     plans: tuple[FaultPlan, ...] = ()
-    told: list[FaultDelivery] = field(default_factory=list)
+    delivered: list[FaultDelivery] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self.clock = FakeClock()
         wide = (-10.0,) * 3, (10.0,) * 3
         self.plain = FakeArm(self.clock, HOME_RAD, lower_rad=wide[0], upper_rad=wide[1], max_step_rad=0.1)
-        self.arm = FaultyArm(self.plain, self.clock, self.plans, self.told.append)
+        self.arm = FaultyArm(self.plain, self.clock, self.plans, self.delivered.append)
         self.arm.configure()
         self.arm.activate()
         self.tick = 0
 
     def step(self) -> tuple[AppliedCommand, float]:
-        """What was told, and where the first joint then stands, in mrad."""
+        """What was delivered, and where the first joint then stands, in mrad."""
         self.tick += 1
         applied = self.arm.send(JointCommand((1e-3 * self.tick,) * 3))
         self.clock.advance()

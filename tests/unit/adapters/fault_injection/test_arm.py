@@ -21,8 +21,8 @@ def test_dropped_commands_are_acknowledged_and_lost() -> None:
     assert [place for _, place in steps] == [1.0, 2.0, 2.0, 2.0, 5.0, 6.0]
     assert {applied.reason for applied, _ in steps} == {CommandReason.AS_ASKED}
     assert steps[2][0].position_rad == (3e-3,) * 3
-    assert [(d.tick, d.kind, d.port) for d in bench.told] == [(2, "drop", "arm")]
-    assert bench.arm.deliveries == bench.told
+    assert [(d.tick, d.kind, d.port) for d in bench.delivered] == [(2, "drop", "arm")]
+    assert bench.arm.deliveries == bench.delivered
 
 
 def test_commands_lost_by_chance() -> None:
@@ -63,12 +63,12 @@ def test_nan_on_the_way_is_a_command_error() -> None:
     bench.places(2)
     with pytest.raises(CommandError, match="must be finite"):
         bench.step()
-    assert [d.tick for d in bench.told] == [2]
+    assert [d.tick for d in bench.delivered] == [2]
     bench.clock.advance()
     assert bench.places(1) == [4.0]
 
 
-def test_wrong_unit_is_limited_by_the_arm_and_told() -> None:
+def test_wrong_unit_is_limited_by_the_arm_and_answered() -> None:
     bench = ArmBench((FaultPlan("unit", "arm", 1, factor=1000.0),))
     bench.step()
     applied, place = bench.step()
@@ -88,7 +88,7 @@ def test_a_disconnected_arm_raises_and_can_be_stopped() -> None:
 
 
 @pytest.mark.parametrize("kind", ["drop", "delay", "stuck"])
-def test_a_stop_reaches_the_arm_and_is_told_truly(kind: str) -> None:
+def test_a_stop_reaches_the_arm_and_is_answered_truly(kind: str) -> None:
     bench = ArmBench((FaultPlan(kind, "arm", 2),))
     bench.places(4)
     bench.arm.stop()

@@ -21,11 +21,11 @@ TICK_NS = 1_000_000_000 // 140
 
 
 def trial(*plans: FaultPlan, watched: bool = False) -> tuple[TrialReport, list[FaultDelivery]]:
-    told: list[FaultDelivery] = []
+    delivered: list[FaultDelivery] = []
     task = build_task(QUICK, ready_pose(), build_perception(QUICK), comparator("torque", QUICK, lambda: (0.0, 0.0)))
     with SimulatedRig(QUICK, ready_pose()) as rig:
         rig.prepare(0)
-        ports = faulty(rig.ports, plans, told.append)
+        ports = faulty(rig.ports, plans, delivered.append)
         if watched:
             sensor = WatchedForceSensor(ports.force_sensor, rig.ports.clock, 5 * TICK_NS, dead_after_ns=50 * TICK_NS)
             ports = replace(ports, force_sensor=sensor, arm=WatchedArm(ports.arm, rig.ports.clock, 5 * TICK_NS))
@@ -36,7 +36,7 @@ def trial(*plans: FaultPlan, watched: bool = False) -> tuple[TrialReport, list[F
             assert rig.ports.arm.send(JointCommand(here)).reason is CommandReason.STOPPED
             if watched:
                 ports.arm.close()
-    return task.report, told
+    return task.report, delivered
 
 
 def test_without_a_fault_the_trial_is_the_same_to_the_bit() -> None:
@@ -54,9 +54,9 @@ def test_without_a_fault_the_trial_is_the_same_to_the_bit() -> None:
     ],
 )
 def test_a_fault_ends_the_trial(plan: FaultPlan, outcome: Outcome) -> None:
-    report, told = trial(plan)
+    report, delivered = trial(plan)
     assert report.outcome is outcome
-    assert (told[0].tick, told[0].kind) == (60, plan.kind)
+    assert (delivered[0].tick, delivered[0].kind) == (60, plan.kind)
     assert 60 <= report.ticks <= 70
 
 

@@ -26,7 +26,7 @@ def test_without_plans_the_samples_are_the_devices_own() -> None:
     assert sequences(PLAIN) == list(range(12))
 
 
-def test_drop_tells_the_old_sample_honestly() -> None:
+def test_drop_gives_the_old_sample_honestly() -> None:
     found = samples(FaultPlan("drop", "force_sensor", 2, duration_ticks=7))
     assert sequences(found) == [0, 1, 1, 1, 1, 1, 1, 1, 1, 9, 10, 11]
     # Five ticks is the greatest age: the sample of tick 1 is over age from tick 7 on.
@@ -160,25 +160,25 @@ def test_time_counts_from_the_first_use() -> None:
 
 
 def test_deliveries_say_when() -> None:
-    told: list[FaultDelivery] = []
-    wrenches(FaultPlan("freeze", "force_sensor", 3, duration_ticks=4), told=told)
-    # What lasts is told when it begins.
+    delivered: list[FaultDelivery] = []
+    wrenches(FaultPlan("freeze", "force_sensor", 3, duration_ticks=4), delivered=delivered)
+    # What lasts is reported when it begins.
     text = "values stand still while number and time go on"
-    assert told == [FaultDelivery(3, 3 * TICK_NS, "freeze", "force_sensor", text)]
+    assert delivered == [FaultDelivery(3, 3 * TICK_NS, "freeze", "force_sensor", text)]
 
 
-def test_what_strikes_by_chance_is_told_each_time() -> None:
-    told: list[FaultDelivery] = []
-    found = wrenches(FaultPlan("nan", "force_sensor", probability=0.5), ticks=40, told=told)
+def test_what_strikes_by_chance_is_reported_each_time() -> None:
+    delivered: list[FaultDelivery] = []
+    found = wrenches(FaultPlan("nan", "force_sensor", probability=0.5), ticks=40, delivered=delivered)
     struck = [k for k, s in enumerate(found) if isinstance(s, WrenchSample) and s.validity is Validity.INVALID]
-    assert [delivery.tick for delivery in told] == struck
+    assert [delivery.tick for delivery in delivered] == struck
     assert 5 < len(struck) < 35
 
 
-def test_what_had_nothing_to_do_is_not_told() -> None:
-    told: list[FaultDelivery] = []
-    wrenches(FaultPlan("repeat", "force_sensor"), FaultPlan("duplicate", "force_sensor"), ticks=1, told=told)
-    assert told == []
+def test_what_had_nothing_to_do_is_not_reported() -> None:
+    delivered: list[FaultDelivery] = []
+    wrenches(FaultPlan("repeat", "force_sensor"), FaultPlan("duplicate", "force_sensor"), ticks=1, delivered=delivered)
+    assert delivered == []
 
 
 def test_equal_seeds_give_equal_samples_and_others_do_not() -> None:
@@ -217,9 +217,9 @@ def test_a_joint_that_does_not_exist_is_refused() -> None:
 @pytest.mark.parametrize("kind", [kind for kind, known in KINDS.items() if "force_sensor" in known.ports])
 def test_every_kind_shows(kind: str) -> None:
     plan = FaultPlan(kind, "force_sensor", 3, factor=1000.0 if kind == "unit" else 1.0, **SETTINGS.get(kind, {}))
-    told: list[FaultDelivery] = []
-    found = wrenches(plan, told=told)
+    delivered: list[FaultDelivery] = []
+    found = wrenches(plan, delivered=delivered)
     assert found[:3] == PLAIN[:3]
     assert any(a != b for a, b in zip(found[3:], PLAIN[3:], strict=True))
-    assert told[0].tick == 3
-    assert told[0].text
+    assert delivered[0].tick == 3
+    assert delivered[0].text

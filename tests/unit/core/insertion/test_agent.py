@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from math import sqrt
 
 import numpy as np
 import pytest
@@ -17,7 +16,6 @@ from palpate.core.policy import (
     ActionOutcome,
     ActionPenalty,
     Decision,
-    InternalEffort,
     Observation,
     Policy,
     Reinforcement,
@@ -222,16 +220,6 @@ def test_an_action_that_ends_at_once_counts_as_one_tick() -> None:
     assert bench.meter.outcomes == [ActionOutcome(TICK_S, 0.0, 0.0, 0.0)]
 
 
-def test_internal_effort_punishes_pressing_harder() -> None:
-    bench = Bench(reinforcement=InternalEffort(per_action=-1.0, per_N_s=-2.0, free_force_N=5.0))
-    for force in (4.0, 10.0):
-        bench.decide()
-        bench.record_effort(*[force] * 10)
-    bench.agent.reached_goal()
-    rewards = [entry.reinforcement for entry in bench.entries if isinstance(entry, Transition)]
-    assert rewards == pytest.approx([-1.0, -1.0 - 2.0 * 5.0 * 0.1])
-
-
 def test_nothing_is_learned_from_an_action_that_is_not_of_the_set() -> None:
     bench = Bench(Diary(indices=(0, None, 2)))
     for _ in range(3):
@@ -296,14 +284,6 @@ def test_a_new_trial_forgets_the_old_one() -> None:
 def test_the_temperature_is_the_policys() -> None:
     assert Bench().agent.temperature == 2.5
     assert Bench(Diary(temperature=None)).agent.temperature is None
-
-
-def test_the_norm_of_the_force_counts() -> None:
-    bench = Bench()
-    bench.decide()
-    bench.agent.record_effort(NONE, (1.0, -2.0, 3.0))
-    bench.agent.reached_goal()
-    assert bench.meter.outcomes[0].peak_force_N == pytest.approx(sqrt(14.0))
 
 
 def test_nothing_is_chosen_twice_on_one_perception() -> None:

@@ -105,18 +105,6 @@ def test_the_filter_lags_behind_the_force_and_arrives() -> None:
     assert measurement.filtered_force_z_N == pytest.approx(sensor_to_task()[2, 2] * -5.0, abs=1e-9)
 
 
-def test_friction_at_the_tip_makes_no_torque_there_although_the_sensor_sees_one() -> None:
-    measurement = build()
-    measurement.tare(BIAS)
-    sliding = snapshot((-1.5, 0.8, -5.0))
-    seen = np.array(sliding.wrench.torque_Nm) - BIAS[3:]
-    assert np.linalg.norm(seen) > 0.15  # the thresholds of the torque symbols are at 0.01 N m
-    settle(measurement, sliding)
-    force, torque = measurement.filtered_wrench_at_tip()
-    assert force == pytest.approx((-1.5, 0.8, -5.0), abs=1e-9)
-    assert torque == pytest.approx(NONE, abs=1e-10)
-
-
 @settings(deadline=None)
 @given(forces, st.tuples(*[st.floats(-0.1, 0.1)] * 3))
 def test_a_torque_about_the_tip_comes_through_whatever_the_force(force: Vector3, torque: Vector3) -> None:

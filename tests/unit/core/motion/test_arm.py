@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from dataclasses import FrozenInstanceError
 from math import degrees
 from pathlib import Path
 
@@ -50,11 +49,6 @@ def test_the_zebra_zero_counts_as_its_hardware_does() -> None:
     steps = [degrees(step) for step in arm_named("zebra-zero").encoder_step_rad]
     assert steps[:3] == pytest.approx([0.001875] * 3, rel=1e-12)  # 192 000 counts a turn
     assert steps[3:] == pytest.approx([360 / 69_332] * 3, rel=1e-12)
-
-
-def test_a_description_cannot_be_changed() -> None:
-    with pytest.raises(FrozenInstanceError):
-        arm_named("ur5").name = "ur6"  # type: ignore[misc]
 
 
 def test_a_missing_robot_data_package_is_named(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

@@ -1,17 +1,264 @@
-"""Hybrid control: one law across, one along, and neither disturbs the other."""
+"""Motion laws: each stable for every gain that it accepts, limited in speed, and undisturbed by its neighbour."""
 
 from __future__ import annotations
 
+from collections import deque
+from collections.abc import Callable
+from math import hypot, inf, nan
+
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from palpate.core.motion.laws import ControlLaw, DampingControl, ForceControl, HybridControl, PositionControl
+from palpate.core.errors import ConfigurationError
+from palpate.core.motion.laws import (
+    ControlLaw,
+    DampingControl,
+    ForceControl,
+    HybridControl,
+    PositionControl,
+    limited,
+)
 from palpate.core.ports.values import Vector3
 
 PERIOD_S = 1.0 / 140
-lengths = st.floats(-0.1, 0.1)
-forces = st.floats(-50.0, 50.0)
+ORIGIN: Vector3 = (0.0, 0.0, 0.0)
+PRESS: Vector3 = (0.0, 0.0, -5.0)
+stiffnesses = st.floats(100.0, 1e5)
+components = st.floats(-10.0, 10.0)
+
+
+def position(gain: float = 50.0, speed: float = 0.1) -> PositionControl:
+    return PositionControl(gain, speed, PERIOD_S)
+
+
+def damping(damping: float = 400.0, nominal: Vector3 = PRESS, speed: float = 0.05, k: float = 5e3) -> DampingControl:
+    return DampingControl(damping, nominal, speed, k, PERIOD_S)
+
+
+def force(
+    integral: float = 1e-3, proportional: float = 0.0, target: Vector3 = ORIGIN, speed: float = 1.0, k: float = 1e4
+) -> ForceControl:
+    return ForceControl(integral, proportional, target, speed, k, PERIOD_S)
+
+
+def refuse(field: str, law: Callable[..., ControlLaw], **gains: float) -> str:
+    """The words with which a law refuses a gain, by its name."""
+    with pytest.raises(ConfigurationError) as caught:
+        law(**gains)
+    assert caught.value.field == f"control.{field}"
+    assert caught.value.value in gains.values() or nan in gains.values()
+    return str(caught.value)
+
+
+# The speed limit that all laws share.
+
+
+@given(st.tuples(components, components, components), st.floats(1e-6, 1.0))
+def test_a_velocity_is_shortened_and_keeps_its_direction(velocity: Vector3, limit: float) -> None:
+    speed = hypot(*velocity)
+    result = limited(velocity, limit)
+    if speed <= limit * (1 - 1e-12):
+        assert result is velocity
+    else:
+        assert hypot(*result) == pytest.approx(min(speed, limit), rel=1e-12)
+        assert result == pytest.approx([v * min(limit / speed, 1.0) for v in velocity], rel=1e-9, abs=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("law", "target", "force_N"),
+    [
+        (position(speed=0.01), (0.3, 0.0, -0.4), ORIGIN),
+        (damping(100.0, ORIGIN, 0.01), ORIGIN, (3.0, 0.0, -4.0)),
+        (force(speed=0.01), ORIGIN, (30.0, 0.0, -40.0)),
+    ],
+)
+def test_every_law_keeps_it(law: ControlLaw, target: Vector3, force_N: Vector3) -> None:
+    assert law.velocity_m_s(ORIGIN, target, force_N) == pytest.approx((0.006, 0.0, -0.008))
+
+
+@pytest.mark.parametrize("law", [position, damping, force])
+@pytest.mark.parametrize("speed", [0.0, -0.1, 1.1, nan])
+def test_a_speed_limit_must_make_sense(law: Callable[..., ControlLaw], speed: float) -> None:
+    refuse("speed_limit_m_s", law, speed=speed)
+
+
+# Position control goes to the target and never past it.
+
+
+@settings(deadline=None)
+@given(gain=st.floats(1.0, 140.0), speed=st.floats(1e-3, 0.1), distance=st.floats(-5e-3, 5e-3))
+def test_it_arrives_without_overshoot_for_every_accepted_gain(gain: float, speed: float, distance: float) -> None:
+    law = position(gain, speed)
+    x = 0.0
+    for _ in range(4000):
+        vx, _, _ = law.velocity_m_s((x, 0.0, 0.0), (distance, 0.0, 0.0), ORIGIN)
+        before = abs(distance - x)
+        x += vx * PERIOD_S
+        assert abs(distance - x) <= before
+        assert (distance - x) * distance >= -1e-18  # never past it
+    assert x == pytest.approx(distance, abs=1e-9)
+
+
+def test_near_the_target_speed_is_gain_times_distance_and_forces_do_not_matter() -> None:
+    law = position()
+    for force_N in (ORIGIN, (9.0, -9.0, 30.0)):
+        assert law.velocity_m_s((0.0, 1e-4, 0.0), (1e-4, -1e-4, 0.0), force_N) == pytest.approx((5e-3, -1e-2, 0.0))
+        law.reset()
+
+
+@pytest.mark.parametrize("gain", [140.1, 280.0, 0.0, -1.0, nan, inf])
+def test_an_unstable_gain_is_refused_by_name(gain: float) -> None:
+    assert "from 0.001 to 140" in refuse("position_gain_per_s", position, gain=gain)
+
+
+# Damping control yields to force and presses with the nominal force.
+
+
+margins = st.floats(1.0, 20.0)  # damping in units of the lowest one accepted
+
+
+def pressed(stiffness: float, margin: float, delay: int, speed: float, ticks: int) -> list[float]:
+    """Force along z, tick by tick, while the law presses on a spring; the force arrives some ticks late."""
+    law = damping(2 * stiffness * PERIOD_S * margin, speed=speed, k=stiffness)
+    z, forces = 0.0, []
+    sensed = deque([0.0] * delay, maxlen=delay + 1)
+    for _ in range(ticks):
+        forces.append(-stiffness * max(z, 0.0))
+        sensed.append(forces[-1])
+        _, _, vz = law.velocity_m_s(ORIGIN, ORIGIN, (0.0, 0.0, sensed[0]))
+        z += vz * PERIOD_S
+    return forces
+
+
+@settings(deadline=None)
+@given(stiffnesses, margins)
+def test_pressing_settles_at_the_nominal_force_without_overshoot(stiffness: float, margin: float) -> None:
+    forces = pressed(stiffness, margin, delay=0, speed=1.0, ticks=600)
+    assert forces[-1] == pytest.approx(-5.0, abs=1e-3)
+    assert min(forces) >= -5.0 - 1e-9
+
+
+@settings(deadline=None)
+@given(stiffnesses, margins)
+def test_pressing_settles_with_two_ticks_of_lag_and_a_speed_limit(stiffness: float, margin: float) -> None:
+    forces = pressed(stiffness, margin, delay=2, speed=0.02, ticks=2000)
+    assert max(abs(f + 5.0) for f in forces[-100:]) < 1e-3
+
+
+@given(stiffnesses, st.floats(0.01, 0.999))
+def test_too_little_damping_is_refused_by_name(stiffness: float, share: float) -> None:
+    too_little = 2 * stiffness * PERIOD_S * share
+    assert "or pressing oscillates" in refuse("damping_N_s_per_m", damping, damping=too_little, k=stiffness)
+
+
+@pytest.mark.parametrize("gain", [0.0, -400.0, nan, inf, 71.42])
+def test_a_damping_must_be_a_finite_number_that_is_high_enough(gain: float) -> None:
+    assert "at least 71.43 N s/m" in refuse("damping_N_s_per_m", damping, damping=gain)
+
+
+@pytest.mark.parametrize(
+    ("nominal", "force_N", "velocity"),
+    [
+        (PRESS, ORIGIN, (0.0, 0.0, 0.0125)),  # in free space against the nominal force
+        (PRESS, (2.0, -1.0, -5.0), (5e-3, -2.5e-3, 0.0)),
+        (PRESS, (0.0, 0.0, -9.0), (0.0, 0.0, -0.01)),
+        ((1.0, -2.0, -5.0), (3.0, 3.0, 3.0), (5e-3, 12.5e-3, 20e-3)),
+    ],
+)
+def test_it_yields_on_every_axis_and_positions_do_not_matter(
+    nominal: Vector3, force_N: Vector3, velocity: Vector3
+) -> None:
+    law = damping(400.0, nominal)
+    for place, target in ((ORIGIN, ORIGIN), ((1.0, 2.0, 3.0), (-4.0, 5.0, 6.0))):
+        assert law.velocity_m_s(place, target, force_N) == pytest.approx(velocity)
+        law.reset()
+
+
+# Force control holds its force on every contact that it was tuned for.
+
+
+TARGET: Vector3 = (2.0, 0.0, 0.0)
+
+
+def highest_integral(stiffness: float, proportional: float) -> float:
+    return (1.0 - stiffness * proportional) / (stiffness * PERIOD_S)
+
+
+def on_a_spring(law: ControlLaw, stiffness: float, ticks: int, delay: int = 0) -> list[float]:
+    """Force along x, tick by tick, of a tip that starts 7 N away from the target."""
+    x, forces = 5.0 / stiffness, []
+    sensed = deque([-5.0] * delay, maxlen=delay + 1)
+    for _ in range(ticks):
+        forces.append(-stiffness * x)
+        sensed.append(forces[-1])
+        vx, _, _ = law.velocity_m_s(ORIGIN, ORIGIN, (sensed[0], 0.0, 0.0))
+        x += vx * PERIOD_S
+    return forces
+
+
+@settings(deadline=None)
+@given(stiffness=stiffnesses, p=st.floats(0.0, 1.0), i=st.floats(0.05, 1.0))
+def test_the_force_settles_for_every_accepted_gain(stiffness: float, p: float, i: float) -> None:
+    proportional = 0.5 * p / stiffness
+    integral = i * highest_integral(stiffness, proportional)
+    law = force(integral, proportional, TARGET, k=stiffness)
+    forces = on_a_spring(law, stiffness, 900)
+    assert max(abs(f - 2.0) for f in forces[-20:]) < 1e-3
+    assert max(abs(f - 2.0) for f in forces) <= 7.0 * (1 + 1e-9)  # never farther than at first
+
+
+@settings(deadline=None)
+@given(stiffness=stiffnesses, i=st.floats(0.05, 0.5))
+def test_the_force_settles_with_a_tick_of_lag_and_a_speed_limit(stiffness: float, i: float) -> None:
+    law = force(i * highest_integral(stiffness, 0.0), 0.0, TARGET, 5e-3, stiffness)
+    forces = on_a_spring(law, stiffness, 4000, delay=1)
+    assert max(abs(f - 2.0) for f in forces[-100:]) < 1e-3
+
+
+@given(stiffness=stiffnesses, p=st.floats(0.0, 1.0), excess=st.floats(1.001, 10.0))
+def test_too_much_integral_gain_is_refused_by_name(stiffness: float, p: float, excess: float) -> None:
+    proportional = 0.5 * p / stiffness
+    integral = excess * highest_integral(stiffness, proportional)
+    gains = {"integral": integral, "proportional": proportional, "k": stiffness}
+    assert "or the contact oscillates" in refuse("force_integral_m_per_N_s", force, **gains)
+
+
+@pytest.mark.parametrize("integral", [0.0, -1e-4, nan, inf])
+def test_an_integral_gain_must_be_a_positive_number(integral: float) -> None:
+    words = refuse("force_integral_m_per_N_s", force, integral=integral, k=4e4)
+    assert "above 0 and at most 0.0035 m/" in words
+
+
+@pytest.mark.parametrize("proportional", [-1e-9, 0.51 / 4e4, nan])
+def test_too_much_proportional_gain_is_refused_by_name(proportional: float) -> None:
+    refuse("force_proportional_m_per_N", force, integral=1e-5, proportional=proportional, k=4e4)
+
+
+def test_it_yields_to_the_force_beyond_the_target_on_every_axis() -> None:
+    law = force(target=(2.0, 1.0, -5.0))
+    assert law.velocity_m_s(ORIGIN, ORIGIN, (5.0, -1.0, -9.0)) == pytest.approx((3e-3, -2e-3, -4e-3))
+
+
+def test_the_proportional_part_answers_the_change() -> None:
+    p = 1e-5
+    law = force(1e-9, p)
+    law.velocity_m_s(ORIGIN, ORIGIN, (1.0, 2.0, 3.0))
+    velocity = law.velocity_m_s(ORIGIN, ORIGIN, (4.0, 1.0, 5.0))
+    assert [v * PERIOD_S for v in velocity] == pytest.approx([3.0 * p, -1.0 * p, 2.0 * p], rel=1e-3)
+
+
+def test_a_new_contact_does_not_begin_with_a_kick() -> None:
+    law = force(1e-5, 1e-5)
+    fresh = law.velocity_m_s(ORIGIN, ORIGIN, (10.0, 0.0, 0.0))
+    assert fresh == pytest.approx((1e-4, 0.0, 0.0))
+    kicked = law.velocity_m_s(ORIGIN, ORIGIN, (-10.0, 0.0, 0.0))
+    assert abs(kicked[0]) > 100 * abs(fresh[0])
+    law.reset()
+    assert law.velocity_m_s(ORIGIN, ORIGIN, (10.0, 0.0, 0.0)) == fresh
+
+
+# Hybrid control: one law across, one along, and neither disturbs the other.
 
 
 class Recorder(ControlLaw):
@@ -28,52 +275,28 @@ class Recorder(ControlLaw):
         self.resets += 1
 
 
-def test_each_law_is_told_of_its_own_axes_and_answers_for_them() -> None:
+def test_each_law_sees_and_moves_its_own_axes_only() -> None:
     across, along = Recorder((1.0, 2.0, 30.0)), Recorder((10.0, 20.0, 3.0))
     law = HybridControl(across, along)
     assert law.velocity_m_s((0.1, 0.2, 0.3), (0.4, 0.5, 0.6), (7.0, 8.0, 9.0)) == (1.0, 2.0, 3.0)
     assert across.calls == [((0.1, 0.2, 0.0), (0.4, 0.5, 0.0), (7.0, 8.0, 0.0))]
     assert along.calls == [((0.0, 0.0, 0.3), (0.0, 0.0, 0.6), (0.0, 0.0, 9.0))]
-
-
-def test_both_laws_forget() -> None:
-    across, along = Recorder((0.0, 0.0, 0.0)), Recorder((0.0, 0.0, 0.0))
-    HybridControl(across, along).reset()
+    law.reset()
     assert (across.resets, along.resets) == (1, 1)
 
 
-def compliant_step() -> HybridControl:
-    return HybridControl(
-        PositionControl(70.0, 0.02, PERIOD_S),
-        DampingControl(400.0, (0.0, 0.0, -5.0), 0.02, 5e3, PERIOD_S),
-    )
-
-
-@given(st.tuples(lengths, lengths, lengths), st.tuples(forces, forces, forces), forces)
-def test_pressing_does_not_depend_on_the_step_nor_the_step_on_pressing(
-    target: Vector3, force: Vector3, other_force: float
-) -> None:
-    law = compliant_step()
-    vx, vy, vz = law.velocity_m_s((0.0, 0.0, 0.0), target, force)
-    assert law.velocity_m_s((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, force[2]))[2] == vz
-    assert law.velocity_m_s((0.0, 0.0, 0.0), target, (0.0, 0.0, other_force))[:2] == (vx, vy)
-
-
 def test_the_speed_limit_of_one_does_not_slow_the_other() -> None:
-    velocity = compliant_step().velocity_m_s((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    velocity = HybridControl(position(70.0, 0.02), damping()).velocity_m_s(ORIGIN, (1.0, 0.0, 0.0), ORIGIN)
     assert velocity == pytest.approx((0.02, 0.0, 0.0125))
 
 
 def test_a_slide_along_a_wall_while_pressing_settles_on_every_axis() -> None:
     """The law of the insertion on a spring that is stiff across and soft along: both forces arrive."""
     across, along = 4e4, 5e3
-    law = HybridControl(
-        ForceControl(2.5e-4, 0.0, (0.0, 0.0, 0.0), 5e-3, across, PERIOD_S),
-        DampingControl(400.0, (0.0, 0.0, -5.0), 0.02, along, PERIOD_S),
-    )
+    law = HybridControl(force(2.5e-4, speed=5e-3, k=across), damping(speed=0.02, k=along))
     x, y, z = 2e-4, -1e-4, -1e-3
     for _ in range(700):
-        force = (-across * x, -across * y, -along * max(z, 0.0))
-        vx, vy, vz = law.velocity_m_s((x, y, z), (0.0, 0.0, 0.0), force)
+        force_N = (-across * x, -across * y, -along * max(z, 0.0))
+        vx, vy, vz = law.velocity_m_s((x, y, z), ORIGIN, force_N)
         x, y, z = x + vx * PERIOD_S, y + vy * PERIOD_S, z + vz * PERIOD_S
     assert (-across * x, -across * y, -along * z) == pytest.approx((0.0, 0.0, -5.0), abs=1e-3)

@@ -119,16 +119,6 @@ def test_the_jacobian_is_the_derivative_of_the_tip(arm: ArmDescription) -> None:
             np.testing.assert_allclose(jacobian[:, joint], slope, atol=2e-9)
 
 
-@arms
-def test_the_jacobian_updates_the_tip_on_the_way(arm: ArmDescription) -> None:
-    kinematics, other = Kinematics(arm, ToolGeometry()), Kinematics(arm, ToolGeometry())
-    for q in random_angles(kinematics, 20):
-        kinematics.tip_jacobian(tuple(q))
-        other.update(q)
-        assert kinematics.tip_position_m.tolist() == other.tip_position_m.tolist()
-        assert kinematics.tip_rotation.tolist() == other.tip_rotation.tolist()
-
-
 def test_the_tip_error_leads_to_the_target() -> None:
     kinematics = Kinematics(ZEBRA, ToolGeometry())
     here, there = random_angles(kinematics, 2)
@@ -172,12 +162,6 @@ def test_wrench_transport_is_that_of_spatial_algebra(force: Vector3, torque: Vec
     shift = pin.SE3(np.eye(3), np.array(point))
     expected = shift.actInv(pin.Force(np.array(force), np.array(torque)))
     np.testing.assert_allclose(wrench_about(force, torque, point), expected.angular, rtol=1e-12, atol=1e-9)
-
-
-@given(force=vectors, point=vectors)
-def test_a_force_has_no_torque_about_its_own_point(force: Vector3, point: Vector3) -> None:
-    x, y, z = np.cross(point, force).tolist()
-    assert wrench_about(force, (x, y, z), point) == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)
 
 
 def test_a_push_at_the_tip_seen_from_the_sensor() -> None:

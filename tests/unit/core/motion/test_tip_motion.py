@@ -82,15 +82,6 @@ def test_equal_motions_have_equal_bits(bench: Bench) -> None:
         assert bench.motion.move(velocity) == other.motion.move(velocity)
 
 
-def test_a_new_start_forgets_the_past(bench: Bench) -> None:
-    for _ in range(50):
-        bench.motion.move((0.02, 0.0, 0.0))
-    bench.motion.start(bench.home)
-    other = Bench(bench.look.arm.name)
-    assert bench.motion.reference_m == other.motion.reference_m
-    assert bench.motion.move((0.0, 0.01, 0.0)) == other.motion.move((0.0, 0.01, 0.0))
-
-
 def test_a_command_that_was_changed_is_taken_up(bench: Bench) -> None:
     first = bench.motion.move((0.02, 0.0, 0.0))
     for _ in range(30):
@@ -120,11 +111,3 @@ def test_a_stopped_arm_does_not_wind_the_joints_up(bench: Bench) -> None:
         command = bench.motion.move((0.0, 0.0, -0.1))
         assert (np.abs(np.array(command.position_rad) - bench.home) <= reach).all()
         bench.motion.adopt(AppliedCommand(bench.home, CommandReason.STOPPED))
-
-
-def test_steps_that_fall_short_are_counted(bench: Bench) -> None:
-    for _ in range(3):
-        bench.motion.move((5.0, 0.0, 0.0))
-    assert bench.motion.limited_steps == 3
-    bench.motion.start(bench.home)
-    assert bench.motion.limited_steps == 0

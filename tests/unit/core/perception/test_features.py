@@ -46,14 +46,6 @@ def test_principal_components_agree_with_scikit_learn(table: np.ndarray) -> None
     assert fitted.names == ("pc1", "pc2", "pc3")
 
 
-def test_three_components_hold_what_three_causes_made(table: np.ndarray) -> None:
-    fitted = PrincipalComponents.fit(table, 3)
-    left = np.var([fitted.extract(tuple(row)) for row in table.tolist()], axis=0).sum()
-    assert left > 0.95 * 9
-    ninth = PrincipalComponents.fit(table, 9)
-    assert np.var([ninth.extract(tuple(row)) for row in table.tolist()], axis=0).sum() == pytest.approx(9)
-
-
 def test_principal_components_may_look_at_some_channels_only(table: np.ndarray) -> None:
     fitted = PrincipalComponents.fit(table, 2, channels=("tx", "fy", "z"))
     oracle = make_pipeline(StandardScaler(), PCA(2, svd_solver="full")).fit_transform(table[:, [6, 4, 2]])

@@ -1,12 +1,8 @@
 import math
-import subprocess
-import sys
 from collections.abc import Sequence
-from pathlib import Path
 
 import pytest
 
-from palpate.core import errors
 from palpate.core.errors import CommandError, ConfigurationError
 from palpate.core.perception.features import SelectedChannels
 from palpate.core.perception.pipeline import Perception
@@ -77,15 +73,3 @@ def test_a_measurement_that_cannot_be_one_is_refused() -> None:
         perception.observe((0.0,) * 6)
     with pytest.raises(CommandError, match="finite"):
         perception.observe(signal(0.0, math.nan))
-
-
-def test_importing_perception_is_light() -> None:
-    core = Path(errors.__file__).parents[2]
-    program = (
-        f"import sys; sys.path.insert(0, {str(core)!r})\n"
-        "import palpate.core.perception as p\n"
-        "f = p.SignalProcessor(140.0, 4.0); f.reset((0.0,) * 6); f.update((1.0,) * 6)\n"
-        "print([m for m in ('sklearn', 'minisom', 'scipy', 'scipy.signal', 'torch') if m in sys.modules])"
-    )
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "[]"

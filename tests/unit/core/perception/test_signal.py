@@ -6,6 +6,7 @@ import pytest
 import scipy.signal
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from sklearn.preprocessing import StandardScaler
 
 from palpate.core.errors import CommandError, ConfigurationError, LifecycleError
 from palpate.core.perception.signal import Normalisation, SignalProcessor, Wrench
@@ -24,33 +25,14 @@ def run(processor: SignalProcessor, table: np.ndarray) -> np.ndarray:
 
 
 @ORDERS
-@settings(deadline=None)
-@given(rate=st.floats(1.0, 1e5), part=st.floats(0.005, 0.495))
-def test_the_transfer_function_is_scipys_butterworth(order: int, rate: float, part: float) -> None:
-    b, a = SignalProcessor(rate, part * rate, order).transfer_function()
-    expected_b, expected_a = scipy.signal.butter(order, part * rate, fs=rate)
-    np.testing.assert_allclose(b, expected_b, rtol=1e-9)
-    np.testing.assert_allclose(a, expected_a, rtol=1e-9, atol=1e-12)
-
-
-@ORDERS
 @settings(deadline=None, max_examples=40)
-@given(part=st.floats(0.002, 0.49), seed=st.integers(0, 99))
-def test_the_output_is_scipys(order: int, part: float, seed: int) -> None:
+@given(rate_Hz=st.floats(1.0, 1e5), part=st.floats(0.002, 0.49), seed=st.integers(0, 99))
+def test_the_output_is_scipys(order: int, rate_Hz: float, part: float, seed: int) -> None:
     table = noise(150, seed)
-    processor = SignalProcessor(140.0, part * 140.0, order)
+    processor = SignalProcessor(rate_Hz, part * rate_Hz, order)
     processor.reset(ZERO)
-    sections = scipy.signal.butter(order, part * 140.0, fs=140.0, output="sos")
+    sections = scipy.signal.butter(order, part * rate_Hz, fs=rate_Hz, output="sos")
     np.testing.assert_allclose(run(processor, table), scipy.signal.sosfilt(sections, table, axis=0), atol=1e-9)
-
-
-def test_the_gain_at_the_papers_cutoff_is_minus_3_db() -> None:
-    processor = SignalProcessor(140.0, 4.0)
-    processor.reset(ZERO)
-    time_s = np.arange(1400) / 140.0
-    wave = np.sin(2 * math.pi * 4.0 * time_s)
-    out = run(processor, np.tile(wave[:, None], 6))[700:, 0]
-    assert math.sqrt(2 * np.mean(out**2)) == pytest.approx(math.sqrt(0.5), rel=1e-6)
 
 
 @ORDERS
@@ -60,16 +42,6 @@ def test_after_a_reset_a_constant_passes_unchanged_to_the_last_bit(order: int, r
     processor = SignalProcessor(140.0, cutoff_Hz, order)
     processor.reset(raw)
     assert all(processor.update(raw) == raw for _ in range(20))
-
-
-@ORDERS
-def test_the_gain_for_a_constant_is_one(order: int) -> None:
-    processor = SignalProcessor(140.0, 4.0, order)
-    processor.reset(ZERO)
-    target: Wrench = (1.0, -2.0, 0.1, 1e-3, 1e3, 0.3)
-    for _ in range(2000):
-        out = processor.update(target)
-    assert out == pytest.approx(target, rel=1e-14)
 
 
 @ORDERS
@@ -87,14 +59,6 @@ def test_tare_then_scale_then_normalisation_then_filter(order: int) -> None:
     np.testing.assert_allclose(run(whole, table), run(bare, expected), atol=1e-12)
 
 
-def test_a_tared_constant_reads_exactly_zero() -> None:
-    bias: Wrench = (0.1, 0.2, 0.3, 0.7, 1.1, -1e-3)
-    processor = SignalProcessor(140.0, 4.0, scale=(3.0,) * 6)
-    processor.tare(bias)
-    processor.reset(bias)
-    assert processor.update(bias) == ZERO
-
-
 @ORDERS
 def test_a_tare_in_the_middle_makes_no_transient(order: int) -> None:
     normal = Normalisation((0.5,) * 6, (2.0,) * 6)
@@ -109,13 +73,6 @@ def test_a_tare_in_the_middle_makes_no_transient(order: int) -> None:
             processor.tare(bias)
     assert not np.allclose(before, 0.0)
     np.testing.assert_allclose(run(late, table[30:]), run(early, table[30:]), atol=1e-12)
-
-
-def test_nothing_is_tared_by_itself() -> None:
-    processor = SignalProcessor(140.0, 4.0)
-    raw: Wrench = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
-    processor.reset(raw)
-    assert processor.update(raw) == raw
 
 
 @ORDERS
@@ -199,3 +156,40 @@ def test_a_reset_and_a_tare_take_six_numbers() -> None:
 def test_unusable_settings_are_named(settings: dict[str, Any], message: str) -> None:
     with pytest.raises(ConfigurationError, match=message):
         SignalProcessor(**{"rate_Hz": 140.0, "cutoff_Hz": 4.0, **settings})
+
+
+# Normalisation.
+
+
+def test_fit_agrees_with_scikit_learn() -> None:
+    table = np.random.default_rng(1).normal([5.0, -3e-3, 100.0], [1e-3, 2.0, 1e4], size=(200, 3))
+    fitted = Normalisation.fit(table)
+    np.testing.assert_allclose(fitted.apply(table), StandardScaler().fit_transform(table), rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.parametrize("constant", [0.0, 0.1, -1e9])
+def test_a_constant_channel_keeps_its_unit(constant: float) -> None:
+    # The mean of equal decimals is off by rounding; a gain made from that would be astronomic.
+    fitted = Normalisation.fit([(constant, float(i)) for i in range(7)])
+    assert fitted.gain[0] == 1.0
+    assert fitted.apply([constant, 3.0]) == pytest.approx([0.0, 0.0], abs=1e-6)
+
+
+def test_equal_numbers_are_equal_objects_whatever_sequence_they_came_in() -> None:
+    assert Normalisation([1, 2], np.array([3.0, 4.0])) == Normalisation((1.0, 2.0), (3.0, 4.0))  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("offset", "gain", "message"),
+    [
+        ((0.0,), (0.0,), r"perception\.normalisation\.gain = .* other than zero"),
+        ((0.0, 1.0), (1.0,), r"perception\.normalisation\.gain = .* 2 finite numbers"),
+        ((), (), r"perception\.normalisation\.offset"),
+        ((float("nan"),), (1.0,), r"perception\.normalisation\.offset"),
+    ],
+)
+def test_unusable_numbers_of_a_normalisation_are_refused(
+    offset: tuple[float, ...], gain: tuple[float, ...], message: str
+) -> None:
+    with pytest.raises(ConfigurationError, match=message):
+        Normalisation(offset, gain)

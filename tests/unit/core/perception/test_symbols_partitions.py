@@ -32,6 +32,7 @@ def test_the_prototypes_lie_inside_the_bounds_and_own_themselves() -> None:
     assert stage.features == ("x", "fz")
     assert stage.symbols[:2] == ("region 0", "region 1")
     assert len(stage.symbols) == 50
+    assert isinstance(stage, Symboliser)
 
 
 def test_no_feature_outweighs_another_by_its_unit() -> None:
@@ -95,7 +96,3 @@ def test_shapes_that_do_not_fit_together_are_refused() -> None:
         RandomPartition(("x",), good.normalisation, good.prototypes)
     with pytest.raises(ConfigurationError, match=r"symboliser\.prototypes"):
         Clusters(good.features, good.normalisation, ((0.0,),))
-
-
-def test_a_partition_is_a_symboliser() -> None:
-    assert isinstance(RandomPartition.draw(BOUNDS, 4, 0), Symboliser)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from palpate.adapters.fault_injection.campaign.force_probe import ForceProbe
+from palpate.adapters.fault_injection.campaign.runs import ForceProbe
 from palpate.adapters.fault_injection.plan import FaultPlan
-from palpate.adapters.fault_injection.sensors import FaultyForceSensor
+from palpate.adapters.fault_injection.ports import FaultyForceSensor
 from palpate.core.ports.contracts.fakes import FakeClock, FakeForceSensor
 
 
