@@ -1,26 +1,134 @@
-"""An arm port with faults."""
+"""An arm port with faults on the way of its commands."""
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
+from collections import deque
 from collections.abc import Sequence
-from typing import Final
+from math import nan
+from typing import ClassVar, Final, TypeAlias
 
-from palpate.adapters.fault_injection.command_faults import (
-    CommandFault,
-    DelayCommand,
-    DisconnectArm,
-    DropCommand,
-    NotANumberCommand,
-    Stuck,
-    WrongUnitCommand,
-)
+from typing_extensions import override
+
 from palpate.adapters.fault_injection.plan import FaultPlan
-from palpate.adapters.fault_injection.schedule import FaultAccount, FaultDelivery, Schedule, Tell, Ticker
-from palpate.core.errors import PalpateError
+from palpate.adapters.fault_injection.sample_faults import changed
+from palpate.adapters.fault_injection.schedule import (
+    FaultAccount,
+    FaultDelivery,
+    FaultMoment,
+    Notify,
+    Schedule,
+    Ticker,
+)
+from palpate.core.errors import DeviceError, PalpateError
 from palpate.core.ports.decorator import DeviceDecorator
 from palpate.core.ports.devices import ArmCommand, Clock
 from palpate.core.ports.lifecycle import Life
 from palpate.core.ports.values import AppliedCommand, CommandReason, JointCommand, JointVector
+
+_OnWay: TypeAlias = JointCommand | None
+
+
+class CommandFault(ABC):
+    """One fault on the way of the commands. None stands for a command that does not arrive.
+
+    Args:
+        plan: What it shall do.
+
+    Attributes:
+        LIES: Whether the answer is that the command was applied as asked, as that of a bus that only queues it.
+    """
+
+    LIES: ClassVar[bool] = True
+
+    def __init__(self, plan: FaultPlan) -> None:
+        self.plan = plan
+
+    @abstractmethod
+    def strike(self, command: _OnWay, moment: FaultMoment, held_rad: JointVector | None) -> _OnWay:
+        """What goes on instead of a command.
+
+        Args:
+            command: What came to here.
+            moment: The tick.
+            held_rad: What the arm applied last, (n,); None before its first command.
+        """
+
+    def forget(self) -> None:
+        """The arm was stopped, or the fault is over: nothing old may arrive any more."""
+        # Most faults keep nothing.
+        return
+
+
+class DropCommand(CommandFault):
+    """The command is lost."""
+
+    @override
+    def strike(self, command: _OnWay, moment: FaultMoment, held_rad: JointVector | None) -> _OnWay:
+        return None
+
+
+class DelayCommand(CommandFault):
+    """Every command comes so many ticks late."""
+
+    def __init__(self, plan: FaultPlan) -> None:
+        super().__init__(plan)
+        self._under_way: deque[tuple[int, JointCommand]] = deque()
+
+    @override
+    def strike(self, command: _OnWay, moment: FaultMoment, held_rad: JointVector | None) -> _OnWay:
+        due, queue = moment.tick + self.plan.delay_ticks, self._under_way
+        if command is not None:
+            # The newest command of a tick wins, late or not.
+            if queue and queue[-1][0] == due:
+                queue.pop()
+            queue.append((due, command))
+        arrived: JointCommand | None = None
+        while queue and queue[0][0] <= moment.tick:
+            arrived = queue.popleft()[1]
+        return arrived
+
+    @override
+    def forget(self) -> None:
+        self._under_way.clear()
+
+
+class Stuck(CommandFault):
+    """The link lives and the arm stands: it is sent again what it holds already."""
+
+    @override
+    def strike(self, command: _OnWay, moment: FaultMoment, held_rad: JointVector | None) -> _OnWay:
+        return None if held_rad is None else JointCommand(held_rad)
+
+
+class NotANumberCommand(CommandFault):
+    """Something on the way makes NaN of a command; none such can be made, so it is refused."""
+
+    @override
+    def strike(self, command: _OnWay, moment: FaultMoment, held_rad: JointVector | None) -> _OnWay:
+        return command and JointCommand(changed(command.position_rad, self.plan.channels, lambda i, value: nan))
+
+
+class WrongUnitCommand(CommandFault):
+    """The arm takes the numbers for those of another unit; the answer is what it makes of them."""
+
+    LIES = False
+
+    @override
+    def strike(self, command: _OnWay, moment: FaultMoment, held_rad: JointVector | None) -> _OnWay:
+        factor = self.plan.factor
+        return command and JointCommand(
+            changed(command.position_rad, self.plan.channels, lambda i, value: factor * value)
+        )
+
+
+class DisconnectArm(CommandFault):
+    """The arm is gone."""
+
+    @override
+    def strike(self, command: _OnWay, moment: FaultMoment, held_rad: JointVector | None) -> _OnWay:
+        raise DeviceError(self.plan.port, "does not answer")
+
 
 _FAULTS: Final[dict[str, type[CommandFault]]] = {
     "drop": DropCommand,
@@ -39,16 +147,16 @@ class FaultyArm(DeviceDecorator, ArmCommand):
         arm: The arm.
         clock: The run's clock.
         plans: Its faults, in the order in which a command meets them.
-        tell: Is told of each delivery.
+        notify: Called with each delivery.
 
     Raises:
         ConfigurationError: A plan is for another port.
     """
 
-    def __init__(self, arm: ArmCommand, clock: Clock, plans: Sequence[FaultPlan], tell: Tell | None = None) -> None:
+    def __init__(self, arm: ArmCommand, clock: Clock, plans: Sequence[FaultPlan], notify: Notify | None = None) -> None:
         super().__init__(arm)
         self._arm, self._ticker = arm, Ticker(clock)
-        self._account = FaultAccount(tell)
+        self._account = FaultAccount(notify)
         self._stages: list[tuple[Schedule, CommandFault]] = [
             (schedule, _FAULTS[schedule.plan.kind](schedule.plan)) for schedule in self._account.schedules("arm", plans)
         ]
@@ -60,13 +168,14 @@ class FaultyArm(DeviceDecorator, ArmCommand):
         """What was delivered so far."""
         return self._account.deliveries
 
+    @override
     def activate(self) -> None:
-        """See :class:`palpate.core.ports.devices.Device`."""
         super().activate()
         self._begin_anew()
 
+    @override
     def send(self, command: JointCommand) -> AppliedCommand:
-        """See :class:`ArmCommand`.
+        """Send a command past the faults.
 
         Raises:
             CommandError: Besides the arm's own: a fault made NaN of the command.
@@ -79,16 +188,16 @@ class FaultyArm(DeviceDecorator, ArmCommand):
             return AppliedCommand(command.position_rad)
         applied = self._arm.send(arriving)
         self._held = applied.position_rad
-        # An arm that is stopped says so whatever the fault: only a broken link may lie about that.
+        # That the arm is stopped is answered whatever the fault: only a broken link may hide it.
         return AppliedCommand(command.position_rad) if lied and applied.reason is not CommandReason.STOPPED else applied
 
+    @override
     def stop(self) -> None:
-        """See :class:`ArmCommand`."""
         self._stopped = True
         self._arm.stop()
 
     def _struck(self, command: JointCommand) -> tuple[JointCommand | None, bool]:
-        """What arrives at the arm, and whether the caller hears something else."""
+        """What arrives at the arm, and whether the answer is another."""
         moment, lied = self._ticker.moment(), False
         on_way: JointCommand | None = command
         for schedule, fault in self._stages:
@@ -109,7 +218,7 @@ class FaultyArm(DeviceDecorator, ArmCommand):
     def _sent_plainly(self, command: JointCommand) -> AppliedCommand:
         applied = self._arm.send(command)
         if self._stopped and applied.reason is not CommandReason.STOPPED:
-            # Somebody has activated the arm again underneath.
+            # The arm underneath was activated again.
             self._begin_anew()
         self._held = applied.position_rad
         return applied

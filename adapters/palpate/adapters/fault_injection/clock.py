@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Final
 
+from typing_extensions import override
+
 from palpate.adapters.fault_injection.plan import FaultPlan
-from palpate.adapters.fault_injection.schedule import FaultAccount, FaultDelivery, FaultMoment, Schedule, Tell
+from palpate.adapters.fault_injection.schedule import FaultAccount, FaultDelivery, FaultMoment, Notify, Schedule
 from palpate.core.ports.devices import Clock
 
 _NS: Final = 1_000_000_000
@@ -20,14 +22,14 @@ class FaultyClock(Clock):
     Args:
         clock: The clock.
         plans: Its faults.
-        tell: Is told of each delivery; times are those of ``clock``.
+        notify: Called with each delivery; times are those of ``clock``.
 
     Raises:
         ConfigurationError: A plan is for another port.
     """
 
-    def __init__(self, clock: Clock, plans: Sequence[FaultPlan], tell: Tell | None = None) -> None:
-        self._clock, self._account = clock, FaultAccount(tell)
+    def __init__(self, clock: Clock, plans: Sequence[FaultPlan], notify: Notify | None = None) -> None:
+        self._clock, self._account = clock, FaultAccount(notify)
         self._schedules = self._account.schedules("clock", plans)
         self._first_ns: int | None = None
         self._tick = -1
@@ -40,16 +42,16 @@ class FaultyClock(Clock):
         """What was delivered so far."""
         return self._account.deliveries
 
+    @override
     def now_ns(self) -> int:
-        """See :class:`Clock`."""
         shown_ns = self._clock.now_ns() + self._offset_ns
         if self._floor_ns is not None:
             shown_ns = max(shown_ns, self._floor_ns)
         self._floor_ns = shown_ns
         return shown_ns
 
+    @override
     def sleep_until(self, deadline_ns: int) -> None:
-        """See :class:`Clock`."""
         if not self._schedules:
             self._clock.sleep_until(deadline_ns)
             return
@@ -80,4 +82,4 @@ class FaultyClock(Clock):
         jump_ns = round(schedule.plan.time_s * _NS) * (1 if strikes else -1)
         self._offset_ns += jump_ns
         back = ", which a clock may not: it stands still until then" if jump_ns < 0 else ""
-        schedule.tell(moment, f"time jumps by {jump_ns / _NS:+g} s{back}")
+        schedule.report(moment, f"time jumps by {jump_ns / _NS:+g} s{back}")

@@ -21,12 +21,12 @@ _GREAT: Final = 1e9
 
 @dataclass(frozen=True, slots=True)
 class KindOfFault:
-    """What may be said of one kind.
+    """What a plan of one kind may hold.
 
     Attributes:
         ports: Where it may happen.
         settings: Fields of a plan that mean something to it, besides kind, port, time and seed.
-        text: What is told when it happens; may name fields of the plan.
+        text: What is reported when it happens; may name fields of the plan.
     """
 
     ports: tuple[str, ...]
@@ -88,7 +88,7 @@ class FaultPlan(Settings):
     channels: tuple[Annotated[int, Range(0, _MOST_CHANNELS - 1)], ...] = ()
     """Which components, from 0: Fx Fy Fz Tx Ty Tz, or joints; none means all."""
     honest: bool = True
-    """Whether the device owns up: ``saturate`` marks its samples, ``repeat`` keeps old numbers and times."""
+    """Whether the device shows it: ``saturate`` marks its samples, ``repeat`` keeps old numbers and times."""
     seed: Annotated[int, Range(0, 2**63)] = 0
     """Of the fault's own random numbers; equal seeds on different ports or kinds give different ones."""
 
@@ -116,5 +116,5 @@ class FaultPlan(Settings):
 
     @property
     def text(self) -> str:
-        """What is told when it happens."""
+        """What is reported when it happens."""
         return KINDS[self.kind].text.format(p=self)

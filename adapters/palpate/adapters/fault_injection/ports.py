@@ -1,19 +1,134 @@
-"""All four ports with faults."""
+"""Sensor ports with faults, and all four ports together."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Final, Generic
 
 from palpate.adapters.fault_injection.arm import FaultyArm
 from palpate.adapters.fault_injection.clock import FaultyClock
 from palpate.adapters.fault_injection.plan import PORTS, FaultPlan
-from palpate.adapters.fault_injection.schedule import Tell
-from palpate.adapters.fault_injection.sensors import MAX_AGE_NS, FaultyForceSensor, FaultyJointEncoder
-from palpate.core.ports.devices import Ports
+from palpate.adapters.fault_injection.sample_faults import SAMPLE_FAULTS, SampleFault, aged
+from palpate.adapters.fault_injection.schedule import FaultAccount, FaultDelivery, FaultMoment, Notify, Schedule, Ticker
+from palpate.core.errors import DeviceError
+from palpate.core.ports.decorator import SampleT, SensorDecorator
+from palpate.core.ports.devices import Clock, ForceSensor, JointEncoder, Ports
+from palpate.core.ports.values import CONTROL_RATE_HZ, JointSample, WrenchSample
+
+MAX_AGE_NS: Final = 5 * 1_000_000_000 // CONTROL_RATE_HZ
+"""Age above which a sample that a fault holds back is marked ``STALE``, unless another is given: five ticks."""
+
+
+class _Line(Generic[SampleT]):
+    """The way of the samples of one port, past its faults in the order of the plans."""
+
+    def __init__(
+        self, port: str, clock: Clock, plans: Sequence[FaultPlan], notify: Notify | None, max_age_ns: int
+    ) -> None:
+        self.account = FaultAccount(notify)
+        self._ticker, self._max_age_ns = Ticker(clock), max_age_ns
+        self._stages: list[tuple[Schedule, SampleFault[SampleT]]] = [
+            (schedule, SAMPLE_FAULTS[schedule.plan.kind](schedule.plan, schedule.rng))
+            for schedule in self.account.schedules(port, plans)
+        ]
+        self._tick: int | None = None
+        self._outcome: SampleT | DeviceError | None = None
+
+    def past(self, fresh: SampleT) -> SampleT:
+        """What is read instead of the device's own sample; the same again within a tick."""
+        if not self._stages:
+            return fresh
+        moment = self._ticker.moment()
+        if moment.tick != self._tick or self._outcome is None:
+            self._tick = moment.tick
+            self._outcome = self._struck(fresh, moment)
+        if isinstance(self._outcome, DeviceError):
+            raise self._outcome
+        return self._outcome
+
+    def _struck(self, fresh: SampleT, moment: FaultMoment) -> SampleT | DeviceError:
+        sample = fresh
+        for schedule, fault in self._stages:
+            if not schedule.strikes(moment):
+                fault.pass_by(sample)
+                continue
+            before = sample
+            try:
+                sample = fault.strike(before, moment)
+            except DeviceError as error:
+                schedule.delivered(moment)
+                return error
+            if sample is not before:
+                schedule.delivered(moment)
+        # What no fault has touched stays as the device marked it.
+        return sample if sample is fresh else aged(sample, moment.time_ns, self._max_age_ns)
+
+
+class _FaultySensor(SensorDecorator[SampleT]):
+    _line: _Line[SampleT]
+
+    @property
+    def deliveries(self) -> list[FaultDelivery]:
+        """What was delivered so far."""
+        return self._line.account.deliveries
+
+
+class FaultyForceSensor(_FaultySensor[WrenchSample], ForceSensor):
+    """A force sensor with faults.
+
+    Args:
+        sensor: The sensor.
+        clock: The run's clock.
+        plans: Its faults; the first is next to the device.
+        notify: Called with each delivery.
+        max_age_ns: Age above which a sample that a fault holds back is marked ``STALE``.
+
+    Raises:
+        ConfigurationError: A plan is for another port.
+    """
+
+    def __init__(
+        self,
+        sensor: ForceSensor,
+        clock: Clock,
+        plans: Sequence[FaultPlan],
+        notify: Notify | None = None,
+        *,
+        max_age_ns: int = MAX_AGE_NS,
+    ) -> None:
+        self._line = _Line[WrenchSample]("force_sensor", clock, plans, notify, max_age_ns)
+        super().__init__(sensor, sensor.read, self._line.past)
+
+
+class FaultyJointEncoder(_FaultySensor[JointSample], JointEncoder):
+    """Joint encoders with faults.
+
+    Args:
+        encoder: The encoders.
+        clock: The run's clock.
+        plans: Their faults; the first is next to the device.
+        notify: Called with each delivery.
+        max_age_ns: Age above which a sample that a fault holds back is marked ``STALE``.
+
+    Raises:
+        ConfigurationError: A plan is for another port.
+    """
+
+    def __init__(
+        self,
+        encoder: JointEncoder,
+        clock: Clock,
+        plans: Sequence[FaultPlan],
+        notify: Notify | None = None,
+        *,
+        max_age_ns: int = MAX_AGE_NS,
+    ) -> None:
+        self._line = _Line[JointSample]("joint_encoder", clock, plans, notify, max_age_ns)
+        super().__init__(encoder, encoder.read, self._line.past)
 
 
 def faulty(
-    ports: Ports, plans: Sequence[FaultPlan], tell: Tell | None = None, *, max_age_ns: int = MAX_AGE_NS
+    ports: Ports, plans: Sequence[FaultPlan], notify: Notify | None = None, *, max_age_ns: int = MAX_AGE_NS
 ) -> Ports:
     """The four ports, decorated. Decorate anew for each trial: ticks count from the first use.
 
@@ -22,14 +137,14 @@ def faulty(
     Args:
         ports: The ports.
         plans: Faults of any of them; those of one port meet what passes in this order.
-        tell: Is told of each delivery.
+        notify: Called with each delivery.
         max_age_ns: Age above which a sample that a fault holds back is marked ``STALE``.
     """
     own = {port: [plan for plan in plans if plan.port == port] for port in PORTS}
     clock = ports.clock
     return Ports(
-        FaultyClock(clock, own["clock"], tell),
-        FaultyForceSensor(ports.force_sensor, clock, own["force_sensor"], tell, max_age_ns=max_age_ns),
-        FaultyJointEncoder(ports.joint_encoder, clock, own["joint_encoder"], tell, max_age_ns=max_age_ns),
-        FaultyArm(ports.arm, clock, own["arm"], tell),
+        FaultyClock(clock, own["clock"], notify),
+        FaultyForceSensor(ports.force_sensor, clock, own["force_sensor"], notify, max_age_ns=max_age_ns),
+        FaultyJointEncoder(ports.joint_encoder, clock, own["joint_encoder"], notify, max_age_ns=max_age_ns),
+        FaultyArm(ports.arm, clock, own["arm"], notify),
     )

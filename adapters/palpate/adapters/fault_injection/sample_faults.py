@@ -1,27 +1,75 @@
-"""Faults of samples that change when one comes, not what it says: loss, delay, repetition, silence."""
+"""Faults of samples: of when one comes (loss, delay, repetition, silence), and of its values.
+
+Samples count as plain rows of numbers here, so that one fault serves both sensor ports.
+"""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections import deque
+from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Generic
+from math import copysign, nan
+from typing import Any, Final, Generic
 
-from palpate.adapters.fault_injection.channels import SampleT
+import numpy as np
+from typing_extensions import override
+
 from palpate.adapters.fault_injection.plan import FaultPlan
 from palpate.adapters.fault_injection.schedule import FaultMoment
-from palpate.core.errors import DeviceError
+from palpate.core.errors import ConfigurationError, DeviceError
+from palpate.core.ports.decorator import SampleT
+from palpate.core.ports.values import JointSample, JointVector, Validity, WrenchSample
+
+_NS: Final = 1_000_000_000
+
+
+def channels_of(sample: WrenchSample | JointSample) -> tuple[float, ...]:
+    """Fx Fy Fz Tx Ty Tz in N and Nm, or the joint angles in rad."""
+    return (*sample.force_N, *sample.torque_Nm) if isinstance(sample, WrenchSample) else sample.position_rad
+
+
+def with_channels(sample: SampleT, values: Sequence[float], validity: Validity) -> SampleT:
+    """The sample with other numbers and another mark."""
+    if isinstance(sample, WrenchSample):
+        fx, fy, fz, tx, ty, tz = values
+        return replace(sample, force_N=(fx, fy, fz), torque_Nm=(tx, ty, tz), validity=validity)
+    return replace(sample, position_rad=tuple(values), validity=validity)
+
+
+def changed(values: JointVector, channels: Sequence[int], change: Callable[[int, float], float]) -> JointVector:
+    """The values with a change made to some of them.
+
+    Args:
+        values: The values.
+        channels: Which to change; none means all.
+        change: From place and value to the new value.
+
+    Raises:
+        ConfigurationError: There are not so many values.
+    """
+    if channels and max(channels) >= len(values):
+        raise ConfigurationError("faults.channels", tuple(channels), f"numbers from 0 to {len(values) - 1}")
+    chosen = channels or range(len(values))
+    return tuple(change(i, value) if i in chosen else value for i, value in enumerate(values))
+
+
+def aged(sample: SampleT, now_ns: int, max_age_ns: int) -> SampleT:
+    """The sample, marked ``STALE`` if it is over age and nothing worse."""
+    over_age = now_ns - sample.source_time_ns > max_age_ns
+    return replace(sample, validity=Validity.STALE) if over_age and sample.validity is not Validity.INVALID else sample
 
 
 class SampleFault(ABC, Generic[SampleT]):
-    """One fault on the way of the samples. Each tick it either strikes or sees the sample pass by.
+    """One fault on the way of the samples; each tick it either strikes or the sample passes by.
 
     Args:
-        plan: What it shall do.
+        plan: The fault.
+        rng: Its random numbers.
     """
 
-    def __init__(self, plan: FaultPlan) -> None:
-        self.plan = plan
+    def __init__(self, plan: FaultPlan, rng: np.random.Generator) -> None:
+        self.plan, self._rng = plan, rng
 
     def pass_by(self, sample: SampleT) -> None:
         """A tick in which it does not strike."""
@@ -39,36 +87,42 @@ class SampleFault(ABC, Generic[SampleT]):
             raise DeviceError(self.plan.port, "has not delivered a sample yet")
         return sample
 
+    def _changed(
+        self, sample: SampleT, change: Callable[[int, float], float], validity: Validity | None = None
+    ) -> SampleT:
+        values = changed(channels_of(sample), self.plan.channels, change)
+        return with_channels(sample, values, sample.validity if validity is None else validity)
+
 
 class Drop(SampleFault[SampleT]):
     """The new sample is lost, so the last one is still the newest."""
 
     _last: SampleT | None = None
 
+    @override
     def pass_by(self, sample: SampleT) -> None:
-        """See :class:`SampleFault`."""
         self._last = sample
 
+    @override
     def strike(self, sample: SampleT, moment: FaultMoment) -> SampleT:
-        """See :class:`SampleFault`."""
         return self._required(self._last)
 
 
 class Delay(SampleFault[SampleT]):
-    """Every sample comes so many ticks late, and says when it was measured and when it came."""
+    """Every sample comes so many ticks late, with the true times of measurement and arrival."""
 
-    def __init__(self, plan: FaultPlan) -> None:
-        super().__init__(plan)
+    def __init__(self, plan: FaultPlan, rng: np.random.Generator) -> None:
+        super().__init__(plan, rng)
         self._last: SampleT | None = None
         self._under_way: deque[tuple[int, SampleT]] = deque()
 
+    @override
     def pass_by(self, sample: SampleT) -> None:
-        """See :class:`SampleFault`."""
         self._last = sample
         self._under_way.clear()
 
+    @override
     def strike(self, sample: SampleT, moment: FaultMoment) -> SampleT:
-        """See :class:`SampleFault`."""
         self._under_way.append((moment.tick + self.plan.delay_ticks, sample))
         while self._under_way[0][0] <= moment.tick:
             self._last = replace(self._under_way.popleft()[1], receive_time_ns=moment.time_ns)
@@ -80,12 +134,12 @@ class Duplicate(SampleFault[SampleT]):
 
     _last: SampleT | None = None
 
+    @override
     def pass_by(self, sample: SampleT) -> None:
-        """See :class:`SampleFault`."""
         self._last = sample
 
+    @override
     def strike(self, sample: SampleT, moment: FaultMoment) -> SampleT:
-        """See :class:`SampleFault`."""
         last, self._last = self._last, None
         if last is None:
             self._last = sample
@@ -96,25 +150,25 @@ class Duplicate(SampleFault[SampleT]):
 class Repeat(SampleFault[SampleT]):
     """The stretch of samples before the fault comes again and again."""
 
-    def __init__(self, plan: FaultPlan) -> None:
-        super().__init__(plan)
+    def __init__(self, plan: FaultPlan, rng: np.random.Generator) -> None:
+        super().__init__(plan, rng)
         self._stretch: deque[SampleT] = deque(maxlen=plan.span_ticks)
         self._next = 0
 
+    @override
     def pass_by(self, sample: SampleT) -> None:
-        """See :class:`SampleFault`."""
         self._stretch.append(sample)
         self._next = 0
 
+    @override
     def strike(self, sample: SampleT, moment: FaultMoment) -> SampleT:
-        """See :class:`SampleFault`."""
         if not self._stretch:
             return sample
         old = self._stretch[self._next % len(self._stretch)]
         self._next += 1
         if self.plan.honest:
             return old
-        # The liar: what it said then, as if it were measured now.
+        # Old values with the number and the times of a new measurement.
         new_times = (sample.source_time_ns, sample.receive_time_ns)
         return replace(old, source_time_ns=new_times[0], receive_time_ns=new_times[1], sequence=sample.sequence)
 
@@ -122,6 +176,90 @@ class Repeat(SampleFault[SampleT]):
 class Disconnect(SampleFault[SampleT]):
     """The device is gone."""
 
+    @override
     def strike(self, sample: SampleT, moment: FaultMoment) -> SampleT:
-        """See :class:`SampleFault`."""
         raise DeviceError(self.plan.port, "does not answer")
+
+
+class Freeze(SampleFault[SampleT]):
+    """The values stand still while number and time go on."""
+
+    _held: tuple[float, ...] | None = None
+
+    @override
+    def pass_by(self, sample: SampleT) -> None:
+        self._held = channels_of(sample)
+
+    @override
+    def strike(self, sample: SampleT, moment: FaultMoment) -> SampleT:
+        if self._held is None:
+            self._held = channels_of(sample)
+        held = self._held
+        return self._changed(sample, lambda i, value: held[i])
+
+
+class BiasDrift(SampleFault[SampleT]):
+    """An error that grows with the time since the fault began."""
+
+    _since_ns: int | None = None
+
+    @override
+    def strike(self, sample: SampleT, moment: FaultMoment) -> SampleT:
+        if self._since_ns is None:
+            self._since_ns = moment.time_ns
+        bias = self.plan.magnitude * (moment.time_ns - self._since_ns) / _NS
+        return self._changed(sample, lambda i, value: value + bias)
+
+
+class Spike(SampleFault[SampleT]):
+    """An error of a single tick, up or down by chance."""
+
+    @override
+    def strike(self, sample: SampleT, moment: FaultMoment) -> SampleT:
+        error = self.plan.magnitude if self._rng.random() < 0.5 else -self.plan.magnitude
+        return self._changed(sample, lambda i, value: value + error)
+
+
+class NotANumber(SampleFault[SampleT]):
+    """Not a number, and marked ``INVALID``: no sample of NaN can be made without that mark."""
+
+    @override
+    def strike(self, sample: SampleT, moment: FaultMoment) -> SampleT:
+        return self._changed(sample, lambda i, value: nan, Validity.INVALID)
+
+
+class Saturate(SampleFault[SampleT]):
+    """The amplifier stands at its limit, on the side of the true value."""
+
+    @override
+    def strike(self, sample: SampleT, moment: FaultMoment) -> SampleT:
+        limit = self.plan.magnitude
+        marked = self.plan.honest and sample.validity is Validity.VALID
+        return self._changed(
+            sample, lambda i, value: copysign(limit, value), Validity.SATURATED if marked else sample.validity
+        )
+
+
+class WrongUnit(SampleFault[SampleT]):
+    """The numbers are those of another unit."""
+
+    @override
+    def strike(self, sample: SampleT, moment: FaultMoment) -> SampleT:
+        factor = self.plan.factor
+        return self._changed(sample, lambda i, value: factor * value)
+
+
+SAMPLE_FAULTS: Final[dict[str, type[SampleFault[Any]]]] = {
+    "drop": Drop,
+    "delay": Delay,
+    "duplicate": Duplicate,
+    "freeze": Freeze,
+    "repeat": Repeat,
+    "bias-drift": BiasDrift,
+    "spike": Spike,
+    "nan": NotANumber,
+    "saturate": Saturate,
+    "unit": WrongUnit,
+    "disconnect": Disconnect,
+}
+"""By kind."""

@@ -18,7 +18,7 @@ _NS: Final = 1_000_000_000
 
 @dataclass(frozen=True, slots=True)
 class FaultDelivery:
-    """A fault that was delivered. One that lasts is told when it begins, one that strikes by chance each time.
+    """A fault that was delivered. One that lasts is reported when it begins, one that strikes by chance each time.
 
     Attributes:
         tick: Tick of the decorated port, from 0 at its first use.
@@ -35,7 +35,7 @@ class FaultDelivery:
     text: str
 
 
-Tell: TypeAlias = Callable[[FaultDelivery], None]
+Notify: TypeAlias = Callable[[FaultDelivery], None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,19 +78,19 @@ class Ticker:
 
 
 class Schedule:
-    """Says of each tick whether a fault strikes in it, and tells what was delivered.
+    """Whether a fault strikes in each tick, and reports of what was delivered.
 
     Args:
         plan: The fault.
-        note: Is told of deliveries.
+        notify: Called with each delivery.
 
     Attributes:
         plan: The fault.
         rng: The fault's own random numbers.
     """
 
-    def __init__(self, plan: FaultPlan, note: Tell) -> None:
-        self.plan, self._note = plan, note
+    def __init__(self, plan: FaultPlan, notify: Notify) -> None:
+        self.plan, self._notify = plan, notify
         # Without the name, losses on two ports with the default seed would always fall on the same ticks.
         name = zlib.crc32(f"{plan.port}.{plan.kind}".encode())
         self.rng = np.random.default_rng(np.random.SeedSequence(plan.seed, spawn_key=(name,)))
@@ -100,7 +100,7 @@ class Schedule:
         self._delivered: int | None = None
 
     def strikes(self, moment: FaultMoment) -> bool:
-        """Whether the fault strikes in this tick; asked again in the same tick it says the same."""
+        """Whether the fault strikes in this tick; the same answer throughout the tick."""
         if moment.tick != self._tick:
             self._tick = moment.tick
             if self._begin is None and self._is_due(moment):
@@ -113,11 +113,11 @@ class Schedule:
         last, self._delivered = self._delivered, moment.tick
         goes_on = last is not None and moment.tick - last <= 1
         if last != moment.tick and not (goes_on and self.plan.probability >= 1.0):
-            self.tell(moment, self.plan.text)
+            self.report(moment, self.plan.text)
 
-    def tell(self, moment: FaultMoment, text: str) -> None:
-        """Something happened that is worth an entry of its own."""
-        self._note(FaultDelivery(moment.tick, moment.time_ns, self.plan.kind, self.plan.port, text))
+    def report(self, moment: FaultMoment, text: str) -> None:
+        """Report something that is worth an entry of its own."""
+        self._notify(FaultDelivery(moment.tick, moment.time_ns, self.plan.kind, self.plan.port, text))
 
     def _is_due(self, moment: FaultMoment) -> bool:
         at_s = self.plan.at_time_s
@@ -135,18 +135,18 @@ class FaultAccount:
     """Keeps what was delivered at one port, and passes it on.
 
     Args:
-        tell: Is told too, or nobody.
+        notify: Called with each delivery; None for nothing.
     """
 
-    def __init__(self, tell: Tell | None) -> None:
+    def __init__(self, notify: Notify | None) -> None:
         self.deliveries: list[FaultDelivery] = []
-        self._tell = tell
+        self._notify = notify
 
     def note(self, delivery: FaultDelivery) -> None:
         """A fault was delivered."""
         self.deliveries.append(delivery)
-        if self._tell is not None:
-            self._tell(delivery)
+        if self._notify is not None:
+            self._notify(delivery)
 
     def schedules(self, port: str, plans: Sequence[FaultPlan]) -> list[Schedule]:
         """One schedule for each plan.

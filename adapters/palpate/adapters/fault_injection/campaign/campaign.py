@@ -73,8 +73,8 @@ def _on_one_rig(
     config: RunConfig, ready: ReadyPose, parts: Sequence[Sequence[Case]], rig_file: str, supervised: bool
 ) -> Iterator[list[FaultRun]]:
     with ExitStack() as opened, open_rig(config, ready, rig_file) as rig:
-        beat = opened.enter_context(RealTimeSession(config.real_time)) if rig_file else None
-        bench = Bench(config, ready, rig, supervised=supervised, beat=beat)
+        session = opened.enter_context(RealTimeSession(config.real_time)) if rig_file else None
+        bench = Bench(config, ready, rig, supervised=supervised, session=session)
         for own in parts:
             windows = bench.windows(own[0].seed)
             for case in own:

@@ -6,6 +6,7 @@ import enum
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
+from math import dist
 from pathlib import Path
 from typing import Final
 
@@ -13,7 +14,6 @@ from palpate.adapters.config.run import RunConfig
 from palpate.adapters.experiments.build import build_perception, build_supervisor, build_task
 from palpate.adapters.experiments.policies import comparator
 from palpate.adapters.experiments.trial import score, trial_setup, truth_fields
-from palpate.adapters.fault_injection.campaign.force_probe import ForceProbe
 from palpate.adapters.fault_injection.campaign.variants import Variant
 from palpate.adapters.fault_injection.ports import faulty
 from palpate.adapters.fault_injection.schedule import FaultDelivery
@@ -29,7 +29,10 @@ from palpate.core.insertion.task import InsertionTask
 from palpate.core.insertion.trial import Outcome, Phase, TrialReport
 from palpate.core.motion.arm import arm_named
 from palpate.core.motion.model import Kinematics, ToolGeometry
+from palpate.core.ports.decorator import SensorDecorator
+from palpate.core.ports.devices import ForceSensor
 from palpate.core.ports.rig import Rig
+from palpate.core.ports.values import Validity, Vector3, WrenchSample
 from palpate.core.supervision.supervisor import Supervisor
 
 PHASES: Final = (Phase.TRANSFER, Phase.SETTLE, Phase.APPROACH, Phase.EXPLORE, Phase.INSERT)
@@ -62,11 +65,11 @@ class FaultRun:
         outcome: How the trial ended, or the error that ended it.
         ticks_to_stop: From the delivery to the last tick; None when the trial ended in the ordinary way.
         cause: What stopped it, in words; empty when nothing did.
-        safe_stop: The arm was told to stop at the end, as the log shows.
-        peak_force_N: Largest true force; where nobody knows it, the largest change that the sensor felt before any
-            fault of its own.
+        safe_stop: The arm was sent a stop at the end, as the log shows.
+        peak_force_N: Largest true force; where that is not known, the largest change that the sensor measured before
+            any fault of its own.
         damage: A true force above ``HARDWARE_LIMIT_N``, or a joint outside its limits.
-        log_intact: The log is sound, and tells of the fault.
+        log_intact: The log is sound, and holds the fault.
         verdict: What it shows.
     """
 
@@ -84,6 +87,29 @@ class FaultRun:
     verdict: Class
 
 
+class ForceProbe(SensorDecorator[WrenchSample], ForceSensor):
+    """Passes samples on and keeps the largest change of the force since the first one.
+
+    Args:
+        sensor: The sensor itself, without faults.
+
+    Attributes:
+        peak_N: That change.
+    """
+
+    def __init__(self, sensor: ForceSensor) -> None:
+        super().__init__(sensor, sensor.read, self._noted)
+        self.peak_N = 0.0
+        self._first_N: Vector3 | None = None
+
+    def _noted(self, sample: WrenchSample) -> WrenchSample:
+        if sample.validity is not Validity.INVALID:
+            if self._first_N is None:
+                self._first_N = sample.force_N
+            self.peak_N = max(self.peak_N, dist(sample.force_N, self._first_N))
+        return sample
+
+
 class Bench:
     """A rig on which the campaign runs trial after trial.
 
@@ -92,14 +118,14 @@ class Bench:
         ready: The ready pose.
         rig: Entered already.
         supervised: False lets every command through: to show what the supervisor is good for.
-        beat: Keeps trials in time; None where time waits.
+        session: Keeps trials in time; None where time waits.
     """
 
     def __init__(
-        self, config: RunConfig, ready: ReadyPose, rig: Rig, *, supervised: bool, beat: RealTimeSession | None = None
+        self, config: RunConfig, ready: ReadyPose, rig: Rig, *, supervised: bool, session: RealTimeSession | None = None
     ) -> None:
         self.config, self._ready, self._rig, self._supervised = config, ready, rig, supervised
-        self._loop: Callable[[], AbstractContextManager[object]] = nullcontext if beat is None else beat.loop
+        self._loop: Callable[[], AbstractContextManager[object]] = nullcontext if session is None else session.loop
         kinematics = Kinematics(arm_named(config.arm), ToolGeometry())
         self._lower, self._upper = kinematics.lower_rad.tolist(), kinematics.upper_rad.tolist()
 
@@ -123,7 +149,7 @@ class Bench:
             perception = build_perception(RunConfig(task=self.config.task))
             recorder.of("faults", self.config, self._ready, task, perception, policy, name=_POLICY)
 
-            def tell(delivery: FaultDelivery) -> None:
+            def record(delivery: FaultDelivery) -> None:
                 deliveries.append(delivery)
                 entry = CallEntry(
                     tick=recorder.flight.tick,
@@ -135,8 +161,8 @@ class Bench:
 
             self._rig.prepare(seed)
             setup = trial_setup(self.config, seed)
-            felt = ForceProbe(self._rig.ports.force_sensor)
-            bad = faulty(replace(self._rig.ports, force_sensor=felt), [variant.at(tick, seed)], tell)
+            probe = ForceProbe(self._rig.ports.force_sensor)
+            bad = faulty(replace(self._rig.ports, force_sensor=probe), [variant.at(tick, seed)], record)
             observer = recorder.begin(setup, self._rig.world(), "run")
             try:
                 with self._loop():
@@ -150,7 +176,7 @@ class Bench:
             # Wherever it was stopped: the next run begins as the first one did.
             self._rig.return_to_ready()
         truth = self._rig.truth()
-        peak_N = felt.peak_N if truth is None else truth.peak_force_N
+        peak_N = probe.peak_N if truth is None else truth.peak_force_N
         return self._judged(variant, phase, seed, deliveries, task, supervisor, error, sink.logs, peak_N)
 
     def _parts(self) -> tuple[InsertionTask, Supervisor | None]:
@@ -173,12 +199,12 @@ class Bench:
     ) -> FaultRun:
         log, report = read_back(logs), task.report
         damage = peak_N > HARDWARE_LIMIT_N or (log is not None and self._left_limits(log))
-        told = [] if log is None else [call.tick for call in log.calls if call.call == _FAULT_CALL]
-        intact = log is not None and log.end is not None and len(told) == len(deliveries)
+        struck = [] if log is None else [call.tick for call in log.calls if call.call == _FAULT_CALL]
+        intact = log is not None and log.end is not None and len(struck) == len(deliveries)
         stop = _stop_tick(log, supervisor, report.outcome, error, report.ticks - 1)
         outcome = type(error).__name__ if error is not None else report.outcome.value if report.outcome else ""
-        ticks = None if stop is None or not told else max(stop - told[0], 0)
-        lived = report.ticks - 1 - told[0] if told else 0
+        ticks = None if stop is None or not struck else max(stop - struck[0], 0)
+        lived = report.ticks - 1 - struck[0] if struck else 0
         stopped = log is not None and any((call.port, call.call) == ("arm", "stop") for call in log.calls)
         verdict = Class.NOT_STRUCK
         if deliveries:
@@ -242,8 +268,8 @@ def _verdict(variant: Variant, ticks: int | None, lived: int, *, damage: bool, i
         ticks: From its delivery to the stop; None if there was none.
         lived: Ticks from its delivery to the trial's end.
         damage: Whether a limit of the hardware was exceeded. A stop in time counts as detected even when it could not
-            prevent that; it is told beside.
-        intact: Whether the log tells of it, and of the arm's stop.
+            prevent that; it is reported beside.
+        intact: Whether the log holds it, and the arm's stop.
     """
     patience = variant.patience_ticks
     if not intact:

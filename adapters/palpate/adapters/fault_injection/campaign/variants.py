@@ -21,9 +21,9 @@ class Variant:
     Attributes:
         name: For tables.
         plan: Settings of the fault plan, but for the tick and the seed.
-        silent_ticks: Ticks that pass before anything can be seen of it by whoever looks at the ports: a sensor that
-            delivers nothing looks like a slow one until its patience is over, and a frozen one like one that feels the
-            same twice. None when that depends on what the arm does meanwhile, as with an arm that does not move: then
+        silent_ticks: Ticks that pass before anything can be seen of it at the ports: a sensor that delivers nothing
+            looks like a slow one until its patience is over, and a frozen one like one that measures the same twice.
+            None when that depends on what the arm does meanwhile, as with an arm that does not move: then
             only harm counts.
         hidden: Nothing at the ports ever shows it: the sensor lies plausibly. What it did is listed as residual risk.
     """
@@ -39,12 +39,12 @@ class Variant:
 
     @property
     def patience_ticks(self) -> int | None:
-        """Ticks from its delivery to the stop that are still in time; None when they cannot be told beforehand."""
+        """Ticks from its delivery to the stop that are still in time; None when they are not known beforehand."""
         return None if self.silent_ticks is None else self.silent_ticks + _LATE
 
 
 def variants(config: SupervisionConfig) -> list[Variant]:
-    """Every kind of fault on every port that knows it, at strengths that matter."""
+    """Every kind of fault on every port that has it, at strengths that matter."""
     made = _Maker(config)
     for port in ("force_sensor", "joint_encoder"):
         made.add(f"{port} drops all", made.quiet_ticks, kind="drop", port=port)
