@@ -15,6 +15,6 @@ except ModuleNotFoundError as error:
 PEG_INSERTION = "palpate/PegInsertion-v0"
 SENSOR_MAP = "palpate/SensorMap-v0"
 
-# Both know their own time limit, so none is given here: a wrapper's would end a trial that the core still runs.
+# Both have their own time limit, so none is given here: a wrapper's would end a trial that the core still runs.
 register(id=PEG_INSERTION, entry_point=f"{__name__}.peg_insertion:PegInsertionEnv")
 register(id=SENSOR_MAP, entry_point=f"{__name__}.sensor_map:SensorMapEnv")

@@ -1,7 +1,7 @@
-"""Trials of the insertion task, one decision at a time, for whoever chooses the actions from outside.
+"""Trials of the insertion task, one decision at a time, with the actions chosen from outside.
 
 Everything below the choice is the core's, as in any other run: the loop over the ports, perception, motion laws,
-supervisor, reinforcement. Nothing here knows of Gymnasium.
+supervisor, reinforcement. Nothing here depends on Gymnasium.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ SOURCE = "environment"
 
 
 class GivenActions(Policy):
-    """Chooses what it was given; learning is the affair of whoever gave it."""
+    """Chooses what it was given; learning happens outside."""
 
     def __init__(self) -> None:
         self._decision: Decision | None = None
@@ -141,7 +141,7 @@ class InsertionEpisodes:
 
     @property
     def report(self) -> TrialReport:
-        """What the core knows of the trial."""
+        """The core's report of the trial."""
         return self.task.report
 
     @property

@@ -212,7 +212,7 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
             self._episodes.close()
 
     def _info(self, earned: float) -> dict[str, Any]:
-        """What an agent may not learn from: for people, for scoring, and for whoever repeats a trial."""
+        """What an agent may not learn from: for people, for scoring, and for repeating a trial."""
         episodes = self._episodes
         report, success = episodes.report, episodes.scored().success
         symbol, state = episodes.task.percept or (0, 0)

@@ -106,7 +106,7 @@ class SensorMapEnv(gymnasium.Env[np.int64, np.int64]):
         return np.int64(walker.state), PENALTY.per_action, reached, truncated, self._info(walker)
 
     def _info(self, walker: Walker) -> dict[str, Any]:
-        """What an agent may not learn from: it would tell where it is."""
+        """What an agent may not learn from: it would give its place away."""
         column, row = self._goal if walker.cell is None else self.grid.cells[walker.cell]
         return {
             "seed": self._run[0],

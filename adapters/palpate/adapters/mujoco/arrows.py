@@ -71,7 +71,7 @@ def draw_arrow(draw: ImageDraw.ImageDraw, foot: Point, head: Point, width: float
     (x0, y0), (x1, y1) = foot, head
     length = hypot(x1 - x0, y1 - y0)
     if length < width:
-        # Too short for a direction: a dot says that there is next to nothing.
+        # Too short for a direction: a dot shows that there is next to nothing.
         for radius, shade in ((width, _HALO), (width * 0.7, colour)):
             draw.ellipse((x0 - radius, y0 - radius, x0 + radius, y0 + radius), fill=shade)
         return

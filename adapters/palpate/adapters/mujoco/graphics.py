@@ -17,7 +17,7 @@ _PATIENCE_S: Final = 60.0
 
 
 def off_screen_context(width: int, height: int) -> Any:
-    """An OpenGL context to draw in, made current; whoever takes it frees it.
+    """An OpenGL context to draw in, made current; the caller frees it.
 
     Args:
         width: Of the largest picture, in pixels.

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Final
 
+from typing_extensions import override
+
 from palpate.core.errors import CommandError
 from palpate.core.ports.command_limits import CommandLimiter
 from palpate.core.ports.devices import ArmCommand, Clock, ForceSensor, JointEncoder
@@ -48,8 +50,8 @@ class MujocoForceSensor(ManagedDevice, ForceSensor):
         self._age_ns = _NS // (CONTROL_RATE_HZ * cell.config.substeps)
         self._sample: WrenchSample | None = None
 
+    @override
     def read(self) -> WrenchSample:
-        """See :class:`ForceSensor`."""
         if self._life is not Life.ACTIVE:
             self._require_active("read()")
         now, tick = self._clock.now_ns(), self._cell.ticks
@@ -69,8 +71,8 @@ class MujocoJointEncoder(ManagedDevice, JointEncoder):
         super().__init__("simulated encoders")
         self._cell, self._clock = cell, clock
 
+    @override
     def read(self) -> JointSample:
-        """See :class:`JointEncoder`."""
         if self._life is not Life.ACTIVE:
             self._require_active("read()")
         now = self._clock.now_ns()
@@ -100,8 +102,8 @@ class MujocoArm(ManagedDevice, ArmCommand):
         self._held: JointVector = ()
         self._stopped = False
 
+    @override
     def send(self, command: JointCommand) -> AppliedCommand:
-        """See :class:`ArmCommand`."""
         if self._life is not Life.ACTIVE:
             self._require_active("send()")
         asked = command.position_rad

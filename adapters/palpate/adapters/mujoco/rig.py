@@ -59,7 +59,7 @@ class SimulatedRig(Rig):
         self._arm.activate()
 
     def world(self) -> World:
-        """What a log must know of the trial that was just prepared, to set this cell up for it again."""
+        """What a log must hold of the trial that was just prepared, to set this cell up for it again."""
         return World(
             SIMULATOR,
             {

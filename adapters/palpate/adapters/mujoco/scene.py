@@ -77,7 +77,7 @@ class DrawnCell:
         joints: Number of the arm's joints.
 
     Raises:
-        LogError: The log does not say what the cell looked like.
+        LogError: The log does not hold what the cell looked like.
     """
 
     def __init__(self, log: TrialLog) -> None:
@@ -163,7 +163,7 @@ class DrawnCell:
 
 
 def true_hole_m(log: TrialLog) -> tuple[float, float, float] | None:
-    """Where the hole really was, (3,), task frame; None where nobody knows."""
+    """Where the hole really was, (3,), task frame; None where it is not known."""
     facts: Any = {}
     try:
         facts = json.loads(log.start.world_json or "{}")

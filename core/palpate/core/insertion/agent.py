@@ -67,7 +67,7 @@ class Agent:
     def perceive(
         self, tick: int, position_m: Vector3, reference_m: Vector3, force_N: Vector3, torque_Nm: Vector3
     ) -> Observation:
-        """The action before has ended: learn from it, and say what :meth:`choose` will choose the next one by."""
+        """The action before has ended: learn from it, and give what :meth:`choose` will choose the next one by."""
         state = self._observe(position_m, force_N, torque_Nm)
         self._settle(next_state=state)
         observation = Observation(state, position_m, reference_m, force_N, torque_Nm, len(self.decisions))

@@ -71,7 +71,7 @@ class Intervention:
     Attributes:
         reason: Why: a joint limit where the command was clamped, the trip's reason where the supervisor took over.
         asked_rad: What the task asked for, (n,); what was held, once it is no longer asked.
-        command_rad: What the arm is told instead, (n,).
+        command_rad: What the arm is sent instead, (n,).
         trip: The latched cause; None for a clamped command.
     """
 
@@ -83,7 +83,7 @@ class Intervention:
 
 @dataclass(frozen=True, slots=True)
 class Supervised:
-    """What the arm is to be told.
+    """What the arm is to be sent.
 
     Attributes:
         command: For the arm.
@@ -94,7 +94,7 @@ class Supervised:
     intervention: Intervention | None = None
 
     def applied(self, by_arm: AppliedCommand) -> AppliedCommand:
-        """What the task is to hear of its command: the arm's answer, with the reason of a clamp if the arm has none."""
+        """The answer to the task's command: the arm's own, with the reason of a clamp if the arm has none."""
         done = self.intervention
         if done is None or by_arm.reason is not CommandReason.AS_ASKED or not isinstance(done.reason, CommandReason):
             return by_arm

@@ -1,4 +1,4 @@
-"""From raw port samples to what the task speaks of: tip position, forces and torques in the task frame."""
+"""From raw port samples to tip position, forces and torques in the task frame."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ class Measurement:
         """Tared, filtered force (3,) N and torque about the tip (3,) N m.
 
         At the tip and not at the sensor, because there sliding friction has no lever: at the sensor it would
-        drown the torque that tells where the hole is.
+        drown the torque that points at the hole.
         """
         fx, fy, fz, tx, ty, tz = self._filtered
         torque = wrench_about((fx, fy, fz), (tx, ty, tz), self._tip_in_sensor)

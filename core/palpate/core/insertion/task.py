@@ -1,7 +1,7 @@
 """The insertion task: approach to contact, exploration of the surface, insertion to full depth.
 
 A state machine without I/O: one :class:`~palpate.core.ports.values.Snapshot` in, one joint command out, a tick of
-140 Hz at a time. A tick has two halves with the choice of an action between them, for whoever chooses outside. It knows
+140 Hz at a time. A tick has two halves with the choice of an action between them, for a chooser outside. It uses
 port data only. Encoders cannot see the gripper's springs, so the hole is found by the loss of the reaction force and
 confirmed by motion along the tool axis until contact again; depth is the encoders' depth corrected by force over
 stiffness.
@@ -27,7 +27,7 @@ from palpate.core.ports.values import CONTROL_RATE_HZ, CommandReason, JointComma
 
 PERIOD_S: Final = 1.0 / CONTROL_RATE_HZ
 INTERRUPT: Final = "interrupt"
-"""Name of the event that tells when an interruption was first seen."""
+"""Name of the event at the tick in which an interruption was first seen."""
 _LOST_TICKS: Final = 4
 """So many unfiltered samples without contact mean that it is lost; the filtered force lags by 60 ms."""
 _STALL_TICKS: Final = CONTROL_RATE_HZ // 2
@@ -117,7 +117,7 @@ class InsertionTask:
         """Prepare for a trial; the next ``step`` is its first tick."""
         self._agent.begin(setup.index, generator(setup.seed, Purpose.POLICY, setup.index))
         self._measurement.reset()
-        # The lists are the living ones: whoever looks on sees a decision as it is made.
+        # The lists are the living ones: an observer sees a decision as it is made.
         self.report = TrialReport(setup, temperature=self._agent.temperature, decisions=self._agent.decisions)
         self.phase = Phase.LIFT
         self._area = ExplorationArea.of(self._task, setup.start_m)
@@ -148,7 +148,7 @@ class InsertionTask:
         """One control tick: what was sensed in, what the arm shall do out.
 
         Raises:
-            DeviceError: Nobody knows where the arm is when the trial begins, so there is nothing to command.
+            DeviceError: It is not known where the arm is when the trial begins, so there is nothing to command.
         """
         self.sense(snapshot)
         return self.act()
@@ -160,7 +160,7 @@ class InsertionTask:
             What the policy will choose an action by in the second half; None in the many ticks without a choice.
 
         Raises:
-            DeviceError: Nobody knows where the arm is when the trial begins, so there is nothing to command.
+            DeviceError: It is not known where the arm is when the trial begins, so there is nothing to command.
         """
         self._observation, self._velocity_m_s = None, (0.0, 0.0, 0.0)
         self._tick = snapshot.tick
@@ -192,7 +192,7 @@ class InsertionTask:
         return self._observation
 
     def act(self) -> JointCommand:
-        """The second half of a tick: what the arm shall do, after a choice where one is due and not made yet."""
+        """The second half of a tick: command the arm, after a choice where one is due and not made yet."""
         if self._observation is not None:
             self.choose()
         return self._motion.move(self._velocity_m_s)
@@ -335,7 +335,7 @@ class InsertionTask:
             return 0.0, 0.0, 0.0
         self._agent.record_effort(measured.position_m, measured.force_N)
         lost = measured.force_N[2] > -self._contact_N
-        # Friction on the hole's wall can go on pushing back while the peg already sinks: depth tells it as well.
+        # Friction on the hole's wall can go on pushing back while the peg already sinks: depth shows it as well.
         # Before the first action the surface is not known well: encoders on a slow bus lag behind the force.
         sunk = bool(self._agent.decisions) and self._tip_depth_m() - self._surface_m > _DROP_M
         if lost or sunk:

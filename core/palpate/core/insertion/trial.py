@@ -104,7 +104,7 @@ class TrialTiming:
 
 @dataclass
 class TrialReport:
-    """What the core knows about a finished trial, from port data alone.
+    """What came of a finished trial, from port data alone.
 
     Attributes:
         setup: The trial's setup.

@@ -22,10 +22,10 @@ class Perception:
     Attributes:
         extractor: Measurement vector to features.
         symboliser: Features to a symbol.
-        identifier: Symbols to a state; the only one that may remember.
+        identifier: Symbols to a state; the only one that may have a memory.
 
     Raises:
-        ConfigurationError: A stage does not speak the language of the one before.
+        ConfigurationError: A stage does not take what the one before gives.
     """
 
     extractor: FeatureExtractor
@@ -62,7 +62,7 @@ class Perception:
         return symbol, self.identifier.update(symbol)
 
     def get_state(self) -> list[float]:
-        """What the identifier remembers, for :meth:`set_state`."""
+        """The memory of the identifier, for :meth:`set_state`."""
         return self.identifier.get_state()
 
     def set_state(self, state: Sequence[float]) -> None:
@@ -143,7 +143,7 @@ def stage_from_dict(data: object, where: str = "perception.stage") -> Any:
     try:
         return known(**values)
     except ConfigurationError as error:
-        # The constructor names its own field; the place in this file says more.
+        # The constructor names its own field; the place in this file is more exact.
         raise _placed(error, where, wanted) from error
 
 

@@ -16,7 +16,7 @@ from palpate.core.perception.symbols import MOST_SYMBOLS
 
 @runtime_checkable
 class StateIdentifier(Protocol):
-    """Symbols in, one by one; states out. It may remember, within a trial."""
+    """Symbols in, one by one; states out. It may have a memory, within a trial."""
 
     @property
     @abstractmethod
@@ -47,7 +47,7 @@ class StateIdentifier(Protocol):
 
     @abstractmethod
     def get_state(self) -> list[float]:
-        """What it remembers, as plain numbers, for :meth:`set_state`."""
+        """Its memory, as plain numbers, for :meth:`set_state`."""
 
     @abstractmethod
     def set_state(self, state: Sequence[float]) -> None:
@@ -143,7 +143,7 @@ class LastSymbols:
 
     @property
     def symbol_of(self) -> tuple[int, ...]:
-        """The last of the symbols that each state remembers, (states,)."""
+        """The last of the symbols that each state stands for, (states,)."""
         return tuple(state % len(self.symbols) for state in range(len(self.states)))
 
     def reset(self) -> None:
@@ -171,7 +171,7 @@ class LastSymbols:
         return [float(symbol) for symbol in self._recent]
 
     def set_state(self, state: Sequence[float]) -> None:
-        """Remember these symbols.
+        """Take these symbols as its memory.
 
         Raises:
             ConfigurationError: Too many of them, or something that is no symbol.

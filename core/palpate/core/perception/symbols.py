@@ -106,7 +106,7 @@ class GatedThresholds:
     """Outer features decide; only while all of them are in their middle band, the inner ones do.
 
     With x, y outside and tx, ty inside and two thresholds each these are the 8 + 9 = 17 symbols of
-    the paper (5.2): torque says something where the position does not. The outer symbols come first.
+    the paper (5.2): torque counts where the position does not tell places apart. The outer symbols come first.
 
     Attributes:
         outer: Thresholds of the features that are looked at first, an even number of each.
@@ -146,7 +146,7 @@ class GatedThresholds:
         return cls(Thresholds.of(outer), Thresholds.of(inner))
 
     def symbol(self, features: tuple[float, ...]) -> int:
-        """Symbol of the outer features, or of the inner ones where those say nothing."""
+        """Symbol of the outer features, or of the inner ones where those are all in the middle."""
         require_finite("features", features)
         region = self.outer.symbol(features[: self._outer_count])
         if region == self._middle:

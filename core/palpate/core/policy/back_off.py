@@ -1,7 +1,7 @@
 """Backing off: where a state was little tried, what its last symbol has taught stands in for it.
 
 A memory makes many states of few symbols, and each must be filled with experience of its own; so a learner with a
-memory is slower at first than one without, although it never knows less. Here Q is learned for symbols beside Q for
+memory is slower at first than one without, although it never holds less. Here Q is learned for symbols beside Q for
 states, from the same experience, and both are weighed by how often the state was tried: at first the symbol decides, in
 the end the state. Language models back off to shorter contexts in the same way (Jelinek and Mercer, 1980).
 """
@@ -44,7 +44,7 @@ class BackOff:
     def of(cls, visits: float, symbol_of: Sequence[int | None]) -> Self | None:
         """Back off after so many visits, 0 for never.
 
-        A symbol that one state alone has tells nothing that the state does not; without any other there is nothing to
+        A symbol that one state alone has adds nothing to that state; without any other there is nothing to
         back off to, and None is returned.
 
         Raises:
@@ -76,7 +76,7 @@ class BackOff:
 
     @property
     def symbols(self) -> int:
-        """How many symbols have a Q; those that nobody backs off to have one too, and never learn."""
+        """How many symbols have a Q; those that no state backs off to have one too, and never learn."""
         return 1 + max((symbol for symbol in self.symbol_of if symbol is not None), default=-1)
 
 

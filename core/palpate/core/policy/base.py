@@ -1,6 +1,6 @@
-"""What a policy sees, says and learns from: the seam behind which every policy sits.
+"""What a policy observes, decides and learns from: the interface that every policy has.
 
-The task asks ``choose`` before each action and, when the action was one of the set, tells ``learn``
+The task calls ``choose`` before each action and, when the action was one of the set, ``learn`` with
 what came of it. A trial that is aborted ends with an ordinary transition: running out of time is not
 the goal, and calling it one would make lost regions look good.
 """
@@ -180,7 +180,7 @@ class Policy(Protocol):
 
 
 def check_names(states: Sequence[str], actions: Sequence[Action]) -> None:
-    """Refuse a state space or an action set that is empty, says a name twice or has one that cannot be shown.
+    """Refuse a state space or an action set that is empty, has a name twice or one that cannot be shown.
 
     Raises:
         ConfigurationError: Naming ``policy.states`` or ``policy.actions``.

@@ -59,7 +59,7 @@ def load_examples(
         Pairs of a state's and an action's name, in the order of the file.
 
     Raises:
-        ConfigurationError: The file cannot be used; says which file, and which line.
+        ConfigurationError: The file cannot be used; with the file and the line.
     """
     try:
         with open(path, encoding="utf-8-sig", newline="") as lines:

@@ -27,7 +27,7 @@ class AssignedPolicy(Policy):
         states: Names of the states.
         actions: The action set.
         assigned: Index of each state's action, or None, (n states,).
-        source: Which knowledge this is, as decisions will say.
+        source: Which knowledge this is, for decisions.
     """
 
     def __init__(
@@ -154,18 +154,18 @@ class RandomWalkPolicy(Policy):
 class MixedPolicy(Policy):
     """In each state the first part that serves it decides.
 
-    Every part hears of every transition, whoever chose the action: Q-learning is off-policy, and a
+    Every part gets every transition, whichever chose the action: Q-learning is off-policy, and a
     learner needs the value of the states that others decide, to judge the actions that lead there. In
     those states it must not take the best of all actions for that value: the ones that are never tried
     would keep their initial 0, and the state would look as good as the goal. So where the next state
-    belongs to a part with a fixed action, the transition says so in ``next_action_index``.
+    belongs to a part with a fixed action, ``next_action_index`` of the transition names it.
 
     Args:
         states: Names of the states.
         parts: Policies over these states and one action set, the most trusted first.
 
     Raises:
-        ConfigurationError: Nobody serves some state.
+        ConfigurationError: No part serves some state.
     """
 
     def __init__(self, states: Sequence[str], parts: Sequence[Policy]) -> None:
@@ -204,12 +204,12 @@ class MixedPolicy(Policy):
         """What the part in charge of the state chooses.
 
         Raises:
-            ConfigurationError: Nobody serves the state.
+            ConfigurationError: No part serves the state.
         """
         return self.part_for(observation.state).choose(observation)
 
     def learn(self, transition: Transition) -> None:
-        """Tell every part."""
+        """Pass the transition to every part."""
         if transition.next_state is not None:
             owner = self.part_for(transition.next_state)
             if isinstance(owner, AssignedPolicy):

@@ -12,7 +12,7 @@ from palpate.core.errors import CommandError, ConfigurationError
 
 @dataclass(frozen=True, slots=True)
 class ActionOutcome:
-    """The effort that one action took, as the arm itself can tell.
+    """The effort that one action took, as the arm itself can measure it.
 
     Attributes:
         duration_s: How long it lasted.
@@ -74,7 +74,7 @@ class InternalEffort(Reinforcement):
 
     Attributes:
         per_action: Reward of each action, at most 0. With 0 an action without excess force is free, and
-            then nothing tells a short way from a long one.
+            then nothing distinguishes a short way from a long one.
         per_N_s: Reward of each N s of impulse above the free force, at most 0.
         free_force_N: Contact force that costs nothing, such as the set-point of the force control.
 

@@ -1,1 +1,1 @@
-"""The contact supervisor: watches every tick, clamps or trips, and lets nobody go on before a person says so."""
+"""The contact supervisor: watches every tick, clamps or trips, and lets no trial begin before a person acknowledges."""

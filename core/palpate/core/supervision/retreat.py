@@ -33,7 +33,7 @@ class Retreat:
         self.finished = True
 
     def start(self, held_rad: JointVector) -> None:
-        """Begin where the arm is told to be, (n,)."""
+        """Begin where the arm is commanded to be, (n,)."""
         self._kinematics.update(held_rad)
         self._target = self._kinematics.tip_in_base
         self._start = self._target.copy()
@@ -45,7 +45,7 @@ class Retreat:
         """The next joint angles, (n,).
 
         Args:
-            held_rad: What the arm was told last, (n,).
+            held_rad: What the arm was sent last, (n,).
         """
         self._ticks += 1
         self._asked_m = min(self._asked_m + self._step_m, self._distance_m)

@@ -64,11 +64,11 @@ _NAME = "supervisor"
 class Supervisor:
     """Watches one arm, trial by trial. Without I/O and without a clock: a function of the snapshots so far.
 
-    What a joint limit forbids is clamped. What nobody may go on from trips: the first cause is latched, the arm is led
-    back or held, and only :meth:`acknowledge` lets another trial begin.
+    What a joint limit forbids is clamped. What a trial may not go on from trips: the first cause is latched, the arm is
+    led back or held, and only :meth:`acknowledge` lets another trial begin.
 
     Args:
-        config: The limits; :func:`~palpate.core.supervision.fit.require_fitting` tells whether they suit this arm.
+        config: The limits; :func:`~palpate.core.supervision.fit.require_fitting` checks that they suit this arm.
         task: What the workspace has to hold.
         kinematics: A work space of its own.
         scale: Factors on the sensor's six channels after taring, (6,), as the task applies them.
@@ -138,7 +138,7 @@ class Supervisor:
     def check(
         self, snapshot: Snapshot, asked: JointCommand, expectation: Expectation, tip_m: Vector3 | None = None
     ) -> Supervised:
-        """What the arm is to be told in this tick; after a trip what was asked no longer matters.
+        """What the arm is to be sent in this tick; after a trip what was asked no longer matters.
 
         Args:
             snapshot: The tick.
@@ -148,7 +148,7 @@ class Supervisor:
 
         Raises:
             LifecycleError: No trial has begun.
-            DeviceError: Nobody knows where the arm is when the trial begins, so there is nothing to command.
+            DeviceError: It is not known where the arm is when the trial begins, so there is nothing to command.
             CommandError: The command has another number of joints than the arm.
         """
         if self._state is not Guard.ACTIVE:

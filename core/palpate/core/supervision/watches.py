@@ -143,7 +143,7 @@ class JointWatch:
 
         Args:
             snapshot: The tick.
-            held_rad: What the arm was told in the tick before, (n,).
+            held_rad: What the arm was sent in the tick before, (n,).
         """
         joints = snapshot.joints
         q = joints.position_rad
@@ -152,7 +152,7 @@ class JointWatch:
         if joints.sequence != self._sequence:
             self._sequence = joints.sequence
             samples, now_ns = self._samples, joints.source_time_ns
-            # The same reading under another number says nothing about velocity.
+            # The same reading under another number is no measure of velocity.
             if not samples or now_ns > samples[-1][0]:
                 samples.append((now_ns, q))
                 while len(samples) > 1 and now_ns - samples[1][0] >= _WINDOW_NS:
@@ -302,7 +302,7 @@ class WorkspaceWatch:
         Args:
             tick: Control tick of the trial.
             tip_m: Tip according to the encoders, (3,), task frame.
-            expectation: Says whether the task explores, and where.
+            expectation: Whether the task explores, and where.
         """
         x, y, z = tip_m
         side = self._side_m

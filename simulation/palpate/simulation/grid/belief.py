@@ -1,4 +1,4 @@
-"""The belief-state optimum: the fewest steps that anybody can take on average who knows the map but not the place.
+"""The belief-state optimum: the fewest steps on average with the map known and the place not.
 
 Moves and readings are certain here, so all that can be known is which cells are still possible, and how often: where
 the walls push two possible places together, one cell stands for both. Such beliefs are finite in number, and no optimal
@@ -6,7 +6,7 @@ plan meets one twice, since nothing would have been learned in between (Bonet, "
 best plan is found by LAO*-like search: values begin at what full information would need, which is never too much, and
 are backed up along the greedy plan until nothing changes. Counts are whole numbers, so "nothing" is exact.
 
-It bounds every policy over symbols, past symbols or automaton states from below: whoever is better has a leak.
+It bounds every policy over symbols, past symbols or automaton states from below: a better result has a leak.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ def belief_optimum(grid: GridMap, most_cells: int = MOST_CELLS) -> Fraction:
     """Mean steps to the goal of the best policy over all that was read and done, from a uniformly random start.
 
     Args:
-        grid: The map, which that policy knows.
+        grid: The map, which is known.
         most_cells: Bound of the effort: cells of all beliefs that are looked at.
 
     Raises:

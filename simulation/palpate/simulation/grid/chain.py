@@ -24,13 +24,13 @@ from palpate.simulation.grid.trial import STEP_LIMIT
 
 ENDLESS: Final = 1e9
 """Means above this count as infinite. The condition of the linear system is about the largest mean from any place, so
-above it few digits would be right; and nobody waits so long."""
+above it few digits would be right."""
 
 MOST_PLACES: Final = 200_000
 """Most pairs of cell and memory; a memory that grows for ever must not fill the computer's."""
 
 _Node: TypeAlias = tuple[int, int, tuple[float, ...]]
-"""A cell, the state there, and what the identifier remembers."""
+"""A cell, the state there, and the memory of the identifier."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +76,7 @@ def expected_steps(
         step_limit: Steps after which a trial is cut off.
 
     Raises:
-        ConfigurationError: The policy does not fit the states, a row of it is no distribution, or the identifier knows
+        ConfigurationError: The policy does not fit the states, a row of it is no distribution, or the identifier has
             other symbols.
     """
     require_whole("grid.step_limit", step_limit, 1, 10_000_000)

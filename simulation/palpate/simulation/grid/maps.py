@@ -1,6 +1,6 @@
 """Grid maps: one ambiguous sensor value a cell, a goal, walls (paper, section 4 and Fig. 2).
 
-The agent knows neither the map nor where it is: it reads the value of its cell, which other cells may share.
+The agent has neither the map nor its place: it reads the value of its cell, which other cells may share.
 """
 
 from __future__ import annotations

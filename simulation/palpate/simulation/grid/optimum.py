@@ -1,4 +1,4 @@
-"""The optimum with full information: nobody who sees the map and the place needs fewer steps."""
+"""The optimum with full information: with map and place known no policy needs fewer steps."""
 
 from __future__ import annotations
 

@@ -59,7 +59,7 @@ class Walker:
         state: The state there; at the goal, where nothing is read, that of the cell before.
 
     Raises:
-        ConfigurationError: The identifier knows other symbols than the map has.
+        ConfigurationError: The identifier has other symbols than the map.
     """
 
     def __init__(self, grid: GridMap, identifier: StateIdentifier, seed: int, trial: int) -> None:
@@ -121,7 +121,7 @@ def run_trial(
 ) -> Walk:
     """One trial from a random cell to the goal, or to the limit.
 
-    The policy learns by what it was told: a trial that is cut off ends with an ordinary transition.
+    The policy learns in the ordinary way: a trial that is cut off ends with an ordinary transition.
 
     Args:
         grid: The map; the agent gets nothing of it but readings.
@@ -133,7 +133,7 @@ def run_trial(
         penalty: What each action costs.
 
     Raises:
-        ConfigurationError: The identifier knows other symbols than the map has, or the limit is below 1.
+        ConfigurationError: The identifier has other symbols than the map, or the limit is below 1.
         CommandError: The policy chose something that is not of the action set.
     """
     require_whole("grid.step_limit", step_limit, 1, 10_000_000)

@@ -1,6 +1,6 @@
 """Outlines of pegs and holes: a circle or a regular polygon, from one description.
 
-Everything is in the plane across the tool axis. An outline is told by the radius of its inscribed circle (its
+Everything is in the plane across the tool axis. An outline is given by the radius of its inscribed circle (its
 apothem), so that a hole is the same outline with the clearance added to the apothem, and the gap is the
 clearance on every side.
 """

@@ -122,7 +122,7 @@ def _add_arm(spec: mujoco.MjSpec, kinematics: Kinematics) -> mujoco.MjsBody:
         servo = spec.add_actuator(name=f"servo_{index}", target=model.names[index])
         servo.trntype = mujoco.mjtTrn.mjTRN_JOINT
         # With integral action, as industrial joint servos have it: without, the arm gives way by some 30 microradian
-        # when it presses, and the gripper's springs make of that a torque as large as the one that tells of the hole.
+        # when it presses, and the gripper's springs make of that a torque as large as the one that points at the hole.
         servo.set_to_pid(
             kp=stiffness,
             kv=2.0 * sqrt(stiffness * arm.servo_armature_kg_m2[j]),

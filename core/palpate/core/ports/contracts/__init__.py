@@ -1,6 +1,6 @@
 """The contracts of the four ports, as test suites that ship with the package.
 
-What types cannot say about a port is said here, clause by clause, and every adapter is held to it:
+What types cannot express about a port stands here, clause by clause, and every adapter is held to it:
 ours, a simulator, a replayed log, and a stranger's driver. A suite needs a *rig*: the adapter plus the
 knobs by which a test acts on the world behind it::
 

@@ -16,7 +16,7 @@ from palpate.core.ports.values import AppliedCommand, CommandReason, JointComman
 
 
 class ArmCommandContract(DeviceContract[ArmCommandRig]):
-    """Every arm keeps these clauses; a subclass says how to make a rig."""
+    """Every arm keeps these clauses; a subclass makes the rig."""
 
     PORT: ClassVar[type] = ArmCommand
 

@@ -9,7 +9,7 @@ from palpate.core.ports.contracts.violations import require
 
 
 class ClockContract(ABC):
-    """Every clock keeps these clauses; a subclass says how to make a rig."""
+    """Every clock keeps these clauses; a subclass makes the rig."""
 
     @abstractmethod
     def make(self) -> ClockRig:

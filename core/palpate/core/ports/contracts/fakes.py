@@ -1,7 +1,7 @@
 """Plain fakes of the four ports, for tests and for a first look: no physics, all knobs in reach.
 
-Time is virtual and goes on only when told. A sensor takes a new sample when it is read at a time at
-which it has none yet; the arm is perfect and stands at a new set-point as soon as time has gone on.
+Time is virtual and goes on only by ``advance`` and ``sleep_until``. A sensor takes a new sample when it is read
+at a time at which it has none yet; the arm is perfect and stands at a new set-point as soon as time has gone on.
 """
 
 from __future__ import annotations
@@ -131,7 +131,7 @@ class FakeForceSensor(FakeDevice, ForceSensor):
 
 
 class FakeJointEncoder(FakeDevice, JointEncoder):
-    """An encoder that reports where it is told that the joints stand.
+    """An encoder that reports given joint angles.
 
     Args:
         clock: The clock of the run.

@@ -15,7 +15,7 @@ from palpate.core.ports.values import Validity, Vector3, WrenchSample
 
 
 class ForceSensorContract(SampleContract[ForceSensorRig]):
-    """Every force/torque sensor keeps these clauses; a subclass says how to make a rig."""
+    """Every force/torque sensor keeps these clauses; a subclass makes the rig."""
 
     PORT: ClassVar[type] = ForceSensor
 
@@ -55,7 +55,7 @@ class ForceSensorContract(SampleContract[ForceSensorRig]):
             load = rig.load_N
             for force in ((load, 0.0, 0.0), (0.0, load, 0.0), (0.0, 0.0, load)):
                 change = _response(rig, force)
-                # The sign has its own clause, so that a wrong one is told from a wrong unit or axis.
+                # The sign has its own clause, so that a wrong one is not taken for a wrong unit or axis.
                 close = all(abs(abs(c) - abs(f)) <= rig.tolerance_N for c, f in zip(change, force, strict=True))
                 require("units and axes", close, f"a change of {change} N", f"{force} N")
 

@@ -18,7 +18,7 @@ PLAUSIBLE_RAD = 4.0 * pi
 
 
 class JointEncoderContract(SampleContract[JointEncoderRig]):
-    """Every joint encoder keeps these clauses; a subclass says how to make a rig."""
+    """Every joint encoder keeps these clauses; a subclass makes the rig."""
 
     PORT: ClassVar[type] = JointEncoder
 

@@ -1,4 +1,4 @@
-"""How a clause fails, and how it says that it cannot be tried."""
+"""How a clause fails, and how one that cannot be tried is marked."""
 
 from __future__ import annotations
 
