@@ -2,17 +2,30 @@
 
 from __future__ import annotations
 
+import pickle
 from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
 
+import gymnasium.error
+import numpy as np
 import pytest
 
-from palpate.adapters.config.run import PerceptionConfig, RunConfig
+from palpate.adapters.config.run import PerceptionConfig, RunConfig, scenario
 from palpate.adapters.experiments.build import task_actions
-from palpate.adapters.gymnasium_envs.episode import InsertionEpisodes, NotRunningError
-from palpate.core.errors import DeviceError
+from palpate.adapters.experiments.training import run_toml
+from palpate.adapters.gymnasium_envs.episode import (
+    ActionRefusedError,
+    GivenActions,
+    InsertionEpisodes,
+    NotRunningError,
+    refuse_unknown,
+    run_config,
+)
+from palpate.core.errors import CommandError, ConfigurationError, DeviceError, LifecycleError
 from palpate.core.insertion.config import TaskConfig
 from palpate.core.insertion.trial import Outcome, Phase
-from palpate.core.policy import Decision
+from palpate.core.policy import Decision, Observation, Policy, Transition
 from palpate.core.ports.values import CommandReason, JointCommand
 
 EAST = Decision(task_actions(RunConfig())[0], 0, "test")
@@ -104,3 +117,91 @@ def test_trials_without_any_decision_are_not_searched_for_ever() -> None:
         made.begin(0, 0)
     assert not made.running
     made.close()
+
+
+# Errors are ours and Gymnasium's, and survive the way from a worker process.
+
+
+def test_either_family_catches_them() -> None:
+    refused, idle = ActionRefusedError("action 9 is refused", 9), NotRunningError("no episode runs")
+    assert isinstance(refused, CommandError)
+    assert isinstance(refused, gymnasium.error.InvalidAction)
+    assert isinstance(idle, LifecycleError)
+    assert isinstance(idle, gymnasium.error.ResetNeeded)
+
+
+@pytest.mark.parametrize("error", [ActionRefusedError("action 9 is refused", 9), NotRunningError("no episode runs")])
+def test_a_worker_can_send_them_and_the_parent_makes_them_anew(error: Exception) -> None:
+    arrived = pickle.loads(pickle.dumps(error))
+    assert (type(arrived), str(arrived)) == (type(error), str(error))
+    assert str(type(error)(arrived)) == str(error)
+
+
+def test_an_unknown_argument_is_named_and_so_are_those_that_there_are() -> None:
+    refuse_unknown("x-v0", {}, ("size",))
+    with pytest.raises(ConfigurationError) as caught:
+        refuse_unknown("x-v0", {"sise": 7}, ("map", "size"))
+    assert str(caught.value) == "sise = 7 is refused: no such argument of x-v0; there are map, size"
+
+
+# The policy of an environment hands out what it was given, once.
+
+
+NOWHERE = (0.0, 0.0, 0.0)
+SEEN = Observation(0, NOWHERE, NOWHERE, NOWHERE, NOWHERE, 0)
+
+
+def test_it_chooses_what_it_was_given_once_and_in_the_same_trial_only() -> None:
+    policy = GivenActions()
+    assert isinstance(policy, Policy)
+    assert policy.temperature is None
+    assert policy.serves(99)
+    policy.give(EAST)
+    assert policy.choose(SEEN) is EAST
+    policy.learn(Transition(0, 0, -1.0, None))
+    with pytest.raises(LifecycleError, match="none is given"):
+        policy.choose(SEEN)
+    policy.give(EAST)
+    policy.begin_trial(1, np.random.default_rng(0))
+    with pytest.raises(LifecycleError):
+        policy.choose(SEEN)
+
+
+# Keyword arguments become the configuration that a run would have.
+
+
+def test_nothing_said_is_the_paper_scenario() -> None:
+    assert run_config("", "", None) == RunConfig()
+
+
+def test_arguments_win_over_settings_and_settings_over_the_preset() -> None:
+    table = {"scenario": "blind", "arm": "ur5", "cell": {"hole_uncertainty_mm": 1.5}}
+    config = run_config("", "", table)
+    assert (config.scenario, config.arm, config.cell.hole_uncertainty_mm) == ("blind", "ur5", 1.5)
+    assert run_config("blind", "", None) == scenario("blind")
+    assert run_config("paper", "zebra-zero", table).arm == "zebra-zero"
+    assert table["scenario"] == "blind"  # the caller's own table is left as it is
+
+
+def test_the_file_of_a_run_serves_as_settings(tmp_path: Path) -> None:
+    config = run_config("blind", "ur5", {"task": {"time_limit_s": 7.0}, "seed": 3})
+    path = tmp_path / "run.toml"
+    path.write_text(run_toml(config, "train", trials=3), encoding="utf-8")
+    assert run_config("", "", path) == run_config("", "", str(path)) == config
+
+
+@pytest.mark.parametrize(
+    ("arguments", "field"),
+    [
+        (("papr", "", None), "scenario"),
+        (("", "", {"task": {"step": 1.0}}), "task.step"),
+        (("", "", {"task": {"step_mm": 99}}), "task.step_mm"),
+        (("", "", {"task": 1}), "task"),
+        (("", "", "no-such-file.toml"), "config"),
+        (("", "", 5), "config"),
+    ],
+)
+def test_what_there_is_not_is_refused_by_name(arguments: Any, field: str) -> None:
+    with pytest.raises(ConfigurationError) as caught:
+        run_config(*arguments)
+    assert caught.value.field == field

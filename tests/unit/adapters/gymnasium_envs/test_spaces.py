@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import hypot, inf, nan
 from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from palpate.adapters.config.run import RunConfig
-from palpate.adapters.gymnasium_envs.spaces import StateIndex, TipWrench
+from palpate.adapters.gymnasium_envs.episode import ActionRefusedError
+from palpate.adapters.gymnasium_envs.spaces import CompassSteps, FreeSteps, StateIndex, TipWrench
 from palpate.core.insertion.config import TaskConfig
+from palpate.core.policy import compass_actions
 
 
 @dataclass
-class Felt:
+class Sensed:
     """What an observation takes from a task."""
 
     percept: tuple[int, int] | None = None
@@ -25,25 +30,25 @@ class Felt:
 def test_the_symbolic_observation_is_the_number_of_the_state() -> None:
     states = StateIndex(17)
     for percept, expected in ((None, 0), ((3, 5), 5), ((3, 16), 16)):
-        seen = states.of(Felt(percept))  # type: ignore[arg-type]
+        seen = states.of(Sensed(percept))  # type: ignore[arg-type]
         assert seen == expected
         assert states.space.contains(seen)
 
 
 def test_the_raw_observation_is_tip_force_and_torque_in_this_order() -> None:
     raw = TipWrench(RunConfig())
-    felt = Felt(None, (1e-3, -2e-3, 3e-3), ((0.5, -0.25, -4.5), (0.0625, -0.125, 0.03125)))
-    seen = raw.of(felt)  # type: ignore[arg-type]
+    sensed = Sensed(None, (1e-3, -2e-3, 3e-3), ((0.5, -0.25, -4.5), (0.0625, -0.125, 0.03125)))
+    seen = raw.of(sensed)  # type: ignore[arg-type]
     assert seen.dtype == np.float32
     assert seen == pytest.approx([1e-3, -2e-3, 3e-3, 0.5, -0.25, -4.5, 0.0625, -0.125, 0.03125])
-    assert not np.shares_memory(seen, raw.of(felt))  # type: ignore[arg-type]
+    assert not np.shares_memory(seen, raw.of(sensed))  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("sign", [-1.0, 1.0])
 def test_what_is_beyond_the_bounds_is_cut_off_there(sign: float) -> None:
     raw = TipWrench(RunConfig())
     far = (sign, sign, sign)
-    seen = raw.of(Felt(None, far, ((99 * sign,) * 3, (99 * sign,) * 3)))  # type: ignore[arg-type]
+    seen = raw.of(Sensed(None, far, ((99 * sign,) * 3, (99 * sign,) * 3)))  # type: ignore[arg-type]
     assert raw.space.contains(seen)
     assert seen.tolist() == (raw.space.high if sign > 0 else raw.space.low).tolist()
 
@@ -55,3 +60,55 @@ def test_the_bounds_follow_the_task() -> None:
     assert space.high[0] > 6e-3
     assert space.low[2] == pytest.approx(-5e-3)
     assert np.isfinite(space.low).all()
+
+
+# Actions: what they mean to the core, and which there are not.
+
+
+STEPS = compass_actions(0.7e-3)
+SHARES = st.floats(-1.0, 1.0, allow_nan=False)
+
+
+@pytest.mark.parametrize("kind", [int, np.int64, np.int32, np.array, lambda k: np.array([k])])
+def test_a_discrete_action_is_the_compass_step_of_that_number(kind: Any) -> None:
+    actions = CompassSteps(STEPS)
+    decisions = [actions.decision(kind(k)) for k in range(8)]
+    assert [d.action for d in decisions] == list(STEPS)
+    assert [d.index for d in decisions] == list(range(8))
+    assert actions.space.n == 8
+
+
+@pytest.mark.parametrize("action", [-1, 8, 1.0, np.float32(1), nan, "1", None, True, [1], np.array([1, 2])])
+def test_a_discrete_action_out_of_range_or_of_another_kind_is_refused(action: Any) -> None:
+    with pytest.raises(ActionRefusedError, match="is refused: a whole number from 0 to 7"):
+        CompassSteps(STEPS).decision(action)
+
+
+@given(x=SHARES, y=SHARES)
+def test_a_free_step_keeps_its_direction_and_is_never_longer_than_the_longest(x: float, y: float) -> None:
+    decision = FreeSteps(2e-3).decision((x, y))
+    dx, dy = decision.action.displacement_m
+    assert decision.index is None  # no table may learn from it
+    assert hypot(dx, dy) <= 2e-3 * (1 + 1e-12)
+    assert dx * y == pytest.approx(dy * x, abs=1e-15)
+    if hypot(x, y) <= 1.0:
+        assert (dx, dy) == pytest.approx((2e-3 * x, 2e-3 * y), abs=1e-15)
+    else:
+        assert hypot(dx, dy) == pytest.approx(2e-3)
+        assert dx * x >= 0.0 <= dy * y
+
+
+def test_every_corner_of_the_box_is_an_action() -> None:
+    actions = FreeSteps(1e-3)
+    for corner in ((-1, -1), (-1, 1), (1, -1), (1, 1), (0, 0)):
+        action = np.array(corner, np.float32)
+        assert actions.space.contains(action)
+        assert actions.decision(action).action.name
+
+
+@pytest.mark.parametrize(
+    "action", [(1.0001, 0.0), (0.0, -1.5), (nan, 0.0), (0.0, inf), (0.0,), (0.0, 0.0, 0.0), 3, None, "ab", [[0.0, 1.0]]]
+)
+def test_a_free_step_out_of_range_or_of_another_shape_is_refused(action: Any) -> None:
+    with pytest.raises(ActionRefusedError, match="is refused: two finite numbers from -1 to 1"):
+        FreeSteps(1e-3).decision(action)

@@ -1,4 +1,4 @@
-"""The agent: who is told what, when, and with which effort."""
+"""The agent: what policy and perception are given, when, and with which effort."""
 
 from __future__ import annotations
 
@@ -12,17 +12,16 @@ from palpate.core.errors import LifecycleError
 from palpate.core.insertion.agent import Agent
 from palpate.core.perception import Perception, SelectedChannels, Thresholds
 from palpate.core.policy import (
-    Action,
     ActionOutcome,
     ActionPenalty,
     Decision,
     Observation,
-    Policy,
     Reinforcement,
     Transition,
     compass_actions,
 )
 from palpate.core.ports.values import Vector3
+from tests.unit.core.policy.bench import Diary
 
 TICK_S = 0.01
 NONE: Vector3 = (0.0, 0.0, 0.0)
@@ -52,29 +51,6 @@ class Counter:
 
 
 @dataclass
-class Diary(Policy):
-    """Writes down everything that it is told, in order; takes given actions."""
-
-    indices: Sequence[int | None] = (0, 1, 2, 3, 4)
-    entries: list[object] = field(default_factory=list)
-    temperature: float | None = 2.5
-
-    def serves(self, state: int) -> bool:
-        return True
-
-    def begin_trial(self, trial: int, rng: np.random.Generator) -> None:
-        self.entries.append(("begin", trial, rng))
-
-    def choose(self, observation: Observation) -> Decision:
-        self.entries.append(observation)
-        index = self.indices[observation.action_number]
-        return Decision(Action("far", (1.0, 0.0)) if index is None else ACTIONS[index], index, "diary")
-
-    def learn(self, transition: Transition) -> None:
-        self.entries.append(transition)
-
-
-@dataclass
 class Meter(Reinforcement):
     """Writes down the outcome of each action; each costs one more than the one before."""
 
@@ -85,9 +61,13 @@ class Meter(Reinforcement):
         return -float(len(self.outcomes))
 
 
+def diary(indices: Sequence[int | None] = (0, 1, 2, 3, 4)) -> Diary:
+    return Diary(indices, ACTIONS, temperature=2.5)
+
+
 class Bench:
     def __init__(self, policy: Diary | None = None, reinforcement: Reinforcement | None = None) -> None:
-        self.policy, self.counter, self.meter = policy or Diary(), Counter(), Meter()
+        self.policy, self.counter, self.meter = policy or diary(), Counter(), Meter()
         perception = Perception(SelectedChannels(("x",)), Thresholds(("x",), ((-1e-3, 1e-3),)), self.counter)
         self.agent = Agent(perception, self.policy, reinforcement or self.meter, TICK_S)
         self.begin()
@@ -117,7 +97,7 @@ def test_transitions_follow_the_states_and_come_before_the_next_choice() -> None
     bench.agent.reached_goal()
     kinds = [type(entry).__name__ for entry in bench.entries]
     assert kinds == ["tuple", "Observation", *["Transition", "Observation"] * 2, "Transition"]
-    transitions = [entry for entry in bench.entries if isinstance(entry, Transition)]
+    transitions = bench.policy.learned
     assert transitions == [
         Transition(1, 0, -1.0, 2),
         Transition(2, 1, -2.0, 3),
@@ -150,7 +130,7 @@ def test_the_symbols_come_from_the_measurement_vector_in_its_order() -> None:
             return super().extract(signal)
 
     perception = Perception(Spy(("x",)), Thresholds(("x",), ((-1.0, 1.0),)), Counter())
-    agent = Agent(perception, Diary(), ActionPenalty(), TICK_S)
+    agent = Agent(perception, diary(), ActionPenalty(), TICK_S)
     agent.begin(0, np.random.default_rng(0))
     agent.perceive(0, (1.0, 2.0, 3.0), (99.0, 99.0, 99.0), (4.0, 5.0, 6.0), (7.0, 8.0, 9.0))
     assert seen == [(1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0)]
@@ -221,12 +201,12 @@ def test_an_action_that_ends_at_once_counts_as_one_tick() -> None:
 
 
 def test_nothing_is_learned_from_an_action_that_is_not_of_the_set() -> None:
-    bench = Bench(Diary(indices=(0, None, 2)))
+    bench = Bench(diary((0, None, 2)))
     for _ in range(3):
         bench.decide()
         bench.record_effort(1.0)
     bench.agent.reached_goal()
-    assert [entry for entry in bench.entries if isinstance(entry, Transition)] == [
+    assert bench.policy.learned == [
         Transition(1, 0, -1.0, 2),
         Transition(3, 2, -3.0, None),
     ]
@@ -241,7 +221,7 @@ def test_the_goal_is_reached_once() -> None:
     bench.decide()
     bench.agent.reached_goal()
     bench.agent.reached_goal()
-    assert len([entry for entry in bench.entries if isinstance(entry, Transition)]) == 1
+    assert len(bench.policy.learned) == 1
 
 
 def test_giving_up_is_learned_as_an_ordinary_transition() -> None:
@@ -277,13 +257,13 @@ def test_a_new_trial_forgets_the_old_one() -> None:
     assert len(old) == 1  # the report of the old trial keeps its own
     bench.decide(2e-3)
     # The unfinished action of the old trial is never learned from.
-    assert not any(isinstance(entry, Transition) for entry in bench.entries)
+    assert bench.policy.learned == []
     assert bench.agent.decisions[0].state == "one"
 
 
 def test_the_temperature_is_the_policys() -> None:
     assert Bench().agent.temperature == 2.5
-    assert Bench(Diary(temperature=None)).agent.temperature is None
+    assert Bench(Diary()).agent.temperature is None
 
 
 def test_nothing_is_chosen_twice_on_one_perception() -> None:

@@ -1,15 +1,16 @@
-"""What the tests of policies share: two action sets, observations of a state, and a corridor to learn in."""
+"""What tests with policies share: two action sets, observations of a state, and a corridor to learn in."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 import pytest
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.policy.base import Observation, Transition, compass_actions
+from palpate.core.policy.base import Action, Decision, Observation, Policy, Transition, compass_actions
 from palpate.core.policy.exploration import TemperatureSchedule
 from palpate.core.policy.tabular import TabularLearner
 
@@ -45,3 +46,31 @@ def refuse(field: str, make: Callable[..., object], *args: Any, **settings: Any)
         make(*args, **settings)
     assert refused.value.field == field
     return refused.value
+
+
+@dataclass
+class Diary(Policy):
+    """Keeps everything that it is given, in order; takes given actions again and again, None a step of no set."""
+
+    indices: Sequence[int | None] = (0,)
+    actions: Sequence[Action] = EIGHT
+    entries: list[object] = field(default_factory=list)
+    temperature: float | None = None
+
+    def serves(self, state: int) -> bool:
+        return True
+
+    def begin_trial(self, trial: int, rng: np.random.Generator) -> None:
+        self.entries.append(("begin", trial, rng))
+
+    def choose(self, observation: Observation) -> Decision:
+        self.entries.append(observation)
+        index = self.indices[observation.action_number % len(self.indices)]
+        return Decision(Action("far", (1.0, 0.0)) if index is None else self.actions[index], index, "diary")
+
+    def learn(self, transition: Transition) -> None:
+        self.entries.append(transition)
+
+    @property
+    def learned(self) -> list[Transition]:
+        return [entry for entry in self.entries if isinstance(entry, Transition)]

@@ -2,19 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
-
 import numpy as np
 import pytest
 
 from palpate.core.errors import CommandError, ConfigurationError
 from palpate.core.perception import IdentityState, LastSymbols
 from palpate.core.policy import (
-    Action,
-    Decision,
     Observation,
-    Policy,
     QLearning,
     QParameters,
     RandomWalkPolicy,
@@ -23,33 +17,11 @@ from palpate.core.policy import (
 )
 from palpate.simulation.grid.maps import SCENARIO_1, GridMap, grid_actions
 from palpate.simulation.grid.trial import Walker, run_trial
+from tests.unit.core.policy.bench import Diary
 
 CORRIDOR = GridMap.from_text("ABB·")
 GRID = GridMap.from_regions(SCENARIO_1)
 RIGHT, LEFT = 0, 4
-
-
-@dataclass
-class Diary(Policy):
-    """Writes down everything that it is told, in order; takes given actions again and again."""
-
-    indices: Sequence[int | None] = (RIGHT,)
-    entries: list[object] = field(default_factory=list)
-    temperature: float | None = None
-
-    def serves(self, state: int) -> bool:
-        return True
-
-    def begin_trial(self, trial: int, rng: np.random.Generator) -> None:
-        self.entries.append(("begin", trial))
-
-    def choose(self, observation: Observation) -> Decision:
-        self.entries.append(observation)
-        index = self.indices[observation.action_number % len(self.indices)]
-        return Decision(Action("far", (1.0, 0.0)) if index is None else grid_actions()[index], index, "diary")
-
-    def learn(self, transition: Transition) -> None:
-        self.entries.append(transition)
 
 
 def trial_from(cell: int) -> int:
@@ -62,8 +34,7 @@ def test_learning_comes_before_the_next_choice_and_sees_readings_only() -> None:
     diary, trial, zero = Diary(), trial_from(0), (0.0, 0.0, 0.0)
     walk = run_trial(CORRIDOR, LastSymbols(CORRIDOR.symbols, 2), diary, 0, trial)
     a, ab, bb = (LastSymbols(CORRIDOR.symbols, 2).states.index(name) for name in ("A", "A > B", "B > B"))
-    assert diary.entries == [
-        ("begin", trial),
+    assert diary.entries[1:] == [
         Observation(a, zero, zero, zero, zero, 0),
         Transition(a, RIGHT, -1.0, ab),
         Observation(ab, zero, zero, zero, zero, 1),
@@ -125,17 +96,17 @@ def test_a_limit_is_at_least_one_step(limit: int) -> None:
         run_trial(CORRIDOR, IdentityState(CORRIDOR.symbols), Diary(), 0, 0, step_limit=limit)
 
 
-def test_a_walker_is_the_same_trial_for_whoever_decides_outside() -> None:
+def test_a_walker_is_the_same_trial_for_a_decider_outside() -> None:
     diary = Diary((RIGHT, LEFT, RIGHT, RIGHT, RIGHT))
     trial = trial_from(0)
     walk = run_trial(CORRIDOR, LastSymbols(CORRIDOR.symbols, 2), diary, 0, trial)
     walker = Walker(CORRIDOR, LastSymbols(CORRIDOR.symbols, 2), 0, trial)
-    told: list[object] = [("begin", trial)]
+    given: list[object] = []
     for action in walk.actions:
         before = walker.observation()
         following = walker.move(action)
-        told += [before, Transition(before.state, action, -1.0, following)]
-    assert told == diary.entries
+        given += [before, Transition(before.state, action, -1.0, following)]
+    assert given == diary.entries[1:]
     assert walker.walk == walk
     assert walker.cell is None
     assert walker.steps == walk.steps

@@ -14,10 +14,9 @@ from palpate.core.automata.strings import Strings
 from palpate.core.automata.tracker import AutomatonState
 from palpate.core.errors import ConfigurationError
 from palpate.core.perception import IdentityState, StateIdentifier
-from palpate.simulation.grid.belief import belief_optimum
 from palpate.simulation.grid.chain import expected_steps, uniform
 from palpate.simulation.grid.maps import SCENARIOS, GridMap
-from palpate.simulation.grid.optimum import full_information_optimum
+from palpate.simulation.grid.optimum import belief_optimum, full_information_optimum
 from palpate.simulation.grid.strings import walk_strings
 from palpate.simulation.grid.trial import STEP_LIMIT
 
