@@ -28,8 +28,8 @@ from palpate.adapters.experiments.grid.report import Score
 from palpate.adapters.experiments.grid.worlds import Named, bounds_of, grid_named
 from palpate.adapters.experiments.statistics import mean_with_interval, quantile_interval
 from palpate.core.policy.base import COMPASS_NAMES
-from palpate.simulation.grid.maps import GridMap
 from palpate.simulation.grid.chain import best_fixed_actions
+from palpate.simulation.grid.maps import GridMap
 from palpate.simulation.grid.optimum import best_actions
 
 FIRST_SEED = 100

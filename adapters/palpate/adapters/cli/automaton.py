@@ -9,6 +9,7 @@ from typing import Final
 
 from palpate.adapters.cli.automaton_options import CompareAutomataOptions, MinimiseOptions, ShowAutomatonOptions
 from palpate.adapters.cli.options import parse
+from palpate.adapters.experiments.tables import aligned
 from palpate.adapters.visualisation.automaton import machine_picture
 from palpate.core.automata.document import load, to_json_text
 from palpate.core.automata.machine import Kind, Machine
@@ -104,7 +105,7 @@ def write_automaton(machine: Machine, path: Path) -> None:
     """Write an automaton, or draw it, by the ending of the file's name.
 
     Raises:
-        ConfigurationError: The ending says nothing.
+        ConfigurationError: The ending is none of those.
         OutputError: Something is in the way.
     """
     makers: dict[str, Callable[[], bytes]] = {
@@ -128,11 +129,9 @@ def described(machine: Machine) -> str:
     rows = [head]
     for state, row in enumerate(machine.transitions):
         name = f"{names[state]} (start)" if state == machine.start else names[state]
-        said = [] if machine.kind is Kind.MEALY else [shown_output(machine.state_outputs[state])]
-        rows.append([name, *said, *(_edge(machine, state, symbol, target) for symbol, target in enumerate(row))])
-    widths = [max(len(row[column]) for row in rows) for column in range(len(head))]
-    lines = ("  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows)
-    return f"{_size(machine)}\n\n" + "".join(f"{line}\n" for line in lines)
+        output = [] if machine.kind is Kind.MEALY else [shown_output(machine.state_outputs[state])]
+        rows.append([name, *output, *(_edge(machine, state, symbol, target) for symbol, target in enumerate(row))])
+    return f"{_size(machine)}\n\n{aligned(rows)}"
 
 
 def _edge(machine: Machine, state: int, symbol: int, target: int | None) -> str:

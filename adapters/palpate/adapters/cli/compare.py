@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
-from palpate.adapters.cli.notices import report_troubles, tell_weakened
+from palpate.adapters.cli.notices import print_troubles, print_weakened
 from palpate.adapters.cli.options import CompareOptions
 from palpate.adapters.cli.run import run_named
 from palpate.adapters.experiments.build import open_rig, require_usable
@@ -19,6 +17,7 @@ from palpate.adapters.experiments.evaluation import ChosenPolicy
 from palpate.adapters.experiments.policies import COMPARATORS
 from palpate.adapters.experiments.results import RunFolder
 from palpate.adapters.experiments.statistics import shown_interval, summary_of
+from palpate.adapters.experiments.tables import aligned, csv_text
 from palpate.adapters.experiments.training import run_toml
 from palpate.adapters.log.trial_recorder import LOG_FOLDER, TrialRecorder
 from palpate.core.errors import require_in
@@ -34,7 +33,7 @@ def compare(options: CompareOptions) -> int:
     chosen = [ChosenPolicy(name, config) for name in (*options.policy, *COMPARATORS)]
     ready = find_ready_pose(config.arm, config.task)
     require_usable(config, ready)
-    tell_weakened(config)
+    print_weakened(config)
     folder.create()
     folder.write("run.toml", run_toml(config, "compare", trials=options.trials, policy=list(options.policy)))
     summaries: dict[str, dict[str, Any]] = {}
@@ -55,7 +54,7 @@ def compare(options: CompareOptions) -> int:
                 summaries[policy.name if taken else policy.label] = summary_of(rows)
             if not finished:
                 break
-    report_troubles(recorder)
+    print_troubles(recorder)
     width_mm = round(capture_half_width_m(config, ready) * 1e3, 4) if finished else None
     table = comparison_table(summaries)
     foot = f"{config.arm}, scenario {config.scenario}, seed {config.seed}, {options.trials} trials each"
@@ -81,24 +80,15 @@ def comparison_table(summaries: Mapping[str, Mapping[str, Any]]) -> str:
                 f"{s['peak_force_N']:.1f}",
             )
         )
-    return _aligned(lines)
-
-
-def _aligned(lines: Sequence[Sequence[str]]) -> str:
-    widths = [max(len(line[i]) for line in lines) for i in range(len(lines[0]))]
-    return "".join(
-        "  ".join(cell.ljust(w) for cell, w in zip(line, widths, strict=True)).rstrip() + "\n" for line in lines
-    )
+    return aligned(lines)
 
 
 def _csv(summaries: Mapping[str, Mapping[str, Any]], width_mm: float | None) -> str:
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
     columns = ("success", "median_s", "p95_s")
     header = ["policy", "trials", *(f"{c}{end}" for c in columns for end in ("", "_low", "_high"))]
-    writer.writerow([*header, "peak_force_N", "capture_half_width_mm"])
+    rows: list[list[Any]] = [[*header, "peak_force_N", "capture_half_width_mm"]]
     for name, s in summaries.items():
         intervals = (s["success_95"], s["median_95_s"], s["p95_95_s"])
         values = [v for c, (low, high) in zip(columns, intervals, strict=True) for v in (s[c], low, high)]
-        writer.writerow([name, s["trials"], *values, s["peak_force_N"], width_mm])
-    return text.getvalue()
+        rows.append([name, s["trials"], *values, s["peak_force_N"], width_mm])
+    return csv_text(rows)

@@ -18,7 +18,7 @@ from palpate.core.errors import ConfigurationError, require_in
 
 
 class _Terminal(Person):
-    """Whoever sits there. Questions go to the error stream: the other one may be read by a program."""
+    """The person at the terminal. Questions go to the error stream: the other one may be read by a program."""
 
     def ask(self, question: str) -> str | None:
         self.tell(question)
@@ -44,16 +44,16 @@ def doctor(options: DoctorOptions) -> int:
         for section in examination.sections():
             sections.append(section)
             if not options.json:
-                _say(section_text(section))
+                _print(section_text(section))
     except KeyboardInterrupt:
         sys.stderr.write("\npalpate: stopped; every device is closed\n")
         return 130
     finally:
         signal.signal(signal.SIGTERM, before)
-    _say(report_json(file.name, sections) if options.json else summary_text(sections))
+    _print(report_json(file.name, sections) if options.json else summary_text(sections))
     return 1 if any(section.count(Level.WRONG) for section in sections) else 0
 
 
-def _say(text: str) -> None:
+def _print(text: str) -> None:
     sys.stdout.write(text)
     sys.stdout.flush()

@@ -19,7 +19,7 @@ from palpate.core.ports.rig import Truth
 
 
 def emulate(options: EmulateOptions) -> int:
-    """Serve until told to end; returns the exit code."""
+    """Serve until ended from outside; returns the exit code."""
     config = replace(scenario(options.scenario), seed=options.seed)
     emulation = EmulationConfig(
         options.arm, options.force, options.baud, options.divider, options.wrist_backlash_deg, options.usb_latency_ms
@@ -45,11 +45,11 @@ def emulate(options: EmulateOptions) -> int:
                 _write_new(Path(options.rig_file), rig)
             _say(rig + "\n# serving; end with Ctrl-C\n")
 
-            def tell(truth: Truth) -> None:
+            def show(truth: Truth) -> None:
                 _say(f"# inserted {cell.insertions}: depth {truth.depth_m * 1e3:.2f} mm, peak force so far"
                      f" {truth.peak_force_N:.1f} N\n")  # fmt: skip
 
-            cell.run(lambda: ended, tell)
+            cell.run(lambda: ended, show)
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from palpate.adapters.cli.notices import tell_weakened
+from palpate.adapters.cli.notices import print_weakened
 from palpate.adapters.cli.options import FaultsOptions
 from palpate.adapters.fault_injection.campaign.campaign import cases, run_cases
 from palpate.adapters.fault_injection.campaign.runs import Class, FaultRun
@@ -25,7 +25,7 @@ def faults(options: FaultsOptions) -> int:
     out = Path(options.out) if options.out else None
     if out is not None and os.path.lexists(out):
         raise OutputError(options.out, "is there already", "name another file with --out")
-    tell_weakened(options.run)
+    print_weakened(options.run)
     chosen = cases(options.run, options.seeds, options.most)
     runs: list[FaultRun] = []
     try:

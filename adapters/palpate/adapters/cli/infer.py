@@ -38,7 +38,7 @@ def infer_command(options: InferOptions) -> int:
     with ExitStack() as opened:
         bars: list[tqdm[object]] = []
 
-        def tell(point: Progress) -> None:
+        def show(point: Progress) -> None:
             if not bars:
                 # Not before training really goes on: settings may still be refused.
                 total = training.restarts * training.steps
@@ -48,7 +48,7 @@ def infer_command(options: InferOptions) -> int:
             bar.update(point.restart * training.steps + batch * point.step - bar.n)
             bar.set_postfix_str(f"lowest loss {point.best_loss:.4g}")
 
-        found = infer(strings, options.settings, held_out=held_out, progress=tell)
+        found = infer(strings, options.settings, held_out=held_out, progress=show)
     machine = found.machine if options.keep_all or strings.labelled else _taken(found.machine, strings)
     with new_folder(out) as folder:
         _save(found, machine, folder)

@@ -72,8 +72,8 @@ def _info(words: Sequence[str]) -> int:
             # One bad log must not hide the others.
             sys.stderr.write(f"palpate: {' '.join(str(error).split())}\n")
     if options.json:
-        told = finite([dataclasses.asdict(info) for info in infos])
-        sys.stdout.write(json.dumps(told, indent=2, ensure_ascii=False, allow_nan=False) + "\n")
+        shown = finite([dataclasses.asdict(info) for info in infos])
+        sys.stdout.write(json.dumps(shown, indent=2, ensure_ascii=False, allow_nan=False) + "\n")
     elif len(options.files) == 1:
         sys.stdout.write("".join(describe(info) for info in infos))
     elif infos:

@@ -1,4 +1,4 @@
-"""What the commands that run trials say about recording and about weakened limits."""
+"""What the commands that run trials print about recording and about weakened limits."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ _MOST = 5
 
 
 def recording_for(config: RunConfig, rig_file: str) -> RecordingConfig:
-    """The recorder's settings for a rig: real time waits for nobody, whatever is configured."""
+    """The recorder's settings for a rig: real time does not wait, whatever is configured."""
     return replace(config.recording, when_full="drop") if rig_file else config.recording
 
 
-def tell_grants(beat: RealTimeSession | None) -> None:
-    """Tell what the system was asked for and what it said."""
-    for line in [] if beat is None else beat.grants():
+def print_grants(session: RealTimeSession | None) -> None:
+    """Print what the system was asked for and what it answered."""
+    for line in [] if session is None else session.grants():
         sys.stderr.write(f"palpate: {line}\n")
 
 
-def tell_weakened(config: RunConfig) -> None:
-    """Tell which limits of the supervisor are set weaker than they come; nobody shall overlook that."""
+def print_weakened(config: RunConfig) -> None:
+    """Print which limits of the supervisor are set weaker than they come; that shall not be overlooked."""
     for line in weakened_lines(config.supervision):
         sys.stderr.write(f"palpate: {line}\n")
 
@@ -46,8 +46,8 @@ def marked_line(summary: Mapping[str, Any], *, learned: bool | None = None) -> s
     return f"marked for their timing: {summary['marked']} of {summary['trials']} trials{fate} ({why})\n"
 
 
-def report_troubles(recorder: TrialRecorder | None) -> None:
-    """Tell what could not be recorded; nothing when all was."""
+def print_troubles(recorder: TrialRecorder | None) -> None:
+    """Print what could not be recorded; nothing when all was."""
     if recorder is None or not recorder.troubles:
         return
     for trouble in recorder.troubles[:_MOST]:

@@ -15,6 +15,7 @@ from palpate.adapters.cli.options import ReplayOptions
 from palpate.adapters.config.run import RunConfig
 from palpate.adapters.config.toml import overlay, read_toml
 from palpate.adapters.experiments.policies import COMPARATORS
+from palpate.adapters.experiments.tables import aligned
 from palpate.adapters.replay.batch import WhatIf, exit_code, explanation, find_logs, learning_problems, replay_files
 from palpate.adapters.replay.engine import Replay, Verdict
 from palpate.adapters.replay.rebuild import Changes, parse_setting
@@ -24,7 +25,7 @@ from palpate.core.ports.values import CONTROL_RATE_HZ
 
 _FEW: Final = 20
 """So many logs get a line each; of more only those that are not equal do."""
-_MOST_TOLD: Final = 10
+_MOST_EXPLAINED: Final = 10
 
 
 def replay(options: ReplayOptions) -> int:
@@ -58,7 +59,7 @@ def replay(options: ReplayOptions) -> int:
 
 
 def read_changes(options: ReplayOptions) -> Changes:
-    """What the options say shall be otherwise than recorded.
+    """What the options change against the record.
 
     Raises:
         ConfigurationError: It cannot be.
@@ -86,16 +87,16 @@ def read_changes(options: ReplayOptions) -> Changes:
 
 
 def report(replays: Sequence[Replay], changes: Changes, *, verbose: bool, strict: bool) -> None:
-    """Write the table, and what is to be said of those that are not equal."""
+    """Write the table, and an explanation of those that are not equal."""
     every = verbose or len(replays) <= _FEW
     shown = [one for one in replays if every or one.verdict is not Verdict.EQUAL]
     if shown:
         sys.stdout.write(table(shown, changes))
-    told = [one for one in shown if one.verdict is not Verdict.EQUAL or one.note]
-    for one in told[:_MOST_TOLD]:
+    explained = [one for one in shown if one.verdict is not Verdict.EQUAL or one.note]
+    for one in explained[:_MOST_EXPLAINED]:
         sys.stdout.write(explanation(one, changes, strict=strict))
-    if len(told) > _MOST_TOLD:
-        sys.stdout.write(f"and {len(told) - _MOST_TOLD} more that are not equal\n")
+    if len(explained) > _MOST_EXPLAINED:
+        sys.stdout.write(f"and {len(explained) - _MOST_EXPLAINED} more that are not equal\n")
     counts = ((verdict, sum(one.verdict is verdict for one in replays)) for verdict in Verdict)
     equal = sum(one.verdict is Verdict.EQUAL for one in replays)
     names = {Verdict.DIVERGED: "would have gone otherwise"} if changes.any else {}
@@ -114,10 +115,7 @@ def table(replays: Sequence[Replay], changes: Changes) -> str:
             result = f"counterfactual from tick {one.counterfactual_from}"
         outcomes = (one.recorded_outcome or "-", one.replayed_outcome or "-")
         lines.append((one.path, str(one.ticks) if one.ticks else "-", *outcomes, result))
-    widths = [max(len(line[column]) for line in lines) for column in range(len(lines[0]))]
-    return "".join(
-        "  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)).rstrip() + "\n" for line in lines
-    )
+    return aligned(lines)
 
 
 def _report_learning(replays: Sequence[Replay]) -> list[str]:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from palpate.adapters.cli.notices import marked_line, recording_for, report_troubles, tell_grants, tell_weakened
+from palpate.adapters.cli.notices import marked_line, print_grants, print_troubles, print_weakened, recording_for
 from palpate.adapters.cli.options import RunOptions
 from palpate.adapters.config.run import RunConfig
 from palpate.adapters.experiments.build import open_rig, require_usable
@@ -46,7 +46,7 @@ def run(options: RunOptions) -> int:
     chosen = ChosenPolicy(options.policy, config)
     ready = find_ready_pose(config.arm, config.task)
     require_usable(config, ready)
-    tell_weakened(config)
+    print_weakened(config)
     with ExitStack() as opened:
         closed = open_rig(config, ready, options.rig)
         if options.rig:
@@ -59,13 +59,13 @@ def run(options: RunOptions) -> int:
         if recorder is not None:
             opened.enter_context(recorder)
         beat = opened.enter_context(RealTimeSession(config.real_time)) if options.rig else None
-        tell_grants(beat)
+        print_grants(beat)
         rows, finished = run_named(
             chosen, config, ready, rig, options.trials, folder=folder, recorder=recorder, beat=beat
         )
         if beat is not None:
             sys.stdout.write(beat.report() + "\n")
-    report_troubles(recorder)
+    print_troubles(recorder)
     summary = policy_summary(config, options.policy, rows, options.trials)
     folder.write_json("summary.json", summary)
     folder.write("learning_curve.png", learning_curve(rows, f"{options.policy}, {config.scenario}"))

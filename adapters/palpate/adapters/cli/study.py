@@ -13,7 +13,7 @@ from typing import Final, NoReturn
 
 from tqdm import tqdm
 
-from palpate.adapters.cli.notices import tell_weakened
+from palpate.adapters.cli.notices import print_weakened
 from palpate.adapters.cli.study_options import StudyOptions
 from palpate.adapters.experiments.study.cell import StudyCell
 from palpate.adapters.experiments.study.check import require_possible
@@ -56,13 +56,13 @@ def study(options: StudyOptions) -> int:
         opened.enter_context(folder.opened(asked, files))
         if isinstance(engine, Dask):
             engine.require_sight(folder.path)
-        tell_weakened(asked.config(next(asked.settings())))
-        _say(size)
+        print_weakened(asked.config(next(asked.settings())))
+        _print(size)
         finished = folder.finished(cells)
         for cell in folder.clear(cells, finished):
-            _tell(f"{cell} was begun and not finished: it is made anew")
+            _notice(f"{cell} was begun and not finished: it is made anew")
         if finished:
-            _say(f"{len(finished)} of them are finished already")
+            _print(f"{len(finished)} of them are finished already")
         jobs = _jobs(asked, folder, [cell for cell in cells if cell.name not in finished], files)
         progress = _Progress(len(cells), len(finished))
         try:
@@ -154,20 +154,20 @@ def _signals_raise() -> Iterator[None]:
 
 
 def _end(options: StudyOptions, folder: StudyFolder, progress: _Progress, whole: int, total: int) -> int:
-    _say(f"{whole} of {total} cells are finished; table in {folder.path / 'summary.csv'}")
+    _print(f"{whole} of {total} cells are finished; table in {folder.path / 'summary.csv'}")
     if progress.failed:
-        _say(f"{len(progress.failed)} cells failed")
+        _print(f"{len(progress.failed)} cells failed")
     if progress.interrupted:
         again = ["palpate", "study", options.file, "--out", str(folder.path)]
-        _say(f"ended early; go on with: {shlex.join(again)}")
+        _print(f"ended early; go on with: {shlex.join(again)}")
         return 130
     return 1 if progress.failed else 0
 
 
-def _say(text: str) -> None:
+def _print(text: str) -> None:
     sys.stdout.write(text + "\n")
     sys.stdout.flush()
 
 
-def _tell(text: str) -> None:
+def _notice(text: str) -> None:
     sys.stderr.write(f"palpate: {text}\n")

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from palpate.adapters.cli.notices import marked_line, recording_for, report_troubles, tell_grants, tell_weakened
+from palpate.adapters.cli.notices import marked_line, print_grants, print_troubles, print_weakened, recording_for
 from palpate.adapters.cli.options import TrainOptions
 from palpate.adapters.config.run import RunConfig
 from palpate.adapters.config.toml import overlay, read_toml, to_toml
@@ -78,7 +78,7 @@ def train(options: TrainOptions) -> int:
         if recorder is not None:
             opened.enter_context(recorder)
         beat = opened.enter_context(RealTimeSession(config.real_time)) if options.rig else None
-        tell_grants(beat)
+        print_grants(beat)
         trainer = Trainer(config, folder, ready, rig, perception, policy, first, recorder, beat)
         if checkpoint is not None:
             folder.truncate(first)
@@ -91,10 +91,10 @@ def train(options: TrainOptions) -> int:
             folder.write("run.toml", run_toml(config, "train", trials=options.trials, policy=options.policy))
         trainer.checkpoint()
         _announce(config, folder, options.trials, first)
-        tell_weakened(config)
+        print_weakened(config)
         _with_progress(trainer, options.trials, first, folder)
         trainer.save_policy()
-    report_troubles(recorder)
+    print_troubles(recorder)
     if beat is not None:
         _say(beat.report())
     _finish(config, folder, options.trials)

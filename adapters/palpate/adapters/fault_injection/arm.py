@@ -54,7 +54,7 @@ class CommandFault(ABC):
             held_rad: What the arm applied last, (n,); None before its first command.
         """
 
-    def forget(self) -> None:
+    def clear(self) -> None:
         """The arm was stopped, or the fault is over: nothing old may arrive any more."""
         # Most faults keep nothing.
         return
@@ -89,7 +89,7 @@ class DelayCommand(CommandFault):
         return arrived
 
     @override
-    def forget(self) -> None:
+    def clear(self) -> None:
         self._under_way.clear()
 
 
@@ -202,7 +202,7 @@ class FaultyArm(DeviceDecorator, ArmCommand):
         on_way: JointCommand | None = command
         for schedule, fault in self._stages:
             if not schedule.strikes(moment):
-                fault.forget()
+                fault.clear()
                 continue
             before = on_way
             try:
@@ -226,4 +226,4 @@ class FaultyArm(DeviceDecorator, ArmCommand):
     def _begin_anew(self) -> None:
         self._held, self._stopped = None, False
         for _, fault in self._stages:
-            fault.forget()
+            fault.clear()

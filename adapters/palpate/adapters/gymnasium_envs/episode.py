@@ -195,7 +195,7 @@ class InsertionEpisodes:
         """Take an action, and run to the next decision or to the end of the trial.
 
         Returns:
-            The reinforcement that the action earned, as a learner of the core is told. Where the core tells none,
+            The reinforcement that the action earned, as a learner of the core gets it. Where the core gives none,
             because a supervisor or a fault ended the trial, what an action without any excess effort earns.
 
         Raises:

@@ -27,6 +27,8 @@ class ControlLaw(Protocol):
 
     def reset(self) -> None:
         """Forget the past; called when an action of another law begins."""
+        # Most laws have none.
+        return
 
 
 def limited(velocity_m_s: Vector3, speed_limit_m_s: float) -> Vector3:

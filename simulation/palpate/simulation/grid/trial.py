@@ -50,7 +50,7 @@ class Walker:
 
     Args:
         grid: The map; the agent gets nothing of it but readings.
-        identifier: From readings to states; it forgets what was before.
+        identifier: From readings to states; it is reset first.
         seed: The run's seed.
         trial: Index of the trial; with the seed it gives the start.
 

@@ -86,10 +86,6 @@ def test_thresholds_are_converted_to_si() -> None:
     assert state_of(1.99e-3, 0.99 * limit_Nm) == "tx0 ty0"
 
 
-def test_the_grid_has_every_combination() -> None:
-    assert len(build_perception(RunConfig(perception=PerceptionConfig(symbols="grid"))).states) == 81
-
-
 def test_reinforcement_follows_the_configuration() -> None:
     pressed_hard = ActionOutcome(0.1, 4.0 + N_PER_KGF * 0.5, 9.0, 1e-3)
     assert build_reinforcement(RunConfig())(pressed_hard) == -1.0

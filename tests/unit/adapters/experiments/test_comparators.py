@@ -112,14 +112,6 @@ def test_the_turns_of_the_spiral_lie_one_pitch_apart() -> None:
     assert radius[-1] > 3e-3
 
 
-def test_the_spiral_moves_at_constant_speed() -> None:
-    chords = np.hypot(*np.diff(walk(spiral(), (0.0, 0.0), 200), axis=0).T)
-    assert (chords <= STEP_M * (1 + 1e-6)).all()
-    # A chord is shorter than its arc; beyond the first turns hardly so.
-    assert (chords[10:] > 0.97 * STEP_M).all()
-    assert (chords[50:] > 0.995 * STEP_M).all()
-
-
 def test_the_spiral_leaves_no_gap() -> None:
     # As fine as the tip really moves: along the chords.
     corners = walk(spiral(), (0.0, 0.0), 200)

@@ -53,10 +53,10 @@ def test_what_must_be_fitted_is_not_configured(stages: str) -> None:
     assert configured_perception(QUICK) is not None
 
 
-@each_stage
-def test_fitting_depends_on_the_seed_alone(stages: str) -> None:
-    assert perception_to_dict(fit(config_of(stages))) == fitted(stages)
-    assert perception_to_dict(fit(replace(config_of(stages), seed=1))) != fitted(stages)
+def test_fitting_depends_on_the_seed() -> None:
+    # That it depends on nothing else shows below, where each is fitted once more.
+    other = replace(config_of("pca+clusters"), seed=1)
+    assert perception_to_dict(fit(other)) != fitted("pca+clusters")
 
 
 def test_fitting_shares_no_random_stream_with_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -79,6 +79,7 @@ def test_fitted_perception_trains_and_its_policy_runs(stages: str, tmp_path: Pat
     with SimulatedRig(config, ready) as rig:
         perception = fitted_perception(config, ready, rig)
         assert len(perception.states) == 6
+        assert perception_to_dict(perception) == fitted(stages)
         trainer = Trainer(config, folder, ready, rig, perception, learning_policy(config, perception))
         trainer.train(2, lambda scored: None)
         trainer.save_policy()

@@ -173,7 +173,3 @@ def test_context_manager_closes_when_it_cannot_be_entered(hook: str) -> None:
 def test_use_needs_an_active_device(life: Life) -> None:
     with pytest.raises(FaultLatchedError if life is Life.FAULTED else LifecycleError):
         device_in(life)._require_active("read()")
-
-
-def test_use_of_an_active_device_is_allowed() -> None:
-    device_in(Life.ACTIVE)._require_active("read()")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pickle
 from dataclasses import FrozenInstanceError, fields, replace
-from math import copysign, inf, nan
+from math import inf, nan
 from typing import Any
 
 import pytest
@@ -60,10 +60,6 @@ def test_a_finite_wrench_is_kept_bit_for_bit(
     sample = WrenchSample(force, torque, 0, 0, 0)
     kept = [x.hex() for x in (*sample.force_N, *sample.torque_Nm)]
     assert kept == [x.hex() for x in (*force, *torque)]
-
-
-def test_negative_zero_stays_negative() -> None:
-    assert copysign(1.0, JointCommand((-0.0,)).position_rad[0]) == -1.0
 
 
 @given(st.integers(0, 5), not_finite, st.sampled_from([v for v in Validity if v is not Validity.INVALID]))

@@ -1,13 +1,11 @@
 """What learning runs came to: a table for people, figures for programs, a line for every trial.
 
 The mean over the last trials never stands alone: beside it stand what full information and the best policy without it
-would need, because "better than before" says little where nobody knows what is possible.
+would need, because "better than before" means little where it is not known what is possible.
 """
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Final
@@ -17,6 +15,7 @@ import numpy as np
 from palpate.adapters.experiments.grid.learning import LearningRun
 from palpate.adapters.experiments.grid.worlds import Bounds
 from palpate.adapters.experiments.statistics import mean_with_interval
+from palpate.adapters.experiments.tables import aligned, csv_text
 from palpate.simulation.grid.chain import expected_steps, greedy
 from palpate.simulation.grid.maps import GridMap
 from palpate.simulation.grid.trial import STEP_LIMIT
@@ -69,17 +68,14 @@ def score_table(scores: Sequence[Score], bounds: Bounds, trials: int) -> str:
     if len(scores) > 1:
         means = [_mean([getattr(s, name) for s in scores]) for name in ("first", "last", "reached", "greedy")]
         lines.append(("mean", *_cells(*means)))
-    widths = [max(len(line[column]) for line in lines) for column in range(len(lines[0]))]
-    text = ["  ".join(cell.rjust(width) for cell, width in zip(line, widths, strict=True)) for line in lines]
     belief = "not found: it takes too long" if bounds.belief is None else f"{bounds.belief:.2f}"
-    text += [
-        "",
-        "what is possible, mean steps",
-        f"  full information      {bounds.full:.2f}",
-        f"  belief-state optimum  {belief}",
-        f"  random walk           {bounds.random_walk:.2f}",
-    ]
-    return "\n".join(text) + "\n"
+    return (
+        f"{aligned(lines, left=0)}\n"
+        "what is possible, mean steps\n"
+        f"  full information      {bounds.full:.2f}\n"
+        f"  belief-state optimum  {belief}\n"
+        f"  random walk           {bounds.random_walk:.2f}\n"
+    )
 
 
 def summary(scores: Sequence[Score], bounds: Bounds) -> dict[str, Any]:
@@ -100,14 +96,11 @@ def summary(scores: Sequence[Score], bounds: Bounds) -> dict[str, Any]:
 
 def trials_csv(grid: GridMap, runs: Sequence[LearningRun]) -> str:
     """A line for every trial of every run."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(_COLUMNS)
+    rows: list[Sequence[Any]] = [_COLUMNS]
     for run in runs:
         for trial, (walk, temperature) in enumerate(zip(run.walks, run.temperatures, strict=True)):
-            column, row = grid.cells[walk.start]
-            writer.writerow([run.seed, trial, walk.steps, walk.reached, column, row, temperature])
-    return text.getvalue()
+            rows.append([run.seed, trial, walk.steps, walk.reached, *grid.cells[walk.start], temperature])
+    return csv_text(rows)
 
 
 def _cells(first: float, last: float, reached: float, exact: float) -> tuple[str, str, str, str]:

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-import csv
 import dataclasses
-import io
 from collections.abc import Sequence
 from typing import Final
 
+from palpate.adapters.experiments.tables import aligned, csv_text
 from palpate.adapters.fault_injection.campaign.runs import Class, FaultRun
 
-_TOLD: Final = (Class.TOLERABLE, Class.DETECTED, Class.UNOBSERVABLE, Class.FAILED)
+_SHOWN: Final = (Class.TOLERABLE, Class.DETECTED, Class.UNOBSERVABLE, Class.FAILED)
 
 
 def table(runs: Sequence[FaultRun], *, by_phase: bool = False) -> str:
     """One line a fault, over all phases and seeds; or one for each phase of it."""
-    head = ("fault", "phase", "runs", "struck", *(verdict.value for verdict in _TOLD), "safe stop", "worst ticks",
+    head = ("fault", "phase", "runs", "struck", *(verdict.value for verdict in _SHOWN), "safe stop", "worst ticks",
             "peak N", "damage", "log intact")  # fmt: skip
     lines: list[tuple[str, ...]] = [head if by_phase else (head[0], *head[2:])]
     for name, phase in dict.fromkeys((run.variant, run.phase if by_phase else "") for run in runs):
@@ -24,7 +23,7 @@ def table(runs: Sequence[FaultRun], *, by_phase: bool = False) -> str:
         cells = (
             str(len(own)),
             str(sum(run.delivered for run in own)),
-            *(str(sum(run.verdict is verdict for run in own)) for verdict in _TOLD),
+            *(str(sum(run.verdict is verdict for run in own)) for verdict in _SHOWN),
             str(sum(run.safe_stop for run in own)),
             str(max(stops)) if stops else "-",
             f"{max(run.peak_force_N for run in own):.1f}",
@@ -32,16 +31,7 @@ def table(runs: Sequence[FaultRun], *, by_phase: bool = False) -> str:
             str(sum(run.log_intact for run in own)),
         )
         lines.append((name, phase, *cells) if by_phase else (name, *cells))
-    widths = [max(len(line[column]) for line in lines) for column in range(len(lines[0]))]
-    words = 2 if by_phase else 1
-    return "".join(
-        "  ".join(
-            cell.ljust(width) if column < words else cell.rjust(width)
-            for column, (cell, width) in enumerate(zip(line, widths, strict=True))
-        )
-        + "\n"
-        for line in lines
-    )
+    return aligned(lines, left=2 if by_phase else 1)
 
 
 def summary(runs: Sequence[FaultRun]) -> str:
@@ -74,9 +64,5 @@ def summary(runs: Sequence[FaultRun]) -> str:
 
 def as_csv(runs: Sequence[FaultRun]) -> str:
     """One line a run."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(field.name for field in dataclasses.fields(FaultRun))
-    for run in runs:
-        writer.writerow([*dataclasses.astuple(run)[:-1], run.verdict.value])
-    return text.getvalue()
+    header = [field.name for field in dataclasses.fields(FaultRun)]
+    return csv_text([header, *([*dataclasses.astuple(run)[:-1], run.verdict.value] for run in runs)])

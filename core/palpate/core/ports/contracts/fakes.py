@@ -6,10 +6,15 @@ at a time at which it has none yet; the arm is perfect and stands at a new set-p
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Generic
+
+from typing_extensions import override
 
 from palpate.core.errors import CommandError, DeviceError
+from palpate.core.ports.decorator import SampleT
 from palpate.core.ports.devices import ArmCommand, Clock, ForceSensor, JointEncoder
 from palpate.core.ports.lifecycle import ManagedDevice
 from palpate.core.ports.values import (
@@ -84,7 +89,43 @@ class FakeDevice(ManagedDevice):
         self.is_open = False
 
 
-class FakeForceSensor(FakeDevice, ForceSensor):
+class FakeSensor(FakeDevice, Generic[SampleT]):
+    """A sensor that takes a sample when it is read at a time at which it has none yet.
+
+    Attributes:
+        silent: Set it to make the device deliver nothing new.
+    """
+
+    def __init__(self, name: str, clock: Clock, max_age_ns: int) -> None:
+        super().__init__(name, clock)
+        self.silent = False
+        self._max_age_ns = max_age_ns
+        self._sample: SampleT | None = None
+
+    @abstractmethod
+    def _measured(self, now_ns: int, sequence: int) -> SampleT:
+        """A new sample."""
+
+    def read(self) -> SampleT:
+        """Newest sample.
+
+        Raises:
+            LifecycleError: The sensor is not active.
+            DeviceError: The device is disconnected, or has been silent from the start.
+        """
+        self._require_active("read()")
+        self._require_connection()
+        now_ns, last = self.clock.now_ns(), self._sample
+        if not self.silent and (last is None or now_ns > last.source_time_ns):
+            self._sample = self._measured(now_ns, 0 if last is None else last.sequence + 1)
+        if self._sample is None:
+            raise DeviceError(self.name, "has not delivered a sample yet")
+        if now_ns - self._sample.source_time_ns > self._max_age_ns:
+            return replace(self._sample, validity=Validity.STALE)
+        return self._sample
+
+
+class FakeForceSensor(FakeSensor[WrenchSample], ForceSensor):
     """A force sensor that reports the load it is given.
 
     Args:
@@ -95,51 +136,29 @@ class FakeForceSensor(FakeDevice, ForceSensor):
         load_N: Force on the tool, (3,), in the sensor frame.
         load_Nm: Torque on the tool, (3,), in the sensor frame.
         kind: Written on every sample.
-        silent: Set it to make the device deliver nothing new.
         saturated: Set it to mark new samples ``SATURATED``.
     """
 
     def __init__(self, clock: Clock, *, max_age_ns: int = MAX_AGE_NS, name: str = "fake force sensor") -> None:
-        super().__init__(name, clock)
+        super().__init__(name, clock, max_age_ns)
         self.load_N: Vector3 = (0.0, 0.0, 0.0)
         self.load_Nm: Vector3 = (0.0, 0.0, 0.0)
         self.kind = WrenchKind.RAW
-        self.silent = False
         self.saturated = False
-        self._max_age_ns = max_age_ns
-        self._sample: WrenchSample | None = None
 
-    def read(self) -> WrenchSample:
-        """Newest wrench of the environment on the tool, in the sensor frame.
-
-        Raises:
-            LifecycleError: The sensor is not active.
-            DeviceError: The device is disconnected, or has been silent from the start.
-        """
-        self._require_active("read()")
-        self._require_connection()
-        now_ns, last = self.clock.now_ns(), self._sample
-        if not self.silent and (last is None or now_ns > last.source_time_ns):
-            validity = Validity.SATURATED if self.saturated else Validity.VALID
-            sequence = 0 if last is None else last.sequence + 1
-            self._sample = WrenchSample(self.load_N, self.load_Nm, now_ns, now_ns, sequence, validity, self.kind)
-        if self._sample is None:
-            raise DeviceError(self.name, "has not delivered a sample yet")
-        if now_ns - self._sample.source_time_ns > self._max_age_ns:
-            return replace(self._sample, validity=Validity.STALE)
-        return self._sample
+    @override
+    def _measured(self, now_ns: int, sequence: int) -> WrenchSample:
+        validity = Validity.SATURATED if self.saturated else Validity.VALID
+        return WrenchSample(self.load_N, self.load_Nm, now_ns, now_ns, sequence, validity, self.kind)
 
 
-class FakeJointEncoder(FakeDevice, JointEncoder):
+class FakeJointEncoder(FakeSensor[JointSample], JointEncoder):
     """An encoder that reports given joint angles.
 
     Args:
         clock: The clock of the run.
         position_rad: Where the joints stand now, for example ``FakeArm(...).position_rad``.
         max_age_ns: Age above which a sample comes back ``STALE``.
-
-    Attributes:
-        silent: Set it to make the device deliver nothing new.
     """
 
     def __init__(
@@ -150,30 +169,12 @@ class FakeJointEncoder(FakeDevice, JointEncoder):
         max_age_ns: int = MAX_AGE_NS,
         name: str = "fake joint encoder",
     ) -> None:
-        super().__init__(name, clock)
-        self.silent = False
+        super().__init__(name, clock, max_age_ns)
         self._position_rad = position_rad
-        self._max_age_ns = max_age_ns
-        self._sample: JointSample | None = None
 
-    def read(self) -> JointSample:
-        """Newest joint angles.
-
-        Raises:
-            LifecycleError: The encoder is not active.
-            DeviceError: The device is disconnected, or has been silent from the start.
-        """
-        self._require_active("read()")
-        self._require_connection()
-        now_ns, last = self.clock.now_ns(), self._sample
-        if not self.silent and (last is None or now_ns > last.source_time_ns):
-            sequence = 0 if last is None else last.sequence + 1
-            self._sample = JointSample(self._position_rad(), now_ns, now_ns, sequence)
-        if self._sample is None:
-            raise DeviceError(self.name, "has not delivered a sample yet")
-        if now_ns - self._sample.source_time_ns > self._max_age_ns:
-            return replace(self._sample, validity=Validity.STALE)
-        return self._sample
+    @override
+    def _measured(self, now_ns: int, sequence: int) -> JointSample:
+        return JointSample(self._position_rad(), now_ns, now_ns, sequence)
 
 
 class FakeArm(FakeDevice, ArmCommand):
