@@ -1,6 +1,6 @@
 """Strategies to compare with, behind the same interface as learned policies.
 
-None of them learns. The omniscient one is told the truth, which no port carries: it marks what is possible.
+None of them learns. The omniscient one is given the truth, which no port carries: it marks what is possible.
 """
 
 from __future__ import annotations
@@ -8,33 +8,15 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from math import atan2, cos, hypot, pi, sin, sqrt
 
-import numpy as np
-
-from palpate.core.policy import Action, Decision, Observation, Policy, Transition
+from palpate.core.policy import Action, Decision, FixedPolicy, Observation
 
 
-class Comparator(Policy):
+class Comparator(FixedPolicy):
     """What strategies without memory of past trials have in common."""
 
     def __init__(self, name: str, actions: Sequence[Action]) -> None:
+        super().__init__()
         self.name, self._actions = name, tuple(actions)
-        self._rng: np.random.Generator | None = None
-
-    @property
-    def temperature(self) -> float | None:
-        """There is none."""
-        return None
-
-    def serves(self, state: int) -> bool:
-        """It serves every state."""
-        return True
-
-    def begin_trial(self, trial: int, rng: np.random.Generator) -> None:
-        """Keep the generator for this trial."""
-        self._rng = rng
-
-    def learn(self, transition: Transition) -> None:
-        """Learn nothing."""
 
     def _move(self, dx_m: float, dy_m: float) -> Decision:
         return Decision(Action(self.name, (dx_m, dy_m)), None, self.name)

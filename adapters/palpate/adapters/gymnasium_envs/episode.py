@@ -15,6 +15,7 @@ from typing import Any, Final, TypeAlias
 
 import gymnasium.error
 import numpy as np
+from typing_extensions import override
 
 from palpate.adapters.config.run import RunConfig, scenario
 from palpate.adapters.config.toml import overlay, read_toml
@@ -27,7 +28,7 @@ from palpate.core.errors import CommandError, ConfigurationError, DeviceError, L
 from palpate.core.insertion.ready_pose import find_ready_pose
 from palpate.core.insertion.task import PERIOD_S
 from palpate.core.insertion.trial import Outcome, TrialReport
-from palpate.core.policy import ActionOutcome, Decision, Observation, Policy, Transition
+from palpate.core.policy import ActionOutcome, Decision, FixedPolicy, Observation
 from palpate.core.ports.values import CONTROL_RATE_HZ, JointCommand, Snapshot
 
 
@@ -65,23 +66,16 @@ SOURCE = "environment"
 """Where decisions come from, in the records of a trial."""
 
 
-class GivenActions(Policy):
+class GivenActions(FixedPolicy):
     """Chooses what it was given; learning happens outside."""
 
     def __init__(self) -> None:
+        super().__init__()
         self._decision: Decision | None = None
 
-    @property
-    def temperature(self) -> float | None:
-        """There is no such thing."""
-        return None
-
-    def serves(self, state: int) -> bool:
-        """True for every state."""
-        return True
-
+    @override
     def begin_trial(self, trial: int, rng: np.random.Generator) -> None:
-        """Forget what was given before."""
+        """What was given before is dropped."""
         self._decision = None
 
     def give(self, decision: Decision) -> None:
@@ -98,9 +92,6 @@ class GivenActions(Policy):
         if decision is None:
             raise LifecycleError("given actions", "none is given", "choose()", "call give() first")
         return decision
-
-    def learn(self, transition: Transition) -> None:
-        """Nothing is learned here."""
 
 
 _MOST_SKIPPED: Final = 20

@@ -14,6 +14,7 @@ from math import cos, hypot, isfinite, pi, sin, sqrt
 from typing import Final, Protocol, runtime_checkable
 
 import numpy as np
+from typing_extensions import override
 
 from palpate.core.errors import CommandError, ConfigurationError, LifecycleError
 from palpate.core.ports.values import Vector3
@@ -177,6 +178,30 @@ class Policy(Protocol):
     @abstractmethod
     def learn(self, transition: Transition) -> None:
         """Learn from what came of an action; a policy that does not learn ignores it."""
+
+
+class FixedPolicy(Policy):
+    """A policy that learns nothing; it serves every state, and draws from the generator of its trial, if at all."""
+
+    def __init__(self) -> None:
+        self._rng: np.random.Generator | None = None
+
+    @property
+    @override
+    def temperature(self) -> float | None:
+        return None
+
+    @override
+    def serves(self, state: int) -> bool:
+        return True
+
+    @override
+    def begin_trial(self, trial: int, rng: np.random.Generator) -> None:
+        self._rng = rng
+
+    @override
+    def learn(self, transition: Transition) -> None:
+        return
 
 
 def check_names(states: Sequence[str], actions: Sequence[Action]) -> None:

@@ -6,12 +6,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
+from typing_extensions import override
 
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy.base import (
     PROGRAMMED,
     Action,
     Decision,
+    FixedPolicy,
     Observation,
     Policy,
     Transition,
@@ -20,7 +22,7 @@ from palpate.core.policy.base import (
 )
 
 
-class AssignedPolicy(Policy):
+class AssignedPolicy(FixedPolicy):
     """Always takes the action assigned to a state; serves only the states that have one.
 
     Args:
@@ -33,25 +35,18 @@ class AssignedPolicy(Policy):
     def __init__(
         self, states: Sequence[str], actions: Sequence[Action], assigned: Sequence[int | None], source: str
     ) -> None:
+        super().__init__()
         check_names(states, actions)
         self.states, self.actions, self.source = tuple(states), tuple(actions), source
         self._assigned = tuple(assigned)
-
-    @property
-    def temperature(self) -> float | None:
-        """None: nothing here is random."""
-        return None
 
     def assigned(self, state: int) -> int | None:
         """Index of the action of a state; None where there is none."""
         return self._assigned[state]
 
+    @override
     def serves(self, state: int) -> bool:
-        """Whether the state has an action."""
         return self._assigned[state] is not None
-
-    def begin_trial(self, trial: int, rng: np.random.Generator) -> None:
-        """Nothing to do; takes no random number."""
 
     def choose(self, observation: Observation) -> Decision:
         """The action of the state.
@@ -64,9 +59,6 @@ class AssignedPolicy(Policy):
             accepted = "an action for every state that occurs, or a learner beside it in a mixed policy"
             raise ConfigurationError(f"policy.{self.source}", self.states[observation.state], accepted)
         return Decision(self.actions[index], index, self.source)
-
-    def learn(self, transition: Transition) -> None:
-        """Ignored: this knowledge is fixed."""
 
 
 def check_known(field: str, state: str, action: str, states: Sequence[str], actions: Sequence[Action]) -> None:
@@ -109,7 +101,7 @@ class ProgrammedPolicy(AssignedPolicy):
         super().__init__(states, actions, assigned, PROGRAMMED)
 
 
-class RandomWalkPolicy(Policy):
+class RandomWalkPolicy(FixedPolicy):
     """Draws each action uniformly; exactly one random number a choice.
 
     Args:
@@ -120,23 +112,10 @@ class RandomWalkPolicy(Policy):
     """
 
     def __init__(self, actions: Sequence[Action]) -> None:
+        super().__init__()
         if not actions:
             raise ConfigurationError("policy.actions", tuple(actions), "at least one action")
         self.actions = tuple(actions)
-        self._rng: np.random.Generator | None = None
-
-    @property
-    def temperature(self) -> float | None:
-        """None: it is always as random as can be."""
-        return None
-
-    def serves(self, state: int) -> bool:
-        """True for every state."""
-        return True
-
-    def begin_trial(self, trial: int, rng: np.random.Generator) -> None:
-        """Take the random numbers of the trial from ``rng``."""
-        self._rng = rng
 
     def choose(self, observation: Observation) -> Decision:
         """Any action.
@@ -146,9 +125,6 @@ class RandomWalkPolicy(Policy):
         """
         index = int(drawing_from(self._rng, "random walk").random() * len(self.actions))
         return Decision(self.actions[index], index, "random")
-
-    def learn(self, transition: Transition) -> None:
-        """Ignored."""
 
 
 class MixedPolicy(Policy):
