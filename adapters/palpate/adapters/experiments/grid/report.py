@@ -6,6 +6,7 @@ would need, because "better than before" means little where it is not known what
 
 from __future__ import annotations
 
+import io
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Final
