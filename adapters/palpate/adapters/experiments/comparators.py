@@ -47,14 +47,14 @@ class Omniscient(Comparator):
 
 
 class TorqueFollowing(Comparator):
-    """The hand-written rule: step where the torque says that the hole is; where it says nothing, step anywhere.
+    """The hand-written rule: step where the torque points at the hole; where it is below the threshold, step anywhere.
 
     Pressed beside the hole, the peg is supported on the far side only, so the force passes the tip at a distance:
     in the task frame the hole is at heading (-tau_y, tau_x).
 
     Args:
         actions: The compass steps.
-        threshold_Nm: Torque below which it says nothing.
+        threshold_Nm: Torque below which it points nowhere.
     """
 
     def __init__(self, actions: Sequence[Action], threshold_Nm: float) -> None:

@@ -133,7 +133,7 @@ def true_hole_m(rig: Rig) -> Sequence[float]:
     """Where the hole really is.
 
     Raises:
-        ConfigurationError: Nobody knows.
+        ConfigurationError: There is no truth.
     """
     truth = rig.truth()
     if truth is None:

@@ -34,7 +34,7 @@ def needs_fitting(config: RunConfig) -> bool:
 
 
 def configured_perception(config: RunConfig) -> Perception | None:
-    """The perception that the configuration tells, or None if it has to be fitted."""
+    """The perception that the configuration fixes, or None if it has to be fitted."""
     return None if needs_fitting(config) else build_perception(config)
 
 

@@ -101,7 +101,7 @@ def learning_policy(config: RunConfig, perception: Perception) -> Policy:
 
 
 def perception_settings(config: RunConfig, perception: Perception) -> dict[str, Any]:
-    """What a policy file says of the way from raw signals to its states."""
+    """The way from raw signals to states, as a policy file describes it."""
     p = config.perception
     signal = {"cutoff_Hz": p.cutoff_Hz, "order": p.filter_order, "calibration": list(p.calibration)}
     return {**perception_to_dict(perception), "signal": signal}

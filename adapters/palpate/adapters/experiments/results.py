@@ -31,7 +31,7 @@ _DECISION_COLUMNS: Final = (
 
 @dataclasses.dataclass(frozen=True)
 class TrialRow:
-    """One line of ``trials.csv``. Where nobody knows the hole, its columns are empty."""
+    """One line of ``trials.csv``. Where the hole is unknown, its columns are empty."""
 
     trial: int
     outcome: str

@@ -33,7 +33,7 @@ class ScoredTrial:
 
     Attributes:
         report: The core's own account, from port data.
-        truth: What really happened; None where nobody knows.
+        truth: What really happened; None where it is unknown.
         success: Inserted to full depth, in the hole and not beside the plate, the true peak force below the limit;
             without a truth, what the core takes for it.
         marked: Why its timing does not count; empty for an admitted trial.
@@ -117,7 +117,7 @@ def score(config: RunConfig, report: TrialReport, truth: Truth | None) -> Scored
 
 
 def truth_fields(scored: ScoredTrial) -> dict[str, Any]:
-    """What of a log's end record only the truth can fill; nothing where nobody knows it."""
+    """What of a log's end record only the truth can fill; nothing where it is unknown."""
     if scored.truth is None:
         return {}
     return {

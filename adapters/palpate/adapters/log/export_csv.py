@@ -177,7 +177,7 @@ def _write(path: Path, header: Sequence[str], rows: Iterable[Sequence[Any]]) -> 
 
 
 def _unfolded(log: TrialLog, message: str, record: Any) -> dict[str, Any]:
-    """The record's fields; the JSON texts among them as what they say, under their name without ``_json``."""
+    """The record's fields; the JSON texts among them parsed, under their name without ``_json``."""
     fields = {}
     for name, value in dataclasses.asdict(record).items():
         if name == "config_toml":

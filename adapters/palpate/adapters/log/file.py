@@ -202,7 +202,7 @@ def json_in(log: TrialLog, field: str, text: str) -> dict[str, Any]:
 
 
 def finite(value: Any) -> Any:
-    """The value for JSON: a number that is not finite, which JSON does not know, becomes None."""
+    """The value for JSON: a number that is not finite, which JSON cannot hold, becomes None."""
     if isinstance(value, float) and not math.isfinite(value):
         return None
     if isinstance(value, dict):

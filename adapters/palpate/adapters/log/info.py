@@ -1,4 +1,4 @@
-"""What a log tells about itself: what it is of, how fast and how whole it is, and what the trial came to."""
+"""Facts about a log: its trial, rates, completeness and outcome."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ class TickInfo:
 
 @dataclass(frozen=True)
 class LogInfo:
-    """All that ``palpate log info`` tells of a log.
+    """All that ``palpate log info`` shows of a log.
 
     Attributes:
         path: The file.
@@ -113,7 +113,7 @@ class LogInfo:
         joint_encoder: Its samples.
         altered_commands: Commands that were not applied as asked, by reason.
         dropped_messages: Messages that the recorder lost.
-        losses: What the recorder says of that, in words.
+        losses: The recorder's entries about that, in words.
         errors: Port calls that failed, in words.
         stops: How often the arm was stopped.
         end: What the trial came to; None when the log ends before it did.

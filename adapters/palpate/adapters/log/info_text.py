@@ -1,4 +1,4 @@
-"""What a log tells about itself, for reading: a page for one log, a table for several."""
+"""Facts about logs as text: a page for one log, a table for several."""
 
 from __future__ import annotations
 
@@ -157,7 +157,7 @@ def _end(end: Mapping[str, Any] | None) -> list[str]:
 
 
 def _rig(end: Mapping[str, Any]) -> list[str]:
-    """What only a rig in real time has to tell."""
+    """What only a rig in real time records."""
     lines = [_line("stopped by", end["stopped_by"])] if end["stopped_by"] else []
     if end["timing"]:
         sections = {name: times for name, times in end["timing"]["sections"].items() if times["count"]}

@@ -194,7 +194,7 @@ def _write_episodes(path: Path, episodes: Sequence[Table], tasks: Sequence[str])
 
 
 def _write_tasks(path: Path, tasks: Sequence[str]) -> None:
-    """The tasks as a table that pandas reads with the task itself as index, which the format wants."""
+    """The tasks as a table that pandas reads with the task itself as index, as the format requires."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 

@@ -1,4 +1,4 @@
-"""Reads one log whole, and trusts none of it: every byte of a sound file is covered by a checksum that is checked."""
+"""Reads one log whole: every byte of a sound file is covered by a checksum, and each checksum is checked."""
 
 from __future__ import annotations
 

@@ -240,7 +240,7 @@ def encode(message: str, **fields: Any) -> bytes:
 
 
 def _file(message: str) -> descriptor_pb2.FileDescriptorProto:
-    """A file with this message and what it refers to. Syntax proto2: every field knows whether it was there."""
+    """A file with this message and what it refers to. Syntax proto2: presence of every field is kept."""
     file = descriptor_pb2.FileDescriptorProto(name=f"palpate/log/{message}.proto", package=PACKAGE, syntax="proto2")
     wanted, done = [message], []
     while wanted:

@@ -168,7 +168,7 @@ def exit_code(replays: Sequence[Replay], problems: Sequence[str], *, strict: boo
 
 
 def explanation(one: Replay, changes: Changes, *, strict: bool) -> str:
-    """What differs, and why as far as it is known; one line."""
+    """What differs, and the known causes; one line."""
     if one.verdict is Verdict.REFUSED:
         return f"{one.problem}\n"
     text = f"{one.path}: "

@@ -206,7 +206,7 @@ def _ending(tape: Tape, rebuilt: Rebuilt, error: BaseException | None) -> str:
 
 
 def known_causes(log: TrialLog, rebuilt: Rebuilt) -> tuple[str, ...]:
-    """What is different from the time of the recording, as far as the log can tell."""
+    """What is different from the time of the recording, as far as the log holds it."""
     start, causes = log.start, []
     recorded: dict[str, str] = json.loads(start.versions_json or "{}")
     for name, version in made_with().items():

@@ -47,7 +47,7 @@ def pytest_collection_modifyitems(session: pytest.Session, config: pytest.Config
 
 
 class ReplayDiffersError(Exception):
-    """A recorded trial does not replay; the message is all there is to say."""
+    """A recorded trial does not replay; the message holds all of it."""
 
 
 class LogItem(pytest.Item):

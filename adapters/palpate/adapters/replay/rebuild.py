@@ -1,4 +1,4 @@
-"""From what a log says that a trial started with back to the objects that ran it."""
+"""Rebuilds the objects that ran a trial from its log's start record."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ def changed_config(log: TrialLog, changes: Changes) -> RunConfig:
 
 
 def parse_setting(setting: str) -> dict[str, Any]:
-    """The nested table that ``name.of.field=value`` says.
+    """The nested table of ``name.of.field=value``.
 
     Raises:
         ConfigurationError: It is not of that form, or changes nothing that a replay depends on.

@@ -8,6 +8,8 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Final, Generic, NamedTuple, TypeVar
 
+from typing_extensions import override
+
 from palpate.adapters.log.reader import TrialLog
 from palpate.adapters.log.records import CallEntry
 from palpate.core import errors
@@ -293,7 +295,7 @@ class ReplayClock(Clock):
         self._tape = tape
 
     def now_ns(self) -> int:
-        """What the clock said at this call."""
+        """The clock's reading at this call."""
         return self._tape.clock.next()
 
     def sleep_until(self, deadline_ns: int) -> None:
@@ -312,8 +314,8 @@ class ReplayForceSensor(ManagedDevice, ForceSensor):
         super().__init__("recorded force sensor")
         self._track, self._next = tape.wrenches, tape.wrenches.next
 
+    @override
     def read(self) -> WrenchSample:
-        """See :class:`ForceSensor`."""
         if self._life is not Life.ACTIVE:
             self._track.refused()
             self._require_active("read()")
@@ -327,8 +329,8 @@ class ReplayJointEncoder(ManagedDevice, JointEncoder):
         super().__init__("recorded encoders")
         self._track, self._next = tape.joints, tape.joints.next
 
+    @override
     def read(self) -> JointSample:
-        """See :class:`JointEncoder`."""
         if self._life is not Life.ACTIVE:
             self._track.refused()
             self._require_active("read()")
@@ -338,7 +340,7 @@ class ReplayJointEncoder(ManagedDevice, JointEncoder):
 class ReplayArm(ManagedDevice, ArmCommand):
     """Answers a command as the arm did when it was recorded; a command that differs is noted.
 
-    After the first difference nobody knows what the arm would have done: what was asked counts as applied, unless
+    After the first difference the arm's answer is unknown: what was asked counts as applied, unless
     the arm was held back or stopped at that time.
     """
 
@@ -348,8 +350,8 @@ class ReplayArm(ManagedDevice, ArmCommand):
         self._stopped = False
         self._held: JointVector = ()
 
+    @override
     def send(self, command: JointCommand) -> AppliedCommand:
-        """See :class:`ArmCommand`."""
         tape, asked = self._tape, command.position_rad
         if self._life is not Life.ACTIVE:
             tape.sends.refused()
@@ -366,8 +368,9 @@ class ReplayArm(ManagedDevice, ArmCommand):
         self._held = applied.position_rad
         return applied
 
+    @override
     def stop(self) -> None:
-        """See :class:`ArmCommand`; there is nothing to bring to rest."""
+        # There is nothing to bring to rest.
         if self._life is Life.ACTIVE:
             self._stopped = True
 

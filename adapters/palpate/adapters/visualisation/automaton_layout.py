@@ -160,7 +160,7 @@ def _ports(
 
 
 def _spread(wanted: Sequence[float], widths: Sequence[float]) -> list[float]:
-    """Values as near as possible to the wanted ones, in their order, each as wide as it says.
+    """Values as near as possible to the wanted ones, in their order, each as wide as given.
 
     Pools of neighbours that touch stand around the mean of what they want (isotonic regression).
     """

@@ -1,4 +1,4 @@
-"""Trials as they run, in MuJoCo's viewer: a clock that lets nobody run ahead of real time, and shows each tick."""
+"""Trials as they run, in MuJoCo's viewer: a clock that never runs ahead of real time and shows each tick."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any, Final, Protocol
+
+from typing_extensions import override
 
 from palpate.adapters.hardware.clock import MonotonicClock
 from palpate.core.errors import UsageError
@@ -58,8 +60,8 @@ class ShownClock(Clock):
         self._real = real if real is not None else MonotonicClock()
         self._begin()
 
+    @override
     def now_ns(self) -> int:
-        """See :class:`Clock`."""
         return self._simulated.now_ns()
 
     def sleep_until(self, deadline_ns: int) -> None:

@@ -108,7 +108,7 @@ class Extract:
 
     @property
     def raw_states(self) -> int:
-        """Number of cells: states before those of different last symbols are told apart, and before minimisation."""
+        """Number of cells: states before those of different last symbols are separated, and before minimisation."""
         return len(self.partition.vectors)
 
     @property

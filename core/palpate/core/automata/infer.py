@@ -119,7 +119,7 @@ def infer(
         progress: Called now and then while networks are trained.
 
     Returns:
-        The best that was found, also if no automaton is right about every string; ``consistent`` tells.
+        The best that was found, also if no automaton is right about every string (``consistent``).
 
     Raises:
         ConfigurationError: Settings that do not fit the strings.

@@ -11,7 +11,7 @@ from typing import Final, TypeAlias
 from palpate.core.errors import CommandError, ConfigurationError
 
 Output: TypeAlias = bool | str | tuple[str, ...]
-"""What a machine says: accepted or not, a name, or a set of names in the order of the alphabet."""
+"""An output: accepted or not, a name, or a set of names in the order of the alphabet."""
 
 SINK: Final = "sink"
 """Label of the state that :meth:`Machine.completed` adds."""
@@ -76,7 +76,7 @@ class Machine:
 
     @property
     def complete(self) -> bool:
-        """Whether every state knows every symbol."""
+        """Whether every state has a transition for every symbol."""
         return all(target is not None for row in self.transitions for target in row)
 
     @property
@@ -105,9 +105,9 @@ class Machine:
         return state
 
     def output_of(self, word: Sequence[int]) -> Output | None:
-        """What the machine says at the end of a word; None if it leaves what is known.
+        """The output at the end of a word; None if it leaves what is known.
 
-        A Mealy machine says nothing about the empty word.
+        A Mealy machine has no output for the empty word.
         """
         if self.kind is not Kind.MEALY:
             state = self.state_after(word)
@@ -129,7 +129,7 @@ class Machine:
         """The same with a sink for all that is not known; itself if it is complete.
 
         Args:
-            output: What the sink says, or the transitions that lead into it and stay there.
+            output: The sink's output, or the transitions that lead into it and stay there.
         """
         if self.complete:
             return self

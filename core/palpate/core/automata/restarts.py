@@ -117,7 +117,7 @@ class Restarts:
 
 
 def levels_of(tree: PrefixTree) -> list[_Level]:
-    """A prefix tree in the form in which :meth:`Restarts.hidden_states` wants it."""
+    """A prefix tree in the form that :meth:`Restarts.hidden_states` takes."""
     import torch
 
     found, before = [], 0

@@ -163,7 +163,7 @@ def read_strings(path: str | os.PathLike[str], alphabet: tuple[str, ...] | None 
 
     Args:
         path: The file.
-        alphabet: Names of the symbols, in order; None takes what the file says.
+        alphabet: Names of the symbols, in order; None takes those of the file.
 
     Raises:
         ConfigurationError: No such file, a line that cannot be read, a symbol outside the alphabet, or no usable set of

@@ -25,7 +25,7 @@ Known: TypeAlias = tuple[int | None, ...]
 
 @dataclass
 class AutomatonState:
-    """Follows an automaton, and says so when the automaton does not know how to go on.
+    """Follows an automaton; where no transition is known, it enters a state of its own for that.
 
     A symbol for which the current state has no transition leads to the state ``lost``, whose number is the highest. At
     the next symbol it is taken for granted that the automaton was where the symbol before usually leads, its anchor,

@@ -48,7 +48,7 @@ class Bounds:
 
     Attributes:
         full: With full information: the shortest way.
-        belief: The best that anybody can do who knows the map and not the place; None if it takes too long to find.
+        belief: The optimum with the map known and the place unknown; None if it takes too long to find.
         random_walk: Of a random walk that is cut off at the limit.
     """
 

@@ -14,7 +14,7 @@ from palpate.adapters.experiments.study.document import Study
 from palpate.core.insertion.ready_pose import find_ready_pose
 
 MOST_CHECKED: Final = 2000
-"""Sets of settings that are looked at, at some milliseconds each; what is wrong with others is told when it is met."""
+"""Sets of settings that are looked at, at some milliseconds each; errors in others are reported when they are met."""
 
 
 def require_possible(study: Study) -> None:

@@ -13,6 +13,8 @@ from pathlib import Path
 from typing import Any, Final, Self
 from urllib.parse import urlsplit
 
+from typing_extensions import override
+
 from palpate.adapters.experiments.study.engines import ONE_THREAD, Engine
 from palpate.adapters.experiments.study.run_cell import CellJob, CellOutcome, CellReport, make_cell
 from palpate.adapters.log.provenance import made_with
@@ -89,8 +91,9 @@ class Dask(Engine):
                 "name a folder that all machines share, with --out",
             )
 
+    @override
     def run(self, jobs: Iterable[CellJob]) -> Generator[CellReport, None, None]:
-        """See :class:`Engine`.
+        """Make the cells on the cluster.
 
         Through Dask's own futures: joblib would leave a cluster of one worker alone and do the work in this process,
         and would give up all cells with the one over which workers die.
@@ -144,7 +147,7 @@ class Dask(Engine):
 
 
 def _require_answer(address: str) -> None:
-    """Make sure that somebody listens there: Dask's own client is slow to give up, and not quiet about it."""
+    """Make sure that a server listens there: Dask's own client gives up slowly and logs much."""
     try:
         found = urlsplit(address if "://" in address else f"tcp://{address}")
         socket.create_connection((found.hostname, found.port or _PORT), _PATIENCE_S).close()

@@ -23,7 +23,7 @@ from palpate.adapters.log.provenance import made_with
 from palpate.core.errors import ConfigurationError, OutputError
 
 _TOLD: Final = ("scenario", "arm", "seed", "policy", "finished")
-"""Of a summary; the cell's own columns say it, or the line itself does."""
+"""Entries of a summary that the cell's own columns, or the line itself, hold already."""
 _COUNTS: Final = ("outcomes", "marked_why")
 
 
@@ -167,7 +167,7 @@ class StudyFolder:
         """Names of the cells that are finished.
 
         Raises:
-            OutputError: A folder holds another cell than its name says.
+            OutputError: A folder holds another cell than the one of its name.
         """
         try:
             there = set(os.listdir(self.cells))

@@ -44,14 +44,14 @@ _ONE_AT_A_TIME: Final = threading.Lock()
 
 @dataclass(frozen=True)
 class CellJob:
-    """Everything that a worker needs to know.
+    """Everything that a worker needs to make a cell.
 
     Attributes:
         folder: Absolute path of the study's folder ``cells``.
         cell: What to make.
         base: Settings of all cells, by dotted names.
         trials: Trials of the run.
-        files: Digests of files that results depend on, by the names under which the study knows them.
+        files: Digests of files that results depend on, by their names in the study.
         relative_to: Absolute path of the folder that those names are relative to.
     """
 

@@ -41,7 +41,7 @@ def font_px(width: int, height: int) -> int:
 
 
 def now_lines(moment: Moment, force_N: Sequence[float] | None) -> list[tuple[str, str]]:
-    """What a picture tells of its moment: names and values, a line each.
+    """The captions of a moment: names and values, a line each.
 
     Args:
         moment: The moment.
@@ -71,14 +71,14 @@ def title_of(log: TrialLog) -> str:
 
 
 def outcome_of(log: TrialLog) -> str:
-    """What the trial came to; empty where the log does not tell."""
+    """What the trial came to; empty where the log does not hold it."""
     if log.end is None:
         return ""
     return f"ended: {log.end.error}" if log.end.error else log.end.outcome
 
 
 def notes_of(course: Course, *, hole_known: bool, world: str) -> list[str]:
-    """What has to be said about the picture, so that nobody takes it for more than it is."""
+    """Limits of the picture that a viewer must see: what is drawn from assumptions."""
     if hole_known:
         notes = [f"hole: where the {world} had it"]
     else:

@@ -40,7 +40,7 @@ def require_video() -> Any:
 
 
 def write_mp4(path: Path, pictures: Iterable[Image.Image], fps: float) -> None:
-    """H.264, as every player knows it. Equal pictures give equal bytes with equal versions of PyAV.
+    """H.264, which every player decodes. Equal pictures give equal bytes with equal versions of PyAV.
 
     Args:
         path: The file.

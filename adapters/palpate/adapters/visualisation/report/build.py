@@ -30,7 +30,7 @@ class FolderKind(enum.Enum):
 
 
 def kind_of(folder: Path) -> FolderKind:
-    """Tell it by its files.
+    """Its kind, by the files in it.
 
     Raises:
         OutputError: There is no such folder, or no command of palpate leaves one like it.

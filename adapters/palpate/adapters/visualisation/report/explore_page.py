@@ -27,7 +27,7 @@ _SHADES = ("#d6e6f2", "#fae3d3", "#d8efe5", "#efdcea", "#f7ecd0", "#dceef8", "#e
 
 
 def grid_picture(name: str, document: PolicyDocument, rows: Sequence[str], title: str) -> Picture:
-    """The best action of what the sensor says, in each cell; cells that it cannot tell apart have one colour.
+    """The best action of each cell's sensor value; cells of one value have one colour.
 
     Args:
         name: The picture's file name.

@@ -1,4 +1,4 @@
-"""Reads the files of result folders. Whatever is wrong with one is told in one line, with its path."""
+"""Reads the files of result folders; an error is one line with the file's path."""
 
 from __future__ import annotations
 

@@ -159,7 +159,7 @@ class Timing:
         interval_ms: Between successive ticks, (n,).
         late_ms: How late ticks began, (m,); empty where no tick had a time at which it was due.
         missing: Ticks that the logs lack.
-        sections: Where the time of a tick went, in ns, as the last log with a stopwatch tells it; empty without.
+        sections: Where the time of a tick went, in ns, from the last log with a stopwatch; empty without.
     """
 
     interval_ms: Array
@@ -195,7 +195,7 @@ class Timing:
 
 
 def timing_section(logs: Sequence[TrialLog], of: str) -> PageSection | None:
-    """What the logs tell of the control cycle; None if they hold too few ticks.
+    """Figures about the control cycle; None if they hold too few ticks.
 
     Args:
         logs: Some trials.

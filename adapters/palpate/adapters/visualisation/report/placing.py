@@ -20,7 +20,7 @@ from palpate.core.errors import OutputError
 from palpate.core.files import write_whole
 
 GENERATOR: Final = "palpate report 1"
-"""By this a page is known as ours."""
+"""The mark of a page that palpate made."""
 
 
 def html_of(page: Page, version: str) -> str:

@@ -57,7 +57,7 @@ def blocks_of(document: PolicyDocument, most: int) -> tuple[Block, ...]:
 
 
 def telling(document: PolicyDocument, most: int) -> list[TableRow]:
-    """The rows that say something: learned from, or not learned at all; of too many, the most visited ones.
+    """The rows that matter: learned from, or not learned at all; of too many, the most visited ones.
 
     All of them where none does.
     """

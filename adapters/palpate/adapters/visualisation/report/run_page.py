@@ -66,7 +66,7 @@ def facts_of(run: RunSource) -> tuple[tuple[str, str], ...]:
 
 
 def notices_of(run: RunSource) -> tuple[str, ...]:
-    """What a reader must know of a run first."""
+    """Notices for the top of a run's page."""
     notices = []
     if run.missing:
         asked = len(run.rows) + run.missing

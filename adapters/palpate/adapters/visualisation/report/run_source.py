@@ -19,13 +19,13 @@ LATE: Final = 25
 
 @dataclass(frozen=True)
 class RunSource:
-    """A run, as its folder tells it.
+    """The content of a run's folder.
 
     Attributes:
         path: The folder.
         rows: Its finished trials, at least one.
-        settings: Its configuration; empty where nothing says.
-        facts: How it was called; empty where nothing says.
+        settings: Its configuration; empty where it is not kept.
+        facts: How it was called; empty where it is not kept.
         summary: ``summary.json``; empty while the run is unfinished.
         document: Its policy file; None where no file can hold the policy, or while the run is unfinished.
     """

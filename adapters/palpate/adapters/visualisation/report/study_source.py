@@ -51,7 +51,7 @@ class StudyCell:
 
 @dataclass(frozen=True)
 class StudySource:
-    """A study, as its folder tells it.
+    """The content of a study's folder.
 
     Attributes:
         path: The folder.
@@ -132,7 +132,7 @@ def is_number(value: Any) -> bool:
 
 
 def _asked(path: Path) -> tuple[int, str]:
-    """How many cells the study asks for, or why nobody knows."""
+    """How many cells the study asks for, or why that is unknown."""
     if not is_there(path):
         return 0, f"there is no {path.name}"
     try:
