@@ -137,16 +137,6 @@ def test_an_arm_that_is_slower_than_the_retraction_gets_there_all_the_same() -> 
     assert np.linalg.norm(way[1] - way[0]) == pytest.approx(15e-3, abs=2e-5)
 
 
-def test_an_arm_that_does_not_move_ends_the_retraction_too() -> None:
-    bench = hit()
-    ticks = 0
-    while bench.supervisor.retracting:
-        bench.applied = AppliedCommand(bench.home_rad, CommandReason.VELOCITY_LIMIT)
-        bench.supervisor.retreat(bench.snapshot())
-        ticks += 1
-    assert ticks < 2 * 105
-
-
 def test_an_arm_that_was_stopped_ends_the_retraction() -> None:
     bench = hit()
     for _ in range(10):
@@ -156,25 +146,6 @@ def test_an_arm_that_was_stopped_ends_the_retraction() -> None:
     done = bench.supervisor.retreat(bench.snapshot())
     assert done.command.position_rad == here
     assert bench.supervisor.state is Guard.TRIPPED_HOLDING
-
-
-def test_at_a_joint_limit_it_stays_rather_than_advances() -> None:
-    """Joint 2 stands at its limit, stretched out: the way back needs it to go on."""
-    bench = Bench()
-    lower = bench.supervisor._lower
-    start = (0.0, lower[1], -0.05, 0.0, 0.02, 0.0)
-    bench.tick(measured_rad=start, asked_rad=start, tip_m=None)
-    assert bench.supervisor.trip is None
-    bench.tick(measured_rad=start, asked_rad=start, tip_m=None, **HIT)
-    while bench.supervisor.retracting:
-        bench.tick(measured_rad=start, tip_m=None)
-    kinematics = Kinematics(arm_named("zebra-zero"), TOOL)
-    kinematics.update(start)
-    axis = kinematics.tip_rotation[:, 2].copy()
-    commands = [start, *(done.command.position_rad for done in bench.results[1:])]
-    along = -(tips(bench, commands) - kinematics.tip_position_m) @ axis
-    assert (np.diff(along) > -1e-9).all()
-    assert all(kinematics.within_limits(q) for q in commands)
 
 
 def test_hold_holds_what_the_arm_was_told() -> None:
