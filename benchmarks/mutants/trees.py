@@ -1,0 +1,158 @@
+"""A copy of a checkout in which files can be mutated and tests be run."""
+
+from __future__ import annotations
+
+import os
+import re
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+import time
+import tomllib
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from benchmarks.house import ROOTS
+
+_LEFT_OUT: Final = shutil.ignore_patterns(
+    ".git", ".venv", "runs", "__pycache__", ".*_cache", ".hypothesis", "node_modules"
+)
+_PYTEST: Final = ("-x", "-q", "-p", "no:cacheprovider", "--no-header", "--hypothesis-seed=0", "-rfE")
+_FAILED: Final = re.compile(r"^(FAILED|ERROR) (\S.*?)(?: - .*)?$", re.MULTILINE)
+_MOST_MEMORY_B: Final = 8_000_000_000
+_MOST_FILE_B: Final = 2_000_000_000
+_PASSED: Final = (0, 5)
+"""Exit codes of pytest: all passed, none there."""
+
+
+@dataclass(frozen=True)
+class Ran:
+    """What came of a call of pytest.
+
+    Attributes:
+        code: Its exit code; None if it was ended because its time was up.
+        seconds: How long it took.
+        failed: What failed first; empty for nothing, or if it did not come so far as to say so.
+        said: Its last words.
+    """
+
+    code: int | None
+    seconds: float
+    failed: str
+    said: str
+
+    @property
+    def passed(self) -> bool:
+        return self.code in _PASSED
+
+
+class Tree:
+    """A copy of a checkout's files; whatever is run in it imports from it and from nowhere else.
+
+    Args:
+        checkout: What is copied.
+        folder: Where to; does not exist yet.
+    """
+
+    def __init__(self, checkout: Path, folder: Path) -> None:
+        self.folder, self._tree, self._scratch = folder, folder / "tree", folder / "tmp"
+        shutil.copytree(checkout, self._tree, ignore=_LEFT_OUT, symlinks=True)
+        self._scratch.mkdir()
+        self._describe()
+        self._changes = 0
+        compiled = [sys.executable, "-m", "compileall", "-q", *ROOTS]
+        subprocess.run(compiled, cwd=self._tree, check=False, stdout=subprocess.DEVNULL)
+
+    def _describe(self) -> None:
+        """Tell Python's metadata what this checkout's project file says: entry points of another one must not count."""
+        project = tomllib.loads((self._tree / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+        info = self.folder / "metadata" / f"{project['name']}-{project['version']}.dist-info"
+        info.mkdir(parents=True)
+        head = f"Metadata-Version: 2.1\nName: {project['name']}\nVersion: {project['version']}\n"
+        (info / "METADATA").write_text(head, encoding="utf-8")
+        groups = {"console_scripts": project.get("scripts", {}), **project.get("entry-points", {})}
+        lines = []
+        for group, points in groups.items():
+            lines += [f"[{group}]", *(f"{name} = {target}" for name, target in points.items()), ""]
+        (info / "entry_points.txt").write_text("\n".join(lines), encoding="utf-8")
+
+    @contextmanager
+    def holding(self, file: str, source: str) -> Iterator[None]:
+        """While inside, a file has another text."""
+        path = self._tree / file
+        original, times = path.read_bytes(), path.stat()
+        self._changes += 1
+        try:
+            path.write_text(source, encoding="utf-8")
+            # Bytecode is told apart by the source's size and time in seconds: no two texts may have the same.
+            os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns + self._changes * 1_000_000_000))
+            yield
+        finally:
+            path.write_bytes(original)
+            os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))
+
+    def run(self, tests: Sequence[str], limit_s: float | None, left_out: Sequence[str] = ()) -> Ran:
+        """Run tests up to the first failure.
+
+        Args:
+            tests: Files, or names of tests.
+            limit_s: When this time is up everything is ended; None waits.
+            left_out: Names of tests that are not run.
+        """
+        shutil.rmtree(self._scratch, ignore_errors=True)
+        self._scratch.mkdir()
+        words = [*tests, *(word for name in left_out for word in ("--deselect", name))]
+        begin = time.monotonic()
+        process = subprocess.Popen(
+            [sys.executable, "-m", "pytest", *_PYTEST, *words],
+            cwd=self._tree,
+            env=self._environment(),
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            errors="replace",
+            start_new_session=True,
+            preexec_fn=_limit,
+        )
+        code: int | None = None
+        try:
+            said, _ = process.communicate(timeout=limit_s)
+            code = process.returncode
+        except subprocess.TimeoutExpired:
+            _end_all_of(process)
+            said, _ = process.communicate()
+        finally:
+            _end_all_of(process)
+        seconds = time.monotonic() - begin
+        failed = _FAILED.findall(said)
+        first = failed[0][1] if failed and code not in (None, *_PASSED) else ""
+        return Ran(code, seconds, first, "\n".join(said.splitlines()[-15:]))
+
+    def _environment(self) -> dict[str, str]:
+        roots = [self.folder / "metadata", *(self._tree / root for root in ROOTS), self._tree]
+        return {
+            **os.environ,
+            "PYTHONPATH": os.pathsep.join(map(str, roots)),
+            "TMPDIR": str(self._scratch),
+            "HYPOTHESIS_STORAGE_DIRECTORY": str(self._scratch / "hypothesis"),
+        }
+
+
+def _limit() -> None:
+    # A mutant may well grow without end: it alone shall come to grief of it.
+    resource.setrlimit(resource.RLIMIT_DATA, (_MOST_MEMORY_B, _MOST_MEMORY_B))
+    resource.setrlimit(resource.RLIMIT_FSIZE, (_MOST_FILE_B, _MOST_FILE_B))
+
+
+def _end_all_of(process: subprocess.Popen[str]) -> None:
+    """End the process and what it has started and left behind."""
+    try:
+        os.killpg(process.pid, signal.SIGKILL)
+    except ProcessLookupError:
+        return

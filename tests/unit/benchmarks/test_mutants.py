@@ -1,0 +1,267 @@
+"""Mutations of made-up functions, which tests guard a file, and what verdicts come of their runs."""
+
+from __future__ import annotations
+
+import ast
+import json
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, cast
+
+import pytest
+
+from benchmarks.mutants.draw import draw, mutated
+from benchmarks.mutants.functions import functions_in, functions_of, unique
+from benchmarks.mutants.guards import guards
+from benchmarks.mutants.operators import places
+from benchmarks.mutants.trees import Ran, Tree
+from benchmarks.mutants.verdicts import Judge, compared, lost, read
+
+SOURCE = '''
+class Watch:
+    """A class."""
+
+    @property
+    def late(self) -> int:
+        """Docstring with 1 number."""
+        return self.x
+
+    def trip(self, force: float, limit: float = 2.5) -> str | None:
+        """Docstring."""
+        from palpate.core.values import X
+
+        # é: the place is counted in bytes, not in characters.
+        if "é" in self.names and force < -limit * 3:
+            self.count += 1
+            return f"{force * 2} is {1 + 1}"
+        elif not force:
+            raise X("none")
+        else:
+            done: bool = True
+        return None if done else "x"
+
+
+def stub() -> None:
+    """Nothing."""
+
+
+def refuse() -> None:
+    raise NotImplementedError
+'''
+
+
+def variants(source: str) -> dict[str, list[str]]:
+    """What each operator makes of the only function of a source: its body, all variants of all places."""
+    (function,) = functions_in(source, "f.py")
+    return {
+        operator: [place.applied(source, n) for place in ones for n in range(len(place.variants))]
+        for operator, ones in places(function.node).items()
+    }
+
+
+def test_functions_are_told_by_name_and_text() -> None:
+    late, trip = functions_in(SOURCE, "f.py")
+    assert (late.name, trip.name) == ("Watch.late", "Watch.trip")
+    assert late.text == "@property\ndef late(self) -> int:\n    return self.x"
+    assert "Docstring" not in trip.text
+    moved = SOURCE.replace("palpate.core.values", "palpate.core.ports.values").replace("Docstring", "Other")
+    moved = moved.replace("        # é: the place is counted in bytes, not in characters.\n", "")
+    assert [f.key for f in functions_in(moved, "g.py")] == [late.key, trip.key]
+    assert [f.key for f in functions_in(SOURCE.replace("2.5", "2.0"), "g.py")] != [late.key, trip.key]
+
+
+def test_what_several_functions_say_is_nobody_s() -> None:
+    twice = "def f():\n    return 1\n"
+    assert unique([*functions_in(twice, "a.py"), *functions_in(twice, "b.py")]) == {}
+    assert len(unique([*functions_in(twice, "a.py"), *functions_in(twice.replace("1", "2"), "b.py")])) == 2
+
+
+@pytest.mark.parametrize(
+    ("body", "operator", "expected"),
+    [
+        ("return a < b", "comparison", ["return (a <= b)", "return (a >= b)"]),
+        ("return a is b in c", "comparison", ["return (a is not b in c)", "return (a is b not in c)"]),
+        ("return 2 * a", "arithmetic", ["return (2 / a)"]),
+        ("a -= b", "arithmetic", ["a += b"]),
+        ("return -a", "arithmetic", ["return (a)"]),
+        ("return a[1]", "constant", ["return a[(2)]", "return a[(0)]"]),
+        ("return a and not b", "boolean", ["return (a or not b)", "return a and (b)"]),
+        ("f(True)", "boolean", ["f((False))"]),
+        ("return [x for x in a if x]", "boolean", ["return [x for x in a if (not x)]"]),
+        ("return a if b else c", "boolean", ["return a if (not b) else c"]),
+        ("return a if b else c", "branches", ["return (c if b else a)"]),
+        ("f(a)", "statement", ["pass"]),
+        ("a: int = b", "statement", ["pass"]),
+    ],
+)
+def test_operators(body: str, operator: str, expected: list[str]) -> None:
+    head = "def f(a: int, b: 'x < 1') -> None:\n    "
+    assert variants(head + body)[operator] == [head + one for one in expected]
+
+
+def test_branches_of_a_whole_statement_are_swapped_and_an_elif_is_left_in_its_place() -> None:
+    source = "def f(a):\n    if a:\n        g()\n    elif a.b:\n        h()\n    else:\n        i()\n    return a\n"
+    (swapped,) = variants(source)["branches"]
+    assert swapped == (
+        "def f(a):\n    if a:\n        if a.b:\n            h()\n        else:\n            i()\n    else:\n"
+        "        g()\n    return a\n"
+    )
+    assert "    elif (not a.b):\n" in variants(source)["boolean"][1]
+
+
+def test_docstrings_annotations_decorators_and_f_strings_are_let_be() -> None:
+    source = '@cache(1)\ndef f(a: "1 < 2" = None) -> x[3]:\n    """4"""\n    return f"{a + 5}"\n'
+    assert {operator: len(found) for operator, found in variants(source).items()} == {"statement": 1}
+
+
+def test_every_mutation_is_python_and_another_function() -> None:
+    _, trip = functions_in(SOURCE, "f.py")
+    for ones in places(trip.node).values():
+        for place in ones:
+            for n in range(len(place.variants)):
+                text = place.applied(SOURCE, n)
+                ast.parse(text)
+                assert functions_in(text, "f.py")[1].text != trip.text
+
+
+def checkout(folder: Path, **files: str) -> Path:
+    for name, text in files.items():
+        path = folder.joinpath("core", "palpate", "core", *name.split("__")).with_suffix(".py")
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
+    return folder
+
+
+def numbered(*numbers: int) -> str:
+    return "\n\n".join(f"def f{n}(a):\n    return a + {n}\n" for n in numbers)
+
+
+def test_the_same_mutants_come_of_both_checkouts_and_one_that_goes_does_not_change_the_others(tmp_path: Path) -> None:
+    before = checkout(tmp_path / "before", cycle=numbered(*range(20)))
+    after = checkout(tmp_path / "after", loop__one=numbered(*range(7)), loop__two=numbered(*range(7, 20)))
+    drawn = draw(before, after, 10, 1)
+    assert drawn == draw(after, before, 10, 1)
+    assert [m.id for m in drawn] != [m.id for m in draw(before, after, 10, 2)]
+    gone = int(drawn[3].name[1:])
+    checkout(tmp_path / "after", loop__one=numbered(*(n for n in range(7) if n != gone)))
+    checkout(tmp_path / "after", loop__two=numbered(*(n for n in range(7, 20) if n != gone)))
+    again = draw(before, after, 10, 1)
+    assert again[:9] == [*drawn[:3], *drawn[4:]]
+    there = {f.key: f for f in functions_of(after)}
+    for mutant in again:
+        function = there[mutant.name, mutant.text]
+        found = mutated(mutant, function, (after / function.file).read_text())
+        assert found is not None
+        assert found.diff.count("\n+ ") == 1
+
+
+def test_too_few_functions_are_an_error(tmp_path: Path) -> None:
+    one = checkout(tmp_path, cycle=numbered(1))
+    with pytest.raises(SystemExit, match="1 functions can be mutated, 2 are asked for"):
+        draw(one, one, 2, 1)
+
+
+@pytest.fixture
+def tested(tmp_path: Path) -> Path:
+    for file in (
+        "unit/core/test_cycle.py", "unit/core/test_values.py", "unit/core/policy/test_base.py",
+        "unit/core/policy/test_table.py", "unit/adapters/log/files/test_writer.py", "unit/adapters/log/test_reader.py",
+        "integration/test_golden_logs.py", "integration/test_cli_run.py", "contracts/test_fake.py",
+        "contracts/test_jr3.py", "contracts/test_replay.py", "unit/adapters/test_options.py",
+    ):  # fmt: skip
+        path = tmp_path / "tests" / file
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text("")
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    ("file", "room"),
+    [
+        ("core/palpate/core/values.py", ["unit/core/test_values.py", "unit/core/test_cycle.py"]),
+        ("core/palpate/core/policy/table.py", ["unit/core/policy/test_table.py", "unit/core/policy/test_base.py"]),
+        ("adapters/palpate/adapters/log/files/writer.py",
+         ["unit/adapters/log/files/test_writer.py", "unit/adapters/log/test_reader.py"]),
+        ("adapters/palpate/adapters/cli/run.py", ["integration/test_cli_run.py"]),
+        ("adapters/palpate/adapters/cli/options.py", ["unit/adapters/test_options.py"]),
+        ("core/palpate/core/contracts/clock.py", []),
+    ],
+)  # fmt: skip
+def test_a_room_s_tests(tested: Path, file: str, room: list[str]) -> None:
+    stages = dict(guards(tested, file))
+    assert stages.get("room", []) == [f"tests/{one}" for one in room]
+    assert stages["golden"] == ["tests/integration/test_golden_logs.py"]
+
+
+def test_contracts_that_wait_come_last_unless_they_are_the_file_s_own(tested: Path) -> None:
+    names = ["fake", "jr3", "replay"]
+    for file, order in (("core/palpate/core/values.py", (0, 2, 1)), ("drivers/palpate/drivers/jr3/a.py", (1, 0, 2))):
+        assert dict(guards(tested, file))["contracts"] == [f"tests/contracts/test_{names[i]}.py" for i in order]
+
+
+class FakeTree:
+    """Says what it is told to: with the mutation, then without it."""
+
+    def __init__(self, *mutated_: Ran, plain: Ran | None = None) -> None:
+        self.script, self.plain, self.inside = list(mutated_), plain or Ran(0, 1.0, "", ""), False
+        self.left_out: list[str] = []
+
+    @contextmanager
+    def holding(self, file: str, source: str) -> Iterator[None]:
+        self.inside = True
+        yield
+        self.inside = False
+
+    def run(self, tests: Sequence[str], limit_s: float | None, left_out: Sequence[str] = ()) -> Ran:
+        self.left_out = list(left_out)
+        return self.script.pop(0) if self.inside else self.plain
+
+
+PASSED, FAILED = Ran(0, 5.0, "", ""), Ran(1, 5.0, "t.py::test_a", "")
+STAGES = [("room", ["r.py"]), ("golden", ["g.py"])]
+
+
+@pytest.mark.parametrize(
+    ("tree", "verdict", "stage"),
+    [
+        (FakeTree(PASSED, PASSED), "survived", ""),
+        (FakeTree(PASSED, FAILED, FAILED), "killed", "golden"),
+        (FakeTree(Ran(4, 1.0, "", "ImportError")), "killed", "room"),
+        (FakeTree(Ran(2, 1.0, "t.py", "")), "killed", "room"),
+        (FakeTree(Ran(None, 60.0, "", "")), "killed by timeout", "room"),
+        (FakeTree(Ran(None, 60.0, "", ""), plain=Ran(0, 40.0, "", "")), "not killed in time", "room"),
+        (FakeTree(Ran(0, 59.5, "", "")), "not killed in time", "room"),
+        # Failing without the mutation, or not again with it, is no kill.
+        (FakeTree(FAILED, FAILED, PASSED, PASSED, plain=FAILED), "survived", ""),
+        (FakeTree(FAILED, PASSED, PASSED, PASSED), "survived", ""),
+    ],
+)
+def test_verdicts(tree: FakeTree, verdict: str, stage: str) -> None:
+    found = Judge(cast(Tree, tree), 60.0).verdict("f.py", "", STAGES)
+    assert (found["verdict"], found["stage"]) == (verdict, stage)
+    assert found["distrusted"] == tree.left_out
+    assert tree.script == []
+
+
+def told(id_: str, verdict: str) -> dict[str, Any]:
+    diff = "--- f.py\n+++ f.py\n@@ -1 +1 @@\n-a < b\n+a <= b"
+    return {"id": id_, "name": "f", "file": "f.py", "line": 1, "verdict": verdict, "killed_by": "", "diff": diff}
+
+
+def test_what_is_not_killed_any_more_is_listed(tmp_path: Path) -> None:
+    words = ("killed", "killed by timeout", "survived", "killed", "not killed in time")
+    before = {str(n): told(str(n), word) for n, word in enumerate(words)}
+    after = {**before, "1": told("1", "survived"), "2": told("2", "killed"), "3": told("3", "gone")}
+    assert lost(before, after) == ["1", "3"]
+    text = compared(before, after)
+    assert "killed after and not before: 1\nkilled before and not after: 2\n" in text
+    assert "1 f, f.py:1 -> f.py: survived" in text
+    assert "  +a <= b" in text
+
+
+def test_verdicts_are_read_back_but_for_a_line_cut_short(tmp_path: Path) -> None:
+    path = tmp_path / "before.jsonl"
+    assert read(path) == {}
+    path.write_text(json.dumps(told("a", "killed")) + "\n" + json.dumps(told("b", "killed"))[:30])
+    assert read(path) == {"a": told("a", "killed")}
