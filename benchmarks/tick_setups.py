@@ -1,7 +1,8 @@
 """What ``benchmarks.tick_walk`` walks through: one trial of a checkout, composed of that checkout's own parts.
 
-The one place that knows where things are: a layout's table says which module has which name. Whoever moves something
-adds a layout, told by a file that only it has, and touches nothing else.
+The one place that knows where things are: a layout's table says which module has which name, or which one stands for
+it there. Whoever moves something for good adds a layout, told by a file that older ones lack; ways between only need
+the newest one changed.
 """
 
 from __future__ import annotations
@@ -9,40 +10,85 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-import tempfile
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from benchmarks.house import ROOTS
+from benchmarks.checkouts import import_path
 
-Layout: TypeAlias = dict[str, str]
 Trial: TypeAlias = Callable[[], object]
 
-BEFORE: Layout = {
-    "Beat": "palpate.adapters.beat",
-    "GuardedArm": "palpate.adapters.watchdogs",
-    "Ports": "palpate.core.cycle",
-    "SimulatedRig": "palpate.adapters.composition",
-    "Stopwatch": "palpate.adapters.timing",
-    "TrialRecorder": "palpate.adapters.recording.trials",
-    "WatchedArm": "palpate.adapters.watchdogs",
-    "WatchedClock": "palpate.adapters.watchdogs",
-    "WatchedForceSensor": "palpate.adapters.watchdogs",
-    "WatchedJointEncoder": "palpate.adapters.watchdogs",
-    "build_perception": "palpate.adapters.composition",
-    "build_supervisor": "palpate.adapters.composition",
-    "build_task": "palpate.adapters.composition",
-    "comparator": "palpate.adapters.policies",
-    "find_ready_pose": "palpate.adapters.composition",
-    "main": "palpate.adapters.cli.main",
-    "run_trial": "palpate.core.cycle",
-    "scenario": "palpate.adapters.config",
-    "trial_setup": "palpate.adapters.experiment",
-}
-LAYOUTS: dict[str, Layout] = {"core/palpate/core/cycle.py": BEFORE}
+
+@dataclass(frozen=True)
+class Layout:
+    """Where a checkout keeps what is needed here.
+
+    Attributes:
+        sign: A file that tells it from older layouts.
+        modules: The module of each name; with a colon and a name behind it where the checkout calls it otherwise.
+        ready_from: What of a configuration the ready pose is found from.
+    """
+
+    sign: str
+    modules: dict[str, str]
+    ready_from: Callable[[Any], tuple[Any, ...]]
+
+
+FOLDED = Layout(
+    "core/palpate/core/control_loop.py",
+    {
+        "GuardedArm": "palpate.adapters.hardware.watchdogs",
+        "Ports": "palpate.core.ports.devices",
+        "RealTimeSession": "palpate.adapters.hardware.real_time.session",
+        "SimulatedRig": "palpate.adapters.mujoco.rig",
+        "Stopwatch": "palpate.adapters.hardware.real_time",
+        "TrialRecorder": "palpate.adapters.log.trial_recorder",
+        "WatchedArm": "palpate.adapters.hardware.watchdogs",
+        "WatchedClock": "palpate.adapters.hardware.watchdogs",
+        "WatchedForceSensor": "palpate.adapters.hardware.watchdogs",
+        "WatchedJointEncoder": "palpate.adapters.hardware.watchdogs",
+        "build_perception": "palpate.adapters.experiments.build",
+        "build_supervisor": "palpate.adapters.experiments.build",
+        "build_task": "palpate.adapters.experiments.build",
+        "comparator": "palpate.adapters.experiments.policies",
+        "find_ready_pose": "palpate.core.insertion.ready_pose",
+        "main": "palpate.adapters.cli.main",
+        "run_trial": "palpate.core.control_loop",
+        "scenario": "palpate.adapters.config.run",
+        "trial_setup": "palpate.adapters.experiments.trial",
+    },
+    lambda config: (config.arm, config.task),
+)
+BEFORE = Layout(
+    "core/palpate/core/cycle.py",
+    {
+        "GuardedArm": "palpate.adapters.watchdogs",
+        "Ports": "palpate.core.cycle",
+        "RealTimeSession": "palpate.adapters.beat:Beat",
+        "SimulatedRig": "palpate.adapters.composition",
+        "Stopwatch": "palpate.adapters.timing",
+        "TrialRecorder": "palpate.adapters.recording.trials",
+        "WatchedArm": "palpate.adapters.watchdogs",
+        "WatchedClock": "palpate.adapters.watchdogs",
+        "WatchedForceSensor": "palpate.adapters.watchdogs",
+        "WatchedJointEncoder": "palpate.adapters.watchdogs",
+        "build_perception": "palpate.adapters.composition",
+        "build_supervisor": "palpate.adapters.composition",
+        "build_task": "palpate.adapters.composition",
+        "comparator": "palpate.adapters.policies",
+        "find_ready_pose": "palpate.adapters.composition",
+        "main": "palpate.adapters.cli.main",
+        "run_trial": "palpate.core.cycle",
+        "scenario": "palpate.adapters.config",
+        "trial_setup": "palpate.adapters.experiment",
+    },
+    lambda config: (config,),
+)
+LAYOUTS = (FOLDED, BEFORE)
+"""The newest first: the first whose sign is there counts."""
 
 PATIENT = (
     *("--supervision.max-tracking-error-mrad", "100", "--supervision.max-gap-ms", "1000"),
@@ -57,47 +103,52 @@ _NEVER_NS = 10**15
 
 
 class Parts:
-    """The names of one checkout, by the layout that it has; its roots come first on ``sys.path`` from then on."""
+    """The names of one checkout, by the layout that it has. It is imported from then on, here and in child processes.
 
-    def __init__(self, checkout: Path) -> None:
-        found = [layout for file, layout in LAYOUTS.items() if (checkout / file).exists()]
-        if len(found) != 1:
-            raise SystemExit(f"{checkout}: {len(found)} of the layouts in {__file__} fit, 1 is needed")
-        self._layout = found[0]
-        sys.path[:0] = import_path(checkout)
+    Args:
+        checkout: Whose parts.
+        folder: For what has to be written down for that.
+    """
+
+    def __init__(self, checkout: Path, folder: Path) -> None:
+        found = [layout for layout in LAYOUTS if (checkout / layout.sign).exists()]
+        if not found:
+            raise SystemExit(f"{checkout}: none of the layouts in {__file__} fits")
+        self.layout = found[0]
+        path = import_path(checkout, folder / "metadata")
+        sys.path[:0] = path
+        os.environ["PYTHONPATH"] = os.pathsep.join(path)
 
     def __getattr__(self, name: str) -> Any:
-        return getattr(import_module(self._layout[name]), name)
+        module, _, other = self.layout.modules[name].partition(":")
+        return getattr(import_module(module), other or name)
 
 
-def import_path(checkout: Path) -> list[str]:
-    return [str(checkout / root) for root in ROOTS]
-
-
-def over_simulated_ports(checkout: Path, walk: Callable[[Trial], None], *, rig: bool) -> None:
+def over_simulated_ports(checkout: Path, folder: Path, walk: Callable[[Trial], None], *, rig: bool) -> None:
     """A supervised trial over the simulated cell's ports: bare, or under all that a rig's run puts over its devices.
 
     Args:
         checkout: Whose parts.
+        folder: Where files may go.
         walk: Is given the trial, to run it.
         rig: Watched, timed and recorded, as ``palpate run --rig`` composes it; on the cell's clock, so that every
             run is the same, and without what only the system or a person brings (accounts of threads, operator).
     """
-    parts = Parts(checkout)
+    parts = Parts(checkout, folder)
     config = parts.scenario("paper")
-    ready, perception = parts.find_ready_pose(config), parts.build_perception(config)
-    policy, beat = parts.comparator("torque", config, tuple), parts.Beat(config.real_time)
-    beat.stopwatch = parts.Stopwatch() if rig else None
-    task = parts.build_task(config, ready, perception, policy, beat.stopwatch)
+    ready, perception = parts.find_ready_pose(*parts.layout.ready_from(config)), parts.build_perception(config)
+    policy, session = parts.comparator("torque", config, tuple), parts.RealTimeSession(config.real_time)
+    session.stopwatch = parts.Stopwatch() if rig else None
+    task = parts.build_task(config, ready, perception, policy, session.stopwatch)
     setup, supervisor = parts.trial_setup(config, 0), parts.build_supervisor(config)
-    with parts.SimulatedRig(config, ready) as cell, tempfile.TemporaryDirectory() as folder:
+    with parts.SimulatedRig(config, ready) as cell:
         cell.prepare(0)
         if not rig:
             walk(lambda: parts.run_trial(task, cell.ports, setup, supervisor))
             return
         clock, sensor, encoder = cell.ports.clock, cell.ports.force_sensor, cell.ports.joint_encoder
         arm = parts.WatchedArm(cell.ports.arm, clock, _NEVER_NS)
-        ports = beat.timed(
+        ports = session.timed(
             parts.Ports(
                 parts.WatchedClock(clock, ()),
                 parts.WatchedForceSensor(sensor, clock, _NEVER_NS, dead_after_ns=_NEVER_NS),
@@ -105,37 +156,40 @@ def over_simulated_ports(checkout: Path, walk: Callable[[Trial], None], *, rig: 
                 parts.GuardedArm(arm, [], ()),
             )
         )
-        with parts.TrialRecorder.into(Path(folder), config.recording) as recorder:
+        with parts.TrialRecorder.into(folder / "logs", config.recording) as recorder:
             recorder.of("run", config, ready, task, perception, policy, name="torque")
-            ports = beat.timed_recording(recorder.begin(setup, ports, cell.world(), "trial"))
+            ports = session.timed_recording(recorder.begin(setup, ports, cell.world(), "trial"))
             walk(lambda: parts.run_trial(task, ports, setup, supervisor))
         arm.close()
 
 
-def over_emulated_devices(checkout: Path, walk: Callable[[Trial], None], arm: str, force: str) -> None:
+def over_emulated_devices(checkout: Path, folder: Path, walk: Callable[[Trial], None], arm: str, force: str) -> None:
     """``palpate run --rig`` itself, in this process, over devices that ``palpate emulate`` serves in another."""
-    parts = Parts(checkout)
-    with tempfile.TemporaryDirectory() as name:
-        rig = Path(name) / "rig.toml"
-        call = [sys.executable, "-m", parts.main.__module__, "emulate", "--rig-file", str(rig)]
-        environment = {**os.environ, "PYTHONPATH": os.pathsep.join(import_path(checkout))}
-        cell = subprocess.Popen([*call, "--arm", arm, "--force", force], env=environment, stdout=subprocess.DEVNULL)
-        try:
-            while not (rig.exists() and "[force_sensor]" in rig.read_text()):
-                if cell.poll() is not None:
-                    raise SystemExit("the emulated devices ended before they were served")
-                time.sleep(0.05)
-            _relax(rig)
-            words = ("run", "--rig", str(rig), "--policy", "torque", "--trials", "1", "--out", f"{name}/run", *PATIENT)
-            walk(lambda: parts.main(words))
-        finally:
-            cell.terminate()
-            cell.wait()
+    parts = Parts(checkout, folder)
+    rig = folder / "rig.toml"
+    words = ("run", "--rig", str(rig), "--policy", "torque", "--trials", "1", "--out", str(folder / "run"), *PATIENT)
+
+    def trial() -> None:
+        if parts.main(words) != 0:
+            raise SystemExit("the run on the emulated rig failed")
+
+    call = [sys.executable, "-m", parts.main.__module__, "emulate", "--rig-file", str(rig), "--priority", "30"]
+    cell = subprocess.Popen([*call, "--arm", arm, "--force", force], stdout=subprocess.DEVNULL)
+    try:
+        while not (rig.exists() and "[force_sensor]" in rig.read_text()):
+            if cell.poll() is not None:
+                raise SystemExit("the emulated devices ended before they were served")
+            time.sleep(0.05)
+        _relax(rig)
+        walk(trial)
+    finally:
+        cell.terminate()
+        cell.wait()
 
 
 def _relax(rig: Path) -> None:
     arm, sensor = rig.read_text().split("[force_sensor]\n")
     arm = arm.replace("[arm]\n", "[arm]\nmax_age_ms = 1000.0\npatience = 10.0\n")
     arm = arm.replace("[rig]\n", "[rig]\napproach_rad_s = 0.8\n")
-    watchdog = "[watchdog]\ncommand_ms = 2000.0\nsensor_ms = 2000.0\n"
+    watchdog = "[watchdog]\ncommand_ms = 10000.0\nsensor_ms = 10000.0\n"
     rig.write_text(f"{watchdog}{arm}[force_sensor]\nmax_age_ms = 1000.0\n{sensor}")

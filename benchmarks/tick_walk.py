@@ -21,6 +21,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+import tempfile
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from contextlib import redirect_stdout
@@ -174,13 +175,13 @@ def main() -> None:
     options = parser.parse_args()
     checkout = options.checkout.resolve()
     walker = Walker(checkout)
-    if options.emulated:
-        mode = f"emulated {' and '.join(options.devices)}"
-        with redirect_stdout(sys.stderr):
-            over_emulated_devices(checkout, walker.walk, *options.devices)
-    else:
-        mode = "rig over simulated ports" if options.rig else "bare simulated ports"
-        over_simulated_ports(checkout, walker.walk, rig=options.rig)
+    with tempfile.TemporaryDirectory() as folder, redirect_stdout(sys.stderr):
+        if options.emulated:
+            mode = f"emulated {' and '.join(options.devices)}"
+            over_emulated_devices(checkout, Path(folder), walker.walk, *options.devices)
+        else:
+            mode = "rig over simulated ports" if options.rig else "bare simulated ports"
+            over_simulated_ports(checkout, Path(folder), walker.walk, rig=options.rig)
     figures = found(mode, walker.ticks)
     if options.walk:
         print(drawn(quietest(walker.ticks)))

@@ -11,7 +11,8 @@ room, then the golden logs, then the contracts, up to the first failure and for 
 
 A failure counts when the test fails again with the change and passes without it. Where the time was up, the mutant was
 killed by that if the tests that were then running need at most half of the time they had without it; otherwise it was
-not killed in time. Verdicts are appended as they are reached: a run that was ended goes on where it was.
+not killed in time. Verdicts are appended as they are reached: a run that was ended goes on where it was, and what
+a busy machine has left undecided can be judged anew (--again); of a mutant's verdicts the last one counts.
 """
 
 from __future__ import annotations
@@ -44,6 +45,7 @@ def main() -> int:
     running.add_argument("--jobs", type=int, default=1)
     running.add_argument("--limit-s", type=float, default=60.0)
     running.add_argument("--only", nargs="+", metavar="ID", help="these mutants, and no others")
+    running.add_argument("--again", action="store_true", help="judge anew what was not killed in time")
     running.add_argument("--first", type=int, help="so many of them, from the list's beginning")
     comparing = commands.add_parser("compare", help="list what was killed before and is not after")
     comparing.add_argument("before", type=Path)
@@ -57,7 +59,14 @@ def main() -> int:
         mutants = [Mutant(**fields) for fields in json.loads(options.mutants.read_text(encoding="utf-8"))]
         if options.only:
             mutants = [mutant for mutant in mutants if mutant.id in options.only]
-        run(options.checkout, mutants[: options.first], options.out, jobs=options.jobs, limit_s=options.limit_s)
+        run(
+            options.checkout,
+            mutants[: options.first],
+            options.out,
+            jobs=options.jobs,
+            limit_s=options.limit_s,
+            again=options.again,
+        )
         return 0
     before, after = read(options.before), read(options.after)
     print(compared(before, after))

@@ -10,13 +10,13 @@ import signal
 import subprocess
 import sys
 import time
-import tomllib
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
+from benchmarks.checkouts import import_path
 from benchmarks.house import ROOTS
 
 _LEFT_OUT: Final = shutil.ignore_patterns(
@@ -60,26 +60,13 @@ class Tree:
     """
 
     def __init__(self, checkout: Path, folder: Path) -> None:
-        self.folder, self._tree, self._scratch = folder, folder / "tree", folder / "tmp"
+        self._tree, self._scratch = folder / "tree", folder / "tmp"
         shutil.copytree(checkout, self._tree, ignore=_LEFT_OUT, symlinks=True)
         self._scratch.mkdir()
-        self._describe()
+        self._path = [*import_path(self._tree, folder / "metadata"), str(self._tree)]
         self._changes = 0
         compiled = [sys.executable, "-m", "compileall", "-q", *ROOTS]
         subprocess.run(compiled, cwd=self._tree, check=False, stdout=subprocess.DEVNULL)
-
-    def _describe(self) -> None:
-        """Tell Python's metadata what this checkout's project file says: entry points of another one must not count."""
-        project = tomllib.loads((self._tree / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-        info = self.folder / "metadata" / f"{project['name']}-{project['version']}.dist-info"
-        info.mkdir(parents=True)
-        head = f"Metadata-Version: 2.1\nName: {project['name']}\nVersion: {project['version']}\n"
-        (info / "METADATA").write_text(head, encoding="utf-8")
-        groups = {"console_scripts": project.get("scripts", {}), **project.get("entry-points", {})}
-        lines = []
-        for group, points in groups.items():
-            lines += [f"[{group}]", *(f"{name} = {target}" for name, target in points.items()), ""]
-        (info / "entry_points.txt").write_text("\n".join(lines), encoding="utf-8")
 
     @contextmanager
     def holding(self, file: str, source: str) -> Iterator[None]:
@@ -135,10 +122,9 @@ class Tree:
         return Ran(code, seconds, first, "\n".join(said.splitlines()[-15:]))
 
     def _environment(self) -> dict[str, str]:
-        roots = [self.folder / "metadata", *(self._tree / root for root in ROOTS), self._tree]
         return {
             **os.environ,
-            "PYTHONPATH": os.pathsep.join(map(str, roots)),
+            "PYTHONPATH": os.pathsep.join(self._path),
             "TMPDIR": str(self._scratch),
             "HYPOTHESIS_STORAGE_DIRECTORY": str(self._scratch / "hypothesis"),
         }

@@ -80,9 +80,21 @@ class Judge:
         return needed_s is not None and needed_s <= within_s
 
 
-def run(checkout: Path, mutants: Sequence[Mutant], out: Path, *, jobs: int, limit_s: float) -> None:
-    """Judge all mutants that ``out`` does not know yet; each verdict is appended to it as it is reached."""
-    functions, done, lock = unique(functions_of(checkout)), read(out), threading.Lock()
+def run(
+    checkout: Path, mutants: Sequence[Mutant], out: Path, *, jobs: int, limit_s: float, again: bool = False
+) -> None:
+    """Judge all mutants that ``out`` does not know yet; each verdict is appended to it as it is reached.
+
+    Args:
+        checkout: Whose functions and tests.
+        mutants: Which.
+        out: Lines of JSON.
+        jobs: How many at a time.
+        limit_s: For all tests of a mutant together.
+        again: Those that were not killed in time, too.
+    """
+    functions, lock = unique(functions_of(checkout)), threading.Lock()
+    done = {id_ for id_, one in read(out).items() if not (again and one["verdict"] == IN_TIME)}
     waiting = [mutant for mutant in mutants if mutant.id not in done]
     print(f"{len(waiting)} of {len(mutants)} mutants are to be judged")
 

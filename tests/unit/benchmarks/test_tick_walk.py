@@ -118,6 +118,6 @@ def test_no_exploring_tick_is_an_error() -> None:
 
 def test_a_checkout_of_no_known_layout_is_refused(tmp_path: Path) -> None:
     path = list(sys.path)
-    with pytest.raises(SystemExit, match="0 of the layouts"):
-        Parts(tmp_path)
+    with pytest.raises(SystemExit, match="none of the layouts"):
+        Parts(tmp_path, tmp_path)
     assert sys.path == path
