@@ -14,6 +14,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
+from inspect import signature
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -56,9 +57,8 @@ FOLDED = Layout(
         "comparator": "palpate.adapters.experiments.policies",
         "find_ready_pose": "palpate.core.insertion.ready_pose",
         "main": "palpate.adapters.cli.main",
-        "run_trial": "palpate.core.control_loop",
+        "run_scored_trial": "palpate.adapters.experiments.trial",
         "scenario": "palpate.adapters.config.run",
-        "trial_setup": "palpate.adapters.experiments.trial",
     },
     lambda config: (config.arm, config.task),
 )
@@ -81,9 +81,8 @@ BEFORE = Layout(
         "comparator": "palpate.adapters.policies",
         "find_ready_pose": "palpate.adapters.composition",
         "main": "palpate.adapters.cli.main",
-        "run_trial": "palpate.core.cycle",
+        "run_scored_trial": "palpate.adapters.experiment",
         "scenario": "palpate.adapters.config",
-        "trial_setup": "palpate.adapters.experiment",
     },
     lambda config: (config,),
 )
@@ -137,29 +136,29 @@ def over_simulated_ports(checkout: Path, folder: Path, walk: Callable[[Trial], N
     parts = Parts(checkout, folder)
     config = parts.scenario("paper")
     ready, perception = parts.find_ready_pose(*parts.layout.ready_from(config)), parts.build_perception(config)
-    policy, session = parts.comparator("torque", config, tuple), parts.RealTimeSession(config.real_time)
-    session.stopwatch = parts.Stopwatch() if rig else None
-    task = parts.build_task(config, ready, perception, policy, session.stopwatch)
-    setup, supervisor = parts.trial_setup(config, 0), parts.build_supervisor(config)
+    policy, supervisor = parts.comparator("torque", config, tuple), parts.build_supervisor(config)
+    trial = parts.run_scored_trial
     with parts.SimulatedRig(config, ready) as cell:
-        cell.prepare(0)
         if not rig:
-            walk(lambda: parts.run_trial(task, cell.ports, setup, supervisor))
+            task = parts.build_task(config, ready, perception, policy)
+            walk(lambda: trial(config, cell, task, 0, None, 0, supervisor))
             return
+        session = parts.RealTimeSession(config.real_time)
+        session.stopwatch = parts.Stopwatch()
+        # Before loops had observers, a task was timed by what was put around its parts.
+        timed = {"stopwatch": session.stopwatch} if "stopwatch" in signature(parts.build_task).parameters else {}
+        task = parts.build_task(config, ready, perception, policy, **timed)
         clock, sensor, encoder = cell.ports.clock, cell.ports.force_sensor, cell.ports.joint_encoder
         arm = parts.WatchedArm(cell.ports.arm, clock, _NEVER_NS)
-        ports = session.timed(
-            parts.Ports(
-                parts.WatchedClock(clock, ()),
-                parts.WatchedForceSensor(sensor, clock, _NEVER_NS, dead_after_ns=_NEVER_NS),
-                parts.WatchedJointEncoder(encoder, clock, _NEVER_NS, dead_after_ns=_NEVER_NS),
-                parts.GuardedArm(arm, [], ()),
-            )
+        cell.ports = parts.Ports(
+            parts.WatchedClock(clock, ()),
+            parts.WatchedForceSensor(sensor, clock, _NEVER_NS, dead_after_ns=_NEVER_NS),
+            parts.WatchedJointEncoder(encoder, clock, _NEVER_NS, dead_after_ns=_NEVER_NS),
+            parts.GuardedArm(arm, [], ()),
         )
         with parts.TrialRecorder.into(folder / "logs", config.recording) as recorder:
             recorder.of("run", config, ready, task, perception, policy, name="torque")
-            ports = session.timed_recording(recorder.begin(setup, ports, cell.world(), "trial"))
-            walk(lambda: parts.run_trial(task, ports, setup, supervisor))
+            walk(lambda: trial(config, cell, task, 0, recorder, 0, supervisor, session))
         arm.close()
 
 
