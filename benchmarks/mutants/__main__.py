@@ -7,7 +7,8 @@
 
 Drawn are functions that both checkouts have word for word (layout, comments, docstrings and the places that they import
 from apart), by a fixed seed, and in each of them one change. Each checkout's own tests judge: those of the function's
-room, then the golden logs, then the contracts, up to the first failure and for 60 s at most in all.
+room, then the golden logs, then the contracts, up to the first failure and for 60 s at most in all, in which what other
+work on the machine takes does not count.
 
 A failure counts when the test fails again with the change and passes without it. Where the time was up, the mutant was
 killed by that if the tests that were then running need at most half of the time they had without it; otherwise it was

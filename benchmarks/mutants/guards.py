@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path, PurePosixPath
 
 Stage = tuple[str, list[str]]
@@ -26,14 +27,14 @@ def room_tests(checkout: Path, file: str) -> list[Path]:
     """Unit tests of a file's room: first those that are named like it, then those of its folder, then all others.
 
     A module directly below the root's package is a room whose tests stand side by side with those of others of its
-    kind, in no folder of their own: all of these count.
+    kind, in no folder of their own: of these count those that import it.
     """
     root, _, _, *inner = PurePosixPath(file).parts
     unit, stem = checkout / "tests" / "unit" / root, PurePosixPath(file).stem
-    hall = sorted(unit.glob("test_*.py"))
     same_name = unit / f"test_{stem}.py"
     if len(inner) == 1:
-        found = hall or sorted(unit.rglob("test_*.py"))
+        imported = re.compile(rf"palpate\.{root}(\.{stem}\b| import .*\b{stem}\b)")
+        found = [path for path in sorted(unit.glob("test_*.py")) if imported.search(path.read_text(encoding="utf-8"))]
     else:
         folder = unit.joinpath(*inner[:-1])
         same_name = folder / same_name.name if folder.exists() else same_name

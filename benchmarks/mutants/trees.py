@@ -26,6 +26,7 @@ _PYTEST: Final = ("-x", "-q", "-p", "no:cacheprovider", "--no-header", "--hypoth
 _FAILED: Final = re.compile(r"^(FAILED|ERROR) (\S.*?)(?: - .*)?$", re.MULTILINE)
 _MOST_MEMORY_B: Final = 8_000_000_000
 _MOST_FILE_B: Final = 2_000_000_000
+_LOOK_S: Final = 0.5
 _PASSED: Final = (0, 5)
 """Exit codes of pytest: all passed, none there."""
 
@@ -36,7 +37,7 @@ class Ran:
 
     Attributes:
         code: Its exit code; None if it was ended because its time was up.
-        seconds: How long it took.
+        seconds: How long it took, but for what other work on the machine kept it from running.
         failed: What failed first; empty for nothing, or if it did not come so far as to say so.
         said: Its last words.
     """
@@ -88,7 +89,8 @@ class Tree:
 
         Args:
             tests: Files, or names of tests.
-            limit_s: When this time is up everything is ended; None waits.
+            limit_s: When this time is up everything is ended; None waits. Time in which pytest was ready to run and
+                other work had the processors does not count: it says nothing of the tests.
             left_out: Names of tests that are not run.
         """
         shutil.rmtree(self._scratch, ignore_errors=True)
@@ -108,15 +110,21 @@ class Tree:
             preexec_fn=_limit,
         )
         code: int | None = None
+        starved_s = 0.0
         try:
-            said, _ = process.communicate(timeout=limit_s)
-            code = process.returncode
-        except subprocess.TimeoutExpired:
-            _end_all_of(process)
-            said, _ = process.communicate()
+            while code is None:
+                try:
+                    said, _ = process.communicate(timeout=_LOOK_S)
+                    code = process.returncode
+                except subprocess.TimeoutExpired:
+                    starved_s = _starved_s(process.pid)
+                    if limit_s is not None and time.monotonic() - begin - starved_s > limit_s:
+                        _end_all_of(process)
+                        said, _ = process.communicate()
+                        break
         finally:
             _end_all_of(process)
-        seconds = time.monotonic() - begin
+        seconds = time.monotonic() - begin - starved_s
         failed = _FAILED.findall(said)
         first = failed[0][1] if failed and code not in (None, *_PASSED) else ""
         return Ran(code, seconds, first, "\n".join(said.splitlines()[-15:]))
@@ -128,6 +136,12 @@ class Tree:
             "TMPDIR": str(self._scratch),
             "HYPOTHESIS_STORAGE_DIRECTORY": str(self._scratch / "hypothesis"),
         }
+
+
+def _starved_s(pid: int) -> float:
+    """How long a process's main thread has waited for a processor up to now; 0 where the system keeps no account."""
+    path = Path(f"/proc/{pid}/schedstat")
+    return int(path.read_text().split()[1]) * 1e-9 if path.exists() else 0.0
 
 
 def _limit() -> None:
