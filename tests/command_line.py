@@ -32,6 +32,10 @@ RESULTS = (
 """Files that equal runs leave equal, byte by byte."""
 
 
+RT_EMULATOR = ("--priority", 30)
+"""Emulated devices that other tests' work does not hold up, where the system grants it."""
+
+
 class Done(NamedTuple):
     """What a command came to."""
 
@@ -40,12 +44,16 @@ class Done(NamedTuple):
     stderr: str
 
 
+class Output(io.StringIO):
+    """Where a command prints; no terminal, unless a test makes it one."""
+
+
 class CommandLine:
     """Calls palpate in this process, as the installed script would; the process is left as it was found."""
 
     def __call__(self, *words: object) -> Done:
         """Run a command to its end."""
-        stdout, stderr = io.StringIO(), io.StringIO()
+        stdout, stderr = Output(), Output()
         before = _process_state()
         with ExitStack() as stack:
             stack.enter_context(redirect_stdout(stdout))
@@ -81,8 +89,8 @@ def _process_state() -> dict[str, Any]:
     numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGUSR1, signal.SIGPIPE, signal.SIGCHLD)
     state = {
         "signal handlers": [signal.getsignal(number) for number in numbers],
-        # OpenMP's variables are scikit-learn's, which sets them when it is imported.
-        "environment": {name: value for name, value in os.environ.items() if not name.startswith("KMP_")},
+        # Libraries set variables of their own when they are imported.
+        "environment": {name: os.environ.get(name) for name in ("MUJOCO_GL", "PATH", "PYTHONPATH", "OMP_NUM_THREADS")},
         "working directory": Path.cwd(),
         "import path": list(sys.path),
     }
@@ -101,6 +109,14 @@ def palpate(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> CommandLine:
 def command(*words: object) -> list[str]:
     """A call of palpate in a process of its own; warnings are errors in it, as they are in the tests themselves."""
     return [sys.executable, "-W", "error", "-m", "palpate.adapters.cli.main", *map(str, words)]
+
+
+def in_own_process(*words: object) -> Done:
+    """Run a command to its end in a process of its own."""
+    done = subprocess.run(
+        command(*words), capture_output=True, text=True, timeout=120, check=False, stdin=subprocess.DEVNULL
+    )
+    return Done(done.returncode, done.stdout, done.stderr)
 
 
 @pytest.fixture

@@ -12,48 +12,24 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from palpate.adapters.cli.main import main
 from palpate.adapters.log.schema import BY_ID, message_class
 from palpate.core.ports.values import CONTROL_RATE_HZ
+from tests.command_line import CommandLine
 from tests.log_surgery import messages_of, write_log
 
-QUICK = ("--task.time-limit-s", "1")
-UNRECORDED = ("--recording.no-enabled",)
 SECTIONS = ("clock", "read force", "read joints", "perceive", "decide", "control", "send", "record", "whole tick")
 
 
-def palpate(*words: object) -> None:
-    """Run a command, which must go well."""
-    if main([str(word) for word in words]) != 0:
-        raise RuntimeError(f"palpate {' '.join(map(str, words))} failed")
-
-
-def make_study(
-    folder: Path, steps_mm: Sequence[float], seeds: Sequence[int], trials: int, more: Sequence[object] = QUICK
-) -> Path:
+def make_study(folder: Path, steps_mm: Sequence[float], seeds: Sequence[int], trials: int, time_limit_s: float) -> Path:
     """A study over one setting, with a policy that learns and one that does not."""
-    folder.mkdir(parents=True)
-    (folder / "study.toml").write_text(
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    file = folder.with_suffix(".toml")
+    file.write_text(
         f'[study]\ntrials = {trials}\nseeds = {list(seeds)}\npolicies = ["q-learning", "torque"]\n\n'
-        f'[grid]\n"task.step_mm" = {list(steps_mm)}\n'
+        f'[base]\n"task.time_limit_s" = {time_limit_s}\n\n[grid]\n"task.step_mm" = {list(steps_mm)}\n'
     )
-    for step_mm in steps_mm:
-        for seed in seeds:
-            for policy in ("q-learning", "torque"):
-                cell = folder / "cells" / f"{policy}-step_mm-{step_mm}-seed-{seed:03d}"
-                words = ("--trials", trials, "--seed", seed, "--task.step-mm", step_mm, *UNRECORDED, *more)
-                if policy == "q-learning":
-                    palpate("train", *words, "--out", cell)
-                else:
-                    palpate("run", "--policy", policy, *words, "--out", cell)
-                finish(cell, {"task.step_mm": step_mm}, policy, seed)
+    CommandLine().succeed("study", file, "--out", folder, "--engine", "sequential")
     return folder
-
-
-def finish(cell: Path, fields: dict[str, Any], policy: str, seed: int) -> None:
-    """Say that a cell is finished."""
-    document = {"fields": fields, "policy": policy, "seed": seed, "format": 1}
-    (cell / "cell.json").write_text(json.dumps(document) + "\n")
 
 
 def in_real_time(log: Path) -> None:
@@ -90,18 +66,19 @@ def stopwatch_account() -> dict[str, Any]:
 
 def make_all(desk: Path) -> None:
     """A folder of every kind."""
+    palpate = CommandLine().succeed
     palpate("train", "--trials", 25, "--out", desk / "train")
     palpate("run", "--policy", "torque", "--trials", 6, "--out", desk / "run")
     for log in sorted((desk / "run" / "logs").glob("*.mcap")):
         in_real_time(log)
     # A name that would break a layout which trusts names, and a state space of another kind.
     long_name = desk / ("a-run-whose-name-is-long-because-somebody-wrote-all-settings-into-it-" * 2 + "<b>&amp;")
-    palpate("train", "--trials", 5, *QUICK, "--perception.memory", "last-2", "--out", long_name)
+    palpate("train", "--trials", 5, "--task.time-limit-s", 1, "--perception.memory", "last-2", "--out", long_name)
     palpate("compare", "--trials", 4, "--out", desk / "compare", "--policy", desk / "train" / "policy.json")
     palpate("explore", "--trials", 150, "--out", desk / "explore")
     palpate("explore", "--strings", desk / "walks.txt", "--walks", 100)
     palpate("infer", desk / "walks.txt", "--training.steps", 200, "--training.restarts", 4, "--out", desk / "infer")
-    study = make_study(desk / "study", (0.4, 0.6, 0.8), (0, 1, 2), 10, ("--task.time-limit-s", "3"))
+    study = make_study(desk / "study", (0.4, 0.6, 0.8), (0, 1, 2), 10, 3.0)
     (study / "cells" / "torque-step_mm-1.0-seed-000.0123abcd.unfinished").mkdir()
 
 

@@ -7,10 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from palpate.adapters.cli.main import main
 from palpate.core.automata.document import load, save
 from palpate.core.automata.machine import Kind, Machine
-from tests.integration.command_line import QUICK, palpate, refused_here, succeed
+from tests.command_line import QUICK, CommandLine, files_in
 
 SMALL = ("--training.restarts", 8, "--training.batch", 8, "--training.steps", 60, "--extraction.most-intervals", 6)
 EVEN = Machine(Kind.DFA, ("a", "b"), ((1, 0), (0, 1)), (True, False))
@@ -40,89 +39,84 @@ def desk(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def test_an_automaton_comes_of_walks_the_same_each_time(desk: Path) -> None:
+def test_an_automaton_comes_of_walks_the_same_each_time(palpate: CommandLine, desk: Path) -> None:
     for name in ("one", "two"):
-        printed = succeed("infer", desk / "walks.txt", "--out", desk / name, *SMALL)
-        assert "48 strings, 3 symbols" in printed
-    made = {path.name for path in (desk / "one").iterdir()}
-    assert made == {"automaton.json", "automaton.dot", "automaton.svg", "network.json", "report.json", "hidden.png",
-                    "training.png"}  # fmt: skip
-    for name in made:
-        assert (desk / "one" / name).read_bytes() == (desk / "two" / name).read_bytes(), name
-    report = json.loads((desk / "one" / "report.json").read_text())
+        assert "48 strings, 3 symbols" in palpate.succeed("infer", "walks.txt", "--out", name, *SMALL)
+    made = files_in(desk / "one")
+    assert set(made) == {"automaton.json", "automaton.dot", "automaton.svg", "network.json", "report.json",
+                         "hidden.png", "training.png"}  # fmt: skip
+    assert made == files_in(desk / "two")
+    report = json.loads(made["report.json"])
     machine = load(desk / "one" / "automaton.json")
     assert report["states"] == len(machine.transitions)
     # A cell makes as many states as symbols lead into it, and the start may be one more.
     assert 3 * report["raw_states"] + 1 >= report["states"] > 1
     assert {extract["q"] for extract in report["by_q"]} == {2, 3, 4, 5, 6}
     assert machine.state_after([machine.symbol(name) for name in "AABBC"]) is not None
-    # No walk begins twice with C and goes on to A, so nobody knows what comes of that.
+    # No walk begins twice with C and goes on to A, so what comes of that is unknown.
     assert not machine.complete
-    drawn = succeed("automaton", "show", desk / "one" / "automaton.json", "--out", desk / "drawn.svg")
-    assert "saved in" in drawn
+    assert "saved in" in palpate.succeed("automaton", "show", "one/automaton.json", "--out", "drawn.svg")
     assert (desk / "drawn.svg").read_bytes().startswith(b"<?xml")
 
 
-def test_labelled_strings_give_an_acceptor(desk: Path) -> None:
+@pytest.mark.usefixtures("desk")
+def test_labelled_strings_give_an_acceptor(palpate: CommandLine) -> None:
     words = ("--training.steps", 400, "--training.restarts", 32, "--order", 2, "--held-out", 0)
-    printed = succeed("infer", desk / "labelled.txt", "--out", desk / "acceptor", *words)
+    printed = palpate.succeed("infer", "labelled.txt", "--out", "acceptor", *words)
     assert "right about every training string" in printed
-    machine = load(desk / "acceptor" / "automaton.json")
+    machine = load(Path("acceptor/automaton.json"))
     assert machine.kind is Kind.DFA
     assert machine.output_of([0, 0]) is True
     assert machine.output_of([0, 1]) is False
 
 
-def test_strings_that_no_network_learns_keep_the_best_and_say_so(desk: Path) -> None:
-    done = palpate("infer", desk / "hopeless.txt", "--out", desk / "best", *SMALL, "--held-out", 0)
-    assert done.returncode == 2
+def test_of_strings_that_no_network_learns_the_best_is_kept(palpate: CommandLine, desk: Path) -> None:
+    done = palpate("infer", "hopeless.txt", "--out", "best", *SMALL, "--held-out", 0)
+    assert done.code == 2
     last = done.stderr.strip().splitlines()[-1]
     assert last.startswith("palpate: no network became consistent with all 198 training strings; the best is kept in")
     assert "wrong about" in done.stdout
     assert (desk / "best" / "automaton.json").exists()
 
 
-def test_automata_are_compared_by_what_they_answer(desk: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["automaton", "compare", str(desk / "even.json"), str(desk / "all.json")]) == 1
-    assert "they differ, first in the word a" in capsys.readouterr().out
-    assert main(["automaton", "compare", str(desk / "even.json"), str(desk / "wasteful.json")]) == 0
-    assert "answer every word alike" in capsys.readouterr().out
+@pytest.mark.usefixtures("desk")
+def test_automata_are_compared_by_what_they_answer(palpate: CommandLine) -> None:
+    done = palpate("automaton", "compare", "even.json", "all.json")
+    assert done.code == 1
+    assert "they differ, first in the word a" in done.stdout
+    assert "answer every word alike" in palpate.succeed("automaton", "compare", "even.json", "wasteful.json")
 
 
-def test_minimising_goes_beside_the_file_and_never_over_one(desk: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["automaton", "minimise", str(desk / "wasteful.json")]) == 0
-    assert main(["automaton", "compare", str(desk / "wasteful.json"), str(desk / "wasteful.minimal.json")]) == 0
-    assert main(["automaton", "minimise", str(desk / "wasteful.json")]) == 2
-    assert "is there already" in capsys.readouterr().err
+@pytest.mark.usefixtures("desk")
+def test_minimising_goes_beside_the_file_and_never_over_one(palpate: CommandLine) -> None:
+    palpate.succeed("automaton", "minimise", "wasteful.json")
+    palpate.succeed("automaton", "compare", "wasteful.json", "wasteful.minimal.json")
+    assert "is there already" in palpate.refusal("automaton", "minimise", "wasteful.json")
 
 
-def test_a_table_for_reading(desk: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["automaton", "show", str(desk / "even.json")]) == 0
-    printed = capsys.readouterr().out
+@pytest.mark.usefixtures("desk")
+def test_a_table_for_reading(palpate: CommandLine) -> None:
+    printed = palpate.succeed("automaton", "show", "even.json")
     assert printed.splitlines()[0] == "dfa, 2 states, 2 symbols"
     assert "s0 (start)" in printed
-    assert main(["automaton", "show", str(desk / "even.json"), "--out", str(desk / "even.dot")]) == 0
-    assert main(["automaton", "compare", str(desk / "even.json"), str(desk / "even.dot")]) == 2
-    refusal = capsys.readouterr().err
-    assert "even.dot' is refused: the automaton's .json file" in refusal
-    assert len(refusal.splitlines()) == 1
+    palpate.succeed("automaton", "show", "even.json", "--out", "even.dot")
+    line = palpate.refusal("automaton", "compare", "even.json", "even.dot")
+    assert "even.dot' is refused: the automaton's .json file" in line
 
 
-def test_recorded_trials_are_strings_and_the_automaton_is_a_memory(tmp_path: Path) -> None:
-    run = tmp_path / "run"
+def test_recorded_trials_are_strings_and_the_automaton_is_a_memory(palpate: CommandLine, tmp_path: Path) -> None:
     words = ("--scenario", "blind", "--policy", "torque", "--trials", 12, "--perception.memory", "none")
-    succeed("run", *words, "--out", run)
-    printed = succeed("infer", run / "logs", "--out", tmp_path / "felt", *SMALL)
-    assert "12 strings" in printed
+    palpate.succeed("run", *words, "--out", "run")
+    assert "12 strings" in palpate.succeed("infer", "run/logs", "--out", "felt", *SMALL)
     automaton = tmp_path / "felt" / "automaton.json"
     learn = ("--scenario", "blind", "--trials", 2, *QUICK, "--learning.back-off-visits", 5)
-    succeed("train", *learn, "--perception.memory", automaton, "--out", tmp_path / "learned")
+    palpate.succeed("train", *learn, "--perception.memory", automaton, "--out", "learned")
     policy = json.loads((tmp_path / "learned" / "policy.json").read_text())
     assert policy["perception"]["identifier"]["kind"] == "automaton"
     assert policy["learner"]["back_off"]["visits"] == 5.0
     # Nothing of the automaton's file is needed to replay the trials.
     automaton.unlink()
-    assert "2 of 2 equal" in succeed("replay", tmp_path / "learned")
+    assert "2 of 2 equal" in palpate.succeed("replay", "learned", "--jobs", 1)
 
 
 @pytest.mark.parametrize(
@@ -150,15 +144,7 @@ def test_recorded_trials_are_strings_and_the_automaton_is_a_memory(tmp_path: Pat
         ("train --out x --perception.memory sometimes", "perception.memory", "last-2"),
     ],
 )
-def test_what_cannot_be_used_is_named_in_one_line(
-    desk: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-    words: str,
-    named: str,
-    accepted: str,
-) -> None:
-    monkeypatch.chdir(desk)
-    line = refused_here(words, desk, capsys)
+def test_refused_in_one_line(palpate: CommandLine, desk: Path, words: str, named: str, accepted: str) -> None:
+    line = palpate.refusal(*words.split())
     assert named.lower() in line.lower()
     assert accepted in line

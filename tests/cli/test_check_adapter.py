@@ -1,22 +1,36 @@
-"""``palpate check-adapter``: the shipped example keeps its contracts, broken adapters do not, wrong names are told."""
+"""``palpate check-adapter``: adapters that keep their contracts, adapters that do not, and wrong names."""
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-from tests.integration.command_line import palpate, refusal
+from tests.command_line import CommandLine
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "line_arm"
 
 
+@pytest.fixture(autouse=True)
+def _forget_modules() -> Iterator[None]:
+    """A process of its own imports each adapter anew; here that has to be seen to."""
+    before = set(sys.modules)
+    yield
+    for name in set(sys.modules) - before:
+        if not name.startswith("palpate."):
+            del sys.modules[name]
+
+
 @pytest.mark.parametrize(("name", "clauses"), [("ArmChecks", 29), ("EncoderChecks", 28)])
-def test_the_example_keeps_its_contract(name: str, clauses: int) -> None:
-    done = palpate("check-adapter", f"checks:{name}", cwd=EXAMPLE)
-    assert done.returncode == 0, done.stdout
-    assert f"{clauses} clauses" in done.stdout
-    assert "0 failed" in done.stdout
+def test_the_example_keeps_its_contract(
+    palpate: CommandLine, monkeypatch: pytest.MonkeyPatch, name: str, clauses: int
+) -> None:
+    monkeypatch.chdir(EXAMPLE)
+    printed = palpate.succeed("check-adapter", f"checks:{name}")
+    assert f"{clauses} clauses" in printed
+    assert "0 failed" in printed
 
 
 BROKEN = """
@@ -50,14 +64,16 @@ class Bare:
 
 @pytest.fixture
 def laboratory(tmp_path: Path) -> Path:
+    """The working directory, with an adapter that breaks its contract and a module that cannot be imported."""
     (tmp_path / "mine.py").write_text(BROKEN)
     (tmp_path / "unwell.py").write_text("1 / 0\n")
     return tmp_path
 
 
-def test_a_broken_adapter_is_told_clause_by_clause(laboratory: Path) -> None:
-    done = palpate("check-adapter", "mine:rig", cwd=laboratory)
-    assert done.returncode == 1
+@pytest.mark.usefixtures("laboratory")
+def test_a_broken_adapter_is_judged_clause_by_clause(palpate: CommandLine) -> None:
+    done = palpate("check-adapter", "mine:rig")
+    assert done.code == 1
     assert "Traceback" not in done.stdout + done.stderr
     assert "failed          ``close`` works in every state" in done.stdout
     assert "it raised RuntimeError: never" in done.stdout
@@ -65,12 +81,14 @@ def test_a_broken_adapter_is_told_clause_by_clause(laboratory: Path) -> None:
     assert "passed          The adapter has every method of its port." in done.stdout
 
 
-def test_an_adapter_without_a_rig_is_tried_as_far_as_that_goes(laboratory: Path) -> None:
-    done = palpate("check-adapter", "mine:Bare", cwd=laboratory)
-    assert done.returncode == 1
+@pytest.mark.usefixtures("laboratory")
+def test_an_adapter_without_a_rig_is_tried_as_far_as_that_goes(palpate: CommandLine) -> None:
+    done = palpate("check-adapter", "mine:Bare")
+    assert done.code == 1
     assert "the contract of Clock" in done.stdout
 
 
+@pytest.mark.usefixtures("laboratory")
 @pytest.mark.parametrize(
     ("name", "reason"),
     [
@@ -84,5 +102,7 @@ def test_an_adapter_without_a_rig_is_tried_as_far_as_that_goes(laboratory: Path)
         ("palpate.core.ports.contracts.fakes:FakeArm", "calling it failed"),
     ],
 )
-def test_names_that_lead_nowhere(laboratory: Path, name: str, reason: str) -> None:
-    assert reason in refusal("check-adapter", name, cwd=laboratory)
+def test_refused_in_one_line(palpate: CommandLine, monkeypatch: pytest.MonkeyPatch, name: str, reason: str) -> None:
+    # No bytecode beside the module: a refused call leaves no file.
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
+    assert reason in palpate.refusal("check-adapter", name)

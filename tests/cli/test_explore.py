@@ -1,4 +1,4 @@
-"""``palpate explore``: learning in a grid world, the figure, the strings; and what it refuses."""
+"""``palpate explore``: learning in a grid world, the figure, the strings; and refusals."""
 
 from __future__ import annotations
 
@@ -11,14 +11,13 @@ from typing import Any
 import pytest
 
 from palpate.adapters.cli import explore
-from palpate.adapters.cli.main import main
 from palpate.adapters.experiments.grid.learning import LearningRun
 from palpate.core.automata.document import save
 from palpate.core.automata.machine import Kind, Machine
 from palpate.core.automata.strings import read_strings
 from palpate.core.policy import PolicyDocument, policy_from
 from palpate.simulation.grid.maps import grid_actions
-from tests.integration.command_line import files_in, palpate, refused_here, succeed
+from tests.command_line import CommandLine, files_in
 
 QUICK = ("--trials", 30, "--seeds", 2)
 SYMBOLS = ("A", "B", "C", "D", "E", "F")
@@ -32,10 +31,10 @@ def last_symbol(folder: Path, symbols: tuple[str, ...] = SYMBOLS) -> Path:
     return path
 
 
-def test_a_run_prints_what_is_possible_and_leaves_everything(tmp_path: Path) -> None:
+def test_a_run_prints_what_is_possible_and_leaves_everything(palpate: CommandLine, tmp_path: Path) -> None:
     out = tmp_path / "deep" / "out"
     done = palpate("explore", "--map", 2, "--state", "last-2", *QUICK, "--seed", 5, "--out", out)
-    assert done.returncode == 0, done.stderr
+    assert done.code == 0, done.stderr
     assert "60/60" in done.stderr
     for fact in ("full information      2.33", "belief-state optimum  3.21", "random walk           48.27"):
         assert fact in done.stdout
@@ -53,42 +52,42 @@ def test_a_run_prints_what_is_possible_and_leaves_everything(tmp_path: Path) -> 
     document = PolicyDocument.load(out / "policy-5.json")
     assert len(document.states) == 20
     policy_from(document, document.states, grid_actions())
-    assert "20 states, 8 actions; q-learning, 30 trials learned" in succeed("show", out / "policy-5.json")
+    assert "20 states, 8 actions; q-learning, 30 trials learned" in palpate.succeed("show", out / "policy-5.json")
 
 
-def test_equal_calls_leave_equal_bytes(tmp_path: Path) -> None:
+def test_equal_calls_leave_equal_bytes(palpate: CommandLine, tmp_path: Path) -> None:
     words = ("explore", "--learner", "sarsa", *QUICK)
     for name in ("a", "b"):
-        succeed(*words, "--out", tmp_path / name)
+        palpate.succeed(*words, "--out", tmp_path / name)
     assert files_in(tmp_path / "a") == files_in(tmp_path / "b")
 
 
-def test_an_automaton_of_the_last_symbol_learns_what_symbols_do(tmp_path: Path) -> None:
-    by_symbol = succeed("explore", *QUICK)
-    by_automaton = succeed("explore", "--state", last_symbol(tmp_path), *QUICK)
+def test_an_automaton_of_the_last_symbol_learns_what_symbols_do(palpate: CommandLine, tmp_path: Path) -> None:
+    by_symbol = palpate.succeed("explore", *QUICK)
+    by_automaton = palpate.succeed("explore", "--state", last_symbol(tmp_path), *QUICK)
     assert re.findall(r"^ .*%.*$", by_symbol, re.M)
     assert by_symbol.splitlines()[2:5] == by_automaton.splitlines()[2:5]
 
 
-def test_a_map_from_a_file(tmp_path: Path) -> None:
+def test_a_map_from_a_file(palpate: CommandLine, tmp_path: Path) -> None:
     (tmp_path / "map.txt").write_text("ABC.\n")
-    printed = succeed("explore", "--map", "map.txt", "--trials", 200, "--seeds", 1, cwd=tmp_path)
+    printed = palpate.succeed("explore", "--map", "map.txt", "--trials", 200, "--seeds", 1)
     assert "full information      2.00" in printed
     assert "map map.txt, 3 cells" in printed
 
 
 @pytest.mark.parametrize(("name", "head"), [("figure.svg", b"<?xml"), ("figure.png", b"\x89PNG")])
-def test_the_figure_of_the_paper(tmp_path: Path, name: str, head: bytes) -> None:
+def test_the_figure_of_the_paper(palpate: CommandLine, tmp_path: Path, name: str, head: bytes) -> None:
     files = ("--automaton1", last_symbol(tmp_path), "--automaton2", last_symbol(tmp_path, ("A", "B", "C", "D")))
-    printed = succeed("explore", "--figure", tmp_path / name, *files, *QUICK)
+    printed = palpate.succeed("explore", "--figure", tmp_path / name, *files, *QUICK)
     assert (tmp_path / name).read_bytes().startswith(head)
     for title in ("scenario 1, symbols only (6 states)", "scenario 2, automaton (5 states)"):
         assert title in printed
     assert printed.count("belief-state optimum") == 4
 
 
-def test_walks_for_inference(tmp_path: Path) -> None:
-    succeed("explore", "--map", 2, "--strings", "walks.txt", "--walks", 50, "--longest", 20, cwd=tmp_path)
+def test_walks_for_inference(palpate: CommandLine, tmp_path: Path) -> None:
+    palpate.succeed("explore", "--map", 2, "--strings", "walks.txt", "--walks", 50, "--longest", 20)
     strings = read_strings(tmp_path / "walks.txt")
     assert (len(strings.words), strings.alphabet) == (50, ("A", "B", "C", "D"))
     assert max(map(len, strings.words)) <= 20
@@ -133,23 +132,15 @@ def desk(tmp_path: Path) -> Path:
         ("--strings new.txt --out new", "--figure, --strings and --out", "one of"),
     ],
 )
-def test_what_cannot_be_used_is_named_in_one_line(
-    desk: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-    words: str,
-    named: str,
-    accepted: str,
-) -> None:
-    monkeypatch.chdir(desk)
-    line = refused_here(f"explore {words}", desk, capsys)
+def test_refused_in_one_line(palpate: CommandLine, desk: Path, words: str, named: str, accepted: str) -> None:
+    line = palpate.refusal("explore", *words.split())
     assert named in line
     assert accepted in line
 
 
 @pytest.mark.parametrize(("at", "code", "lines"), [(1, 130, 0), (2, 130, 21), (9, 0, 61)])
 def test_ctrl_c_keeps_the_runs_that_were_finished(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, at: int, code: int, lines: int
+    palpate: CommandLine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, at: int, code: int, lines: int
 ) -> None:
     original, calls = explore.learn, []
 
@@ -160,6 +151,6 @@ def test_ctrl_c_keeps_the_runs_that_were_finished(
         return original(*arguments)
 
     monkeypatch.setattr(explore, "learn", interrupted)
-    assert main(["explore", "--trials", "20", "--out", str(tmp_path / "out")]) == code
+    assert palpate("explore", "--trials", 20, "--out", "out").code == code
     trials = tmp_path / "out" / "trials.csv"
     assert (len(trials.read_text().splitlines()) if trials.exists() else 0) == lines

@@ -5,15 +5,14 @@ from __future__ import annotations
 import csv
 from pathlib import Path
 
-from tests.integration.command_line import palpate, succeed
-
-FEW = ("--most", 24, "--jobs", 1)
+from tests.command_line import CommandLine
 
 
-def test_a_share_of_the_campaign_ends_in_stops_and_readable_logs(tmp_path: Path) -> None:
+def test_a_share_of_the_campaign_ends_in_stops_and_readable_logs(palpate: CommandLine, tmp_path: Path) -> None:
     out = tmp_path / "runs.csv"
-    printed = succeed("faults", *FEW, "--out", out)
+    printed = palpate.succeed("faults", "--most", 24, "--jobs", 1, "--out", out)
     assert "24 runs, the fault struck in 24" in printed
+    assert "failed: 0" in printed
     assert "unreadable logs, or logs that do not tell of their fault: 0" in printed
     with out.open() as stream:
         runs = list(csv.DictReader(stream))
@@ -24,14 +23,10 @@ def test_a_share_of_the_campaign_ends_in_stops_and_readable_logs(tmp_path: Path)
     assert {run["safe_stop"] for run in runs} == {"True"}
     assert all(run["cause"] for run in runs if run["verdict"] == "detected")
     assert "runs in which the arm was told to stop at the end: 24" in printed
-
-    again = palpate("faults", *FEW, "--out", out)
-    assert again.returncode != 0
-    assert again.stderr.strip().startswith("palpate: ")
-    assert "is there already" in again.stderr
+    assert "is there already" in palpate.refusal("faults", "--out", out)
 
 
-def test_the_campaign_notices_that_there_is_no_supervisor() -> None:
-    done = palpate("faults", "--most", 60, "--no-supervisor")
-    assert done.returncode == 1, done.stdout
-    assert "FAILED" in done.stdout
+def test_the_campaign_fails_without_a_supervisor(palpate: CommandLine) -> None:
+    done = palpate("faults", "--most", 12, "--jobs", 1, "--no-supervisor")
+    assert done.code == 1
+    assert "failed: 0" not in done.stdout

@@ -1,12 +1,10 @@
-"""``palpate log`` on the logs of a real run, and on files that are none."""
+"""``palpate log`` on the logs of a training run, and on files that are no logs."""
 
 from __future__ import annotations
 
 import csv
 import json
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pyarrow.parquet as pq
@@ -14,7 +12,7 @@ import pytest
 from mcap.writer import Writer
 
 from palpate.adapters.log.reader import read_log
-from tests.integration.command_line import files_in, palpate, refusal, refused_here, succeed
+from tests.command_line import CommandLine, files_in
 
 
 @pytest.fixture(scope="module")
@@ -50,8 +48,8 @@ def desk(tmp_path: Path, logs: list[Path]) -> Path:
     return tmp_path
 
 
-def test_info_of_one_log(logs: list[Path]) -> None:
-    page = succeed("log", "info", logs[1])
+def test_info_of_one_log(palpate: CommandLine, logs: list[Path]) -> None:
+    page = palpate.succeed("log", "info", logs[1])
     assert "train, zebra-zero, scenario paper, seed 0, trial 1" in page
     assert "control rate   140.000 Hz" in page
     assert "age at the tick median 1.429 ms" in page
@@ -59,12 +57,12 @@ def test_info_of_one_log(logs: list[Path]) -> None:
     assert "no sample: all are valid" in page
 
 
-def test_info_of_several_logs_is_a_table_and_json_tells_all(logs: list[Path]) -> None:
-    lines = succeed("log", "info", *logs).splitlines()
+def test_info_of_several_logs_is_a_table_and_json_holds_all(palpate: CommandLine, logs: list[Path]) -> None:
+    lines = palpate.succeed("log", "info", *logs).splitlines()
     assert len(lines) == 4
     assert lines[0].split()[:2] == ["log", "trial"]
     assert [line.split()[1] for line in lines[1:]] == ["0", "1", "2"]
-    told = json.loads(succeed("log", "info", "--json", *logs))
+    told = json.loads(palpate.succeed("log", "info", "--json", *logs))
     assert [info["what"]["trial"] for info in told] == [0, 1, 2]
     for info, path in zip(told, logs, strict=True):
         assert info["messages"]["/tick"] == info["ticks"]["count"] == len(read_log(path).ticks)
@@ -73,34 +71,34 @@ def test_info_of_several_logs_is_a_table_and_json_tells_all(logs: list[Path]) ->
         assert (info["ticks"]["missing"], info["dropped_messages"]) == (0, 0)
 
 
-def test_a_bad_log_does_not_hide_the_others(desk: Path) -> None:
+def test_a_bad_log_does_not_hide_the_others(palpate: CommandLine, desk: Path) -> None:
     bad = ["torn", "stub", "damaged", "empty", "text", "folder", "foreign", "missing"]
-    done = palpate("log", "info", "sound.mcap", *(f"{name}.mcap" for name in bad), "sound.mcap", cwd=desk)
-    assert done.returncode == 2
+    done = palpate("log", "info", "sound.mcap", *(f"{name}.mcap" for name in bad), "sound.mcap")
+    assert done.code == 2
     complaints = done.stderr.splitlines()
     assert [re.split(r"[: ]+", line)[1] for line in complaints] == [f"{name}.mcap" for name in bad]
     assert all(line.startswith("palpate: ") for line in complaints)
     assert [line.split()[0] for line in done.stdout.splitlines()] == ["log", "sound.mcap", "sound.mcap"]
 
 
-def test_json_is_json_even_of_nothing(desk: Path) -> None:
-    done = palpate("log", "info", "--json", "empty.mcap", cwd=desk)
-    assert done.returncode == 2
+def test_json_is_json_even_of_nothing(palpate: CommandLine, desk: Path) -> None:
+    done = palpate("log", "info", "--json", "empty.mcap")
+    assert done.code == 2
     assert json.loads(done.stdout) == []
 
 
-def test_plot_beside_the_log_or_where_it_is_told(desk: Path) -> None:
-    assert "sound.png" in succeed("log", "plot", "sound.mcap", cwd=desk)
-    succeed("log", "plot", "sound.mcap", "--out", "other.png", cwd=desk)
+def test_plot_beside_the_log_or_where_asked(palpate: CommandLine, desk: Path) -> None:
+    assert "sound.png" in palpate.succeed("log", "plot", "sound.mcap")
+    palpate.succeed("log", "plot", "sound.mcap", "--out", "other.png")
     beside, other = (desk / "sound.png").read_bytes(), (desk / "other.png").read_bytes()
     assert beside.startswith(b"\x89PNG")
     assert beside == other
-    assert "sound.png" in refusal("log", "plot", "sound.mcap", cwd=desk)
+    assert "sound.png" in palpate.refusal("log", "plot", "sound.mcap")
     assert (desk / "sound.png").read_bytes() == beside
 
 
-def test_csv_holds_every_tick_to_the_bit(logs: list[Path], tmp_path: Path) -> None:
-    succeed("log", "export", *logs, "--to", "csv", "--out", tmp_path / "out")
+def test_csv_holds_every_tick_to_the_bit(palpate: CommandLine, logs: list[Path], tmp_path: Path) -> None:
+    palpate.succeed("log", "export", *logs, "--to", "csv", "--out", tmp_path / "out")
     for path in logs:
         log = read_log(path)
         with (tmp_path / "out" / path.stem / "ticks.csv").open(newline="") as file:
@@ -117,120 +115,89 @@ def test_csv_holds_every_tick_to_the_bit(logs: list[Path], tmp_path: Path) -> No
             assert len(list(csv.DictReader(file))) == len(log.decisions)
 
 
-def test_lerobot_has_an_episode_for_each_log(logs: list[Path], tmp_path: Path) -> None:
-    printed = succeed("log", "export", *logs, "--to", "lerobot", "--out", tmp_path / "out")
+def test_lerobot_has_an_episode_for_each_log(palpate: CommandLine, logs: list[Path], tmp_path: Path) -> None:
+    printed = palpate.succeed("log", "export", *logs, "--to", "lerobot", "--out", tmp_path / "out")
     ticks = sum(len(read_log(path).ticks) for path in logs)
     assert printed.startswith(f"3 episodes, {ticks} frames at 140 Hz")
     info = json.loads((tmp_path / "out/meta/info.json").read_text())
     assert (info["total_episodes"], info["total_frames"], info["fps"]) == (3, ticks, 140)
     table = pq.read_table(tmp_path / "out/data/chunk-000/file-000.parquet")
     assert table["tick"].to_pylist() == [r.tick for path in logs for r in read_log(path).records()]
-    succeed("log", "export", logs[0], "--to", "lerobot", "--fps", 10, "--out", tmp_path / "slow")
+    palpate.succeed("log", "export", logs[0], "--to", "lerobot", "--fps", 10, "--out", tmp_path / "slow")
     assert json.loads((tmp_path / "slow/meta/info.json").read_text())["fps"] == 10
 
 
-def test_recover_a_torn_and_a_damaged_log(desk: Path) -> None:
+def test_recover_a_torn_and_a_damaged_log(palpate: CommandLine, desk: Path) -> None:
     whole = read_log(desk / "sound.mcap")
     for name in ("torn", "damaged"):
-        printed = succeed("log", "recover", f"{name}.mcap", cwd=desk)
+        printed = palpate.succeed("log", "recover", f"{name}.mcap")
         log = read_log(desk / f"{name}.recovered.mcap")
         assert 0 < len(log.ticks) < len(whole.ticks)
         assert log.ticks == whole.ticks[: len(log.ticks)]
         assert f"kept {len(log.ticks)} ticks" in printed
         assert "what the trial came to is lost" in printed
         assert "written to" in printed
-        assert "recovered: offset" in succeed("log", "info", f"{name}.recovered.mcap", cwd=desk)
-        succeed("log", "plot", f"{name}.recovered.mcap", cwd=desk)
-    assert "named.mcap" in succeed("log", "recover", "torn.mcap", "--out", "named.mcap", cwd=desk)
+        assert "recovered: offset" in palpate.succeed("log", "info", f"{name}.recovered.mcap")
+    palpate.succeed("log", "plot", "torn.recovered.mcap")
+    assert "named.mcap" in palpate.succeed("log", "recover", "torn.mcap", "--out", "named.mcap")
     assert (desk / "named.mcap").read_bytes() == (desk / "torn.recovered.mcap").read_bytes()
 
 
-def test_nothing_to_recover(desk: Path) -> None:
+def test_nothing_to_recover(palpate: CommandLine, desk: Path) -> None:
     before = files_in(desk)
-    assert "is sound: there is nothing to recover" in succeed("log", "recover", "sound.mcap", cwd=desk)
+    assert "is sound: there is nothing to recover" in palpate.succeed("log", "recover", "sound.mcap")
     assert files_in(desk) == before
 
 
 @pytest.mark.parametrize(
     ("words", "named", "accepted"),
     [
-        ("log frobnicate", "frobnicate", "info, plot, export, recover"),
-        ("log info", "palpate log info", "name one or more"),
-        ("log info sound.mcap --jsn", "--jsn", "did you mean --json?"),
-        ("log plot", "palpate log plot", "required"),
-        ("log plot sound.mcap torn.mcap", "torn.mcap", "not an option"),
-        ("log plot missing.mcap", "missing.mcap", "name a log that is there"),
-        ("log plot folder.mcap", "folder.mcap", "cannot be read"),
-        ("log plot empty.mcap", "empty.mcap", "nothing was recorded"),
-        ("log plot text.mcap", "text.mcap", "name a log that palpate recorded"),
-        ("log plot foreign.mcap", "foreign.mcap", "name a log that palpate recorded"),
-        ("log plot torn.mcap", "torn.mcap", "palpate log recover"),
-        ("log plot damaged.mcap", "damaged.mcap", "palpate log recover"),
-        ("log plot sound.mcap --out there.png", "there.png", "name another file"),
-        ("log plot sound.mcap --out full", "full", "name another file"),
-        ("log plot sound.mcap --out no/where.png", "no/where.png", "name another file"),
-        ("log export --to csv --out x", "palpate log export", "name one or more"),
-        ("log export sound.mcap --out x", "to = ''", "one of csv, lerobot"),
-        ("log export sound.mcap --to hdf5 --out x", "to = 'hdf5'", "one of csv, lerobot"),
-        ("log export sound.mcap --to csv", "out = ''", "a folder"),
-        ("log export sound.mcap --to csv --out full", "full", "a new or an empty folder"),
-        ("log export sound.mcap --to csv --out there.png", "there.png", "name another folder"),
-        ("log export sound.mcap --to csv --out there.png/x", "there.png/x", "name another folder"),
-        ("log export sound.mcap --to csv --out x --fps 30", "fps = 30", "keeps every tick"),
-        ("log export sound.mcap sound.mcap --to csv --out x", "sound.mcap", "name each log once"),
-        ("log export sound.mcap ./sound.mcap --to csv --out x", "sound.mcap", "name each log once"),
-        ("log export sound.mcap torn.mcap --to csv --out x/y", "torn.mcap", "palpate log recover"),
-        ("log export sound.mcap missing.mcap --to lerobot --out x/y", "missing.mcap", "name a log that is there"),
-        ("log export sound.mcap --to lerobot --out full", "full", "a new or an empty folder"),
-        ("log export sound.mcap --to lerobot --out x --fps 0", "fps = 0", "from 1 to 10000"),
-        ("log export sound.mcap --to lerobot --out x --fps -30", "fps = -30", "from 1 to 10000"),
-        ("log export sound.mcap --to lerobot --out x --fps 10001", "fps = 10001", "from 1 to 10000"),
-        ("log export sound.mcap --to lerobot --out x --fps nan", "--fps", "nan"),
-        ("log export sound.mcap --to lerobot --out x --fps 29.97", "--fps", "29.97"),
-        ("log recover", "palpate log recover", "required"),
-        ("log recover missing.mcap", "missing.mcap", "name a log that is there"),
-        ("log recover folder.mcap", "folder.mcap", "cannot be read"),
-        ("log recover empty.mcap", "empty.mcap", "is empty"),
-        ("log recover text.mcap", "text.mcap", "is no MCAP file"),
-        ("log recover foreign.mcap", "foreign.mcap", "no messages of palpate's"),
-        ("log recover stub.mcap", "stub.mcap", "nothing can be kept"),
-        ("log recover torn.mcap --out there.png", "there.png", "never overwritten"),
-        ("log recover torn.mcap --out torn.mcap", "torn.mcap", "never overwritten"),
-        ("log recover torn.mcap --out no/where.mcap", "no/where.mcap", "name another file"),
+        ("frobnicate", "frobnicate", "info, plot, export, recover"),
+        ("info", "palpate log info", "name one or more"),
+        ("info sound.mcap --jsn", "--jsn", "did you mean --json?"),
+        ("plot", "palpate log plot", "required"),
+        ("plot sound.mcap torn.mcap", "torn.mcap", "not an option"),
+        ("plot missing.mcap", "missing.mcap", "name a log that is there"),
+        ("plot folder.mcap", "folder.mcap", "cannot be read"),
+        ("plot empty.mcap", "empty.mcap", "nothing was recorded"),
+        ("plot text.mcap", "text.mcap", "name a log that palpate recorded"),
+        ("plot foreign.mcap", "foreign.mcap", "name a log that palpate recorded"),
+        ("plot torn.mcap", "torn.mcap", "palpate log recover"),
+        ("plot damaged.mcap", "damaged.mcap", "palpate log recover"),
+        ("plot sound.mcap --out there.png", "there.png", "name another file"),
+        ("plot sound.mcap --out full", "full", "name another file"),
+        ("plot sound.mcap --out no/where.png", "no/where.png", "name another file"),
+        ("export --to csv --out x", "palpate log export", "name one or more"),
+        ("export sound.mcap --out x", "to = ''", "one of csv, lerobot"),
+        ("export sound.mcap --to hdf5 --out x", "to = 'hdf5'", "one of csv, lerobot"),
+        ("export sound.mcap --to csv", "out = ''", "a folder"),
+        ("export sound.mcap --to csv --out full", "full", "a new or an empty folder"),
+        ("export sound.mcap --to csv --out there.png", "there.png", "name another folder"),
+        ("export sound.mcap --to csv --out there.png/x", "there.png/x", "name another folder"),
+        ("export sound.mcap --to csv --out x --fps 30", "fps = 30", "keeps every tick"),
+        ("export sound.mcap sound.mcap --to csv --out x", "sound.mcap", "name each log once"),
+        ("export sound.mcap ./sound.mcap --to csv --out x", "sound.mcap", "name each log once"),
+        ("export sound.mcap torn.mcap --to csv --out x/y", "torn.mcap", "palpate log recover"),
+        ("export sound.mcap missing.mcap --to lerobot --out x/y", "missing.mcap", "name a log that is there"),
+        ("export sound.mcap --to lerobot --out full", "full", "a new or an empty folder"),
+        ("export sound.mcap --to lerobot --out x --fps 0", "fps = 0", "from 1 to 10000"),
+        ("export sound.mcap --to lerobot --out x --fps -30", "fps = -30", "from 1 to 10000"),
+        ("export sound.mcap --to lerobot --out x --fps 10001", "fps = 10001", "from 1 to 10000"),
+        ("export sound.mcap --to lerobot --out x --fps nan", "--fps", "nan"),
+        ("export sound.mcap --to lerobot --out x --fps 29.97", "--fps", "29.97"),
+        ("recover", "palpate log recover", "required"),
+        ("recover missing.mcap", "missing.mcap", "name a log that is there"),
+        ("recover folder.mcap", "folder.mcap", "cannot be read"),
+        ("recover empty.mcap", "empty.mcap", "is empty"),
+        ("recover text.mcap", "text.mcap", "is no MCAP file"),
+        ("recover foreign.mcap", "foreign.mcap", "no messages of palpate's"),
+        ("recover stub.mcap", "stub.mcap", "nothing can be kept"),
+        ("recover torn.mcap --out there.png", "there.png", "never overwritten"),
+        ("recover torn.mcap --out torn.mcap", "torn.mcap", "never overwritten"),
+        ("recover torn.mcap --out no/where.mcap", "no/where.mcap", "name another file"),
     ],
 )
-def test_what_cannot_be_used_is_named_in_one_line(
-    desk: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-    words: str,
-    named: str,
-    accepted: str,
-) -> None:
-    monkeypatch.chdir(desk)
-    line = refused_here(words, desk, capsys)
+def test_refused_in_one_line(palpate: CommandLine, desk: Path, words: str, named: str, accepted: str) -> None:
+    line = palpate.refusal("log", *words.split())
     assert named in line
     assert accepted in line
-
-
-def test_help() -> None:
-    for words in ((), ("--help",), ("-h",)):
-        printed = succeed("log", *words)
-        for command in ("info", "plot", "export", "recover"):
-            assert f"\n  {command} " in printed
-    for command, flags in (("info", "--json"), ("plot", "--out"), ("export", "--fps"), ("recover", "--out")):
-        printed = succeed("log", command, "--help")
-        assert f"palpate log {command}" in printed
-        assert flags in printed
-    assert "\n  log " in succeed("--help")
-
-
-def test_help_and_info_load_nothing_heavy(logs: list[Path]) -> None:
-    heavy = ("matplotlib", "pyarrow", "pinocchio", "mujoco", "scipy", "sklearn", "torch")
-    for words in (["log", "--help"], ["log", "info", str(logs[0])]):
-        code = (
-            f"import sys\nfrom palpate.adapters.cli.main import main\nmain({words!r})\n"
-            f"sys.stderr.write(' '.join(m for m in {heavy!r} if m in sys.modules))"
-        )
-        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
-        assert done.stderr == ""

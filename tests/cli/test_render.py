@@ -1,28 +1,22 @@
-"""``palpate render`` on recorded trials and on what is none, ``palpate view`` without a display."""
+"""``palpate render`` on recorded trials, and on files that are none."""
 
 from __future__ import annotations
 
-import os
 import sys
 from pathlib import Path
-from typing import Any, Self
 
 import av
 import pytest
 from PIL import Image
 
-from palpate.adapters.cli.main import main
 from palpate.adapters.mujoco import graphics
-from palpate.adapters.visualisation import viewer as live
-from tests.integration.command_line import refused_here, succeed
+from tests.command_line import CommandLine
 from tests.unit.adapters.log.made_logs import start, tick, write_log
 from tests.unit.adapters.visualisation.film.trials import INSERTION, require_graphics
 
-SMALL = ("--size", "200x150")
-
 
 @pytest.fixture
-def desk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def desk(tmp_path: Path) -> Path:
     """A sound log, and all kinds of files that are none."""
     sound = INSERTION.read_bytes()
     contents = {
@@ -37,49 +31,45 @@ def desk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "folder.mcap").mkdir()
     (tmp_path / "folder.gif").mkdir()
     write_log(tmp_path / "seven.mcap", [tick(0)], begin=start(tip_rotation=(0.0,) * 7))
-    monkeypatch.chdir(tmp_path)
     return tmp_path
 
 
-def rendered(words: str, capsys: pytest.CaptureFixture[str]) -> str:
-    """Render in this process, which must go well; returns what was printed."""
-    assert main(["render", *words.split()]) == 0
-    return capsys.readouterr().out
-
-
-def test_films_and_sheets_in_every_format(desk: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_films_and_sheets_in_every_format(palpate: CommandLine, desk: Path) -> None:
     require_graphics()
-    seconds = ("--begin-s", 1.0, "--end-s", 1.5)
-    printed = succeed("render", "sound.mcap", "--to", "a.mp4", *SMALL, *seconds, cwd=desk)
+
+    def rendered(words: str) -> str:
+        return palpate.succeed("render", "sound.mcap", *words.split())
+
+    printed = rendered("--to a.mp4 --size 200x150 --begin-s 1 --end-s 1.5")
     assert "14 pictures of 1.00 to 1.50 s of the trial in a.mp4" in printed
     with av.open(str(desk / "a.mp4")) as film:
         stream = film.streams.video[0]
         assert (stream.width, stream.height, float(stream.average_rate or 0)) == (200, 150, 25.0)
         # A second of rest follows.
         assert sum(1 for _ in film.decode(stream)) == 14 + 25
-    rendered("sound.mcap --to a.GIF --size 200x150 --begin-s 1 --end-s 1.5 --speed 0.5 --camera arm", capsys)
+    rendered("--to a.GIF --size 200x150 --begin-s 1 --end-s 1.5 --speed 0.5 --camera arm")
     with Image.open(desk / "a.GIF") as film:
         assert (film.format, film.size, film.n_frames) == ("GIF", (200, 150), 14)
-    assert "4 pictures of 0.53 to 2.11 s" in rendered("sound.mcap --to a.png --size 640x520 --pictures 4", capsys)
+    assert "4 pictures of 0.53 to 2.11 s" in rendered("--to a.png --size 640x520 --pictures 4")
     with Image.open(desk / "a.png") as sheet:
         assert (sheet.format, sheet.size) == ("PNG", (640, 520))
         assert len(sheet.convert("RGB").getcolors(1 << 20) or []) > 500
 
 
-def test_equal_logs_give_equal_bytes_and_the_log_stays_as_it_is(desk: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_equal_logs_give_equal_bytes_and_the_log_stays_as_it_is(palpate: CommandLine, desk: Path) -> None:
     require_graphics()
     for name in ("a.png", "b.png"):
-        assert main(["render", "sound.mcap", "--to", name, "--size", "400x300", "--pictures", "2"]) == 0
+        printed = palpate.succeed("render", "sound.mcap", "--to", name, "--size", "400x300", "--pictures", 2)
+        assert "2 pictures" in printed
     assert (desk / "a.png").read_bytes() == (desk / "b.png").read_bytes()
     assert (desk / "sound.mcap").read_bytes() == INSERTION.read_bytes()
-    assert capsys.readouterr().out.count("2 pictures") == 2
-    assert os.environ.get("MUJOCO_GL") != "off"
 
 
-def test_a_trial_of_a_rig_is_drawn(desk: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_trial_of_a_rig_is_drawn(palpate: CommandLine, desk: Path) -> None:
     require_graphics()
     write_log(desk / "rig.mcap", [tick(k) for k in range(30)], begin=start(world="bench", world_json="{}"))
-    assert "4 pictures of 0.00 to 0.21 s" in rendered("rig.mcap --to rig.gif --size 200x150 --fps 10", capsys)
+    printed = palpate.succeed("render", "rig.mcap", "--to", "rig.gif", "--size", "200x150", "--fps", 10)
+    assert "4 pictures of 0.00 to 0.21 s" in printed
 
 
 @pytest.mark.parametrize(
@@ -114,93 +104,33 @@ def test_a_trial_of_a_rig_is_drawn(desk: Path, capsys: pytest.CaptureFixture[str
         ("seven.mcap --to a.gif", "seven.mcap: /start", "what the cell looked like"),
     ],
 )
-def test_what_cannot_be_drawn_is_told_in_one_line(
-    desk: Path, capsys: pytest.CaptureFixture[str], words: str, named: str, accepted: str
+@pytest.mark.usefixtures("desk")
+def test_what_cannot_be_drawn_is_refused_in_one_line(
+    palpate: CommandLine, words: str, named: str, accepted: str
 ) -> None:
-    line = refused_here(f"render {words}", desk, capsys)
+    line = palpate.refusal("render", *words.split())
     assert named in line
     assert accepted in line
 
 
-def test_a_folder_that_is_not_there_is_told(desk: Path, capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.usefixtures("desk")
+def test_a_folder_that_is_not_there_is_refused(palpate: CommandLine) -> None:
     require_graphics()
-    assert "cannot be written" in refused_here("render sound.mcap --to nowhere/a.png", desk, capsys)
+    assert "cannot be written" in palpate.refusal("render", "sound.mcap", "--to", "nowhere/a.png")
 
 
+@pytest.mark.usefixtures("desk")
 def test_without_a_graphics_library_the_packages_are_named(
-    desk: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    palpate: CommandLine, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(graphics, "problem_with", lambda library: "not here")
-    assert "libgl1-mesa-dri" in refused_here("render sound.mcap --to a.png", desk, capsys)
+    assert "libgl1-mesa-dri" in palpate.refusal("render", "sound.mcap", "--to", "a.png")
 
 
+@pytest.mark.usefixtures("desk")
 def test_without_pyav_the_extra_is_named_before_anything_is_drawn(
-    desk: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    palpate: CommandLine, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "av", None)
     monkeypatch.setattr(graphics, "problem_with", lambda library: pytest.fail("too early"))
-    assert "palpate[video]" in refused_here("render sound.mcap --to a.mp4", desk, capsys)
-
-
-@pytest.mark.parametrize(
-    ("words", "named", "accepted"),
-    [
-        ("", "policy = ''", "omniscient, torque"),
-        ("--policy magic", "policy = 'magic'", "omniscient, torque"),
-        ("--policy torque --trials 0", "trials = 0", "from 1"),
-        ("--policy torque --speed 0", "speed = 0.0", "from 0.01"),
-        ("--policy torque", "there is no display", "palpate render"),
-    ],
-)
-def test_what_cannot_be_viewed_is_told_in_one_line(
-    desk: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-    words: str,
-    named: str,
-    accepted: str,
-) -> None:
-    for name in live.DISPLAYS:
-        monkeypatch.delenv(name, raising=False)
-    line = refused_here(f"view {words}", desk, capsys)
-    assert named in line
-    assert accepted in line
-
-
-class Window:
-    """Counts what it is given to show, and is closed after some of it."""
-
-    def __init__(self, patience: int) -> None:
-        self.shown, self.patience = 0, patience
-
-    def sync(self) -> None:
-        self.shown += 1
-
-    def is_running(self) -> bool:
-        return self.shown < self.patience
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *exception: object) -> None:
-        return
-
-
-@pytest.mark.parametrize(("patience", "trials"), [(100_000, 2), (100, 0)])
-def test_trials_are_shown_until_they_are_done_or_nobody_watches(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], patience: int, trials: int
-) -> None:
-    from palpate.adapters.cli import view
-
-    window = Window(patience)
-
-    def opened(model: Any, data: Any, target_m: tuple[float, float, float]) -> Window:
-        assert target_m == pytest.approx((0.4, 0.0, 0.02))
-        return window
-
-    monkeypatch.setattr(view, "open_viewer", opened)
-    monkeypatch.setattr(view, "require_display", lambda: None)
-    assert main(["view", "--policy", "torque", "--trials", "2", "--speed", "100"]) == 0
-    printed = capsys.readouterr().out.splitlines()
-    assert [line.split(",")[0] for line in printed] == [f"trial {k}: inserted" for k in range(trials)]
-    assert window.shown == patience or window.shown > 400
+    assert "palpate[video]" in palpate.refusal("render", "sound.mcap", "--to", "a.mp4")

@@ -7,6 +7,7 @@ import csv
 import json
 import re
 import shutil
+import subprocess
 from collections.abc import Sequence
 from html.parser import HTMLParser
 from pathlib import Path
@@ -14,9 +15,9 @@ from pathlib import Path
 import pytest
 from scipy.stats import t
 
-from palpate.adapters.cli.main import main
-from tests.browser.sample_folders import QUICK, in_real_time, make_study, palpate
-from tests.integration.command_line import files_in, refused_here, succeed
+from palpate.adapters.experiments.study.cell import StudyCell
+from tests.browser.sample_folders import in_real_time, make_study
+from tests.command_line import CommandLine, command, files_in, shared_folder
 
 STEPS = (0.5, 0.7)
 SEEDS = (0, 1)
@@ -49,7 +50,7 @@ class Page(HTMLParser):
 
 
 def reported(folder: Path, *words: str) -> Page:
-    assert main(["report", str(folder), *words]) == 0
+    CommandLine().succeed("report", folder, *words)
     return Page(folder / "report.html")
 
 
@@ -58,31 +59,23 @@ def lines_of(path: Path) -> list[dict[str, str]]:
         return list(csv.DictReader(stream))
 
 
-@pytest.fixture(scope="module")
-def study(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A finished study; to be read, not changed."""
-    return make_study(tmp_path_factory.mktemp("study") / "study", STEPS, SEEDS, TRIALS)
-
-
-@pytest.fixture(scope="module")
-def others(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A comparison, an exploration and an inference; to be read, not changed."""
-    desk = tmp_path_factory.mktemp("others")
-    palpate("compare", "--trials", 1, *QUICK, "--out", desk / "compare")
-    palpate("explore", "--trials", 40, "--seeds", 2, "--out", desk / "explore")
-    palpate("explore", "--strings", desk / "walks.txt", "--walks", 40)
-    quick = ("--training.steps", 40, "--training.restarts", 2)
-    palpate("infer", desk / "walks.txt", *quick, "--out", desk / "infer")
-    return desk
+@pytest.fixture(scope="session")
+def swept(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A finished study over one setting; to be read, not changed."""
+    return shared_folder(tmp_path_factory, "swept", lambda out: make_study(out, STEPS, SEEDS, TRIALS, 1.0))
 
 
 @pytest.fixture
-def desk(tmp_path: Path, trained: Path, study: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A folder with copies of a run and of a study, which may be changed."""
+def desk(palpate: CommandLine, tmp_path: Path, trained: Path) -> Path:
+    """The working directory, with a copy of a run that may be changed."""
     shutil.copytree(trained, tmp_path / "run")
-    shutil.copytree(study, tmp_path / "study")
-    monkeypatch.chdir(tmp_path)
     return tmp_path
+
+
+@pytest.fixture
+def study(tmp_path: Path, swept: Path) -> Path:
+    """A copy of the study, which may be changed."""
+    return shutil.copytree(swept, tmp_path / "study")
 
 
 def require_complete(page: Page) -> None:
@@ -115,20 +108,20 @@ def test_a_training_run(desk: Path) -> None:
     assert {"force-01.png", "force-02.png"} <= {path.name for path in (desk / "run" / "report").iterdir()}
 
 
-def test_equal_folders_give_equal_bytes_and_so_does_a_second_report(desk: Path, trained: Path) -> None:
+def test_equal_folders_give_equal_bytes_in_any_process_and_so_does_a_second_report(desk: Path, trained: Path) -> None:
     reported(desk / "run")
     first, results = files_in(desk / "run"), files_in(trained)
     # All results are as they were.
     assert {name: first[name] for name in results} == results
     shutil.copytree(desk / "run", desk / "elsewhere" / "run")
     # In a process of its own: nothing that was drawn before has an influence.
-    succeed("report", desk / "elsewhere" / "run")
+    subprocess.run(command("report", desk / "elsewhere" / "run"), check=True, capture_output=True, timeout=120)
     assert files_in(desk / "elsewhere" / "run") == first
 
 
-def test_a_study(desk: Path) -> None:
-    (desk / "study" / "summary.csv").write_text("the study's own\n")
-    page = reported(desk / "study")
+def test_a_study(study: Path) -> None:
+    (study / "summary.csv").write_text("the study's own\n")
+    page = reported(study)
     require_complete(page)
     assert page.headings == [
         "Against the swept settings", "In figures", "Learning curves", "Policies", "Q values", "Settings",
@@ -137,10 +130,14 @@ def test_a_study(desk: Path) -> None:
     curves = [image["alt"] for image in page.images if "Learning curve" in image["alt"]]
     assert len(curves) == len(STEPS)
     assert all("q-learning" in alt and "torque" in alt for alt in curves)
-    names = {path.name for path in (desk / "study" / "report").iterdir()}
+    names = {path.name for path in (study / "report").iterdir()}
     assert {"sweep-task.step-mm.png", "learning-01.png", "policy-02-torque-regions.png", "q-01.png"} <= names
-    assert (desk / "study" / "summary.csv").read_text() == "the study's own\n"
-    require_true_figures(desk / "study")
+    assert (study / "summary.csv").read_text() == "the study's own\n"
+    require_true_figures(study)
+
+
+def cell_of(study: Path, policy: str, step_mm: float, seed: int) -> Path:
+    return study / "cells" / StudyCell({"task.step_mm": step_mm}, policy, seed).name
 
 
 def require_true_figures(study: Path) -> None:
@@ -148,7 +145,7 @@ def require_true_figures(study: Path) -> None:
     lines = {(line["task.step_mm"], line["policy"]): line for line in lines_of(study / "report" / "summary.csv")}
     assert list(lines) == [(f"{step}", policy) for step in STEPS for policy in ("q-learning", "torque")]
     for (step, policy), line in lines.items():
-        cells = [study / "cells" / f"{policy}-step_mm-{step}-seed-{seed:03d}" for seed in SEEDS]
+        cells = [cell_of(study, policy, float(step), seed) for seed in SEEDS]
         rows = [lines_of(cell / "trials.csv") for cell in cells]
         # Half of the trials of a learner as short as this one, all of the others.
         rows = [part[-(TRIALS // 2) :] if policy == "q-learning" else part for part in rows]
@@ -164,17 +161,17 @@ def require_true_figures(study: Path) -> None:
         assert line["seeds"] == "2"
 
 
-def test_unfinished_cells_are_told(desk: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    cells = desk / "study" / "cells"
-    shutil.rmtree(cells / "torque-step_mm-0.5-seed-000")
-    (cells / "torque-step_mm-0.7-seed-001" / "cell.json").unlink()
-    page = reported(desk / "study")
+def test_unfinished_cells_are_named(palpate: CommandLine, study: Path) -> None:
+    begun = cell_of(study, "torque", 0.7, 1)
+    (begun / "cell.json").unlink()
+    shutil.rmtree(cell_of(study, "torque", 0.5, 0))
+    assert "mind: This study is unfinished: 2 of 8 cells" in palpate.succeed("report", study)
+    page = Page(study / "report.html")
     assert "This study is unfinished: 2 of 8 cells are missing here." in page.text
-    assert "Begun: torque-step_mm-0.7-seed-001." in page.text
-    assert "mind: This study is unfinished: 2 of 8 cells" in capsys.readouterr().out
+    assert f"Begun: {begun.name}." in page.text
 
 
-def test_an_unfinished_run_is_told(desk: Path) -> None:
+def test_an_unfinished_run_is_marked(desk: Path) -> None:
     for name in ("summary.json", "policy.json"):
         (desk / "run" / name).unlink()
     path = desk / "run" / "run.toml"
@@ -192,36 +189,42 @@ def test_a_real_clock_has_a_histogram(desk: Path) -> None:
     assert "read joints" in page.text
 
 
-def test_a_comparison(others: Path) -> None:
-    page = reported(others / "compare")
+def test_a_comparison(palpate: CommandLine, compared: Path, tmp_path: Path) -> None:
+    folder = shutil.copytree(compared, tmp_path / "compare")
+    page = reported(folder)
     require_complete(page)
     assert page.headings == ["Side by side", "Forces of single trials", "Cycle timing", "Settings"]
     (table,) = [image["alt"] for image in page.images if image["alt"].startswith("Success and time")]
     assert all(name in table for name in ("omniscient", "torque", "spiral-10", "spiral-5", "random"))
-    summary = lines_of(others / "compare" / "report" / "summary.csv")
-    assert summary == lines_of(others / "compare" / "compare.csv")
+    assert lines_of(folder / "report" / "summary.csv") == lines_of(folder / "compare.csv")
 
 
-def test_an_exploration(others: Path) -> None:
-    page = reported(others / "explore")
+def test_an_exploration(palpate: CommandLine, tmp_path: Path) -> None:
+    folder = tmp_path / "explore"
+    palpate.succeed("explore", "--trials", 40, "--seeds", 2, "--out", folder)
+    page = reported(folder)
     require_complete(page)
     assert page.headings == ["In figures", "Learning curve", "Policy", "Q values", "Settings"]
     (curve,) = [image["alt"] for image in page.images if "Learning curve" in image["alt"]]
     assert "belief-state optimum: 2.71 steps" in curve
-    summary = json.loads((others / "explore" / "summary.json").read_text())
-    lines = lines_of(others / "explore" / "report" / "summary.csv")
+    summary = json.loads((folder / "summary.json").read_text())
+    lines = lines_of(folder / "report" / "summary.csv")
     assert [float(line["last"]) for line in lines] == [run["last"] for run in summary["runs"]]
     assert "Cells of one letter and colour" in page.text
 
 
-def test_an_inference(others: Path) -> None:
-    page = reported(others / "infer")
+def test_an_inference(palpate: CommandLine, tmp_path: Path) -> None:
+    palpate.succeed("explore", "--strings", "walks.txt", "--walks", 40)
+    quick = ("--training.steps", 40, "--training.restarts", 2)
+    palpate.succeed("infer", "walks.txt", *quick, "--out", "infer")
+    page = reported(tmp_path / "infer")
     require_complete(page)
     assert page.headings == ["Automaton", "How fine to cut", "Training"]
-    assert (others / "infer/report/hidden.png").read_bytes() == (others / "infer/hidden.png").read_bytes()
+    picture = (tmp_path / "infer" / "report" / "hidden.png").read_bytes()
+    assert picture == (tmp_path / "infer" / "hidden.png").read_bytes()
 
 
-def test_what_is_no_folder_of_ours(desk: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_what_is_no_folder_of_ours(palpate: CommandLine, desk: Path) -> None:
     (desk / "empty").mkdir()
     (desk / "file").touch()
     for words, problem in (
@@ -234,66 +237,60 @@ def test_what_is_no_folder_of_ours(desk: Path, capsys: pytest.CaptureFixture[str
         ("run --overwrit", "did you mean --overwrite?"),
         ("x" * 300, "is not there"),
     ):
-        assert problem in refused_here(f"report {words}", desk, capsys)
+        assert problem in palpate.refusal("report", *words.split())
 
 
-def test_a_study_with_nothing_in_it(desk: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    cells = desk / "study" / "cells"
+def test_a_study_with_nothing_in_it(palpate: CommandLine, study: Path) -> None:
+    cells = study / "cells"
     for cell in cells.iterdir():
         (cell / "cell.json").unlink()
-    assert "none of them finished" in refused_here("report study", desk, capsys)
+    assert "none of them finished" in palpate.refusal("report", "study")
     shutil.rmtree(cells)
-    assert "study: is a study without a cell" in refused_here("report study", desk, capsys)
+    assert "study: is a study without a cell" in palpate.refusal("report", "study")
 
 
-def test_a_half_written_cell(desk: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    cell = desk / "study" / "cells" / "torque-step_mm-0.5-seed-000"
+def test_a_half_written_cell(palpate: CommandLine, study: Path) -> None:
+    cell = cell_of(study, "torque", 0.5, 0)
     trials = cell / "trials.csv"
     whole = trials.read_bytes()
     trials.write_bytes(whole[:-9])
-    assert "seed-000/trials.csv: ends in the middle of a line" in refused_here("report study", desk, capsys)
+    assert f"{cell.name}/trials.csv: ends in the middle of a line" in palpate.refusal("report", "study")
     trials.unlink()
-    assert "but has no trials.csv" in refused_here("report study", desk, capsys)
+    assert "but has no trials.csv" in palpate.refusal("report", "study")
     trials.write_bytes(whole)
     (cell / "cell.json").write_text('{"fields": {"task.st')
-    assert "seed-000/cell.json: is no whole JSON file" in refused_here("report study", desk, capsys)
+    assert f"{cell.name}/cell.json: is no whole JSON file" in palpate.refusal("report", "study")
 
 
-def test_a_torn_log(desk: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_torn_log(palpate: CommandLine, desk: Path) -> None:
     log = desk / "run" / "logs" / "trial-00001.mcap"
     whole = log.read_bytes()
     log.write_bytes(whole[:-100])
-    assert "trial-00001.mcap: ends in the middle" in refused_here("report run", desk, capsys)
+    assert "trial-00001.mcap: ends in the middle" in palpate.refusal("report", "run")
     # Whole to look at, damaged within.
     log.write_bytes(whole[:3000] + bytes(50) + whole[3050:])
-    assert "trial-00001.mcap" in refused_here("report run", desk, capsys)
+    assert "trial-00001.mcap" in palpate.refusal("report", "run")
     assert "Forces of single trials" not in reported(desk / "run", "--no-logs").headings
 
 
 @pytest.mark.parametrize("name", ["trials.csv", "summary.json", "policy.json", "run.toml"])
-def test_damaged_files_of_a_run(desk: Path, capsys: pytest.CaptureFixture[str], name: str) -> None:
+def test_damaged_files_of_a_run(palpate: CommandLine, desk: Path, name: str) -> None:
     path = desk / "run" / name
     path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
-    assert f"run/{name}" in refused_here("report run", desk, capsys)
+    assert f"run/{name}" in palpate.refusal("report", "run")
 
 
-def test_somebody_else_s_report(desk: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_somebody_else_s_report(palpate: CommandLine, desk: Path) -> None:
     page = desk / "run" / "report.html"
     page.write_text("<!doctype html><title>mine</title>")
-    told = refused_here("report run", desk, capsys)
-    assert "run/report.html: is there already and was not made by palpate report" in told
-    assert "--overwrite" in told
+    line = palpate.refusal("report", "run")
+    assert "run/report.html: is there already and was not made by palpate report" in line
+    assert "--overwrite" in line
     reported(desk / "run", "--overwrite", "--no-logs")
     assert "mine" not in page.read_text()
 
 
-def test_somebody_else_s_picture(desk: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_somebody_else_s_picture(palpate: CommandLine, desk: Path) -> None:
     (desk / "run" / "report").mkdir()
     (desk / "run" / "report" / "learning.png").write_bytes(b"mine")
-    assert "run/report/learning.png: is there already" in refused_here("report run", desk, capsys)
-
-
-def test_it_explains_itself() -> None:
-    printed = succeed("report", "--help")
-    assert {"--logs", "--no-logs", "--overwrite"} <= set(re.findall(r"--[\w-]+", printed))
-    assert "\n  report " in succeed("--help")
+    assert "run/report/learning.png: is there already" in palpate.refusal("report", "run")

@@ -12,10 +12,9 @@ from typing import Any
 
 import pytest
 
-from palpate.adapters.cli.main import main
 from palpate.adapters.config.run import RunConfig
 from palpate.adapters.config.toml import overlay
-from tests.integration.command_line import QUICK
+from tests.command_line import QUICK, CommandLine
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
@@ -71,9 +70,8 @@ def shortened(line: str) -> str:
     return line
 
 
-def test_the_tutorial(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> None:
-    monkeypatch.chdir(tmp_path)
-    printed, short, codes = "", False, {}
+def test_the_tutorial(palpate: CommandLine, tmp_path: Path) -> None:
+    printed, short, what_ifs = "", False, 0
     for language, lines in blocks(DOCS / "tutorial.md"):
         if language == "text":
             there = {shape(line) for line in printed.splitlines()}
@@ -86,33 +84,29 @@ def test_the_tutorial(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: py
         assert set(lines) - set(calls) <= {"make setup", ". .venv/bin/activate"}
         printed = ""
         for line in calls:
-            codes[line] = main(shlex.split(shortened(line))[1:])
-            out, complaint = capfd.readouterr()
-            assert codes[line] == (1 if "--set" in line else 0), (line, complaint)
-            assert "--set" not in line or "counterfactual from tick" in out
-            printed, short = printed + out, short or shortened(line) != line
-    assert sum("--set" in line for line in codes) == 1
+            done = palpate(*shlex.split(shortened(line))[1:])
+            what_ifs += "--set" in line
+            assert done.code == (1 if "--set" in line else 0), (line, done)
+            assert "--set" not in line or "counterfactual from tick" in done.stdout
+            printed, short = printed + done.stdout, short or shortened(line) != line
+    assert what_ifs == 1
     # Where it sends its reader to look.
     for name in ("first/logs/trial-00000.png", "first.png", "paper/learning_curve.png", "used/report.html"):
         assert (tmp_path / "runs" / name).is_file()
 
 
-def test_policies_of_ones_own(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.chdir(tmp_path)
+def test_policies_of_ones_own(palpate: CommandLine, tmp_path: Path) -> None:
     for language, lines in blocks(DOCS / "how-to" / "your-own-policy.md"):
         if language == "toml":
             (tmp_path / lines[0].removeprefix("# ")).write_text("\n".join(lines))
         for line in lines if language == "sh" else []:
-            quick = [] if line.startswith("palpate show") else [*QUICK, "--trials", "1", "--recording.no-enabled"]
-            assert main([*shlex.split(line)[1:], *quick]) == 0, capfd.readouterr().err
             if line.startswith("palpate show"):
-                table = capfd.readouterr().out
+                table = palpate.succeed(*shlex.split(line)[1:])
                 assert re.search(r"^x\+ y0 +programmed +-x ", table, re.MULTILINE)
                 assert len(re.findall(r"^\S+ \S+ +programmed ", table, re.MULTILINE)) == 2
-    main(["show", "runs/taught/policy.json"])
-    assert "examples" in capfd.readouterr().out
+            else:
+                palpate.succeed(*shlex.split(line)[1:], *QUICK, "--trials", 1, "--recording.no-enabled")
+    assert "examples" in palpate.succeed("show", "runs/taught/policy.json")
 
 
 def numeric_settings(config: Any, path: str = "") -> Iterator[str]:

@@ -27,32 +27,26 @@ def laboratory(tmp_path: Path, golden_here: Callable[[str], Path]) -> Path:
     return tmp_path
 
 
-def test_every_log_is_a_test(laboratory: Path) -> None:
-    done = run_pytest(laboratory, "--palpate-logs", "trials", "-v")
-    assert done.returncode == 0, done.stdout
-    assert "2 passed" in done.stdout
-    assert "trials/train-paper.mcap PASSED" in done.stdout
-
-
-def test_logs_stand_beside_other_tests_and_can_be_chosen(laboratory: Path) -> None:
+def test_every_log_is_a_test_beside_others_and_one_that_differs_fails_in_one_line(laboratory: Path) -> None:
     (laboratory / "test_own.py").write_text("def test_own():\n    pass\n")
-    assert "3 passed" in run_pytest(laboratory, "--palpate-logs", "trials").stdout
-    assert "1 passed" in run_pytest(laboratory).stdout
-    assert "1 passed, 2 deselected" in run_pytest(laboratory, "--palpate-logs", "trials", "-k", "ur5").stdout
-
-
-def test_a_trial_that_differs_fails_in_one_line(laboratory: Path) -> None:
     sound = laboratory / "trials" / "torque-ur5.mcap"
     messages = messages_of(sound)
     altered = changed(messages, indices(messages, "/tick")[20], one_ulp("asked_rad", 1))
     write_log(laboratory / "trials" / "altered.mcap", altered)
     (laboratory / "trials" / "torn.mcap").write_bytes(sound.read_bytes()[:5000])
-    done = run_pytest(laboratory, "--palpate-logs", "trials")
+    done = run_pytest(laboratory, "--palpate-logs", "trials", "-v")
     assert done.returncode == 1
-    assert "2 failed, 2 passed" in done.stdout
+    assert "2 failed, 3 passed" in done.stdout
+    assert "trials/train-paper.mcap PASSED" in done.stdout
     assert "altered.mcap: tick 20, /tick asked_rad[1]: recorded" in done.stdout
     assert "torn.mcap: " in done.stdout
     assert "Traceback" not in done.stdout
+
+
+def test_logs_can_be_chosen_among(laboratory: Path) -> None:
+    done = run_pytest(laboratory, "--palpate-logs", "trials", "-k", "ur5")
+    assert done.returncode == 0, done.stdout
+    assert "1 passed, 1 deselected" in done.stdout
 
 
 def test_a_folder_that_is_not_there_is_a_wrong_call(laboratory: Path) -> None:

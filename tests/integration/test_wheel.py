@@ -87,22 +87,18 @@ def test_it_says_what_it_is(wheel: Path) -> None:
     assert f"{info}/licenses/LICENSE" in names_in(wheel)
 
 
-def test_installed_it_is_on_its_own(site: Path, tmp_path: Path) -> None:
+def test_installed_it_is_on_its_own_and_trains(site: Path, tmp_path: Path) -> None:
+    train = ["train", "--trials", "1", "--task.time-limit-s", "0.3", "--out", "run"]
     code = FROM_WHEEL + (
         f"import importlib, palpate\n"
         f"for layer in {LAYERS!r}:\n"
         f"    print(importlib.import_module('palpate.' + layer).__file__)\n"
         f"print(*palpate.__path__, sep=chr(10))\n"
+        f"from palpate.adapters.cli.main import main\n"
+        f"sys.exit(any(main(words) for words in (['version'], {train!r}, ['show', 'run/policy.json'])))\n"
     )
-    found = call("-I", "-c", code, site, cwd=tmp_path).splitlines()
-    assert found == [*(str(site / "palpate" / layer / "__init__.py") for layer in LAYERS), str(site / "palpate")]
-
-
-def test_installed_it_trains(site: Path, tmp_path: Path) -> None:
-    code = FROM_WHEEL + "from palpate.adapters.cli.main import main\nsys.exit(main(words))\n"
-    printed = call("-I", "-c", code, site, "version", cwd=tmp_path)
-    assert printed.startswith(f"palpate {version('palpate')}\n")
-    words = ("train", "--trials", 1, "--task.time-limit-s", 1, "--out", "run")
-    call("-I", "-c", code, site, *words, cwd=tmp_path)
+    printed = call("-I", "-c", code, site, cwd=tmp_path).splitlines()
+    places = [*(str(site / "palpate" / layer / "__init__.py") for layer in LAYERS), str(site / "palpate")]
+    assert printed[: len(places) + 1] == [*places, f"palpate {version('palpate')}"]
+    assert any(line.startswith("17 states") for line in printed)
     assert (tmp_path / "run" / "policy.json").is_file()
-    assert "17 states" in call("-I", "-c", code, site, "show", "run/policy.json", cwd=tmp_path)

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from palpate.adapters.config.rig import RigFile
-from tests.integration.command_line import RT_EMULATOR, command, palpate, wait_until
+from tests.command_line import RT_EMULATOR, command, in_own_process, wait_until
 from tests.wall_clock.host import Host, LateError
 
 DISTURBED = re.compile(
@@ -43,10 +43,10 @@ def emulated(folder: Path, *words: str) -> Iterator[tuple[Path, subprocess.Popen
 
 def examined(rig: Path, *words: str) -> dict[str, Any]:
     """The report as JSON."""
-    done = palpate("doctor", "--rig", rig, "--seconds", "1", "--json", *words)
+    done = in_own_process("doctor", "--rig", rig, "--seconds", "1", "--json", *words)
     assert "Traceback" not in done.stderr
     report: dict[str, Any] = json.loads(done.stdout)
-    assert done.returncode == (1 if report["wrong"] else 0)
+    assert done.code == (1 if report["wrong"] else 0)
     return report
 
 
@@ -79,7 +79,7 @@ def test_zebra_and_jr3_on_can(tmp_path: Path, host: Host) -> None:
         (table,) = report["sections"][1]["tables"]
         assert [row[2] for row in table["rows"]] == ["off"] * 6
         # Text this time, with the step; the counters were kept, so the arm still knows where it is.
-        done = palpate("doctor", "--rig", rig, "--seconds", "0.5", "--move")
+        done = in_own_process("doctor", "--rig", rig, "--seconds", "0.5", "--move")
         assert "woken by us      no" in done.stdout
         assert any(words in done.stdout for words in ("mrad asked of the last joint", "nothing was moved", "wrong"))
         # The sensor's CAN adapter behind the arm's port.

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from tests.integration.command_line import RT_EMULATOR, command, palpate, succeed, wait_until
+from tests.command_line import RT_EMULATOR, CommandLine, command, in_own_process, wait_until
 from tests.wall_clock.host import Host, LateError
 
 PATIENT = (
@@ -69,11 +69,11 @@ LATE = re.compile("fault|silent|no command for|no new sample|age|gap|late")
 
 def run(*words: object) -> str:
     """A run that must go well; returns what it printed."""
-    done = palpate("run", *words, *PATIENT)
+    done = in_own_process("run", *words, *PATIENT)
     assert "Traceback" not in done.stderr
-    if done.returncode and LATE.search(done.stderr.strip().splitlines()[-1]):
+    if done.code and LATE.search(done.stderr.strip().splitlines()[-1]):
         raise LateError(done.stderr)
-    assert done.returncode == 0, done.stderr
+    assert done.code == 0, done.stderr
     return done.stdout
 
 
@@ -94,7 +94,7 @@ def inserts_and_replays(rig: Path, out: Path) -> None:
     assert "success 100.0%" in run("--rig", rig, "--policy", "torque", "--trials", 1, "--out", out)
     assert outcomes(out) == ["inserted"]
     # What was recorded over real wires comes out of the core again, bit for bit.
-    assert "1 of 1 equal" in succeed("replay", out)
+    assert "1 of 1 equal" in CommandLine().succeed("replay", out)
 
 
 def test_zebra_inserts_and_a_cable_pulled_in_mid_motion_ends_the_next_run_with_a_log(
@@ -106,20 +106,20 @@ def test_zebra_inserts_and_a_cable_pulled_in_mid_motion_ends_the_next_run_with_a
         # Without the counters of the run before nobody knows where the arm is, whatever the rig file says.
         counts = tmp_path / "rig.counts.json"
         away = counts.rename(tmp_path / "away")
-        lost = palpate("run", "--rig", rig, "--policy", "torque", "--trials", 1, "--out", tmp_path / "lost")
+        lost = in_own_process("run", "--rig", rig, "--policy", "torque", "--trials", 1, "--out", tmp_path / "lost")
         away.rename(counts)
         # The first run left its peg in the hole: the next one draws it out straight before it goes anywhere.
         with running(rig, out) as process:
             devices.send_signal(signal.SIGKILL)
             _, complaint = process.communicate(timeout=60)
-    assert (lost.returncode, process.returncode) == (1, 1)
+    assert (lost.code, process.returncode) == (1, 1)
     assert "have been on since an earlier run" in lost.stderr
     assert "Traceback" not in lost.stderr + complaint
     last = complaint.strip().splitlines()[-1]
     assert last.startswith("palpate: ")
     assert any(word in last for word in ("fault", "silent", "safety trip"))
     # The trial that was cut off is recorded up to there, with what ended it.
-    assert "equal in every bit" in succeed("replay", out)
+    assert "equal in every bit" in CommandLine().succeed("replay", out)
 
 
 def test_cia402_inserts_and_the_operator_s_signal_ends_the_next_run_and_its_log_names_it(
@@ -135,7 +135,7 @@ def test_cia402_inserts_and_the_operator_s_signal_ends_the_next_run_and_its_log_
     assert "Traceback" not in complaint
     assert "the arm was stopped, signal: signal SIGUSR1" in complaint
     last = sorted((out / "logs").glob("*.mcap"))[-1]
-    end = json.loads(succeed("log", "info", "--json", last))[0]["end"]
+    end = json.loads(CommandLine().succeed("log", "info", "--json", last))[0]["end"]
     assert end["stopped_by"] == "signal: signal SIGUSR1"
     assert {"perceive", "decide", "control"} <= {name for name, s in end["timing"]["sections"].items() if s["count"]}
-    assert "equal in every bit" in succeed("replay", out)
+    assert "equal in every bit" in CommandLine().succeed("replay", out)

@@ -70,21 +70,24 @@ def find_suite(name: str) -> tuple[str, object]:
 def check(name: str) -> tuple[str, list[ClauseResult]]:
     """The port's name, and what became of each clause of its contract.
 
+    As with ``python -m``, what lies in the current folder can be named.
+
     Raises:
         ConfigurationError: The name leads to nothing that can be tried.
     """
-    port, suite = find_suite(name)
-    return port, run_clauses(suite)
+    before = list(sys.path)
+    sys.path.insert(0, str(Path.cwd()))
+    try:
+        port, suite = find_suite(name)
+        return port, run_clauses(suite)
+    finally:
+        sys.path[:] = before
 
 
 def _load(name: str) -> Any:
     module_name, colon, attribute = name.partition(":")
     if not colon or not module_name or not attribute:
         raise ConfigurationError("adapter", name, _ACCEPTED)
-    # As with `python -m`, what lies in the current folder can be named.
-    here = str(Path.cwd())
-    if here not in sys.path:
-        sys.path.insert(0, here)
     try:
         module = importlib.import_module(module_name)
     except ImportError as error:

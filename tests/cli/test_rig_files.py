@@ -1,4 +1,4 @@
-"""Rig files and words about rigs that cannot work. Nothing here runs in real time."""
+"""Rig files and words about rigs, as run and emulate refuse them. Nothing here runs in real time."""
 
 from __future__ import annotations
 
@@ -6,14 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.integration.command_line import palpate, refused_here
-
-
-@pytest.fixture
-def desk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The folder that commands are called in."""
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
+from tests.command_line import CommandLine
 
 
 @pytest.mark.parametrize(
@@ -35,11 +28,9 @@ def desk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         ("[arm\n", "a TOML file"),
     ],
 )
-def test_rig_files_that_cannot_work_are_refused_in_one_line(
-    desk: Path, capsys: pytest.CaptureFixture[str], content: str, reason: str
-) -> None:
+def test_rig_files_that_cannot_work_are_refused_in_one_line(palpate: CommandLine, content: str, reason: str) -> None:
     Path("rig.toml").write_text(content)
-    assert reason in refused_here("run --rig rig.toml --policy torque --out run", desk, capsys)
+    assert reason in palpate.refusal("run", "--rig", "rig.toml", "--policy", "torque", "--out", "run")
 
 
 @pytest.mark.parametrize(
@@ -56,15 +47,16 @@ def test_rig_files_that_cannot_work_are_refused_in_one_line(
         ("emulate --rig-file .", "is there already"),
     ],
 )
-def test_wrong_words(desk: Path, capsys: pytest.CaptureFixture[str], words: str, reason: str) -> None:
-    assert reason in refused_here(words, desk, capsys)
+def test_refused_in_one_line(palpate: CommandLine, words: str, reason: str) -> None:
+    assert reason in palpate.refusal(*words.split())
 
 
-def test_devices_that_are_not_there_are_the_operator_s_to_mend(tmp_path: Path) -> None:
-    rig = "[arm]\nadapter = 'zebra-nmc'\nport = '/dev/ttyNONE'\nat_home = true\n"
-    (tmp_path / "rig.toml").write_text(rig + "[force_sensor]\nadapter = 'jr3-uart'\nport = '/dev/ttyNONE'\n")
-    done = palpate("run", "--rig", tmp_path / "rig.toml", "--policy", "torque", "--out", tmp_path / "run")
-    assert done.returncode == 1
+def test_devices_that_are_not_there_are_the_operator_s_to_mend(palpate: CommandLine, tmp_path: Path) -> None:
+    arm = "[arm]\nadapter = 'zebra-nmc'\nport = '/dev/ttyNONE'\nat_home = true\n"
+    sensor = "[force_sensor]\nadapter = 'jr3-uart'\nport = '/dev/ttyNONE'\n"
+    (tmp_path / "rig.toml").write_text(arm + sensor)
+    done = palpate("run", "--rig", "rig.toml", "--policy", "torque", "--out", "run")
+    assert done.code == 1
     assert "/dev/ttyNONE cannot be opened" in done.stderr
     assert "the operator's fault" in done.stderr
     # The same call is to go through once the devices are plugged in.
