@@ -20,9 +20,9 @@ import can
 import numpy as np
 
 from palpate.drivers.cia402.arm import Cia402Arm
-from palpate.drivers.cia402.link import CanLink
+from palpate.drivers.cia402.link import CanopenLink
 from palpate.drivers.cia402.mailbox import ArmStatistics
-from palpate.drivers.cia402.settings import ArmSettings, BusBudget, JointDrive
+from palpate.drivers.cia402.settings import ArmSettings, JointDrive, bits_per_cycle, bus_budget
 from palpate.simulation.emulators.cia402.node import CanopenDrive
 from palpate.simulation.emulators.lines.can_bus import EmulatedCanBus
 from palpate.simulation.emulators.lines.can_bus_server import VirtualBusServer
@@ -49,18 +49,20 @@ def cia402_rates() -> None:
         shown = " ".join(f"{1e6 * t:5.0f} us" for t in times)
         missed = sum(node.missed for node in figures.nodes)
         print(f"{told:8} {1e3 * enable_s:5.0f} ms {rate:9.0f} {shown} {missed:7}")
-    budget = BusBudget(len(NODES), BITRATE, 0.05)
-    plain, worst = budget.bits_per_cycle(stuffed=False), budget.bits_per_cycle()
+    budget = bus_budget(len(NODES), BITRATE, 0.05)
+    plain, worst = bits_per_cycle(len(NODES), stuffed=False), bits_per_cycle(len(NODES))
     print(f"a wire of {BITRATE} bit/s carries {BITRATE / plain:.0f} cycles/s of {plain} bits without stuff bits,")
-    print(f"{BITRATE / worst:.0f} of {worst} at worst; the driver allows {budget.highest_rate_Hz():.0f} (80 % load)")
+    print(f"{BITRATE / worst:.0f} of {worst} at worst; the driver allows {budget.max_rate_Hz:.0f} (80 % load)")
 
 
-def _measure(link: CanLink) -> tuple[float, float, ArmStatistics]:
+def _measure(link: CanopenLink) -> tuple[float, float, ArmStatistics]:
     joints = tuple(
         JointDrive(node=node, counts_per_rad=30_557.75, lower_rad=-1.0, upper_rad=1.0, velocity_rad_per_s=1.0)
         for node in NODES
     )
-    settings = ArmSettings(joints=joints, answer_share=0.9, heartbeat_timeout_ms=1000, host_watchdog_ms=2000)
+    settings = ArmSettings(
+        joints=joints, control_rate_Hz=140, answer_share=0.9, heartbeat_timeout_ms=1000, host_watchdog_ms=2000
+    )
     arm = Cia402Arm(link, settings)
     arm.open()
     begin = time.perf_counter()
@@ -85,7 +87,7 @@ def _wire() -> EmulatedCanBus:
 
 
 @contextmanager
-def _pump() -> Iterator[CanLink]:
+def _pump() -> Iterator[CanopenLink]:
     closing = threading.Event()
 
     def serve(bus: can.BusABC, drives: list[CanopenDrive]) -> None:
@@ -104,7 +106,7 @@ def _pump() -> Iterator[CanLink]:
         thread = threading.Thread(target=serve, args=(bus, _drives()))
         thread.start()
         try:
-            with CanLink.open(interface="virtual", channel=channel, bitrate=BITRATE) as link:
+            with CanopenLink.open(interface="virtual", channel=channel, bitrate=BITRATE) as link:
                 time.sleep(0.1)
                 yield link
         finally:
@@ -113,23 +115,23 @@ def _pump() -> Iterator[CanLink]:
 
 
 @contextmanager
-def _virtual() -> Iterator[CanLink]:
+def _virtual() -> Iterator[CanopenLink]:
     channel = "cia402 rates virtual"
     with (
         VirtualBusServer(_wire(), channel, tick_s=TICK_S),
-        CanLink.open(interface="virtual", channel=channel, bitrate=BITRATE) as link,
+        CanopenLink.open(interface="virtual", channel=channel, bitrate=BITRATE) as link,
     ):
         time.sleep(0.1)
         yield link
 
 
 @contextmanager
-def _slcan() -> Iterator[CanLink]:
+def _slcan() -> Iterator[CanopenLink]:
     ours, theirs = multiprocessing.Pipe()
     process = multiprocessing.get_context("spawn").Process(target=_serve, args=(theirs,), daemon=True)
     process.start()
     try:
-        with CanLink.open(interface="slcan", channel=ours.recv(), bitrate=BITRATE, sleep_after_open=0.2) as link:
+        with CanopenLink.open(interface="slcan", channel=ours.recv(), bitrate=BITRATE, sleep_after_open=0.2) as link:
             yield link
     finally:
         ours.send(None)

@@ -105,12 +105,12 @@ class VirtualCanBus(can.BusABC):
 
     def __init__(self, bus: VirtualCan) -> None:
         super().__init__(None)
-        self._bus = bus
+        self.wire = bus
         self._heard: deque[BusFrame] = deque()
         bus.hosts.append(self._heard.append)
 
     def send(self, msg: can.Message, timeout: float | None = None) -> None:
-        self._bus.send(msg.arbitration_id, bytes(msg.data))
+        self.wire.send(msg.arbitration_id, bytes(msg.data))
 
     def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
         if not self._heard:
@@ -120,22 +120,24 @@ class VirtualCanBus(can.BusABC):
 
     def shutdown(self) -> None:
         super().shutdown()
-        if self._heard.append in self._bus.hosts:
-            self._bus.hosts.remove(self._heard.append)
+        if self._heard.append in self.wire.hosts:
+            self.wire.hosts.remove(self._heard.append)
 
 
 class VirtualNetwork:
     """Looks like ``canopen.Network`` as far as the driver uses it; receives without a thread of its own."""
 
-    def __init__(self, desk: VirtualDesk) -> None:
-        self._desk, self._clock = desk, desk.clock
+    def __init__(self, clock: VirtualTime, opened: VirtualCanBus) -> None:
+        self._clock, self._opened = clock, opened
         self._bus: VirtualCan | None = None
         self.listeners: list[can.Listener] = []
         self.subscribers: dict[int, list[Callable[[int, bytearray, float], None]]] = {}
         self.notifier: Any = None
 
-    def connect(self, *, channel: str, **_: object) -> None:
-        self._bus = self._desk.bus(channel)
+    def connect(self) -> None:
+        # Frames are heard here from now on, and not kept for who polls.
+        self._opened.shutdown()
+        self._bus = self._opened.wire
         self._bus.hosts.append(self._hear)
         self.notifier = SimpleNamespace(exception=None, stopped=False)
 
@@ -184,7 +186,7 @@ class VirtualDesk:
         self._patch = pytest.MonkeyPatch()
         self._patch.setattr(serial, "serial_for_url", self._open_port)
         self._patch.setattr(can, "Bus", lambda *, channel, **_: VirtualCanBus(self.bus(channel)))
-        self._patch.setattr(canopen, "Network", lambda: VirtualNetwork(self))
+        self._patch.setattr(canopen, "Network", lambda bus: VirtualNetwork(self.clock, bus))
         condition = SimpleNamespace(Condition=lambda: VirtualCondition(self.clock))
         self._patch.setattr(mailbox, "threading", condition)
 

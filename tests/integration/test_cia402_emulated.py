@@ -9,7 +9,7 @@ import pytest
 
 from palpate.drivers.arm import AppliedReason
 from palpate.drivers.cia402.arm import Cia402Arm, DrivesMeasured
-from palpate.drivers.cia402.link import CanLink
+from palpate.drivers.cia402.link import CanopenLink
 from palpate.drivers.cia402.object_dictionary import DriveState, OperationMode
 from palpate.drivers.cia402.settings import ArmSettings, JointDrive
 from palpate.simulation.emulators.cia402.node import CanopenDrive
@@ -31,13 +31,15 @@ def move_and_stop(desk: VirtualDesk, mode: OperationMode) -> None:
     clock, plant = desk.clock, IdealPlant()
     drives = [CanopenDrive(node, plant, axis) for axis, node in enumerate(NODES)]
     desk.can("can0", *drives, bit_rate_Hz=1_000_000)
-    link = CanLink.open(interface="socketcan", channel="can0", bitrate=1_000_000)
+    link = CanopenLink.open(interface="socketcan", channel="can0", bitrate=1_000_000)
     clock.sleep(0.05)
     joints = tuple(
         JointDrive(node=node, counts_per_rad=SCALE, lower_rad=-1.0, upper_rad=1.0, velocity_rad_per_s=1.0)
         for node in NODES
     )
-    arm = Cia402Arm(link, ArmSettings(joints=joints, mode=mode), now_ns=clock.now_ns, sleep=clock.sleep)
+    arm = Cia402Arm(
+        link, ArmSettings(joints=joints, control_rate_Hz=140, mode=mode), now_ns=clock.now_ns, sleep=clock.sleep
+    )
 
     def run(setpoint: tuple[float, ...] | None, cycles: int) -> DrivesMeasured:
         for _ in range(cycles):

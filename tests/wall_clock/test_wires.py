@@ -22,7 +22,7 @@ from palpate.core.motion.arm import arm_named
 from palpate.core.ports.devices import ForceSensor
 from palpate.core.ports.lifecycle import Life
 from palpate.core.ports.values import CommandReason, JointCommand, Validity
-from palpate.drivers.cia402.link import CanLink
+from palpate.drivers.cia402.link import CanopenLink
 from palpate.simulation.emulators.cia402.node import CanopenDrive
 from palpate.simulation.emulators.cia402.servo import PowerState
 from palpate.simulation.emulators.jr3 import uart as jr3_uart
@@ -148,7 +148,7 @@ def test_the_receive_thread_is_told_once_that_it_is_one() -> None:
     told: list[str] = []
     with (
         VirtualBusServer(wire, channel),
-        CanLink.open(
+        CanopenLink.open(
             interface="virtual", channel=channel, bitrate=1_000_000,
             in_receiver=lambda: told.append(threading.current_thread().name),
         ) as link,

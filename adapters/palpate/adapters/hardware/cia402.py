@@ -6,8 +6,7 @@ A modern refit of an arm: nothing says that any Zebra Zero ever had such drives.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from fractions import Fraction
-from typing import Annotated, Any, ClassVar, Final
+from typing import Annotated, ClassVar, Final
 
 from palpate.adapters.config.toml import overlay
 from palpate.adapters.hardware.arm_on_bus import BusArm, OpenArm
@@ -18,7 +17,7 @@ from palpate.core.errors import ConfigurationError
 from palpate.core.ports.settings import OneOf, Range, Settings
 from palpate.core.ports.values import CONTROL_RATE_HZ
 from palpate.drivers.cia402.arm import Cia402Arm
-from palpate.drivers.cia402.link import CanLink
+from palpate.drivers.cia402.link import CanopenLink
 from palpate.drivers.cia402.object_dictionary import OperationMode
 from palpate.drivers.cia402.settings import ArmSettings, JointDrive
 
@@ -85,22 +84,21 @@ def make_cia402(settings: DeviceSettings, context: RigContext) -> ArmAdapter:
             joints=drives,
             mode=OperationMode.CSP if table.mode == "position" else OperationMode.CSV,
             bitrate=table.bitrate,
-            rate_Hz=Fraction(CONTROL_RATE_HZ, table.divider),
+            control_rate_Hz=CONTROL_RATE_HZ,
+            divider=table.divider,
             missed_cycles=max(1, round(3 * table.patience)),
             heartbeat_timeout_ms=round(150 * table.patience),
             host_watchdog_ms=round(100 * table.patience),
             sdo_timeout_s=0.3 * table.patience,
             transition_timeout_s=2.0 * table.patience,
         )
-    extra: dict[str, Any] = {"sleep_after_open": 0.1} if table.interface == "slcan" else {}
 
     def open_bus() -> OpenArm:
-        link = CanLink.open(
+        link = CanopenLink.open(
             interface=table.interface,
             channel=table.channel,
             bitrate=table.bitrate,
             in_receiver=context.hurry,
-            **extra,
         )
         clock = context.clock
         return OpenArm(Cia402Arm(link, arm_settings, now_ns=clock.now_ns, sleep=sleeping(clock)), link.close)

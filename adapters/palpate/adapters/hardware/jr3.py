@@ -18,12 +18,13 @@ from palpate.core.ports.devices import Clock, ForceSensor
 from palpate.core.ports.lifecycle import Life, ManagedDevice
 from palpate.core.ports.settings import OneOf, Range, Settings
 from palpate.core.ports.values import Validity, WrenchSample
+from palpate.drivers.can_link import CanLink, open_bus
 from palpate.drivers.errors import DriverError, SilentError, WiringError
 from palpate.drivers.jr3.blocking import Pace, shut_down, start_up
 from palpate.drivers.jr3.device import Jr3
 from palpate.drivers.jr3.messages import LEFT_HANDED, RIGHT_HANDED, Jr3Sample
 from palpate.drivers.jr3.settings import Jr3Settings
-from palpate.drivers.jr3.transport import CanLink, CanTransport, Transport, UartLink, UartTransport
+from palpate.drivers.jr3.transport import CanTransport, Transport, UartLink, UartTransport
 
 _NAME: Final = "JR3"
 
@@ -279,15 +280,9 @@ def open_can_wire(table: _CanTable) -> OpenWire:
     Raises:
         WiringError: It cannot be opened.
     """
-    # python-can's slcan sleeps two seconds after opening, and a millisecond in each call that finds nothing, unless
-    # told otherwise; we only ever ask whether something is there.
-    extra: dict[str, Any] = {"sleep_after_open": 0.1, "timeout": 0.0} if table.interface == "slcan" else {}
-    try:
-        bus = can.Bus(interface=table.interface, channel=table.channel, bitrate=table.bitrate, **extra)
-    except (can.CanError, OSError, ValueError) as error:
-        where = f"CAN {table.interface} {table.channel}"
-        remedy = "check the name, that the interface is up, and that you may open it"
-        raise WiringError(_NAME, f"{where} cannot be opened ({error})", remedy) from error
+    # We only ever ask whether something is there; slcan would wait a millisecond for it.
+    extra: dict[str, Any] = {"timeout": 0.0} if table.interface == "slcan" else {}
+    bus = open_bus(table.interface, table.channel, table.bitrate, **extra)
     return OpenWire(CanTransport(CanLink(bus), table.node, table.canopen_nodes), bus.shutdown)
 
 

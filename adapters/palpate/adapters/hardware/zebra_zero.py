@@ -117,7 +117,8 @@ def make_zebra_nmc(settings: DeviceSettings, context: RigContext) -> ArmAdapter:
                 velocity_rad_per_s=table.velocity_rad_s, acceleration_rad_per_s2=table.acceleration_rad_s2
             ),
             streaming=Streaming(table.streaming),
-            rate_Hz=CONTROL_RATE_HZ / table.divider,
+            control_rate_Hz=CONTROL_RATE_HZ,
+            divider=table.divider,
         )
 
     def open_bus() -> OpenArm:

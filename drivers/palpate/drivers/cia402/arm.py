@@ -17,7 +17,7 @@ from palpate.drivers.arm import Applied, AppliedReason, ArmDriver, Measured
 from palpate.drivers.cia402.bring_up import BringUp
 from palpate.drivers.cia402.drive import DriveIdentity, Targets
 from palpate.drivers.cia402.exchange import CyclicExchange
-from palpate.drivers.cia402.link import CanLink
+from palpate.drivers.cia402.link import CanopenLink
 from palpate.drivers.cia402.mailbox import ArmStatistics
 from palpate.drivers.cia402.object_dictionary import Controlword, DriveState
 from palpate.drivers.cia402.settings import ArmSettings, limited, require_sound
@@ -67,7 +67,7 @@ class Cia402Arm(ArmDriver):
 
     def __init__(
         self,
-        link: CanLink,
+        link: CanopenLink,
         settings: ArmSettings,
         *,
         now_ns: Callable[[], int] = time.monotonic_ns,

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Final
 
+from palpate.drivers.can_identifiers import SDO_ANSWER
 from palpate.drivers.cia402.drive import DriveIdentity, Targets, arm_watchdog, identify, set_up
 from palpate.drivers.cia402.exchange import NMT_PRE_OPERATIONAL, NMT_START, CyclicExchange
-from palpate.drivers.cia402.link import CanLink
-from palpate.drivers.cia402.object_dictionary import SDO_ANSWER, Controlword, DriveState, OperationMode, command_towards
+from palpate.drivers.cia402.link import CanopenLink
+from palpate.drivers.cia402.object_dictionary import Controlword, DriveState, OperationMode, command_towards
 from palpate.drivers.cia402.settings import ArmSettings
 from palpate.drivers.cia402.watch import AxisView, trouble
 from palpate.drivers.errors import DeviceFaultError, SilentError
@@ -41,7 +42,7 @@ class BringUp:
 
     def __init__(
         self,
-        link: CanLink,
+        link: CanopenLink,
         settings: ArmSettings,
         exchange: CyclicExchange,
         targets: Targets,

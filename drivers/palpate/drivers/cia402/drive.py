@@ -11,7 +11,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from palpate.drivers.cia402.object_dictionary import RPDO1, TPDO1, Objects, OperationMode
+from palpate.drivers.can_identifiers import RPDO1, TPDO1
+from palpate.drivers.cia402.object_dictionary import Objects, OperationMode
 from palpate.drivers.cia402.settings import ArmSettings, JointDrive
 from palpate.drivers.cia402.watch import AxisView
 from palpate.drivers.errors import DeviceFaultError, SilentError, WiringError

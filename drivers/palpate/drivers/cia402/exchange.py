@@ -7,10 +7,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Final
 
+from palpate.drivers.can_identifiers import EMCY, HEARTBEAT, NMT, RPDO1, SYNC, TPDO1
 from palpate.drivers.cia402.drive import RPDO, TPDO
-from palpate.drivers.cia402.link import CanLink
+from palpate.drivers.cia402.link import CanopenLink
 from palpate.drivers.cia402.mailbox import ArmStatistics, Mailbox, NodeBox, Tally
-from palpate.drivers.cia402.object_dictionary import EMCY, HEARTBEAT, NMT, RPDO1, SYNC, TPDO1, state_of
+from palpate.drivers.cia402.object_dictionary import state_of
 from palpate.drivers.cia402.settings import ArmSettings
 from palpate.drivers.cia402.watch import AxisView
 from palpate.drivers.errors import SilentError
@@ -41,7 +42,7 @@ class CyclicExchange:
         heartbeat_on: Whether the host tells the drives that it is alive.
     """
 
-    def __init__(self, link: CanLink, settings: ArmSettings, now_ns: Callable[[], int]) -> None:
+    def __init__(self, link: CanopenLink, settings: ArmSettings, now_ns: Callable[[], int]) -> None:
         self._link, self._settings, self._now_ns = link, settings, now_ns
         self._nodes = [joint.node for joint in settings.joints]
         self._mailbox = Mailbox(self._nodes, TPDO.size, now_ns)

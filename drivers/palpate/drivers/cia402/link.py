@@ -3,7 +3,7 @@
 ``canopen`` receives in a thread of python-can. Three traps, each measured with ``canopen`` 2.4.1 and python-can 4.6.1:
 an exception in a subscriber is logged and nothing else; an error of the bus (a malformed line of a serial
 adapter, an unplugged one) ends the thread without a word, and from then on the bus merely seems quiet; sending
-goes on working meanwhile. Hence :meth:`CanLink.require_alive` in every cycle.
+goes on working meanwhile. Hence :meth:`CanopenLink.require_alive` in every cycle.
 """
 
 from __future__ import annotations
@@ -17,9 +17,12 @@ import can
 import canopen
 from canopen.objectdictionary import ObjectDictionary
 from canopen.sdo import SdoClient
+from typing_extensions import override
 
-from palpate.drivers.cia402.object_dictionary import SDO_ANSWER, SDO_REQUEST, Objects
-from palpate.drivers.errors import SilentError, WiringError
+from palpate.drivers.can_identifiers import SDO_ANSWER, SDO_REQUEST
+from palpate.drivers.can_link import open_bus
+from palpate.drivers.cia402.object_dictionary import Objects
+from palpate.drivers.errors import SilentError
 
 Subscriber: TypeAlias = Callable[[int, bytearray, float], None]
 
@@ -33,14 +36,14 @@ class _Once(can.Listener):
     def __init__(self, call: Callable[[], object]) -> None:
         self._call: Callable[[], object] | None = call
 
+    @override
     def on_message_received(self, msg: can.Message) -> None:
-        """See :class:`can.Listener`."""
         call, self._call = self._call, None
         if call is not None:
             call()
 
 
-class CanLink:
+class CanopenLink:
     """A connected bus.
 
     Args:
@@ -65,26 +68,21 @@ class CanLink:
         """Connect to a bus.
 
         Args:
-            interface: Of python-can: ``socketcan``, ``slcan``, ``virtual``, and so on.
-            channel: For example ``can0`` or ``/dev/ttyACM0``.
-            bitrate: In bit/s. python-can sets it where it can; for socketcan the operating system does.
+            interface: As :func:`palpate.drivers.can_link.open_bus`, like the next two and the options.
+            channel: Which bus.
+            bitrate: In bit/s.
             in_receiver: Called once by the receive thread, with the first frame; for its priority, for instance.
             options: Further options of that interface.
 
         Raises:
             WiringError: There is no such bus, or no permission.
         """
-        network = canopen.Network()
+        network = canopen.Network(open_bus(interface, channel, bitrate, **options))
         network.NOTIFIER_CYCLE = _NOTIFIER_CYCLE_S
         if in_receiver is not None:
             network.listeners.append(_Once(in_receiver))
-        name = f"CAN bus {interface} {channel}"
-        try:
-            network.connect(interface=interface, channel=channel, bitrate=bitrate, **options)
-        except Exception as error:  # every back end has exceptions of its own, and all mean that there is no bus
-            remedy = "check the adapter, its name, and that the interface is up"
-            raise WiringError(name, f"cannot be opened: {error}", remedy) from error
-        return cls(network, name)
+        network.connect()
+        return cls(network, f"CAN bus {interface} {channel}")
 
     def objects(self, node: int, timeout_s: float) -> Objects:
         """SDO access to one node.

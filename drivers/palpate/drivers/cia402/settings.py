@@ -14,19 +14,16 @@ from math import isfinite
 from typing import Final
 
 from palpate.drivers.arm import Applied, clamped, held_back
-from palpate.drivers.cia402.object_dictionary import HIGHEST_NODE, OperationMode, require_no_collision
+from palpate.drivers.bus_budget import BusBudget
+from palpate.drivers.can_identifiers import HIGHEST_NODE
+from palpate.drivers.cia402.object_dictionary import OperationMode
 from palpate.drivers.errors import RefusedError, SettingError
-
-LOOP_RATE_HZ: Final = 140
-"""The control rate of the work cell; a drive cycle happens in each tick or in every k-th one."""
 
 PDO_BYTES: Final = 6
 """Controlword or statusword, and one 32-bit figure."""
 
 HIGHEST_LOAD: Final = 0.8
 """Share of the bus that cyclic frames may fill: SDO answers and repeated frames need the rest. A choice."""
-
-_SLOWEST_DIVISOR: Final = 14
 
 
 def frame_bits(data_bytes: int, *, stuffed: bool = True) -> int:
@@ -40,52 +37,23 @@ def frame_bits(data_bytes: int, *, stuffed: bool = True) -> int:
     return 47 + 8 * data_bytes + stuffing
 
 
-@dataclass(frozen=True, slots=True)
-class BusBudget:
-    """The load that one arm puts on its bus.
+def bits_per_cycle(drives: int, *, stuffed: bool = True) -> int:
+    """Bits of the RPDOs, the SYNC and the TPDOs of one cycle."""
+    return 2 * drives * frame_bits(PDO_BYTES, stuffed=stuffed) + frame_bits(0, stuffed=stuffed)
 
-    Attributes:
+
+def bus_budget(drives: int, bitrate: int, heartbeat_s: float) -> BusBudget:
+    """The load that one arm puts on its bus, in the worst case of stuffing.
+
+    Args:
         drives: Number of drives.
         bitrate: In bit/s.
         heartbeat_s: Period of every drive's heartbeat, and of the host's.
-        other_frames: Payloads, in bytes, of what other devices send in each cycle; (8, 8) for a JR3 in
-            synchronous mode.
     """
-
-    drives: int
-    bitrate: int
-    heartbeat_s: float
-    other_frames: Sequence[int] = ()
-
-    def bits_per_cycle(self, *, stuffed: bool = True) -> int:
-        """Bits of the RPDOs, the SYNC, the TPDOs and other devices' frames of one cycle."""
-        pdos = 2 * self.drives * frame_bits(PDO_BYTES, stuffed=stuffed)
-        others = sum(frame_bits(size, stuffed=stuffed) for size in self.other_frames)
-        return pdos + frame_bits(0, stuffed=stuffed) + others
-
-    def highest_rate_Hz(self) -> float:
-        """Cycles a second at which the worst case of stuffing fills the share that cyclic frames may have."""
-        heartbeats = (self.drives + 1) * frame_bits(1) / self.heartbeat_s
-        return max(0.0, HIGHEST_LOAD * self.bitrate - heartbeats) / self.bits_per_cycle()
-
-    def require(self, rate_Hz: Fraction) -> None:
-        """Refuse a cycle rate that is no whole fraction of the control rate, or does not fit.
-
-        Raises:
-            SettingError: With the numbers, and with the rates that would do.
-        """
-        highest = self.highest_rate_Hz()
-        fitting = [k for k in range(1, _SLOWEST_DIVISOR + 1) if LOOP_RATE_HZ / k <= highest]
-        remedy = f"{LOOP_RATE_HZ}/{fitting[0]} Hz would fit" if fitting else "use a faster bus"
-        if rate_Hz <= 0 or (LOOP_RATE_HZ / rate_Hz).denominator != 1:
-            problem = f"{float(rate_Hz):g} Hz is no whole fraction of the control rate of {LOOP_RATE_HZ} Hz"
-            raise SettingError("CAN bus", problem, remedy)
-        if rate_Hz > highest:
-            problem = (
-                f"{self.drives} drives need {self.bits_per_cycle()} bits a cycle at worst, so {self.bitrate} bit/s "
-                f"carry {highest:.1f} cycles/s at {HIGHEST_LOAD:.0%} load, not {float(rate_Hz):g}"
-            )
-            raise SettingError("CAN bus", problem, remedy)
+    bits = bits_per_cycle(drives)
+    heartbeats = (drives + 1) * frame_bits(1) / heartbeat_s
+    load = f"{drives} drives need {bits} bits a cycle at worst, of {bitrate} bit/s"
+    return BusBudget("CAN bus", load, bits / bitrate, max(0.0, HIGHEST_LOAD - heartbeats / bitrate))
 
 
 _INT32: Final = 2**31 - 1
@@ -151,7 +119,8 @@ class ArmSettings:
         joints: One drive a joint, in the order of the kinematic model.
         mode: Cyclic synchronous position, or velocity with the position loop in this driver.
         bitrate: Of the bus, in bit/s.
-        rate_Hz: Cycles a second: 140 or a whole fraction of it.
+        control_rate_Hz: Rate of the control loop.
+        divider: Control ticks per cycle; refused when the bus cannot carry that.
         answer_share: Share of the period within which all drives must have answered a SYNC.
         missed_cycles: Cycles in a row that a drive may leave unanswered before the arm is stopped for good.
         heartbeat_ms: Period of each drive's heartbeat.
@@ -166,17 +135,16 @@ class ArmSettings:
         csv_gain: Share of the position error that CSV removes in one cycle, 0 to 1.
         sdo_timeout_s: Longest wait for an SDO answer.
         transition_timeout_s: Longest wait for a change of state of all drives.
-        jr3_node: Node number of a JR3 sensor on the same bus, to be checked for collisions; None without one.
-        other_frames: Payloads, in bytes, of what other devices send in each cycle.
 
     Raises:
         SettingError: A value that cannot work, or a rate that does not fit the bus.
     """
 
     joints: tuple[JointDrive, ...]
+    control_rate_Hz: int
     mode: OperationMode = OperationMode.CSP
     bitrate: int = 1_000_000
-    rate_Hz: Fraction = Fraction(LOOP_RATE_HZ)
+    divider: int = 1
     answer_share: float = 0.5
     missed_cycles: int = 3
     heartbeat_ms: int = 50
@@ -189,15 +157,11 @@ class ArmSettings:
     csv_gain: float = 0.5
     sdo_timeout_s: float = 0.3
     transition_timeout_s: float = 2.0
-    jr3_node: int | None = None
-    other_frames: Sequence[int] = ()
 
     def __post_init__(self) -> None:
         nodes = [*(joint.node for joint in self.joints), self.host_node]
         if not self.joints or len(set(nodes)) != len(nodes):
             raise SettingError("arm", f"nodes {nodes}, the host's last", "give every drive and the host its own node")
-        if self.jr3_node is not None:
-            require_no_collision(nodes, self.jr3_node)
         positive = {
             "bitrate": self.bitrate,
             "missed_cycles": self.missed_cycles,
@@ -220,11 +184,16 @@ class ArmSettings:
         for told, good in checks.items():
             if not good:
                 raise SettingError("arm", f"{told} cannot work", "see the meaning of this setting")
-        self.budget.require(self.rate_Hz)
+        self.budget.require(self.control_rate_Hz, self.divider)
         # Three heartbeats of the host within the drives' patience, and they are sent by the cycle alone.
         if 0 < self.host_watchdog_ms < 3 * self.period_s * 1e3:
             problem = f"host_watchdog_ms = {self.host_watchdog_ms} is shorter than three cycles"
             raise SettingError("arm", problem, "make it longer, or the rate higher")
+
+    @property
+    def rate_Hz(self) -> Fraction:
+        """Cycles a second."""
+        return Fraction(self.control_rate_Hz, self.divider)
 
     @property
     def period_s(self) -> float:
@@ -239,7 +208,7 @@ class ArmSettings:
     @property
     def budget(self) -> BusBudget:
         """The load on the bus."""
-        return BusBudget(len(self.joints), self.bitrate, self.heartbeat_ms * 1e-3, tuple(self.other_frames))
+        return bus_budget(len(self.joints), self.bitrate, self.heartbeat_ms * 1e-3)
 
 
 _SLACK: Final = 1e-9

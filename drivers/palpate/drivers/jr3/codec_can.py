@@ -7,10 +7,11 @@ has checked the CRC of 15 bits already, so what arrives damaged passed it, or wa
 
 from __future__ import annotations
 
-import enum
 import struct
 from dataclasses import dataclass
 
+from palpate.drivers.can_identifiers import Jr3Code
+from palpate.drivers.can_link import CanFrame, FrameKind
 from palpate.drivers.errors import RefusedError
 from palpate.drivers.jr3.messages import Ack, Bootup, Forces, Moments, Op, Reading, Request
 
@@ -18,44 +19,18 @@ BITRATE = 1_000_000
 """Bit/s. FACT: the firmware's configuration."""
 
 _NODE_MASK, _OP_MASK = 0x07F, 0x780
-_ACK, _FORCES, _MOMENTS, _BOOTUP = 0x100, 0x600, 0x680, 0x700
 _COMMANDS = {
-    Op.START: 0x200,
-    Op.STOP: 0x280,
-    Op.ZERO: 0x300,
-    Op.SET_FILTER: 0x380,
-    Op.GET_STATE: 0x400,
-    Op.GET_FORCE_SCALES: 0x480,
-    Op.GET_MOMENT_SCALES: 0x500,
-    Op.RESET: 0x580,
+    Op.START: Jr3Code.START_ASYNC,
+    Op.STOP: Jr3Code.STOP,
+    Op.ZERO: Jr3Code.ZERO_OFFS,
+    Op.SET_FILTER: Jr3Code.SET_FILTER,
+    Op.GET_STATE: Jr3Code.GET_STATE,
+    Op.GET_FORCE_SCALES: Jr3Code.GET_FS_FORCES,
+    Op.GET_MOMENT_SCALES: Jr3Code.GET_FS_MOMENTS,
+    Op.RESET: Jr3Code.RESET,
 }
 _READING, _SCALES = struct.Struct("<3hH"), struct.Struct("<3H")
 _READY, _NOT_INITIALISED = 0, 1
-
-
-class FrameKind(enum.Enum):
-    """What sort of CAN frame; only DATA can be ours."""
-
-    DATA = "data"
-    EXTENDED = "29-bit identifier"
-    REMOTE = "remote"
-    ERROR = "error"
-    FD = "CAN FD"
-
-
-@dataclass(frozen=True, slots=True)
-class CanFrame:
-    """A frame as the codec sees it, without a time.
-
-    Attributes:
-        can_id: Identifier.
-        data: Payload. Its real length counts, whatever the interface claimed.
-        kind: What sort of frame.
-    """
-
-    can_id: int
-    data: bytes = b""
-    kind: FrameKind = FrameKind.DATA
 
 
 @dataclass(slots=True)
@@ -137,16 +112,16 @@ class CanDecoder:
             self.counts.other_node += 1
             return None
         op, data = frame.can_id & _OP_MASK, frame.data
-        if op in (_FORCES, _MOMENTS) and len(data) == _READING.size:
+        if op in (Jr3Code.FORCES, Jr3Code.MOMENTS) and len(data) == _READING.size:
             x, y, z, counter = _READING.unpack(data)
             self.counts.good += 1
-            return Forces((x, y, z), counter) if op == _FORCES else Moments((x, y, z), counter)
-        if op == _ACK and len(data) in (1, 1 + _SCALES.size):
+            return Forces((x, y, z), counter) if op == Jr3Code.FORCES else Moments((x, y, z), counter)
+        if op == Jr3Code.ACK and len(data) in (1, 1 + _SCALES.size):
             return self._ack(data)
-        if op == _BOOTUP and not data:
+        if op == Jr3Code.BOOTUP and not data:
             self.counts.good += 1
             return Bootup()
-        if op in (_ACK, _FORCES, _MOMENTS, _BOOTUP):
+        if op in (Jr3Code.ACK, Jr3Code.FORCES, Jr3Code.MOMENTS, Jr3Code.BOOTUP):
             self.counts.wrong_length += 1
         else:
             self.counts.host_ops += 1

@@ -1,8 +1,4 @@
-"""The two ways to the board: a python-can bus and a serial port. Neither starts a thread.
-
-Both read what is there and return. A receive thread of python-can ends without a word when a serial CAN adapter sends a
-malformed line (INFERENCE from its notifier.py; seen on a pseudo-terminal), so none is used: each poll calls ``recv``.
-"""
+"""Ways to the board: a CAN bus or a serial port, each with its codec. Neither starts a thread."""
 
 from __future__ import annotations
 
@@ -10,24 +6,18 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Protocol
 
-import can
-
+from palpate.drivers.can_link import CanFrame
 from palpate.drivers.errors import SilentError
-from palpate.drivers.jr3.codec_can import CanDecoder, CanFrame, FrameKind, Reassembly, encode_can
+from palpate.drivers.jr3.codec_can import CanDecoder, Reassembly, encode_can
 from palpate.drivers.jr3.codec_uart import UartParser, encode_uart, nudged
 from palpate.drivers.jr3.messages import SCALES_IN_REPLY, Forces, Message, Moments, Op, Request
 from palpate.drivers.jr3.settings import check_node
-
-MAX_FRAMES = 512
-"""Frames taken per call, so that a flooded bus cannot hold a control loop for ever."""
 
 MAX_BYTES = 4096
 """Bytes taken per call, 0.36 s of a line at 115200 baud (CALC)."""
 
 WRITE_TIMEOUT_S = 0.1
 """Longest wait for a serial port that does not take 11 bytes. Assumed."""
-
-_BUS_OFF = 0x40
 
 
 class SerialPort(Protocol):
@@ -41,100 +31,6 @@ class SerialPort(Protocol):
 
     def write(self, data: bytes, /) -> int | None:
         """Write bytes."""
-
-
-class CanLink:
-    """Frames of a python-can bus of any interface. Whoever opened the bus closes it.
-
-    Give the bus no software filters: ``recv(0)`` returns None for a frame that one rejects (FACT, python-can bus.py),
-    which here means that nothing waits. On slcan every call that finds nothing costs the port's time-out, 1 ms unless
-    the bus is opened with another (FACT).
-
-    Args:
-        bus: An open bus at 1 Mbit/s.
-
-    Attributes:
-        garbled: Lines or frames that the interface itself could not decode.
-        bus_offs: Error frames that tell of bus-off.
-        send_failures: Frames that the interface did not take, for example because its queue was full.
-    """
-
-    def __init__(self, bus: can.BusABC) -> None:
-        self.garbled = self.bus_offs = self.send_failures = 0
-        self._bus = bus
-
-    def receive(self) -> list[CanFrame]:
-        """Frames that have arrived, oldest first.
-
-        Raises:
-            SilentError: The interface is gone.
-        """
-        frames: list[CanFrame] = []
-        for _ in range(MAX_FRAMES):
-            try:
-                message = self._bus.recv(0.0)
-            except (ValueError, IndexError):
-                self.garbled += 1
-                continue
-            except can.CanError as error:
-                if not isinstance(error.__cause__, (ValueError, IndexError)):
-                    raise self._gone(error) from error
-                self.garbled += 1
-                self._unpoison()
-                continue
-            except (OSError, TypeError) as error:
-                # pyserial raises TypeError when its port was closed under it.
-                raise self._gone(error) from error
-            if message is None:
-                break
-            frames.append(self._frame(message))
-        return frames
-
-    def send(self, frame: CanFrame) -> bool:
-        """Hand over a frame.
-
-        Returns:
-            False when the interface did not take it; the time-out of the request deals with that.
-
-        Raises:
-            SilentError: The interface is gone.
-        """
-        message = can.Message(arbitration_id=frame.can_id, data=frame.data, is_extended_id=False)
-        try:
-            self._bus.send(message)
-        except can.CanError:
-            # A full queue (ENOBUFS) passes; if the interface is gone, the next receive tells.
-            self.send_failures += 1
-            return False
-        except (OSError, TypeError, ValueError) as error:
-            raise self._gone(error) from error
-        return True
-
-    def _frame(self, message: can.Message) -> CanFrame:
-        if message.is_error_frame:
-            self.bus_offs += bool(message.arbitration_id & _BUS_OFF)
-            kind = FrameKind.ERROR
-        elif message.is_remote_frame:
-            kind = FrameKind.REMOTE
-        elif message.is_extended_id:
-            kind = FrameKind.EXTENDED
-        else:
-            kind = FrameKind.FD if message.is_fd else FrameKind.DATA
-        return CanFrame(message.arbitration_id, bytes(message.data), kind)
-
-    def _unpoison(self) -> None:
-        # python-can's slcan keeps a line that is not UTF-8 and fails on it at every call, until it is told to flush.
-        flush = getattr(self._bus, "flush", None)
-        if flush is not None:
-            try:
-                flush()
-            except (can.CanError, OSError, TypeError) as error:
-                raise self._gone(error) from error
-
-    def _gone(self, error: Exception) -> SilentError:
-        offs = f" after {self.bus_offs} bus-offs" if self.bus_offs else ""
-        remedy = "check the adapter's plug, 'ip -details link show' and the bus termination, then connect again"
-        return SilentError("JR3 on CAN", f"the CAN interface fails ({error}){offs}", remedy)
 
 
 class UartLink:

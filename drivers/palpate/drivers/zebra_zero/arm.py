@@ -65,13 +65,13 @@ class ZebraZero(ArmDriver):
         stream: ByteStream,
         clock_ns: Callable[[], int],
         sleep_s: Callable[[float], None],
-        settings: ZebraZeroSettings | None = None,
+        settings: ZebraZeroSettings,
         *,
         at_home: bool = False,
         store: CountsStore | None = None,
     ) -> None:
         self._at_home, self._store = at_home, store
-        self.settings = ZebraZeroSettings() if settings is None else settings
+        self.settings = settings
         self._clock_ns = clock_ns
         self._bus = NmcBus(stream, clock_ns, sleep_s, self.settings.bus)
         self._servos = Servos(self._bus, self.settings)

@@ -9,13 +9,12 @@ from math import copysign, inf, isfinite
 from typing import Final
 
 from palpate.drivers.arm import Applied, clamped, held_back
+from palpate.drivers.bus_budget import BusBudget
 from palpate.drivers.errors import SettingError
 from palpate.drivers.nmc.commands import set_gain, stop_motor
 from palpate.drivers.nmc.frames import NmcCommand, StatusItem, StopControl
 from palpate.drivers.nmc.settings import (
-    LOOP_RATE_HZ,
     BusSettings,
-    CycleBudget,
     SerialTiming,
     exchange_size_bytes,
     same_for_all,
@@ -164,7 +163,7 @@ class ServoGains:
         )
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class ZebraZeroSettings:
     """The arm and how it is run. Values without a mark are choices of this driver.
 
@@ -174,7 +173,8 @@ class ZebraZeroSettings:
         limits: Joint limits.
         gains: Servo filter of every axis.
         streaming: How set-points reach the motors.
-        rate_Hz: Rate of ``cycle``; refused when the bus cannot carry it.
+        control_rate_Hz: Rate of the control loop.
+        divider: Control ticks per ``cycle``; refused when the bus cannot carry that.
         reserve: Share of the period that the bus must leave free.
         reply_items: Items of every reply in a cycle; POSITION at least. AUX costs a byte an axis and tells at once
             when a servo went off.
@@ -190,12 +190,13 @@ class ZebraZeroSettings:
         SettingError: A value that cannot work.
     """
 
+    control_rate_Hz: float
     bus: BusSettings = field(default_factory=BusSettings)
     transmission: Transmission = field(default_factory=Transmission)
     limits: JointLimits = field(default_factory=JointLimits)
     gains: ServoGains = field(default_factory=ServoGains)
     streaming: Streaming = Streaming.BY_FIRMWARE
-    rate_Hz: float = LOOP_RATE_HZ / 3
+    divider: int = 3
     reserve: float = 0.1
     reply_items: StatusItem = StatusItem.POSITION | StatusItem.AUX
     require_power: bool = True
@@ -207,7 +208,6 @@ class ZebraZeroSettings:
 
     def __post_init__(self) -> None:
         checks = (
-            (isfinite(self.rate_Hz) and self.rate_Hz > 0.0, f"rate_Hz = {self.rate_Hz}", "positive"),
             (0.0 <= self.reserve < 1.0, f"reserve = {self.reserve}", "0 to 1"),
             (bool(self.reply_items & StatusItem.POSITION), f"reply_items = {self.reply_items!r}", "with POSITION"),
             (0.0 <= self.limit_tolerance_rad < 0.5, f"limit_tolerance_rad = {self.limit_tolerance_rad}", "0 to 0.5"),
@@ -219,9 +219,14 @@ class ZebraZeroSettings:
         for good, found, wanted in checks:
             if not good:
                 raise SettingError(DEVICE, found, f"must be {wanted}")
-        self.budget().require(self.rate_Hz)
+        self.budget().require(self.control_rate_Hz, self.divider)
 
-    def budget(self) -> CycleBudget:
+    @property
+    def rate_Hz(self) -> float:
+        """Rate of ``cycle``."""
+        return self.control_rate_Hz / self.divider
+
+    def budget(self) -> BusBudget:
         """What one cycle with set-points for all axes costs; both ways of streaming cost the same."""
         line = SerialTiming(self.bus.baud, self.bus.adapter_latency_s, self.bus.turnaround_s)
         setpoint = stop_motor(StopControl.AMP_ENABLE | StopControl.HERE, 0)

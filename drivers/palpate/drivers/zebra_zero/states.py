@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from typing import Final
 
 from palpate.drivers.arm import Measured
+from palpate.drivers.bus_budget import BusBudget
 from palpate.drivers.errors import DeviceFaultError, StateError
 from palpate.drivers.nmc.frames import Aux, NmcStatus
 from palpate.drivers.nmc.replies import Reply
-from palpate.drivers.nmc.settings import CycleBudget
 from palpate.drivers.nmc.startup import Module
 from palpate.drivers.nmc.statistics import BusStatistics
 from palpate.drivers.zebra_zero.counts import DEVICE, SixCounts
@@ -181,7 +181,7 @@ class ArmReport:
     modules: tuple[Module, ...]
     baud: int
     streaming: Streaming
-    budget: CycleBudget
+    budget: BusBudget
     wanted_rate_Hz: float
     achieved_rate_Hz: float | None
     statistics: BusStatistics

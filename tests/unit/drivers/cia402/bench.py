@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from palpate.drivers.cia402.arm import Cia402Arm
-from palpate.drivers.cia402.link import CanLink
+from palpate.drivers.cia402.link import CanopenLink
 from palpate.drivers.cia402.settings import ArmSettings, JointDrive
 from palpate.simulation.emulators.cia402.node import CanopenDrive
 from palpate.simulation.emulators.lines.can_bus import BusFrame
@@ -77,8 +77,10 @@ class Bench:
         self.drives = [CanopenDrive(node, self.plant, axis) for axis, node in enumerate(NODES)]
         self.network = FakeNetwork(self.drives)
         self.network.sleep(0.05)
-        self.settings = ArmSettings(joints=joints(), sdo_timeout_s=0.01, **settings)
-        self.arm = Cia402Arm(CanLink(self.network), self.settings, now_ns=self.network.clock, sleep=self.network.sleep)
+        self.settings = ArmSettings(joints=joints(), control_rate_Hz=140, sdo_timeout_s=0.01, **settings)
+        self.arm = Cia402Arm(
+            CanopenLink(self.network), self.settings, now_ns=self.network.clock, sleep=self.network.sleep
+        )
         # Waiting is what lets this bus go on; the lock is re-entrant, so frames may come in meanwhile.
         self.arm._exchange._mailbox._all_here.wait = self.network.sleep  # type: ignore[method-assign, assignment]
 

@@ -5,7 +5,7 @@ import time
 import can
 import pytest
 
-from palpate.drivers.cia402.link import CanLink
+from palpate.drivers.cia402.link import CanopenLink
 from palpate.drivers.errors import DeviceFaultError, SilentError, WiringError
 
 BUS = {"interface": "virtual", "bitrate": 1_000_000}
@@ -21,7 +21,7 @@ def wait_for(condition: object) -> None:
 def test_frames_go_out_and_come_in() -> None:
     heard: list[tuple[int, bytes]] = []
     with (
-        CanLink.open(channel="link-frames", **BUS) as link,  # type: ignore[arg-type]
+        CanopenLink.open(channel="link-frames", **BUS) as link,  # type: ignore[arg-type]
         can.Bus(interface="virtual", channel="link-frames") as peer,
     ):
         link.subscribe(0x181, lambda can_id, data, _: heard.append((can_id, bytes(data))))
@@ -39,13 +39,13 @@ def test_frames_go_out_and_come_in() -> None:
 
 def test_a_bus_that_does_not_exist() -> None:
     with pytest.raises(WiringError, match="slcan /dev/no-such-adapter"):
-        CanLink.open(interface="slcan", channel="/dev/no-such-adapter", bitrate=1_000_000)
+        CanopenLink.open(interface="slcan", channel="/dev/no-such-adapter", bitrate=1_000_000)
     with pytest.raises(WiringError, match="no-such-interface"):
-        CanLink.open(interface="no-such-interface", channel="can0", bitrate=1_000_000)
+        CanopenLink.open(interface="no-such-interface", channel="can0", bitrate=1_000_000)
 
 
 def test_a_closed_bus_is_not_alive_and_takes_nothing() -> None:
-    link = CanLink.open(channel="link-closed", **BUS)  # type: ignore[arg-type]
+    link = CanopenLink.open(channel="link-closed", **BUS)  # type: ignore[arg-type]
     link.close()
     link.close()
     with pytest.raises(SilentError):
@@ -56,7 +56,7 @@ def test_a_closed_bus_is_not_alive_and_takes_nothing() -> None:
 
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
 def test_the_death_of_the_receive_thread_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
-    with CanLink.open(channel="link-death", **BUS) as link:  # type: ignore[arg-type]
+    with CanopenLink.open(channel="link-death", **BUS) as link:  # type: ignore[arg-type]
 
         def fail(_timeout: float) -> None:
             raise ValueError("malformed line")
@@ -77,7 +77,7 @@ def test_a_failing_subscriber_does_not_end_receiving() -> None:
         raise ValueError("bug")
 
     with (
-        CanLink.open(channel="link-subscriber", **BUS) as link,  # type: ignore[arg-type]
+        CanopenLink.open(channel="link-subscriber", **BUS) as link,  # type: ignore[arg-type]
         can.Bus(interface="virtual", channel="link-subscriber") as peer,
     ):
         link.subscribe(0x181, fail)
@@ -89,7 +89,7 @@ def test_a_failing_subscriber_does_not_end_receiving() -> None:
 
 def test_sdo_errors_are_ours() -> None:
     with (
-        CanLink.open(channel="link-sdo", **BUS) as link,  # type: ignore[arg-type]
+        CanopenLink.open(channel="link-sdo", **BUS) as link,  # type: ignore[arg-type]
         can.Bus(interface="virtual", channel="link-sdo") as peer,
     ):
         objects = link.objects(5, 0.02)

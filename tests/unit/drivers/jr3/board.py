@@ -5,9 +5,9 @@ from __future__ import annotations
 import struct
 from collections.abc import Callable
 
+from palpate.drivers.can_link import CanFrame
 from palpate.drivers.errors import SilentError
 from palpate.drivers.jr3.blocking import Pace
-from palpate.drivers.jr3.codec_can import CanFrame
 from palpate.drivers.jr3.device import Jr3
 from palpate.drivers.jr3.messages import Jr3Sample
 from palpate.drivers.jr3.phases import Jr3Phase

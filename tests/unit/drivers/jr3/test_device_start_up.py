@@ -6,9 +6,9 @@ import dataclasses
 
 import pytest
 
+from palpate.drivers.can_link import CanFrame
 from palpate.drivers.errors import DeviceFaultError, GarbledError, SettingError, SilentError, StateError, WiringError
 from palpate.drivers.jr3.blocking import identify, shut_down, start_up, zero
-from palpate.drivers.jr3.codec_can import CanFrame
 from palpate.drivers.jr3.device import Jr3
 from palpate.drivers.jr3.messages import FullScales
 from palpate.drivers.jr3.phases import TRANSITIONS, Jr3Event, Jr3Phase

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from palpate.drivers.can_link import CanFrame
 from palpate.drivers.errors import DeviceFaultError, SilentError
 from palpate.drivers.jr3.blocking import shut_down
-from palpate.drivers.jr3.codec_can import CanFrame
 from palpate.drivers.jr3.device import MAX_BOOTS
 from palpate.drivers.jr3.phases import Jr3Phase
 from palpate.drivers.jr3.sampling import Zero

@@ -13,9 +13,9 @@ import can
 import pytest
 import serial
 
+from palpate.drivers.can_link import MAX_FRAMES, CanFrame, CanLink, FrameKind
 from palpate.drivers.errors import SilentError
-from palpate.drivers.jr3.codec_can import CanFrame, FrameKind
-from palpate.drivers.jr3.transport import MAX_BYTES, MAX_FRAMES, CanLink, UartLink
+from palpate.drivers.jr3.transport import MAX_BYTES, UartLink
 
 
 class ScriptedBus:

@@ -52,22 +52,22 @@ def test_adapter_latency():
 
 
 def test_fitting_rates_are_whole_fractions():
-    rates = cycle(19_200, POLL).fitting_rates_Hz()
+    rates = cycle(19_200, POLL).fitting_rates_Hz(140)
     assert rates[0] == pytest.approx(140 / 6)
-    assert [round(rate, 2) for rate in cycle(230_400, 15).fitting_rates_Hz()[:5]] == [140.0, 70.0, 46.67, 35.0, 28.0]
+    assert [round(rate, 2) for rate in cycle(230_400, 15).fitting_rates_Hz(140)[:5]] == [140.0, 70.0, 46.67, 35.0, 28.0]
 
 
 def test_streaming_at_140_hz_needs_230400_baud():
-    cycle(230_400, 15).require(140.0)
+    cycle(230_400, 15).require(140, 1)
     with pytest.raises(SettingError) as caught:
-        cycle(115_200, 15, reserve=0.1).require(140.0)
+        cycle(115_200, 15, reserve=0.1).require(140, 1)
     message = str(caught.value)
     for part in ("140 Hz", "90 bytes", "115200 baud", "7.81 ms", "115.2 Hz", "70, 46.67, 35, 28"):
         assert part in message
     with pytest.raises(SettingError, match="none"):
-        cycle(19_200, POLL, latency_s=1.0).require(140.0)
+        cycle(19_200, POLL, latency_s=1.0).require(140, 1)
     with pytest.raises(SettingError):
-        cycle(230_400, 15).require(0.0)
+        cycle(230_400, 15).require(140, 0)
 
 
 def test_documented_divisors():

@@ -25,7 +25,7 @@ COUNTS = Transmission()
 
 
 def arm_on(line, **settings):
-    return ZebraZero(line, line.clock, line.clock.sleep, ZebraZeroSettings(**settings))
+    return ZebraZero(line, line.clock, line.clock.sleep, ZebraZeroSettings(control_rate_Hz=140, **settings))
 
 
 def ready(line, **settings):
@@ -260,14 +260,14 @@ def test_report(line):
 
 def test_rate_that_the_bus_cannot_carry_is_refused():
     with pytest.raises(SettingError, match=r"62\.79 Hz at most with 10% in reserve; choose a fitting"):
-        ZebraZeroSettings(rate_Hz=140.0)
-    ZebraZeroSettings(rate_Hz=140.0, bus=BusSettings(baud=230_400, adapter_latency_s=0.0))
+        ZebraZeroSettings(control_rate_Hz=140, divider=1)
+    ZebraZeroSettings(control_rate_Hz=140, divider=1, bus=BusSettings(baud=230_400, adapter_latency_s=0.0))
 
 
 @pytest.mark.parametrize(
     "wrong",
     [
-        {"rate_Hz": float("nan")},
+        {"divider": 0},
         {"reserve": 1.0},
         {"reply_items": 8},
         {"limit_tolerance_rad": -1.0},
@@ -279,7 +279,7 @@ def test_rate_that_the_bus_cannot_carry_is_refused():
 )
 def test_settings_that_cannot_work(wrong):
     with pytest.raises(SettingError):
-        ZebraZeroSettings(**wrong)
+        ZebraZeroSettings(control_rate_Hz=140, **wrong)
 
 
 def test_no_motor_supply_at_switching_on(line):

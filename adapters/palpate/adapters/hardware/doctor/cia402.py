@@ -11,6 +11,7 @@ from palpate.core.ports.values import CONTROL_RATE_HZ
 from palpate.drivers.cia402.arm import Cia402Arm, DrivesMeasured
 from palpate.drivers.cia402.mailbox import ArmStatistics
 from palpate.drivers.cia402.object_dictionary import DriveState
+from palpate.drivers.cia402.settings import bits_per_cycle
 from palpate.drivers.cia402.watch import outside
 
 _CABLE: Final = "check the bus: 60 ohm between CAN_H and CAN_L with the power off, shield, one bit rate for all nodes"
@@ -110,8 +111,8 @@ def _budget(arm: Cia402Arm, begun: list[int], late_ns: list[int], notes: Noteboo
     if late is None or trips.p99_ms <= 0.0:
         return
     wanted, got = float(settings.rate_Hz), rate_Hz(begun)
-    budget = settings.budget
-    wire_ms = 1e3 * budget.bits_per_cycle(stuffed=False) / settings.bitrate
+    drives = len(settings.joints)
+    wire_ms = 1e3 * bits_per_cycle(drives, stuffed=False) / settings.bitrate
     latency_ms = max(0.0, trips.median_ms - wire_ms)
     notes.fact("round trip", f"{trips}, all drives; their frames alone need {wire_ms:.2f} ms", trips.median_ms)
     told = f"{latency_ms:.2f} ms a cycle beyond the frames, adapter and drives together"
@@ -121,7 +122,7 @@ def _budget(arm: Cia402Arm, begun: list[int], late_ns: list[int], notes: Noteboo
     highest = settings.answer_share * 1e3 / trips.p99_ms
     fits = next((k for k in range(1, CONTROL_RATE_HZ) if CONTROL_RATE_HZ / k <= highest), CONTROL_RATE_HZ)
     told = (
-        f"computed {budget.highest_rate_Hz():.0f} Hz at most ({budget.bits_per_cycle()} bits a cycle), "
+        f"computed {settings.budget.max_rate_Hz:.0f} Hz at most ({bits_per_cycle(drives)} bits a cycle), "
         f"measured {highest:.1f} Hz (answers within {settings.answer_share:.0%} of the period); "
         f"divider = {fits} fits, {CONTROL_RATE_HZ / fits:.1f} Hz"
     )

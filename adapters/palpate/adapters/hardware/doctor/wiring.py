@@ -12,8 +12,8 @@ from palpate.adapters.hardware.doctor.findings import Notebook
 from palpate.adapters.hardware.jr3 import jr3_can_table, jr3_uart_table
 from palpate.adapters.hardware.zebra_zero import zebra_table
 from palpate.core.ports.values import CONTROL_RATE_HZ
-from palpate.drivers.cia402.object_dictionary import HIGHEST_NODE, collisions
-from palpate.drivers.cia402.settings import HIGHEST_LOAD, BusBudget, frame_bits
+from palpate.drivers.can_identifiers import HIGHEST_NODE, collisions
+from palpate.drivers.cia402.settings import HIGHEST_LOAD, bits_per_cycle, frame_bits
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,6 @@ _KNOWN: Final[Mapping[str, Callable[[Mapping[str, Any]], Wiring]]] = {
 }  # fmt: skip
 
 
-_HEARTBEAT_S: Final = 0.05
 _HOST_NODE: Final = 126
 """What an arm's settings have when nothing else is said."""
 
@@ -134,8 +133,7 @@ def _nodes(arm: Wiring, jr3_node: int, notes: Notebook) -> None:
 def _load(arm: Wiring, sensor: Wiring, notes: Notebook) -> None:
     if not arm.bitrate or not sensor.period_us:
         return
-    budget = BusBudget(len(arm.canopen_nodes), arm.bitrate, _HEARTBEAT_S)
-    cycles = budget.bits_per_cycle() * CONTROL_RATE_HZ / arm.divider
+    cycles = bits_per_cycle(len(arm.canopen_nodes)) * CONTROL_RATE_HZ / arm.divider
     readings = 2 * frame_bits(8) * 1e6 / sensor.period_us
     load = (cycles + readings) / arm.bitrate
     told = f"drives ({cycles:.0f} bit/s) and force sensor ({readings:.0f} bit/s) fill {load:.0%} of {arm.network}"
