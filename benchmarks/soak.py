@@ -117,7 +117,7 @@ def soak(options: argparse.Namespace, folder: Path, note: Callable[[list[object]
         emulated(folder, options.arm, options.force, 0 if options.no_rt else 30) as (file, devices),
         HardwareRig(file, config, find_approach(config, ready)) as rig,
         TrialRecorder(lambda: sink, folder / "logs", config.recording) as recorder,
-        RealTimeSession(real_time) as beat,
+        RealTimeSession(real_time) as session,
     ):
         task = build_task(config, ready, perception, policy)
         recorder.of("soak", config, ready, task, perception, policy, name="torque")
@@ -130,7 +130,7 @@ def soak(options: argparse.Namespace, folder: Path, note: Callable[[list[object]
                 ports = faulty(rig.ports, [] if plan is None else [plan], deliveries.append)
                 observer = recorder.begin(setup, rig.world(), trial_name(trial))
                 try:
-                    with beat.loop():
+                    with session.loop():
                         report = run_trial(task, ports, setup, supervisor, (observer,))
                     recorder.end(report, {"stopped_by": rig.stopped_by()})
                     outcome = "" if report.outcome is None else report.outcome.value

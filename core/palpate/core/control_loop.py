@@ -84,7 +84,7 @@ class LoopObserver:
         """This is what the task asks of the arm."""
 
     def supervised(self, supervised: Supervised) -> None:
-        """This is what the arm is to be told, and why where it is not what the task asked."""
+        """This is what the arm is to be told, and why where it is not what the task asked; not without a supervisor."""
 
     def sent(self, snapshot: Snapshot, command: JointCommand, applied: AppliedCommand) -> None:
         """The arm was told this command, and answered with so much of it."""
@@ -224,29 +224,33 @@ def trial_ticks(
             for call in on_joints:
                 call(joints)
             snapshot = Snapshot(tick, time_ns, wrench, joints, applied)
-            if supervisor is not None and retreating:
-                supervised = supervisor.retreat(snapshot)
-                retreating = supervisor.retracting
-            else:
-                asked = yield snapshot
+            supervised: Supervised | None = None
+            if supervisor is None:
+                command = yield snapshot
                 for call in on_acted:
-                    call(asked)
-                if supervisor is None:
-                    supervised = Supervised(asked)
+                    call(command)
+            else:
+                if retreating:
+                    supervised = supervisor.retreat(snapshot)
                 else:
+                    asked = yield snapshot
+                    for call in on_acted:
+                        call(asked)
                     supervised = supervisor.check(snapshot, asked, task.expectation, task.tip_m)
                     if supervised.intervention is not None:
                         _report(task, supervised.intervention)
-                        retreating = supervisor.retracting
-            command = supervised.command
-            for call in on_supervised:
-                call(supervised)
+                retreating = supervised.intervention is not None and supervisor.retracting
+                command = supervised.command
+                for call in on_supervised:
+                    call(supervised)
             calling = ARM
             answer = arm.send(command)
             calling = ""
             for call in on_sent:
                 call(snapshot, command, answer)
-            applied = answer if supervised.intervention is None else supervised.applied(answer)
+            applied = answer
+            if supervised is not None and supervised.intervention is not None:
+                applied = supervised.applied(answer)
             news = (wrench.sequence, joints.sequence)
             if time_ns != deadline_ns or news[0] == seen[0] or news[1] == seen[1]:
                 _note_irregular(timing, time_ns - deadline_ns, seen, news)

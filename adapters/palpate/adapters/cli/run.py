@@ -58,13 +58,13 @@ def run(options: RunOptions) -> int:
         recorder = TrialRecorder.into(folder.path / LOG_FOLDER, recording_for(config, options.rig))
         if recorder is not None:
             opened.enter_context(recorder)
-        beat = opened.enter_context(RealTimeSession(config.real_time)) if options.rig else None
-        print_grants(beat)
+        session = opened.enter_context(RealTimeSession(config.real_time)) if options.rig else None
+        print_grants(session)
         rows, finished = run_named(
-            chosen, config, ready, rig, options.trials, folder=folder, recorder=recorder, beat=beat
+            chosen, config, ready, rig, options.trials, folder=folder, recorder=recorder, session=session
         )
-        if beat is not None:
-            sys.stdout.write(beat.report() + "\n")
+        if session is not None:
+            sys.stdout.write(session.report() + "\n")
     print_troubles(recorder)
     summary = policy_summary(config, options.policy, rows, options.trials)
     folder.write_json("summary.json", summary)
@@ -93,7 +93,7 @@ def run_named(
     recorder: TrialRecorder | None = None,
     command: str = "run",
     subfolder: str = "",
-    beat: RealTimeSession | None = None,
+    session: RealTimeSession | None = None,
 ) -> tuple[list[TrialRow], bool]:
     """Run trials with progress on the terminal; returns the finished ones and whether these are all.
 
@@ -107,7 +107,7 @@ def run_named(
         recorder: Records them; None records none.
         command: The command that runs, for the logs.
         subfolder: Where in the recorder's folder the logs go.
-        beat: Real time, entered; None where the rig has none.
+        session: Real time, entered; None where the rig has none.
     """
     with tqdm(total=trials, unit="trial", desc=chosen.label, file=sys.stderr) as bar:
         policy = chosen.on(rig)
@@ -119,5 +119,5 @@ def run_named(
                 folder.append_trial(scored, FIRST_EVALUATION_TRIAL)
             bar.update()
 
-        rows = run_policy(config, ready, rig, chosen.perception, policy, trials, done, recorded, beat)
+        rows = run_policy(config, ready, rig, chosen.perception, policy, trials, done, recorded, session)
     return rows, len(rows) == trials

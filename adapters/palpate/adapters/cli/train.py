@@ -77,9 +77,9 @@ def train(options: TrainOptions) -> int:
         recorder = TrialRecorder.into(folder.path / LOG_FOLDER, recording_for(config, options.rig))
         if recorder is not None:
             opened.enter_context(recorder)
-        beat = opened.enter_context(RealTimeSession(config.real_time)) if options.rig else None
-        print_grants(beat)
-        trainer = Trainer(config, folder, ready, rig, perception, policy, first, recorder, beat)
+        session = opened.enter_context(RealTimeSession(config.real_time)) if options.rig else None
+        print_grants(session)
+        trainer = Trainer(config, folder, ready, rig, perception, policy, first, recorder, session)
         if checkpoint is not None:
             folder.truncate(first)
             set_aside(folder.path / LOG_FOLDER, first)
@@ -95,8 +95,8 @@ def train(options: TrainOptions) -> int:
         _with_progress(trainer, options.trials, first, folder)
         trainer.save_policy()
     print_troubles(recorder)
-    if beat is not None:
-        _say(beat.report())
+    if session is not None:
+        _say(session.report())
     _finish(config, folder, options.trials)
     if trainer.interrupted:
         again = ["palpate", "train", "--resume", "--out", str(folder.path), "--trials", str(options.trials)]

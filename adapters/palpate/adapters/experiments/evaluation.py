@@ -58,7 +58,7 @@ def run_policy(
     trials: int,
     on_trial: Callable[[ScoredTrial], None],
     recorded: Recorded | None = None,
-    beat: RealTimeSession | None = None,
+    session: RealTimeSession | None = None,
 ) -> list[TrialRow]:
     """Run a policy that does not learn; returns early on Ctrl-C with the trials that were finished."""
     recorder = None if recorded is None else recorded.recorder
@@ -80,7 +80,7 @@ def run_policy(
     with interrupting(end):
         for trial in range(trials):
             scored = run_scored_trial(
-                config, rig, task, FIRST_EVALUATION_TRIAL + trial, recorder, FIRST_EVALUATION_TRIAL, supervisor, beat
+                config, rig, task, FIRST_EVALUATION_TRIAL + trial, recorder, FIRST_EVALUATION_TRIAL, supervisor, session
             )
             if scored.report.outcome is Outcome.INTERRUPTED:
                 break

@@ -99,7 +99,7 @@ class Trainer:
         policy: Has a learner.
         next_trial: The first trial to run.
         recorder: Records every trial; None records none.
-        beat: Keeps trials in time; None where time waits.
+        session: Keeps trials in time; None where time waits.
     """
 
     def __init__(
@@ -112,7 +112,7 @@ class Trainer:
         policy: Policy,
         next_trial: int = 0,
         recorder: TrialRecorder | None = None,
-        beat: RealTimeSession | None = None,
+        session: RealTimeSession | None = None,
     ) -> None:
         learner = learner_of(policy)
         if learner is None:
@@ -122,7 +122,7 @@ class Trainer:
         self._perception_dict = perception_to_dict(perception)
         self._task = build_task(config, ready, perception, policy)
         self._supervisor = build_supervisor(config)
-        self._recorder, self._beat = recorder, beat
+        self._recorder, self._session = recorder, session
         if recorder is not None:
             recorder.of("train", config, ready, self._task, perception, policy, frozen=False)
         self.next_trial = next_trial
@@ -144,7 +144,7 @@ class Trainer:
                     self.next_trial,
                     self._recorder,
                     supervisor=self._supervisor,
-                    beat=self._beat,
+                    session=self._session,
                 )
                 if scored.report.outcome is Outcome.INTERRUPTED:
                     self._learner.set_state(before)

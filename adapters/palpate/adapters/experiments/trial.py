@@ -65,7 +65,7 @@ def run_scored_trial(
     recorder: TrialRecorder | None = None,
     first: int = 0,
     supervisor: Supervisor | None = None,
-    beat: RealTimeSession | None = None,
+    session: RealTimeSession | None = None,
 ) -> ScoredTrial:
     """Prepare the world, run one trial over the ports, and score it.
 
@@ -77,29 +77,29 @@ def run_scored_trial(
         recorder: Records it; it already knows what the trials are trials of.
         first: Index of the trial that is number 0 in the run's own count.
         supervisor: Stands between the core and the arm.
-        beat: Keeps it in time; None where time waits.
+        session: Keeps it in time; None where time waits.
     """
     rig.prepare(trial)
     setup, observers = trial_setup(config, trial), tuple[LoopObserver, ...]()
     if recorder is not None:
         observers = (recorder.begin(setup, rig.world(), trial_name(trial - first)),)
-    if beat is not None:
-        observers = beat.timed(observers)
+    if session is not None:
+        observers = session.timed(observers)
     try:
-        with nullcontext() if beat is None else beat.loop():
+        with nullcontext() if session is None else session.loop():
             report = run_trial(task, rig.ports, setup, supervisor, observers)
     except BaseException as error:
         if recorder is not None:
-            recorder.fail(task.report, error, _rig_fields(rig, beat))
+            recorder.fail(task.report, error, _rig_fields(rig, session))
         raise
     scored = replace(score(config, report, rig.truth()), stopped_by=rig.stopped_by())
     if recorder is not None:
-        recorder.end(report, truth_fields(scored) | _rig_fields(rig, beat))
+        recorder.end(report, truth_fields(scored) | _rig_fields(rig, session))
     return scored
 
 
-def _rig_fields(rig: Rig, beat: RealTimeSession | None) -> dict[str, Any]:
-    return {"stopped_by": rig.stopped_by(), "timing_json": "" if beat is None else beat.report_json()}
+def _rig_fields(rig: Rig, session: RealTimeSession | None) -> dict[str, Any]:
+    return {"stopped_by": rig.stopped_by(), "timing_json": "" if session is None else session.report_json()}
 
 
 def score(config: RunConfig, report: TrialReport, truth: Truth | None) -> ScoredTrial:

@@ -9,6 +9,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
+from typing_extensions import override
+
 from palpate.adapters.config.real_time import RealTimeConfig
 from palpate.adapters.config.rig import RigFile
 from palpate.adapters.config.run import RunConfig
@@ -98,8 +100,8 @@ class HardwareRig(Rig):
         # What waited in the lines meanwhile is taken now, and not in the first tick.
         self.ports.force_sensor.read()
 
+    @override
     def return_to_ready(self) -> None:
-        """See :class:`Rig`."""
         self._at_ready = False
 
     def stopped_by(self) -> str:

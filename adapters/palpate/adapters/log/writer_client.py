@@ -14,6 +14,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any, Final, Protocol, cast
 
+from typing_extensions import override
+
 from palpate.adapters.log.file import LogFile, describe_channels
 from palpate.adapters.log.writer_process import CLOSE, OPEN, QUIT, frame, messages_in
 from palpate.core.errors import OutputError
@@ -81,20 +83,20 @@ class MemorySink(Sink):
         self.logs: list[bytes] = []
         self._open: tuple[LogFile, _Buffer] | None = None
 
+    @override
     def open(self, opening: Opening) -> None:
-        """See :class:`Sink`."""
         stream = _Buffer()
         self._open = (LogFile(stream, describe_channels(), opening.metadata), stream)
 
+    @override
     def put(self, frames: bytes, *, vital: bool = False) -> bool:
-        """See :class:`Sink`."""
         if self._open is not None:
             for channel, time_ns, payload in messages_in(frames):
                 self._open[0].add(channel, time_ns, payload)
         return True
 
+    @override
     def close(self, frames: bytes) -> None:
-        """See :class:`Sink`."""
         if self._open is not None:
             self.put(frames)
             self._open[0].finish()
@@ -152,8 +154,9 @@ class ProcessSink(Sink):
         """The writer's."""
         return self._process.pid
 
+    @override
     def open(self, opening: Opening) -> None:
-        """See :class:`Sink`. The first time, waits until the writer runs."""
+        """The first time, waits until the writer runs."""
         # The writer stays in the folder where it was started.
         self._path = os.path.abspath(opening.path)
         self._await_writer()
@@ -163,8 +166,8 @@ class ProcessSink(Sink):
         self._enqueue(frame(OPEN, json.dumps(told).encode()))
         self._push()
 
+    @override
     def put(self, frames: bytes, *, vital: bool = False) -> bool:
-        """See :class:`Sink`."""
         self._push()
         # An empty queue takes anything: else a batch larger than the queue would never get through.
         if self._queued and self._queued + len(frames) > self._room and not vital:
@@ -175,19 +178,21 @@ class ProcessSink(Sink):
         self._push()
         return not self._gone
 
+    @override
     def close(self, frames: bytes) -> None:
-        """See :class:`Sink`. What still waits is written while the next trial runs."""
+        """What still waits is written while the next trial runs."""
         self._enqueue(frames)
         self._enqueue(frame(CLOSE))
         self._push()
 
+    @override
     def trouble(self) -> str | None:
-        """See :class:`Sink`."""
         self._listen()
         return self._troubles.popleft() if self._troubles else None
 
+    @override
     def shut(self) -> str | None:
-        """See :class:`Sink`. The writer is gone then, one way or the other."""
+        """The writer is gone then, one way or the other."""
         if not self._shut:
             # Said, and not only shown by the pipe's end: a fork of this process may hold that open.
             self._enqueue(frame(QUIT))

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Generic, TypeVar
 
+from typing_extensions import override
+
 from palpate.core.ports.devices import Device
 from palpate.core.ports.lifecycle import ActiveInside, Life
 from palpate.core.ports.values import JointSample, WrenchSample
@@ -32,24 +34,24 @@ class DeviceDecorator(ActiveInside):
         """The latched fault, or None."""
         return self._device.fault
 
+    @override
     def configure(self) -> None:
-        """See :class:`palpate.core.ports.devices.Device`."""
         self._device.configure()
 
+    @override
     def activate(self) -> None:
-        """See :class:`palpate.core.ports.devices.Device`."""
         self._device.activate()
 
     def deactivate(self) -> None:
-        """See :class:`palpate.core.ports.devices.Device`."""
+        """End what ``activate`` began."""
         self._device.deactivate()
 
     def acknowledge_fault(self) -> None:
-        """See :class:`palpate.core.ports.devices.Device`."""
+        """Clear a latched fault of the device."""
         self._device.acknowledge_fault()
 
+    @override
     def close(self) -> None:
-        """See :class:`palpate.core.ports.devices.Device`."""
         self._device.close()
 
 
@@ -68,5 +70,5 @@ class SensorDecorator(DeviceDecorator, Generic[SampleT]):
         self._past: Callable[[SampleT], SampleT] = past
 
     def read(self) -> SampleT:
-        """See the port."""
+        """What is to be read instead of the sensor's own sample."""
         return self._past(self._read())

@@ -245,7 +245,8 @@ class Stopwatch(LoopObserver):
     def _look_at_core(self, marks: list[int]) -> None:
         # Where a recorder is, what comes after it is the loop's.
         told = max(marks[_SEND], marks[_RECORD])
-        core = marks[_SUPERVISE] - marks[_JOINTS] + marks[_END] - told if marks[_SEND] else 0
+        asked = max(marks[_CONTROL], marks[_SUPERVISE])
+        core = asked - marks[_JOINTS] + marks[_END] - told if marks[_SEND] else 0
         if core > self._core_ns:
             self.slow_cores += 1
             if self._tell is not None:

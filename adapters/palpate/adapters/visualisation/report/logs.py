@@ -153,7 +153,7 @@ _TITLE: Final = "Cycle timing"
 
 @dataclass(frozen=True)
 class Timing:
-    """The beat of some trials.
+    """How regular the ticks of some trials are.
 
     Attributes:
         interval_ms: Between successive ticks, (n,).

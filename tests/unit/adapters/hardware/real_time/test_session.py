@@ -11,7 +11,7 @@ import pytest
 
 from palpate.adapters.config.real_time import RealTimeConfig
 from palpate.adapters.config.run import AdmissionConfig, RunConfig
-from palpate.adapters.experiments import training as session
+from palpate.adapters.experiments import training
 from palpate.adapters.experiments.build import build_perception, build_supervisor, build_task
 from palpate.adapters.experiments.policies import comparator, learning_policy
 from palpate.adapters.experiments.results import RunFolder
@@ -27,15 +27,15 @@ from tests.unit.adapters.samples import QUICK, ready_pose
 def test_timing_changes_nothing_of_a_trial_and_is_told() -> None:
     config = RunConfig()
 
-    def trial(beat: RealTimeSession | None) -> ScoredTrial:
+    def trial(session: RealTimeSession | None) -> ScoredTrial:
         with SimulatedRig(config, ready_pose()) as rig:
             policy = comparator("torque", config, tuple)
             task = build_task(config, ready_pose(), build_perception(config), policy)
-            return run_scored_trial(config, rig, task, 0, supervisor=build_supervisor(config), beat=beat)
+            return run_scored_trial(config, rig, task, 0, supervisor=build_supervisor(config), session=session)
 
-    with RealTimeSession(RealTimeConfig(warn_core_ms=0.0, warn_late_ms=0.0)) as beat:
-        timed = trial(beat)
-        told, logged = beat.report(), json.loads(beat.report_json())
+    with RealTimeSession(RealTimeConfig(warn_core_ms=0.0, warn_late_ms=0.0)) as session:
+        timed = trial(session)
+        told, logged = session.report(), json.loads(session.report_json())
     assert timed == trial(None)
     for section in ("clock", "read force", "read joints", "perceive", "decide", "control", "supervise", "send", "rest"):
         assert section in told
@@ -65,7 +65,7 @@ def test_nothing_is_learned_from_a_marked_trial(learn: bool, tmp_path: Path, mon
     def late(*words: Any, **named: Any) -> ScoredTrial:
         return replace(run_scored_trial(*words, **named), marked="late")
 
-    monkeypatch.setattr(session, "run_scored_trial", late)
+    monkeypatch.setattr(training, "run_scored_trial", late)
     config = replace(QUICK, admission=AdmissionConfig(learn_from_marked=learn))
     perception = build_perception(config)
     policy = learning_policy(config, perception)
