@@ -281,16 +281,6 @@ def assemble(path: str, data: bytes, messages: list[RawMessage]) -> TrialLog:
     return log
 
 
-def first_tick_problem(log: TrialLog) -> tuple[int, int] | None:
-    """The first place where ticks are missing: the tick that is expected, and the one that is there instead."""
-    expected = 0
-    for record in log.records():
-        if record.tick != expected:
-            return expected, record.tick
-        expected += 1
-    return None
-
-
 def _file_in(log: TrialLog, message: RawMessage) -> None:
     if message.channel == DECISION.id:
         log.decisions.append(decode_record("Decision", DecisionEntry, message.payload))

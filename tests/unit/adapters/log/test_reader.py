@@ -24,7 +24,6 @@ from palpate.adapters.log.reader import (
     RawMessage,
     TrialLog,
     assemble,
-    first_tick_problem,
     learner_of_json,
     outer_records,
     read_log,
@@ -245,16 +244,6 @@ def test_a_finite_sample_that_became_nan_is_refused_through_the_fast_way_too() -
     broken = encode_tick(tick_record(6)).replace(struct.pack("<d", -5.0), struct.pack("<d", float("nan")))
     with pytest.raises(LogError, match="INVALID"):
         list(assemble("x.mcap", b"", [*SMALL, RawMessage(TICK.id, 0, broken)]).records())
-
-
-def test_missing_ticks_are_found() -> None:
-    def problem(*ticks: int) -> tuple[int, int] | None:
-        return first_tick_problem(read(log_bytes(messages(ticks))))
-
-    assert problem(0, 1, 2) is None
-    assert problem(3, 4) == (0, 3)
-    assert problem(0, 1, 5) == (2, 5)
-    assert problem(0, 0) == (1, 0)
 
 
 def test_a_log_that_ends_before_the_trial_has_no_end() -> None:

@@ -16,7 +16,7 @@ from palpate.adapters.experiments.policies import comparator, learning_policy
 from palpate.adapters.experiments.results import RunFolder
 from palpate.adapters.experiments.training import Trainer
 from palpate.adapters.experiments.trial import run_scored_trial, trial_setup
-from palpate.adapters.log.reader import TrialLog, first_tick_problem, learner_of_json, read_log
+from palpate.adapters.log.reader import TrialLog, learner_of_json, read_log
 from palpate.adapters.log.trial_recorder import TrialRecorder, set_aside
 from palpate.adapters.log.writer_client import MemorySink, Sink
 from palpate.adapters.mujoco.rig import SimulatedRig
@@ -79,7 +79,7 @@ def test_a_log_agrees_with_the_results(runs: list[dict[str, bytes]]) -> None:
             False,
             "simulator",
         )
-        assert first_tick_problem(log) is None
+        assert [record.tick for record in log.records()] == list(range(len(log.ticks)))
         assert log.end is not None
         assert log.end.ticks == len(log.ticks)
         assert log.end.actions == len(log.decisions)

@@ -105,7 +105,7 @@ def test_a_study_without_end_is_counted_without_being_listed(tmp_path: Path) -> 
         ("[grid]\n'task.step_mm' = []", "grid.task.step_mm", "at least one value"),
         ("[grid]\n'task.step_mm' = 0.5", "grid.task.step_mm", "as in [0.5]"),
         ("[grid]\n'task.step_mm' = [1, 1.0]", "grid.task.step_mm", "once"),
-        ("[grid]\n'task.step_mm' = [1, true]", "task.step_mm", "type float"),
+        ("[grid]\n'task.step_mm' = [1, true]", "task.step_mm", "a number from 0.01 to 5"),
         ("[grid]\nseed = [1]", "grid.seed", "[study]"),
         ("[base]\nscenari = 'paper'", "scenari", "did you mean scenario?"),
         ("cells = []", "cells", "at least one"),
