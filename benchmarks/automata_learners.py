@@ -29,7 +29,8 @@ from typing import Any
 import numpy as np
 from aalpy.learning_algs import run_Alergia, run_RPNI
 
-from palpate.adapters.experiments.grid.learning import GridLearning, StateMaker, learn
+from palpate.adapters.config.grid import GridLearning
+from palpate.adapters.experiments.grid.learning import StateMaker, learn
 from palpate.adapters.experiments.grid.report import Score
 from palpate.adapters.experiments.grid.worlds import Followed, Named, bounds_of, grid_named
 from palpate.core.automata.elman import END, Network

@@ -21,7 +21,8 @@ from time import process_time
 
 import numpy as np
 
-from palpate.adapters.experiments.grid.learning import GridLearning, learn
+from palpate.adapters.config.grid import GridLearning
+from palpate.adapters.experiments.grid.learning import learn
 from palpate.adapters.experiments.grid.worlds import Followed, grid_named
 from palpate.core.automata.choice import ExtractionSettings, model_loss
 from palpate.core.automata.infer import Inference, InferenceSettings, infer

@@ -23,7 +23,8 @@ from pathlib import Path
 
 import numpy as np
 
-from palpate.adapters.experiments.grid.learning import GridLearning, learn
+from palpate.adapters.config.grid import GridLearning
+from palpate.adapters.experiments.grid.learning import learn
 from palpate.adapters.experiments.grid.report import Score
 from palpate.adapters.experiments.grid.worlds import Named, bounds_of, grid_named
 from palpate.adapters.experiments.statistics import mean_with_interval, quantile_interval

@@ -24,7 +24,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from palpate.adapters.experiments.grid.learning import TRIALS, GridLearning, learn
+from palpate.adapters.config.grid import TRIALS, GridLearning
+from palpate.adapters.experiments.grid.learning import learn
 from palpate.adapters.experiments.grid.report import LAST
 from palpate.adapters.experiments.grid.worlds import Named, bounds_of, grid_named
 

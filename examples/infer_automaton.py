@@ -17,7 +17,8 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from palpate.adapters.experiments.grid.learning import GridLearning, StateMaker, learn
+from palpate.adapters.config.grid import GridLearning
+from palpate.adapters.experiments.grid.learning import StateMaker, learn
 from palpate.adapters.experiments.grid.report import Panel, learning_figure
 from palpate.adapters.experiments.grid.worlds import Followed, Named, bounds_of, grid_named
 from palpate.adapters.visualisation.automaton import machine_picture

@@ -17,8 +17,9 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 from palpate.adapters import gymnasium_envs
+from palpate.adapters.config.grid import GridLearning
 from palpate.adapters.experiments.build import build_perception
-from palpate.adapters.experiments.grid.learning import GridLearning, learn
+from palpate.adapters.experiments.grid.learning import learn, new_grid_learner
 from palpate.adapters.experiments.grid.worlds import Named, grid_named
 from palpate.adapters.experiments.policies import learning_policy
 from palpate.adapters.gymnasium_envs import PEG_INSERTION, SENSOR_MAP
@@ -213,7 +214,7 @@ def test_a_learner_has_the_same_walks_through_the_environment(learner: str, argu
     grid = grid_named(arguments.get("map", "1"), arguments.get("size", 7))
     expected = learn(grid, Named(arguments.get("state", "symbols")), learning, seed, trials)
     env = SensorMapEnv(**arguments)
-    policy = learning.new_learner(env.identifier)
+    policy = new_grid_learner(learning, env.identifier)
     walks: list[tuple[int, bool]] = []
     learn_outside(env, policy, seed, range(trials), lambda trial, reached, info: walks.append((info["steps"], reached)))
     assert walks == [(walk.steps, walk.reached) for walk in expected.walks]

@@ -8,6 +8,7 @@ from typing import Annotated
 import tyro
 
 from palpate.core.automata.infer import InferenceSettings
+from palpate.core.ports.settings import Settings
 
 Flat = Annotated[InferenceSettings, tyro.conf.arg(name="")]
 Words = Annotated[tuple[str, ...], tyro.conf.Positional]
@@ -15,7 +16,7 @@ Word = Annotated[str, tyro.conf.Positional]
 
 
 @dataclass(frozen=True)
-class InferOptions:
+class InferOptions(Settings):
     """Infer an automaton from symbol strings, with an Elman network and dynamic state partitioning.
 
     Strings are a text file with one string a line (palpate explore --strings writes such), or logs of insertion trials,
@@ -35,7 +36,7 @@ class InferOptions:
 
 
 @dataclass(frozen=True)
-class ShowAutomatonOptions:
+class ShowAutomatonOptions(Settings):
     """Print an automaton; or write it as DOT, or draw it."""
 
     file: Word
@@ -45,7 +46,7 @@ class ShowAutomatonOptions:
 
 
 @dataclass(frozen=True)
-class CompareAutomataOptions:
+class CompareAutomataOptions(Settings):
     """Do two automata answer every word alike? Exit code 0 if they do; 1, and the shortest word that tells, if not."""
 
     one: Word
@@ -57,7 +58,7 @@ class CompareAutomataOptions:
 
 
 @dataclass(frozen=True)
-class MinimiseOptions:
+class MinimiseOptions(Settings):
     """Write the smallest automaton that answers every word alike."""
 
     file: Word

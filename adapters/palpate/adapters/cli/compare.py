@@ -20,13 +20,11 @@ from palpate.adapters.experiments.statistics import shown_interval, summary_of
 from palpate.adapters.experiments.tables import aligned, csv_text
 from palpate.adapters.experiments.training import run_toml
 from palpate.adapters.log.trial_recorder import LOG_FOLDER, TrialRecorder
-from palpate.core.errors import require_in
 from palpate.core.insertion.ready_pose import find_ready_pose
 
 
 def compare(options: CompareOptions) -> int:
     """Run every strategy on the same trials and print their table; returns the exit code."""
-    require_in("trials", options.trials, 1, 1_000_000)
     config = options.run
     folder = RunFolder(Path(options.out or f"runs/{config.scenario}-compare"))
     folder.require_free()

@@ -13,7 +13,7 @@ from palpate.adapters.cli.options import EmulateOptions
 from palpate.adapters.config.run import scenario
 from palpate.adapters.hardware.emulated_cell import EmulatedCell, EmulationConfig
 from palpate.adapters.hardware.real_time import take_real_time
-from palpate.core.errors import OutputError, require_whole
+from palpate.core.errors import OutputError
 from palpate.core.insertion.ready_pose import find_ready_pose
 from palpate.core.ports.rig import Truth
 
@@ -24,7 +24,6 @@ def emulate(options: EmulateOptions) -> int:
     emulation = EmulationConfig(
         options.arm, options.force, options.baud, options.divider, options.wrist_backlash_deg, options.usb_latency_ms
     )
-    require_whole("priority", options.priority, 0, 99)
     if options.rig_file and os.path.lexists(options.rig_file):
         raise OutputError(options.rig_file, "is there already", "name another file with --rig-file")
     ended = False

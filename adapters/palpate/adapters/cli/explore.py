@@ -10,12 +10,12 @@ from typing import Any, Final
 
 from tqdm import tqdm
 
-from palpate.adapters.cli.options import ExploreOptions
+from palpate.adapters.cli.explore_options import ExploreOptions
 from palpate.adapters.experiments.grid.learning import LearningRun, StateMaker, learn
 from palpate.adapters.experiments.grid.report import Panel, Score, learning_figure, score_table, summary, trials_csv
 from palpate.adapters.experiments.grid.worlds import Named, bounds_of, grid_named, inferred
 from palpate.core.automata.strings import write_strings
-from palpate.core.errors import ConfigurationError, UsageError, require_whole
+from palpate.core.errors import ConfigurationError, UsageError
 from palpate.core.files import new_file, new_folder, require_free_folder, require_no_file
 from palpate.core.perception import stage_to_dict
 from palpate.core.policy import document_of
@@ -27,9 +27,6 @@ _PICTURES: Final = ("svg", "png")
 
 def explore(options: ExploreOptions) -> int:
     """Learn in a grid world, draw the paper's figure, or write down random walks; returns the exit code."""
-    require_whole("trials", options.trials, 1, 1_000_000)
-    require_whole("seeds", options.seeds, 1, 100_000)
-    require_whole("seed", options.seed, 0, 2**32 - 1)
     if sum(map(bool, (options.figure, options.strings, options.out))) > 1:
         raise UsageError("palpate explore does one of --figure, --strings and --out at a time")
     if options.strings:

@@ -13,15 +13,12 @@ from palpate.adapters.cli.options import FaultsOptions
 from palpate.adapters.fault_injection.campaign.campaign import cases, run_cases
 from palpate.adapters.fault_injection.campaign.runs import Class, FaultRun
 from palpate.adapters.fault_injection.campaign.table import as_csv, summary, table
-from palpate.core.errors import OutputError, require_in
+from palpate.core.errors import OutputError
 from palpate.core.files import write_whole
 
 
 def faults(options: FaultsOptions) -> int:
     """Run the campaign; 0 if no run failed, else 1."""
-    require_in("seeds", options.seeds, 1, 100_000)
-    require_in("most", options.most, 0, 10_000_000)
-    require_in("jobs", options.jobs, 0, 1024)
     out = Path(options.out) if options.out else None
     if out is not None and os.path.lexists(out):
         raise OutputError(options.out, "is there already", "name another file with --out")

@@ -7,11 +7,13 @@ from typing import Annotated
 
 import tyro
 
+from palpate.core.ports.settings import Range, Settings
+
 Files = Annotated[tuple[str, ...], tyro.conf.Positional]
 
 
 @dataclass(frozen=True)
-class InfoOptions:
+class InfoOptions(Settings):
     """Tell what logs hold: what of, how fast, how whole, and what came of it."""
 
     files: Files = ()
@@ -21,7 +23,7 @@ class InfoOptions:
 
 
 @dataclass(frozen=True)
-class PlotOptions:
+class PlotOptions(Settings):
     """Draw a trial over time: forces, torques, position, states, actions, events."""
 
     file: Annotated[str, tyro.conf.Positional]
@@ -31,7 +33,7 @@ class PlotOptions:
 
 
 @dataclass(frozen=True)
-class ExportOptions:
+class ExportOptions(Settings):
     """Write logs in another format: csv keeps every bit, lerobot resamples to frames of a fixed rate."""
 
     files: Files = ()
@@ -40,12 +42,12 @@ class ExportOptions:
     """csv, or lerobot (LeRobotDataset v3.0, one episode a log)."""
     out: str = ""
     """Folder for the result; it must be new or empty."""
-    fps: int | None = None
+    fps: Annotated[int, Range(1, 10_000)] | None = None
     """Frames per second, for lerobot only; 140, the control rate, if not given."""
 
 
 @dataclass(frozen=True)
-class RecoverOptions:
+class RecoverOptions(Settings):
     """Write a sound log of what is left of a torn or damaged one."""
 
     file: Annotated[str, tyro.conf.Positional]

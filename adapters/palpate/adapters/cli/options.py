@@ -11,34 +11,44 @@ import io
 import os
 import re
 import sys
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, is_dataclass
 from pathlib import Path
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any, TypeAlias, TypeVar, get_args, get_origin
 
 import tyro
 
+from palpate.adapters.cli.commands import COMMANDS, OPTIONS_OF_PARTS, options_of
+from palpate.adapters.config.records import recorded
+from palpate.adapters.config.renames import RENAMED, now_called
 from palpate.adapters.config.run import RunConfig, scenario
 from palpate.adapters.config.toml import overlay, read_toml
-from palpate.adapters.experiments.grid.learning import TRIALS, GridLearning
 from palpate.core.errors import ConfigurationError, UsageError
+from palpate.core.ports.settings import Range, Settings, kinds_of
 
 T = TypeVar("T")
 Flat = Annotated[RunConfig, tyro.conf.arg(name="")]
-FlatGrid = Annotated[GridLearning, tyro.conf.arg(name="")]
+Trials: TypeAlias = Annotated[int, Range(1, 1_000_000)]
+Jobs: TypeAlias = Annotated[int, Range(0, 1024)]
 
 
 @dataclass(frozen=True)
-class TrainOptions:
-    """Learn an insertion from scratch by Q-learning, and leave a folder with everything about it."""
+class RunSettings(Settings):
+    """What every command takes that runs trials."""
 
     run: Flat = field(default_factory=RunConfig)
-    trials: int = 350
+    config: str = ""
+    """TOML file with any of the settings below (a run.toml too); flags win over it."""
+
+
+@dataclass(frozen=True)
+class TrainOptions(RunSettings):
+    """Learn an insertion from scratch by Q-learning, and leave a folder with everything about it."""
+
+    trials: Trials = 350
     """Number of trials."""
     out: str = ""
     """Folder for the results; runs/SCENARIO if not given. It must not hold a run already."""
-    config: str = ""
-    """TOML file with any of the settings below (a run.toml too); flags win over it."""
     policy: str = "q-learning"
     """q-learning, or a policy file to go on learning from (its Q values; exploration begins anew)."""
     rig: str = ""
@@ -48,39 +58,33 @@ class TrainOptions:
 
 
 @dataclass(frozen=True)
-class RunOptions:
+class RunOptions(RunSettings):
     """Run a trained policy, or a comparator, without learning."""
 
-    run: Flat = field(default_factory=RunConfig)
     policy: str = ""
     """A policy file, or omniscient, torque, spiral-10, spiral-5, random."""
-    trials: int = 50
+    trials: Trials = 50
     """Number of trials."""
     rig: str = ""
     """Rig file: run on its devices instead of in the simulator."""
     out: str = ""
     """Folder for the results; runs/SCENARIO-run-001 or the next number if not given. It must not hold a run yet."""
-    config: str = ""
-    """TOML file with any of the settings below (a run.toml too); flags win over it."""
 
 
 @dataclass(frozen=True)
-class CompareOptions:
+class CompareOptions(RunSettings):
     """Compare hand-written strategies, and trained policies beside them, on the same trials."""
 
-    run: Flat = field(default_factory=RunConfig)
     policy: tuple[str, ...] = ()
     """Policy files to put beside the comparators."""
-    trials: int = 50
+    trials: Trials = 50
     """Trials of each."""
     out: str = ""
     """Folder for the table; runs/SCENARIO-compare if not given. It must not hold a run already."""
-    config: str = ""
-    """TOML file with any of the settings below (a run.toml too); flags win over it."""
 
 
 @dataclass(frozen=True)
-class ShowOptions:
+class ShowOptions(Settings):
     """Print what a policy file knows: states, best actions, values, visits."""
 
     file: Annotated[str, tyro.conf.Positional]
@@ -88,7 +92,7 @@ class ShowOptions:
 
 
 @dataclass(frozen=True)
-class ReplayOptions:
+class ReplayOptions(Settings):
     """Feed recorded trials back through the core and compare every command and decision, bit by bit.
 
     Exit code 0: all equal; 1: something differs; 2: a log or an option cannot be used. With --policy, --set or --config
@@ -110,14 +114,14 @@ class ReplayOptions:
     """Folder for the logs of a what-if; it must not be there yet."""
     strict: bool = False
     """Let a log from another processor fail when its last bits differ."""
-    jobs: int = 0
+    jobs: Jobs = 0
     """Processes; 0 takes one per core."""
     verbose: bool = False
     """A line for every log, also where there are many."""
 
 
 @dataclass(frozen=True)
-class CheckAdapterOptions:
+class CheckAdapterOptions(Settings):
     """Try the contract of a port on an adapter of your own, clause by clause.
 
     Exit code 0: every clause that applies is kept; 1: one is broken; 2: the name leads to nothing that can be tried.
@@ -128,7 +132,7 @@ class CheckAdapterOptions:
 
 
 @dataclass(frozen=True)
-class DoctorOptions:
+class DoctorOptions(Settings):
     """Open each device of a rig, measure how it does, and say how to mend what is wrong.
 
     Nothing moves and no servo is switched on, except with --move. End other programs that use the devices first.
@@ -139,7 +143,7 @@ class DoctorOptions:
 
     rig: str = ""
     """Rig file: names the devices."""
-    seconds: float = 3.0
+    seconds: Annotated[float, Range(0.2, 600.0)] = 3.0
     """How long to measure at each device."""
     push: bool = False
     """Ask somebody to push the tool, or to hang a weight on it, and check the signs of the wrench."""
@@ -152,7 +156,7 @@ class DoctorOptions:
 
 
 @dataclass(frozen=True)
-class EmulateOptions:
+class EmulateOptions(Settings):
     """Serve the simulated work cell behind emulated wires, until Ctrl-C.
 
     MuJoCo moves the arm; pseudo-terminals lead to its devices.
@@ -178,24 +182,23 @@ class EmulateOptions:
     """Full gap of the wrist's gears."""
     usb_latency_ms: float = 0.0
     """Latency timer of an emulated USB adapter on the serial lines; 16 is usual, 1 a good setting."""
-    priority: int = 0
+    priority: Annotated[int, Range(0, 99)] = 0
     """Real-time priority (SCHED_FIFO) of the emulated devices, 1 to 99: other work on this machine then does not hold
     them up, which real devices would not know either. 0 asks for none; a refusal is told."""
 
 
 @dataclass(frozen=True)
-class FaultsOptions:
+class FaultsOptions(RunSettings):
     """Trials in which every kind of fault strikes in every phase, and a table of what came of it.
 
     Exit code 0: every fault was tolerable, or stopped in time with a readable log; 1: one was not.
     """
 
-    run: Flat = field(default_factory=RunConfig)
-    seeds: int = 1
+    seeds: Annotated[int, Range(1, 100_000)] = 1
     """Seeds; each gives every fault in every phase, at a tick of its own."""
     rig: str = ""
     """Rig file: run on its devices in real time instead of in the simulator."""
-    most: int = 0
+    most: Annotated[int, Range(0, 10_000_000)] = 0
     """Make only so many of the runs, spread evenly; 0 makes all."""
     by_phase: bool = False
     """Print a line for each phase of each fault."""
@@ -203,48 +206,8 @@ class FaultsOptions:
     """Whether the supervisor stands between the task and the arm; without it the campaign should fail."""
     out: str = ""
     """CSV file with a line for every run; it must not be there yet."""
-    jobs: int = 0
+    jobs: Jobs = 0
     """Processes in the simulator; 0 takes one per core."""
-    config: str = ""
-    """TOML file with any of the settings below (a run.toml too); flags win over it."""
-
-
-@dataclass(frozen=True)
-class ExploreOptions:
-    """Learn to find the goal of a grid world with an ambiguous sensor, and see how near that comes to the optimum.
-
-    Prints, for each run, the mean number of steps in its last 100 trials, and beside it what is possible at all: the
-    optimum with full information and the belief-state optimum.
-    """
-
-    map: str = "1"
-    """1, 2 or twin: the scenarios; eight regions such as ABC/C.E/BDF; or a text file with rows of letters, # for a
-    wall and a dot for the goal."""
-    size: int = 7
-    """Length of a side in cells, odd; a text file has its own."""
-    state: str = "symbols"
-    """symbols: a state is a symbol; last-2, last-3: the last symbols; or an automaton file (.json)."""
-    learning: FlatGrid = field(default_factory=GridLearning)
-    trials: int = TRIALS
-    """Trials of each run."""
-    seeds: int = 3
-    """Number of independent runs."""
-    seed: int = 0
-    """Seed of the first; the others follow."""
-    out: str = ""
-    """Folder for every trial, the policies, summary and learning curve; it must not be there yet, or be empty."""
-    figure: str = ""
-    """Instead: draw the paper's figure 3, both scenarios with symbols and with an automaton; a file, .svg or .png."""
-    automaton1: str = ""
-    """Automaton file for scenario 1 of the figure; without one it is inferred from random walks."""
-    automaton2: str = ""
-    """The same for scenario 2."""
-    strings: str = ""
-    """Instead: write the symbols of random walks to this file, one walk a line."""
-    walks: int = 1000
-    """Number of random walks, for --strings and for inference."""
-    longest: int = 30
-    """Walks with more steps are left out."""
 
 
 def parse(kind: type[T], command: str, arguments: Sequence[str]) -> T:
@@ -253,6 +216,8 @@ def parse(kind: type[T], command: str, arguments: Sequence[str]) -> T:
     Raises:
         ConfigurationError: Something on the command line or in the file cannot be used; one line says what.
     """
+    flags = _flags(kind)
+    _require_once(arguments, flags)
     default: Any = None
     if "run" in kind.__dataclass_fields__:  # type: ignore[attr-defined]
         config, facts = _base(arguments)
@@ -269,6 +234,8 @@ def parse(kind: type[T], command: str, arguments: Sequence[str]) -> T:
                 args=list(arguments),
                 default=default,
                 return_unknown_args=True,
+                # Help texts are docstrings; looking for them in comments would take longer than all the rest.
+                config=(tyro.conf.HelptextFromCommentsOff,),
             )
     except SystemExit as end:
         if not end.code:
@@ -276,7 +243,7 @@ def parse(kind: type[T], command: str, arguments: Sequence[str]) -> T:
             raise
         raise UsageError(_one_line(output.getvalue())) from None
     if unknown:
-        raise UsageError(f"{unknown[0]} is not an option of palpate {command}{_suggestion(kind, unknown[0])}")
+        raise UsageError(f"{unknown[0]} is not an option of palpate {command}{_suggestion(flags, unknown[0])}")
     result: T = parsed
     return result
 
@@ -296,7 +263,9 @@ def _base(arguments: Sequence[str]) -> tuple[RunConfig, dict[str, Any]]:
     path = _value_of("--config", arguments) or _resumed_run(arguments)
     if path:
         table = read_toml(Path(path))
-        facts = table.pop("run", {})
+        if "run" in table:
+            facts = table.pop("run")
+            table = recorded(table)
     named, written = _value_of("--scenario", arguments), table.get("scenario")
     if named and written is not None and named != written:
         # The file's settings would win over the other scenario's and leave it in name only.
@@ -336,15 +305,53 @@ def _one_line(boxed: str) -> str:
     return refused.group(1) if refused else message
 
 
-def _suggestion(kind: type, word: str) -> str:
-    flags = _flags(kind)
-    near = difflib.get_close_matches(word.split("=", 1)[0].replace("_", "-"), flags, n=1, cutoff=0.6)
+def _flags(kind: type) -> dict[str, bool]:
+    """Every flag of a command; True for those that may be given several times."""
+    found: dict[str, bool] = {}
+    for path, marks, base in _walk(kind, ()):
+        if tyro.conf.Positional not in marks:
+            *outer, last = (part.replace("_", "-") for part in path)
+            for name in (last, f"no-{last}") if base is bool else (last,):
+                found["--" + ".".join((*outer, name))] = tyro.conf.UseAppendAction in marks
+    return found
+
+
+def _walk(kind: type, outer: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], tuple[Any, ...], Any]]:
+    for name, annotation in kinds_of(kind).items():
+        base, *marks = get_args(annotation) if get_origin(annotation) is Annotated else (annotation,)
+        if isinstance(base, type) and is_dataclass(base):
+            flat = any(getattr(mark, "name", None) == "" for mark in marks)
+            yield from _walk(base, outer if flat else (*outer, name))
+        else:
+            yield (*outer, name), tuple(marks), base
+
+
+def _require_once(arguments: Sequence[str], flags: Mapping[str, bool]) -> None:
+    """The parser would take the last of several, and nobody would see that the others were left out."""
+    given: dict[str, str] = {}
+    for i, word in enumerate(arguments):
+        flag, equals, value = word.partition("=")
+        flag = flag.replace("_", "-")
+        if flags.get(flag) is not False:
+            continue
+        if not equals:
+            value = arguments[i + 1] if i + 1 < len(arguments) and not arguments[i + 1].startswith("--") else ""
+        # --no-x is the other value of --x.
+        setting = re.sub(r"([-.])no-(?=[^.]*$)", r"\1", flag) if flag.replace("no-", "", 1) in flags else flag
+        told = f"{flag} {value}".strip()
+        if setting in given:
+            raise UsageError(f"{setting} is given twice: {given[setting]} and {told}; give it once")
+        given[setting] = told
+
+
+def _suggestion(flags: Iterable[str], word: str) -> str:
+    word = word.split("=", 1)[0].replace("_", "-")
+    old = {f"--{name.replace('_', '-')}": name for name in RENAMED}
+    if word in old:
+        return f"; it is called {now_called(old[word])} now"
+    near = difflib.get_close_matches(word, flags, n=1, cutoff=0.6)
+    places = {name: command.options for name, command in COMMANDS.items() if command.options} | OPTIONS_OF_PARTS
+    others = [name for name, place in places.items() if word in _flags(options_of(place))] if word[:2] == "--" else []
+    if others:
+        return f", but of palpate {', '.join(others)}" + (f"; did you mean {near[0]}?" if near else "")
     return f"; did you mean {near[0]}?" if near else "; see --help"
-
-
-def _flags(kind: type) -> list[str]:
-    """Every flag of a command, from the usage text itself."""
-    output = io.StringIO()
-    with contextlib.suppress(SystemExit), contextlib.redirect_stdout(output):
-        tyro.cli(kind, args=["--help"])
-    return sorted(set(re.findall(r"--[a-zA-Z][\w.-]*", output.getvalue())))

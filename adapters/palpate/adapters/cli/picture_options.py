@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Annotated
 
 import tyro
 
-from palpate.adapters.cli.options import Flat
-from palpate.adapters.config.run import RunConfig
+from palpate.adapters.cli.options import RunSettings, Trials
+from palpate.core.ports.settings import Range, Settings
 
 
 @dataclass(frozen=True)
-class RenderOptions:
+class RenderOptions(Settings):
     """Draw a recorded trial: a film (.mp4, .gif), or a sheet of pictures (.png).
 
     The arm stands as its encoders told, and an arrow shows the measured force at the tip. Symbol, state, action, time
@@ -27,9 +27,9 @@ class RenderOptions:
     """close-up (plate cut open), arm (all of it), or both (the arm in a corner of the close-up)."""
     size: str = ""
     """WIDTHxHEIGHT in pixels; 640x480 if not given, 1440x760 for .png."""
-    fps: float | None = None
+    fps: Annotated[float, Range(0.1, 240.0, text="a number from 0.1 to 240, for .gif from 0.1 to 50")] | None = None
     """Pictures per second; 25 if not given, 12.5 for .gif."""
-    speed: float = 1.0
+    speed: Annotated[float, Range(0.001, 1000.0)] = 1.0
     """Seconds of the trial per second of the film: 0.5 shows it at half its speed."""
     begin_s: float | None = None
     """Where to begin, in seconds of the trial; a film begins with it, a sheet with the approach, if not given."""
@@ -40,15 +40,12 @@ class RenderOptions:
 
 
 @dataclass(frozen=True)
-class ViewOptions:
+class ViewOptions(RunSettings):
     """Watch trials in the simulator, in MuJoCo's viewer and in real time. Nothing is recorded and nothing learned."""
 
-    run: Flat = field(default_factory=RunConfig)
     policy: str = ""
     """A policy file, or omniscient, torque, spiral-10, spiral-5, random."""
-    trials: int = 10
+    trials: Trials = 10
     """Number of trials; closing the window ends earlier."""
-    speed: float = 1.0
+    speed: Annotated[float, Range(0.01, 100.0)] = 1.0
     """Seconds of the trial per second: 0.5 shows it at half its speed."""
-    config: str = ""
-    """TOML file with any of the settings below (a run.toml too); flags win over it."""

@@ -102,7 +102,6 @@ def _plan(options: RenderOptions) -> _Plan:
     require_whole("pictures", options.pictures, 1, _MOST_PICTURES)
     fps = (12.5 if ending == ".gif" else 25.0) if options.fps is None else options.fps
     require_in("fps", fps, 0.1, _GIF_MOST_FPS if ending == ".gif" else 240.0)
-    require_in("speed", options.speed, 0.001, 1000.0)
     return _Plan(ending, size, fps)
 
 

@@ -12,6 +12,7 @@ from typing import Final
 from tqdm import tqdm
 
 from palpate.adapters.cli.options import ReplayOptions
+from palpate.adapters.config.records import recorded_config
 from palpate.adapters.config.run import RunConfig
 from palpate.adapters.config.toml import overlay, read_toml
 from palpate.adapters.experiments.policies import COMPARATORS
@@ -19,7 +20,7 @@ from palpate.adapters.experiments.tables import aligned
 from palpate.adapters.replay.batch import WhatIf, exit_code, explanation, find_logs, learning_problems, replay_files
 from palpate.adapters.replay.engine import Replay, Verdict
 from palpate.adapters.replay.rebuild import Changes, parse_setting
-from palpate.core.errors import ConfigurationError, LogError, OutputError, require_in
+from palpate.core.errors import ConfigurationError, LogError, OutputError
 from palpate.core.policy import PolicyDocument
 from palpate.core.ports.values import CONTROL_RATE_HZ
 
@@ -32,7 +33,6 @@ def replay(options: ReplayOptions) -> int:
     """Replay and report; returns the exit code."""
     if not options.logs:
         raise LogError("palpate replay", "", "no log was named", "name logs, folders of logs, or patterns in quotes")
-    require_in("jobs", options.jobs, 0, 1024)
     changes = read_changes(options)
     paths = find_logs(options.logs)
     out = Path(options.out) if options.out else None
@@ -69,8 +69,7 @@ def read_changes(options: ReplayOptions) -> Changes:
     config = None
     if options.config:
         table = read_toml(Path(options.config))
-        table.pop("run", None)
-        config = overlay(RunConfig(), table)
+        config = overlay(RunConfig(), table) if table.pop("run", None) is None else recorded_config(table)
     policy: PolicyDocument | str | None = None
     if options.policy in COMPARATORS:
         policy = options.policy

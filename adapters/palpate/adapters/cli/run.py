@@ -28,14 +28,13 @@ from palpate.adapters.experiments.trial import ScoredTrial
 from palpate.adapters.experiments.warm_up import warm_up
 from palpate.adapters.hardware.real_time.session import RealTimeSession
 from palpate.adapters.log.trial_recorder import LOG_FOLDER, TrialRecorder
-from palpate.core.errors import ConfigurationError, require_in
+from palpate.core.errors import ConfigurationError
 from palpate.core.insertion.ready_pose import ReadyPose, find_ready_pose
 from palpate.core.ports.rig import Rig
 
 
 def run(options: RunOptions) -> int:
     """Run a policy and print what came of it; returns the exit code."""
-    require_in("trials", options.trials, 1, 1_000_000)
     config = options.run
     if not options.policy:
         raise ConfigurationError("policy", "", f"a policy file, or one of {', '.join(COMPARATORS)}")

@@ -22,7 +22,7 @@ from palpate.adapters.experiments.study.document import MOST_CELLS, Study
 from palpate.adapters.experiments.study.engines import Engine, Processes, Sequential
 from palpate.adapters.experiments.study.folder import StudyFolder
 from palpate.adapters.experiments.study.run_cell import CellJob, CellOutcome, CellReport, digest_of
-from palpate.core.errors import ConfigurationError, UsageError, require_one_of, require_whole
+from palpate.core.errors import ConfigurationError, UsageError, require_one_of
 
 _MANY: Final = 1000
 """A study of more cells is asked about before it begins."""
@@ -35,7 +35,6 @@ _ENGINES: Final = ("sequential", "processes", "dask")
 
 def study(options: StudyOptions) -> int:
     """Make every cell of a study that is not finished; returns the exit code."""
-    require_whole("jobs", options.jobs, 0, 1024)
     name = options.engine or ("dask" if options.scheduler else "processes")
     require_one_of("engine", name, _ENGINES)
     if options.scheduler and name != "dask":

@@ -7,9 +7,12 @@ from typing import Annotated
 
 import tyro
 
+from palpate.adapters.cli.options import Jobs
+from palpate.core.ports.settings import Settings
+
 
 @dataclass(frozen=True)
-class StudyOptions:
+class StudyOptions(Settings):
     """Many runs: every combination of settings, policies and seeds that a TOML file asks for, in a folder for each.
 
     The file:
@@ -41,7 +44,7 @@ class StudyOptions:
     """Folder for the study; runs/NAME-OF-THE-FILE if not given."""
     engine: str = ""
     """sequential, processes or dask; processes if not given, dask with --scheduler."""
-    jobs: int = 0
+    jobs: Jobs = 0
     """Processes, or workers of a Dask cluster of this machine's own; 0 takes one per core."""
     scheduler: str = ""
     """Dask: address of a scheduler, such as tcp://127.0.0.1:8786; its workers must see the same folders."""

@@ -11,8 +11,9 @@ from tqdm import tqdm
 
 from palpate.adapters.cli.notices import marked_line, print_grants, print_troubles, print_weakened, recording_for
 from palpate.adapters.cli.options import TrainOptions
+from palpate.adapters.config.records import recorded_config
 from palpate.adapters.config.run import RunConfig
-from palpate.adapters.config.toml import overlay, read_toml, to_toml
+from palpate.adapters.config.toml import read_toml, to_toml
 from palpate.adapters.experiments.build import open_rig, require_usable
 from palpate.adapters.experiments.fitting import configured_perception, fitted_perception
 from palpate.adapters.experiments.learning_curve import learning_curve
@@ -25,7 +26,7 @@ from palpate.adapters.experiments.warm_up import warm_up
 from palpate.adapters.hardware.real_time.session import RealTimeSession
 from palpate.adapters.log.provenance import made_with
 from palpate.adapters.log.trial_recorder import LOG_FOLDER, TrialRecorder, set_aside
-from palpate.core.errors import ConfigurationError, OutputError, require_in
+from palpate.core.errors import ConfigurationError, OutputError
 from palpate.core.insertion.frame import reachable_share
 from palpate.core.insertion.ready_pose import find_ready_pose
 from palpate.core.policy import PolicyDocument
@@ -33,7 +34,6 @@ from palpate.core.policy import PolicyDocument
 
 def train(options: TrainOptions) -> int:
     """Train, or go on training, and write the run folder; returns the exit code."""
-    require_in("trials", options.trials, 1, 1_000_000)
     config = options.run
     folder = RunFolder(Path(options.out or f"runs/{config.scenario}"))
     checkpoint = None
@@ -117,7 +117,7 @@ def _require_same(options: TrainOptions, folder: RunFolder) -> None:
         began = facts.get("versions", {}).get(name)
         if began != version:
             raise ConfigurationError(f"run.versions.{name}", version, f"{began!r}, with which the run began")
-    saved = overlay(RunConfig(), table)
+    saved = recorded_config(table)
     if saved != config:
         old, new = to_toml(saved).splitlines(), to_toml(config).splitlines()
         line = next(

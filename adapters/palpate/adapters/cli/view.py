@@ -13,7 +13,7 @@ from palpate.adapters.experiments.policies import COMPARATORS
 from palpate.adapters.experiments.trial import ScoredTrial
 from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.adapters.visualisation.viewer import ShownClock, WindowClosedError, open_viewer, require_display
-from palpate.core.errors import ConfigurationError, require_in
+from palpate.core.errors import ConfigurationError
 from palpate.core.insertion.ready_pose import find_ready_pose
 
 
@@ -24,8 +24,6 @@ def view(options: ViewOptions) -> int:
         ConfigurationError: An option cannot be used.
         UsageError: There is no display.
     """
-    require_in("trials", options.trials, 1, 1_000_000)
-    require_in("speed", options.speed, 0.01, 100.0)
     if not options.policy:
         raise ConfigurationError("policy", "", f"a policy file, or one of {', '.join(COMPARATORS)}")
     config = options.run

@@ -7,10 +7,11 @@ from typing import Annotated, ClassVar, Final, TypeAlias
 
 from typing_extensions import override
 
+from palpate.adapters.config.learning import LearningConfig
 from palpate.adapters.config.real_time import RealTimeConfig
 from palpate.core.errors import ConfigurationError, require_in, require_one_of
 from palpate.core.insertion.config import ControlConfig, TaskConfig
-from palpate.core.perception.channels import CHANNELS
+from palpate.core.ports.kinds import CHANNELS
 from palpate.core.ports.settings import Holds, OneOf, Range, Settings
 from palpate.core.ports.values import CONTROL_RATE_HZ
 from palpate.core.supervision.config import SupervisionConfig
@@ -21,6 +22,13 @@ SCENARIOS: Final[dict[str, str]] = {
     "blind": "the hole itself anywhere within 3 mm of the nominal goal",
 }
 
+_BELOW_HALF_THE_RATE: Final = Range(
+    0.0,
+    CONTROL_RATE_HZ / 2,
+    above=True,
+    below=True,
+    text=f"above 0 and below half the control rate, {CONTROL_RATE_HZ / 2:g}",
+)
 _Factor: TypeAlias = Annotated[float, Holds(lambda factor: factor != 0.0, "a finite number other than zero")]
 _Channels: TypeAlias = Annotated[
     tuple[Annotated[str, OneOf(*CHANNELS)], ...],
@@ -34,7 +42,7 @@ class PerceptionConfig(Settings):
 
     TABLE: ClassVar[str] = "perception"
 
-    cutoff_Hz: Annotated[float, Range(0.0, CONTROL_RATE_HZ / 2, above=True, below=True)] = 4.0
+    cutoff_Hz: Annotated[float, _BELOW_HALF_THE_RATE] = 4.0
     """Cut-off of the Butterworth low-pass on the six wrench channels."""
     filter_order: Annotated[int, Range(1, 2)] = 2
     """Its order, 1 or 2."""
@@ -73,44 +81,6 @@ class PerceptionConfig(Settings):
                 self.symbols,
                 "random or clusters, unless the features are the channels x y tx ty",
             )
-
-
-@dataclass(frozen=True)
-class LearningConfig(Settings):
-    """Q-learning, what it is rewarded for, and what is programmed beside it."""
-
-    TABLE: ClassVar[str] = "learning"
-
-    alpha: Annotated[float, Range(1e-6, 1.0)] = 0.3
-    """Learning rate."""
-    alpha_visits: Annotated[float, Range(0.0, 1e9)] = 50.0
-    """Visits that halve the learning rate of a state-action pair; 0 keeps it constant."""
-    alpha_floor: Annotated[float, Range(0.0, 1.0)] = 0.05
-    """The learning rate never falls below this."""
-    gamma: Annotated[float, Range(0.0, 1.0)] = 1.0
-    """Discount."""
-    temperature: Annotated[float, Range(1e-9, 1e6)] = 5.0
-    """Boltzmann temperature of the first trial."""
-    temperature_decay: Annotated[float, Range(1e-3, 1.0)] = 0.95
-    """Its factor from trial to trial."""
-    temperature_floor: Annotated[float, Range(0.0, 1e6)] = 0.2
-    """It never falls below this: states are aliased, and a greedy policy would loop in them."""
-    back_off_visits: Annotated[float, Range(0.0, 1e9)] = 0.0
-    """With a memory: visits after which a state's own experience counts as much as that of its last symbol, which
-    stands in for it until then; 0 for never."""
-    reinforcement: Annotated[str, OneOf("action-penalty", "effort")] = "action-penalty"
-    """action-penalty: -1 per action; effort: force beyond the pressing force costs too."""
-    effort_per_N_s: Annotated[float, Range(-1e6, 0.0)] = -1.0
-    """Reward per newton second of that excess."""
-    programmed: dict[str, str] = field(default_factory=dict)
-    """State name to action name: these states are programmed, not learned."""
-    examples: str = ""
-    """CSV file with state and action columns (such as decisions.csv of a run): its states act by example."""
-
-    @override
-    def check(self) -> None:
-        require_in("learning.alpha_floor", self.alpha_floor, 0.0, self.alpha)
-        require_in("learning.temperature_floor", self.temperature_floor, 0.0, self.temperature)
 
 
 @dataclass(frozen=True)

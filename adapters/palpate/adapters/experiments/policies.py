@@ -76,7 +76,7 @@ def learning_parameters(config: RunConfig) -> QParameters:
         alpha=learning.alpha,
         gamma=learning.gamma,
         temperature=TemperatureSchedule(learning.temperature, learning.temperature_decay, learning.temperature_floor),
-        alpha_visits=learning.alpha_visits or None,
+        alpha_visits=learning.alpha_visits,
         alpha_floor=learning.alpha_floor,
     )
 

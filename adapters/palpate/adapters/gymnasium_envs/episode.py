@@ -17,6 +17,7 @@ import gymnasium.error
 import numpy as np
 from typing_extensions import override
 
+from palpate.adapters.config.records import recorded
 from palpate.adapters.config.run import RunConfig, scenario
 from palpate.adapters.config.toml import overlay, read_toml
 from palpate.adapters.experiments.build import build_reinforcement, build_supervisor, build_task, require_usable
@@ -254,8 +255,9 @@ def run_config(scenario_name: str, arm: str, settings: Settings) -> RunConfig:
         ConfigurationError: A setting is unknown or refused, or the file cannot be read.
     """
     table = _table(settings)
-    # How the run of a run.toml came about is no setting.
-    table.pop("run", None)
+    if table.pop("run", None) is not None:
+        # How the run of a run.toml came about is no setting.
+        table = recorded(table)
     name = scenario_name or table.get("scenario", "paper")
     config = overlay(scenario(name), {**table, "scenario": name})
     return replace(config, arm=arm) if arm else config

@@ -10,6 +10,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from palpate.adapters.config.records import recorded_config
 from palpate.adapters.config.run import RunConfig
 from palpate.adapters.config.toml import overlay
 from palpate.adapters.experiments.build import build_supervisor, build_task
@@ -83,7 +84,7 @@ def log_config(log: TrialLog) -> RunConfig:
         LogError: This version cannot read it.
     """
     try:
-        return overlay(RunConfig(), tomllib.loads(log.start.config_toml))
+        return recorded_config(tomllib.loads(log.start.config_toml))
     except (tomllib.TOMLDecodeError, ConfigurationError) as error:
         problem = f"its configuration cannot be read ({error})"
         raise LogError(log.path, "", problem, "use the version of palpate that recorded it") from error

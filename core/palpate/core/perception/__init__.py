@@ -1,6 +1,5 @@
 """Perception: signal processing -> features -> symbols -> state, each stage interchangeable."""
 
-from palpate.core.perception.channels import CHANNELS
 from palpate.core.perception.features import FeatureExtractor, PrincipalComponents, SelectedChannels, SelfOrganisingMap
 from palpate.core.perception.pipeline import (
     SCHEMA,
@@ -14,6 +13,7 @@ from palpate.core.perception.pipeline import (
 from palpate.core.perception.signal import Normalisation, SignalProcessor, Wrench
 from palpate.core.perception.state import IdentityState, LastSymbols, StateIdentifier
 from palpate.core.perception.symbols import Clusters, GatedThresholds, RandomPartition, Symboliser, Thresholds
+from palpate.core.ports.kinds import CHANNELS
 
 __all__ = [
     "CHANNELS",

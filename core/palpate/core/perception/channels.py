@@ -15,16 +15,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from math import isfinite
-from typing import Final, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from palpate.core.errors import CommandError, ConfigurationError
-
-CHANNELS: Final = ("x", "y", "z", "fx", "fy", "fz", "tx", "ty", "tz")
-"""Names of the nine components, in the order of the vector."""
-
 
 Matrix: TypeAlias = tuple[tuple[float, ...], ...]
 Array: TypeAlias = npt.NDArray[np.float64]

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from palpate.core.errors import CommandError, ConfigurationError
-from palpate.core.perception.channels import CHANNELS
 from palpate.core.perception.features import FeatureExtractor, PrincipalComponents, SelectedChannels, SelfOrganisingMap
 from palpate.core.perception.signal import Normalisation, SignalProcessor
 from palpate.core.perception.state import IdentityState, LastSymbols, StateIdentifier
 from palpate.core.perception.symbols import Clusters, GatedThresholds, RandomPartition, Symboliser, Thresholds
+from palpate.core.ports.kinds import CHANNELS
 
 
 @dataclass(frozen=True)

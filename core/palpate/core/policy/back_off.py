@@ -11,34 +11,24 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from math import isfinite
-from typing import Any, Self
+from typing import Annotated, Any, ClassVar, Self
 
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy.base import Action, Transition
 from palpate.core.policy.tabular import QLearning, QParameters
+from palpate.core.ports.settings import Range, Settings
 
 
 @dataclass(frozen=True, slots=True)
-class BackOff:
-    """From states to the symbols that stand in for them.
+class BackOff(Settings):
+    """From states to the symbols that stand in for them."""
 
-    Attributes:
-        visits: After so many visits of a state-action pair its own Q and that of the symbol count alike.
-        symbol_of: For each state the number of its symbol, (states,); None where nothing stands in for it.
+    TABLE: ClassVar[str] = "policy.back_off"
 
-    Raises:
-        ConfigurationError: A value is out of its range.
-    """
-
-    visits: float
-    symbol_of: tuple[int | None, ...]
-
-    def __post_init__(self) -> None:
-        if not (isfinite(self.visits) and self.visits > 0.0):
-            raise ConfigurationError("policy.back_off.visits", self.visits, "a finite number above 0")
-        if any(symbol is not None and symbol < 0 for symbol in self.symbol_of):
-            raise ConfigurationError("policy.back_off.symbol_of", self.symbol_of, "numbers of symbols, or none")
+    visits: Annotated[float, Range(0.0, above=True)]
+    """After so many visits of a state-action pair its own Q and that of the symbol count alike."""
+    symbol_of: tuple[Annotated[int, Range(0)] | None, ...]
+    """For each state the number of its symbol, (states,); None where nothing stands in for it."""
 
     @classmethod
     def of(cls, visits: float, symbol_of: Sequence[int | None]) -> Self | None:

@@ -151,6 +151,8 @@ class LearnerEntry:
     def content(self) -> dict[str, Any]:
         """The learner as JSON has it."""
         settings = {key: getattr(self.parameters, key) for key in _setting_keys(type(self.parameters))}
+        # In the file a rate that stays is null.
+        settings["alpha_visits"] = settings["alpha_visits"] or None
         temperature = asdict(self.parameters.temperature)
         content = {"kind": self.kind} | settings | {"temperature": temperature, "trials_learned": self.trials_learned}
         return content if self.back_off is None else content | {"back_off": self.back_off.content()}
@@ -175,6 +177,8 @@ class LearnerEntry:
             for key in keys
             if not (key == "alpha_visits" and entry[key] is None)
         }
+        if settings.get("alpha_visits") == 0.0:
+            raise PolicyFileError("learner.alpha_visits", entry["alpha_visits"], "a number above 0, or null for none")
         schedule = read_object("learner.temperature", entry["temperature"], ("initial", "decay", "floor"))
         schedule = {key: read_number(f"learner.temperature.{key}", value) for key, value in schedule.items()}
         try:

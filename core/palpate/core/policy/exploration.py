@@ -4,45 +4,39 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import exp, isfinite
-from typing import Final
+from math import exp
+from typing import ClassVar, Final
 
 import numpy as np
+from typing_extensions import override
 
-from palpate.core.errors import ConfigurationError
+from palpate.core.ports.kinds import Temperature, TemperatureDecay, require_floor
+from palpate.core.ports.settings import Settings
 
 GREEDY_BELOW: Final = 1e-6
 """Temperature under which exploration is off and a best action is always taken."""
 
 
 @dataclass(frozen=True, slots=True)
-class TemperatureSchedule:
+class TemperatureSchedule(Settings):
     """Geometric decay with a floor: ``T(trial) = max(floor, initial * decay**trial)``.
 
     Keep the floor above zero where different places look like the same state: a policy without any
     randomness then runs in circles between two of them, and what was learned gets worse again.
-
-    Attributes:
-        initial: Temperature of trial 0, in units of Q.
-        decay: Factor from one trial to the next, above 0 and at most 1.
-        floor: Lowest temperature, from 0 to ``initial``.
-
-    Raises:
-        ConfigurationError: A value is out of its range.
     """
 
-    initial: float
-    decay: float
-    floor: float
+    TABLE: ClassVar[str] = "policy.temperature"
 
-    def __post_init__(self) -> None:
-        if not (isfinite(self.initial) and self.initial >= 0.0):
-            raise ConfigurationError("policy.temperature.initial", self.initial, "a finite number, 0 or above")
-        if not 0.0 < self.decay <= 1.0:
-            raise ConfigurationError("policy.temperature.decay", self.decay, "a number above 0 and at most 1")
-        if not 0.0 <= self.floor <= self.initial:
-            accepted = f"a number from 0 to the initial temperature, {self.initial:g}"
-            raise ConfigurationError("policy.temperature.floor", self.floor, accepted)
+    initial: Temperature
+    """Temperature of trial 0, in units of Q."""
+    decay: TemperatureDecay
+    """Factor from one trial to the next."""
+    floor: Temperature
+    """Lowest temperature, at most the initial one."""
+
+    @override
+    def check(self) -> None:
+        require_floor(self.dotted("floor"), self.floor, self.initial, "the initial temperature")
 
     def at(self, trial: int) -> float:
         """Temperature of a trial, counted from 0."""

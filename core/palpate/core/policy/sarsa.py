@@ -8,33 +8,22 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
-from palpate.core.errors import ConfigurationError
 from palpate.core.policy.base import Action, Decision, Observation, Transition
 from palpate.core.policy.tabular import QParameters, TabularLearner
+from palpate.core.ports.settings import Range
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SarsaParameters(QParameters):
-    """Settings of the learner; those of :class:`~palpate.core.policy.tabular.QParameters` and one more.
+    """Settings of the learner; those of :class:`~palpate.core.policy.tabular.QParameters` and one more."""
 
-    Attributes:
-        trace_decay: Lambda, 0 to 1: how much an action is held to account for what came steps later. 0 is one-step
-            Sarsa; with 1 and without discount it is the whole rest of the trial.
-
-    Raises:
-        ConfigurationError: A value is out of its range.
-    """
-
-    trace_decay: float = 0.9
-
-    def __post_init__(self) -> None:
-        QParameters.__post_init__(self)
-        if not 0.0 <= self.trace_decay <= 1.0:
-            raise ConfigurationError("policy.trace_decay", self.trace_decay, "a number from 0 to 1")
+    trace_decay: Annotated[float, Range(0.0, 1.0)] = 0.9
+    """Lambda: how much an action is held to account for what came steps later. 0 is one-step Sarsa; with 1 and without
+    discount it is the whole rest of the trial."""
 
 
 class Sarsa(TabularLearner):

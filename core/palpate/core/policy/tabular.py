@@ -6,9 +6,10 @@ from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite
-from typing import Any
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
+from typing_extensions import override
 
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy.base import (
@@ -22,49 +23,40 @@ from palpate.core.policy.base import (
     drawing_from,
 )
 from palpate.core.policy.exploration import TemperatureSchedule, boltzmann
+from palpate.core.ports.kinds import Discount, HalvingVisits, LearningRate, require_floor
+from palpate.core.ports.settings import Range, Settings
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class QParameters:
+class QParameters(Settings):
     """Settings of the learner.
 
     The learning rate of a state-action pair that has been tried n times before is
-    ``max(alpha_floor, alpha / (1 + n / alpha_visits))``; without ``alpha_visits`` it is ``alpha``.
-
-    Attributes:
-        alpha: Learning rate of the first visit, above 0 and at most 1.
-        gamma: Discount, 0 to 1; the paper uses 1.
-        temperature: Temperature of the exploration.
-        alpha_visits: Number of visits that halves the learning rate; None keeps it constant.
-        alpha_floor: The learning rate never falls below this; 0 to ``alpha``.
-        initial_value: Q before the first visit.
-
-    Raises:
-        ConfigurationError: A value is out of its range.
+    ``max(alpha_floor, alpha / (1 + n / alpha_visits))``; with 0 for ``alpha_visits`` it is ``alpha``.
     """
 
-    alpha: float
-    gamma: float
-    temperature: TemperatureSchedule
-    alpha_visits: float | None = None
-    alpha_floor: float = 0.0
-    initial_value: float = 0.0
+    TABLE: ClassVar[str] = "policy"
 
-    def __post_init__(self) -> None:
-        if not 0.0 < self.alpha <= 1.0:
-            raise ConfigurationError("policy.alpha", self.alpha, "a number above 0 and at most 1")
-        if not 0.0 <= self.gamma <= 1.0:
-            raise ConfigurationError("policy.gamma", self.gamma, "a number from 0 to 1")
-        if self.alpha_visits is not None and not (isfinite(self.alpha_visits) and self.alpha_visits > 0.0):
-            raise ConfigurationError("policy.alpha_visits", self.alpha_visits, "a finite number above 0, or none")
-        if not 0.0 <= self.alpha_floor <= self.alpha:
-            raise ConfigurationError("policy.alpha_floor", self.alpha_floor, f"from 0 to alpha, {self.alpha:g}")
-        if not isfinite(self.initial_value):
-            raise ConfigurationError("policy.initial_value", self.initial_value, "a finite number")
+    alpha: LearningRate
+    """Learning rate of the first visit."""
+    gamma: Discount
+    """Discount; the paper uses 1."""
+    temperature: TemperatureSchedule
+    """Temperature of the exploration."""
+    alpha_visits: HalvingVisits = 0.0
+    """Visits that halve the learning rate; 0 keeps it constant."""
+    alpha_floor: Annotated[float, Range(0.0, 1.0)] = 0.0
+    """The learning rate never falls below this; at most ``alpha``."""
+    initial_value: float = 0.0
+    """Q before the first visit."""
+
+    @override
+    def check(self) -> None:
+        require_floor(self.dotted("alpha_floor"), self.alpha_floor, self.alpha, "alpha")
 
     def learning_rate(self, visits: int) -> float:
         """Learning rate of a pair that has been tried ``visits`` times before."""
-        if self.alpha_visits is None:
+        if not self.alpha_visits:
             return self.alpha
         return max(self.alpha_floor, self.alpha / (1.0 + visits / self.alpha_visits))
 

@@ -37,6 +37,7 @@ class Range:
         unit: Unit, where the name of the setting does not hold it or a message needs it.
         above: ``low`` itself is refused.
         below: ``high`` itself is refused.
+        text: What would be right, where the ends alone do not say why.
     """
 
     low: float = -inf
@@ -44,6 +45,7 @@ class Range:
     unit: str = ""
     above: bool = False
     below: bool = False
+    text: str = ""
 
     def holds(self, value: Any) -> bool:
         """Whether the value lies between the ends."""
@@ -54,6 +56,8 @@ class Range:
         """The range as a message says it."""
         number = "a whole number" if base is int else "a number"
         low, high = (str(end) if isinstance(end, int) else f"{end:g}" for end in (self.low, self.high))
+        if self.text:
+            return self.text
         if self.low == -inf:
             return "a finite number"
         begin = f"above {low}" if self.above else f"from {low}"

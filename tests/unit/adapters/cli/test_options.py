@@ -2,11 +2,21 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
 
-from palpate.adapters.cli.options import CompareOptions, RunOptions, ShowOptions, TrainOptions, parse
+from palpate.adapters.cli.explore_options import ExploreOptions
+from palpate.adapters.cli.options import (
+    CompareOptions,
+    ReplayOptions,
+    RunOptions,
+    ShowOptions,
+    TrainOptions,
+    _flags,
+    parse,
+)
 from palpate.adapters.config.run import RunConfig, scenario
 from palpate.core.errors import ConfigurationError, UsageError
 
@@ -53,9 +63,68 @@ def test_a_scenario_other_than_the_file_s_is_refused(toml: str) -> None:
         config("--config", toml, "--scenario", "paper")
 
 
-def test_of_two_scenarios_the_last_counts_with_its_settings() -> None:
-    found = config("--scenario", "paper", "--scenario", "blind")
-    assert (found.scenario, found.cell.hole_uncertainty_mm) == ("blind", 3.0)
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ("--seed 1 --seed 2", "--seed is given twice: --seed 1 and --seed 2; give it once"),
+        ("--scenario paper --scenario=blind", "--scenario is given twice: --scenario paper and --scenario blind"),
+        ("--task.step-mm=1 --task.step_mm 1", "--task.step-mm is given twice: --task.step-mm 1 and --task.step-mm 1"),
+        ("--resume --resume", "--resume is given twice: --resume and --resume"),
+        (
+            "--recording.no-enabled --recording.enabled",
+            "--recording.enabled is given twice: --recording.no-enabled and",
+        ),
+    ],
+)
+def test_a_setting_given_twice_is_refused(words: str, message: str) -> None:
+    with pytest.raises(UsageError) as caught:
+        parse(TrainOptions, "train", words.split())
+    assert str(caught.value).startswith(message)
+    assert "\n" not in str(caught.value)
+
+
+def test_what_may_be_given_several_times_may() -> None:
+    words = ["log", "--set", "task.step_mm=1", "--set", "task.step_mm=2"]
+    assert parse(ReplayOptions, "replay", words).set == ("task.step_mm=1", "task.step_mm=2")
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ("--resume", "--resume is not an option of palpate run, but of palpate train"),
+        ("--strict", "--strict is not an option of palpate run, but of palpate replay"),
+        ("--held-out-file x", "--held-out-file is not an option of palpate run, but of palpate infer"),
+        ("--fps 3", "--fps is not an option of palpate run, but of palpate render, log export"),
+        (
+            "--supervision.max-sample-age-ms 40",
+            "--supervision.max-sample-age-ms is not an option of palpate run; it is called"
+            " supervision.max_force_age_ms and supervision.max_joint_age_ms now",
+        ),
+    ],
+)
+def test_a_setting_of_another_command_or_of_an_old_name_is_told_where_it_belongs(words: str, message: str) -> None:
+    with pytest.raises(UsageError) as caught:
+        parse(RunOptions, "run", words.split())
+    assert str(caught.value).startswith(message)
+
+
+@pytest.mark.parametrize("kind", [TrainOptions, ReplayOptions, ExploreOptions])
+def test_the_flags_are_those_of_the_help(kind: type, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        parse(kind, "x", ["--help"])
+    assert set(re.findall(r"(?<=[ |│])--[a-zA-Z][\w.-]*", capsys.readouterr().out)) - {"--help"} <= set(_flags(kind))
+
+
+def test_settings_of_a_run_s_own_record_may_have_old_names(tmp_path: Path) -> None:
+    path = tmp_path / "run.toml"
+    old = "[supervision]\nmax_sample_age_ms = 40.0\n"
+    path.write_text(old + '[run]\ncommand = "train"\n')
+    limits = config("--config", str(path)).supervision
+    assert (limits.max_force_age_ms, limits.max_joint_age_ms) == (40.0, 40.0)
+    path.write_text(old)
+    with pytest.raises(ConfigurationError, match=r"it is called supervision\.max_force_age_ms and") as caught:
+        config("--config", str(path))
+    assert caught.value.field == "supervision.max_sample_age_ms"
 
 
 def test_a_run_toml_repeats_trials_and_policy_of_the_same_command(tmp_path: Path) -> None:

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from math import inf, isfinite, nan, nextafter
 from typing import Any, get_args, get_origin
 
+from palpate.adapters.config.grid import GridLearning
 from palpate.adapters.config.rig import OperatorTable, WatchdogTable
 from palpate.adapters.config.run import RunConfig
 from palpate.adapters.hardware.cia402 import _Cia402Table
@@ -15,6 +16,7 @@ from palpate.core.ports.settings import OneOf, Range, Settings, kinds_of, option
 
 TABLES: dict[str, Settings] = {
     "run": RunConfig(),
+    "explore": GridLearning(),
     "rig operator": OperatorTable(),
     "rig watchdog": WatchdogTable(),
     "arm zebra-nmc": _ZebraTable(),

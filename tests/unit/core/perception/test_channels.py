@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from palpate.core.errors import CommandError, ConfigurationError
+from palpate.core.perception import CHANNELS
 from palpate.core.perception import channels as checks
 
 
@@ -92,4 +93,4 @@ def test_require_finite(bad: float) -> None:
 
 
 def test_the_vector_is_position_then_force_then_torque() -> None:
-    assert "".join(checks.CHANNELS) == "xyz" + "fxfyfz" + "txtytz"
+    assert "".join(CHANNELS) == "xyz" + "fxfyfz" + "txtytz"

@@ -7,7 +7,7 @@ from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
 
 from palpate.core.errors import CommandError, ConfigurationError
-from palpate.core.perception.channels import CHANNELS
+from palpate.core.perception import CHANNELS
 from palpate.core.perception.features import FeatureExtractor, PrincipalComponents, SelectedChannels, SelfOrganisingMap
 from palpate.core.perception.signal import Normalisation
 

@@ -169,7 +169,7 @@ def test_visits_are_a_number_above_0(visits):
 def test_each_state_has_a_symbol_or_none():
     with pytest.raises(ConfigurationError, match="4, one a state"):
         BackingOff(STATES, TWO, PARAMETERS, BackOff(1.0, (0, 0)))
-    refuse("policy.back_off.symbol_of", BackOff, 1.0, (0, -1))
+    refuse("policy.back_off.symbol_of[1]", BackOff, 1.0, (0, -1))
 
 
 @pytest.mark.parametrize("key", ["symbol_q", "symbol_visits"])

@@ -79,7 +79,7 @@ def test_without_a_learner_nothing_was_learned(change, field):
     assert refused.value.field == f"row.{field}"
 
 
-@pytest.mark.parametrize("alpha_visits", [20.0, None])
+@pytest.mark.parametrize("alpha_visits", [20.0, 0.0])
 def test_the_learner_reads_back(alpha_visits):
     learner = LearnerEntry(
         QParameters(alpha=0.1, gamma=0.9, temperature=TemperatureSchedule(10.0, 0.97, 0.3), alpha_visits=alpha_visits),

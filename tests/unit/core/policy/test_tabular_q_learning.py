@@ -43,7 +43,7 @@ def test_the_goal_is_worth_nothing_even_when_q_began_elsewhere():
     assert q.q == ((-1.0, -8.0), (-7.0, -7.0))
 
 
-@pytest.mark.parametrize("alpha_visits", [None, 20.0])
+@pytest.mark.parametrize("alpha_visits", [0.0, 20.0])
 def test_a_corridor_is_learned_exactly(alpha_visits):
     schedule = TemperatureSchedule(5.0, 0.99, 1.5)
     q = learner(CELLS, alpha_visits=alpha_visits, alpha_floor=0.2, temperature=schedule)
@@ -179,7 +179,7 @@ def test_the_state_of_a_learner_of_another_size_is_refused_and_changes_nothing(o
         ({"alpha": float("nan")}, "alpha"),
         ({"gamma": -0.1}, "gamma"),
         ({"gamma": 1.01}, "gamma"),
-        ({"alpha_visits": 0.0}, "alpha_visits"),
+        ({"alpha_visits": -1.0}, "alpha_visits"),
         ({"alpha_visits": float("inf")}, "alpha_visits"),
         ({"alpha_floor": 0.6}, "alpha_floor"),
         ({"alpha_floor": -0.1}, "alpha_floor"),

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from palpate.adapters.experiments.grid.learning import GridLearning, learn
+from palpate.adapters.config.grid import GridLearning
+from palpate.adapters.experiments.grid.learning import learn
 from palpate.adapters.experiments.grid.worlds import Named
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy import BackingOff, QLearning, QParameters, Sarsa, SarsaParameters, TemperatureSchedule
@@ -26,7 +27,7 @@ def test_settings_become_those_of_the_learner() -> None:
     own = GridLearning().parameters()
     assert (own.alpha, own.alpha_visits, own.alpha_floor) == (0.5, 20.0, 0.05)
     given = [GridLearning(alpha=0.2), GridLearning(learner="sarsa")]
-    assert [(s.parameters().alpha, s.parameters().alpha_visits) for s in given] == [(0.2, None), (0.1, None)]
+    assert [(s.parameters().alpha, s.parameters().alpha_visits) for s in given] == [(0.2, 0.0), (0.1, 0.0)]
 
 
 @pytest.mark.parametrize(("learner", "kind"), [("q", BackingOff), ("sarsa", Sarsa)])

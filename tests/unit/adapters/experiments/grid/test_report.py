@@ -8,7 +8,8 @@ import re
 
 import pytest
 
-from palpate.adapters.experiments.grid.learning import GridLearning, learn
+from palpate.adapters.config.grid import GridLearning
+from palpate.adapters.experiments.grid.learning import learn
 from palpate.adapters.experiments.grid.report import Panel, Score, learning_figure, score_table, summary, trials_csv
 from palpate.adapters.experiments.grid.worlds import Bounds, Named, bounds_of
 from palpate.simulation.grid.maps import GridMap

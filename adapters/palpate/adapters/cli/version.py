@@ -1,0 +1,17 @@
+"""``palpate version``."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+
+from palpate.adapters.log.provenance import made_with
+from palpate.core.errors import UsageError
+
+
+def version(words: Sequence[str]) -> int:
+    """Print the versions that results depend on; returns the exit code."""
+    if words:
+        raise UsageError(f"palpate version takes no {words[0]}")
+    sys.stdout.write("".join(f"{name} {number}\n" for name, number in made_with().items()))
+    return 0

@@ -1,0 +1,56 @@
+"""Settings of learning in the insertion task."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Annotated, ClassVar
+
+from typing_extensions import override
+
+from palpate.core.ports.kinds import (
+    Discount,
+    HalvingVisits,
+    LearningRate,
+    Temperature,
+    TemperatureDecay,
+    require_floor,
+)
+from palpate.core.ports.settings import OneOf, Range, Settings
+
+
+@dataclass(frozen=True)
+class LearningConfig(Settings):
+    """Q-learning, what it is rewarded for, and what is programmed beside it."""
+
+    TABLE: ClassVar[str] = "learning"
+
+    alpha: LearningRate = 0.3
+    """Learning rate."""
+    alpha_visits: HalvingVisits = 50.0
+    """Visits that halve the learning rate of a state-action pair; 0 keeps it constant."""
+    alpha_floor: Annotated[float, Range(0.0, 1.0)] = 0.05
+    """The learning rate never falls below this."""
+    gamma: Discount = 1.0
+    """Discount."""
+    temperature: Annotated[float, Range(0.0, 1e6, above=True)] = 5.0
+    """Boltzmann temperature of the first trial."""
+    temperature_decay: TemperatureDecay = 0.95
+    """Its factor from trial to trial."""
+    temperature_floor: Temperature = 0.2
+    """It never falls below this: states are aliased, and a greedy policy would loop in them."""
+    back_off_visits: HalvingVisits = 0.0
+    """With a memory: visits after which a state's own experience counts as much as that of its last symbol, which
+    stands in for it until then; 0 for never."""
+    reinforcement: Annotated[str, OneOf("action-penalty", "effort")] = "action-penalty"
+    """action-penalty: -1 per action; effort: force beyond the pressing force costs too."""
+    effort_per_N_s: Annotated[float, Range(-1e6, 0.0)] = -1.0
+    """Reward per newton second of that excess."""
+    programmed: dict[str, str] = field(default_factory=dict)
+    """State name to action name: these states are programmed, not learned."""
+    examples: str = ""
+    """CSV file with state and action columns (such as decisions.csv of a run): its states act by example."""
+
+    @override
+    def check(self) -> None:
+        require_floor("learning.alpha_floor", self.alpha_floor, self.alpha, "alpha")
+        require_floor("learning.temperature_floor", self.temperature_floor, self.temperature, "temperature")

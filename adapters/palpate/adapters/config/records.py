@@ -1,0 +1,74 @@
+"""Settings as logs and run folders have them: by the names and with the defaults of the time when they were written."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Mapping
+from typing import Any, Final
+
+from palpate.adapters.config.renames import RENAMED
+from palpate.adapters.config.run import RunConfig
+from palpate.adapters.config.toml import overlay
+
+UNTOLD: Final[Mapping[str, Any]] = {
+    "perception.memory": "none",
+    "learning.back_off_visits": 0.0,
+    "real_time.stay_awake": False,
+}
+"""What a record means that lacks one of these settings: what was done before there was such a setting.
+
+Whoever adds a setting adds it here, and whoever changes a default adds what it was: records are read for ever, and
+lacking a setting never means a new default.
+"""
+
+
+def recorded(table: Mapping[str, Any]) -> dict[str, Any]:
+    """The table of settings in a record, with the names of today and with what it leaves untold.
+
+    Args:
+        table: As TOML has it, without the table ``[run]``.
+    """
+    told = copy.deepcopy(dict(table))
+    for old, names in RENAMED.items():
+        path, _, last = old.rpartition(".")
+        held = _held(told, path)
+        if last in held:
+            value = held.pop(last)
+            for name in names:
+                _put(told, name, value)
+    for name, value in UNTOLD.items():
+        _put(told, name, value)
+    return told
+
+
+def recorded_config(table: Mapping[str, Any]) -> RunConfig:
+    """The configuration of a log or of a run folder.
+
+    Args:
+        table: As TOML has it, without the table ``[run]``.
+
+    Raises:
+        ConfigurationError: It names a setting that there never was, or a value is refused.
+    """
+    return overlay(RunConfig(), recorded(table))
+
+
+def _held(table: dict[str, Any], path: str) -> dict[str, Any]:
+    """The table at a dotted name; an empty one that belongs to nothing where there is none."""
+    for part in path.split("."):
+        inner = table.get(part)
+        if not isinstance(inner, dict):
+            return {}
+        table = inner
+    return table
+
+
+def _put(table: dict[str, Any], name: str, value: Any) -> None:
+    """Set what a dotted name leads to, unless it is there."""
+    *path, last = name.split(".")
+    inner: Any = table
+    for part in path:
+        inner = inner.setdefault(part, {})
+        if not isinstance(inner, dict):
+            return  # What is no table is refused by whoever reads it as one.
+    inner.setdefault(last, value)

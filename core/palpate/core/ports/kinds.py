@@ -1,0 +1,34 @@
+"""Kinds of settings that several tables share, each declared once. Light to import, as the tables are."""
+
+from __future__ import annotations
+
+from typing import Annotated, Final, TypeAlias
+
+from palpate.core.errors import ConfigurationError
+from palpate.core.ports.settings import Range
+
+CHANNELS: Final = ("x", "y", "z", "fx", "fy", "fz", "tx", "ty", "tz")
+"""Names of the nine components of the measurement, in the order of the vector."""
+
+LearningRate: TypeAlias = Annotated[float, Range(0.0, 1.0, above=True)]
+HalvingVisits: TypeAlias = Annotated[float, Range(0.0, 1e9)]
+"""Visits that halve a learning rate, or a weight; 0 is for never."""
+Discount: TypeAlias = Annotated[float, Range(0.0, 1.0)]
+Temperature: TypeAlias = Annotated[float, Range(0.0, 1e6)]
+TemperatureDecay: TypeAlias = Annotated[float, Range(0.0, 1.0, above=True)]
+
+
+def require_floor(field: str, floor: float, start: float, name: str) -> None:
+    """Refuse a floor above what falls to it.
+
+    Args:
+        field: Dotted name of the floor.
+        floor: Its value.
+        start: Where it begins to fall.
+        name: What that is.
+
+    Raises:
+        ConfigurationError: It is above.
+    """
+    if floor > start:
+        raise ConfigurationError(field, floor, f"a number from 0 to {name}, {start:g}")
