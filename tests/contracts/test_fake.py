@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any, ClassVar, Self
+
 import pytest
 
 from palpate.core.errors import DeviceError
@@ -25,69 +27,81 @@ LOWER_RAD = (-1.0, -1.0, -1.0)
 UPPER_RAD = (1.0, 1.0, 0.5)
 
 
-def make_arm(clock: FakeClock) -> FakeArm:
-    return FakeArm(clock, HOME_RAD, lower_rad=LOWER_RAD, upper_rad=UPPER_RAD, max_step_rad=0.02)
+def make_arm(clock: FakeClock, kind: type[FakeArm] = FakeArm) -> FakeArm:
+    return kind(clock, HOME_RAD, lower_rad=LOWER_RAD, upper_rad=UPPER_RAD, max_step_rad=0.02)
 
 
-class TestFakeClock(ClockContract):
+class OfKind:
+    """What a suite tries: a kind of fake, and a rig in which some knobs may differ or be missing."""
+
+    kind: Any = None
+    knobs: ClassVar[dict[str, Any]] = {}
+
+    @classmethod
+    def trying(cls, kind: Any = None, **knobs: Any) -> Self:
+        suite = cls()
+        suite.kind = kind or cls.kind
+        suite.knobs = knobs  # type: ignore[misc]
+        return suite
+
+
+class TestFakeClock(OfKind, ClockContract):
+    kind = FakeClock
+
     def make(self) -> ClockRig:
-        return ClockRig(clock=FakeClock(start_ns=7))
+        return ClockRig(**{"clock": self.kind(start_ns=7), "step_ns": 5_000_000, **self.knobs})
 
 
-class TestFakeForceSensor(ForceSensorContract):
+class TestFakeForceSensor(OfKind, ForceSensorContract):
+    kind = FakeForceSensor
+
     def make(self) -> ForceSensorRig:
         clock = FakeClock()
-        sensor = FakeForceSensor(clock)
-        return ForceSensorRig(
-            device=sensor,
-            clock=clock,
-            advance=clock.advance,
-            max_age_ns=MAX_AGE_NS,
-            push_N=lambda fx, fy, fz: setattr(sensor, "load_N", (fx, fy, fz)),
-            go_silent=lambda: setattr(sensor, "silent", True),
-            disconnect=lambda: setattr(sensor, "disconnected", True),
-            provoke_fault=sensor.fail,
-            is_open=lambda: sensor.is_open,
-        )
+        sensor = self.kind(clock)
+        knobs = {
+            "advance": clock.advance,
+            "push_N": lambda fx, fy, fz: setattr(sensor, "load_N", (fx, fy, fz)),
+            "go_silent": lambda: setattr(sensor, "silent", True),
+            "disconnect": lambda: setattr(sensor, "disconnected", True),
+            "provoke_fault": sensor.fail,
+            "is_open": lambda: sensor.is_open,
+        }
+        return ForceSensorRig(device=sensor, clock=clock, max_age_ns=MAX_AGE_NS, **(knobs | self.knobs))
 
 
-class TestFakeJointEncoder(JointEncoderContract):
+class TestFakeJointEncoder(OfKind, JointEncoderContract):
+    kind = FakeJointEncoder
+
     def make(self) -> JointEncoderRig:
         clock = FakeClock()
         arm = make_arm(clock)
-        encoder = FakeJointEncoder(clock, arm.position_rad)
-        return JointEncoderRig(
-            device=encoder,
-            clock=clock,
-            advance=clock.advance,
-            max_age_ns=MAX_AGE_NS,
-            joints=3,
-            expected_rad=HOME_RAD,
-            arm=arm,
-            go_silent=lambda: setattr(encoder, "silent", True),
-            disconnect=lambda: setattr(encoder, "disconnected", True),
-            provoke_fault=encoder.fail,
-            is_open=lambda: encoder.is_open,
-        )
+        encoder = self.kind(clock, arm.position_rad)
+        encoder.arm = arm  # for those that look where they must not
+        knobs = {
+            "expected_rad": HOME_RAD,
+            "go_silent": lambda: setattr(encoder, "silent", True),
+            "disconnect": lambda: setattr(encoder, "disconnected", True),
+            "provoke_fault": encoder.fail,
+            "is_open": lambda: encoder.is_open,
+        }
+        rig = {"device": encoder, "clock": clock, "advance": clock.advance, "max_age_ns": MAX_AGE_NS, "arm": arm}
+        return JointEncoderRig(**rig, joints=3, **(knobs | self.knobs))
 
 
-class TestFakeArm(ArmCommandContract):
+class TestFakeArm(OfKind, ArmCommandContract):
+    kind = FakeArm
+
     def make(self) -> ArmCommandRig:
         clock = FakeClock()
-        arm = make_arm(clock)
-        return ArmCommandRig(
-            device=arm,
-            clock=clock,
-            advance=clock.advance,
-            home_rad=HOME_RAD,
-            lower_rad=LOWER_RAD,
-            upper_rad=UPPER_RAD,
-            fast_step_rad=0.1,
-            position_rad=arm.position_rad,
-            disconnect=lambda: setattr(arm, "disconnected", True),
-            provoke_fault=arm.fail,
-            is_open=lambda: arm.is_open,
-        )
+        arm = make_arm(clock, self.kind)
+        knobs = {
+            "position_rad": arm.position_rad,
+            "disconnect": lambda: setattr(arm, "disconnected", True),
+            "provoke_fault": arm.fail,
+            "is_open": lambda: arm.is_open,
+        }
+        limits = {"home_rad": HOME_RAD, "lower_rad": LOWER_RAD, "upper_rad": UPPER_RAD, "fast_step_rad": 0.1}
+        return ArmCommandRig(device=arm, clock=clock, advance=clock.advance, **limits, **(knobs | self.knobs))
 
 
 def test_the_fakes_are_their_ports() -> None:

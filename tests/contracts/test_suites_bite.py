@@ -14,23 +14,8 @@ from typing import Any
 
 import pytest
 
-from palpate.core.ports.contracts import (
-    ArmCommandContract,
-    ArmCommandRig,
-    ClauseNotApplicable,
-    ClauseOutcome,
-    ClockContract,
-    ClockRig,
-    ContractViolation,
-    ForceSensorContract,
-    ForceSensorRig,
-    JointEncoderContract,
-    JointEncoderRig,
-    clauses,
-    run_clauses,
-)
+from palpate.core.ports.contracts import ClauseNotApplicable, ClauseOutcome, ContractViolation, clauses, run_clauses
 from palpate.core.ports.contracts.fakes import (
-    MAX_AGE_NS,
     TICK_NS,
     FakeArm,
     FakeClock,
@@ -40,90 +25,10 @@ from palpate.core.ports.contracts.fakes import (
 from palpate.core.ports.lifecycle import Life
 from palpate.core.ports.values import AppliedCommand, CommandReason, JointCommand, JointSample, WrenchKind, WrenchSample
 
-HOME_RAD = (0.1, -0.2, 0.3)
+# As a module: a suite that is imported by name would be run here once more as it is.
+from tests.contracts import test_fake as fake
+
 STEP_NS = 5_000_000
-
-
-class SensorSuite(ForceSensorContract):
-    def __init__(self, kind: Callable[[FakeClock], FakeForceSensor] = FakeForceSensor, **knobs: Any) -> None:
-        self.kind, self.knobs = kind, knobs
-
-    def make(self) -> ForceSensorRig:
-        clock = FakeClock()
-        sensor = self.kind(clock)
-        knobs: dict[str, Any] = {
-            "advance": clock.advance,
-            "push_N": lambda fx, fy, fz: setattr(sensor, "load_N", (fx, fy, fz)),
-            "go_silent": lambda: setattr(sensor, "silent", True),
-            "disconnect": lambda: setattr(sensor, "disconnected", True),
-            "provoke_fault": sensor.fail,
-            "is_open": lambda: sensor.is_open,
-        }
-        return ForceSensorRig(device=sensor, clock=clock, max_age_ns=MAX_AGE_NS, **(knobs | self.knobs))
-
-
-class EncoderSuite(JointEncoderContract):
-    def __init__(self, kind: type[FakeJointEncoder] = FakeJointEncoder, **knobs: Any) -> None:
-        self.kind, self.knobs = kind, knobs
-
-    def make(self) -> JointEncoderRig:
-        clock = FakeClock()
-        arm = make_arm(FakeArm, clock)
-        encoder = self.kind(clock, arm.position_rad)
-        encoder.arm = arm  # type: ignore[attr-defined]  # for those that look where they must not
-        knobs: dict[str, Any] = {
-            "expected_rad": HOME_RAD,
-            "go_silent": lambda: setattr(encoder, "silent", True),
-            "disconnect": lambda: setattr(encoder, "disconnected", True),
-            "provoke_fault": encoder.fail,
-            "is_open": lambda: encoder.is_open,
-        }
-        return JointEncoderRig(
-            device=encoder,
-            clock=clock,
-            advance=clock.advance,
-            max_age_ns=MAX_AGE_NS,
-            joints=3,
-            arm=arm,
-            **(knobs | self.knobs),
-        )
-
-
-def make_arm(kind: type[FakeArm], clock: FakeClock) -> FakeArm:
-    return kind(clock, HOME_RAD, lower_rad=(-1.0,) * 3, upper_rad=(1.0, 1.0, 0.5), max_step_rad=0.02)
-
-
-class ArmSuite(ArmCommandContract):
-    def __init__(self, kind: type[FakeArm] = FakeArm, **knobs: Any) -> None:
-        self.kind, self.knobs = kind, knobs
-
-    def make(self) -> ArmCommandRig:
-        clock = FakeClock()
-        arm = make_arm(self.kind, clock)
-        knobs: dict[str, Any] = {
-            "position_rad": arm.position_rad,
-            "disconnect": lambda: setattr(arm, "disconnected", True),
-            "provoke_fault": arm.fail,
-            "is_open": lambda: arm.is_open,
-        }
-        return ArmCommandRig(
-            device=arm,
-            clock=clock,
-            advance=clock.advance,
-            home_rad=HOME_RAD,
-            lower_rad=(-1.0,) * 3,
-            upper_rad=(1.0, 1.0, 0.5),
-            fast_step_rad=0.1,
-            **(knobs | self.knobs),
-        )
-
-
-class ClockSuite(ClockContract):
-    def __init__(self, kind: type[FakeClock] = FakeClock, tolerance_ns: int = 0) -> None:
-        self.kind, self.tolerance_ns = kind, tolerance_ns
-
-    def make(self) -> ClockRig:
-        return ClockRig(clock=self.kind(), tolerance_ns=self.tolerance_ns, step_ns=STEP_NS)
 
 
 # --- Broken lives: shown on the force sensor, the clauses are the same for every device.
@@ -428,12 +333,12 @@ class ChangesSecretly(FakeArm):
 class Sags(FakeArm):
     def position_rad(self) -> tuple[float, ...]:
         here = super().position_rad()
-        return here if here == HOME_RAD else tuple(q - 1e-4 for q in here)
+        return here if here == fake.HOME_RAD else tuple(q - 1e-4 for q in here)
 
 
 class JumpsWhenActivated(FakeArm):
     def _on_activate(self) -> None:
-        self._here_rad = self._target_rad = tuple(q + 0.005 for q in HOME_RAD)
+        self._here_rad = self._target_rad = tuple(q + 0.005 for q in fake.HOME_RAD)
         self._stopped = False
 
 
@@ -618,7 +523,12 @@ CLOCKS: list[tuple[Any, dict[str, Any], set[str]]] = [
     (Drifts, {"tolerance_ns": 5}, {NO_DRIFT}),
 ]
 
-FORCE, ENCODER, ARM, CLOCK = SensorSuite, EncoderSuite, ArmSuite, ClockSuite
+FORCE, ENCODER, ARM, CLOCK = SUITES = (
+    fake.TestFakeForceSensor,
+    fake.TestFakeJointEncoder,
+    fake.TestFakeArm,
+    fake.TestFakeClock,
+)
 CASES = [
     *((FORCE, *case) for case in LIVES + SAMPLES),
     *((ENCODER, *case) for case in ENCODERS),
@@ -635,23 +545,23 @@ def failed(suite: object) -> dict[str, str]:
 def test_a_broken_adapter_fails_exactly_the_intended_clauses(
     suite: Any, broken: Any, knobs: dict[str, Any], intended: set[str]
 ) -> None:
-    assert failed(suite()) == {}
-    assert failed(suite(broken, **knobs)).keys() == intended
+    # That a sound one fails none is what test_fake.py shows.
+    assert failed(suite.trying(broken, **knobs)).keys() == intended
 
 
 def test_every_clause_has_bitten() -> None:
-    everything = {clause.name for suite in (FORCE, ENCODER, ARM, CLOCK) for clause in clauses(suite)}
+    everything = {clause.name for suite in SUITES for clause in clauses(suite)}
     bitten = set().union(*(case[-1] for case in CASES))
     assert everything - bitten == {"test_command_that_is_not_finite_cannot_be_made"}  # below
 
 
 def test_a_command_of_nan_would_be_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(JointCommand, "__post_init__", lambda self: None)
-    assert failed(ArmSuite()).keys() == {"test_command_that_is_not_finite_cannot_be_made"}
+    assert failed(ARM()).keys() == {"test_command_that_is_not_finite_cannot_be_made"}
 
 
 def test_a_violation_says_what_was_seen_and_what_is_wanted() -> None:
-    suite = SensorSuite(altered(force_N=lambda s: tuple(-f for f in s.force_N)))
+    suite = FORCE.trying(altered(force_N=lambda s: tuple(-f for f in s.force_N)))
     with pytest.raises(ContractViolation) as caught:
         suite.test_pressing_on_the_tip_gives_negative_fz()
     assert caught.value.clause == "sign"
@@ -660,7 +570,7 @@ def test_a_violation_says_what_was_seen_and_what_is_wanted() -> None:
 
 
 def test_a_missing_knob_is_not_a_pass() -> None:
-    suite = SensorSuite(go_silent=None, push_N=None, disconnect=None, provoke_fault=None, is_open=None)
+    suite = FORCE.trying(go_silent=None, push_N=None, disconnect=None, provoke_fault=None, is_open=None)
     outcomes = {r.clause.name: r for r in run_clauses(suite)}
     silence = outcomes["test_silence_is_not_passed_off_as_news"]
     assert silence.outcome is ClauseOutcome.NOT_APPLICABLE
@@ -671,25 +581,25 @@ def test_a_missing_knob_is_not_a_pass() -> None:
 
 
 def test_a_world_that_runs_by_itself_may_have_news_at_any_time() -> None:
-    suite = SensorSuite(CountsReadings, runs_by_itself=True)
+    suite = FORCE.trying(CountsReadings, runs_by_itself=True)
     assert failed(suite) == {}
-    outcomes = {r.clause.name: r.outcome for r in run_clauses(EncoderSuite(runs_by_itself=True))}
+    outcomes = {r.clause.name: r.outcome for r in run_clauses(ENCODER.trying(runs_by_itself=True))}
     assert outcomes[next(iter(CAUSAL))] is ClauseOutcome.NOT_APPLICABLE
 
 
 def test_a_rig_whose_clock_stands_still_is_told_so() -> None:
-    silence = failed(SensorSuite(advance=lambda ticks: None))["test_silence_is_not_passed_off_as_news"]
+    silence = failed(FORCE.trying(advance=lambda ticks: None))["test_silence_is_not_passed_off_as_news"]
     assert "advance() to let time go on" in silence
 
 
 def test_every_clause_states_itself_in_one_sentence() -> None:
-    for suite in (FORCE, ENCODER, ARM, CLOCK):
+    for suite in SUITES:
         for clause in clauses(suite):
             assert clause.statement.endswith("."), clause
             assert "\n" not in clause.statement, clause
 
 
 def test_general_clauses_come_first() -> None:
-    names = [clause.name for clause in clauses(ArmSuite)]
+    names = [clause.name for clause in clauses(ARM)]
     assert names[0] == "test_matches_the_port"
     assert names[-1] == "test_activating_again_ends_the_stop"

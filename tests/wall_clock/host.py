@@ -28,6 +28,7 @@ try:
     os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param({PRIORITY}))
 except OSError:
     pass
+print(flush=True)
 try:
     while True:
         before = time.monotonic()
@@ -57,6 +58,7 @@ class Host:
         self._probe = subprocess.Popen(words, stdout=subprocess.PIPE, bufsize=0)
         assert self._probe.stdout is not None
         self._output, self._rest = self._probe.stdout, b""
+        self._output.read(1)  # it sleeps from now on
         os.set_blocking(self._output.fileno(), False)
 
     def close(self) -> None:
