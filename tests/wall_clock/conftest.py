@@ -19,9 +19,12 @@ def host() -> Iterator[Host]:
         watched.close()
 
 
-@pytest.fixture(autouse=True)
+@pytest.fixture
 def real_time() -> Iterator[None]:
-    """Test, driver and emulated devices are not held up by other work, where the system grants it."""
+    """Driver and emulated devices in this process are not held up by other work, where the system grants it.
+
+    Not for what computes for long: the kernel puts the whole class aside when it takes more than 95 % of a second.
+    """
     granted = take_real_time(PRIORITY).granted
     try:
         yield

@@ -17,7 +17,7 @@ from palpate.adapters.hardware.clock import MonotonicClock
 from palpate.adapters.hardware.jr3 import make_jr3_can, make_jr3_uart
 from palpate.adapters.hardware.plugins import ArmAdapter, RigContext
 from palpate.adapters.hardware.zebra_zero import make_zebra_nmc
-from palpate.core.errors import DeviceError
+from palpate.core.errors import DeviceError, FaultLatchedError
 from palpate.core.motion.arm import arm_named
 from palpate.core.ports.devices import ForceSensor
 from palpate.core.ports.lifecycle import Life
@@ -38,9 +38,10 @@ from palpate.simulation.emulators.motors.plant import DirectMotors, IdealPlant
 from palpate.simulation.emulators.nmc.bus import NmcChain
 from tests.wall_clock.host import Host
 
+pytestmark = pytest.mark.usefixtures("real_time")
 LOWER = (-3.14, -1.07, -1.70, -3.14, -3.14, -3.14)
 UPPER = (3.14, 1.70, 1.07, 3.14, 3.14, 3.14)
-LATE = "silent|missing|does not answer|delivers no|answers"
+LATE = "silent|missing|does not answer|delivers no|answers|no reply in time|failures in a row|unanswered"
 """What a driver says of a device that comes late."""
 
 
@@ -98,8 +99,15 @@ def move_and_stop(adapter: ArmAdapter, host: Host) -> None:
 def test_nmc_on_a_terminal(context: RigContext, served: ExitStack, host: Host) -> None:
     plant = IdealPlant()
     server = served.enter_context(PtyServer(NmcChain(plant)))
-    table = {"port": server.path, "baud": 230_400, "adapter_latency_ms": 0.0, "divider": 2, "at_home": True}
-    with host.judged(0.01, DeviceError, LATE):
+    table = {
+        "port": server.path,
+        "baud": 230_400,
+        "adapter_latency_ms": 0.0,
+        "divider": 2,
+        "at_home": True,
+        "patience": 5.0,
+    }
+    with host.judged(0.01, (DeviceError, FaultLatchedError), LATE):
         move_and_stop(make_zebra_nmc(table, context), host)
     assert plant.joints_rad() == pytest.approx([q + 0.002 for q in HOME_RAD], abs=2e-4)
 
@@ -110,14 +118,14 @@ def drives() -> list[CanopenDrive]:
     return [CanopenDrive(axis + 1, motors, axis) for axis in range(6)]
 
 
-CIA402 = {"interface": "slcan", "counts_per_rad": [30_000.0] * 6, "divider": 2}
+CIA402 = {"interface": "slcan", "counts_per_rad": [30_000.0] * 6, "divider": 2, "patience": 5.0}
 
 
 def test_cia402_on_a_serial_adapter(
     context: RigContext, served: ExitStack, host: Host, drives: list[CanopenDrive]
 ) -> None:
     server = slcan(served, *drives)
-    with host.judged(0.005, DeviceError, LATE):
+    with host.judged(0.005, (DeviceError, FaultLatchedError), LATE):
         move_and_stop(make_cia402({**CIA402, "channel": server.channel}, context), host)
     assert {drive.machine.state for drive in drives} == {PowerState.SWITCH_ON_DISABLED}
 
@@ -129,7 +137,7 @@ def test_an_adapter_that_ends_receiving_or_is_unplugged_is_noticed(
 ) -> None:
     server = slcan(served, *drives)
     arm = make_cia402({**CIA402, "channel": server.channel, "divider": 4}, context).arm
-    with host.judged(0.005, DeviceError, LATE):
+    with host.judged(0.005, (DeviceError, FaultLatchedError), LATE):
         arm.configure()
         arm.activate()
         time.sleep(0.1)
@@ -177,7 +185,7 @@ def test_jr3_on_a_serial_can_adapter(context: RigContext, served: ExitStack, hos
     load = Load()
     node = Jr3CanNode(1, load, replace(Jr3Config(), boot_ns=1_000_000), generator=np.random.default_rng(0))
     server = slcan(served, node)
-    with host.judged(0.02, DeviceError, LATE):
+    with host.judged(0.02, (DeviceError, FaultLatchedError), LATE):
         read_and_press(make_jr3_can({"interface": "slcan", "channel": server.channel}, context), load, host)
 
 
@@ -189,5 +197,5 @@ def test_jr3_on_a_serial_line(
     load = Load()
     node = Jr3UartNode(load, replace(UART_CONFIG, boot_ns=1_000_000), generator=np.random.default_rng(0))
     server = served.enter_context(PtyServer(node))
-    with host.judged(0.02, DeviceError, LATE):
+    with host.judged(0.02, (DeviceError, FaultLatchedError), LATE):
         read_and_press(make_jr3_uart({"port": server.path}, context), load, host)
