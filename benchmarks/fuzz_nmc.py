@@ -78,6 +78,7 @@ def once(data: bytes) -> None:
     from palpate.drivers.nmc.replies import Reply, decode_reply, reply_size_bytes
     from palpate.drivers.zebra_zero.arm import ZebraZero
     from palpate.drivers.zebra_zero.counts import HOME_RAD
+    from palpate.drivers.zebra_zero.settings import ZebraZeroSettings
 
     mask, raw = StatusItem(data[0] if data else 0), data[1:]
     if isinstance(decode_reply(raw, mask), Reply):
@@ -88,7 +89,7 @@ def once(data: bytes) -> None:
     require(found is None or found[1].frame(found[0]) in raw, "a frame that was found is there")
 
     line = NonsenseLine(raw)
-    arm = ZebraZero(line, line.clock_ns, line.sleep_s)
+    arm = ZebraZero(line, line.clock_ns, line.sleep_s, ZebraZeroSettings(control_rate_Hz=140))
     try:
         arm.connect(reset=bool(mask & 1))
         arm.confirm_home(at_home=True)

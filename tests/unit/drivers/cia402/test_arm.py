@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 import itertools
-from fractions import Fraction
 from math import nan
 from typing import Any
 
@@ -72,13 +71,13 @@ def test_a_joint_outside_its_limits_is_not_enabled() -> None:
     bench.arm.enable()
 
 
-@pytest.mark.parametrize("rate", [Fraction(140), Fraction(70), Fraction(35), Fraction(140, 3)])
+@pytest.mark.parametrize("divider", [1, 2, 4, 3])
 @modes
-def test_the_arm_goes_where_it_was_told(mode: OperationMode, rate: Fraction) -> None:
-    bench = Bench(mode=mode, rate_Hz=rate, host_watchdog_ms=500).enabled()
+def test_the_arm_goes_where_it_was_told(mode: OperationMode, divider: int) -> None:
+    bench = Bench(mode=mode, divider=divider, host_watchdog_ms=500).enabled()
     goal = (0.006, -0.006, 0.005, 0.0, 0.001, -0.001)
     for _ in range(30):
-        bench.network.sleep(float(1 / rate) - 20e-6)
+        bench.network.sleep(divider / 140 - 20e-6)
         measured = bench.arm.cycle(goal)
         assert measured.applied is not None
         assert measured.applied.reason is AppliedReason.AS_ASKED
