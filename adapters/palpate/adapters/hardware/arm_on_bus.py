@@ -7,6 +7,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
+from typing_extensions import override
+
 from palpate.adapters.hardware.errors import told, translating
 from palpate.core.errors import CommandError, DeviceError
 from palpate.core.ports.devices import ArmCommand, Clock, JointEncoder
@@ -98,8 +100,8 @@ class BusArm(ManagedDevice, JointEncoder, ArmCommand):
             raise DeviceError(self.name, "is not open")
         return self._opened.driver
 
+    @override
     def read(self) -> JointSample:
-        """See :class:`JointEncoder`."""
         if self._life is not Life.ACTIVE:
             self._require_active("read()")
         sample = self._sample
@@ -110,8 +112,8 @@ class BusArm(ManagedDevice, JointEncoder, ArmCommand):
             return JointSample(sample.position_rad, *old, Validity.STALE)
         return sample
 
+    @override
     def send(self, command: JointCommand) -> AppliedCommand:
-        """See :class:`ArmCommand`."""
         if self._life is not Life.ACTIVE:
             self._require_active("send()")
         asked = command.position_rad
@@ -125,7 +127,7 @@ class BusArm(ManagedDevice, JointEncoder, ArmCommand):
         return AppliedCommand(applied.position_rad, CommandReason[applied.reason.name])
 
     def stop(self) -> None:
-        """See :class:`ArmCommand`. Returns when the arm has been told, or nobody is left to tell it."""
+        """Stop the arm; returns when the arm has been told, or nobody is left to tell it."""
         self._stop_wanted = True
         thread = self._thread
         if thread is None or not thread.is_alive():

@@ -5,6 +5,8 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
+from typing_extensions import override
+
 from palpate.core.ports.devices import Clock
 
 
@@ -18,12 +20,12 @@ class MonotonicClock(Clock):
     def __init__(self) -> None:
         self.origin_ns = time.monotonic_ns()
 
+    @override
     def now_ns(self) -> int:
-        """See :class:`Clock`."""
         return time.monotonic_ns() - self.origin_ns
 
     def sleep_until(self, deadline_ns: int) -> None:
-        """See :class:`Clock`; a deadline that is past returns at once."""
+        """Sleep to a deadline; one that is past returns at once."""
         deadline_ns += self.origin_ns
         while (left_ns := deadline_ns - time.monotonic_ns()) > 0:
             time.sleep(left_ns * 1e-9)

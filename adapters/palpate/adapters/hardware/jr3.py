@@ -86,7 +86,7 @@ class Jr3ForceSensor(ManagedDevice, ForceSensor):
         return self._settings
 
     def read(self) -> WrenchSample:
-        """See :class:`ForceSensor`.
+        """Poll the board and give its newest sample.
 
         Raises:
             DeviceError: Besides silence: the board restarted in mid-run, so its readings may have jumped.

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Sequence
 from math import isfinite
 from typing import Final
 
 from palpate.drivers.nmc.frames import (
     GROUP_BIT,
     Code,
-    HomingControl,
     NmcCommand,
     StatusItem,
     StopControl,
@@ -20,12 +18,8 @@ from palpate.drivers.nmc.frames import (
 
 NOP: Final = NmcCommand(Code.NOP)
 """Asks for the status and nothing else."""
-START_MOVE: Final = NmcCommand(Code.START_MOVE)
-"""Starts what LOAD_TRAJ without START_NOW has buffered."""
 CLEAR_BITS: Final = NmcCommand(Code.CLEAR_BITS)
 """Clears the sticky fault bits."""
-SAVE_AS_HOME: Final = NmcCommand(Code.SAVE_AS_HOME)
-"""Stores the present position as the home position."""
 HARD_RESET: Final = NmcCommand(Code.HARD_RESET)
 """Puts a module back to its state after power-up: address 0, 19200 baud, counter zero, motor off. No reply."""
 
@@ -143,28 +137,9 @@ def stop_motor(control: StopControl, position_counts: int | None = None) -> NmcC
     )
 
 
-def io_ctrl(bits: int) -> NmcCommand:
-    """Sets the output bits and options of a module."""
-    return NmcCommand(Code.IO_CTRL, _pack("B", bits))
-
-
-def set_homing(control: HomingControl) -> NmcCommand:
-    """Arms the capture of the home position."""
-    return NmcCommand(Code.SET_HOMING, _pack("B", control))
-
-
 def set_baud(divisor: int) -> NmcCommand:
     """Changes the baud rate of whoever hears it; only ever sent to a group. No reply."""
     return NmcCommand(Code.SET_BAUD, _pack("B", divisor))
-
-
-def add_pathpoint(points: Sequence[int]) -> NmcCommand:
-    """Adds up to seven path points, each u16; none at all starts the path.
-
-    Raises:
-        RefusedError: More than seven points, or one does not fit.
-    """
-    return NmcCommand(Code.ADD_PATHPOINT, _pack(f"{len(points)}H", *points))
 
 
 TICK_S: Final = 0.512e-3
@@ -195,32 +170,3 @@ def acceleration_word(acceleration_counts_per_s2: float, servo_rate_divisor: int
         RefusedError: It is negative, not finite, or does not fit.
     """
     return _word(acceleration_counts_per_s2 * _ONE * (TICK_S * servo_rate_divisor) ** 2, "acceleration word")
-
-
-def velocity_counts_per_s(word: int, servo_rate_divisor: int = 1) -> float:
-    """The velocity magnitude of a word."""
-    return word / (_ONE * TICK_S * servo_rate_divisor)
-
-
-def acceleration_counts_per_s2(word: int, servo_rate_divisor: int = 1) -> float:
-    """The acceleration magnitude of a word."""
-    return word / (_ONE * (TICK_S * servo_rate_divisor) ** 2)
-
-
-def path_point(step_counts: int, *, scale: int, lower_rate: bool) -> int:
-    """One u16 of ADD_PATHPOINT. FACT: libnmc.
-
-    Args:
-        step_counts: Signed counts to go until the next point.
-        scale: 4 at 30 Hz and 8 at 60 Hz, or with the fast-path output bit 8 at 60 Hz and 16 at 120 Hz.
-        lower_rate: The rate is the lower of the two that the module offers.
-
-    Raises:
-        RefusedError: The scale is unknown, or the step does not fit.
-    """
-    if scale not in (4, 8, 16):
-        raise refused(f"path scale {scale} is none of 4, 8, 16")
-    word = abs(step_counts) * scale
-    if word > 0xFFFF:
-        raise refused(f"path step of {step_counts} counts, {0xFFFF // scale} at most")
-    return word | lower_rate << 1 | (step_counts < 0)

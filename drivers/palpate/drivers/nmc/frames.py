@@ -103,19 +103,6 @@ class StopControl(enum.IntFlag):
     ADVANCED = 0x20
 
 
-class HomingControl(enum.IntFlag):
-    """Control byte of SET_HOMING: what ends the homing, and how the motor stops then."""
-
-    ON_LIMIT1 = 0x01
-    ON_LIMIT2 = 0x02
-    MOTOR_OFF = 0x04
-    ON_INDEX = 0x08
-    STOP_ABRUPT = 0x10
-    STOP_SMOOTH = 0x20
-    ON_POS_ERROR = 0x40
-    ON_CURRENT = 0x80
-
-
 class ModuleType(enum.IntEnum):
     """Type byte of the identity item."""
 
@@ -127,9 +114,6 @@ class ModuleType(enum.IntEnum):
 
 STICKY_STATUS: Final = NmcStatus.OVERCURRENT | NmcStatus.POS_ERROR
 """Status bits that only CLEAR_BITS clears."""
-
-STICKY_AUX: Final = Aux.POS_WRAP | Aux.SERVO_OVERRUN
-"""Auxiliary bits that only CLEAR_BITS clears."""
 
 
 HEADER: Final = 0xAA

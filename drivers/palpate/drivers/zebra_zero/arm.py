@@ -118,7 +118,6 @@ class ZebraZero(ArmDriver):
             baud=self._bus.line.baud,
             streaming=self._streaming,
             budget=self.settings.budget(),
-            wanted_rate_Hz=self.settings.rate_Hz,
             achieved_rate_Hz=self._tracking.rate_Hz,
             statistics=self._bus.statistics,
         )

@@ -171,7 +171,6 @@ class ArmReport:
         baud: Rate of the line.
         streaming: How set-points reach the motors.
         budget: What a cycle costs.
-        wanted_rate_Hz: As in the settings.
         achieved_rate_Hz: Over the newest cycles; None before the second.
         statistics: Of the bus.
     """
@@ -182,6 +181,5 @@ class ArmReport:
     baud: int
     streaming: Streaming
     budget: BusBudget
-    wanted_rate_Hz: float
     achieved_rate_Hz: float | None
     statistics: BusStatistics

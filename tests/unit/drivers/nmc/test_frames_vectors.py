@@ -7,17 +7,13 @@ from hypothesis import strategies as st
 from palpate.drivers.errors import RefusedError
 from palpate.drivers.nmc import commands
 from palpate.drivers.nmc.commands import (
-    acceleration_counts_per_s2,
     acceleration_word,
-    path_point,
-    velocity_counts_per_s,
     velocity_word,
 )
 from palpate.drivers.nmc.frames import (
     EVERYBODY,
     Aux,
     Code,
-    HomingControl,
     NmcCommand,
     NmcStatus,
     StatusItem,
@@ -92,14 +88,8 @@ def test_captured_reply():
 
 def test_other_commands_have_their_codes_and_sizes():
     made = {
-        commands.START_MOVE: (5, b""),
-        commands.SAVE_AS_HOME: (0xC, b""),
         commands.reset_pos(relative_to_home=True): (0, b"\x01"),
         commands.set_addr(3, 0xFF, leader=True): (1, b"\x03\x7f"),
-        commands.io_ctrl(0x40): (8, b"\x40"),
-        commands.set_homing(HomingControl.ON_INDEX | HomingControl.STOP_SMOOTH): (9, b"\x28"),
-        commands.add_pathpoint([]): (0xD, b""),
-        commands.add_pathpoint([1, 0x102]): (0xD, b"\x01\0\x02\x01"),
         commands.stop_motor(StopControl.AMP_ENABLE | StopControl.HERE, -1): (7, b"\x11\xff\xff\xff\xff"),
         commands.load_traj(TrajectoryControl.START_NOW, pwm=9): (4, b"\x88\x09"),
         commands.set_gain(**GAINS, step_multiplier=2): (6, bytes.fromhex("c800b00496000f004b00a00f050002")),
@@ -121,12 +111,9 @@ def test_other_commands_have_their_codes_and_sizes():
         lambda: commands.stop_motor(StopControl.SMOOTH, 1),
         lambda: commands.set_gain(**{**GAINS, "servo_rate_divisor": 0}),
         lambda: commands.set_gain(**{**GAINS, "kp": 40_000}),
-        lambda: commands.add_pathpoint([0] * 8),
         lambda: velocity_word(float("nan")),
         lambda: velocity_word(-1.0),
         lambda: acceleration_word(float("inf")),
-        lambda: path_point(0x4000, scale=4, lower_rate=True),
-        lambda: path_point(1, scale=5, lower_rate=True),
     ],
 )
 def test_what_does_not_fit_is_refused(make):
@@ -141,11 +128,7 @@ def test_scaling():
     assert velocity_word(30557.75) == 1_025_348
     assert acceleration_word(30557.75) == 525
     assert velocity_word(8000 / 60) == pytest.approx(4473.925, abs=0.5)
-    assert velocity_counts_per_s(100_000) / 30557.75 == pytest.approx(0.098, abs=0.001)
-    assert acceleration_counts_per_s2(10_000) / 30557.75 == pytest.approx(19.0, abs=0.1)
     assert acceleration_word(30557.75, 2) == 2100
-    assert path_point(-5, scale=8, lower_rate=True) == 0b101011
-    assert path_point(5, scale=4, lower_rate=False) == 0b10100
 
 
 @given(st.integers(0, 255), COMMANDS, st.binary(max_size=8).filter(lambda noise: 0xAA not in noise))

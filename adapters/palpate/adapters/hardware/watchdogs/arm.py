@@ -7,6 +7,8 @@ from abc import abstractmethod
 from collections.abc import Callable, Sequence
 from typing import Final, Protocol
 
+from typing_extensions import override
+
 from palpate.adapters.hardware.watchdogs.trip import Latch, Latching, TellTrip, WatchdogTrip, stop_surely, tell_surely
 from palpate.core.errors import ConfigurationError, FaultLatchedError, LifecycleError
 from palpate.core.ports.decorator import DeviceDecorator
@@ -126,18 +128,18 @@ class WatchedArm(DeviceDecorator, ArmCommand):
         """The trip, until the arm is activated again; or None."""
         return self._latch.tripped
 
+    @override
     def activate(self) -> None:
-        """See :class:`palpate.core.ports.devices.Device`."""
         super().activate()
         self._latch.clear()
 
+    @override
     def deactivate(self) -> None:
-        """See :class:`palpate.core.ports.devices.Device`."""
         self._watch.rest()
         super().deactivate()
 
+    @override
     def close(self) -> None:
-        """See :class:`palpate.core.ports.devices.Device`."""
         self._watch.rest()
         try:
             super().close()
@@ -145,7 +147,7 @@ class WatchedArm(DeviceDecorator, ArmCommand):
             self._watch.end()
 
     def send(self, command: JointCommand) -> AppliedCommand:
-        """See :class:`ArmCommand`. A command that comes too late finds the arm stopped."""
+        """A command that comes too late finds the arm stopped."""
         self._watch.check()
         was_tripped = self._latch.tripped is not None
         applied = self._arm.send(command)
@@ -159,7 +161,7 @@ class WatchedArm(DeviceDecorator, ArmCommand):
         return applied
 
     def stop(self) -> None:
-        """See :class:`ArmCommand`. Takes no lock, and tells nobody: a signal handler may call it."""
+        """Takes no lock, and tells nobody: a signal handler may call it."""
         self._watch.rest()
         self.stop_trouble = stop_surely(self._arm)
 
@@ -197,7 +199,7 @@ class GuardedArm(DeviceDecorator, ArmCommand):
         self._arm, self._latches, self._resting = arm, tuple(latches), tuple(resting)
 
     def activate(self) -> None:
-        """See :class:`palpate.core.ports.devices.Device`.
+        """Activate the arm, unless a trip is latched.
 
         Raises:
             FaultLatchedError: Besides the arm's own: a trip waits to be acknowledged.
@@ -209,14 +211,14 @@ class GuardedArm(DeviceDecorator, ArmCommand):
         super().activate()
 
     def send(self, command: JointCommand) -> AppliedCommand:
-        """See :class:`ArmCommand`. While a trip is latched the arm is stopped, and says so."""
+        """While a trip is latched the arm is stopped, and says so."""
         if self._tripped() is not None:
             # Somebody may have activated it underneath since it was stopped.
             stop_surely(self._arm)
         return self._arm.send(command)
 
+    @override
     def stop(self) -> None:
-        """See :class:`ArmCommand`."""
         self._arm.stop()
         for watchdog in self._resting:
             watchdog.rest()

@@ -12,6 +12,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import Final, Self
 
+from typing_extensions import override
+
 from palpate.adapters.hardware.watchdogs.sources import FileSource, KeySource, SocketSource, StopSignal, StopSource
 from palpate.adapters.hardware.watchdogs.trip import Latch, Latching, TellTrip, WatchdogTrip, stop_surely, tell_surely
 from palpate.core.errors import LifecycleError, require_in
@@ -77,8 +79,8 @@ class OperatorStop(Latching):
         self._ended = False
 
     @property
+    @override
     def tripped(self) -> WatchdogTrip | None:
-        """See :class:`Latching`."""
         return self._latch.tripped
 
     @property

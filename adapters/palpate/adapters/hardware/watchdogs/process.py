@@ -13,6 +13,8 @@ from collections.abc import Sequence
 from types import TracebackType
 from typing import Final, Protocol, Self
 
+from typing_extensions import override
+
 from palpate.adapters.hardware.watchdogs.process_main import ACKNOWLEDGED, FED, QUIT, READY, RESTING, TRIPPED
 from palpate.adapters.hardware.watchdogs.trip import Latch, Latching, TellTrip, WatchdogTrip, stop_surely, tell_surely
 from palpate.core.errors import ConfigurationError, LifecycleError, require_in
@@ -38,12 +40,12 @@ class WatchedClock(Clock):
     def __init__(self, clock: Clock, watchdogs: Sequence[Fed]) -> None:
         self._clock, self._watchdogs = clock, tuple(watchdogs)
 
+    @override
     def now_ns(self) -> int:
-        """See :class:`Clock`."""
         return self._clock.now_ns()
 
+    @override
     def sleep_until(self, deadline_ns: int) -> None:
-        """See :class:`Clock`."""
         self._clock.sleep_until(deadline_ns)
         for watchdog in self._watchdogs:
             watchdog.feed()
@@ -87,8 +89,8 @@ class ProcessWatchdog(Latching):
         self._process: subprocess.Popen[bytes] | None = None
 
     @property
+    @override
     def tripped(self) -> WatchdogTrip | None:
-        """See :class:`Latching`."""
         self._hear()
         return self._latch.tripped
 

@@ -16,6 +16,8 @@ from pathlib import Path
 from types import FrameType
 from typing import Any
 
+from typing_extensions import override
+
 from palpate.core.errors import ConfigurationError, LifecycleError
 
 
@@ -65,8 +67,8 @@ class KeySource(StopSource):
         self._terminal_fd = terminal_fd
         self._before: list[Any] | None = None
 
+    @override
     def open(self) -> bool:
-        """See :class:`StopSource`."""
         if not self._is_ours():
             return False
         self._before = termios.tcgetattr(self._terminal_fd)
@@ -75,7 +77,7 @@ class KeySource(StopSource):
         return True
 
     def look(self) -> str | None:
-        """See :class:`StopSource`. A terminal that is gone counts as a stop: nobody could press a key any more."""
+        """A terminal that is gone counts as a stop: nobody could press a key any more."""
         if self.fd is None:
             return None
         try:
@@ -87,8 +89,8 @@ class KeySource(StopSource):
             return "the terminal is gone"
         return "a key was pressed"
 
+    @override
     def close(self) -> None:
-        """See :class:`StopSource`."""
         before, self._before, self.fd = self._before, None, None
         if before is not None:
             with suppress(termios.error):
@@ -120,19 +122,19 @@ class FileSource(StopSource):
     def __init__(self, path: Path) -> None:
         self._path = path
 
+    @override
     def open(self) -> bool:
-        """See :class:`StopSource`."""
         return True
 
+    @override
     def look(self) -> str | None:
-        """See :class:`StopSource`."""
         try:
             return f"{self._path} is there" if self._path.exists() else None
         except OSError as error:
             return f"{self._path} cannot be looked for ({error.strerror})"
 
     def close(self) -> None:
-        """See :class:`StopSource`. The file is the operator's."""
+        """The file is the operator's."""
 
 
 class SocketSource(StopSource):
@@ -150,8 +152,8 @@ class SocketSource(StopSource):
         self._answered: socket.socket | None = None
         self._caller: socket.socket | None = None
 
+    @override
     def open(self) -> bool:
-        """See :class:`StopSource`."""
         server = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
         try:
             self._remove_orphan()
@@ -165,8 +167,8 @@ class SocketSource(StopSource):
         self._server, self.fd = server, server.fileno()
         return True
 
+    @override
     def look(self) -> str | None:
-        """See :class:`StopSource`."""
         if self._server is None:
             return None
         try:
@@ -185,8 +187,8 @@ class SocketSource(StopSource):
         words = said.decode("utf-8", "replace").strip()
         return f"a connection: {words}" if words else "a connection"
 
+    @override
     def answer(self) -> None:
-        """See :class:`StopSource`."""
         caller, self._caller = self._caller, None
         if caller is not None:
             with suppress(OSError):
@@ -196,8 +198,8 @@ class SocketSource(StopSource):
             self._hang_up()
             self._answered = caller
 
+    @override
     def close(self) -> None:
-        """See :class:`StopSource`."""
         server, self._server, self.fd = self._server, None, None
         self._hang_up()
         if server is not None:

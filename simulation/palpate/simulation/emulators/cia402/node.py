@@ -13,10 +13,12 @@ import struct
 from dataclasses import dataclass, field
 from typing import Final
 
+from typing_extensions import override
+
 from palpate.simulation.emulators.cia402 import objects as od
 from palpate.simulation.emulators.cia402.objects import answer
 from palpate.simulation.emulators.cia402.servo import POWERED, DrivenMotors, DriveServo, PowerMachine, PowerState
-from palpate.simulation.emulators.lines.can_bus import BusFrame
+from palpate.simulation.emulators.lines.can_bus import BusFrame, CanNode
 
 EMCY_FOLLOWING_ERROR: Final = 0x8611
 EMCY_HEARTBEAT_LOST: Final = 0x8130
@@ -73,7 +75,7 @@ class _Outbox:
     later: list[tuple[int, BusFrame]] = field(default_factory=list)
 
 
-class CanopenDrive:
+class CanopenDrive(CanNode):
     """One drive; a ``CanNode``.
 
     Args:
@@ -97,8 +99,8 @@ class CanopenDrive:
         self._out = _Outbox()
         self._power_up(0)
 
+    @override
     def feed(self, arbitration_id: int, data: bytes, now_ns: int) -> list[BusFrame]:
-        """See ``CanNode``."""
         if arbitration_id not in self._concerns:
             return []
         self._pass_time(now_ns)
@@ -106,8 +108,8 @@ class CanopenDrive:
             self._hear(arbitration_id, data, now_ns)
         return self._flush(now_ns)
 
+    @override
     def advance(self, now_ns: int) -> list[BusFrame]:
-        """See ``CanNode``."""
         self._pass_time(now_ns)
         return self._flush(now_ns)
 

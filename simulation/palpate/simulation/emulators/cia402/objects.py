@@ -10,7 +10,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
-ABORT_TOGGLE: Final = 0x0503_0000
 ABORT_COMMAND: Final = 0x0504_0001
 ABORT_READ_ONLY: Final = 0x0601_0002
 ABORT_NO_OBJECT: Final = 0x0602_0000

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from math import exp
 from typing import Final, Protocol
 
+from typing_extensions import override
+
 from palpate.core.ports.values import JointVector
 from palpate.simulation.emulators.motors.gears import AXES, HOME_RAD, ArmGears
 
@@ -73,7 +75,7 @@ class _Backlash:
         return self._joints_rad
 
 
-class IdealPlant:
+class IdealPlant(Plant):
     """Six motors that follow their servos, with optional lag, load and backlash. Deterministic.
 
     Args:
@@ -90,22 +92,22 @@ class IdealPlant:
         self._backlash = _Backlash(self._model.wrist_backlash_rad, HOME_RAD)
         self._now_ns: int | None = None
 
+    @override
     def set_motor_counts(self, axis: int, counts: float) -> None:
-        """See Plant."""
         self._set_points[axis], self._duty[axis] = counts, 0.0
         if self._model.lag_s == 0.0 and not self._jammed[axis]:
             self._motors[axis] = counts + self._model.load_counts[axis]
 
+    @override
     def set_motor_duty(self, axis: int, duty: float) -> None:
-        """See Plant."""
         self._set_points[axis], self._duty[axis] = None, duty
 
+    @override
     def motor_counts(self, axis: int) -> int:
-        """See Plant."""
         return round(self._motors[axis])
 
+    @override
     def advance(self, now_ns: int) -> None:
-        """See Plant."""
         elapsed_s = 0.0 if self._now_ns is None else (now_ns - self._now_ns) * _S_PER_NS
         self._now_ns = now_ns
         lag_s = self._model.lag_s
@@ -132,7 +134,7 @@ class IdealPlant:
         return self._backlash.follow(self._gears.joints_rad(tuple(self._motors)))
 
 
-class JointPlant:
+class JointPlant(Plant):
     """Motors that drive an arm simulated elsewhere, for instance in MuJoCo.
 
     Each control tick of that simulation: command its joint servos with `targets_rad()`, step it, and hand its exact
@@ -161,22 +163,22 @@ class JointPlant:
         self._motors = list(self._driven)
         self._now_ns: int | None = None
 
+    @override
     def set_motor_counts(self, axis: int, counts: float) -> None:
-        """See Plant."""
         self._set_points[axis], self._duty[axis], self._driven[axis] = counts, 0.0, counts
 
+    @override
     def set_motor_duty(self, axis: int, duty: float) -> None:
-        """See Plant."""
         if self._set_points[axis] is not None:
             self._driven[axis] = self._motors[axis]
         self._set_points[axis], self._duty[axis] = None, duty
 
+    @override
     def motor_counts(self, axis: int) -> int:
-        """See Plant."""
         return round(self._motors[axis])
 
+    @override
     def advance(self, now_ns: int) -> None:
-        """See Plant."""
         elapsed_s = 0.0 if self._now_ns is None else (now_ns - self._now_ns) * _S_PER_NS
         self._now_ns = now_ns
         for axis, duty in enumerate(self._duty):
