@@ -6,6 +6,7 @@ import os
 import re
 import subprocess
 import sys
+import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterator
@@ -21,7 +22,7 @@ MOST_EXCUSED: Final = 2
 PRIORITY: Final = 20
 """In the real-time class, of tests that ask for it and the probe, where the system grants it."""
 _NAP_S: Final = 0.002
-_LATE_S: Final = 0.001
+_TELL_S: Final = 0.02
 _PROBE: Final = f"""
 import os, sys, threading, time
 
@@ -31,12 +32,15 @@ def sleep_and_sleep(kind):
             os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param({PRIORITY}))
         except OSError:
             pass
+    worst, told = 0.0, time.monotonic()
     while True:
         before = time.monotonic()
         time.sleep({_NAP_S})
-        late = time.monotonic() - before - {_NAP_S}
-        if late > {_LATE_S}:
-            os.write(1, f"{{kind}} {{before}} {{late}}\\n".encode())
+        now = time.monotonic()
+        worst = max(worst, now - before - {_NAP_S})
+        if now - told > {_TELL_S}:
+            os.write(1, f"{{kind}} {{told}} {{now}} {{worst}}\\n".encode())
+            worst, told = 0.0, now
 
 threading.Thread(target=sleep_and_sleep, args=("F",), daemon=True).start()
 os.write(1, b"\\n")
@@ -60,18 +64,25 @@ class Host:
 
     def __init__(self) -> None:
         self.excused = 0
-        self._naps: deque[tuple[str, float, float]] = deque(maxlen=100_000)
+        self._spans: deque[tuple[str, float, float, float]] = deque(maxlen=100_000)
         words = [sys.executable, "-I", "-S", "-c", _PROBE]
-        self._probe = subprocess.Popen(words, stdout=subprocess.PIPE, bufsize=0)
+        self._probe = subprocess.Popen(words, stdout=subprocess.PIPE)
         assert self._probe.stdout is not None
-        self._output, self._rest = self._probe.stdout, b""
-        self._output.read(1)  # it sleeps from now on
-        os.set_blocking(self._output.fileno(), False)
+        self._output = self._probe.stdout
+        self._output.readline()  # it sleeps from now on
+        self._reader = threading.Thread(target=self._read, name="host probe", daemon=True)
+        self._reader.start()
 
     def close(self) -> None:
         self._probe.kill()
         self._probe.wait()
+        self._reader.join()
         self._output.close()
+
+    def _read(self) -> None:
+        for line in self._output:
+            kind, began, ended, late = line.decode().split()
+            self._spans.append((kind, float(began), float(ended), float(late)))
 
     def lateness_s(self, since_s: float) -> float:
         """By how much the worst sleep since then was too long, of a thread that is scheduled as this one.
@@ -79,15 +90,16 @@ class Host:
         Args:
             since_s: In the system's monotonic time.
         """
-        # A sleep that began before now may still be on.
-        time.sleep(10 * _NAP_S)
-        while data := self._output.read(65_536):
-            *lines, self._rest = (self._rest + data).split(b"\n")
-            for kind, began, late in (line.decode().split() for line in lines):
-                self._naps.append((kind, float(began), float(late)))
         own = "F" if os.sched_getscheduler(0) == os.SCHED_FIFO else "O"
-        naps = (nap for nap in self._naps if nap[0] == own)
-        return max((late for _, began, late in naps if began + late + _NAP_S >= since_s), default=0.0)
+        now_s = time.monotonic()
+        # What it has to tell of this moment comes a little later, and as late as the host makes it.
+        while not any(kind == own and began >= now_s for kind, began, _, _ in list(self._spans)):
+            if time.monotonic() - now_s > 10.0:
+                return 10.0
+            time.sleep(_TELL_S)
+        return max(
+            (late for kind, _, ended, late in list(self._spans) if kind == own and ended >= since_s), default=0.0
+        )
 
     def wait_for(self, condition: Callable[[], object], within_s: float = 10.0) -> None:
         """Wait until something has come about.
