@@ -17,17 +17,22 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from palpate.adapters.config.grid import GridLearning
-from palpate.adapters.experiments.grid.learning import StateMaker, learn
-from palpate.adapters.experiments.grid.report import Panel, learning_figure
-from palpate.adapters.experiments.grid.worlds import Followed, Named, bounds_of, grid_named
-from palpate.adapters.visualisation.automaton import machine_picture
-from palpate.core.automata.document import to_json_text
-from palpate.core.automata.infer import InferenceSettings, infer
-from palpate.core.automata.training import TrainingSettings
+from palpate.adapters.config import GridLearning
+from palpate.adapters.experiments.grid import (
+    Followed,
+    Named,
+    Panel,
+    StateMaker,
+    bounds_of,
+    grid_named,
+    learn,
+    learning_figure,
+)
+from palpate.adapters.visualisation import machine_picture
+from palpate.core.automata import InferenceSettings, TrainingSettings, infer, to_json_text
 from palpate.core.errors import PalpateError
 from palpate.core.files import new_folder, require_free_folder
-from palpate.simulation.grid.strings import walk_strings
+from palpate.simulation.grid import walk_strings
 
 
 def main() -> None:

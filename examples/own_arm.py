@@ -18,8 +18,8 @@ sys.path.insert(0, str(Path(__file__).parent / "line_arm"))
 
 from checks import HOME_RAD, ArmChecks, EncoderChecks, bench
 
+from palpate.core.ports import JointCommand
 from palpate.core.ports.contracts import ClauseOutcome, run_clauses
-from palpate.core.ports.values import JointCommand
 
 
 def move() -> None:

@@ -17,15 +17,12 @@ from statistics import median
 
 import numpy as np
 
-from palpate.adapters.config.run import scenario
-from palpate.adapters.experiments.build import build_perception
-from palpate.adapters.experiments.evaluation import run_policy
-from palpate.adapters.experiments.learning_curve import learning_curve
-from palpate.adapters.experiments.policies import comparator
-from palpate.adapters.mujoco.rig import SimulatedRig
+from palpate.adapters.config import scenario
+from palpate.adapters.experiments import build_perception, comparator, learning_curve, run_policy
+from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.errors import PalpateError, require_whole
 from palpate.core.files import new_folder, require_free_folder
-from palpate.core.insertion.ready_pose import find_ready_pose
+from palpate.core.insertion import find_ready_pose
 from palpate.core.policy import Action, Decision, Observation, Policy, Transition
 
 FIRST_STEP_M, SHORTEST_STEP_M = 0.7e-3, 0.2e-3

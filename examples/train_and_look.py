@@ -17,19 +17,20 @@ from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 
-from palpate.adapters.config.run import RunConfig, scenario
-from palpate.adapters.experiments.build import build_perception
-from palpate.adapters.experiments.learning_curve import learning_curve
-from palpate.adapters.experiments.policies import learning_policy
-from palpate.adapters.experiments.results import RunFolder
-from palpate.adapters.experiments.training import Trainer, run_toml
-from palpate.adapters.experiments.trial import ScoredTrial
-from palpate.adapters.log.plot import timeline
-from palpate.adapters.log.reader import read_log
-from palpate.adapters.log.trial_recorder import LOG_FOLDER, TrialRecorder
-from palpate.adapters.mujoco.rig import SimulatedRig
+from palpate.adapters.config import RunConfig, scenario
+from palpate.adapters.experiments import (
+    RunFolder,
+    ScoredTrial,
+    Trainer,
+    build_perception,
+    learning_curve,
+    learning_policy,
+    run_toml,
+)
+from palpate.adapters.log import LOG_FOLDER, TrialRecorder, read_log, timeline
+from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.errors import PalpateError, require_whole
-from palpate.core.insertion.ready_pose import find_ready_pose
+from palpate.core.insertion import find_ready_pose
 from palpate.core.policy import PolicyDocument, render_table
 
 

@@ -8,10 +8,15 @@ from __future__ import annotations
 
 from line_arm import LineArm
 
-from palpate.core.ports.command_limits import CommandLimiter
-from palpate.core.ports.contracts import ArmCommandContract, ArmCommandRig, JointEncoderContract, JointEncoderRig
-from palpate.core.ports.contracts.fakes import TICK_NS, FakeClock
-from palpate.core.ports.values import CONTROL_RATE_HZ
+from palpate.core.ports import CONTROL_RATE_HZ, CommandLimiter
+from palpate.core.ports.contracts import (
+    TICK_NS,
+    ArmCommandContract,
+    ArmCommandRig,
+    FakeClock,
+    JointEncoderContract,
+    JointEncoderRig,
+)
 
 HOME_RAD = (0.1, -0.2, 0.3)
 LOWER_RAD, UPPER_RAD = (-1.0,) * 3, (1.0, 1.0, 0.4)

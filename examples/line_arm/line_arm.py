@@ -11,18 +11,19 @@ from typing import Any, Protocol
 
 import serial
 
-from palpate.adapters.hardware.plugins import ArmAdapter, RigContext
+from palpate.adapters.hardware import ArmAdapter, RigContext
 from palpate.core.errors import CommandError, ConfigurationError, DeviceError
-from palpate.core.ports.command_limits import CommandLimiter
-from palpate.core.ports.devices import Clock
-from palpate.core.ports.lifecycle import Life, ManagedDevice
-from palpate.core.ports.values import (
+from palpate.core.ports import (
     CONTROL_RATE_HZ,
     AppliedCommand,
+    Clock,
+    CommandLimiter,
     CommandReason,
     JointCommand,
     JointSample,
     JointVector,
+    Life,
+    ManagedDevice,
 )
 
 

@@ -27,12 +27,10 @@ from stable_baselines3 import DQN, PPO
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.monitor import Monitor
 
-from palpate.adapters.config.run import RunConfig
-from palpate.adapters.experiments.build import build_perception
-from palpate.adapters.experiments.policies import learning_policy
-from palpate.adapters.experiments.statistics import WINDOW, moving_average
+from palpate.adapters.config import RunConfig
+from palpate.adapters.experiments import WINDOW, build_perception, learning_policy, moving_average
 from palpate.adapters.gymnasium_envs import PEG_INSERTION
-from palpate.core.insertion.trial import Purpose, generator
+from palpate.core.insertion import Purpose, generator
 from palpate.core.policy import Observation, Transition
 
 NOWHERE = (0.0, 0.0, 0.0)

@@ -14,7 +14,15 @@ from typing import Any
 
 import pytest
 
-from palpate.core.ports.contracts import ClauseNotApplicable, ClauseOutcome, ContractViolation, clauses, run_clauses
+from palpate.core.errors import ConfigurationError
+from palpate.core.ports.contracts import (
+    ClauseNotApplicable,
+    ClauseOutcome,
+    ClockContract,
+    ContractViolation,
+    clauses,
+    run_clauses,
+)
 from palpate.core.ports.contracts.fakes import (
     TICK_NS,
     FakeArm,
@@ -603,3 +611,8 @@ def test_general_clauses_come_first() -> None:
     names = [clause.name for clause in clauses(ARM)]
     assert names[0] == "test_matches_the_port"
     assert names[-1] == "test_activating_again_ends_the_stop"
+
+
+def test_a_class_in_place_of_a_suite_is_refused_and_not_found_to_be_sound() -> None:
+    with pytest.raises(ConfigurationError, match="an instance of a contract suite"):
+        run_clauses(ClockContract)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import ast
+import importlib
 import json
 import shutil
 import subprocess
@@ -142,3 +144,43 @@ def test_tests_stand_where_their_files_do() -> None:
             if not any((folder / f"{name}.py").is_file() for name in names):
                 astray.append(str(test.relative_to(ROOT)))
     assert astray == [], "\n".join(astray)
+
+
+def imports_in(path: Path) -> list[tuple[str, str]]:
+    """Module and name of every import from palpate in a file."""
+    found = []
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("palpate."):
+            found += [(str(node.module), alias.name) for alias in node.names]
+    return found
+
+
+def faces() -> dict[str, Path]:
+    """The stubs of all rooms that have a face, by the room's dotted name."""
+    found = {}
+    for layer in LAYERS:
+        for stub in (ROOT / layer / "palpate").rglob("__init__.pyi"):
+            found[".".join(stub.relative_to(ROOT / layer).parent.parts)] = stub
+    return found
+
+
+def test_nobody_imports_past_the_face_of_a_room() -> None:
+    past = []
+    rooms = faces()
+    assert len(rooms) > 20
+    sources = [path for layer in LAYERS for path in (ROOT / layer).rglob("*.py")]
+    for path in [*sources, *(ROOT / "examples").rglob("*.py")]:
+        own = ".".join(path.relative_to(ROOT).with_suffix("").parts[1:])
+        for module, name in imports_in(path):
+            behind = [room for room in rooms if module.startswith(f"{room}.") and not own.startswith(f"{room}.")]
+            if behind and module not in rooms:
+                past.append(f"{path.relative_to(ROOT)}: {module}.{name}")
+    assert past == [], "\n".join(past)
+
+
+@pytest.mark.parametrize("room", faces())
+def test_every_name_of_a_face_is_there(room: str) -> None:
+    module = importlib.import_module(room)
+    assert module.__all__
+    for name in module.__all__:
+        assert getattr(module, name) is not None, name

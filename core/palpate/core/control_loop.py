@@ -6,23 +6,23 @@ from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-from palpate.core.insertion.expectation import Intervention, Supervised
-from palpate.core.insertion.trial import TrialReport, TrialSetup, TrialTiming
-from palpate.core.ports.devices import ArmCommand, Ports
-from palpate.core.ports.values import (
+from palpate.core.insertion import Intervention, Supervised, TrialReport, TrialSetup, TrialTiming
+from palpate.core.ports import (
     CONTROL_RATE_HZ,
     AppliedCommand,
+    ArmCommand,
     JointCommand,
     JointSample,
+    Ports,
     Snapshot,
     WrenchSample,
 )
 
 if TYPE_CHECKING:
     # Kinematics and learning are loaded by whoever makes a task; an observer needs neither.
-    from palpate.core.insertion.task import InsertionTask
+    from palpate.core.insertion import InsertionTask
     from palpate.core.policy import Observation
-    from palpate.core.supervision.supervisor import Supervisor
+    from palpate.core.supervision import Supervisor
 
 _NS: int = 1_000_000_000
 LATE_NS: int = 1_000_000

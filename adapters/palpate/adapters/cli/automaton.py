@@ -9,12 +9,9 @@ from typing import Final
 
 from palpate.adapters.cli.automaton_options import CompareAutomataOptions, MinimiseOptions, ShowAutomatonOptions
 from palpate.adapters.cli.options import parse
-from palpate.adapters.experiments.tables import aligned
-from palpate.adapters.visualisation.automaton import machine_picture
-from palpate.core.automata.document import load, to_json_text
-from palpate.core.automata.machine import Kind, Machine
-from palpate.core.automata.minimise import difference, minimised
-from palpate.core.automata.texts import shown_output, to_dot_text
+from palpate.adapters.experiments import aligned
+from palpate.adapters.visualisation import machine_picture
+from palpate.core.automata import Kind, Machine, difference, load, minimised, shown_output, to_dot_text, to_json_text
 from palpate.core.errors import ConfigurationError, UsageError
 from palpate.core.files import new_file, require_no_file
 

@@ -7,8 +7,8 @@ from typing import Annotated
 
 import tyro
 
-from palpate.core.automata.infer import InferenceSettings
-from palpate.core.ports.settings import Settings
+from palpate.core.automata import InferenceSettings
+from palpate.core.ports import Settings
 
 Flat = Annotated[InferenceSettings, tyro.conf.arg(name="")]
 Words = Annotated[tuple[str, ...], tyro.conf.Positional]

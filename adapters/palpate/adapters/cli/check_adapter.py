@@ -10,8 +10,9 @@ from pathlib import Path
 from typing import Any, Final
 
 from palpate.adapters.cli.options import CheckAdapterOptions
-from palpate.adapters.hardware.clock import MonotonicClock
+from palpate.adapters.hardware import MonotonicClock
 from palpate.core.errors import ConfigurationError
+from palpate.core.ports import CONTROL_RATE_HZ, ArmCommand, Clock, ForceSensor, JointEncoder
 from palpate.core.ports.contracts import (
     ArmCommandContract,
     ArmCommandRig,
@@ -25,8 +26,6 @@ from palpate.core.ports.contracts import (
     JointEncoderRig,
     run_clauses,
 )
-from palpate.core.ports.devices import ArmCommand, Clock, ForceSensor, JointEncoder
-from palpate.core.ports.values import CONTROL_RATE_HZ
 
 _CONTRACTS: Final[dict[type, type]] = {
     ForceSensorRig: ForceSensorContract,

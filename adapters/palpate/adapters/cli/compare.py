@@ -11,16 +11,21 @@ from typing import Any
 from palpate.adapters.cli.notices import print_troubles, print_weakened
 from palpate.adapters.cli.options import CompareOptions
 from palpate.adapters.cli.run import run_named
-from palpate.adapters.experiments.build import open_rig, require_usable
-from palpate.adapters.experiments.capture_width import capture_half_width_m
-from palpate.adapters.experiments.evaluation import ChosenPolicy
-from palpate.adapters.experiments.policies import COMPARATORS
-from palpate.adapters.experiments.results import RunFolder
-from palpate.adapters.experiments.statistics import shown_interval, summary_of
-from palpate.adapters.experiments.tables import aligned, csv_text
-from palpate.adapters.experiments.training import run_toml
-from palpate.adapters.log.trial_recorder import LOG_FOLDER, TrialRecorder
-from palpate.core.insertion.ready_pose import find_ready_pose
+from palpate.adapters.experiments import (
+    COMPARATORS,
+    ChosenPolicy,
+    RunFolder,
+    aligned,
+    capture_half_width_m,
+    csv_text,
+    open_rig,
+    require_usable,
+    run_toml,
+    shown_interval,
+    summary_of,
+)
+from palpate.adapters.log import LOG_FOLDER, TrialRecorder
+from palpate.core.insertion import find_ready_pose
 
 
 def compare(options: CompareOptions) -> int:

@@ -7,13 +7,19 @@ import sys
 from pathlib import Path
 
 from palpate.adapters.cli.options import DoctorOptions
-from palpate.adapters.config.rig import RigFile
-from palpate.adapters.hardware.clock import MonotonicClock
-from palpate.adapters.hardware.doctor.examination import Examination, Wishes
-from palpate.adapters.hardware.doctor.findings import FindingsSection, Level, report_json, section_text, summary_text
-from palpate.adapters.hardware.doctor.push import Person
-from palpate.adapters.hardware.doctor.system import System
-from palpate.adapters.hardware.plugins import RigContext
+from palpate.adapters.config import RigFile
+from palpate.adapters.hardware import MonotonicClock, RigContext
+from palpate.adapters.hardware.doctor import (
+    Examination,
+    FindingsSection,
+    Level,
+    Person,
+    System,
+    Wishes,
+    report_json,
+    section_text,
+    summary_text,
+)
 from palpate.core.errors import ConfigurationError
 
 

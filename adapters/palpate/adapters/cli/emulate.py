@@ -10,12 +10,12 @@ from pathlib import Path
 from types import FrameType
 
 from palpate.adapters.cli.options import EmulateOptions
-from palpate.adapters.config.run import scenario
-from palpate.adapters.hardware.emulated_cell import EmulatedCell, EmulationConfig
+from palpate.adapters.config import scenario
+from palpate.adapters.hardware import EmulatedCell, EmulationConfig
 from palpate.adapters.hardware.real_time import take_real_time
 from palpate.core.errors import OutputError
-from palpate.core.insertion.ready_pose import find_ready_pose
-from palpate.core.ports.rig import Truth
+from palpate.core.insertion import find_ready_pose
+from palpate.core.ports import Truth
 
 
 def emulate(options: EmulateOptions) -> int:

@@ -11,16 +11,27 @@ from typing import Any, Final
 from tqdm import tqdm
 
 from palpate.adapters.cli.explore_options import ExploreOptions
-from palpate.adapters.experiments.grid.learning import LearningRun, StateMaker, learn
-from palpate.adapters.experiments.grid.report import Panel, Score, learning_figure, score_table, summary, trials_csv
-from palpate.adapters.experiments.grid.worlds import Named, bounds_of, grid_named, inferred
-from palpate.core.automata.strings import write_strings
+from palpate.adapters.experiments.grid import (
+    LearningRun,
+    Named,
+    Panel,
+    Score,
+    StateMaker,
+    bounds_of,
+    grid_named,
+    inferred,
+    learn,
+    learning_figure,
+    score_table,
+    summary,
+    trials_csv,
+)
+from palpate.core.automata import write_strings
 from palpate.core.errors import ConfigurationError, UsageError
 from palpate.core.files import new_file, new_folder, require_free_folder, require_no_file
 from palpate.core.perception import stage_to_dict
 from palpate.core.policy import document_of
-from palpate.simulation.grid.maps import GridMap
-from palpate.simulation.grid.strings import walk_strings
+from palpate.simulation.grid import GridMap, walk_strings
 
 _PICTURES: Final = ("svg", "png")
 
@@ -79,7 +90,7 @@ def _write(
     text: str,
     figures: dict[str, Any],
 ) -> None:
-    from palpate.adapters.log.provenance import made_with
+    from palpate.adapters.log import made_with
 
     learning = {name: getattr(options.learning, name) for name in options.learning.__dataclass_fields__}
     settings = {"map": list(grid.rows), "state": options.state, "trials": options.trials, "learning": learning}

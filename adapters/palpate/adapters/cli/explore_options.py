@@ -8,8 +8,8 @@ from typing import Annotated
 import tyro
 
 from palpate.adapters.cli.options import Trials
-from palpate.adapters.config.grid import TRIALS, GridLearning
-from palpate.core.ports.settings import Range, Settings
+from palpate.adapters.config import TRIALS, GridLearning
+from palpate.core.ports import Range, Settings
 
 FlatGrid = Annotated[GridLearning, tyro.conf.arg(name="")]
 

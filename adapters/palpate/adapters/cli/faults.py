@@ -10,9 +10,7 @@ from tqdm import tqdm
 
 from palpate.adapters.cli.notices import print_weakened
 from palpate.adapters.cli.options import FaultsOptions
-from palpate.adapters.fault_injection.campaign.campaign import cases, run_cases
-from palpate.adapters.fault_injection.campaign.runs import Class, FaultRun
-from palpate.adapters.fault_injection.campaign.table import as_csv, summary, table
+from palpate.adapters.fault_injection.campaign import Class, FaultRun, as_csv, cases, run_cases, summary, table
 from palpate.core.errors import OutputError
 from palpate.core.files import write_whole
 

@@ -11,17 +11,20 @@ from pathlib import Path
 from tqdm import tqdm
 
 from palpate.adapters.cli.automaton_options import InferOptions
-from palpate.adapters.log.symbol_strings import strings_from
-from palpate.adapters.visualisation.automaton import machine_picture
-from palpate.adapters.visualisation.inference import hidden_picture, training_picture
-from palpate.core.automata.document import to_json_text
-from palpate.core.automata.elman import save_network
-from palpate.core.automata.infer import Inference, infer
-from palpate.core.automata.machine import Machine
-from palpate.core.automata.strings import Strings, read_strings
-from palpate.core.automata.texts import to_dot_text
-from palpate.core.automata.tracker import AutomatonState
-from palpate.core.automata.training import Progress
+from palpate.adapters.log import strings_from
+from palpate.adapters.visualisation import hidden_picture, machine_picture, training_picture
+from palpate.core.automata import (
+    AutomatonState,
+    Inference,
+    Machine,
+    Progress,
+    Strings,
+    infer,
+    read_strings,
+    save_network,
+    to_dot_text,
+    to_json_text,
+)
 from palpate.core.errors import UsageError
 from palpate.core.files import new_folder, require_free_folder
 

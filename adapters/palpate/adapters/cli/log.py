@@ -59,10 +59,7 @@ def _info(words: Sequence[str]) -> int:
     _require_files(options.files, "info")
     import dataclasses
 
-    from palpate.adapters.log.file import finite
-    from palpate.adapters.log.info import info_of
-    from palpate.adapters.log.info_text import describe, table
-    from palpate.adapters.log.reader import read_log
+    from palpate.adapters.log import describe, finite, info_of, read_log, table
 
     infos = []
     for name in options.files:
@@ -83,13 +80,13 @@ def _info(words: Sequence[str]) -> int:
 
 def _plot(words: Sequence[str]) -> int:
     options = parse(PlotOptions, "log plot", words)
-    from palpate.adapters.log.reader import read_log
+    from palpate.adapters.log import read_log
     from palpate.core.files import new_file, require_no_file
 
     out = Path(options.out or Path(options.file).with_suffix(".png"))
     trial = read_log(options.file)
     require_no_file(out)
-    from palpate.adapters.log.plot import timeline
+    from palpate.adapters.log import timeline
 
     picture = timeline(trial)
     with new_file(out) as passing:
@@ -110,16 +107,16 @@ def _export(words: Sequence[str]) -> int:
     _require_different(paths)
     out = Path(options.out)
     if options.to == "csv":
-        from palpate.adapters.log.export_csv import export_csv
+        from palpate.adapters.log import export_csv
 
         folders = export_csv(paths, out)
         sys.stdout.write(f"{len(folders)} trial{'s' * (len(folders) > 1)} as CSV in {out}\n")
         return 0
-    from palpate.core.ports.values import CONTROL_RATE_HZ
+    from palpate.core.ports import CONTROL_RATE_HZ
 
     fps = CONTROL_RATE_HZ if options.fps is None else options.fps
     require_whole("fps", fps, 1, _MOST_FPS)
-    from palpate.adapters.log.export_lerobot import export_lerobot
+    from palpate.adapters.log import export_lerobot
 
     frames = export_lerobot(paths, out, fps)
     sys.stdout.write(f"{len(paths)} episode{'s' * (len(paths) > 1)}, {frames} frames at {fps} Hz in {out}\n")
@@ -128,7 +125,7 @@ def _export(words: Sequence[str]) -> int:
 
 def _recover(words: Sequence[str]) -> int:
     options = parse(RecoverOptions, "log recover", words)
-    from palpate.adapters.log.recover import recover
+    from palpate.adapters.log import recover
 
     path = Path(options.file)
     out = Path(options.out) if options.out else path.with_name(f"{path.stem}.recovered.mcap")

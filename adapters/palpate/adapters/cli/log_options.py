@@ -7,7 +7,7 @@ from typing import Annotated
 
 import tyro
 
-from palpate.core.ports.settings import Range, Settings
+from palpate.core.ports import Range, Settings
 
 Files = Annotated[tuple[str, ...], tyro.conf.Positional]
 

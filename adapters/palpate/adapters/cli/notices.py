@@ -7,10 +7,10 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from palpate.adapters.config.run import RecordingConfig, RunConfig
-from palpate.adapters.hardware.real_time.session import RealTimeSession
-from palpate.adapters.log.trial_recorder import TrialRecorder
-from palpate.core.supervision.config import weakened_lines
+from palpate.adapters.config import RecordingConfig, RunConfig
+from palpate.adapters.hardware.real_time import RealTimeSession
+from palpate.adapters.log import TrialRecorder
+from palpate.core.supervision import weakened_lines
 
 _MOST = 5
 

@@ -19,12 +19,9 @@ from typing import Annotated, Any, TypeAlias, TypeVar, get_args, get_origin
 import tyro
 
 from palpate.adapters.cli.commands import COMMANDS, OPTIONS_OF_PARTS, options_of
-from palpate.adapters.config.records import recorded
-from palpate.adapters.config.renames import RENAMED, now_called
-from palpate.adapters.config.run import RunConfig, scenario
-from palpate.adapters.config.toml import overlay, read_toml
+from palpate.adapters.config import RENAMED, RunConfig, now_called, overlay, read_toml, recorded, scenario
 from palpate.core.errors import ConfigurationError, UsageError
-from palpate.core.ports.settings import Range, Settings, kinds_of
+from palpate.core.ports import Range, Settings, kinds_of
 
 T = TypeVar("T")
 Flat = Annotated[RunConfig, tyro.conf.arg(name="")]

@@ -8,7 +8,7 @@ from typing import Annotated
 import tyro
 
 from palpate.adapters.cli.options import RunSettings, Trials
-from palpate.core.ports.settings import Range, Settings
+from palpate.core.ports import Range, Settings
 
 
 @dataclass(frozen=True)

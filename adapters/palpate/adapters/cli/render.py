@@ -38,12 +38,18 @@ def render(options: RenderOptions) -> int:
     """
     plan = _plan(options)
     with _mujoco_without_graphics():
-        from palpate.adapters.visualisation.film.course import course_of
-        from palpate.adapters.visualisation.film.film import panel_size, require_video, sheet, write_gif, write_mp4
-        from palpate.adapters.visualisation.film.picture import Painter
+        from palpate.adapters.visualisation.film import (
+            Painter,
+            course_of,
+            panel_size,
+            require_video,
+            sheet,
+            write_gif,
+            write_mp4,
+        )
     from tqdm import tqdm
 
-    from palpate.adapters.log.reader import read_log
+    from palpate.adapters.log import read_log
     from palpate.core.files import new_file, require_no_file
 
     out = Path(options.to)
@@ -93,7 +99,7 @@ def _plan(options: RenderOptions) -> _Plan:
     if ending not in ENDINGS:
         raise ConfigurationError("to", options.to, f"a file that ends with {', '.join(ENDINGS)}")
     # Imported here, because it brings numpy with it.
-    from palpate.adapters.mujoco.views import CAMERAS
+    from palpate.adapters.mujoco import CAMERAS
 
     require_one_of("camera", options.camera, CAMERAS)
     size = _size(options.size, _SHEET_SIZE if ending == ".png" else _FILM_SIZE)

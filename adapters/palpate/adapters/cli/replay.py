@@ -12,17 +12,23 @@ from typing import Final
 from tqdm import tqdm
 
 from palpate.adapters.cli.options import ReplayOptions
-from palpate.adapters.config.records import recorded_config
-from palpate.adapters.config.run import RunConfig
-from palpate.adapters.config.toml import overlay, read_toml
-from palpate.adapters.experiments.policies import COMPARATORS
-from palpate.adapters.experiments.tables import aligned
-from palpate.adapters.replay.batch import WhatIf, exit_code, explanation, find_logs, learning_problems, replay_files
-from palpate.adapters.replay.engine import Replay, Verdict
-from palpate.adapters.replay.rebuild import Changes, parse_setting
+from palpate.adapters.config import RunConfig, overlay, read_toml, recorded_config
+from palpate.adapters.experiments import COMPARATORS, aligned
+from palpate.adapters.replay import (
+    Changes,
+    Replay,
+    Verdict,
+    WhatIf,
+    exit_code,
+    explanation,
+    find_logs,
+    learning_problems,
+    parse_setting,
+    replay_files,
+)
 from palpate.core.errors import ConfigurationError, LogError, OutputError
 from palpate.core.policy import PolicyDocument
-from palpate.core.ports.values import CONTROL_RATE_HZ
+from palpate.core.ports import CONTROL_RATE_HZ
 
 _FEW: Final = 20
 """So many logs get a line each; of more only those that are not equal do."""

@@ -38,15 +38,13 @@ def report(words: Sequence[str]) -> int:
     """
     options = parse(ReportOptions, "report", words)
     folder = Path(options.folder)
-    from palpate.adapters.visualisation.report.build import kind_of
-    from palpate.adapters.visualisation.report.placing import FOLDER, PAGE, place, require_placeable
+    from palpate.adapters.visualisation.report import FOLDER, PAGE, kind_of, place, require_placeable
 
     kind_of(folder)
     require_placeable(folder, overwrite=options.overwrite)
     from importlib.metadata import version
 
-    from palpate.adapters.visualisation.report.build import page_of
-    from palpate.adapters.visualisation.report.placing import csv_of, html_of
+    from palpate.adapters.visualisation.report import csv_of, html_of, page_of
 
     page = page_of(folder, logs=options.logs)
     files = {f"{picture.name}.png": picture.png for picture in page.pictures}

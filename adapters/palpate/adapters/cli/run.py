@@ -10,27 +10,30 @@ from tqdm import tqdm
 
 from palpate.adapters.cli.notices import marked_line, print_grants, print_troubles, print_weakened, recording_for
 from palpate.adapters.cli.options import RunOptions
-from palpate.adapters.config.run import RunConfig
-from palpate.adapters.experiments.build import open_rig, require_usable
-from palpate.adapters.experiments.evaluation import (
+from palpate.adapters.config import RunConfig
+from palpate.adapters.experiments import (
+    COMPARATORS,
     FIRST_EVALUATION_TRIAL,
     NOBODY_KNOWS,
     ChosenPolicy,
     Recorded,
+    RunFolder,
+    ScoredTrial,
+    TrialRow,
+    learning_curve,
+    next_free_folder,
+    open_rig,
+    policy_summary,
+    require_usable,
     run_policy,
+    run_toml,
+    warm_up,
 )
-from palpate.adapters.experiments.learning_curve import learning_curve
-from palpate.adapters.experiments.policies import COMPARATORS
-from palpate.adapters.experiments.results import RunFolder, TrialRow, next_free_folder
-from palpate.adapters.experiments.statistics import policy_summary
-from palpate.adapters.experiments.training import run_toml
-from palpate.adapters.experiments.trial import ScoredTrial
-from palpate.adapters.experiments.warm_up import warm_up
-from palpate.adapters.hardware.real_time.session import RealTimeSession
-from palpate.adapters.log.trial_recorder import LOG_FOLDER, TrialRecorder
+from palpate.adapters.hardware.real_time import RealTimeSession
+from palpate.adapters.log import LOG_FOLDER, TrialRecorder
 from palpate.core.errors import ConfigurationError
-from palpate.core.insertion.ready_pose import ReadyPose, find_ready_pose
-from palpate.core.ports.rig import Rig
+from palpate.core.insertion import ReadyPose, find_ready_pose
+from palpate.core.ports import Rig
 
 
 def run(options: RunOptions) -> int:

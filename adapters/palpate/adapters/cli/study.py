@@ -15,13 +15,21 @@ from tqdm import tqdm
 
 from palpate.adapters.cli.notices import print_weakened
 from palpate.adapters.cli.study_options import StudyOptions
-from palpate.adapters.experiments.study.cell import StudyCell
-from palpate.adapters.experiments.study.check import require_possible
-from palpate.adapters.experiments.study.dask_engine import Dask
-from palpate.adapters.experiments.study.document import MOST_CELLS, Study
-from palpate.adapters.experiments.study.engines import Engine, Processes, Sequential
-from palpate.adapters.experiments.study.folder import StudyFolder
-from palpate.adapters.experiments.study.run_cell import CellJob, CellOutcome, CellReport, digest_of
+from palpate.adapters.experiments.study import (
+    MOST_CELLS,
+    CellJob,
+    CellOutcome,
+    CellReport,
+    Dask,
+    Engine,
+    Processes,
+    Sequential,
+    Study,
+    StudyCell,
+    StudyFolder,
+    digest_of,
+    require_possible,
+)
 from palpate.core.errors import ConfigurationError, UsageError, require_one_of
 
 _MANY: Final = 1000

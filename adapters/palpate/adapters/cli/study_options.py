@@ -8,7 +8,7 @@ from typing import Annotated
 import tyro
 
 from palpate.adapters.cli.options import Jobs
-from palpate.core.ports.settings import Settings
+from palpate.core.ports import Settings
 
 
 @dataclass(frozen=True)

@@ -11,24 +11,32 @@ from tqdm import tqdm
 
 from palpate.adapters.cli.notices import marked_line, print_grants, print_troubles, print_weakened, recording_for
 from palpate.adapters.cli.options import TrainOptions
-from palpate.adapters.config.records import recorded_config
-from palpate.adapters.config.run import RunConfig
-from palpate.adapters.config.toml import read_toml, to_toml
-from palpate.adapters.experiments.build import open_rig, require_usable
-from palpate.adapters.experiments.fitting import configured_perception, fitted_perception
-from palpate.adapters.experiments.learning_curve import learning_curve
-from palpate.adapters.experiments.policies import learning_policy, loaded_policy, perception_of
-from palpate.adapters.experiments.results import RunFolder
-from palpate.adapters.experiments.statistics import WINDOW, moving_average, training_summary
-from palpate.adapters.experiments.training import Checkpoint, Trainer, checkpoint_perception, resume_from, run_toml
-from palpate.adapters.experiments.trial import ScoredTrial
-from palpate.adapters.experiments.warm_up import warm_up
-from palpate.adapters.hardware.real_time.session import RealTimeSession
-from palpate.adapters.log.provenance import made_with
-from palpate.adapters.log.trial_recorder import LOG_FOLDER, TrialRecorder, set_aside
+from palpate.adapters.config import RunConfig, read_toml, recorded_config, to_toml
+from palpate.adapters.experiments import (
+    WINDOW,
+    Checkpoint,
+    RunFolder,
+    ScoredTrial,
+    Trainer,
+    checkpoint_perception,
+    configured_perception,
+    fitted_perception,
+    learning_curve,
+    learning_policy,
+    loaded_policy,
+    moving_average,
+    open_rig,
+    perception_of,
+    require_usable,
+    resume_from,
+    run_toml,
+    training_summary,
+    warm_up,
+)
+from palpate.adapters.hardware.real_time import RealTimeSession
+from palpate.adapters.log import LOG_FOLDER, TrialRecorder, made_with, set_aside
 from palpate.core.errors import ConfigurationError, OutputError
-from palpate.core.insertion.frame import reachable_share
-from palpate.core.insertion.ready_pose import find_ready_pose
+from palpate.core.insertion import find_ready_pose, reachable_share
 from palpate.core.policy import PolicyDocument
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
-from palpate.adapters.log.provenance import made_with
+from palpate.adapters.log import made_with
 from palpate.core.errors import UsageError
 
 

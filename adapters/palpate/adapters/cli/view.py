@@ -7,14 +7,18 @@ from contextlib import suppress
 from dataclasses import replace
 
 from palpate.adapters.cli.picture_options import ViewOptions
-from palpate.adapters.experiments.build import require_usable
-from palpate.adapters.experiments.evaluation import FIRST_EVALUATION_TRIAL, ChosenPolicy, run_policy
-from palpate.adapters.experiments.policies import COMPARATORS
-from palpate.adapters.experiments.trial import ScoredTrial
-from palpate.adapters.mujoco.rig import SimulatedRig
-from palpate.adapters.visualisation.viewer import ShownClock, WindowClosedError, open_viewer, require_display
+from palpate.adapters.experiments import (
+    COMPARATORS,
+    FIRST_EVALUATION_TRIAL,
+    ChosenPolicy,
+    ScoredTrial,
+    require_usable,
+    run_policy,
+)
+from palpate.adapters.mujoco import SimulatedRig
+from palpate.adapters.visualisation import ShownClock, WindowClosedError, open_viewer, require_display
 from palpate.core.errors import ConfigurationError
-from palpate.core.insertion.ready_pose import find_ready_pose
+from palpate.core.insertion import find_ready_pose
 
 
 def view(options: ViewOptions) -> int:

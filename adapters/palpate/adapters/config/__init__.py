@@ -1,1 +1,5 @@
 """All settings: of a run, of a rig, of real time; and their TOML form."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -9,9 +9,18 @@ from typing_extensions import override
 
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy import QParameters, SarsaParameters, TemperatureSchedule
-from palpate.core.ports.kinds import Discount, HalvingVisits, LearningRate, Temperature, TemperatureDecay, require_floor
-from palpate.core.ports.settings import OneOf, Range, Settings
-from palpate.simulation.grid.trial import STEP_LIMIT
+from palpate.core.ports import (
+    Discount,
+    HalvingVisits,
+    LearningRate,
+    OneOf,
+    Range,
+    Settings,
+    Temperature,
+    TemperatureDecay,
+    require_floor,
+)
+from palpate.simulation.grid import STEP_LIMIT
 
 TRIALS: Final = 1500
 """Trials of a run (paper, section 4)."""

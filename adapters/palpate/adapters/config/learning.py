@@ -7,15 +7,17 @@ from typing import Annotated, ClassVar
 
 from typing_extensions import override
 
-from palpate.core.ports.kinds import (
+from palpate.core.ports import (
     Discount,
     HalvingVisits,
     LearningRate,
+    OneOf,
+    Range,
+    Settings,
     Temperature,
     TemperatureDecay,
     require_floor,
 )
-from palpate.core.ports.settings import OneOf, Range, Settings
 
 
 @dataclass(frozen=True)

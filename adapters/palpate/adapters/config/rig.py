@@ -9,7 +9,7 @@ from typing import Annotated, Any, ClassVar
 
 from palpate.adapters.config.toml import overlay, read_toml
 from palpate.core.errors import ConfigurationError
-from palpate.core.ports.settings import Holds, Range, Settings
+from palpate.core.ports import Holds, Range, Settings
 
 
 @dataclass(frozen=True)

@@ -10,12 +10,10 @@ from typing_extensions import override
 from palpate.adapters.config.learning import LearningConfig
 from palpate.adapters.config.real_time import RealTimeConfig
 from palpate.core.errors import ConfigurationError, require_in, require_one_of
-from palpate.core.insertion.config import ControlConfig, TaskConfig
-from palpate.core.ports.kinds import CHANNELS
-from palpate.core.ports.settings import Holds, OneOf, Range, Settings
-from palpate.core.ports.values import CONTROL_RATE_HZ
-from palpate.core.supervision.config import SupervisionConfig
-from palpate.simulation.work_cell.config import CellConfig
+from palpate.core.insertion import ControlConfig, TaskConfig
+from palpate.core.ports import CHANNELS, CONTROL_RATE_HZ, Holds, OneOf, Range, Settings
+from palpate.core.supervision import SupervisionConfig
+from palpate.simulation.work_cell import CellConfig
 
 SCENARIOS: Final[dict[str, str]] = {
     "paper": "start anywhere within 3 mm, hole at the nominal goal",

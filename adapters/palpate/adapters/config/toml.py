@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 
 from palpate.adapters.config.renames import now_called
 from palpate.core.errors import ConfigurationError
-from palpate.core.ports.settings import Settings, fitted, kinds_of
+from palpate.core.ports import Settings, fitted, kinds_of
 
 T = TypeVar("T", bound=Settings)
 

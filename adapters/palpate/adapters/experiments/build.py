@@ -6,23 +6,13 @@ import re
 from pathlib import Path
 from typing import Final
 
-from palpate.adapters.config.rig import RigFile
-from palpate.adapters.config.run import RunConfig
-from palpate.adapters.hardware.approach import find_approach
-from palpate.adapters.hardware.rig import HardwareRig
-from palpate.adapters.mujoco.rig import SimulatedRig
-from palpate.core.automata.document import load
-from palpate.core.automata.tracker import AutomatonState
+from palpate.adapters.config import RigFile, RunConfig
+from palpate.adapters.hardware import HardwareRig, find_approach
+from palpate.adapters.mujoco import SimulatedRig
+from palpate.core.automata import AutomatonState, load
 from palpate.core.errors import ConfigurationError
-from palpate.core.insertion.agent import Agent
-from palpate.core.insertion.config import N_PER_KGF
-from palpate.core.insertion.frame import goal_in_base
-from palpate.core.insertion.measurement import Measurement
-from palpate.core.insertion.ready_pose import ReadyPose
-from palpate.core.insertion.task import PERIOD_S, InsertionTask
-from palpate.core.motion.arm import arm_named
-from palpate.core.motion.model import Kinematics, ToolGeometry
-from palpate.core.motion.tip_motion import TipMotion
+from palpate.core.insertion import N_PER_KGF, PERIOD_S, Agent, InsertionTask, Measurement, ReadyPose, goal_in_base
+from palpate.core.motion import Kinematics, TipMotion, ToolGeometry, arm_named
 from palpate.core.perception import (
     GatedThresholds,
     IdentityState,
@@ -43,10 +33,8 @@ from palpate.core.policy import (
     Reinforcement,
     compass_actions,
 )
-from palpate.core.ports.rig import Rig
-from palpate.core.ports.values import CONTROL_RATE_HZ
-from palpate.core.supervision.fit import SensorFacts, require_fitting
-from palpate.core.supervision.supervisor import Supervisor
+from palpate.core.ports import CONTROL_RATE_HZ, Rig
+from palpate.core.supervision import SensorFacts, Supervisor, require_fitting
 
 NONE: Final = "none"
 _FIELD: Final = "perception.memory"

@@ -5,14 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 from math import cos, pi, sin
 
-from palpate.adapters.config.run import PerceptionConfig, RunConfig
+from palpate.adapters.config import PerceptionConfig, RunConfig
 from palpate.adapters.experiments.build import build_perception, build_task
 from palpate.adapters.experiments.comparators import StraightPass
-from palpate.adapters.mujoco.rig import SimulatedRig
+from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.control_loop import run_trial
-from palpate.core.insertion.ready_pose import ReadyPose
-from palpate.core.insertion.task import InsertionTask
-from palpate.core.insertion.trial import TrialSetup
+from palpate.core.insertion import InsertionTask, ReadyPose, TrialSetup
 
 _APPROACH_M = 2e-3
 _PAST_M = 4e-3

@@ -8,25 +8,19 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from palpate.adapters.config.run import RunConfig
+from palpate.adapters.config import RunConfig
 from palpate.adapters.experiments.build import build_perception, build_supervisor, build_task
 from palpate.adapters.experiments.fitting import configured_perception
-from palpate.adapters.experiments.policies import (
-    COMPARATORS,
-    comparator,
-    loaded_policy,
-    perception_of,
-)
+from palpate.adapters.experiments.policies import COMPARATORS, comparator, loaded_policy, perception_of
 from palpate.adapters.experiments.results import TrialRow
 from palpate.adapters.experiments.trial import ScoredTrial, interrupting, require_sound, run_scored_trial
-from palpate.adapters.hardware.real_time.session import RealTimeSession
-from palpate.adapters.log.trial_recorder import TrialRecorder
+from palpate.adapters.hardware.real_time import RealTimeSession
+from palpate.adapters.log import TrialRecorder
 from palpate.core.errors import ConfigurationError
-from palpate.core.insertion.ready_pose import ReadyPose
-from palpate.core.insertion.trial import Outcome
+from palpate.core.insertion import Outcome, ReadyPose
 from palpate.core.perception import Perception
 from palpate.core.policy import Policy, PolicyDocument
-from palpate.core.ports.rig import Rig
+from palpate.core.ports import Rig
 
 FIRST_EVALUATION_TRIAL: Final = 500_000
 """Trials that evaluate are numbered from here for their random streams: never the ones that a policy was trained on."""

@@ -6,11 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from palpate.adapters.config.run import PerceptionConfig, RunConfig
+from palpate.adapters.config import PerceptionConfig, RunConfig
 from palpate.adapters.experiments.build import build_perception, build_supervisor, build_task, identifier, task_actions
 from palpate.adapters.experiments.trial import require_sound, run_scored_trial
-from palpate.core.insertion.ready_pose import ReadyPose
-from palpate.core.insertion.trial import Purpose, generator
+from palpate.core.insertion import Purpose, ReadyPose, generator
 from palpate.core.perception import (
     Clusters,
     FeatureExtractor,
@@ -22,7 +21,7 @@ from palpate.core.perception import (
     Symboliser,
 )
 from palpate.core.policy import Action, Decision, Observation, RandomWalkPolicy
-from palpate.core.ports.rig import Rig
+from palpate.core.ports import Rig
 
 FIRST_FITTING_TRIAL = 1_000_000
 """Fitting trials are numbered from here, so that they never share a random stream with a run's own."""

@@ -7,11 +7,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
-from palpate.adapters.config.run import RunConfig
+from palpate.adapters.config import RunConfig
 from palpate.adapters.experiments.build import task_actions
 from palpate.adapters.experiments.comparators import Omniscient, Spiral, TorqueFollowing
 from palpate.core.errors import ConfigurationError, PolicyFileError
-from palpate.core.insertion.config import N_PER_KGF
+from palpate.core.insertion import N_PER_KGF
 from palpate.core.perception import Perception, perception_from_dict, perception_to_dict
 from palpate.core.policy import (
     BackOff,

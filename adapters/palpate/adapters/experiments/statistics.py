@@ -13,9 +13,9 @@ from typing import Any, Final, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from palpate.adapters.config.run import RunConfig
+from palpate.adapters.config import RunConfig
 from palpate.adapters.experiments.results import TrialRow
-from palpate.core.insertion.frame import reachable_share
+from palpate.core.insertion import reachable_share
 
 Array: TypeAlias = npt.NDArray[np.float64]
 

@@ -7,21 +7,18 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Final
 
-from palpate.adapters.config.run import RunConfig
-from palpate.adapters.config.toml import to_toml
+from palpate.adapters.config import RunConfig, to_toml
 from palpate.adapters.experiments.build import build_supervisor, build_task
 from palpate.adapters.experiments.policies import perception_settings
 from palpate.adapters.experiments.results import RunFolder
 from palpate.adapters.experiments.trial import ScoredTrial, interrupting, require_sound, run_scored_trial
-from palpate.adapters.hardware.real_time.session import RealTimeSession
-from palpate.adapters.log.provenance import made_with
-from palpate.adapters.log.trial_recorder import TrialRecorder
+from palpate.adapters.hardware.real_time import RealTimeSession
+from palpate.adapters.log import TrialRecorder, made_with
 from palpate.core.errors import ConfigurationError, OutputError
-from palpate.core.insertion.ready_pose import ReadyPose
-from palpate.core.insertion.trial import Outcome
+from palpate.core.insertion import Outcome, ReadyPose
 from palpate.core.perception import Perception, perception_from_dict, perception_to_dict
 from palpate.core.policy import Policy, document_of, learner_of
-from palpate.core.ports.rig import Rig
+from palpate.core.ports import Rig
 
 CHECKPOINT_SCHEMA: Final = "palpate.checkpoint/1"
 

@@ -11,16 +11,14 @@ from math import dist
 from types import FrameType
 from typing import Any
 
-from palpate.adapters.config.run import AdmissionConfig, RunConfig
-from palpate.adapters.hardware.real_time.session import RealTimeSession
-from palpate.adapters.log.trial_recorder import TrialRecorder, trial_name
+from palpate.adapters.config import AdmissionConfig, RunConfig
+from palpate.adapters.hardware.real_time import RealTimeSession
+from palpate.adapters.log import TrialRecorder, trial_name
 from palpate.core.control_loop import LoopObserver, run_trial
 from palpate.core.errors import DeviceError
-from palpate.core.insertion.frame import draw_in_disc
-from palpate.core.insertion.task import InsertionTask
-from palpate.core.insertion.trial import Outcome, Purpose, TrialReport, TrialSetup, generator
-from palpate.core.ports.rig import Rig, Truth
-from palpate.core.supervision.supervisor import Supervisor
+from palpate.core.insertion import InsertionTask, Outcome, Purpose, TrialReport, TrialSetup, draw_in_disc, generator
+from palpate.core.ports import Rig, Truth
+from palpate.core.supervision import Supervisor
 
 FULL_DEPTH_TOLERANCE_M = 5e-5
 """A peg within this of the depth asked for is at full depth."""

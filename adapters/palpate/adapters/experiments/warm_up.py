@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from palpate.adapters.config.run import RunConfig
+from palpate.adapters.config import RunConfig
 from palpate.adapters.experiments.build import build_perception, build_supervisor, build_task
 from palpate.adapters.experiments.policies import comparator
 from palpate.adapters.experiments.trial import trial_setup
-from palpate.adapters.mujoco.rig import SimulatedRig
+from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.control_loop import run_trial
-from palpate.core.insertion.ready_pose import ReadyPose
-from palpate.core.insertion.trial import TrialReport
+from palpate.core.insertion import ReadyPose, TrialReport
 
 
 def warm_up(config: RunConfig, ready: ReadyPose) -> TrialReport:

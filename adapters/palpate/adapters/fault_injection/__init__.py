@@ -8,20 +8,6 @@ A decorated port still *is* the port, so that a trial runs over it unchanged::
 ``stop`` and the life cycle always pass through, whatever the fault: nothing in here may keep an arm from being stopped.
 """
 
-from palpate.adapters.fault_injection.arm import FaultyArm
-from palpate.adapters.fault_injection.clock import FaultyClock
-from palpate.adapters.fault_injection.plan import KINDS, PORTS, FaultPlan
-from palpate.adapters.fault_injection.ports import FaultyForceSensor, FaultyJointEncoder, faulty
-from palpate.adapters.fault_injection.schedule import FaultDelivery
+import lazy_loader
 
-__all__ = [
-    "KINDS",
-    "PORTS",
-    "FaultDelivery",
-    "FaultPlan",
-    "FaultyArm",
-    "FaultyClock",
-    "FaultyForceSensor",
-    "FaultyJointEncoder",
-    "faulty",
-]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -12,19 +12,18 @@ from typing_extensions import override
 
 from palpate.adapters.fault_injection.plan import FaultPlan
 from palpate.adapters.fault_injection.sample_faults import changed
-from palpate.adapters.fault_injection.schedule import (
-    FaultAccount,
-    FaultDelivery,
-    FaultMoment,
-    Notify,
-    Schedule,
-    Ticker,
-)
+from palpate.adapters.fault_injection.schedule import FaultAccount, FaultDelivery, FaultMoment, Notify, Schedule, Ticker
 from palpate.core.errors import DeviceError, PalpateError
-from palpate.core.ports.decorator import DeviceDecorator
-from palpate.core.ports.devices import ArmCommand, Clock
-from palpate.core.ports.lifecycle import Life
-from palpate.core.ports.values import AppliedCommand, CommandReason, JointCommand, JointVector
+from palpate.core.ports import (
+    AppliedCommand,
+    ArmCommand,
+    Clock,
+    CommandReason,
+    DeviceDecorator,
+    JointCommand,
+    JointVector,
+    Life,
+)
 
 _OnWay: TypeAlias = JointCommand | None
 

@@ -9,7 +9,7 @@ from typing_extensions import override
 
 from palpate.adapters.fault_injection.plan import FaultPlan
 from palpate.adapters.fault_injection.schedule import FaultAccount, FaultDelivery, FaultMoment, Notify, Schedule
-from palpate.core.ports.devices import Clock
+from palpate.core.ports import Clock
 
 _NS: Final = 1_000_000_000
 

@@ -8,7 +8,7 @@ from typing import Annotated, Final
 from typing_extensions import override
 
 from palpate.core.errors import ConfigurationError, require_whole
-from palpate.core.ports.settings import OneOf, Range, Settings
+from palpate.core.ports import OneOf, Range, Settings
 
 _SENSORS: Final = ("force_sensor", "joint_encoder")
 PORTS: Final = (*_SENSORS, "arm", "clock")

@@ -11,9 +11,17 @@ from palpate.adapters.fault_injection.plan import PORTS, FaultPlan
 from palpate.adapters.fault_injection.sample_faults import SAMPLE_FAULTS, SampleFault, aged
 from palpate.adapters.fault_injection.schedule import FaultAccount, FaultDelivery, FaultMoment, Notify, Schedule, Ticker
 from palpate.core.errors import DeviceError
-from palpate.core.ports.decorator import SampleT, SensorDecorator
-from palpate.core.ports.devices import Clock, ForceSensor, JointEncoder, Ports
-from palpate.core.ports.values import CONTROL_RATE_HZ, JointSample, WrenchSample
+from palpate.core.ports import (
+    CONTROL_RATE_HZ,
+    Clock,
+    ForceSensor,
+    JointEncoder,
+    JointSample,
+    Ports,
+    SampleT,
+    SensorDecorator,
+    WrenchSample,
+)
 
 MAX_AGE_NS: Final = 5 * 1_000_000_000 // CONTROL_RATE_HZ
 """Age above which a sample that a fault holds back is marked ``STALE``, unless another is given: five ticks."""

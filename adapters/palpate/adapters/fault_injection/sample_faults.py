@@ -18,8 +18,7 @@ from typing_extensions import override
 from palpate.adapters.fault_injection.plan import FaultPlan
 from palpate.adapters.fault_injection.schedule import FaultMoment
 from palpate.core.errors import ConfigurationError, DeviceError
-from palpate.core.ports.decorator import SampleT
-from palpate.core.ports.values import JointSample, JointVector, Validity, WrenchSample
+from palpate.core.ports import JointSample, JointVector, SampleT, Validity, WrenchSample
 
 _NS: Final = 1_000_000_000
 

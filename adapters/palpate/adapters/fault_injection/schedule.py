@@ -11,7 +11,7 @@ import numpy as np
 
 from palpate.adapters.fault_injection.plan import FaultPlan
 from palpate.core.errors import ConfigurationError
-from palpate.core.ports.devices import Clock
+from palpate.core.ports import Clock
 
 _NS: Final = 1_000_000_000
 

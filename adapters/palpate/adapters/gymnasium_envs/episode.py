@@ -17,20 +17,24 @@ import gymnasium.error
 import numpy as np
 from typing_extensions import override
 
-from palpate.adapters.config.records import recorded
-from palpate.adapters.config.run import RunConfig, scenario
-from palpate.adapters.config.toml import overlay, read_toml
-from palpate.adapters.experiments.build import build_reinforcement, build_supervisor, build_task, require_usable
-from palpate.adapters.experiments.fitting import configured_perception, fitted_perception
-from palpate.adapters.experiments.trial import ScoredTrial, score, trial_setup
-from palpate.adapters.mujoco.rig import SimulatedRig
+from palpate.adapters.config import RunConfig, overlay, read_toml, recorded, scenario
+from palpate.adapters.experiments import (
+    ScoredTrial,
+    build_reinforcement,
+    build_supervisor,
+    build_task,
+    configured_perception,
+    fitted_perception,
+    require_usable,
+    score,
+    trial_setup,
+)
+from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.control_loop import next_snapshot, trial_ticks
 from palpate.core.errors import CommandError, ConfigurationError, DeviceError, LifecycleError
-from palpate.core.insertion.ready_pose import find_ready_pose
-from palpate.core.insertion.task import PERIOD_S
-from palpate.core.insertion.trial import Outcome, TrialReport
+from palpate.core.insertion import PERIOD_S, Outcome, TrialReport, find_ready_pose
 from palpate.core.policy import ActionOutcome, Decision, FixedPolicy, Observation
-from palpate.core.ports.values import CONTROL_RATE_HZ, JointCommand, Snapshot
+from palpate.core.ports import CONTROL_RATE_HZ, JointCommand, Snapshot
 
 
 class ActionRefusedError(CommandError, gymnasium.error.InvalidAction):

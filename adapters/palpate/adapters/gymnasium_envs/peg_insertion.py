@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 import gymnasium
 import numpy as np
 
-from palpate.adapters.experiments.build import task_actions
+from palpate.adapters.experiments import task_actions
 from palpate.adapters.gymnasium_envs.episode import (
     InsertionEpisodes,
     NotRunningError,
@@ -27,9 +27,9 @@ from palpate.adapters.gymnasium_envs.spaces import (
     TipWrench,
 )
 from palpate.core.errors import ConfigurationError, require_in, require_one_of, require_whole
-from palpate.core.insertion.trial import Outcome
-from palpate.core.ports.values import CONTROL_RATE_HZ
-from palpate.simulation.work_cell.cell import WorkCell
+from palpate.core.insertion import Outcome
+from palpate.core.ports import CONTROL_RATE_HZ
+from palpate.simulation.work_cell import WorkCell
 
 _MOST_TRIALS: Final = 1_000_000_000
 

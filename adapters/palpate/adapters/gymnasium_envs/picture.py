@@ -8,10 +8,9 @@ from typing import Any, Final
 import mujoco
 import numpy as np
 
-from palpate.adapters.config.run import RunConfig
-from palpate.adapters.mujoco.scene import DrawnCell, Stage
-from palpate.adapters.mujoco.views import close_up
-from palpate.simulation.work_cell.cell import WorkCell
+from palpate.adapters.config import RunConfig
+from palpate.adapters.mujoco import DrawnCell, Stage, close_up
+from palpate.simulation.work_cell import WorkCell
 
 SIZE: Final = (640, 480)
 """Width and height in pixels."""

@@ -8,13 +8,12 @@ import gymnasium
 import numpy as np
 from gymnasium import spaces
 
-from palpate.adapters.experiments.grid.worlds import SYMBOLS, Named, grid_named
+from palpate.adapters.experiments.grid import SYMBOLS, Named, grid_named
 from palpate.adapters.gymnasium_envs.episode import NotRunningError, refuse_unknown
 from palpate.adapters.gymnasium_envs.peg_insertion import Numbering
 from palpate.adapters.gymnasium_envs.spaces import index_of
 from palpate.core.errors import ConfigurationError, require_whole
-from palpate.simulation.grid.maps import COMPASS, GOAL
-from palpate.simulation.grid.trial import PENALTY, STEP_LIMIT, Walker
+from palpate.simulation.grid import COMPASS, GOAL, PENALTY, STEP_LIMIT, Walker
 
 _NAME: Final = "palpate/SensorMap-v0"
 _ARGUMENTS: Final = ("map", "size", "state", "step_limit")

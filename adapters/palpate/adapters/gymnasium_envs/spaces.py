@@ -9,10 +9,9 @@ from typing import Any, Final, Protocol
 import numpy as np
 from gymnasium import spaces
 
-from palpate.adapters.config.run import RunConfig
+from palpate.adapters.config import RunConfig
 from palpate.adapters.gymnasium_envs.episode import SOURCE, ActionRefusedError
-from palpate.core.insertion.ready_pose import wander_m
-from palpate.core.insertion.task import InsertionTask
+from palpate.core.insertion import InsertionTask, wander_m
 from palpate.core.policy import Action, Decision
 
 OBSERVATION_KINDS: Final = ("symbolic", "raw")

@@ -1,1 +1,5 @@
 """Rigs of real devices: adapters of the drivers, watchdogs, real time, the doctor, and the emulated cell."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -9,17 +9,12 @@ from typing import Final
 import numpy as np
 import pinocchio as pin
 
-from palpate.adapters.config.run import RunConfig
+from palpate.adapters.config import RunConfig
 from palpate.core.control_loop import next_slot, tick_time_ns
 from palpate.core.errors import DeviceError
-from palpate.core.insertion.frame import goal_in_base
-from palpate.core.insertion.ready_pose import ReadyPose
-from palpate.core.insertion.task import PERIOD_S
-from palpate.core.motion.arm import ArmDescription, arm_named
-from palpate.core.motion.inverse import InverseKinematics
-from palpate.core.motion.model import Kinematics, ToolGeometry
-from palpate.core.ports.devices import Ports
-from palpate.core.ports.values import CONTROL_RATE_HZ, CommandReason, JointCommand, JointVector, Validity, Vector3
+from palpate.core.insertion import PERIOD_S, ReadyPose, goal_in_base
+from palpate.core.motion import ArmDescription, InverseKinematics, Kinematics, ToolGeometry, arm_named
+from palpate.core.ports import CONTROL_RATE_HZ, CommandReason, JointCommand, JointVector, Ports, Validity, Vector3
 
 WITHDRAWAL_M_S: Final = 0.02
 """Speed at which a peg that was left in its hole is drawn out: that of free motion near the plate."""

@@ -11,15 +11,18 @@ from typing_extensions import override
 
 from palpate.adapters.hardware.errors import told, translating
 from palpate.core.errors import CommandError, DeviceError
-from palpate.core.ports.devices import ArmCommand, Clock, JointEncoder
-from palpate.core.ports.lifecycle import Life, ManagedDevice
-from palpate.core.ports.values import (
+from palpate.core.ports import (
     CONTROL_RATE_HZ,
     AppliedCommand,
+    ArmCommand,
+    Clock,
     CommandReason,
     JointCommand,
+    JointEncoder,
     JointSample,
     JointVector,
+    Life,
+    ManagedDevice,
     Validity,
 )
 from palpate.drivers.arm import ArmDriver

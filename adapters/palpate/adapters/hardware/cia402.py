@@ -8,18 +8,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, ClassVar, Final
 
-from palpate.adapters.config.toml import overlay
+from palpate.adapters.config import overlay
 from palpate.adapters.hardware.arm_on_bus import BusArm, OpenArm
 from palpate.adapters.hardware.clock import sleeping
 from palpate.adapters.hardware.errors import translating
 from palpate.adapters.hardware.plugins import ArmAdapter, DeviceSettings, RigContext
 from palpate.core.errors import ConfigurationError
-from palpate.core.ports.settings import OneOf, Range, Settings
-from palpate.core.ports.values import CONTROL_RATE_HZ
-from palpate.drivers.cia402.arm import Cia402Arm
-from palpate.drivers.cia402.link import CanopenLink
-from palpate.drivers.cia402.object_dictionary import OperationMode
-from palpate.drivers.cia402.settings import ArmSettings, JointDrive
+from palpate.core.ports import CONTROL_RATE_HZ, OneOf, Range, Settings
+from palpate.drivers.cia402 import ArmSettings, CanopenLink, Cia402Arm, JointDrive, OperationMode
 
 _NAME: Final = "CiA 402 arm"
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from typing_extensions import override
 
-from palpate.core.ports.devices import Clock
+from palpate.core.ports import Clock
 
 
 class MonotonicClock(Clock):

@@ -11,27 +11,18 @@ from typing import Any, Final, Protocol, Self
 
 import numpy as np
 
-from palpate.adapters.config.run import RunConfig
+from palpate.adapters.config import RunConfig
 from palpate.adapters.hardware.clock import MonotonicClock
 from palpate.core.errors import ConfigurationError, require_in, require_one_of, require_whole
-from palpate.core.insertion.frame import goal_in_base
-from palpate.core.insertion.ready_pose import ReadyPose, wander_m
-from palpate.core.motion.arm import arm_named
-from palpate.core.motion.model import Kinematics, ToolGeometry
-from palpate.core.ports.rig import Truth
-from palpate.core.ports.values import CONTROL_RATE_HZ, JointVector
-from palpate.simulation.emulators.cia402.node import CanopenDrive
-from palpate.simulation.emulators.jr3.can import Jr3CanNode
-from palpate.simulation.emulators.jr3.sensor import Jr3Config
-from palpate.simulation.emulators.jr3.uart import UART_CONFIG, Jr3UartNode
-from palpate.simulation.emulators.lines.can_bus import EmulatedCanBus
-from palpate.simulation.emulators.lines.pty_server import PtyServer
-from palpate.simulation.emulators.lines.serial_line import LineSpeed
-from palpate.simulation.emulators.lines.slcan import SlcanServer
-from palpate.simulation.emulators.motors.gears import HOME_RAD
-from palpate.simulation.emulators.motors.plant import DirectMotors, JointPlant, MotorModel
-from palpate.simulation.emulators.nmc.bus import NmcChain
-from palpate.simulation.work_cell.cell import WorkCell
+from palpate.core.insertion import ReadyPose, goal_in_base, wander_m
+from palpate.core.motion import Kinematics, ToolGeometry, arm_named
+from palpate.core.ports import CONTROL_RATE_HZ, JointVector, Truth
+from palpate.simulation.emulators.cia402 import CanopenDrive
+from palpate.simulation.emulators.jr3 import UART_CONFIG, Jr3CanNode, Jr3Config, Jr3UartNode
+from palpate.simulation.emulators.lines import EmulatedCanBus, LineSpeed, PtyServer, SlcanServer
+from palpate.simulation.emulators.motors import HOME_RAD, DirectMotors, JointPlant, MotorModel
+from palpate.simulation.emulators.nmc import NmcChain
+from palpate.simulation.work_cell import WorkCell
 
 ARMS: Final = ("zebra-nmc", "cia402")
 SENSORS: Final = ("jr3-can", "jr3-uart")

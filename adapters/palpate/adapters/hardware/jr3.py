@@ -10,21 +10,27 @@ from typing import Annotated, Any, ClassVar, Final
 import can
 import serial
 
-from palpate.adapters.config.toml import overlay
+from palpate.adapters.config import overlay
 from palpate.adapters.hardware.errors import translated, translating
 from palpate.adapters.hardware.plugins import DeviceSettings, RigContext
 from palpate.core.errors import DeviceError
-from palpate.core.ports.devices import Clock, ForceSensor
-from palpate.core.ports.lifecycle import Life, ManagedDevice
-from palpate.core.ports.settings import OneOf, Range, Settings
-from palpate.core.ports.values import Validity, WrenchSample
+from palpate.core.ports import Clock, ForceSensor, Life, ManagedDevice, OneOf, Range, Settings, Validity, WrenchSample
 from palpate.drivers.can_link import CanLink, open_bus
 from palpate.drivers.errors import DriverError, SilentError, WiringError
-from palpate.drivers.jr3.blocking import Pace, shut_down, start_up
-from palpate.drivers.jr3.device import Jr3
-from palpate.drivers.jr3.messages import LEFT_HANDED, RIGHT_HANDED, Jr3Sample
-from palpate.drivers.jr3.settings import Jr3Settings
-from palpate.drivers.jr3.transport import CanTransport, Transport, UartLink, UartTransport
+from palpate.drivers.jr3 import (
+    LEFT_HANDED,
+    RIGHT_HANDED,
+    CanTransport,
+    Jr3,
+    Jr3Sample,
+    Jr3Settings,
+    Pace,
+    Transport,
+    UartLink,
+    UartTransport,
+    shut_down,
+    start_up,
+)
 
 _NAME: Final = "JR3"
 

@@ -12,10 +12,8 @@ from importlib.metadata import entry_points
 from typing import Any, Final, TypeAlias
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.motion.arm import ArmDescription, arm_named
-from palpate.core.motion.model import Kinematics, ToolGeometry
-from palpate.core.ports.devices import ArmCommand, Clock, ForceSensor, JointEncoder
-from palpate.core.ports.values import JointVector
+from palpate.core.motion import ArmDescription, Kinematics, ToolGeometry, arm_named
+from palpate.core.ports import ArmCommand, Clock, ForceSensor, JointEncoder, JointVector
 
 GROUP: Final = "palpate.adapters"
 

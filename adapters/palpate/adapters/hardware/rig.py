@@ -11,9 +11,7 @@ from typing import Any, Self
 
 from typing_extensions import override
 
-from palpate.adapters.config.real_time import RealTimeConfig
-from palpate.adapters.config.rig import RigFile
-from palpate.adapters.config.run import RunConfig
+from palpate.adapters.config import RealTimeConfig, RigFile, RunConfig
 from palpate.adapters.hardware.approach import Approach, walk
 from palpate.adapters.hardware.clock import MonotonicClock
 from palpate.adapters.hardware.plugins import RigContext, arm_maker, force_sensor_maker
@@ -29,9 +27,7 @@ from palpate.adapters.hardware.watchdogs import (
     WatchedForceSensor,
     WatchedJointEncoder,
 )
-from palpate.core.ports.devices import Ports
-from palpate.core.ports.lifecycle import Life
-from palpate.core.ports.rig import Rig, World
+from palpate.core.ports import Life, Ports, Rig, World
 
 
 class HardwareRig(Rig):

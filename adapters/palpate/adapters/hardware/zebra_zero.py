@@ -12,20 +12,25 @@ from typing import Annotated, Any, ClassVar, Final
 import serial
 from typing_extensions import override
 
-from palpate.adapters.config.toml import overlay
+from palpate.adapters.config import overlay
 from palpate.adapters.hardware.arm_on_bus import BusArm, OpenArm
 from palpate.adapters.hardware.clock import sleeping
 from palpate.adapters.hardware.errors import translating
 from palpate.adapters.hardware.plugins import ArmAdapter, DeviceSettings, RigContext
 from palpate.core.errors import OutputError
 from palpate.core.files import write_whole
-from palpate.core.ports.settings import OneOf, Range, Settings
-from palpate.core.ports.values import CONTROL_RATE_HZ
+from palpate.core.ports import CONTROL_RATE_HZ, OneOf, Range, Settings
 from palpate.drivers.errors import WiringError
-from palpate.drivers.nmc.settings import POWER_UP_BAUD, BusSettings
-from palpate.drivers.zebra_zero.arm import CountsStore, ZebraZero
-from palpate.drivers.zebra_zero.counts import SixCounts, Transmission
-from palpate.drivers.zebra_zero.settings import JointLimits, Streaming, ZebraZeroSettings
+from palpate.drivers.nmc import POWER_UP_BAUD, BusSettings
+from palpate.drivers.zebra_zero import (
+    CountsStore,
+    JointLimits,
+    SixCounts,
+    Streaming,
+    Transmission,
+    ZebraZero,
+    ZebraZeroSettings,
+)
 
 _NAME: Final = "Zebra Zero"
 _JOINTS: Final = 6

@@ -14,7 +14,7 @@ from palpate.adapters.log.file import json_in
 from palpate.adapters.log.reader import TrialLog
 from palpate.adapters.log.tick_layout import TickRecord
 from palpate.core.errors import LogError
-from palpate.core.ports.values import CommandReason, JointSample, Validity, WrenchSample
+from palpate.core.ports import CommandReason, JointSample, Validity, WrenchSample
 
 NS: Final = 1e-9
 LATE_S: Final = 0.001

@@ -13,8 +13,7 @@ from typing import Any, Final
 import numpy as np
 
 import palpate.core
-from palpate.core.motion.arm import arm_named
-from palpate.core.motion.model import ToolGeometry
+from palpate.core.motion import ToolGeometry, arm_named
 
 _FUSED: Final = frozenset({"FMA3", "X86_V3"})
 """Names that numpy has, or had, for what comes with fused multiply-add."""

@@ -19,7 +19,7 @@ from palpate.adapters.log.tick_layout import (
     wrench_fields,
     wrench_from,
 )
-from palpate.core.ports.values import AppliedCommand, JointSample, JointVector, WrenchSample
+from palpate.core.ports import AppliedCommand, JointSample, JointVector, WrenchSample
 
 R = TypeVar("R")
 

@@ -16,7 +16,7 @@ from typing import Any, Final
 from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
 from google.protobuf.message import Message
 
-from palpate.core.ports.values import CommandReason, Validity, WrenchKind
+from palpate.core.ports import CommandReason, Validity, WrenchKind
 
 SCHEMA: Final = "palpate.log/1"
 PROFILE: Final = "palpate"

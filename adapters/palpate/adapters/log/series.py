@@ -11,14 +11,13 @@ from typing import TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from palpate.adapters.config.records import recorded_config
-from palpate.adapters.config.run import RunConfig
+from palpate.adapters.config import RunConfig, recorded_config
 from palpate.adapters.log.info import NS
 from palpate.adapters.log.reader import TrialLog
 from palpate.adapters.log.tick_layout import TickRecord
 from palpate.core.errors import ConfigurationError, LogError, PalpateError
-from palpate.core.insertion.trial import Phase
-from palpate.core.ports.values import JointVector, Validity
+from palpate.core.insertion import Phase
+from palpate.core.ports import JointVector, Validity
 
 _NUMBERS = re.compile(r"(\S+) (\S+) (\S+) N, (\S+) (\S+) (\S+) N m\b")
 
@@ -154,9 +153,8 @@ class _Tip:
     """Forward kinematics of the arm that the log names."""
 
     def __init__(self, log: TrialLog, config: RunConfig) -> None:
-        from palpate.core.insertion.frame import goal_in_base
-        from palpate.core.motion.arm import arm_named
-        from palpate.core.motion.model import Kinematics, ToolGeometry
+        from palpate.core.insertion import goal_in_base
+        from palpate.core.motion import Kinematics, ToolGeometry, arm_named
 
         try:
             self._kinematics = Kinematics(arm_named(config.arm), ToolGeometry())

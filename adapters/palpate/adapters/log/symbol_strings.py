@@ -8,9 +8,9 @@ from typing import Final
 
 from palpate.adapters.log.file import json_in
 from palpate.adapters.log.reader import TrialLog, read_log
-from palpate.core.automata.strings import Strings, read_strings
+from palpate.core.automata import Strings, read_strings
 from palpate.core.errors import ConfigurationError
-from palpate.core.insertion.trial import Outcome
+from palpate.core.insertion import Outcome
 from palpate.core.perception import perception_from_dict
 
 _LOG: Final = ".mcap"

@@ -14,7 +14,7 @@ from typing import Any, Final
 
 from palpate.adapters.log.schema import ENUMS, MESSAGES, encode, enum_member, enum_number, message_class
 from palpate.core.errors import CommandError
-from palpate.core.ports.values import (
+from palpate.core.ports import (
     AppliedCommand,
     CommandReason,
     JointSample,

@@ -9,8 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, Self
 
-from palpate.adapters.config.run import RecordingConfig, RunConfig
-from palpate.adapters.config.toml import to_toml
+from palpate.adapters.config import RecordingConfig, RunConfig, to_toml
 from palpate.adapters.log.file import dump_json
 from palpate.adapters.log.provenance import arm_sha256, core_sha256, made_with, processor
 from palpate.adapters.log.recorder import FlightRecorder
@@ -19,12 +18,10 @@ from palpate.adapters.log.schema import SCHEMA
 from palpate.adapters.log.writer_client import Opening, ProcessSink, Sink
 from palpate.core.control_loop import LoopObserver
 from palpate.core.errors import OutputError
-from palpate.core.insertion.ready_pose import ReadyPose
-from palpate.core.insertion.task import InsertionTask
-from palpate.core.insertion.trial import Purpose, TrialReport, TrialSetup, generator
+from palpate.core.insertion import InsertionTask, Purpose, ReadyPose, TrialReport, TrialSetup, generator
 from palpate.core.perception import Perception, perception_to_dict
 from palpate.core.policy import Policy, document_of, learner_of
-from palpate.core.ports.rig import World
+from palpate.core.ports import World
 
 LOG_FOLDER: Final = "logs"
 CUT_SHORT: Final = ".cut-short-"

@@ -1,1 +1,5 @@
 """The work cell in MuJoCo behind the ports, and how it is drawn."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

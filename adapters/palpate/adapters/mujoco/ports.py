@@ -7,19 +7,23 @@ from typing import Final
 from typing_extensions import override
 
 from palpate.core.errors import CommandError
-from palpate.core.ports.command_limits import CommandLimiter
-from palpate.core.ports.devices import ArmCommand, Clock, ForceSensor, JointEncoder
-from palpate.core.ports.lifecycle import Life, ManagedDevice
-from palpate.core.ports.values import (
+from palpate.core.ports import (
     CONTROL_RATE_HZ,
     AppliedCommand,
+    ArmCommand,
+    Clock,
+    CommandLimiter,
     CommandReason,
+    ForceSensor,
     JointCommand,
+    JointEncoder,
     JointSample,
     JointVector,
+    Life,
+    ManagedDevice,
     WrenchSample,
 )
-from palpate.simulation.work_cell.cell import WorkCell
+from palpate.simulation.work_cell import WorkCell
 
 _NS: Final = 1_000_000_000
 

@@ -6,16 +6,12 @@ from contextlib import ExitStack
 from types import TracebackType
 from typing import Self
 
-from palpate.adapters.config.run import RunConfig
+from palpate.adapters.config import RunConfig
 from palpate.adapters.mujoco.ports import MujocoArm, MujocoClock, MujocoForceSensor, MujocoJointEncoder
-from palpate.core.insertion.frame import goal_in_base
-from palpate.core.insertion.ready_pose import ReadyPose, wander_m
-from palpate.core.motion.arm import arm_named
-from palpate.core.motion.model import Kinematics, ToolGeometry
-from palpate.core.ports.devices import Ports
-from palpate.core.ports.rig import SIMULATOR, Rig, Truth, World
-from palpate.core.ports.values import CONTROL_RATE_HZ
-from palpate.simulation.work_cell.cell import WorkCell
+from palpate.core.insertion import ReadyPose, goal_in_base, wander_m
+from palpate.core.motion import Kinematics, ToolGeometry, arm_named
+from palpate.core.ports import CONTROL_RATE_HZ, SIMULATOR, Ports, Rig, Truth, World
+from palpate.simulation.work_cell import WorkCell
 
 
 class SimulatedRig(Rig):

@@ -10,18 +10,14 @@ from typing import Any, Final
 import mujoco
 import numpy as np
 
-from palpate.adapters.log.reader import TrialLog
-from palpate.adapters.log.records import DecisionEntry
-from palpate.adapters.log.series import config_of
+from palpate.adapters.log import DecisionEntry, TrialLog, config_of
 from palpate.adapters.mujoco.graphics import off_screen_context
 from palpate.adapters.mujoco.views import FIELD_OF_VIEW_DEG, Array, View, close_up, whole_arm
 from palpate.core.errors import LogError, PalpateError
-from palpate.core.insertion.frame import goal_in_base
-from palpate.core.insertion.ready_pose import wander_m
-from palpate.core.motion.arm import arm_named
-from palpate.core.motion.model import Kinematics, ToolGeometry, wrench_about
-from palpate.core.ports.values import CONTROL_RATE_HZ, JointVector, Vector3
-from palpate.simulation.work_cell.model import PLATE_REACH_M, build_work_cell
+from palpate.core.insertion import goal_in_base, wander_m
+from palpate.core.motion import Kinematics, ToolGeometry, arm_named, wrench_about
+from palpate.core.ports import CONTROL_RATE_HZ, JointVector, Vector3
+from palpate.simulation.work_cell import PLATE_REACH_M, build_work_cell
 
 
 @dataclass(frozen=True)

@@ -12,9 +12,8 @@ from pathlib import Path
 
 from joblib import Parallel, delayed
 
-from palpate.adapters.config.run import RecordingConfig
-from palpate.adapters.log.reader import read_log
-from palpate.adapters.log.trial_recorder import TrialRecorder
+from palpate.adapters.config import RecordingConfig
+from palpate.adapters.log import TrialRecorder, read_log
 from palpate.adapters.replay.engine import Replay, Verdict, replay, values_digest
 from palpate.adapters.replay.handover import WhatIfRecording
 from palpate.adapters.replay.rebuild import Changes, Rebuilder

@@ -6,13 +6,10 @@ import json
 from dataclasses import fields
 from typing import Any
 
-from palpate.adapters.log.file import dump_json
-from palpate.adapters.log.reader import TrialLog
-from palpate.adapters.log.records import DecisionEntry, EndRecord, EventEntry
-from palpate.adapters.log.trial_recorder import end_of
+from palpate.adapters.log import DecisionEntry, EndRecord, EventEntry, TrialLog, dump_json, end_of
 from palpate.adapters.replay.rebuild import Rebuilt
 from palpate.adapters.replay.tape import Difference, Differences, close_enough, same_bits
-from palpate.core.insertion.trial import Purpose, TrialReport, generator
+from palpate.core.insertion import Purpose, TrialReport, generator
 from palpate.core.policy import learner_of
 
 

@@ -10,10 +10,17 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import Any, Final
 
-from palpate.adapters.experiments.trial import ScoredTrial
-from palpate.adapters.log.provenance import arm_sha256, core_sha256, decisive, made_with, processor
-from palpate.adapters.log.reader import TrialLog, learner_of_json
-from palpate.adapters.log.records import DecisionEntry
+from palpate.adapters.experiments import ScoredTrial
+from palpate.adapters.log import (
+    DecisionEntry,
+    TrialLog,
+    arm_sha256,
+    core_sha256,
+    decisive,
+    learner_of_json,
+    made_with,
+    processor,
+)
 from palpate.adapters.replay.compare import compare_learners, compare_reports, compare_start, decisions_of
 from palpate.adapters.replay.handover import WhatIfRecording, continue_in_mujoco
 from palpate.adapters.replay.rebuild import Rebuilder, Rebuilt
@@ -29,9 +36,8 @@ from palpate.adapters.replay.tape import (
 )
 from palpate.core.control_loop import run_trial
 from palpate.core.errors import LogError
-from palpate.core.insertion.task import INTERRUPT
-from palpate.core.ports.devices import Ports
-from palpate.core.ports.rig import World
+from palpate.core.insertion import INTERRUPT
+from palpate.core.ports import Ports, World
 
 
 class Verdict(enum.Enum):

@@ -13,18 +13,27 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from palpate.adapters.experiments.trial import ScoredTrial, score, truth_fields
-from palpate.adapters.log.reader import TrialLog
-from palpate.adapters.log.trial_recorder import TrialRecorder
-from palpate.adapters.mujoco.rig import SimulatedRig
+from palpate.adapters.experiments import ScoredTrial, score, truth_fields
+from palpate.adapters.log import TrialLog, TrialRecorder
+from palpate.adapters.mujoco import SimulatedRig
 from palpate.adapters.replay.rebuild import Rebuilt, log_config
 from palpate.adapters.replay.tape import Tape, same_bits
 from palpate.core.control_loop import LoopObserver, run_trial
 from palpate.core.errors import LogError
-from palpate.core.ports.decorator import DeviceDecorator
-from palpate.core.ports.devices import ArmCommand, Clock, ForceSensor, JointEncoder, Ports
-from palpate.core.ports.rig import SIMULATOR, World
-from palpate.core.ports.values import AppliedCommand, JointCommand, JointSample, WrenchSample
+from palpate.core.ports import (
+    SIMULATOR,
+    AppliedCommand,
+    ArmCommand,
+    Clock,
+    DeviceDecorator,
+    ForceSensor,
+    JointCommand,
+    JointEncoder,
+    JointSample,
+    Ports,
+    World,
+    WrenchSample,
+)
 
 
 class WhatIfRecording:

@@ -10,19 +10,14 @@ from typing import Any, Final
 
 import numpy as np
 
-from palpate.adapters.config.records import recorded_config
-from palpate.adapters.config.run import RunConfig
-from palpate.adapters.config.toml import overlay
-from palpate.adapters.experiments.build import build_supervisor, build_task
-from palpate.adapters.experiments.policies import comparator, loaded_policy
-from palpate.adapters.log.reader import TrialLog, learner_of_json
+from palpate.adapters.config import RunConfig, overlay, recorded_config
+from palpate.adapters.experiments import build_supervisor, build_task, comparator, loaded_policy
+from palpate.adapters.log import TrialLog, learner_of_json
 from palpate.core.errors import ConfigurationError, LogError, PalpateError
-from palpate.core.insertion.ready_pose import ReadyPose
-from palpate.core.insertion.task import InsertionTask
-from palpate.core.insertion.trial import TrialSetup
+from palpate.core.insertion import InsertionTask, ReadyPose, TrialSetup
 from palpate.core.perception import Perception, perception_from_dict
 from palpate.core.policy import Policy, PolicyDocument, learner_of
-from palpate.core.supervision.supervisor import Supervisor
+from palpate.core.supervision import Supervisor
 
 _OUTSIDE: Final = ("cell", "recording")
 """Settings of the world and of the recorder: what was recorded does not change with them."""

@@ -10,18 +10,21 @@ from typing import Final, Generic, NamedTuple, TypeVar
 
 from typing_extensions import override
 
-from palpate.adapters.log.reader import TrialLog
-from palpate.adapters.log.records import CallEntry
+from palpate.adapters.log import CallEntry, TrialLog
 from palpate.core import errors
 from palpate.core.errors import CommandError, LogError, PalpateError
-from palpate.core.ports.devices import ArmCommand, Clock, ForceSensor, JointEncoder
-from palpate.core.ports.lifecycle import Life, ManagedDevice
-from palpate.core.ports.values import (
+from palpate.core.ports import (
     AppliedCommand,
+    ArmCommand,
+    Clock,
     CommandReason,
+    ForceSensor,
     JointCommand,
+    JointEncoder,
     JointSample,
     JointVector,
+    Life,
+    ManagedDevice,
     WrenchSample,
 )
 

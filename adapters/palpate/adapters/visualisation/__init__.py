@@ -1,1 +1,5 @@
 """Pictures and pages of what was recorded: films, reports, automata, and the live viewer."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -8,8 +8,7 @@ from math import cos, degrees, hypot, sin
 from typing import Any, Literal
 
 from palpate.adapters.visualisation.automaton_layout import Curve, Layout, Point, lay_out
-from palpate.core.automata.machine import Kind, Machine
-from palpate.core.automata.texts import shown_name, shown_output
+from palpate.core.automata import Kind, Machine, shown_name, shown_output
 
 _FONT_PT = 9.0
 _LABEL_PT = 9.0

@@ -12,8 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import atan2, cos, hypot, pi, sin, tau
 
-from palpate.core.automata.machine import Machine
-from palpate.core.automata.texts import Edge, edges
+from palpate.core.automata import Edge, Machine, edges
 
 Point = tuple[float, float]
 

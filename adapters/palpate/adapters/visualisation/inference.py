@@ -7,7 +7,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from palpate.core.automata.infer import Inference
+from palpate.core.automata import Inference
 
 _MOST_CELLS: Final = 40
 """Cells are named in the picture up to this number."""

@@ -12,9 +12,9 @@ from typing import Any, Final, Protocol
 
 from typing_extensions import override
 
-from palpate.adapters.hardware.clock import MonotonicClock
+from palpate.adapters.hardware import MonotonicClock
 from palpate.core.errors import UsageError
-from palpate.core.ports.devices import Clock
+from palpate.core.ports import Clock
 
 DISPLAYS: Final = ("DISPLAY", "WAYLAND_DISPLAY")
 _NS: Final = 1_000_000_000

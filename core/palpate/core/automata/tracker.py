@@ -9,8 +9,7 @@ from typing import Final, TypeAlias
 from palpate.core.automata.machine import Machine
 from palpate.core.automata.strings import Strings
 from palpate.core.errors import CommandError, ConfigurationError, require_one_of
-from palpate.core.perception.channels import integer, names, vector
-from palpate.core.perception.pipeline import register_stage
+from palpate.core.perception import integer, names, register_stage, vector
 
 LOST: Final = "lost"
 """Name of the state of not knowing."""

@@ -11,7 +11,7 @@ from palpate.core.errors import LifecycleError
 from palpate.core.insertion.trial import DecisionRecord
 from palpate.core.perception import Perception
 from palpate.core.policy import ActionOutcome, Decision, Observation, Policy, Reinforcement, Transition
-from palpate.core.ports.values import Vector3
+from palpate.core.ports import Vector3
 
 
 class Agent:

@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar, Final
 from typing_extensions import override
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.ports.settings import OneOf, Range, Settings
+from palpate.core.ports import OneOf, Range, Settings
 
 N_PER_KGF: Final = 9.80665
 

@@ -6,7 +6,7 @@ import enum
 from dataclasses import dataclass
 
 from palpate.core.insertion.frame import ExplorationArea
-from palpate.core.ports.values import AppliedCommand, CommandReason, JointCommand, JointVector
+from palpate.core.ports import AppliedCommand, CommandReason, JointCommand, JointVector
 
 
 class TripReason(enum.Enum):

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pinocchio as pin
 
-from palpate.core.motion.model import Kinematics, wrench_about
+from palpate.core.motion import Kinematics, wrench_about
 from palpate.core.perception import SignalProcessor, Wrench
-from palpate.core.ports.values import Snapshot, Vector3
+from palpate.core.ports import Snapshot, Vector3
 
 
 class Measurement:

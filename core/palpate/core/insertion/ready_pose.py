@@ -11,9 +11,7 @@ import pinocchio as pin
 from palpate.core.insertion.config import TaskConfig
 from palpate.core.insertion.frame import goal_in_base
 from palpate.core.insertion.task import PERIOD_S
-from palpate.core.motion.arm import arm_named
-from palpate.core.motion.inverse import InverseKinematics
-from palpate.core.motion.model import Array, Kinematics, ToolGeometry
+from palpate.core.motion import Array, InverseKinematics, Kinematics, ToolGeometry, arm_named
 
 
 @dataclass(frozen=True)

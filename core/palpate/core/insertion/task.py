@@ -20,10 +20,9 @@ from palpate.core.insertion.expectation import Expectation, Intervention, Trip
 from palpate.core.insertion.frame import ExplorationArea
 from palpate.core.insertion.measurement import Measurement
 from palpate.core.insertion.trial import Event, Outcome, Phase, Purpose, TrialReport, TrialSetup, generator
-from palpate.core.motion.laws import ControlLaw, DampingControl, ForceControl, HybridControl, PositionControl
-from palpate.core.motion.tip_motion import TipMotion
+from palpate.core.motion import ControlLaw, DampingControl, ForceControl, HybridControl, PositionControl, TipMotion
 from palpate.core.policy import Observation
-from palpate.core.ports.values import CONTROL_RATE_HZ, CommandReason, JointCommand, Snapshot, Validity, Vector3
+from palpate.core.ports import CONTROL_RATE_HZ, CommandReason, JointCommand, Snapshot, Validity, Vector3
 
 PERIOD_S: Final = 1.0 / CONTROL_RATE_HZ
 INTERRUPT: Final = "interrupt"

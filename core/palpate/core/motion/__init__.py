@@ -1,1 +1,5 @@
 """Arms, kinematics, motion laws, and the way from a tip velocity to a joint command."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

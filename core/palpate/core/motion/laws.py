@@ -9,7 +9,7 @@ from typing import Protocol
 from typing_extensions import override
 
 from palpate.core.errors import ConfigurationError, require_in
-from palpate.core.ports.values import Vector3
+from palpate.core.ports import Vector3
 
 
 class ControlLaw(Protocol):

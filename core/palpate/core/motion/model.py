@@ -17,7 +17,7 @@ import pinocchio as pin
 
 from palpate.core.errors import AssetError
 from palpate.core.motion.arm import ArmDescription
-from palpate.core.ports.values import JointVector, Vector3
+from palpate.core.ports import JointVector, Vector3
 
 Array: TypeAlias = npt.NDArray[np.float64]
 

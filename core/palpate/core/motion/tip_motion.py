@@ -7,7 +7,7 @@ import pinocchio as pin
 
 from palpate.core.motion.inverse import InverseKinematics
 from palpate.core.motion.model import Array, Kinematics
-from palpate.core.ports.values import AppliedCommand, CommandReason, JointCommand, JointVector, Vector3
+from palpate.core.ports import AppliedCommand, CommandReason, JointCommand, JointVector, Vector3
 
 
 class TipMotion:

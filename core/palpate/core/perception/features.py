@@ -17,7 +17,7 @@ import numpy as np
 from palpate.core.errors import ConfigurationError
 from palpate.core.perception.channels import Array, Matrix, integer, matrix, names, number, require_finite, samples
 from palpate.core.perception.signal import Normalisation
-from palpate.core.ports.kinds import CHANNELS
+from palpate.core.ports import CHANNELS
 
 Samples: TypeAlias = Iterable[Sequence[float]] | Array
 

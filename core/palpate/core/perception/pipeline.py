@@ -12,7 +12,7 @@ from palpate.core.perception.features import FeatureExtractor, PrincipalComponen
 from palpate.core.perception.signal import Normalisation, SignalProcessor
 from palpate.core.perception.state import IdentityState, LastSymbols, StateIdentifier
 from palpate.core.perception.symbols import Clusters, GatedThresholds, RandomPartition, Symboliser, Thresholds
-from palpate.core.ports.kinds import CHANNELS
+from palpate.core.ports import CHANNELS
 
 
 @dataclass(frozen=True)

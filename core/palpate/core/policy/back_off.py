@@ -16,7 +16,7 @@ from typing import Annotated, Any, ClassVar, Self
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy.base import Action, Transition
 from palpate.core.policy.tabular import QLearning, QParameters
-from palpate.core.ports.settings import Range, Settings
+from palpate.core.ports import Range, Settings
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,7 +17,7 @@ import numpy as np
 from typing_extensions import override
 
 from palpate.core.errors import CommandError, ConfigurationError, LifecycleError
-from palpate.core.ports.values import Vector3
+from palpate.core.ports import Vector3
 
 COMPASS_NAMES: Final = ("+x", "+x+y", "+y", "-x+y", "-x", "-x-y", "-y", "+x-y")
 

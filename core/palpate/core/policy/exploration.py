@@ -10,8 +10,7 @@ from typing import ClassVar, Final
 import numpy as np
 from typing_extensions import override
 
-from palpate.core.ports.kinds import Temperature, TemperatureDecay, require_floor
-from palpate.core.ports.settings import Settings
+from palpate.core.ports import Settings, Temperature, TemperatureDecay, require_floor
 
 GREEDY_BELOW: Final = 1e-6
 """Temperature under which exploration is off and a best action is always taken."""

@@ -14,7 +14,7 @@ import numpy as np
 
 from palpate.core.policy.base import Action, Decision, Observation, Transition
 from palpate.core.policy.tabular import QParameters, TabularLearner
-from palpate.core.ports.settings import Range
+from palpate.core.ports import Range
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -23,8 +23,7 @@ from palpate.core.policy.base import (
     drawing_from,
 )
 from palpate.core.policy.exploration import TemperatureSchedule, boltzmann
-from palpate.core.ports.kinds import Discount, HalvingVisits, LearningRate, require_floor
-from palpate.core.ports.settings import Range, Settings
+from palpate.core.ports import Discount, HalvingVisits, LearningRate, Range, Settings, require_floor
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

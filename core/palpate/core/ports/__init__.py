@@ -1,1 +1,5 @@
 """The four ports, the values that cross them, the life cycle of a device, and the rig that bundles them."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar, Final
 from typing_extensions import override
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.ports.settings import Holds, OneOf, Range, Settings, kinds_of, parts_of
+from palpate.core.ports import Holds, OneOf, Range, Settings, kinds_of, parts_of
 
 _FINITE_FORCE: Final = Holds(lambda force_N: True, "a finite number of newtons: nothing runs without a force limit")
 

@@ -9,9 +9,9 @@ from typing import Final
 import numpy as np
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.insertion.config import N_PER_KGF, TaskConfig
-from palpate.core.motion.model import Array, Kinematics
-from palpate.core.ports.values import CONTROL_RATE_HZ
+from palpate.core.insertion import N_PER_KGF, TaskConfig
+from palpate.core.motion import Array, Kinematics
+from palpate.core.ports import CONTROL_RATE_HZ
 from palpate.core.supervision.config import SupervisionConfig
 from palpate.core.supervision.retreat import Retreat
 

@@ -7,9 +7,8 @@ from typing import Final
 
 import numpy as np
 
-from palpate.core.motion.inverse import InverseKinematics
-from palpate.core.motion.model import Kinematics
-from palpate.core.ports.values import JointVector
+from palpate.core.motion import InverseKinematics, Kinematics
+from palpate.core.ports import JointVector
 
 _THERE_M: Final = 1e-5
 

@@ -8,13 +8,12 @@ from operator import sub
 from typing import Final
 
 from palpate.core.errors import CommandError, DeviceError, FaultLatchedError, LifecycleError
-from palpate.core.insertion.config import TaskConfig
-from palpate.core.insertion.expectation import Expectation, Intervention, Supervised, Trip, TripReason
-from palpate.core.motion.model import Kinematics
-from palpate.core.ports.command_limits import CommandLimiter
-from palpate.core.ports.values import (
+from palpate.core.insertion import Expectation, Intervention, Supervised, TaskConfig, Trip, TripReason
+from palpate.core.motion import Kinematics
+from palpate.core.ports import (
     CONTROL_RATE_HZ,
     AppliedCommand,
+    CommandLimiter,
     CommandReason,
     JointCommand,
     JointVector,

@@ -7,9 +7,8 @@ from math import sqrt
 from operator import le, sub
 from typing import Final
 
-from palpate.core.insertion.config import TaskConfig
-from palpate.core.insertion.expectation import Expectation, Trip, TripReason
-from palpate.core.ports.values import CONTROL_RATE_HZ, JointVector, Snapshot, Validity, Vector3
+from palpate.core.insertion import Expectation, TaskConfig, Trip, TripReason
+from palpate.core.ports import CONTROL_RATE_HZ, JointVector, Snapshot, Validity, Vector3
 from palpate.core.supervision.config import SupervisionConfig
 
 _SHORTEST_NS = 1_000_000_000 // CONTROL_RATE_HZ // 2

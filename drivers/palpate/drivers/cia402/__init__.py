@@ -3,3 +3,7 @@
 There is no evidence that any Zebra Zero ever used CANopen; its only public drivers speak another protocol
 over a serial line. This package is for whoever refits such an arm, or has another one with such drives.
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -5,3 +5,7 @@ Sources: *libnmc* is the NMC library of the public ROS 2 port brendandburns/ros2
 module ``agilent/vspin/_nmc.py`` with tests; *Logosol* are the manuals of the compatible LS-231 and LS-173AP drives;
 *data sheet* is that of the PIC-SERVO SC by J. R. Kerr.
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

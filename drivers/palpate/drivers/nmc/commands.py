@@ -6,15 +6,7 @@ import struct
 from math import isfinite
 from typing import Final
 
-from palpate.drivers.nmc.frames import (
-    GROUP_BIT,
-    Code,
-    NmcCommand,
-    StatusItem,
-    StopControl,
-    TrajectoryControl,
-    refused,
-)
+from palpate.drivers.nmc.frames import GROUP_BIT, Code, NmcCommand, StatusItem, StopControl, TrajectoryControl, refused
 
 NOP: Final = NmcCommand(Code.NOP)
 """Asks for the status and nothing else."""

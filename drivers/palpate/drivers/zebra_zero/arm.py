@@ -8,10 +8,7 @@ from typing import Final, NoReturn, Protocol, Self
 
 from palpate.drivers.arm import Applied, AppliedReason, ArmDriver
 from palpate.drivers.errors import DeviceFaultError, DriverError, StateError, WiringError
-from palpate.drivers.nmc.bus import ByteStream, NmcBus
-from palpate.drivers.nmc.commands import NOP
-from palpate.drivers.nmc.frames import NmcCommand
-from palpate.drivers.nmc.startup import Module, start
+from palpate.drivers.nmc import NOP, ByteStream, Module, NmcBus, NmcCommand, start
 from palpate.drivers.zebra_zero.counts import DEVICE, JOINTS, SixCounts, six
 from palpate.drivers.zebra_zero.servos import (
     AXES,

@@ -7,10 +7,21 @@ from collections.abc import Callable, Sequence
 from typing import Final
 
 from palpate.drivers.errors import DriverError, SilentError, WiringError
-from palpate.drivers.nmc.bus import NmcBus
-from palpate.drivers.nmc.commands import (
+from palpate.drivers.nmc import (
     NOP,
+    STICKY_STATUS,
+    Aux,
+    Module,
+    ModuleType,
+    NmcBus,
+    NmcCommand,
+    NmcStatus,
+    Reply,
+    StatusItem,
+    StopControl,
+    TrajectoryControl,
     acceleration_word,
+    attach,
     def_stat,
     load_traj,
     read_stat,
@@ -18,18 +29,6 @@ from palpate.drivers.nmc.commands import (
     stop_motor,
     velocity_word,
 )
-from palpate.drivers.nmc.frames import (
-    STICKY_STATUS,
-    Aux,
-    ModuleType,
-    NmcCommand,
-    NmcStatus,
-    StatusItem,
-    StopControl,
-    TrajectoryControl,
-)
-from palpate.drivers.nmc.replies import Reply
-from palpate.drivers.nmc.startup import Module, attach
 from palpate.drivers.zebra_zero.counts import DEVICE, JOINTS, SixCounts
 from palpate.drivers.zebra_zero.settings import FIRMWARE_WITH_MOVING_TARGETS, Streaming, ZebraZeroSettings
 from palpate.drivers.zebra_zero.states import Fault, FaultKind, fault_in

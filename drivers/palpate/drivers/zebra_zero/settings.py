@@ -11,13 +11,16 @@ from typing import Final
 from palpate.drivers.arm import Applied, clamped, held_back
 from palpate.drivers.bus_budget import BusBudget
 from palpate.drivers.errors import SettingError
-from palpate.drivers.nmc.commands import set_gain, stop_motor
-from palpate.drivers.nmc.frames import NmcCommand, StatusItem, StopControl
-from palpate.drivers.nmc.settings import (
+from palpate.drivers.nmc import (
     BusSettings,
+    NmcCommand,
     SerialTiming,
+    StatusItem,
+    StopControl,
     exchange_size_bytes,
     same_for_all,
+    set_gain,
+    stop_motor,
 )
 from palpate.drivers.zebra_zero.counts import DEVICE, JOINTS, Six, Transmission, six
 

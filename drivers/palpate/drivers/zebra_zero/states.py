@@ -9,10 +9,7 @@ from typing import Final
 from palpate.drivers.arm import Measured
 from palpate.drivers.bus_budget import BusBudget
 from palpate.drivers.errors import DeviceFaultError, StateError
-from palpate.drivers.nmc.frames import Aux, NmcStatus
-from palpate.drivers.nmc.replies import Reply
-from palpate.drivers.nmc.startup import Module
-from palpate.drivers.nmc.statistics import BusStatistics
+from palpate.drivers.nmc import Aux, BusStatistics, Module, NmcStatus, Reply
 from palpate.drivers.zebra_zero.counts import DEVICE, SixCounts
 from palpate.drivers.zebra_zero.settings import Streaming, ZebraZeroSettings
 

@@ -10,10 +10,7 @@ from typing import Final
 
 from palpate.drivers.arm import Applied
 from palpate.drivers.errors import DriverError, GarbledError
-from palpate.drivers.nmc.bus import NmcBus
-from palpate.drivers.nmc.commands import NOP
-from palpate.drivers.nmc.frames import Aux, NmcCommand, NmcStatus
-from palpate.drivers.nmc.replies import Reply
+from palpate.drivers.nmc import NOP, Aux, NmcBus, NmcCommand, NmcStatus, Reply
 from palpate.drivers.zebra_zero.counts import DEVICE, JOINTS, Six, SixCounts, six
 from palpate.drivers.zebra_zero.servos import AXES, Servos
 from palpate.drivers.zebra_zero.settings import ZebraZeroSettings

@@ -1,1 +1,5 @@
 """Grid worlds with ambiguous sensors, and what can be known about them exactly."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -17,7 +17,7 @@ import numpy as np
 from scipy.sparse import csc_array, eye_array
 from scipy.sparse.linalg import MatrixRankWarning, spsolve
 
-from palpate.core.automata.tracker import AutomatonState
+from palpate.core.automata import AutomatonState
 from palpate.core.errors import ConfigurationError, require_whole
 from palpate.core.perception import IdentityState, StateIdentifier
 from palpate.core.policy import boltzmann_probabilities

@@ -11,8 +11,7 @@ from string import ascii_uppercase
 from typing import Final
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.policy import Action
-from palpate.core.policy.base import COMPASS_NAMES
+from palpate.core.policy import COMPASS_NAMES, Action
 
 GOAL: Final = "·"
 WALL: Final = "#"

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from palpate.core.automata.strings import Strings
+from palpate.core.automata import Strings
 from palpate.core.errors import require_whole
-from palpate.core.insertion.trial import Purpose, generator
+from palpate.core.insertion import Purpose, generator
 from palpate.core.perception import IdentityState
 from palpate.core.policy import RandomWalkPolicy
 from palpate.simulation.grid.maps import GridMap, grid_actions

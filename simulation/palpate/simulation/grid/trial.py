@@ -10,10 +10,10 @@ from dataclasses import dataclass
 from typing import Final
 
 from palpate.core.errors import CommandError, ConfigurationError, require_whole
-from palpate.core.insertion.trial import Purpose, generator
+from palpate.core.insertion import Purpose, generator
 from palpate.core.perception import StateIdentifier
 from palpate.core.policy import ActionPenalty, Observation, Policy, Transition
-from palpate.core.ports.values import Vector3
+from palpate.core.ports import Vector3
 from palpate.simulation.grid.maps import GridMap
 
 STEP_LIMIT: Final = 100

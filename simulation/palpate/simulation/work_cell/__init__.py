@@ -1,1 +1,5 @@
 """The MuJoCo model of arm, peg and plate, and its contact geometry."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

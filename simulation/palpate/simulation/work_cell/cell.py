@@ -11,11 +11,9 @@ import numpy as np
 import numpy.typing as npt
 import pinocchio as pin
 
-from palpate.core.insertion.frame import draw_in_disc
-from palpate.core.insertion.trial import Purpose, generator
-from palpate.core.motion.model import Kinematics
-from palpate.core.ports.rig import Truth
-from palpate.core.ports.values import JointVector
+from palpate.core.insertion import Purpose, draw_in_disc, generator
+from palpate.core.motion import Kinematics
+from palpate.core.ports import JointVector, Truth
 from palpate.simulation.work_cell.config import CellConfig
 from palpate.simulation.work_cell.model import PLATE_REACH_M, build_work_cell
 

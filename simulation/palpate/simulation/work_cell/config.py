@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Annotated, ClassVar
 
-from palpate.core.ports.settings import OneOf, Range, Settings
+from palpate.core.ports import OneOf, Range, Settings
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 
-from palpate.core.motion.model import Kinematics
+from palpate.core.motion import Kinematics
 from palpate.simulation.work_cell.config import CellConfig
 from palpate.simulation.work_cell.cross_section import CrossSection
 

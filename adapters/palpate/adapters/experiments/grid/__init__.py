@@ -1,1 +1,5 @@
 """Learning in grid worlds: runs over seeds, their tables, files and pictures."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -6,12 +6,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from palpate.adapters.config.grid import TRIALS, GridLearning
+from palpate.adapters.config import TRIALS, GridLearning
 from palpate.core.errors import require_whole
 from palpate.core.perception import StateIdentifier
 from palpate.core.policy import BackOff, TabularLearner, new_learner
-from palpate.simulation.grid.maps import GridMap, grid_actions
-from palpate.simulation.grid.trial import Walk, run_trial
+from palpate.simulation.grid import GridMap, Walk, grid_actions, run_trial
 
 StateMaker: TypeAlias = Callable[[GridMap], StateIdentifier]
 """Makes the states of a map: each run gets an identifier of its own."""

@@ -17,9 +17,7 @@ from palpate.adapters.experiments.grid.learning import LearningRun
 from palpate.adapters.experiments.grid.worlds import Bounds
 from palpate.adapters.experiments.statistics import mean_with_interval
 from palpate.adapters.experiments.tables import aligned, csv_text
-from palpate.simulation.grid.chain import expected_steps, greedy
-from palpate.simulation.grid.maps import GridMap
-from palpate.simulation.grid.trial import STEP_LIMIT
+from palpate.simulation.grid import STEP_LIMIT, GridMap, expected_steps, greedy
 
 LAST: Final = 100
 """Trials at either end of a run that are averaged."""

@@ -9,16 +9,19 @@ from pathlib import Path
 from typing import Final
 
 from palpate.adapters.experiments.build import NONE, identifier
-from palpate.core.automata.machine import Machine
-from palpate.core.automata.strings import Strings
-from palpate.core.automata.tracker import AutomatonState
+from palpate.core.automata import AutomatonState, Machine, Strings
 from palpate.core.errors import ConfigurationError
 from palpate.core.perception import IdentityState, StateIdentifier
-from palpate.simulation.grid.chain import expected_steps, uniform
-from palpate.simulation.grid.maps import SCENARIOS, GridMap
-from palpate.simulation.grid.optimum import belief_optimum, full_information_optimum
-from palpate.simulation.grid.strings import walk_strings
-from palpate.simulation.grid.trial import STEP_LIMIT
+from palpate.simulation.grid import (
+    SCENARIOS,
+    STEP_LIMIT,
+    GridMap,
+    belief_optimum,
+    expected_steps,
+    full_information_optimum,
+    uniform,
+    walk_strings,
+)
 
 
 def grid_named(name: str, size: int) -> GridMap:
@@ -130,8 +133,7 @@ def inferred(grid: GridMap, seed: int, walks: int, longest: int) -> Followed:
         ConfigurationError: The walks make no set of strings that an automaton can be inferred from.
     """
     # Here, because it loads torch, which nothing else about grids needs.
-    from palpate.core.automata.infer import InferenceSettings, infer
-    from palpate.core.automata.training import TrainingSettings
+    from palpate.core.automata import InferenceSettings, TrainingSettings, infer
 
     strings = walk_strings(grid, walks, seed, longest)
     found = infer(strings, InferenceSettings(training=TrainingSettings(seed=seed)))

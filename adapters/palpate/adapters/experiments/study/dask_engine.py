@@ -17,7 +17,7 @@ from typing_extensions import override
 
 from palpate.adapters.experiments.study.engines import ONE_THREAD, Engine
 from palpate.adapters.experiments.study.run_cell import CellJob, CellOutcome, CellReport, make_cell
-from palpate.adapters.log.provenance import made_with
+from palpate.adapters.log import made_with
 from palpate.core.errors import ConfigurationError, DeviceError, OutputError
 
 _PATIENCE_S: Final = 10.0

@@ -11,8 +11,7 @@ from math import prod
 from pathlib import Path
 from typing import Any, Final
 
-from palpate.adapters.config.run import RunConfig
-from palpate.adapters.config.toml import literal, read_toml
+from palpate.adapters.config import RunConfig, literal, read_toml
 from palpate.adapters.experiments.policies import COMPARATORS
 from palpate.adapters.experiments.study.cell import FORMAT, LEARN, StudyCell
 from palpate.adapters.experiments.study.fields import FILES, configured, leaves, names_file, plain_value

@@ -7,8 +7,7 @@ import os
 from collections.abc import Mapping
 from typing import Any, Final
 
-from palpate.adapters.config.run import RunConfig, scenario
-from palpate.adapters.config.toml import field_value, overlay
+from palpate.adapters.config import RunConfig, field_value, overlay, scenario
 from palpate.core.errors import ConfigurationError
 
 _DEFAULTS: Final = RunConfig()

@@ -13,13 +13,13 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Final
 
-from palpate.adapters.config.toml import read_toml
+from palpate.adapters.config import read_toml
 from palpate.adapters.experiments.results import RunFolder
 from palpate.adapters.experiments.study.cell import CELL_FILE, StudyCell
 from palpate.adapters.experiments.study.document import Study
 from palpate.adapters.experiments.study.fields import first_difference, setting
 from palpate.adapters.experiments.study.run_cell import UNFINISHED
-from palpate.adapters.log.provenance import made_with
+from palpate.adapters.log import made_with
 from palpate.core.errors import ConfigurationError, OutputError
 
 _TOLD: Final = ("scenario", "arm", "seed", "policy", "finished")

@@ -18,7 +18,7 @@ from typing import Any, Final
 
 from threadpoolctl import threadpool_limits
 
-from palpate.adapters.config.run import RunConfig
+from palpate.adapters.config import RunConfig
 from palpate.adapters.experiments.build import open_rig, require_usable
 from palpate.adapters.experiments.evaluation import FIRST_EVALUATION_TRIAL, ChosenPolicy, Recorded, run_policy
 from palpate.adapters.experiments.fitting import configured_perception, fitted_perception, needs_fitting
@@ -30,10 +30,10 @@ from palpate.adapters.experiments.study.cell import CELL_FILE, LEARN, StudyCell
 from palpate.adapters.experiments.study.fields import configured
 from palpate.adapters.experiments.training import Trainer, run_toml
 from palpate.adapters.experiments.trial import ScoredTrial
-from palpate.adapters.log.trial_recorder import LOG_FOLDER, TrialRecorder
+from palpate.adapters.log import LOG_FOLDER, TrialRecorder
 from palpate.core.errors import ConfigurationError, OutputError, PalpateError
 from palpate.core.files import put_folder_in_place
-from palpate.core.insertion.ready_pose import find_ready_pose
+from palpate.core.insertion import find_ready_pose
 
 UNFINISHED: Final = ".unfinished"
 """Folders that end so are cells that were begun."""

@@ -9,13 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 from joblib import Parallel, delayed
 
-from palpate.adapters.config.run import RunConfig
-from palpate.adapters.experiments.build import open_rig
+from palpate.adapters.config import RunConfig
+from palpate.adapters.experiments import open_rig
 from palpate.adapters.fault_injection.campaign.runs import PHASES, Bench, FaultRun
 from palpate.adapters.fault_injection.campaign.variants import Variant, variants
-from palpate.adapters.hardware.real_time.session import RealTimeSession
-from palpate.core.insertion.ready_pose import ReadyPose, find_ready_pose
-from palpate.core.insertion.trial import Phase
+from palpate.adapters.hardware.real_time import RealTimeSession
+from palpate.core.insertion import Phase, ReadyPose, find_ready_pose
 
 
 @dataclass(frozen=True)

@@ -10,30 +10,27 @@ from math import dist
 from pathlib import Path
 from typing import Final
 
-from palpate.adapters.config.run import RunConfig
-from palpate.adapters.experiments.build import build_perception, build_supervisor, build_task
-from palpate.adapters.experiments.policies import comparator
-from palpate.adapters.experiments.trial import score, trial_setup, truth_fields
+from palpate.adapters.config import RunConfig
+from palpate.adapters.experiments import (
+    build_perception,
+    build_supervisor,
+    build_task,
+    comparator,
+    score,
+    trial_setup,
+    truth_fields,
+)
 from palpate.adapters.fault_injection.campaign.variants import Variant
 from palpate.adapters.fault_injection.ports import faulty
 from palpate.adapters.fault_injection.schedule import FaultDelivery
-from palpate.adapters.hardware.real_time.session import RealTimeSession
-from palpate.adapters.log.reader import TrialLog, assemble, sound_messages
-from palpate.adapters.log.records import CallEntry
-from palpate.adapters.log.trial_recorder import TrialRecorder
-from palpate.adapters.log.writer_client import MemorySink
+from palpate.adapters.hardware.real_time import RealTimeSession
+from palpate.adapters.log import CallEntry, MemorySink, TrialLog, TrialRecorder, assemble, sound_messages
 from palpate.core.control_loop import run_trial
 from palpate.core.errors import LogError, PalpateError
-from palpate.core.insertion.ready_pose import ReadyPose
-from palpate.core.insertion.task import InsertionTask
-from palpate.core.insertion.trial import Outcome, Phase, TrialReport
-from palpate.core.motion.arm import arm_named
-from palpate.core.motion.model import Kinematics, ToolGeometry
-from palpate.core.ports.decorator import SensorDecorator
-from palpate.core.ports.devices import ForceSensor
-from palpate.core.ports.rig import Rig
-from palpate.core.ports.values import Validity, Vector3, WrenchSample
-from palpate.core.supervision.supervisor import Supervisor
+from palpate.core.insertion import InsertionTask, Outcome, Phase, ReadyPose, TrialReport
+from palpate.core.motion import Kinematics, ToolGeometry, arm_named
+from palpate.core.ports import ForceSensor, Rig, SensorDecorator, Validity, Vector3, WrenchSample
+from palpate.core.supervision import Supervisor
 
 PHASES: Final = (Phase.TRANSFER, Phase.SETTLE, Phase.APPROACH, Phase.EXPLORE, Phase.INSERT)
 """Phases that take time in every trial, and so can have a fault in them."""

@@ -6,7 +6,7 @@ import dataclasses
 from collections.abc import Sequence
 from typing import Final
 
-from palpate.adapters.experiments.tables import aligned, csv_text
+from palpate.adapters.experiments import aligned, csv_text
 from palpate.adapters.fault_injection.campaign.runs import Class, FaultRun
 
 _SHOWN: Final = (Class.TOLERABLE, Class.DETECTED, Class.UNOBSERVABLE, Class.FAILED)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any, Final
 
 from palpate.adapters.fault_injection.plan import FaultPlan
-from palpate.core.supervision.config import SupervisionConfig
+from palpate.core.supervision import SupervisionConfig
 
 _LATE: Final = 3
 """Ticks that a stop may take after the first sign."""

@@ -6,13 +6,8 @@ from typing import Final
 
 from palpate.adapters.hardware.doctor.findings import Notebook
 from palpate.adapters.hardware.doctor.pace import IntervalSpread, at_rate, rate_Hz, spread_of
-from palpate.core.ports.devices import Clock
-from palpate.core.ports.values import CONTROL_RATE_HZ
-from palpate.drivers.cia402.arm import Cia402Arm, DrivesMeasured
-from palpate.drivers.cia402.mailbox import ArmStatistics
-from palpate.drivers.cia402.object_dictionary import DriveState
-from palpate.drivers.cia402.settings import bits_per_cycle
-from palpate.drivers.cia402.watch import outside
+from palpate.core.ports import CONTROL_RATE_HZ, Clock
+from palpate.drivers.cia402 import ArmStatistics, Cia402Arm, DrivesMeasured, DriveState, bits_per_cycle, outside
 
 _CABLE: Final = "check the bus: 60 ohm between CAN_H and CAN_L with the power off, shield, one bit rate for all nodes"
 _MISSED_SHARE: Final = 0.01

@@ -7,7 +7,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import TypeVar
 
-from palpate.adapters.config.rig import DeviceEntry, RigFile
+from palpate.adapters.config import DeviceEntry, RigFile
 from palpate.adapters.hardware.arm_on_bus import BusArm
 from palpate.adapters.hardware.doctor.cia402 import examine_cia402
 from palpate.adapters.hardware.doctor.findings import FindingsSection, Notebook, driver_error
@@ -21,11 +21,11 @@ from palpate.adapters.hardware.doctor.zebra import examine_zebra, tell_modules
 from palpate.adapters.hardware.jr3 import Jr3ForceSensor
 from palpate.adapters.hardware.plugins import ArmAdapter, RigContext, arm_maker, force_sensor_maker
 from palpate.core.errors import ConfigurationError
-from palpate.core.ports.devices import ForceSensor
-from palpate.drivers.cia402.arm import Cia402Arm
+from palpate.core.ports import ForceSensor
+from palpate.drivers.cia402 import Cia402Arm
 from palpate.drivers.errors import DriverError, GarbledError, WiringError
-from palpate.drivers.jr3.messages import LEFT_HANDED
-from palpate.drivers.zebra_zero.arm import ZebraZero
+from palpate.drivers.jr3 import LEFT_HANDED
+from palpate.drivers.zebra_zero import ZebraZero
 
 T = TypeVar("T")
 

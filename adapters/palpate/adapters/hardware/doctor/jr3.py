@@ -9,11 +9,8 @@ from palpate.adapters.hardware.doctor.pace import distances, rate_Hz, spread_of
 from palpate.adapters.hardware.doctor.ports import WrenchReading, examine_wrench
 from palpate.adapters.hardware.jr3 import Jr3ForceSensor
 from palpate.core.errors import DeviceError
-from palpate.core.ports.devices import Clock
-from palpate.core.ports.values import CONTROL_RATE_HZ
-from palpate.drivers.jr3.device import Jr3
-from palpate.drivers.jr3.health import Jr3Statistics
-from palpate.drivers.jr3.transport import CAN_TIMING, UART_TIMING
+from palpate.core.ports import CONTROL_RATE_HZ, Clock
+from palpate.drivers.jr3 import CAN_TIMING, UART_TIMING, Jr3, Jr3Statistics
 
 _POLL_NS: Final = 1_000_000
 _CLUMPED_MS: Final = 3.0

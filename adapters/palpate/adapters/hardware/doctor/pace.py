@@ -9,7 +9,7 @@ from statistics import median
 from typing import Final
 
 from palpate.adapters.hardware.doctor.findings import Notebook
-from palpate.core.ports.devices import Clock
+from palpate.core.ports import Clock
 
 _NAPS: Final = 100
 _NAP_NS: Final = 3_000_000

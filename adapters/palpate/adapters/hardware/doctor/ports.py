@@ -11,11 +11,14 @@ from typing import Final, TypeVar
 from palpate.adapters.hardware.doctor.findings import Notebook
 from palpate.adapters.hardware.doctor.pace import distances, rate_Hz, spread_of
 from palpate.core.errors import DeviceError
-from palpate.core.ports.devices import ArmCommand, Clock, ForceSensor, JointEncoder
-from palpate.core.ports.values import (
+from palpate.core.ports import (
     CONTROL_RATE_HZ,
+    ArmCommand,
+    Clock,
     CommandReason,
+    ForceSensor,
     JointCommand,
+    JointEncoder,
     JointSample,
     JointVector,
     Validity,

@@ -9,7 +9,7 @@ from statistics import fmean
 from typing import Final, Protocol
 
 from palpate.adapters.hardware.doctor.findings import Notebook
-from palpate.core.ports.devices import Clock, ForceSensor
+from palpate.core.ports import Clock, ForceSensor
 
 PUSH_N: Final = 3.0
 """Change of force that counts as a push."""

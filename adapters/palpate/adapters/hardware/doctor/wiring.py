@@ -6,14 +6,14 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
-from palpate.adapters.config.rig import DeviceEntry
+from palpate.adapters.config import DeviceEntry
 from palpate.adapters.hardware.cia402 import cia402_table
 from palpate.adapters.hardware.doctor.findings import Notebook
 from palpate.adapters.hardware.jr3 import jr3_can_table, jr3_uart_table
 from palpate.adapters.hardware.zebra_zero import zebra_table
-from palpate.core.ports.values import CONTROL_RATE_HZ
+from palpate.core.ports import CONTROL_RATE_HZ
 from palpate.drivers.can_identifiers import HIGHEST_NODE, collisions
-from palpate.drivers.cia402.settings import HIGHEST_LOAD, bits_per_cycle, frame_bits
+from palpate.drivers.cia402 import HIGHEST_LOAD, bits_per_cycle, frame_bits
 
 
 @dataclass(frozen=True)

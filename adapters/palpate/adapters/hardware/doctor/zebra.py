@@ -6,13 +6,9 @@ from typing import Final
 
 from palpate.adapters.hardware.doctor.findings import Notebook
 from palpate.adapters.hardware.doctor.pace import IntervalSpread, at_rate, rate_Hz, spread_of
-from palpate.core.ports.devices import Clock
-from palpate.core.ports.values import CONTROL_RATE_HZ
-from palpate.drivers.nmc.frames import Aux, NmcStatus
-from palpate.drivers.nmc.replies import Reply
-from palpate.drivers.nmc.statistics import BusStatistics
-from palpate.drivers.zebra_zero.arm import ZebraZero
-from palpate.drivers.zebra_zero.states import Fault, FaultKind, ZebraMeasured, fault_in
+from palpate.core.ports import CONTROL_RATE_HZ, Clock
+from palpate.drivers.nmc import Aux, BusStatistics, NmcStatus, Reply
+from palpate.drivers.zebra_zero import Fault, FaultKind, ZebraMeasured, ZebraZero, fault_in
 
 _CABLE: Final = "check cable, termination and ground, and that no other program talks on this bus; or lower the baud"
 _LOST_SHARE: Final = 0.001

@@ -8,7 +8,7 @@ from typing import Final, Self, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from palpate.adapters.config.real_time import RealTimeConfig
+from palpate.adapters.config import RealTimeConfig
 from palpate.adapters.hardware.real_time.attribution import Attribution
 
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from types import TracebackType
 from typing import Final, Self
 
-from palpate.adapters.config.real_time import FROZEN, OFF, RealTimeConfig
+from palpate.adapters.config import FROZEN, OFF, RealTimeConfig
 from palpate.adapters.hardware.real_time.kernel import Kernel
 
 # How long the loop waits before it asks another thread for the interpreter; by default Python waits 5 ms.

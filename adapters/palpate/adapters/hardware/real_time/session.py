@@ -6,16 +6,13 @@ from contextlib import AbstractContextManager
 from types import TracebackType
 from typing import Self
 
-from palpate.adapters.config.real_time import RealTimeConfig
-from palpate.adapters.hardware.real_time import (
-    Limits,
-    RealTime,
-    Stopwatch,
-    ThreadAccount,
-    plain,
-    table,
-)
-from palpate.adapters.log.file import dump_json
+from palpate.adapters.config import RealTimeConfig
+from palpate.adapters.hardware.real_time.attribution import ThreadAccount
+from palpate.adapters.hardware.real_time.lateness import Limits
+from palpate.adapters.hardware.real_time.real_time import RealTime
+from palpate.adapters.hardware.real_time.report import plain, table
+from palpate.adapters.hardware.real_time.stopwatch import Stopwatch
+from palpate.adapters.log import dump_json
 from palpate.core.control_loop import LoopObserver
 
 

@@ -7,21 +7,6 @@ may come from a signal handler.
 They read the clock from other threads and from signal handlers.
 """
 
-from palpate.adapters.hardware.watchdogs.arm import GuardedArm, WatchedArm
-from palpate.adapters.hardware.watchdogs.operator_stop import OperatorSources, OperatorStop
-from palpate.adapters.hardware.watchdogs.process import ProcessWatchdog, WatchedClock
-from palpate.adapters.hardware.watchdogs.sensors import WatchedForceSensor, WatchedJointEncoder
-from palpate.adapters.hardware.watchdogs.trip import Latching, WatchdogTrip
+import lazy_loader
 
-__all__ = [
-    "GuardedArm",
-    "Latching",
-    "OperatorSources",
-    "OperatorStop",
-    "ProcessWatchdog",
-    "WatchdogTrip",
-    "WatchedArm",
-    "WatchedClock",
-    "WatchedForceSensor",
-    "WatchedJointEncoder",
-]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -11,10 +11,7 @@ from typing_extensions import override
 
 from palpate.adapters.hardware.watchdogs.trip import Latch, Latching, TellTrip, WatchdogTrip, stop_surely, tell_surely
 from palpate.core.errors import ConfigurationError, FaultLatchedError, LifecycleError
-from palpate.core.ports.decorator import DeviceDecorator
-from palpate.core.ports.devices import ArmCommand, Clock
-from palpate.core.ports.lifecycle import Life
-from palpate.core.ports.values import AppliedCommand, CommandReason, JointCommand
+from palpate.core.ports import AppliedCommand, ArmCommand, Clock, CommandReason, DeviceDecorator, JointCommand, Life
 
 _JOIN_S: Final = 5.0
 _NS: Final = 1_000_000_000

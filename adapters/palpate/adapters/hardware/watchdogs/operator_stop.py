@@ -17,7 +17,7 @@ from typing_extensions import override
 from palpate.adapters.hardware.watchdogs.sources import FileSource, KeySource, SocketSource, StopSignal, StopSource
 from palpate.adapters.hardware.watchdogs.trip import Latch, Latching, TellTrip, WatchdogTrip, stop_surely, tell_surely
 from palpate.core.errors import LifecycleError, require_in
-from palpate.core.ports.devices import ArmCommand, Clock
+from palpate.core.ports import ArmCommand, Clock
 
 _JOIN_S: Final = 5.0
 _WAKE: Final = b"\0"

@@ -18,7 +18,7 @@ from typing_extensions import override
 from palpate.adapters.hardware.watchdogs.process_main import ACKNOWLEDGED, FED, QUIT, READY, RESTING, TRIPPED
 from palpate.adapters.hardware.watchdogs.trip import Latch, Latching, TellTrip, WatchdogTrip, stop_surely, tell_surely
 from palpate.core.errors import ConfigurationError, LifecycleError, require_in
-from palpate.core.ports.devices import ArmCommand, Clock
+from palpate.core.ports import ArmCommand, Clock
 
 
 class Fed(Protocol):

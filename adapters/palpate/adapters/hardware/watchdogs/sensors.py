@@ -10,9 +10,17 @@ from typing_extensions import override
 
 from palpate.adapters.hardware.watchdogs.trip import TellTrip, WatchdogTrip, tell_surely
 from palpate.core.errors import ConfigurationError, DeviceError
-from palpate.core.ports.decorator import DeviceDecorator, SampleT
-from palpate.core.ports.devices import Clock, Device, ForceSensor, JointEncoder
-from palpate.core.ports.values import JointSample, Validity, WrenchSample
+from palpate.core.ports import (
+    Clock,
+    Device,
+    DeviceDecorator,
+    ForceSensor,
+    JointEncoder,
+    JointSample,
+    SampleT,
+    Validity,
+    WrenchSample,
+)
 
 
 class _WatchedSensor(DeviceDecorator, Generic[SampleT]):

@@ -8,7 +8,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Final, Protocol, TypeAlias
 
-from palpate.core.ports.devices import ArmCommand
+from palpate.core.ports import ArmCommand
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,1 +1,5 @@
 """A recorded trial as a film or a sheet of pictures."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

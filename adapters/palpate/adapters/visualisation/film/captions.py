@@ -10,9 +10,8 @@ from typing import Final
 
 from PIL import Image, ImageDraw, ImageFont
 
-from palpate.adapters.log.reader import TrialLog
-from palpate.adapters.mujoco.arrows import ACTION, FORCE
-from palpate.adapters.mujoco.scene import Moment
+from palpate.adapters.log import TrialLog
+from palpate.adapters.mujoco import ACTION, FORCE, Moment
 from palpate.adapters.visualisation.film.course import Course
 
 LINES: Final = 24

@@ -10,13 +10,11 @@ from typing import Final
 
 import numpy as np
 
-from palpate.adapters.log.reader import TrialLog
-from palpate.adapters.log.records import DecisionEntry
-from palpate.adapters.log.series import tare_of
-from palpate.adapters.mujoco.scene import Moment
+from palpate.adapters.log import DecisionEntry, TrialLog, tare_of
+from palpate.adapters.mujoco import Moment
 from palpate.core.errors import ConfigurationError, LogError, require_in
-from palpate.core.insertion.trial import Phase
-from palpate.core.ports.values import JointVector, Validity
+from palpate.core.insertion import Phase
+from palpate.core.ports import JointVector, Validity
 
 _NS: Final = 1_000_000_000
 FORCE_TICKS: Final = 5

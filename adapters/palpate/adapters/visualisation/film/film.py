@@ -11,7 +11,7 @@ from typing import Any, Final
 
 from PIL import Image
 
-from palpate.adapters.mujoco.arrows import ACTION, FORCE
+from palpate.adapters.mujoco import ACTION, FORCE
 from palpate.adapters.visualisation.film.captions import font_px, line_px, write_title
 from palpate.core.errors import UsageError
 

@@ -8,10 +8,20 @@ from typing import Final
 import numpy as np
 from PIL import Image, ImageDraw
 
-from palpate.adapters.log.reader import TrialLog
-from palpate.adapters.mujoco.arrows import ACTION, FORCE, arrow_pixels, draw_arrow, metres_per_N, reference_N
-from palpate.adapters.mujoco.scene import DrawnCell, Moment, Stage
-from palpate.adapters.mujoco.views import Array, View
+from palpate.adapters.log import TrialLog
+from palpate.adapters.mujoco import (
+    ACTION,
+    FORCE,
+    Array,
+    DrawnCell,
+    Moment,
+    Stage,
+    View,
+    arrow_pixels,
+    draw_arrow,
+    metres_per_N,
+    reference_N,
+)
 from palpate.adapters.visualisation.film import captions
 from palpate.adapters.visualisation.film.course import Course
 from palpate.core.policy import compass_actions

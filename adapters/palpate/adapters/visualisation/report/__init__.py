@@ -1,1 +1,5 @@
 """One page about a run or a study: its pictures, its tables, and what they were made of; see :func:`.build.page_of`."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -6,9 +6,7 @@ from typing import Final
 
 from palpate.adapters.visualisation.automaton import machine_picture
 from palpate.adapters.visualisation.report.page import PageSection, PageTable, Picture, counted
-from palpate.core.automata.machine import Kind, Machine
-from palpate.core.automata.texts import shown_name
-from palpate.core.automata.tracker import AutomatonState
+from palpate.core.automata import AutomatonState, Kind, Machine, shown_name
 from palpate.core.errors import ConfigurationError
 from palpate.core.perception import stage_from_dict
 from palpate.core.policy import PolicyDocument

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from palpate.adapters.experiments.statistics import shown_interval
-from palpate.adapters.log.trial_recorder import LOG_FOLDER
+from palpate.adapters.experiments import shown_interval
+from palpate.adapters.log import LOG_FOLDER
 from palpate.adapters.visualisation.report.canvas import COLOURS, drawn
 from palpate.adapters.visualisation.report.files import is_there, number, read_json, read_run_toml, read_table
 from palpate.adapters.visualisation.report.logs import logs_in

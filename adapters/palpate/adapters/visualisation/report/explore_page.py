@@ -21,7 +21,7 @@ from palpate.adapters.visualisation.report.policy_pictures import arrows_picture
 from palpate.adapters.visualisation.report.run_source import policy_in
 from palpate.core.errors import OutputError
 from palpate.core.policy import PolicyDocument
-from palpate.simulation.grid.maps import GOAL, WALL
+from palpate.simulation.grid import GOAL, WALL
 
 _SHADES = ("#d6e6f2", "#fae3d3", "#d8efe5", "#efdcea", "#f7ecd0", "#dceef8", "#e8e8d4", "#e6e6e6")
 

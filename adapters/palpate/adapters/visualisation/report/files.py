@@ -11,7 +11,7 @@ from math import isfinite
 from pathlib import Path
 from typing import Any, Final
 
-from palpate.adapters.experiments.results import RunFolder, TrialRow
+from palpate.adapters.experiments import RunFolder, TrialRow
 from palpate.core.errors import OutputError
 
 _PNG_BEGIN: Final = b"\x89PNG\r\n\x1a\n"

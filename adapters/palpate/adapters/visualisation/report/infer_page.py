@@ -8,8 +8,7 @@ from typing import Any
 from palpate.adapters.visualisation.report.automaton_section import automaton_section
 from palpate.adapters.visualisation.report.files import is_there, read_json, read_png
 from palpate.adapters.visualisation.report.page import Page, PageSection, PageTable, Picture
-from palpate.core.automata.document import load
-from palpate.core.automata.texts import shown_name
+from palpate.core.automata import load, shown_name
 from palpate.core.errors import OutputError
 
 _COLUMNS = ("q", "raw_states", "states", "wrong", "agreement", "loss")

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from palpate.adapters.experiments.statistics import WINDOW, Array, moving_average, t_half_width
+from palpate.adapters.experiments import WINDOW, Array, moving_average, t_half_width
 from palpate.adapters.visualisation.report.canvas import COLOURS, GREY, LINES, drawn, legend_above
 from palpate.adapters.visualisation.report.page import Picture, counted, share
 

@@ -12,16 +12,12 @@ from typing import Any, Final
 import numpy as np
 from mcap.writer import MCAP0_MAGIC
 
-from palpate.adapters.experiments.statistics import Array
-from palpate.adapters.log.file import json_in
-from palpate.adapters.log.info import LATE_S, NS
-from palpate.adapters.log.reader import TrialLog, read_log
-from palpate.adapters.log.series import Series, series_of
-from palpate.adapters.log.trial_recorder import LOG_FOLDER
+from palpate.adapters.experiments import Array
+from palpate.adapters.log import LATE_S, LOG_FOLDER, NS, Series, TrialLog, json_in, read_log, series_of
 from palpate.adapters.visualisation.report.canvas import COLOURS, GREY, drawn
 from palpate.adapters.visualisation.report.page import PageSection, PageTable, Picture, counted
 from palpate.core.errors import LogError
-from palpate.core.ports.values import CONTROL_RATE_HZ
+from palpate.core.ports import CONTROL_RATE_HZ
 
 _TORN: Final = "ends in the middle, so it is torn or still being written"
 _REMEDY: Final = "palpate log recover writes a sound one (then move this one away), or leave logs out with --no-logs"

@@ -5,9 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-from palpate.core.policy import PolicyDocument
-from palpate.core.policy.base import LEARNED
-from palpate.core.policy.entries import TableRow
+from palpate.core.policy import LEARNED, PolicyDocument, TableRow
 
 _SIGNS: Final = {"-": -1, "0": 0, "+": 1}
 _ROW: Final = 6

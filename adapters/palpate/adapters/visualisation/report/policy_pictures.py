@@ -11,9 +11,7 @@ import numpy as np
 from palpate.adapters.visualisation.report.canvas import WIDTH_IN, drawn, file_name
 from palpate.adapters.visualisation.report.page import Picture, counted
 from palpate.adapters.visualisation.report.policy_layout import Block, blocks_of, telling
-from palpate.core.policy import PolicyDocument
-from palpate.core.policy.base import LEARNED
-from palpate.core.policy.entries import TableRow
+from palpate.core.policy import LEARNED, PolicyDocument, TableRow
 
 MOST_STATES: Final = 48
 """States that are drawn; of more, those that were learned from most often."""

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from palpate.adapters.experiments.results import TrialRow
-from palpate.adapters.experiments.statistics import shown_interval, summary_of
-from palpate.adapters.log.reader import TrialLog
+from palpate.adapters.experiments import TrialRow, shown_interval, summary_of
+from palpate.adapters.log import TrialLog
 from palpate.adapters.visualisation.report.automaton_section import automaton_section, machine_in
 from palpate.adapters.visualisation.report.files import is_there, read_text
 from palpate.adapters.visualisation.report.learning_pictures import learning_picture, window_of

@@ -7,7 +7,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Final
 
-from palpate.adapters.experiments.results import TrialRow
+from palpate.adapters.experiments import TrialRow
 from palpate.adapters.visualisation.report.files import is_there, read_json, read_run_toml, read_trials
 from palpate.adapters.visualisation.report.learning_pictures import LearningCurve
 from palpate.core.errors import OutputError

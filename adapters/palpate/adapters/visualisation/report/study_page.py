@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, Final
 
-from palpate.adapters.experiments.statistics import mean_with_interval, shown_interval, wilson_interval
+from palpate.adapters.experiments import mean_with_interval, shown_interval, wilson_interval
 from palpate.adapters.visualisation.report.automaton_section import automaton_section, machine_in
 from palpate.adapters.visualisation.report.learning_pictures import Axes, ReferenceLevel, learning_picture, window_of
 from palpate.adapters.visualisation.report.logs import logs_in
@@ -31,7 +31,7 @@ from palpate.adapters.visualisation.report.study_source import (
     shown_value,
 )
 from palpate.adapters.visualisation.report.sweep_pictures import Point, SweepSeries, sweep_picture
-from palpate.core.automata.machine import Machine
+from palpate.core.automata import Machine
 
 MOST_SETTINGS: Final = 12
 """Choices of settings with pictures of their own; all are in the tables."""
@@ -190,7 +190,7 @@ def titled(picture: Picture, title: str) -> Picture:
 
 def _highest(study: StudySource) -> float:
     """A limit for all curves alike: where no moving average goes beyond."""
-    from palpate.adapters.experiments.statistics import moving_average
+    from palpate.adapters.experiments import moving_average
 
     highest = 0.0
     for cell in study.cells:

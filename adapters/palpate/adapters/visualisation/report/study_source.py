@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
-from palpate.adapters.experiments.study.document import Study
+from palpate.adapters.experiments.study import Study
 from palpate.adapters.visualisation.report.files import is_there, read_json
 from palpate.adapters.visualisation.report.run_source import RunSource
 from palpate.core.errors import ConfigurationError, OutputError

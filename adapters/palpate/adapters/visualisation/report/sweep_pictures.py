@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from palpate.adapters.experiments.statistics import mean_with_interval, wilson_interval
+from palpate.adapters.experiments import mean_with_interval, wilson_interval
 from palpate.adapters.visualisation.report.canvas import COLOURS, LINES, drawn, file_name, legend_above
 from palpate.adapters.visualisation.report.page import Picture, share
 from palpate.adapters.visualisation.report.study_source import is_number, shown_value

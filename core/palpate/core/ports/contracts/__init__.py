@@ -12,28 +12,6 @@ knobs by which a test acts on the world behind it::
 pytest runs such a class as it is. Without pytest, :func:`run_clauses` does.
 """
 
-from palpate.core.ports.contracts.arm_command import ArmCommandContract
-from palpate.core.ports.contracts.clock import ClockContract
-from palpate.core.ports.contracts.force_sensor import ForceSensorContract
-from palpate.core.ports.contracts.joint_encoder import JointEncoderContract
-from palpate.core.ports.contracts.rigs import ArmCommandRig, ClockRig, ForceSensorRig, JointEncoderRig
-from palpate.core.ports.contracts.running import Clause, ClauseOutcome, ClauseResult, clauses, run_clauses
-from palpate.core.ports.contracts.violations import ClauseNotApplicable, ContractViolation
+import lazy_loader
 
-__all__ = [
-    "ArmCommandContract",
-    "ArmCommandRig",
-    "Clause",
-    "ClauseNotApplicable",
-    "ClauseOutcome",
-    "ClauseResult",
-    "ClockContract",
-    "ClockRig",
-    "ContractViolation",
-    "ForceSensorContract",
-    "ForceSensorRig",
-    "JointEncoderContract",
-    "JointEncoderRig",
-    "clauses",
-    "run_clauses",
-]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

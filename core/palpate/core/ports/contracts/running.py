@@ -5,6 +5,7 @@ from __future__ import annotations
 import enum
 from dataclasses import dataclass
 
+from palpate.core.errors import ConfigurationError
 from palpate.core.ports.contracts.violations import ClauseNotApplicable, ContractViolation
 
 
@@ -53,7 +54,16 @@ def clauses(suite_class: type) -> tuple[Clause, ...]:
 
 
 def run_clauses(suite: object) -> list[ClauseResult]:
-    """Try every clause of a suite; each makes its own rig."""
+    """Try every clause of a suite; each makes its own rig.
+
+    Args:
+        suite: An instance of a contract suite.
+
+    Raises:
+        ConfigurationError: It has no clauses, so that nothing would be tried: the class instead of an instance, say.
+    """
+    if not clauses(type(suite)):
+        raise ConfigurationError("suite", suite, "an instance of a contract suite, such as MyClockContract()")
     return [_run(suite, clause) for clause in clauses(type(suite))]
 
 

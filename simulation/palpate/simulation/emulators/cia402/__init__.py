@@ -1,1 +1,5 @@
 """CiA 402 drives, seen from the wire."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -18,7 +18,7 @@ from typing_extensions import override
 from palpate.simulation.emulators.cia402 import objects as od
 from palpate.simulation.emulators.cia402.objects import answer
 from palpate.simulation.emulators.cia402.servo import POWERED, DrivenMotors, DriveServo, PowerMachine, PowerState
-from palpate.simulation.emulators.lines.can_bus import BusFrame, CanNode
+from palpate.simulation.emulators.lines import BusFrame, CanNode
 
 EMCY_FOLLOWING_ERROR: Final = 0x8611
 EMCY_HEARTBEAT_LOST: Final = 0x8130

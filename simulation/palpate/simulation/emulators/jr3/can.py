@@ -10,7 +10,7 @@ import numpy as np
 
 from palpate.simulation.emulators.jr3.node import Jr3Node, Notice, Sample, WrenchSource
 from palpate.simulation.emulators.jr3.sensor import Jr3Config
-from palpate.simulation.emulators.lines.can_bus import BusFrame
+from palpate.simulation.emulators.lines import BusFrame
 
 POLL_ns = 1_000_000
 """Pause of the main loop, which looks for SYNC and commands in between. FACT: jr3-mbed-firmware-can main.cpp."""

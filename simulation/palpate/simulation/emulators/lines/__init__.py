@@ -1,1 +1,5 @@
 """Pseudo-terminals, slcan adapters and virtual CAN, with line timing and fault knobs."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

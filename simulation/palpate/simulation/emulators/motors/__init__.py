@@ -1,1 +1,5 @@
 """Motors under the emulated drives: of the simulated cell, or direct."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from palpate.core.ports.values import JointVector
+from palpate.core.ports import JointVector
 
 AXES: Final = 6
 HOME_RAD: Final[JointVector] = (0.0, pi / 2, -pi / 2, 0.0, -pi / 2, 0.0)

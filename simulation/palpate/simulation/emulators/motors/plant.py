@@ -8,7 +8,7 @@ from typing import Final, Protocol
 
 from typing_extensions import override
 
-from palpate.core.ports.values import JointVector
+from palpate.core.ports import JointVector
 from palpate.simulation.emulators.motors.gears import AXES, HOME_RAD, ArmGears
 
 _S_PER_NS: Final = 1e-9

@@ -1,1 +1,5 @@
 """The NMC bus and its servo modules, seen from the wire."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

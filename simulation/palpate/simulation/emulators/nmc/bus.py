@@ -6,8 +6,7 @@ from collections.abc import Sequence
 from functools import reduce
 from itertools import zip_longest
 
-from palpate.simulation.emulators.motors.gears import AXES
-from palpate.simulation.emulators.motors.plant import Plant
+from palpate.simulation.emulators.motors import AXES, Plant
 from palpate.simulation.emulators.nmc.frames import TICK_NS, CommandCode, Frame, FrameParser
 from palpate.simulation.emulators.nmc.module import NmcModule
 from palpate.simulation.emulators.nmc.settings import ModuleSettings

@@ -5,7 +5,7 @@ from __future__ import annotations
 import struct
 from typing import Final
 
-from palpate.simulation.emulators.motors.plant import Plant
+from palpate.simulation.emulators.motors import Plant
 from palpate.simulation.emulators.nmc.frames import (
     POWER_UP_BAUD,
     Auxiliary,

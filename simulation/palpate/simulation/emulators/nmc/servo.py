@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-from palpate.simulation.emulators.motors.plant import Plant
+from palpate.simulation.emulators.motors import Plant
 from palpate.simulation.emulators.nmc.frames import HomingBits, Load, Output, StopMotorBits
 from palpate.simulation.emulators.nmc.motion import PathBuffer, Profile
 from palpate.simulation.emulators.nmc.settings import GainParameters, ModuleSettings

@@ -1,0 +1,15 @@
+from .learning import LearningRun as LearningRun
+from .learning import StateMaker as StateMaker
+from .learning import learn as learn
+from .report import Panel as Panel
+from .report import Score as Score
+from .report import learning_figure as learning_figure
+from .report import score_table as score_table
+from .report import summary as summary
+from .report import trials_csv as trials_csv
+from .worlds import SYMBOLS as SYMBOLS
+from .worlds import Followed as Followed
+from .worlds import Named as Named
+from .worlds import bounds_of as bounds_of
+from .worlds import grid_named as grid_named
+from .worlds import inferred as inferred

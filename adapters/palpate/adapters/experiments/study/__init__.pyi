@@ -1,0 +1,13 @@
+from .cell import StudyCell as StudyCell
+from .check import require_possible as require_possible
+from .dask_engine import Dask as Dask
+from .document import MOST_CELLS as MOST_CELLS
+from .document import Study as Study
+from .engines import Engine as Engine
+from .engines import Processes as Processes
+from .engines import Sequential as Sequential
+from .folder import StudyFolder as StudyFolder
+from .run_cell import CellJob as CellJob
+from .run_cell import CellOutcome as CellOutcome
+from .run_cell import CellReport as CellReport
+from .run_cell import digest_of as digest_of

@@ -1,0 +1,10 @@
+from .arm import GuardedArm as GuardedArm
+from .arm import WatchedArm as WatchedArm
+from .operator_stop import OperatorSources as OperatorSources
+from .operator_stop import OperatorStop as OperatorStop
+from .process import ProcessWatchdog as ProcessWatchdog
+from .process import WatchedClock as WatchedClock
+from .sensors import WatchedForceSensor as WatchedForceSensor
+from .sensors import WatchedJointEncoder as WatchedJointEncoder
+from .trip import Latching as Latching
+from .trip import WatchdogTrip as WatchdogTrip

@@ -1,0 +1,14 @@
+from .arrows import ACTION as ACTION
+from .arrows import FORCE as FORCE
+from .arrows import arrow_pixels as arrow_pixels
+from .arrows import draw_arrow as draw_arrow
+from .arrows import metres_per_N as metres_per_N
+from .arrows import reference_N as reference_N
+from .rig import SimulatedRig as SimulatedRig
+from .scene import DrawnCell as DrawnCell
+from .scene import Moment as Moment
+from .scene import Stage as Stage
+from .views import CAMERAS as CAMERAS
+from .views import Array as Array
+from .views import View as View
+from .views import close_up as close_up

@@ -1,0 +1,10 @@
+from .batch import WhatIf as WhatIf
+from .batch import exit_code as exit_code
+from .batch import explanation as explanation
+from .batch import find_logs as find_logs
+from .batch import learning_problems as learning_problems
+from .batch import replay_files as replay_files
+from .engine import Replay as Replay
+from .engine import Verdict as Verdict
+from .rebuild import Changes as Changes
+from .rebuild import parse_setting as parse_setting

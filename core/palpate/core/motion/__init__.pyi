@@ -1,0 +1,13 @@
+from .arm import ArmDescription as ArmDescription
+from .arm import arm_named as arm_named
+from .inverse import InverseKinematics as InverseKinematics
+from .laws import ControlLaw as ControlLaw
+from .laws import DampingControl as DampingControl
+from .laws import ForceControl as ForceControl
+from .laws import HybridControl as HybridControl
+from .laws import PositionControl as PositionControl
+from .model import Array as Array
+from .model import Kinematics as Kinematics
+from .model import ToolGeometry as ToolGeometry
+from .model import wrench_about as wrench_about
+from .tip_motion import TipMotion as TipMotion

@@ -1,0 +1,17 @@
+from .arm_command import ArmCommandContract as ArmCommandContract
+from .clock import ClockContract as ClockContract
+from .fakes import TICK_NS as TICK_NS
+from .fakes import FakeClock as FakeClock
+from .force_sensor import ForceSensorContract as ForceSensorContract
+from .joint_encoder import JointEncoderContract as JointEncoderContract
+from .rigs import ArmCommandRig as ArmCommandRig
+from .rigs import ClockRig as ClockRig
+from .rigs import ForceSensorRig as ForceSensorRig
+from .rigs import JointEncoderRig as JointEncoderRig
+from .running import Clause as Clause
+from .running import ClauseOutcome as ClauseOutcome
+from .running import ClauseResult as ClauseResult
+from .running import clauses as clauses
+from .running import run_clauses as run_clauses
+from .violations import ClauseNotApplicable as ClauseNotApplicable
+from .violations import ContractViolation as ContractViolation

@@ -1,0 +1,15 @@
+from .blocking import Pace as Pace
+from .blocking import shut_down as shut_down
+from .blocking import start_up as start_up
+from .device import Jr3 as Jr3
+from .health import Jr3Statistics as Jr3Statistics
+from .messages import LEFT_HANDED as LEFT_HANDED
+from .messages import RIGHT_HANDED as RIGHT_HANDED
+from .messages import Jr3Sample as Jr3Sample
+from .settings import Jr3Settings as Jr3Settings
+from .transport import CAN_TIMING as CAN_TIMING
+from .transport import UART_TIMING as UART_TIMING
+from .transport import CanTransport as CanTransport
+from .transport import Transport as Transport
+from .transport import UartLink as UartLink
+from .transport import UartTransport as UartTransport

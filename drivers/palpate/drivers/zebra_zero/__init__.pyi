@@ -1,0 +1,11 @@
+from .arm import CountsStore as CountsStore
+from .arm import ZebraZero as ZebraZero
+from .counts import SixCounts as SixCounts
+from .counts import Transmission as Transmission
+from .settings import JointLimits as JointLimits
+from .settings import Streaming as Streaming
+from .settings import ZebraZeroSettings as ZebraZeroSettings
+from .states import Fault as Fault
+from .states import FaultKind as FaultKind
+from .states import ZebraMeasured as ZebraMeasured
+from .states import fault_in as fault_in

@@ -1,0 +1,17 @@
+from .chain import expected_steps as expected_steps
+from .chain import greedy as greedy
+from .chain import uniform as uniform
+from .maps import COMPASS as COMPASS
+from .maps import GOAL as GOAL
+from .maps import SCENARIOS as SCENARIOS
+from .maps import WALL as WALL
+from .maps import GridMap as GridMap
+from .maps import grid_actions as grid_actions
+from .optimum import belief_optimum as belief_optimum
+from .optimum import full_information_optimum as full_information_optimum
+from .strings import walk_strings as walk_strings
+from .trial import PENALTY as PENALTY
+from .trial import STEP_LIMIT as STEP_LIMIT
+from .trial import Walk as Walk
+from .trial import Walker as Walker
+from .trial import run_trial as run_trial
