@@ -32,15 +32,15 @@ def sleep_and_sleep(kind):
             os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param({PRIORITY}))
         except OSError:
             pass
-    worst, told = 0.0, time.monotonic()
+    worst, woken = 0.0, time.monotonic()
+    told = woken
     while True:
-        before = time.monotonic()
         time.sleep({_NAP_S})
-        now = time.monotonic()
-        worst = max(worst, now - before - {_NAP_S})
-        if now - told > {_TELL_S}:
-            os.write(1, f"{{kind}} {{told}} {{now}} {{worst}}\\n".encode())
-            worst, told = 0.0, now
+        before, woken = woken, time.monotonic()
+        worst = max(worst, woken - before - {_NAP_S})
+        if woken - told > {_TELL_S}:
+            os.write(1, f"{{kind}} {{told}} {{woken}} {{worst}}\\n".encode())
+            worst, told = 0.0, woken
 
 threading.Thread(target=sleep_and_sleep, args=("F",), daemon=True).start()
 os.write(1, b"\\n")
