@@ -43,7 +43,6 @@ def sleep_and_sleep(kind):
             worst, told = 0.0, woken
 
 threading.Thread(target=sleep_and_sleep, args=("F",), daemon=True).start()
-os.write(1, b"\\n")
 try:
     sleep_and_sleep("O")
 except (BrokenPipeError, KeyboardInterrupt):
@@ -69,9 +68,9 @@ class Host:
         self._probe = subprocess.Popen(words, stdout=subprocess.PIPE)
         assert self._probe.stdout is not None
         self._output = self._probe.stdout
-        self._output.readline()  # it sleeps from now on
         self._reader = threading.Thread(target=self._read, name="host probe", daemon=True)
         self._reader.start()
+        self.lateness_s(time.monotonic())  # it sleeps from now on
 
     def close(self) -> None:
         self._probe.kill()
