@@ -104,7 +104,7 @@ COMMANDS = (
         ("train --config nan.toml", "cell.peg.clearance_mm = nan", "from 0.001 to 5"),
         ("train --task.time-limit-s inf", "task.time_limit_s = inf", "from 0.1 to 3600"),
         ("train --task.step-mm 1e300", "task.step_mm = 1e+300", "from 0.01 to 5"),
-        ("train --perception.cutoff-Hz 70", "perception.cutoff_Hz = 70.0", "below 70"),
+        ("train --perception.cutoff-Hz 70", "perception.cutoff_Hz = 70.0", "below half the control rate, 70"),
         ("train --task.start-uncertainty-mm 5", "task.start_uncertainty_mm = 5.0", "outside the exploration area"),
         ("train --task.goal.x-mm 1900", "task.goal", "zebra-zero reaches"),
         ("run --policy torque --arm ur5 --task.goal.x-mm 1900", "task.goal", "ur5 reaches"),
