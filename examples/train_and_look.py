@@ -47,7 +47,7 @@ def train(config: RunConfig, trials: int, folder: RunFolder) -> None:
     perception = build_perception(config)
     policy = learning_policy(config, perception)
     folder.create()
-    folder.write_text("run.toml", run_toml(config, "train", trials=trials, policy="q-learning"))
+    folder.write("run.toml", run_toml(config, "train", trials=trials, policy="q-learning"))
     with ExitStack() as opened:
         rig = opened.enter_context(SimulatedRig(config, ready))
         recorder = TrialRecorder.into(folder.path / LOG_FOLDER, config.recording)
