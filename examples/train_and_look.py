@@ -73,10 +73,10 @@ def main() -> None:
         require_whole("trials", trials, 1, 1_000_000)
         train(config, trials, folder)
         last = read_log(max((folder.path / LOG_FOLDER).glob("*.mcap")))
-        folder.write_bytes("last-trial.png", timeline(last))
+        folder.write("last-trial.png", timeline(last))
     except PalpateError as error:
         parser.error(str(error))
-    folder.write_bytes("learning_curve.png", learning_curve(folder.read_trials(), "Train and look"))
+    folder.write("learning_curve.png", learning_curve(folder.read_trials(), "Train and look"))
     print(render_table(PolicyDocument.load(folder.path / "policy.json")))
     print(f"look at {folder.path}/learning_curve.png and {folder.path}/last-trial.png")
 
