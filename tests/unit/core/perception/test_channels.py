@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from palpate.core.errors import CommandError, ConfigurationError
-from palpate.core.perception import CHANNELS
 from palpate.core.perception import channels as checks
+from palpate.core.ports import CHANNELS
 
 
 @pytest.mark.parametrize("value", [True, "1", None, [1.0], math.nan, -math.inf, 10**400])

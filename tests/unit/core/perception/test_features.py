@@ -7,9 +7,9 @@ from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
 
 from palpate.core.errors import CommandError, ConfigurationError
-from palpate.core.perception import CHANNELS
 from palpate.core.perception.features import FeatureExtractor, PrincipalComponents, SelectedChannels, SelfOrganisingMap
 from palpate.core.perception.signal import Normalisation
+from palpate.core.ports import CHANNELS
 
 SIGNAL = tuple(float(i) for i in range(9))
 UNIT = Normalisation((0.0,) * 9, (1.0,) * 9)
