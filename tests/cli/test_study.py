@@ -227,10 +227,6 @@ def desk(tmp_path: Path) -> Path:
     """A folder with studies that do not do."""
     texts = {
         "small": SMALL,
-        "unknown": "[grid]\n'task.stepp_mm' = [1.0]",
-        "empty": "[grid]\n'task.step_mm' = []",
-        "twice": "[grid]\n'task.step_mm' = [1, 1.0]",
-        "type": "[grid]\n'task.step_mm' = ['one']",
         "range": "[grid]\n'task.step_mm' = [0.5, 100.0]",
         "together": "[grid]\n'task.start_uncertainty_mm' = [3.0, 5.0]",
         "reach": "[grid]\n'task.goal.x_mm' = [400.0, 1900.0]",
@@ -255,10 +251,6 @@ def desk(tmp_path: Path) -> Path:
         ("", "palpate study", "study file"),
         ("missing.toml", "missing.toml", "a readable file"),
         ("broken.toml", "broken.toml", "a TOML file"),
-        ("unknown.toml", "task.stepp_mm", "did you mean task.step_mm?"),
-        ("empty.toml", "grid.task.step_mm = []", "at least one value"),
-        ("twice.toml", "grid.task.step_mm = 1.0", "once"),
-        ("type.toml", "task.step_mm = 'one'", "a number from 0.01 to 5"),
         ("range.toml", "task.step_mm = 100.0", "from 0.01 to 5"),
         ("together.toml", "task.start_uncertainty_mm = 5.0", "at most task.area_half_width_mm"),
         ("reach.toml", "task.goal", "zebra-zero reaches"),
@@ -285,20 +277,10 @@ def test_refused_in_one_line(palpate: CommandLine, desk: Path, words: str, named
     assert accepted in line
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "named"),
-    [
-        ("trials = 2", "trials = 3", "study.trials = 3"),
-        ("0.3", "0.4", "base.task.time_limit_s = 0.4"),
-        ("[0, 1]", "[1, 2]", "a study may grow, not shrink"),
-    ],
-)
-def test_the_folder_of_another_study_is_refused_and_left(
-    palpate: CommandLine, studied: Path, tmp_path: Path, old: str, new: str, named: str
-) -> None:
-    (tmp_path / "other.toml").write_text(SMALL.replace(old, new))
+def test_the_folder_of_another_study_is_refused_and_left(palpate: CommandLine, studied: Path, tmp_path: Path) -> None:
+    (tmp_path / "other.toml").write_text(SMALL.replace("trials = 2", "trials = 3"))
     before = files_in(studied)
-    assert named in palpate.refusal("study", "other.toml", "--out", studied)
+    assert "study.trials = 3" in palpate.refusal("study", "other.toml", "--out", studied)
     assert files_in(studied) == before
 
 
