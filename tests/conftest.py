@@ -61,8 +61,8 @@ def pytest_configure() -> None:
 def pytest_runtest_setup(item: pytest.Item) -> None:
     """Let tests that run against the wall clock go before others, and all that a test starts with it.
 
-    They mostly wait, so that one more worker than there are processors costs them nothing. Only root may take a low
-    priority back.
+    ``make test`` runs them by themselves; this is for whoever runs all tests at once. Only root may take a low priority
+    back.
     """
     if os.geteuid() == 0:
         os.setpriority(os.PRIO_PROCESS, 0, 0 if item.nodeid.startswith(WALL_CLOCK) else 10)

@@ -23,8 +23,8 @@ from palpate.adapters.visualisation.report.policy_pictures import arrows_picture
 from palpate.adapters.visualisation.report.run_page import log_sections, settings_section, summary_cells
 from palpate.adapters.visualisation.report.run_source import curve_of
 from palpate.adapters.visualisation.report.study_source import (
+    ReportedCell,
     Setting,
-    StudyCell,
     StudySource,
     is_number,
     shown_setting,
@@ -113,7 +113,7 @@ def _sweep(study: StudySource) -> PageSection:
 
 def _lines(study: StudySource, field: str, *, apart: bool) -> list[SweepSeries]:
     others = [name for name in study.swept if name != field]
-    found: dict[str, dict[str, list[StudyCell]]] = {}
+    found: dict[str, dict[str, list[ReportedCell]]] = {}
     for policy in study.policies:
         for cell in (c for c in study.cells if c.policy == policy):
             held = [f"{name} = {shown_value(cell.fields[name])}" for name in others] if apart else []
@@ -125,12 +125,12 @@ def _lines(study: StudySource, field: str, *, apart: bool) -> list[SweepSeries]:
     ]
 
 
-def _point(value: Any, cells: list[StudyCell]) -> Point:
+def _point(value: Any, cells: list[ReportedCell]) -> Point:
     late = [row for cell in cells for row in cell.run.late]
     return Point(value, tuple(_mean_s(cell) for cell in cells), sum(row.success for row in late), len(late))
 
 
-def _mean_s(cell: StudyCell) -> float:
+def _mean_s(cell: ReportedCell) -> float:
     late = cell.run.late
     return sum(row.exploration_time_s for row in late) / len(late)
 
@@ -238,7 +238,7 @@ def _logs(study: StudySource) -> list[PageSection]:
     return log_sections(paths, chosen[:_MOST_FORCES])
 
 
-def _summary(cells: list[StudyCell]) -> dict[str, Cell]:
+def _summary(cells: list[ReportedCell]) -> dict[str, Cell]:
     """A line of ``summary.csv``: what cells that differ in their seed only came to."""
     rows = [row for cell in cells for row in cell.run.rows]
     late = [row for cell in cells for row in cell.run.late]

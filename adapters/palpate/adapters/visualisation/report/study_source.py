@@ -26,7 +26,7 @@ Setting = tuple[tuple[str, str], ...]
 
 
 @dataclass(frozen=True)
-class StudyCell:
+class ReportedCell:
     """A finished cell.
 
     Attributes:
@@ -62,7 +62,7 @@ class StudySource:
     """
 
     path: Path
-    cells: tuple[StudyCell, ...]
+    cells: tuple[ReportedCell, ...]
     begun: tuple[str, ...]
     unfinished: int
     problem: str = ""
@@ -104,9 +104,9 @@ class StudySource:
         return sorted({cell.policy for cell in self.cells}, key=lambda name: (name not in learning, name))
 
     @property
-    def groups(self) -> dict[tuple[Setting, str], list[StudyCell]]:
+    def groups(self) -> dict[tuple[Setting, str], list[ReportedCell]]:
         """Cells that differ in nothing but their seed, by setting and policy."""
-        found: dict[tuple[Setting, str], list[StudyCell]] = {}
+        found: dict[tuple[Setting, str], list[ReportedCell]] = {}
         for cell in self.cells:
             found.setdefault((cell.setting, cell.policy), []).append(cell)
         return found
@@ -142,7 +142,7 @@ def _asked(path: Path) -> tuple[int, str]:
         return 0, " ".join(str(error).split())
 
 
-def _cell(folder: Path) -> StudyCell:
+def _cell(folder: Path) -> ReportedCell:
     path = folder / _CELL_FILE
     content = read_json(path)
     if content.get("format") != FORMAT:
@@ -156,10 +156,10 @@ def _cell(folder: Path) -> StudyCell:
                 str(folder), f"says that it is finished, but has no {name}",
                 "remove the cell's folder, and let palpate study make it again",
             )  # fmt: skip
-    return StudyCell(folder.name, fields, policy, seed, RunSource.read(folder))
+    return ReportedCell(folder.name, fields, policy, seed, RunSource.read(folder))
 
 
-def _with_all_fields(cells: list[StudyCell]) -> list[StudyCell]:
+def _with_all_fields(cells: list[ReportedCell]) -> list[ReportedCell]:
     """Cells that name the same fields: one that leaves a field as it is has the value that its run really had."""
     names = sorted({name for cell in cells for name in cell.fields})
     return [
@@ -170,14 +170,14 @@ def _with_all_fields(cells: list[StudyCell]) -> list[StudyCell]:
     ]
 
 
-def _in_run(cell: StudyCell, name: str) -> Any:
+def _in_run(cell: ReportedCell, name: str) -> Any:
     value: Any = cell.run.settings
     for word in name.split("."):
         value = value.get(word) if isinstance(value, dict) else None
     return "default" if value is None else value
 
 
-def _with_short_policies(cells: list[StudyCell]) -> list[StudyCell]:
+def _with_short_policies(cells: list[ReportedCell]) -> list[ReportedCell]:
     """Cells that call a policy file by the folder of the run that made it, unless two would have one name."""
     paths = {cell.policy: Path(cell.policy) for cell in cells}
     short = {name: path.parent.name or path.stem if path.suffix == ".json" else name for name, path in paths.items()}
@@ -186,7 +186,7 @@ def _with_short_policies(cells: list[StudyCell]) -> list[StudyCell]:
     return [replace(cell, policy=short[cell.policy]) for cell in cells]
 
 
-def _order(cell: StudyCell) -> tuple[Any, ...]:
+def _order(cell: ReportedCell) -> tuple[Any, ...]:
     return (*(_rank(value) for value in cell.fields.values()), cell.policy, cell.seed, cell.name)
 
 
