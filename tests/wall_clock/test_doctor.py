@@ -18,7 +18,7 @@ from tests.wall_clock.host import Host, LateError
 
 DISTURBED = re.compile(
     "computer wakes|were lost or damaged|do not fit|silent|answers missing|SYNCs in a row|readings missing|instead of"
-    "|heartbeat|adapter adds|clumps|no new reading"
+    "|heartbeat|adapter adds|clumps|no new reading|no answer from module|No SDO response"
 )
 """What a machine with other work to do may bring about by itself."""
 ALLOWED_S = 0.002
