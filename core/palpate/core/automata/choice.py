@@ -14,48 +14,44 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import Final
+from typing import Annotated, ClassVar, Final
 
 import numpy as np
+from typing_extensions import override
 
 from palpate.core.automata.elman import Array, Network
 from palpate.core.automata.machine import Machine
 from palpate.core.automata.partition import LEAST_SHARE, MOST_STATES, Partition, bounded_partition
 from palpate.core.automata.prefix_tree import UNLABELLED, Integers, PrefixTree
-from palpate.core.errors import ConfigurationError, require_in, require_whole
+from palpate.core.errors import ConfigurationError, require_whole
+from palpate.core.ports import Range, Settings
 
 _PSEUDO_COUNT: Final = 0.5
 """Added to each count, so that what never followed is not held to be impossible (Krichevsky and Trofimov, 1981)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ExtractionSettings:
-    """How to make automata of a network.
+class ExtractionSettings(Settings):
+    """How to make automata of a network."""
 
-    Attributes:
-        fewest_intervals: Lowest q that is tried.
-        most_intervals: Highest q that is tried.
-        least_share: Probability above which a symbol, or the end, is among the possible successors. Prediction only.
-        most_states: A q that gives more states, before minimisation, is left out.
-        centres: Let the middle of a cell stand for it, not the hidden state of the first visit.
-        merge_symbols: Let minimisation merge states that different symbols lead into. Prediction only.
+    TABLE: ClassVar[str] = "extraction"
 
-    Raises:
-        ConfigurationError: A value is out of its range.
-    """
-
-    fewest_intervals: int = 2
-    most_intervals: int = 20
-    least_share: float = LEAST_SHARE
-    most_states: int = 500
+    fewest_intervals: Annotated[int, Range(1, 1000)] = 2
+    """Lowest q that is tried."""
+    most_intervals: Annotated[int, Range(1, 1000)] = 20
+    """Highest q that is tried."""
+    least_share: Annotated[float, Range(0.0, 0.999)] = LEAST_SHARE
+    """Probability above which a symbol, or the end, is among the possible successors. Prediction only."""
+    most_states: Annotated[int, Range(1, MOST_STATES)] = 500
+    """A q that gives more states, before minimisation, is left out."""
     centres: bool = False
+    """Let the middle of a cell stand for it, not the hidden state of the first visit."""
     merge_symbols: bool = False
+    """Let minimisation merge states that different symbols lead into. Prediction only."""
 
-    def __post_init__(self) -> None:
-        require_whole("extraction.fewest_intervals", self.fewest_intervals, 1, 1000)
+    @override
+    def check(self) -> None:
         require_whole("extraction.most_intervals", self.most_intervals, self.fewest_intervals, 1000)
-        require_in("extraction.least_share", self.least_share, 0.0, 0.999)
-        require_whole("extraction.most_states", self.most_states, 1, MOST_STATES)
 
     def partitions(self, network: Network) -> Iterator[Partition]:
         """Partitions of a network by rising q.

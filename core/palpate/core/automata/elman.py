@@ -11,14 +11,16 @@ import json
 import os
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final, TypeAlias
+from typing import Annotated, Any, ClassVar, Final, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
+from typing_extensions import override
 
 from palpate.core.automata.prefix_tree import PrefixTree
-from palpate.core.errors import ConfigurationError, require_one_of, require_whole
+from palpate.core.errors import ConfigurationError
 from palpate.core.files import write_whole
+from palpate.core.ports import OneOf, Range, Settings
 
 Array: TypeAlias = npt.NDArray[np.float64]
 
@@ -41,32 +43,33 @@ class Readout(enum.Enum):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Architecture:
-    """Shape of a network.
+class HiddenLayer(Settings):
+    """The hidden units of a network, whatever it reads."""
 
-    Attributes:
-        alphabet: Names of the symbols, in order.
-        reading: What is asked of the hidden state.
-        hidden: Number of hidden units; the paper has 2.
-        activation: ``sigmoid`` or ``tanh``.
-        order: 1 where all symbols share the recurrent weights, 2 where each has its own.
+    TABLE: ClassVar[str] = "network"
 
-    Raises:
-        ConfigurationError: A value is out of its range, or a symbol has the name of the end.
-    """
+    hidden: Annotated[int, Range(1, MOST_HIDDEN)] = 2
+    """Number of hidden units; the paper has 2."""
+    activation: Annotated[str, OneOf(*RANGES)] = "sigmoid"
+    """sigmoid or tanh."""
+    order: Annotated[int, OneOf(1, 2)] = 1
+    """1 for Elman networks, in which all symbols share the recurrent weights; 2 for second-order ones, in which each
+    has its own."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Architecture(HiddenLayer):
+    """Shape of a network; no symbol may have the name of the end."""
 
     alphabet: tuple[str, ...]
+    """Names of the symbols, in order."""
     reading: Readout
-    hidden: int = 2
-    activation: str = "sigmoid"
-    order: int = 1
+    """What is asked of the hidden state."""
 
-    def __post_init__(self) -> None:
+    @override
+    def check(self) -> None:
         if END in self.alphabet:
             raise ConfigurationError("network.alphabet", END, "another name; this one means the end of a string")
-        require_whole("network.hidden", self.hidden, 1, MOST_HIDDEN)
-        require_one_of("network.activation", self.activation, tuple(RANGES))
-        require_whole("network.order", self.order, 1, 2)
 
     @property
     def outcomes(self) -> int:

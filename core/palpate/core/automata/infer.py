@@ -10,45 +10,33 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Annotated, ClassVar
 
 from palpate.core.automata.choice import Extract, ExtractionSettings, accepting_extract, cheapest, predicting_extracts
-from palpate.core.automata.elman import Architecture, Array, Readout
+from palpate.core.automata.elman import Architecture, Array, HiddenLayer, Readout
 from palpate.core.automata.machine import Machine
 from palpate.core.automata.prefix_tree import Integers, PrefixTree
 from palpate.core.automata.strings import Strings
 from palpate.core.automata.training import OnProgress, TrainedNetwork, Training, TrainingSettings, train
-from palpate.core.errors import ConfigurationError, require_in, require_whole
+from palpate.core.errors import ConfigurationError
+from palpate.core.ports import Range
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class InferenceSettings:
-    """How to come from strings to an automaton.
+class InferenceSettings(HiddenLayer):
+    """How to come from strings to an automaton."""
 
-    Attributes:
-        hidden: Number of hidden units.
-        activation: ``sigmoid`` or ``tanh``.
-        order: 1 for Elman networks, 2 for second-order ones.
-        training: How to train.
-        extraction: How to make automata.
-        finalists: How many of the best networks automata are made of; best on the training strings.
-        held_out: Share of the strings that is kept from training, if no others are given to hold out; 0 for none,
-            which prediction cannot do with.
+    TABLE: ClassVar[str] = "inference"
 
-    Raises:
-        ConfigurationError: A value is out of its range.
-    """
-
-    hidden: int = 2
-    activation: str = "sigmoid"
-    order: int = 1
     training: TrainingSettings = field(default_factory=TrainingSettings)
+    """How to train."""
     extraction: ExtractionSettings = field(default_factory=ExtractionSettings)
-    finalists: int = 16
-    held_out: float = 0.2
-
-    def __post_init__(self) -> None:
-        require_whole("inference.finalists", self.finalists, 1, 100_000)
-        require_in("inference.held_out", self.held_out, 0.0, 0.9)
+    """How to make automata."""
+    finalists: Annotated[int, Range(1, 100_000)] = 16
+    """How many of the best networks automata are made of; best on the training strings."""
+    held_out: Annotated[float, Range(0.0, 0.9)] = 0.2
+    """Share of the strings that is kept from training, if no others are given to hold out; 0 for none, which prediction
+    cannot do with."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

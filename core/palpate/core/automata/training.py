@@ -9,63 +9,46 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from math import isfinite
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Annotated, ClassVar, TypeAlias
 
 from palpate.core.automata.elman import Architecture, Network, Readout
 from palpate.core.automata.prefix_tree import PrefixTree
 from palpate.core.automata.restarts import Restarts, Task
 from palpate.core.automata.strings import Strings
-from palpate.core.errors import ConfigurationError, require_in, require_whole
+from palpate.core.errors import ConfigurationError
+from palpate.core.ports import Range, Settings
 
 if TYPE_CHECKING:
     from torch import Tensor
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class TrainingSettings:
-    """How to train.
+class TrainingSettings(Settings):
+    """How to train."""
 
-    Attributes:
-        restarts: Most networks that are trained.
-        batch: How many of them at once.
-        steps: Most steps of each batch.
-        learning_rate: Step size of Adam.
-        scale: Standard deviation of the initial parameters.
-        noise: Standard deviation of noise on the hidden units before the activation function, which drives them into
-            saturation.
-        clip: Longest gradient of a network.
-        enough: No more is trained once so many networks are right about every string. For acceptance only.
-        look_every: Steps from one look at the losses, and the progress, to the next.
-        seed: Equal seeds give equal networks, to the last bit.
+    TABLE: ClassVar[str] = "training"
 
-    Raises:
-        ConfigurationError: A value is out of its range.
-    """
-
-    restarts: int = 64
-    batch: int = 64
-    steps: int = 500
-    learning_rate: float = 0.1
-    scale: float = 1.0
-    noise: float = 0.0
-    clip: float = 1.0
-    enough: int = 16
-    look_every: int = 25
-    seed: int = 0
-
-    def __post_init__(self) -> None:
-        require_whole("training.restarts", self.restarts, 1, 100_000)
-        require_whole("training.batch", self.batch, 1, 4096)
-        require_whole("training.steps", self.steps, 0, 1_000_000)
-        for name in ("learning_rate", "scale", "clip"):
-            value = getattr(self, name)
-            if not isinstance(value, (int, float)) or not (isfinite(value) and value > 0.0):
-                raise ConfigurationError(f"training.{name}", value, "a finite number above 0")
-        require_in("training.noise", self.noise, 0.0, 10.0)
-        require_whole("training.enough", self.enough, 1, 100_000)
-        require_whole("training.look_every", self.look_every, 1, 1_000_000)
-        require_whole("training.seed", self.seed, 0, 2**32 - 1)
+    restarts: Annotated[int, Range(1, 100_000)] = 64
+    """Most networks that are trained."""
+    batch: Annotated[int, Range(1, 4096)] = 64
+    """How many of them at once."""
+    steps: Annotated[int, Range(0, 1_000_000)] = 500
+    """Most steps of each batch."""
+    learning_rate: Annotated[float, Range(0.0, above=True)] = 0.1
+    """Step size of Adam."""
+    scale: Annotated[float, Range(0.0, above=True)] = 1.0
+    """Standard deviation of the initial parameters."""
+    noise: Annotated[float, Range(0.0, 10.0)] = 0.0
+    """Standard deviation of noise on the hidden units before the activation function, which drives them into
+    saturation."""
+    clip: Annotated[float, Range(0.0, above=True)] = 1.0
+    """Longest gradient of a network."""
+    enough: Annotated[int, Range(1, 100_000)] = 16
+    """No more is trained once so many networks are right about every string. For acceptance only."""
+    look_every: Annotated[int, Range(1, 1_000_000)] = 25
+    """Steps from one look at the losses, and the progress, to the next."""
+    seed: Annotated[int, Range(0, 2**32 - 1)] = 0
+    """Equal seeds give equal networks, to the last bit."""
 
 
 @dataclass(frozen=True, slots=True)

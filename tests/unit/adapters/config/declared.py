@@ -12,11 +12,13 @@ from palpate.adapters.config.run import RunConfig
 from palpate.adapters.hardware.cia402 import _Cia402Table
 from palpate.adapters.hardware.jr3 import _CanTable, _UartTable
 from palpate.adapters.hardware.zebra_zero import _ZebraTable
+from palpate.core.automata import InferenceSettings
 from palpate.core.ports.settings import OneOf, Range, Settings, kinds_of, optional_of, parts_of
 
 TABLES: dict[str, Settings] = {
     "run": RunConfig(),
     "explore": GridLearning(),
+    "infer": InferenceSettings(),
     "rig operator": OperatorTable(),
     "rig watchdog": WatchdogTable(),
     "arm zebra-nmc": _ZebraTable(),
@@ -82,7 +84,7 @@ def ends(kind: Any) -> list[Any]:
     for mark in marks:
         if isinstance(mark, Range):
             found += [] if mark.above else [mark.low]
-            found += [] if mark.below else [mark.high]
+            found += [] if mark.below or not isfinite(mark.high) else [mark.high]
         if isinstance(mark, OneOf):
             found += mark.values
     return found

@@ -115,13 +115,9 @@ def test_a_q_of_too_many_states_is_left_out() -> None:
         accepting_extract(three_steps(), AB_LABELLED, ExtractionSettings(fewest_intervals=4, most_states=2))
 
 
-@pytest.mark.parametrize(
-    "settings",
-    [{"fewest_intervals": 0}, {"fewest_intervals": 5, "most_intervals": 4}, {"least_share": 1.0}],
-)
-def test_bad_settings_are_refused(settings) -> None:
-    with pytest.raises(ConfigurationError, match=r"extraction\."):
-        ExtractionSettings(**settings)
+def test_the_highest_q_is_not_below_the_lowest() -> None:
+    with pytest.raises(ConfigurationError, match=r"extraction\.most_intervals = 4 is refused: a whole number from 5"):
+        ExtractionSettings(fewest_intervals=5, most_intervals=4)
 
 
 def test_all_q_of_a_network_take_little_time() -> None:

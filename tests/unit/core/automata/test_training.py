@@ -110,28 +110,6 @@ def test_strings_must_suit_the_network(strings, shape, said) -> None:
         train(strings, shape)
 
 
-@pytest.mark.parametrize(
-    "settings",
-    [
-        {"restarts": 0},
-        {"batch": 0},
-        {"steps": -1},
-        {"learning_rate": 0.0},
-        {"learning_rate": float("nan")},
-        {"scale": -1.0},
-        {"noise": -0.1},
-        {"clip": 0.0},
-        {"enough": 0},
-        {"look_every": 0},
-        {"seed": -1},
-        {"seed": 0.5},
-    ],
-)
-def test_bad_settings_are_refused_by_name(settings) -> None:
-    with pytest.raises(ConfigurationError, match=rf"training\.{next(iter(settings))}"):
-        TrainingSettings(**settings)
-
-
 def test_importing_is_light() -> None:
     core = Path(errors.__file__).parents[2]
     modules = "strings prefix_tree elman restarts training partition choice infer tracker"
