@@ -8,6 +8,8 @@ import pytest
 
 from tests.command_line import CommandLine
 
+FACTS = "[arm]\nadapter = 'zebra-nmc'\n[force_sensor]\nadapter = 'jr3-can'\nfacts = {}\n"
+
 
 @pytest.mark.parametrize(
     ("content", "reason"),
@@ -23,6 +25,10 @@ from tests.command_line import CommandLine
         ("[rig]\nname = 3\n[arm]\nadapter = 'cia402'\n[force_sensor]\nadapter = 'jr3-can'\n", "rig.name"),
         ("[rig]\nspeed = 3\n[arm]\nadapter = 'cia402'\n[force_sensor]\nadapter = 'jr3-can'\n", "rig.speed"),
         ("[gripper]\n", "gripper"),
+        (FACTS.format("{ noise_N = 0 }"), "force_sensor.facts.noise_N = 0.0 is refused: a number above 0"),
+        (FACTS.format("{ range_N = [1, 0, 1] }"), "facts.range_N = (1.0, 0.0, 1.0) is refused: three numbers above 0"),
+        (FACTS.format("{ sigma = 1 }"), "force_sensor.facts.sigma"),
+        (FACTS.format("3"), "a table [force_sensor.facts]"),
         ("[watchdog]\ncommand_ms = 0\n[arm]\nadapter = 'cia402'\n[force_sensor]\nadapter = 'jr3-can'\n", "command_ms"),
         ("[watchdog]\nloop = 1\n[arm]\nadapter = 'cia402'\n[force_sensor]\nadapter = 'jr3-can'\n", "watchdog.loop"),
         ("[arm\n", "a TOML file"),

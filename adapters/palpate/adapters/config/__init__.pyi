@@ -9,6 +9,7 @@ from .renames import RENAMED as RENAMED
 from .renames import now_called as now_called
 from .rig import DeviceEntry as DeviceEntry
 from .rig import RigFile as RigFile
+from .rig import SensorFactsTable as SensorFactsTable
 from .run import AdmissionConfig as AdmissionConfig
 from .run import PerceptionConfig as PerceptionConfig
 from .run import RecordingConfig as RecordingConfig

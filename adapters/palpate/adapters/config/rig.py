@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, Final, TypeAlias
 
 from palpate.adapters.config.toml import overlay, read_toml
 from palpate.core.errors import ConfigurationError
-from palpate.core.ports import Holds, Range, Settings
+from palpate.core.ports import Holds, Range, Settings, Vector3
 
 
 @dataclass(frozen=True)
@@ -23,6 +23,31 @@ class DeviceEntry:
 
     adapter: str
     settings: Mapping[str, Any]
+
+
+_AboveZero: Final = Holds(lambda each: min(each) > 0.0, "three numbers above 0, one an axis")
+_Noise: TypeAlias = Annotated[float, Range(0.0, 100.0, above=True)]
+_Ranges: TypeAlias = Annotated[Vector3, _AboveZero]
+
+
+@dataclass(frozen=True)
+class SensorFactsTable(Settings):
+    """What a rig file states of its force sensor, or what the sensor itself reports; None is not known."""
+
+    TABLE: ClassVar[str] = "force_sensor.facts"
+
+    noise_N: _Noise | None = None
+    """Standard deviation of one force channel at rest; ``palpate doctor`` measures it."""
+    noise_Nm: _Noise | None = None
+    """Standard deviation of one torque channel at rest."""
+    range_N: _Ranges | None = None
+    """Largest force along each axis."""
+    range_Nm: _Ranges | None = None
+    """Largest torque about each axis."""
+    rate_Hz: Annotated[float, Range(1.0, 100_000.0)] | None = None
+    """Rate of its samples."""
+    frame: Annotated[str, Holds(bool, "the name of a frame")] | None = None
+    """Frame of its samples; sensor where nobody says another."""
 
 
 @dataclass(frozen=True)
@@ -69,6 +94,8 @@ class RigFile(Settings):
     """The arm."""
     force_sensor: DeviceEntry
     """The force sensor."""
+    facts: SensorFactsTable = SensorFactsTable()
+    """What is stated of the force sensor."""
     approach_rad_s: Annotated[float, Range(0.001, 2.0)] = 0.2
     """Joint speed of the move to the ready pose, before the first trial."""
     operator: OperatorTable = OperatorTable()
@@ -92,9 +119,12 @@ class RigFile(Settings):
         strange = sorted(set(rig) - {"name", "approach_rad_s"})
         if strange:
             raise ConfigurationError(f"rig.{strange[0]}", rig[strange[0]], "name or approach_rad_s")
+        arm, sensor = _device(path, table, "arm"), dict(_table(path, table, "force_sensor"))
+        facts = _table(path, {"force_sensor.facts": sensor.pop("facts", {})}, "force_sensor.facts")
         return cls(
-            arm=_device(path, table, "arm"),
-            force_sensor=_device(path, table, "force_sensor"),
+            arm=arm,
+            force_sensor=_device(path, {"force_sensor": sensor}, "force_sensor"),
+            facts=overlay(SensorFactsTable(), facts),
             operator=overlay(OperatorTable(), _optional(path, table, "operator")),
             watchdog=overlay(WatchdogTable(), _optional(path, table, "watchdog")),
             **{"name": path.stem, **rig},

@@ -33,8 +33,8 @@ from palpate.core.policy import (
     Reinforcement,
     compass_actions,
 )
-from palpate.core.ports import CONTROL_RATE_HZ, Rig
-from palpate.core.supervision import SensorFacts, Supervisor, require_fitting
+from palpate.core.ports import CONTROL_RATE_HZ, Rig, SensorFacts
+from palpate.core.supervision import Supervisor, require_fitting
 
 NONE: Final = "none"
 _FIELD: Final = "perception.memory"
@@ -132,7 +132,7 @@ def require_usable(config: RunConfig, ready: ReadyPose) -> None:
     walk = RandomWalkPolicy(task_actions(config))
     build_task(config, ready, build_perception(RunConfig(task=config.task)), walk)
     sensor = config.cell.sensor
-    facts = SensorFacts(force_noise_N=sensor.force_noise_N, torque_noise_Nm=sensor.torque_noise_Nm)
+    facts = SensorFacts(noise_N=sensor.force_noise_N, noise_Nm=sensor.torque_noise_Nm)
     kinematics = Kinematics(arm_named(config.arm), ToolGeometry())
     require_fitting(config.supervision, config.task, kinematics, ready.q_rad, facts)
 

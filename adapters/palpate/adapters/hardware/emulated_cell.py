@@ -11,7 +11,7 @@ from typing import Any, Final, Protocol, Self
 
 import numpy as np
 
-from palpate.adapters.config import RunConfig
+from palpate.adapters.config import RunConfig, literal
 from palpate.adapters.hardware.clock import MonotonicClock
 from palpate.core.errors import ConfigurationError, require_in, require_one_of, require_whole
 from palpate.core.insertion import ReadyPose, goal_in_base, wander_m
@@ -30,6 +30,8 @@ _NS: Final = 1_000_000_000
 _JR3_NODE: Final = 9
 _COUNTS_PER_RAD: Final = 192_000 / 6.283185307179586
 _INSERTED_M: Final = 5e-5
+_BEHIND_FILTER: Final = 0.77
+"""Share of the cell's noise, new each control tick, that the board's filter of 50 Hz lets through; measured."""
 
 
 @dataclass(frozen=True)
@@ -128,7 +130,7 @@ class EmulatedCell:
         lines = [f'[rig]\nname = "emulated {self.emulation.arm} and {self.emulation.force}"\n']
         for table, entries in self._entries.items():
             lines.append(f"\n[{table}]\n")
-            lines += [f"{name} = {_toml(value)}\n" for name, value in entries.items()]
+            lines += [f"{name} = {literal(value)}\n" for name, value in entries.items()]
         return "".join(lines)
 
     def run(self, ended: Callable[[], bool], told: Callable[[Truth], None]) -> None:
@@ -217,6 +219,7 @@ class EmulatedCell:
                 self._servers.enter_context(bus)
                 self._entries["force_sensor"] = {
                     "adapter": "jr3-can", "interface": "slcan", "channel": bus.channel, "node": _JR3_NODE,
+                    "facts": self._facts(),
                 }  # fmt: skip
 
             self._serve.append(serve_can)
@@ -226,14 +229,14 @@ class EmulatedCell:
 
         def serve_uart() -> None:
             self._servers.enter_context(server)
-            self._entries["force_sensor"] = {"adapter": "jr3-uart", "port": server.path}
+            self._entries["force_sensor"] = {"adapter": "jr3-uart", "port": server.path, "facts": self._facts()}
 
         self._serve.append(serve_uart)
 
-
-def _toml(value: Any) -> str:
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, list):
-        return "[" + ", ".join(map(_toml, value)) + "]"
-    return f'"{value}"' if isinstance(value, str) else repr(value)
+    def _facts(self) -> dict[str, float]:
+        """What the emulated sensor does not report: the noise that the simulated cell gives it, behind its filter."""
+        noise = self.config.cell.sensor
+        return {
+            "noise_N": _BEHIND_FILTER * noise.force_noise_N,
+            "noise_Nm": _BEHIND_FILTER * noise.torque_noise_Nm,
+        }

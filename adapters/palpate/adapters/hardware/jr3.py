@@ -10,7 +10,7 @@ from typing import Annotated, Any, ClassVar, Final
 import can
 import serial
 
-from palpate.adapters.config import overlay
+from palpate.adapters.config import SensorFactsTable, overlay
 from palpate.adapters.hardware.errors import translated, translating
 from palpate.adapters.hardware.plugins import DeviceSettings, RigContext
 from palpate.core.errors import DeviceError
@@ -90,6 +90,24 @@ class Jr3ForceSensor(ManagedDevice, ForceSensor):
     def settings(self) -> Jr3Settings:
         """Filter, rate and signs."""
         return self._settings
+
+    def reported_facts(self) -> SensorFactsTable:
+        """Full scales and rate, as the board reports them. It does not report its noise.
+
+        Raises:
+            DeviceError: It is not configured.
+        """
+        if self.device is None:
+            raise DeviceError(_NAME, "is not open")
+        identity = self.device.identity
+        x, y, z = identity.full_scales.force_N
+        tx, ty, tz = identity.full_scales.moment_dNm
+        return SensorFactsTable(
+            range_N=(float(x), float(y), float(z)),
+            range_Nm=(tx / 10, ty / 10, tz / 10),
+            rate_Hz=1e6 / identity.period_us,
+            frame="sensor",
+        )
 
     def read(self) -> WrenchSample:
         """Poll the board and give its newest sample.

@@ -16,6 +16,7 @@ from palpate.adapters.hardware.approach import Approach, walk
 from palpate.adapters.hardware.clock import MonotonicClock
 from palpate.adapters.hardware.plugins import RigContext, arm_maker, force_sensor_maker
 from palpate.adapters.hardware.real_time import RealTime, join_loop
+from palpate.adapters.hardware.sensor_facts import gathered, reported_by
 from palpate.adapters.hardware.watchdogs import (
     GuardedArm,
     OperatorSources,
@@ -27,7 +28,8 @@ from palpate.adapters.hardware.watchdogs import (
     WatchedForceSensor,
     WatchedJointEncoder,
 )
-from palpate.core.ports import Life, Ports, Rig, World
+from palpate.core.errors import LifecycleError
+from palpate.core.ports import Life, Ports, Rig, SensorFacts, World
 
 
 class HardwareRig(Rig):
@@ -76,8 +78,20 @@ class HardwareRig(Rig):
         self._devices, self._watched = (sensor, adapter.encoder, adapter.arm), watched
         self._file, self._approach, self._limit_N = file, approach, config.task.max_force_N
         self._at_ready = False
+        self._facts: SensorFacts | None = None
         # For the way alone; whoever runs trials asks for more, and tells what was granted.
         self._real_time = RealTime(RealTimeConfig(scheduling=real_time.scheduling, priority=real_time.priority))
+
+    @property
+    def sensor_facts(self) -> SensorFacts:
+        """What rig file and force sensor say together.
+
+        Raises:
+            LifecycleError: The rig is not entered: the sensor has not been asked yet.
+        """
+        if self._facts is None:
+            raise LifecycleError("rig", "closed", "sensor_facts", "enter the rig first")
+        return self._facts
 
     def prepare(self, trial: int) -> None:
         """Free the arm from its last stop; before the first trial, move it to the ready pose.
@@ -136,6 +150,8 @@ class HardwareRig(Rig):
             for device in devices.values():
                 opened.callback(device.close)
                 device.configure()
+            # Before anything gets power.
+            self._facts = gathered(self._file.facts, reported_by(self._devices[0]))
             for device in devices.values():
                 device.activate()
             # Ends its thread; the arm itself allows to be closed twice.

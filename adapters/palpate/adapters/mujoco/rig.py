@@ -10,7 +10,7 @@ from palpate.adapters.config import RunConfig
 from palpate.adapters.mujoco.ports import MujocoArm, MujocoClock, MujocoForceSensor, MujocoJointEncoder
 from palpate.core.insertion import ReadyPose, goal_in_base, wander_m
 from palpate.core.motion import Kinematics, ToolGeometry, arm_named
-from palpate.core.ports import CONTROL_RATE_HZ, SIMULATOR, Ports, Rig, Truth, World
+from palpate.core.ports import CONTROL_RATE_HZ, SIMULATOR, Ports, Rig, SensorFacts, Truth, World
 from palpate.simulation.work_cell import WorkCell
 
 
@@ -25,7 +25,7 @@ class SimulatedRig(Rig):
 
     def __init__(self, config: RunConfig, ready: ReadyPose) -> None:
         kinematics = Kinematics(arm_named(config.arm), ToolGeometry())
-        self.seed = config.seed
+        self.seed, self._noise = config.seed, config.cell.sensor
         self.cell = WorkCell(
             kinematics,
             config.cell,
@@ -45,6 +45,12 @@ class SimulatedRig(Rig):
         )
         self._model_sha256 = self.cell.model_sha256()
         self.ports = Ports(clock, self._sensor, self._encoder, self._arm)
+
+    @property
+    def sensor_facts(self) -> SensorFacts:
+        """What the cell is set to; its sensor has no end of its range."""
+        noise = self._noise
+        return SensorFacts(noise.force_noise_N, noise.torque_noise_Nm)
 
     def prepare(self, trial: int) -> None:
         """Put the world into the state in which this trial starts, and free the arm from its last stop."""

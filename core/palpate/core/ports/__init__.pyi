@@ -21,6 +21,7 @@ from .rig import SIMULATOR as SIMULATOR
 from .rig import Rig as Rig
 from .rig import Truth as Truth
 from .rig import World as World
+from .sensor_facts import SensorFacts as SensorFacts
 from .settings import Holds as Holds
 from .settings import OneOf as OneOf
 from .settings import Range as Range

@@ -8,6 +8,7 @@ from types import TracebackType
 from typing import Any, Final, Protocol, Self
 
 from palpate.core.ports.devices import Ports
+from palpate.core.ports.sensor_facts import SensorFacts
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +53,11 @@ class Rig(Protocol):
     """
 
     ports: Ports
+
+    @property
+    @abstractmethod
+    def sensor_facts(self) -> SensorFacts:
+        """What is known of the force sensor; on a rig of real devices only once it is entered."""
 
     @abstractmethod
     def prepare(self, trial: int) -> None:

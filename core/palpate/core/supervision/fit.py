@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import inf
 from typing import Final
 
@@ -11,30 +10,13 @@ import numpy as np
 from palpate.core.errors import ConfigurationError
 from palpate.core.insertion import N_PER_KGF, TaskConfig
 from palpate.core.motion import Array, Kinematics
-from palpate.core.ports import CONTROL_RATE_HZ
+from palpate.core.ports import CONTROL_RATE_HZ, SensorFacts
 from palpate.core.supervision.config import SupervisionConfig
 from palpate.core.supervision.retreat import Retreat
 
 _NOISE: Final = 9.0
 """The difference of two samples of three channels stays below so many standard deviations of one of them."""
 _PERIOD_S: Final = 1.0 / CONTROL_RATE_HZ
-
-
-@dataclass(frozen=True, slots=True)
-class SensorFacts:
-    """What is known of the force sensor; the defaults are those of one that nothing is known of.
-
-    Attributes:
-        force_noise_N: Standard deviation of one force channel.
-        torque_noise_Nm: Standard deviation of one torque channel.
-        force_range_N: Largest force that it can show.
-        torque_range_Nm: Largest torque that it can show.
-    """
-
-    force_noise_N: float = 0.0
-    torque_noise_Nm: float = 0.0
-    force_range_N: float = inf
-    torque_range_Nm: float = inf
 
 
 def require_fitting(
@@ -53,12 +35,14 @@ def require_fitting(
         ConfigurationError: A limit could never trip, would always trip, or the arm cannot retract like this.
     """
     press_N = task.press_kgf * N_PER_KGF
-    noise_N, noise_Nm = _NOISE * sensor.force_noise_N, _NOISE * sensor.torque_noise_Nm
-    _between(config, "max_force_N", press_N, "the pressing force", sensor.force_range_N)
-    _between(config, "max_force_N", noise_N, "what noise alone shows", sensor.force_range_N)
-    _between(config, "unexpected_contact_N", noise_N, "what noise alone shows", sensor.force_range_N)
-    _between(config, "max_torque_Nm", noise_Nm, "what noise alone shows", sensor.torque_range_Nm)
-    rate, most = noise_N / _PERIOD_S, 2.0 * sensor.force_range_N / _PERIOD_S
+    noise_N, noise_Nm = _NOISE * sensor.noise_N, _NOISE * sensor.noise_Nm
+    # Pressed along its weakest axis a sensor shows no more than that axis can.
+    range_N, range_Nm = min(sensor.range_N), min(sensor.range_Nm)
+    _between(config, "max_force_N", press_N, "the pressing force", range_N)
+    _between(config, "max_force_N", noise_N, "what noise alone shows", range_N)
+    _between(config, "unexpected_contact_N", noise_N, "what noise alone shows", range_N)
+    _between(config, "max_torque_Nm", noise_Nm, "what noise alone shows", range_Nm)
+    rate, most = noise_N / _PERIOD_S, 2.0 * range_N / _PERIOD_S
     _between(config, "max_force_rate_N_s", rate, "what noise alone shows", most)
     _between(config, "max_tracking_error_mrad", 2e3 * max(kinematics.arm.encoder_step_rad), "two encoder steps", inf)
     reach_mrad = float(kinematics.velocity_limit_rad_s.max()) * _PERIOD_S * 1e3

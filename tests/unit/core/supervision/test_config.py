@@ -13,8 +13,9 @@ from palpate.core.errors import ConfigurationError
 from palpate.core.insertion.config import TaskConfig
 from palpate.core.motion.arm import arm_named
 from palpate.core.motion.model import Kinematics
+from palpate.core.ports.sensor_facts import SensorFacts
 from palpate.core.supervision.config import DEFAULTS, SupervisionConfig, weakened_lines, weaker_limits
-from palpate.core.supervision.fit import SensorFacts, require_fitting
+from palpate.core.supervision.fit import require_fitting
 from tests.unit.core.fake_world import TOOL, ready_pose
 
 
@@ -78,26 +79,31 @@ def test_contact_that_could_never_trip_is_refused() -> None:
 def fit(config: SupervisionConfig, sensor: SensorFacts | None = None, arm: str = "zebra-zero") -> None:
     home, _ = ready_pose(arm)
     kinematics = Kinematics(arm_named(arm), TOOL)
-    require_fitting(config, TaskConfig(), kinematics, np.array(home), sensor or SensorFacts())
+    require_fitting(config, TaskConfig(), kinematics, np.array(home), sensor or SensorFacts(0.0, 0.0))
 
 
 @pytest.mark.parametrize("arm", ["zebra-zero", "ur5"])
 def test_the_defaults_suit_both_arms_and_the_simulated_sensor(arm: str) -> None:
-    fit(SupervisionConfig(), SensorFacts(0.1, 0.004, 200.0, 10.0), arm)
+    fit(SupervisionConfig(), SensorFacts(0.1, 0.004, (200.0,) * 3, (10.0,) * 3), arm)
 
 
 @pytest.mark.parametrize(
     ("config", "sensor", "field", "words"),
     [
         ({"max_force_N": 4.9}, {}, "max_force_N", "above 4.903, the pressing force, or every trial trips"),
-        ({"max_force_N": 30.0}, {"force_range_N": 30.0}, "max_force_N", "below 30, the most that the sensor can show"),
-        ({}, {"force_noise_N": 0.4}, "unexpected_contact_N", "above 3.6, what noise alone shows, or every trial"),
-        ({"max_force_rate_N_s": 120.0}, {"force_noise_N": 0.1}, "max_force_rate_N_s", "above 126, what noise"),
-        ({}, {"force_range_N": 5.0}, "max_force_N", "could never trip"),
-        ({"max_force_N": 9.0}, {"force_range_N": 10.0}, "max_force_rate_N_s", "below 2800"),
-        ({"max_torque_Nm": 0.05}, {"torque_noise_Nm": 0.01}, "max_torque_Nm", "above 0.09"),
-        ({}, {"torque_range_Nm": 6.0}, "max_torque_Nm", "below 6"),
-        ({"max_force_N": 8.0}, {"force_noise_N": 1.0}, "max_force_N", "what noise alone shows"),
+        (
+            {"max_force_N": 30.0},
+            {"range_N": (200.0, 200.0, 30.0)},
+            "max_force_N",
+            "below 30, the most that the sensor can show",
+        ),
+        ({}, {"noise_N": 0.4}, "unexpected_contact_N", "above 3.6, what noise alone shows, or every trial"),
+        ({"max_force_rate_N_s": 120.0}, {"noise_N": 0.1}, "max_force_rate_N_s", "above 126, what noise"),
+        ({}, {"range_N": (200.0, 200.0, 5.0)}, "max_force_N", "could never trip"),
+        ({"max_force_N": 9.0}, {"range_N": (200.0, 200.0, 10.0)}, "max_force_rate_N_s", "below 2800"),
+        ({"max_torque_Nm": 0.05}, {"noise_Nm": 0.01}, "max_torque_Nm", "above 0.09"),
+        ({}, {"range_Nm": (6.0, 30.0, 30.0)}, "max_torque_Nm", "below 6"),
+        ({"max_force_N": 8.0}, {"noise_N": 1.0}, "max_force_N", "what noise alone shows"),
         ({"max_command_jump_mrad": 7.0}, {}, "max_command_jump_mrad", "above 7.143, what the joints' velocity"),
     ],
 )
@@ -105,7 +111,7 @@ def test_what_always_or_never_trips_is_refused(
     config: dict[str, Any], sensor: dict[str, Any], field: str, words: str
 ) -> None:
     with pytest.raises(ConfigurationError) as error:
-        fit(SupervisionConfig(**config), SensorFacts(**sensor))
+        fit(SupervisionConfig(**config), SensorFacts(**{"noise_N": 0.0, "noise_Nm": 0.0, **sensor}))
     assert error.value.field == f"supervision.{field}"
     assert words in error.value.accepted
 
@@ -117,7 +123,7 @@ def test_a_tolerance_below_the_encoder_is_refused() -> None:
     with pytest.raises(ConfigurationError, match=r"max_tracking_error_mrad = 0.5 .* above 2, two encoder steps"):
         require_fitting(
             SupervisionConfig(max_tracking_error_mrad=0.5), TaskConfig(), Kinematics(arm, TOOL), np.array(home),
-            SensorFacts(),
+            SensorFacts(0.0, 0.0),
         )  # fmt: skip
 
 
@@ -135,4 +141,6 @@ def test_a_retraction_longer_than_the_arm_is_refused() -> None:
     kinematics.lower_rad[1] = 0.59
     kinematics.lower_rad[2] = -0.91
     with pytest.raises(ConfigurationError, match=r"retract_mm = 200.* the way that zebra-zero has"):
-        require_fitting(SupervisionConfig(retract_mm=200.0), TaskConfig(), kinematics, np.array(home), SensorFacts())
+        require_fitting(
+            SupervisionConfig(retract_mm=200.0), TaskConfig(), kinematics, np.array(home), SensorFacts(0.0, 0.0)
+        )

@@ -1,0 +1,75 @@
+"""What is known of a rig's force sensor: what the rig file states and what the sensor reports, put together."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from dataclasses import asdict
+from math import isclose
+from typing import Any, Final, Protocol, runtime_checkable
+
+from palpate.adapters.config import SensorFactsTable
+from palpate.core.errors import ConfigurationError
+from palpate.core.ports import SensorFacts, Vector3
+
+_REMEDY: Final = "palpate doctor --rig FILE measures the noise and shows the line to write below [force_sensor]"
+_SAME_RATE: Final = 0.01
+"""A stated rate may differ by this share from the reported one: it may have been measured."""
+
+
+@runtime_checkable
+class ReportsFacts(Protocol):
+    """A force sensor that knows facts about itself; adapters may leave this out."""
+
+    @abstractmethod
+    def reported_facts(self) -> SensorFactsTable:
+        """What the device reports, once it is configured."""
+
+
+def reported_by(sensor: object) -> SensorFactsTable:
+    """What a configured sensor reports of itself; nothing where it cannot."""
+    return sensor.reported_facts() if isinstance(sensor, ReportsFacts) else SensorFactsTable()
+
+
+def missing_facts(stated: SensorFactsTable, reported: SensorFactsTable) -> tuple[str, ...]:
+    """Names of the facts that neither states."""
+    known = _known(reported) | _known(stated)
+    return tuple(name for name in asdict(stated) if name != "frame" and name not in known)
+
+
+def gathered(stated: SensorFactsTable, reported: SensorFactsTable) -> SensorFacts:
+    """The facts that a run relies on. A rig file may narrow a range; it must not contradict the sensor.
+
+    Args:
+        stated: By the rig file.
+        reported: By the sensor.
+
+    Raises:
+        ConfigurationError: Something is known from neither, or the rig file contradicts the sensor.
+    """
+    missing = missing_facts(stated, reported)
+    if missing:
+        accepted = f"a table that states {', '.join(missing)}, which the sensor does not report; {_REMEDY}"
+        raise ConfigurationError(stated.TABLE, _known(stated) or None, accepted)
+    for name in ("range_N", "range_Nm"):
+        _require_within(name, getattr(stated, name), getattr(reported, name))
+    if None not in (stated.rate_Hz, reported.rate_Hz) and not isclose(
+        stated.rate_Hz or 0.0, reported.rate_Hz or 0.0, rel_tol=_SAME_RATE
+    ):
+        raise ConfigurationError(
+            stated.dotted("rate_Hz"), stated.rate_Hz, f"{reported.rate_Hz:g}, as the sensor is set"
+        )
+    if None not in (stated.frame, reported.frame) and stated.frame != reported.frame:
+        raise ConfigurationError(stated.dotted("frame"), stated.frame, f"{reported.frame}, as the sensor reports it")
+    return SensorFacts(**(_known(reported) | _known(stated)))
+
+
+def _known(facts: SensorFactsTable) -> dict[str, Any]:
+    return {name: value for name, value in asdict(facts).items() if value is not None}
+
+
+def _require_within(name: str, stated: Vector3 | None, reported: Vector3 | None) -> None:
+    if stated is None or reported is None:
+        return
+    if any(value > most for value, most in zip(stated, reported, strict=True)):
+        accepted = f"at most {', '.join(f'{most:g}' for most in reported)}, what the sensor reports"
+        raise ConfigurationError(SensorFactsTable.TABLE + "." + name, stated, accepted)
