@@ -23,12 +23,16 @@ from .records import CallEntry as CallEntry
 from .records import DecisionEntry as DecisionEntry
 from .records import EndRecord as EndRecord
 from .records import EventEntry as EventEntry
+from .records import LossEntry as LossEntry
+from .records import ReinforcementEntry as ReinforcementEntry
+from .recover import RECOVERED as RECOVERED
 from .recover import recover as recover
 from .series import Series as Series
 from .series import config_of as config_of
 from .series import series_of as series_of
 from .series import tare_of as tare_of
 from .symbol_strings import strings_from as strings_from
+from .tick_layout import TickRecord as TickRecord
 from .trial_recorder import LOG_FOLDER as LOG_FOLDER
 from .trial_recorder import TrialRecorder as TrialRecorder
 from .trial_recorder import end_of as end_of

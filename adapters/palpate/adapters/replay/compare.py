@@ -3,27 +3,76 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import fields
-from typing import Any
+from typing import Any, TypeAlias
 
-from palpate.adapters.log import DecisionEntry, EndRecord, EventEntry, TrialLog, dump_json, end_of
+from typing_extensions import override
+
+from palpate.adapters.config import RunConfig
+from palpate.adapters.experiments import score
+from palpate.adapters.log import (
+    DecisionEntry,
+    EndRecord,
+    EventEntry,
+    ReinforcementEntry,
+    TrialLog,
+    dump_json,
+    end_of,
+    learner_of_json,
+)
 from palpate.adapters.replay.rebuild import Rebuilt
 from palpate.adapters.replay.tape import Difference, Differences, close_enough, same_bits
+from palpate.core.control_loop import LoopObserver
 from palpate.core.insertion import Purpose, TrialReport, generator
 from palpate.core.policy import learner_of
+from palpate.core.ports import Truth
+
+_Told: TypeAlias = DecisionEntry | ReinforcementEntry | EventEntry
 
 
-def compare_start(differences: Differences, log: TrialLog, rebuilt: Rebuilt) -> None:
+class Beginning(LoopObserver):
+    """What the core holds as a trial begins.
+
+    Args:
+        rebuilt: The core.
+
+    Attributes:
+        held: Field of the start record and its value; empty while the trial has not begun.
+    """
+
+    def __init__(self, rebuilt: Rebuilt) -> None:
+        self._rebuilt = rebuilt
+        self.held: dict[str, Any] = {}
+
+    @override
+    def begun(self, start_ns: int, report: TrialReport) -> None:
+        rebuilt = self._rebuilt
+        learner = learner_of(rebuilt.policy)
+        self.held = {
+            "temperature": report.temperature,
+            "filter_state": tuple(rebuilt.task.filter_state),
+            "perception_state": tuple(rebuilt.perception.get_state()),
+            "learner": None if learner is None else json.loads(dump_json(learner.get_state())),
+        }
+
+
+def compare_start(differences: Differences, log: TrialLog, rebuilt: Rebuilt, beginning: Beginning) -> None:
     """What the core derives by itself as a trial begins."""
     start, setup = log.start, rebuilt.setup
     state = dump_json(generator(setup.seed, Purpose.POLICY, setup.index).bit_generator.state)
     if state != start.generator_json:
         differences.add(Difference(0, "/start", "generator", start.generator_json, state), gross=True)
-    temperature = rebuilt.task.report.temperature
-    if temperature != start.temperature:
-        difference = Difference(0, "/start", "temperature", start.temperature, temperature)
-        gross = temperature is None or start.temperature is None or not close_enough(temperature, start.temperature)
-        differences.add(difference, gross=gross)
+    if start.arm != rebuilt.config.arm:
+        differences.add(Difference(0, "/start", "arm", start.arm, rebuilt.config.arm), gross=True)
+    told = {
+        "temperature": start.temperature,
+        "filter_state": start.filter_state,
+        "perception_state": start.perception_state,
+        "learner": learner_of_json(start.learner_json),
+    }
+    for name, now in beginning.held.items():
+        _compare_trees(differences, "/start", 0, name, told[name], now)
 
 
 def decisions_of(report: TrialReport) -> list[DecisionEntry]:
@@ -43,21 +92,23 @@ def decisions_of(report: TrialReport) -> list[DecisionEntry]:
 
 
 def compare_reports(
-    differences: Differences, log: TrialLog, report: TrialReport, decisions: list[DecisionEntry]
+    differences: Differences, log: TrialLog, report: TrialReport, decisions: list[DecisionEntry], *, whole: bool
 ) -> None:
     """Decisions, what they earned, events, and what the trial came to.
 
-    A log that ends before its trial did may lack the last of them.
+    Args:
+        differences: Takes what differs.
+        log: The recorded trial.
+        report: The core's account now.
+        decisions: The core's decisions now.
+        whole: The log goes to the trial's end. Else it may lack what came of its last tick, for that is written after
+            the tick, and what the last decision earned.
     """
+    surely = None if whole else len(log.ticks) - 1
     for recorded, replayed in zip(log.decisions, decisions, strict=False):
         _compare_fields(differences, "/decision", recorded.tick, recorded, replayed)
-    whole = log.end is not None
-    if len(decisions) > len(log.decisions) or (whole and len(decisions) < len(log.decisions)):
-        few = min(len(decisions), len(log.decisions))
-        tick = (decisions if len(decisions) > few else log.decisions)[few].tick
-        count = Difference(tick, "/decision", "number of decisions", len(log.decisions), len(decisions))
-        differences.add(count, gross=True)
-    _compare_reinforcements(differences, log, report)
+    _compare_counts(differences, "/decision", "decisions", log.decisions, decisions, surely)
+    _compare_reinforcements(differences, log, report, surely)
     events = [EventEntry(tick=e.tick, name=e.name, detail=e.detail) for e in report.events]
     for told, now in zip(log.events, events, strict=False):
         if (told.tick, told.name, told.detail) != (now.tick, now.name, now.detail):
@@ -65,35 +116,71 @@ def compare_reports(
             gross = (told.tick, told.name) != (now.tick, now.name)
             shown = (f"{e.tick}: {e.name} {e.detail}".strip() for e in (told, now))
             differences.add(Difference(min(told.tick, now.tick), "/event", "event", *shown), gross=gross)
-    if len(events) > len(log.events) or (whole and len(events) < len(log.events)):
-        few = min(len(events), len(log.events))
-        tick = (events if len(events) > few else log.events)[few].tick
-        differences.add(Difference(tick, "/event", "number of events", len(log.events), len(events)), gross=True)
-    if log.end is not None and not log.end.error:
-        _compare_ends(differences, log.end, report)
+    _compare_counts(differences, "/event", "events", log.events, events, surely)
 
 
-def _compare_reinforcements(differences: Differences, log: TrialLog, report: TrialReport) -> None:
-    known = [(n, d.reinforcement) for n, d in enumerate(report.decisions) if d.reinforcement is not None]
+def _compare_counts(
+    differences: Differences,
+    channel: str,
+    what: str,
+    recorded: Sequence[_Told],
+    replayed: Sequence[_Told],
+    surely: int | None,
+) -> None:
+    few = min(len(recorded), len(replayed))
+    more = [entry.tick for entry in (*recorded[few:], *replayed[few:])]
+    if not more or (surely is not None and len(recorded) == few and more[0] >= surely):
+        return
+    differences.add(Difference(more[0], channel, f"number of {what}", len(recorded), len(replayed)), gross=True)
+
+
+def compare_recorder(differences: Differences, log: TrialLog) -> None:
+    """What the recorder says of its own work, where all that it could have lost was there to be compared."""
+    if differences.count or log.end is None:
+        return
+    for loss in log.losses:
+        if loss.dropped_messages:
+            told, now = f"{loss.dropped_messages} ({loss.text})", "0, the log is whole"
+            differences.add(Difference(loss.tick, "/recorder", "missing messages", told, now), gross=True)
+
+
+def _compare_reinforcements(differences: Differences, log: TrialLog, report: TrialReport, surely: int | None) -> None:
     ticks = [*(d.tick for d in report.decisions[1:]), report.ticks - 1]
-    for recorded, (number, value) in zip(log.reinforcements, known, strict=False):
-        for field, told, now in (
-            ("number", recorded.number, number),
-            ("tick", recorded.tick, ticks[number]),
-            ("reinforcement", recorded.reinforcement, value),
-        ):
-            _compare_values(differences, "/reinforcement", recorded.tick, field, told, now)
-    if len(known) > len(log.reinforcements) or (log.end is not None and len(known) < len(log.reinforcements)):
-        count = Difference(
-            report.ticks - 1, "/reinforcement", "number of reinforcements", len(log.reinforcements), len(known)
-        )
-        differences.add(count, gross=True)
+    known = [
+        ReinforcementEntry(tick=ticks[number], number=number, reinforcement=decision.reinforcement)
+        for number, decision in enumerate(report.decisions)
+        if decision.reinforcement is not None
+    ]
+    for recorded, now in zip(log.reinforcements, known, strict=False):
+        _compare_fields(differences, "/reinforcement", recorded.tick, recorded, now)
+    _compare_counts(differences, "/reinforcement", "reinforcements", log.reinforcements, known, surely)
 
 
-def _compare_ends(differences: Differences, end: EndRecord, report: TrialReport) -> None:
-    replayed = end_of(report)
-    for name in ("outcome", "exploration_time_s", "actions", "peak_force_N", "depth_m", "ticks", "clamped_ticks"):
+def compare_ends(differences: Differences, log: TrialLog, report: TrialReport, config: RunConfig) -> None:
+    """What the trial came to by the core's own account, and whether the score follows from the recorded truth."""
+    end, replayed = log.end, end_of(report)
+    if end is None:
+        return
+    for name in (
+        "outcome", "exploration_time_s", "actions", "peak_force_N", "depth_m", "ticks", "clamped_ticks", "tick",
+    ):  # fmt: skip
         _compare_values(differences, "/end", end.tick, name, getattr(end, name), getattr(replayed, name))
+    if differences.count == 0 and end.success is not None:
+        _compare_values(differences, "/end", end.tick, "success", end.success, _success(end, report, config))
+    if not log.start.derived_from and _claims_what_if(log):
+        differences.add(Difference(end.tick, "/end", "counterfactual", True, False), gross=True)
+
+
+def _success(end: EndRecord, report: TrialReport, config: RunConfig) -> bool | None:
+    tip, hole = end.true_tip_in_task_m, end.true_hole_in_task_m
+    if len(tip) != 3 or len(hole) != 3 or end.true_depth_m is None or end.true_peak_force_N is None:
+        return None
+    return score(config, report, Truth(hole, tip, end.true_depth_m, end.true_peak_force_N)).success
+
+
+def _claims_what_if(log: TrialLog) -> bool:
+    told = (log.end, *log.decisions, *log.events, *log.reinforcements)
+    return any(entry is not None and entry.counterfactual for entry in told)
 
 
 def compare_learners(differences: Differences, end: EndRecord, rebuilt: Rebuilt) -> None:
@@ -103,24 +190,24 @@ def compare_learners(differences: Differences, end: EndRecord, rebuilt: Rebuilt)
     if now is not None and dump_json(now) == end.learner_json:
         return
     told: Any = json.loads(end.learner_json) if end.learner_json else None
-    _compare_trees(differences, end.tick, "learner", told, now)
+    _compare_trees(differences, "/end", end.tick, "learner", told, now)
 
 
-def _compare_trees(differences: Differences, tick: int, where: str, told: Any, now: Any) -> None:
+def _compare_trees(differences: Differences, channel: str, tick: int, where: str, told: Any, now: Any) -> None:
     if isinstance(told, dict) and isinstance(now, dict) and told.keys() == now.keys():
         for key in told:
-            _compare_trees(differences, tick, f"{where}.{key}", told[key], now[key])
-    elif isinstance(told, list) and isinstance(now, list) and len(told) == len(now):
+            _compare_trees(differences, channel, tick, f"{where}.{key}", told[key], now[key])
+    elif isinstance(told, (list, tuple)) and isinstance(now, (list, tuple)) and len(told) == len(now):
         for index, (a, b) in enumerate(zip(told, now, strict=True)):
-            _compare_trees(differences, tick, f"{where}[{index}]", a, b)
+            _compare_trees(differences, channel, tick, f"{where}[{index}]", a, b)
     else:
-        _compare_values(differences, "/end", tick, where, told, now)
+        _compare_values(differences, channel, tick, where, told, now)
 
 
 def _compare_fields(differences: Differences, channel: str, tick: int, recorded: Any, replayed: Any) -> None:
     for field in fields(recorded):
         if field.name == "counterfactual":
-            # How the log came about, not what the core said.
+            # How the log came about, not what the core said: held against the log itself.
             continue
         told, now = getattr(recorded, field.name), getattr(replayed, field.name)
         _compare_values(differences, channel, tick, field.name, told, now)

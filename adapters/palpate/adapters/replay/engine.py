@@ -13,6 +13,7 @@ from typing import Any, Final
 from palpate.adapters.experiments import ScoredTrial
 from palpate.adapters.log import (
     DecisionEntry,
+    TickRecord,
     TrialLog,
     arm_sha256,
     core_sha256,
@@ -21,10 +22,19 @@ from palpate.adapters.log import (
     made_with,
     processor,
 )
-from palpate.adapters.replay.compare import compare_learners, compare_reports, compare_start, decisions_of
+from palpate.adapters.replay.compare import (
+    Beginning,
+    compare_ends,
+    compare_learners,
+    compare_recorder,
+    compare_reports,
+    compare_start,
+    decisions_of,
+)
 from palpate.adapters.replay.handover import WhatIfRecording, continue_in_mujoco
 from palpate.adapters.replay.rebuild import Rebuilder, Rebuilt
 from palpate.adapters.replay.tape import (
+    SENSOR_FRAME,
     Difference,
     Differences,
     ReplayArm,
@@ -36,8 +46,8 @@ from palpate.adapters.replay.tape import (
 )
 from palpate.core.control_loop import run_trial
 from palpate.core.errors import LogError
-from palpate.core.insertion import INTERRUPT
-from palpate.core.ports import Ports, World
+from palpate.core.insertion import INTERRUPT, TrialReport
+from palpate.core.ports import Ports, World, WrenchKind
 
 
 class Verdict(enum.Enum):
@@ -85,6 +95,7 @@ class Replay:
         counterfactual_from: Tick of the first command that is not the recorded one: from there on the recorded
             samples are no answer to what the core does. None when all commands are equal.
         lesson: For a trial that taught something: its place in the course of learning.
+        other_code: Whether other code of the core recorded it; False where the log does not say.
     """
 
     path: str
@@ -100,6 +111,7 @@ class Replay:
     problem: str = ""
     counterfactual_from: int | None = None
     lesson: Lesson | None = None
+    other_code: bool = False
 
 
 _STILL_RUNNING: Final = "still running"
@@ -129,19 +141,29 @@ def replay(
             rebuilt.task.interrupt()
 
     tape.at_tick = at_tick if interrupts else None
+    beginning = Beginning(rebuilt)
+    error: BaseException | None = None
     if in_mujoco:
         note = _went_on(log, continue_in_mujoco(tape, rebuilt, recording))
     else:
-        note = _ending(tape, rebuilt, run_over(tape, rebuilt, recording))
+        error = run_over(tape, rebuilt, recording, beginning)
+        note = _ending(tape, rebuilt, error)
     report = rebuilt.task.report
     decisions = decisions_of(report)
     left = tape.differences.first_command_tick is not None
     if not (in_mujoco and left):
         if not rebuilder.what_if:
-            compare_start(tape.differences, log, rebuilt)
-        compare_reports(tape.differences, log, report, decisions)
-        if log.end is not None and not rebuilder.what_if:
-            compare_learners(tape.differences, log.end, rebuilt)
+            compare_start(tape.differences, log, rebuilt, beginning)
+        # What ends a trial from outside, such as a second Ctrl-C, may end it in the middle of a tick.
+        torn = isinstance(error, TapeEndError) and _is_torn(tape.last)
+        compare_reports(tape.differences, log, report, decisions, whole=log.end is not None and not torn)
+        if log.end is not None and not torn:
+            compare_ends(tape.differences, log, report, rebuilt.config)
+            if not rebuilder.what_if:
+                compare_learners(tape.differences, log.end, rebuilt)
+        if not in_mujoco:
+            _compare_calls(tape, report)
+        compare_recorder(tape.differences, log)
     return Replay(
         path=log.path,
         verdict=_verdict(tape.differences, log),
@@ -155,10 +177,11 @@ def replay(
         decisions=tuple(decisions),
         counterfactual_from=tape.differences.first_command_tick,
         lesson=_lesson(log),
+        other_code=bool(log.start.core_sha256) and log.start.core_sha256 != core_sha256(),
     )
 
 
-def run_over(tape: Tape, rebuilt: Rebuilt, recording: WhatIfRecording) -> BaseException | None:
+def run_over(tape: Tape, rebuilt: Rebuilt, recording: WhatIfRecording, beginning: Beginning) -> BaseException | None:
     """Run the core over the tape; returns what ended it, if it did not end by itself."""
     sensor, encoder, arm = ReplayForceSensor(tape), ReplayJointEncoder(tape), ReplayArm(tape)
     with ExitStack() as opened:
@@ -167,7 +190,7 @@ def run_over(tape: Tape, rebuilt: Rebuilt, recording: WhatIfRecording) -> BaseEx
         ports = Ports(ReplayClock(tape), sensor, encoder, arm)
         try:
             with recording.of(tape, rebuilt, World("recording", {})) as observers:
-                run_trial(rebuilt.task, ports, rebuilt.setup, rebuilt.supervisor, observers)
+                run_trial(rebuilt.task, ports, rebuilt.setup, rebuilt.supervisor, (beginning, *observers))
         except LogError:
             raise
         except Exception as error:
@@ -195,7 +218,7 @@ def _ending(tape: Tape, rebuilt: Rebuilt, error: BaseException | None) -> str:
     if isinstance(error, TapeEndError):
         if end is None:
             return f"the log ends at tick {len(tape.log.ticks) - 1}, before the trial did"
-        if end.error:
+        if end.error and not end.outcome:
             return f"the recording was ended by {end.error} at tick {len(tape.log.ticks) - 1}"
         differences.add(Difference(tick, "/end", "outcome", end.outcome, _STILL_RUNNING), gross=True)
     elif error is not None:
@@ -208,7 +231,33 @@ def _ending(tape: Tape, rebuilt: Rebuilt, error: BaseException | None) -> str:
         now = "" if outcome is None else outcome.value
         recorded = _STILL_RUNNING if end is None else f"{end.ticks} ticks"
         differences.add(Difference(tick, "/end", "ticks", recorded, f"{tick + 1} ticks, {now}"), gross=True)
+    elif end is not None and (end.error or end.text):
+        differences.add(Difference(tick, "/end", "error", f"{end.error}: {end.text}", None), gross=True)
     return ""
+
+
+def _is_torn(last: TickRecord | None) -> bool:
+    """Whether the log's last tick was under way: then nobody knows how much of it was done."""
+    return last is not None and last.joints is not None and last.asked_rad is None
+
+
+def _compare_calls(tape: Tape, report: TrialReport) -> None:
+    """Hold all port calls in their order against the recorded ones, and each wrench against what the core takes it for.
+
+    Raises:
+        LogError: Ticks are missing behind the place where the core ended.
+    """
+    differences = tape.differences
+    if not differences.count:
+        tape.load_rest()
+    parted = tape.order.first_difference(whole=tape.log.end is not None and not differences.count)
+    if parted is not None:
+        tick, told, made = parted
+        differences.add(Difference(max(tick, 0), "/call", "port call", told or None, made or None), gross=True)
+    odd = tape.odd_tick
+    if odd is not None and not any(event.name in ("trip", "end") and event.tick <= odd + 1 for event in report.events):
+        now = f"{WrenchKind.RAW.value}, frame {SENSOR_FRAME!r}, as the core takes it"
+        differences.add(Difference(odd, "/tick", "wrench", "of another kind or frame", now), gross=True)
 
 
 def known_causes(log: TrialLog, rebuilt: Rebuilt) -> tuple[str, ...]:

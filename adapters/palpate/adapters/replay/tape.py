@@ -10,7 +10,8 @@ from typing import Final, Generic, NamedTuple, TypeVar
 
 from typing_extensions import override
 
-from palpate.adapters.log import CallEntry, TrialLog
+from palpate.adapters.log import CallEntry, TickRecord, TrialLog
+from palpate.adapters.replay.calls import FORCE, JOINTS, NOW, SEND, SLEEP, STOP, CallOrder
 from palpate.core import errors
 from palpate.core.errors import CommandError, LogError, PalpateError
 from palpate.core.ports import (
@@ -25,6 +26,7 @@ from palpate.core.ports import (
     JointVector,
     Life,
     ManagedDevice,
+    WrenchKind,
     WrenchSample,
 )
 
@@ -90,6 +92,8 @@ class Differences:
             self.first_gross = difference
 
 
+SENSOR_FRAME: Final = "sensor"
+"""The frame in which the core takes every wrench to be."""
 RELATIVE: Final = 1e-9
 """Numbers this close may come from another processor's last bits."""
 _ABSOLUTE: Final = 1e-12
@@ -138,12 +142,13 @@ class Track(Generic[T]):
     """What one port gave, call by call.
 
     Args:
-        port: Its name, for messages.
+        call: Port and call, as in :mod:`.calls`.
         load: Brings what the next tick holds; False when there is no more.
+        made: Takes note of each call that was answered.
     """
 
-    def __init__(self, port: str, load: Callable[[], bool]) -> None:
-        self._port, self._load = port, load
+    def __init__(self, call: str, load: Callable[[], bool], made: Callable[[str], None]) -> None:
+        self._call, self._load, self._made = call, load, made
         self._items: deque[T | Raised] = deque()
         self.append = self._items.append
 
@@ -156,8 +161,9 @@ class Track(Generic[T]):
         items = self._items
         while not items:
             if not self._load():
-                raise TapeEndError(self._port)
+                raise TapeEndError(self._call.partition(".")[0])
         item = items.popleft()
+        self._made(self._call)
         if isinstance(item, Raised):
             raise item.again()
         return item
@@ -174,6 +180,12 @@ class Track(Generic[T]):
         """The call is refused here, as it was when it was recorded: pass over that refusal."""
         if self.left and isinstance(self._items[0], Raised):
             self._items.popleft()
+            self._made(self._call)
+
+    @property
+    def waiting(self) -> bool:
+        """Whether there is more in what is loaded already."""
+        return bool(self._items)
 
 
 class Tape:
@@ -185,6 +197,9 @@ class Tape:
     Attributes:
         tick: The tick that is under way in the replay; -1 before the first.
         differences: Outputs that are not what was recorded.
+        order: All port calls, recorded and made.
+        last: The last tick that was loaded.
+        odd_tick: The first tick whose wrench is none of the sensor's own frame, or not as it was measured.
         at_tick: Called as each tick begins, with its number.
     """
 
@@ -193,11 +208,16 @@ class Tape:
         self.tick = -1
         self.differences = Differences()
         self.at_tick: Callable[[int], None] | None = None
-        self.clock: Track[int] = Track("clock", self._load)
-        self.deadlines: Track[int] = Track("clock", self._load)
-        self.wrenches: Track[WrenchSample] = Track("force_sensor", self._load)
-        self.joints: Track[JointSample] = Track("joint_encoder", self._load)
-        self.sends: Track[Sent] = Track("arm", self._load)
+        self.order = CallOrder()
+        self.last: TickRecord | None = None
+        self.odd_tick: int | None = None
+        made = self.order.made.append
+        self.clock: Track[int] = Track(NOW, self._load, made)
+        self.deadlines: Track[int] = Track(SLEEP, self._load, made)
+        self.wrenches: Track[WrenchSample] = Track(FORCE, self._load, made)
+        self.joints: Track[JointSample] = Track(JOINTS, self._load, made)
+        self.sends: Track[Sent] = Track(SEND, self._load, made)
+        self.stops: Track[None] = Track(STOP, self._load, made)
         self._calls: dict[int, list[CallEntry]] = defaultdict(list)
         for call in log.calls:
             self._calls[call.tick].append(call)
@@ -218,12 +238,16 @@ class Tape:
         if tick != self._loaded:
             self._refuse_gap(self._loaded, tick)
         self._loaded += 1
+        self.last = record
+        self.order.tell(record)
         if record.deadline_ns is not None:
             self.deadlines.append(record.deadline_ns)
         if record.time_ns is not None:
             self.clock.append(record.time_ns)
         if record.wrench is not None:
             self.wrenches.append(record.wrench)
+            if self.odd_tick is None and not _as_measured(record.wrench):
+                self.odd_tick = tick
         if record.joints is not None:
             self.joints.append(record.joints)
         if record.asked_rad is not None and record.applied is not None:
@@ -243,6 +267,7 @@ class Tape:
 
     def _add_calls(self, calls: Iterable[CallEntry]) -> None:
         for call in calls:
+            self.order.tell_call(call)
             if call.call == "now_ns" and call.time_ns is not None:
                 self.clock.append(call.time_ns)
             elif call.call == "read" and call.port == "force_sensor":
@@ -254,6 +279,17 @@ class Tape:
                     self.sends.append(Raised(call.error, call.text))
                 else:
                     self.sends.append(Sent(call.tick, call.asked_rad, call.applied))
+            elif call.call == "stop":
+                self.stops.append(Raised(call.error, call.text) if call.error else None)
+
+    def load_rest(self) -> None:
+        """Bring all ticks that are left.
+
+        Raises:
+            LogError: Ticks are missing.
+        """
+        while self._load():
+            pass
 
     def check_command(self, sent: Sent, asked_rad: JointVector) -> None:
         """Hold a command against the recorded one."""
@@ -285,6 +321,10 @@ class Tape:
         if recorded != deadline_ns:
             difference = Difference(self.tick, "/tick", "deadline_ns", recorded, deadline_ns)
             self.differences.add(difference, gross=True)
+
+
+def _as_measured(wrench: WrenchSample) -> bool:
+    return wrench.kind is WrenchKind.RAW and wrench.frame == SENSOR_FRAME
 
 
 class ReplayClock(Clock):
@@ -360,6 +400,7 @@ class ReplayArm(ManagedDevice, ArmCommand):
             tape.sends.refused()
             self._require_active("send()")
         if self._stopped and not tape.sends.left:
+            tape.order.made.append(SEND)
             return AppliedCommand(self._held, CommandReason.STOPPED)
         sent = tape.sends.next()
         if len(asked) != len(sent.asked_rad):
@@ -373,9 +414,13 @@ class ReplayArm(ManagedDevice, ArmCommand):
 
     @override
     def stop(self) -> None:
-        # There is nothing to bring to rest.
+        # There is nothing to bring to rest; whether it is called, and how often, is held against the log.
         if self._life is Life.ACTIVE:
             self._stopped = True
+            if self._tape.stops.waiting:
+                self._tape.stops.next()
+            else:
+                self._tape.order.made.append(STOP)
 
     def _on_activate(self) -> None:
         self._stopped = False

@@ -1,0 +1,177 @@
+"""Every output of the core is held against the log: what else than commands and decisions may be altered is found."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from itertools import count
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import palpate.core.control_loop as control_loop
+from palpate.adapters.log.reader import RawMessage
+from palpate.adapters.log.records import CallEntry, LossEntry, encode_call, encode_record
+from palpate.adapters.log.schema import CALL, RECORDER
+from palpate.adapters.replay.batch import replay_file
+from palpate.adapters.replay.engine import Replay, Verdict
+from palpate.adapters.replay.rebuild import Rebuilder
+from palpate.core.ports.decorator import DeviceDecorator
+from tests.log_surgery import Change, changed, in_start, indices, messages_of, one_ulp, write_log
+
+
+@pytest.fixture
+def messages(golden_here: Callable[[str], Path]) -> list[RawMessage]:
+    return messages_of(golden_here("train-paper"))
+
+
+@pytest.fixture
+def replayed(tmp_path: Path) -> Callable[[list[RawMessage]], Replay]:
+    """Replays a log of these messages, with checksums and counts made good."""
+    numbers = count()
+    return lambda messages: replay_file(write_log(tmp_path / f"{next(numbers)}.mcap", messages), Rebuilder())
+
+
+def said(**fields: Any) -> Change:
+    """Other values for fields of a message."""
+
+    def change(made: Any) -> None:
+        for name, value in fields.items():
+            setattr(made, name, value)
+
+    return change
+
+
+def in_wrench(**fields: Any) -> Change:
+    return lambda made: said(**fields)(made.wrench)
+
+
+def teach(place: str) -> Change:
+    """One visit more in the learner's state."""
+
+    def change(made: Any) -> None:
+        learner = json.loads(made.learner_json)
+        learner[place][0][0] += 1
+        made.learner_json = json.dumps(learner)
+
+    return change
+
+
+@pytest.mark.parametrize(
+    ("topic", "number", "change", "field"),
+    [
+        ("/end", 0, said(error="DeviceError", text="arm: cable pulled"), "error"),
+        ("/end", 0, said(text="all well"), "error"),
+        ("/end", 0, said(outcome="inserted"), "outcome"),
+        ("/end", 0, said(outcome="", error="KeyboardInterrupt"), "error"),
+        ("/end", 0, said(success=True), "success"),
+        ("/end", 0, said(ticks=3), "ticks"),
+        ("/end", 0, said(tick=3), "tick"),
+        ("/end", 0, said(actions=7), "actions"),
+        ("/end", 0, said(clamped_ticks=1), "clamped_ticks"),
+        ("/end", 0, said(counterfactual=True), "counterfactual"),
+        ("/end", 0, teach("visits"), "learner.visits[0][0]"),
+        ("/event", 2, said(counterfactual=True), "counterfactual"),
+        ("/decision", 1, said(counterfactual=True), "counterfactual"),
+        ("/tick", 150, in_wrench(frame="base"), "wrench"),
+        ("/tick", 150, in_wrench(kind=1), "wrench"),
+        ("/start", 0, in_start(arm="ur5"), "arm"),
+        ("/start", 0, one_ulp("temperature"), "temperature"),
+        ("/start", 0, one_ulp("filter_state", 2), "filter_state[2]"),
+        ("/start", 0, teach("visits"), "learner.visits[0][0]"),
+        ("/call", -1, said(call="halt"), "port call"),
+        ("/call", -1, said(error="DeviceError", text="no answer"), "error"),
+    ],
+)
+def test_a_field_that_is_altered(
+    messages: list[RawMessage],
+    replayed: Callable[[list[RawMessage]], Replay],
+    topic: str,
+    number: int,
+    change: Change,
+    field: str,
+) -> None:
+    one = replayed(changed(messages, indices(messages, topic)[number], change))
+    assert one.verdict is Verdict.DIVERGED
+    assert one.first is not None
+    assert one.first.field == field
+
+
+@pytest.mark.parametrize("field", ["true_depth_m", "true_peak_force_N"])
+def test_a_truth_that_contradicts_the_score(
+    golden_here: Callable[[str], Path], replayed: Callable[[list[RawMessage]], Replay], field: str
+) -> None:
+    whole = messages_of(golden_here("torque-ur5"))
+    one = replayed(changed(whole, indices(whole, "/end")[0], said(**{field: 0.001 if "depth" in field else 99.0})))
+    assert one.first is not None
+    assert one.first.field == "success"
+
+
+def test_a_stop_that_is_missing_or_made_up(
+    messages: list[RawMessage], replayed: Callable[[list[RawMessage]], Replay]
+) -> None:
+    stop = indices(messages, "/call")[-1]
+    for altered in (messages[:stop] + messages[stop + 1 :], [*messages[:stop], messages[stop], *messages[stop:]]):
+        one = replayed(altered)
+        assert one.verdict is Verdict.DIVERGED
+        assert one.first is not None
+        assert one.first.field == "port call"
+
+
+def test_a_recorder_that_misses_messages_which_are_there(
+    messages: list[RawMessage], replayed: Callable[[list[RawMessage]], Replay]
+) -> None:
+    loss = LossEntry(tick=99, problem="queue full", text="10 messages are missing", dropped_messages=10)
+    told = RawMessage(RECORDER.id, messages[100].time_ns, encode_record("Recorder", loss))
+    one = replayed([*messages[:100], told, *messages[100:]])
+    assert one.verdict is Verdict.DIVERGED
+    assert one.first is not None
+    assert one.first.recorded == "10 (10 messages are missing)"
+
+
+def test_calls_that_are_none_of_the_core_are_no_outputs(
+    messages: list[RawMessage], replayed: Callable[[list[RawMessage]], Replay]
+) -> None:
+    struck = encode_call(CallEntry(tick=50, port="force_sensor", call="fault", text="drop"))
+    one = replayed([*messages[:60], RawMessage(CALL.id, messages[60].time_ns, struck), *messages[60:]])
+    assert one.verdict is Verdict.EQUAL
+
+
+class _Unstoppable(DeviceDecorator):
+    """An arm that no stop reaches."""
+
+    def __init__(self, arm: Any) -> None:
+        super().__init__(arm)
+        self.send = arm.send
+
+    def stop(self) -> None: ...
+
+
+def test_a_core_that_does_not_stop_the_arm(golden_here: Callable[[str], Path], monkeypatch: pytest.MonkeyPatch) -> None:
+    stop = control_loop._stop
+    monkeypatch.setattr(control_loop, "_stop", lambda arm, *others: stop(_Unstoppable(arm), *others))
+    for name in ("train-paper", "torque-ur5", "spiral-force-limit"):
+        one = replay_file(golden_here(name), Rebuilder())
+        assert one.verdict is Verdict.DIVERGED
+        assert one.first is not None
+        assert (one.first.field, one.first.recorded, one.first.replayed) == ("port call", "arm.stop", None)
+
+
+def test_a_log_cut_between_any_two_messages_is_judged_by_what_was_surely_written(
+    messages: list[RawMessage], replayed: Callable[[list[RawMessage]], Replay]
+) -> None:
+    places = [place + more for place in indices(messages, "/decision")[:3] for more in range(-2, 3)]
+    for place in places:
+        one = replayed(messages[:place])
+        assert one.verdict is Verdict.EQUAL, (place, one.first)
+        assert "before the trial did" in one.note
+
+
+def test_a_cut_log_that_lacks_what_was_surely_written(
+    messages: list[RawMessage], replayed: Callable[[list[RawMessage]], Replay]
+) -> None:
+    cut = indices(messages, "/decision")[2]
+    missing = indices(messages, "/decision")[0]
+    one = replayed([*messages[:missing], *messages[missing + 1 : cut]])
+    assert one.verdict is Verdict.DIVERGED
