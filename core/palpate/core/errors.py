@@ -5,8 +5,7 @@
     PalpateError
     ├── ConfigurationError          a setting is wrong: the operator's to mend
     │   ├── AssetError              a robot description or mesh is missing
-    │   ├── UnreachableError        a pose that the arm cannot take
-    │   └── PolicyFileError         a policy file of another kind, schema or state space
+    │   └── UnreachableError        a pose that the arm cannot take
     ├── UsageError                  a command line that says nothing sensible: the operator's
     ├── OutputError                 writing there would lose what is already on disk
     ├── LogError                    a recorded trial that cannot be read, or not be replayed
@@ -48,10 +47,6 @@ class AssetError(ConfigurationError):
 
 class UnreachableError(ConfigurationError):
     """No joint configuration within the limits reaches the pose."""
-
-
-class PolicyFileError(ConfigurationError):
-    """A policy file cannot serve this task."""
 
 
 class UsageError(PalpateError):

@@ -10,7 +10,7 @@ from typing import Any, Final
 from palpate.adapters.config import RunConfig
 from palpate.adapters.experiments.build import task_actions
 from palpate.adapters.experiments.comparators import Omniscient, Spiral, TorqueFollowing
-from palpate.core.errors import ConfigurationError, PolicyFileError
+from palpate.core.errors import ConfigurationError
 from palpate.core.insertion import N_PER_KGF
 from palpate.core.perception import Perception, perception_from_dict, perception_to_dict
 from palpate.core.policy import (
@@ -116,19 +116,19 @@ def perception_of(document: PolicyDocument, config: RunConfig, configured: Perce
         configured: The run's perception; None where it would have to be fitted: then the file's serves.
 
     Raises:
-        PolicyFileError: They differ.
+        ConfigurationError: They differ.
     """
     try:
         own = perception_from_dict({key: value for key, value in document.perception.items() if key != "signal"})
     except ConfigurationError as error:
-        raise PolicyFileError("policy", "perception", f"a readable perception ({error})") from error
+        raise ConfigurationError("policy", "perception", f"a readable perception ({error})") from error
     if configured is not None:
         document.check_matches(configured.states, task_actions(config))
     # Stages that had to be fitted are the file's; what the configuration tells must be the same in both.
     theirs = perception_settings(config, own if configured is None else configured)
     if dict(document.perception) != theirs:
         where, mine, wanted = _first_difference(document.perception, theirs)
-        raise PolicyFileError(
+        raise ConfigurationError(
             f"policy.perception.{where}",
             mine,
             f"{wanted!r}, as the run is configured (or use --config with the run.toml beside the policy)",

@@ -22,18 +22,55 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final, NoReturn
+from typing import Annotated, Any, ClassVar, Final
 
 from palpate.core.automata.machine import Kind, Machine, Output
-from palpate.core.automata.texts import shown_name, shown_names
-from palpate.core.errors import ConfigurationError, require_one_of
+from palpate.core.automata.texts import shown_name
+from palpate.core.errors import ConfigurationError
 from palpate.core.files import write_whole
+from palpate.core.ports import Holds, OneOf, Settings, fitted, load_json, parse_json, require_keys, require_names
 
 SCHEMA: Final = "palpate.automaton/1"
 
 _WHOLE: Final = "automaton file"
-_KEYS: Final = ("schema", "kind", "alphabet", "start", "states")
+
+
+def _is_output(value: Any) -> bool:
+    return isinstance(value, (bool, str)) or (isinstance(value, list) and all(isinstance(one, str) for one in value))
+
+
+_Output = Annotated[Any, Holds(_is_output, "true, false, a name, or a list of names")]
+
+
+@dataclass(frozen=True)
+class _State(Settings):
+    """A state of an acceptor or a Moore machine."""
+
+    name: str
+    output: _Output
+    next: dict[str, str | None]
+
+
+@dataclass(frozen=True)
+class _MealyState(Settings):
+    """A state of a Mealy machine."""
+
+    name: str
+    next: dict[str, str | None]
+    outputs: dict[str, _Output | None]
+
+
+@dataclass(frozen=True)
+class _AutomatonFile(Settings):
+    TABLE: ClassVar[str] = _WHOLE
+
+    schema: str
+    kind: Annotated[str, OneOf(*(kind.value for kind in Kind))]
+    alphabet: tuple[str, ...]
+    start: str
+    states: tuple[Any, ...]
 
 
 def to_json_text(machine: Machine) -> str:
@@ -72,17 +109,11 @@ def from_json_text(text: str, alphabet: Sequence[str] | None = None) -> Machine:
     Raises:
         ConfigurationError: It is not an automaton file of this schema, contradicts itself, or is over other symbols.
     """
-    raw = _object(_WHOLE, _parsed(text))
-    # Before anything else: a file of another schema may have other keys.
-    if raw.get("schema") != SCHEMA:
-        raise ConfigurationError("schema", raw.get("schema"), f"{SCHEMA!r}; a newer schema needs a newer palpate")
-    _object(_WHOLE, raw, _KEYS)
-    require_one_of("kind", _text("kind", raw["kind"]), [kind.value for kind in Kind])
-    kind = Kind(raw["kind"])
-    symbols = _names("alphabet", raw["alphabet"])
-    if alphabet is not None and symbols != tuple(alphabet):
-        raise ConfigurationError("alphabet", symbols, f"{tuple(alphabet)}, in this order, as in this task")
-    return _machine(kind, symbols, raw)
+    file = _AutomatonFile.read(parse_json(text, _WHOLE, SCHEMA))
+    require_names("alphabet", file.alphabet, printable=False)
+    if alphabet is not None and file.alphabet != tuple(alphabet):
+        raise ConfigurationError("alphabet", file.alphabet, f"{tuple(alphabet)}, in this order, as in this task")
+    return _machine(file)
 
 
 def save(machine: Machine, path: str | Path) -> None:
@@ -104,125 +135,57 @@ def load(path: str | Path, alphabet: Sequence[str] | None = None) -> Machine:
     Raises:
         ConfigurationError: It cannot be read, or :func:`from_json_text` refuses it.
     """
-    try:
-        return from_json_text(Path(path).read_text(encoding="utf-8"), alphabet)
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigurationError(_WHOLE, str(path), f"a readable file in UTF-8 ({error})") from error
-    except ConfigurationError as error:
-        raise ConfigurationError(f"{path}: {error.field}", error.value, error.accepted) from error
+    return load_json(path, _WHOLE, lambda text: from_json_text(text, alphabet))
 
 
-def _machine(kind: Kind, alphabet: tuple[str, ...], raw: dict[str, Any]) -> Machine:
-    mealy = kind is Kind.MEALY
-    keys = ("name", "next", "outputs") if mealy else ("name", "output", "next")
-    entries = [_object(f"states[{n}]", entry, keys) for n, entry in enumerate(_list("states", raw["states"]))]
-    labels = _names("states", [entry["name"] for entry in entries])
+def _machine(file: _AutomatonFile) -> Machine:
+    kind = Kind(file.kind)
+    entry_kind = _MealyState if kind is Kind.MEALY else _State
+    entries: list[Any] = [fitted(f"states[{n}]", entry, entry_kind) for n, entry in enumerate(file.states)]
+    labels = tuple(entry.name for entry in entries)
+    require_names("states", labels, printable=False)
     number = {name: state for state, name in enumerate(labels)}
     rows, state_outputs, edge_outputs = [], [], []
     for n, entry in enumerate(entries):
-        following = _by_symbol(f"states[{n}].next", entry["next"], alphabet)
-        row = tuple(_state(where, name, number, or_none=True) for where, name in following)
+        following = _by_symbol(f"states[{n}].next", entry.next, file.alphabet)
+        row = tuple(None if name is None else _number(where, name, number) for where, name in following)
         rows.append(row)
-        if mealy:
-            said = _by_symbol(f"states[{n}].outputs", entry["outputs"], alphabet)
+        if kind is Kind.MEALY:
+            said = _by_symbol(f"states[{n}].outputs", entry.outputs, file.alphabet)
             edge_outputs.append(tuple(_edge_output(*spot, to) for spot, to in zip(said, row, strict=True)))
         else:
-            state_outputs.append(_output(f"states[{n}].output", entry["output"], kind))
-    start = _state("start", raw["start"], number, or_none=False)
+            if kind is Kind.DFA and not isinstance(entry.output, bool):
+                raise ConfigurationError(f"states[{n}].output", entry.output, "true or false")
+            state_outputs.append(_output(entry.output))
     return Machine(
         kind,
-        alphabet,
+        file.alphabet,
         transitions=tuple(rows),
         state_outputs=tuple(state_outputs),
         edge_outputs=tuple(edge_outputs),
-        start=0 if start is None else start,
+        start=_number("start", file.start, number),
         labels=labels,
     )
 
 
-def _by_symbol(where: str, value: object, alphabet: tuple[str, ...]) -> list[tuple[str, object]]:
+def _by_symbol(where: str, entries: dict[str, Any], alphabet: tuple[str, ...]) -> list[tuple[str, Any]]:
     """Where each entry is and what it holds, in the order of the alphabet."""
-    entries = _object(where, value, alphabet)
+    require_keys(where, entries, alphabet)
     return [(f"{where}.{shown_name(symbol)}", entries[symbol]) for symbol in alphabet]
 
 
-def _state(where: str, name: object, number: dict[str, int], *, or_none: bool) -> int | None:
-    if name is None and or_none:
-        return None
-    if not isinstance(name, str) or name not in number:
-        raise ConfigurationError(where, name, "the name of one of the states" + (", or null" if or_none else ""))
+def _number(where: str, name: str, number: dict[str, int]) -> int:
+    if name not in number:
+        raise ConfigurationError(where, name, "the name of one of the states")
     return number[name]
 
 
-def _output(where: str, value: object, kind: Kind) -> Output:
-    if isinstance(value, bool):
-        return value
-    if kind is Kind.DFA:
-        raise ConfigurationError(where, value, "true or false")
-    if isinstance(value, list) and all(isinstance(name, str) for name in value):
-        return tuple(value)
-    if isinstance(value, str):
-        return value
-    raise ConfigurationError(where, value, "true, false, a name, or a list of names")
+def _output(value: Any) -> Output:
+    output: Output = tuple(value) if isinstance(value, list) else value
+    return output
 
 
-def _edge_output(where: str, value: object, target: int | None) -> Output | None:
+def _edge_output(where: str, value: Any, target: int | None) -> Output | None:
     if (value is None) != (target is None):
         raise ConfigurationError(where, value, "an output where there is a next state, and null where there is none")
-    return None if value is None else _output(where, value, Kind.MEALY)
-
-
-def _parsed(text: str) -> object:
-    """Strict JSON: no NaN, no infinity, no key twice."""
-    try:
-        return json.loads(text, object_pairs_hook=_without_repeats, parse_constant=_refuse_constant)
-    except ConfigurationError:
-        raise
-    except (ValueError, RecursionError) as error:
-        raise ConfigurationError(_WHOLE, text, f"JSON ({error})") from error
-
-
-def _without_repeats(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    found = dict(pairs)
-    if len(found) != len(pairs):
-        keys = [key for key, _ in pairs]
-        repeated = next(key for key in keys if keys.count(key) > 1)
-        raise ConfigurationError(_WHOLE, repeated, "each key once in its object")
-    return found
-
-
-def _refuse_constant(name: str) -> NoReturn:
-    raise ConfigurationError(_WHOLE, name, "finite numbers only")
-
-
-def _object(where: str, value: object, keys: Sequence[str] | None = None) -> dict[str, Any]:
-    """An object; with ``keys``, one that has exactly these."""
-    if not isinstance(value, dict):
-        raise ConfigurationError(where, value, "an object")
-    if keys is not None and set(value) != set(keys):
-        missing = [key for key in keys if key not in value]
-        unknown = [key for key in value if key not in keys]
-        problem = f"missing {shown_names(missing)}" if missing else f"unknown key {unknown[0]!r}"
-        raise ConfigurationError(where, sorted(value), f"the keys {shown_names(keys)} ({problem})")
-    return value
-
-
-def _list(where: str, value: object) -> list[Any]:
-    if not isinstance(value, list) or not value:
-        raise ConfigurationError(where, value, "a list of at least one")
-    return value
-
-
-def _text(where: str, value: object) -> str:
-    if not isinstance(value, str):
-        raise ConfigurationError(where, value, "a text")
-    return value
-
-
-def _names(where: str, raw: object) -> tuple[str, ...]:
-    names: dict[str, None] = {}
-    for number, name in enumerate(_list(where, raw)):
-        if not _text(f"{where}[{number}]", name) or name in names:
-            raise ConfigurationError(f"{where}[{number}]", name, "a name, and none twice")
-        names[name] = None
-    return tuple(names)
+    return None if value is None else _output(value)

@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from palpate.core.errors import ConfigurationError, PolicyFileError
+from palpate.core.errors import ConfigurationError
 from palpate.core.policy.back_off import BackingOff, BackOff
-from palpate.core.policy.back_off_entry import BackOffEntry
 from palpate.core.policy.base import EXAMPLES, LEARNED, PROGRAMMED, Action, Policy
-from palpate.core.policy.entries import ActionEntry, LearnerEntry, TableRow
+from palpate.core.policy.entries import ActionEntry, BackOffEntry, LearnerEntry, TableRow
 from palpate.core.policy.examples import ExamplesPolicy
 from palpate.core.policy.file import PolicyDocument
 from palpate.core.policy.programmed import AssignedPolicy, MixedPolicy, ProgrammedPolicy
@@ -31,20 +30,20 @@ def document_of(policy: Policy, *, created_with: Mapping[str, Any], perception: 
         perception: Settings that turn sensor data into its states.
 
     Raises:
-        PolicyFileError: It is of another kind, or has no action for some state.
+        ConfigurationError: It is of another kind, or has no action for some state.
     """
     parts: list[AssignedPolicy | TabularLearner] = []
     for part in _parts_of(policy):
         if not isinstance(part, AssignedPolicy | TabularLearner):
             accepted = "programmed, examples, Q-learning and Sarsa; nothing else fits a policy file"
-            raise PolicyFileError("policy", type(part).__name__, accepted)
+            raise ConfigurationError("policy", type(part).__name__, accepted)
         parts.append(part)
     learner = learner_of(policy)
     states, actions = parts[0].states, parts[0].actions
     if any(part.states != states or part.actions != actions for part in parts):
-        raise PolicyFileError("policy", "parts that differ", "the same states and actions in all its parts")
+        raise ConfigurationError("policy", "parts that differ", "the same states and actions in all its parts")
     if sum(isinstance(part, TabularLearner) for part in parts) > 1:
-        raise PolicyFileError("policy", "several learners", "at most one learner")
+        raise ConfigurationError("policy", "several learners", "at most one learner")
     return PolicyDocument(
         created_with=created_with,
         perception=perception,
@@ -78,7 +77,7 @@ def policy_from(
         frozen_temperature: Temperature while frozen; None takes the floor of the schedule.
 
     Raises:
-        PolicyFileError: The task has other states or actions.
+        ConfigurationError: The task has other states or actions.
     """
     document.check_matches(states, actions)
     pairs = {
@@ -118,10 +117,10 @@ def _row_of(state: int, parts: Sequence[AssignedPolicy | TabularLearner], learne
     else:
         assigned = None if owner is None else owner.assigned(state)
         if owner is None or assigned is None:
-            raise PolicyFileError("policy", f"no action for {name!r}", "an action for every state")
+            raise ConfigurationError("policy", f"no action for {name!r}", "an action for every state")
         source, best = owner.source, assigned
     visits = None if learner is None else learner.visits[state]
-    return TableRow(name, source, parts[0].actions[best].name, best, q, visits)
+    return TableRow.of(name, source, parts[0].actions[best].name, best, q, visits)
 
 
 def new_learner(
@@ -166,4 +165,4 @@ def _backing(learner: TabularLearner) -> BackOffEntry | None:
         return None
     state = learner.get_state()
     tables = (tuple(map(tuple, state[key])) for key in ("q", "symbol_q", "symbol_visits"))
-    return BackOffEntry(learner.back_off, *tables)
+    return BackOffEntry(learner.back_off.visits, learner.back_off.symbol_of, *tables)

@@ -1,147 +1,179 @@
-"""The parts of a policy file - action, row of the table, learner - and how each is read from JSON."""
+"""The parts of a policy file - action, row of the table, learner - as JSON has them."""
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
-from typing import Any, Final
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import Annotated, Any, ClassVar, Final, Self
 
-from palpate.core.errors import ConfigurationError, PolicyFileError
-from palpate.core.policy.back_off_entry import BackOffEntry
+from typing_extensions import override
+
+from palpate.core.errors import ConfigurationError
+from palpate.core.policy.back_off import BackOff
 from palpate.core.policy.base import EXAMPLES, LEARNED, PROGRAMMED, Action
-from palpate.core.policy.exploration import TemperatureSchedule
-from palpate.core.policy.parsing import read_count, read_list, read_number, read_object, read_text
 from palpate.core.policy.sarsa import SarsaParameters
 from palpate.core.policy.tabular import QParameters
+from palpate.core.ports import OneOf, Range, Settings, fitted, kinds_of, require_keys
 
 LEARNERS: Final[dict[str, type[QParameters]]] = {"q-learning": QParameters, "sarsa": SarsaParameters}
 """Kinds of learners in files, and the settings that each has."""
-SOURCES: Final = (PROGRAMMED, EXAMPLES, LEARNED)
 
-_ROW_KEYS: Final = ("state", "source", "action", "value", "visits", "q", "visits_per_action")
-_SETTING_KEYS: Final = ("alpha", "gamma", "alpha_visits", "alpha_floor", "initial_value")
+_BACK_OFF: Final = "learner.back_off"
+_BESIDE: Final = ("trials_learned", "back_off")
 
 
 @dataclass(frozen=True, slots=True)
-class ActionEntry:
-    """One action of the file.
-
-    Attributes:
-        name: Its name.
-        displacement_mm: XY displacement of the tip, (2,), in the task frame.
-    """
+class ActionEntry(Settings):
+    """One action of the file."""
 
     name: str
+    """Its name."""
     displacement_mm: tuple[float, float]
+    """XY displacement of the tip, (2,), in the task frame."""
 
     @classmethod
-    def of(cls, action: Action) -> ActionEntry:
+    def of(cls, action: Action) -> Self:
         """A live action as the file has it."""
         x_m, y_m = action.displacement_m
         return cls(action.name, (1e3 * x_m, 1e3 * y_m))
 
-    @classmethod
-    def read(cls, where: str, raw: object) -> ActionEntry:
-        """Read it from JSON.
-
-        Raises:
-            PolicyFileError: It is not an action.
-        """
-        entry = read_object(where, raw, ("name", "displacement_mm"))
-        x_mm, y_mm = read_list(f"{where}.displacement_mm", entry["displacement_mm"], 2)
-        return cls(
-            read_text(f"{where}.name", entry["name"]),
-            (
-                read_number(f"{where}.displacement_mm[0]", x_mm),
-                read_number(f"{where}.displacement_mm[1]", y_mm),
-            ),
-        )
-
 
 @dataclass(frozen=True, slots=True)
-class TableRow:
-    """What is known for one state.
+class TableRow(Settings):
+    """What is known for one state."""
 
-    Attributes:
-        state: Its name.
-        source: Which knowledge decides: ``"programmed"``, ``"examples"`` or ``"learned"``.
-        action: Name of the assigned action, or of the best one that was learned.
-        best: Index of that action.
-        q: Q of each action, (n actions,); None without a learner.
-        visits_per_action: How often each action was learned from; None without a learner.
-    """
+    TABLE: ClassVar[str] = "table"
 
     state: str
-    source: str
+    """Its name."""
+    source: Annotated[str, OneOf(PROGRAMMED, EXAMPLES, LEARNED)]
+    """Which knowledge decides."""
     action: str
-    best: int
+    """Name of the assigned action, or of the best one that was learned."""
+    value: float | None
+    """Q of that action; None without a learner."""
+    visits: Annotated[int, Range(0)]
+    """How often the learner learned from this state."""
     q: tuple[float, ...] | None
-    visits_per_action: tuple[int, ...] | None
-
-    @property
-    def value(self) -> float | None:
-        """Q of the row's action; None without a learner."""
-        return None if self.q is None else self.q[self.best]
-
-    @property
-    def visits(self) -> int:
-        """How often the learner learned from this state."""
-        return sum(self.visits_per_action or ())
-
-    def content(self) -> dict[str, Any]:
-        """The row as JSON has it."""
-        return {key: getattr(self, key) for key in _ROW_KEYS}
+    """Q of each action, (n actions,); None without a learner."""
+    visits_per_action: tuple[Annotated[int, Range(0)], ...] | None
+    """How often each action was learned from; None without a learner."""
 
     @classmethod
-    def read(cls, where: str, raw: object, actions: list[str], has_learner: bool) -> TableRow:
-        """Read it from JSON.
+    def of(
+        cls,
+        state: str,
+        source: str,
+        action: str,
+        best: int,
+        q: tuple[float, ...] | None = None,
+        visits_per_action: tuple[int, ...] | None = None,
+    ) -> Self:
+        """A row whose value and visits follow from what was learned; ``best`` is the index of its action."""
+        value = None if q is None else q[best]
+        return cls(state, source, action, value, sum(visits_per_action or ()), q, visits_per_action)
+
+    @property
+    def best(self) -> int | None:
+        """Index of the first action of this value; None without a learner."""
+        return None if self.q is None or self.value is None else self.q.index(self.value)
+
+    def require_consistent(self, where: str, actions: Sequence[str], has_learner: bool) -> None:
+        """Refuse a row that is not over these actions, or contradicts itself.
 
         Raises:
-            PolicyFileError: It is not a row over these actions, or contradicts itself.
+            ConfigurationError: Naming what is wrong, behind ``where``.
         """
-        entry = read_object(where, raw, _ROW_KEYS)
-        state, source, action = (read_text(f"{where}.{key}", entry[key]) for key in ("state", "source", "action"))
-        if source not in SOURCES or (source == LEARNED and not has_learner):
-            accepted = f"one of {', '.join(SOURCES)}; {LEARNED} only with a learner"
-            raise PolicyFileError(f"{where}.source", source, accepted)
-        if action not in actions:
-            raise PolicyFileError(f"{where}.action", action, f"one of {', '.join(actions)}")
-        q: tuple[float, ...] | None = None
-        visits: tuple[int, ...] | None = None
-        if has_learner:
-            values = read_list(f"{where}.q", entry["q"], len(actions))
-            q = tuple(read_number(f"{where}.q[{n}]", value) for n, value in enumerate(values))
-            counts = read_list(f"{where}.visits_per_action", entry["visits_per_action"], len(actions))
-            visits = tuple(read_count(f"{where}.visits_per_action[{n}]", count) for n, count in enumerate(counts))
-        else:
-            for key in ("q", "visits_per_action"):
-                if entry[key] is not None:
-                    raise PolicyFileError(f"{where}.{key}", entry[key], "null where there is no learner")
-        row = cls(state, source, action, actions.index(action), q, visits)
-        row._check_consistent(where, entry, actions)
-        return row
-
-    def _check_consistent(self, where: str, entry: dict[str, Any], actions: list[str]) -> None:
-        if self.source == LEARNED and self.q is not None and self.value != max(self.q):
+        if self.source == LEARNED and not has_learner:
+            raise ConfigurationError(f"{where}.source", self.source, f"{LEARNED} only with a learner")
+        if self.action not in actions:
+            raise ConfigurationError(f"{where}.action", self.action, f"one of {', '.join(actions)}")
+        for key in ("q", "visits_per_action"):
+            entries = getattr(self, key)
+            if has_learner and (entries is None or len(entries) != len(actions)):
+                raise ConfigurationError(f"{where}.{key}", entries, f"a list of {len(actions)}")
+            if not has_learner and entries is not None:
+                raise ConfigurationError(f"{where}.{key}", entries, "null where there is no learner")
+        if self.source == LEARNED and self.q is not None and self.q[actions.index(self.action)] != max(self.q):
             best = actions[self.q.index(max(self.q))]
-            raise PolicyFileError(f"{where}.action", self.action, f"the action of the highest q, {best}")
-        for key, follows in (("value", self.value), ("visits", self.visits)):
-            if entry[key] != follows or isinstance(entry[key], bool):
-                raise PolicyFileError(f"{where}.{key}", entry[key], f"{follows!r}, as follows from the row")
+            raise ConfigurationError(f"{where}.action", self.action, f"the action of the highest q, {best}")
+        follows = self.of(
+            self.state, self.source, self.action, actions.index(self.action), self.q, self.visits_per_action
+        )
+        for key in ("value", "visits"):
+            if (right := getattr(follows, key)) != getattr(self, key):
+                raise ConfigurationError(f"{where}.{key}", getattr(self, key), f"{right!r}, as follows from the row")
 
 
 @dataclass(frozen=True, slots=True)
-class LearnerEntry:
-    """The learner behind the table.
+class BackOffEntry(BackOff):
+    """What states and symbols have learned, each for itself; the q of the table follow from it."""
 
-    Attributes:
-        parameters: Its settings.
-        trials_learned: Number of trials it learned in.
-        back_off: What it backs off to where states were little tried; None where it does not.
-    """
+    state_q: tuple[tuple[float, ...], ...]
+    """The states' own Q, (states, actions)."""
+    symbol_q: tuple[tuple[float, ...], ...]
+    """Q of the symbols, (symbols, actions)."""
+    symbol_visits: tuple[tuple[Annotated[int, Range(0)], ...], ...]
+    """How often each action was learned from under each symbol, (symbols, actions)."""
+
+    @property
+    def settings(self) -> BackOff:
+        """From states to symbols."""
+        return BackOff(self.visits, self.symbol_of)
+
+    def tables(self) -> dict[str, Any]:
+        """What was learned, by the names and in the shapes that the state of a learner has."""
+        tables = {"q": self.state_q, "symbol_q": self.symbol_q, "symbol_visits": self.symbol_visits}
+        return {name: [list(row) for row in rows] for name, rows in tables.items()}
+
+    def blank(self, initial_value: float) -> Self:
+        """The same before anything was learned."""
+
+        def unlearned(rows: Sequence[Sequence[float]]) -> tuple[tuple[float, ...], ...]:
+            return tuple((initial_value,) * len(row) for row in rows)
+
+        visits = tuple((0,) * len(row) for row in self.symbol_visits)
+        states, symbols = unlearned(self.state_q), unlearned(self.symbol_q)
+        return replace(self, state_q=states, symbol_q=symbols, symbol_visits=visits)
+
+    def check_table(self, q: Sequence[Sequence[float]], visits: Sequence[Sequence[int]]) -> None:
+        """Refuse a table that does not follow from this.
+
+        Args:
+            q: Q of each state and action in the table, (states, actions).
+            visits: How often each was learned from, (states, actions).
+
+        Raises:
+            ConfigurationError: Sizes that do not fit, or a q that is another.
+        """
+        actions = len(q[0])
+        sizes = {"state_q": len(q), "symbol_q": self.symbols, "symbol_visits": self.symbols}
+        for key, count in sizes.items():
+            rows: Sequence[Sequence[float]] = getattr(self, key)
+            if [len(row) for row in rows] != [actions] * count:
+                raise ConfigurationError(
+                    f"{_BACK_OFF}.{key}", f"{len(rows)} rows", f"{count} rows of {actions} numbers"
+                )
+        if len(self.symbol_of) != len(q):
+            raise ConfigurationError(f"{_BACK_OFF}.symbol_of", len(self.symbol_of), f"{len(q)}, one a state")
+        for state, row in enumerate(q):
+            follows = tuple(self.values(state, visits[state], self.state_q[state], self.symbol_q))
+            if tuple(row) != follows:
+                raise ConfigurationError(f"table[{state}].q", tuple(row), f"{follows}, as follows from {_BACK_OFF}")
+
+
+@dataclass(frozen=True, slots=True)
+class LearnerEntry(Settings):
+    """The learner behind the table. In the file its settings stand beside the rest, and a rate that stays is null."""
+
+    TABLE: ClassVar[str] = "learner"
 
     parameters: QParameters
-    trials_learned: int
+    """Its settings."""
+    trials_learned: Annotated[int, Range(0)]
+    """Number of trials it learned in."""
     back_off: BackOffEntry | None = None
+    """What it backs off to where states were little tried; None where it does not."""
 
     @property
     def kind(self) -> str:
@@ -150,45 +182,23 @@ class LearnerEntry:
 
     def content(self) -> dict[str, Any]:
         """The learner as JSON has it."""
-        settings = {key: getattr(self.parameters, key) for key in _setting_keys(type(self.parameters))}
-        # In the file a rate that stays is null.
-        settings["alpha_visits"] = settings["alpha_visits"] or None
-        temperature = asdict(self.parameters.temperature)
-        content = {"kind": self.kind} | settings | {"temperature": temperature, "trials_learned": self.trials_learned}
-        return content if self.back_off is None else content | {"back_off": self.back_off.content()}
+        settings = asdict(self.parameters)
+        temperature = {"temperature": settings.pop("temperature"), "trials_learned": self.trials_learned}
+        content = {"kind": self.kind, **settings, "alpha_visits": settings["alpha_visits"] or None, **temperature}
+        return content if self.back_off is None else content | {"back_off": asdict(self.back_off)}
 
     @classmethod
-    def read(cls, raw: object) -> LearnerEntry:
-        """Read it from JSON.
-
-        Raises:
-            PolicyFileError: It is no learner that there is, or its settings are out of range.
-        """
-        given = read_object("learner", raw)
-        kind = given.get("kind")
-        settings_of = LEARNERS.get(kind) if isinstance(kind, str) else None
-        if settings_of is None:
-            raise PolicyFileError("learner.kind", kind, f"one of {', '.join(LEARNERS)}")
-        keys = _setting_keys(settings_of)
-        backs_off = ("back_off",) if "back_off" in given and settings_of is QParameters else ()
-        entry = read_object("learner", raw, ("kind", *keys, "temperature", "trials_learned", *backs_off))
-        settings = {
-            key: read_number(f"learner.{key}", entry[key])
-            for key in keys
-            if not (key == "alpha_visits" and entry[key] is None)
-        }
-        if settings.get("alpha_visits") == 0.0:
-            raise PolicyFileError("learner.alpha_visits", entry["alpha_visits"], "a number above 0, or null for none")
-        schedule = read_object("learner.temperature", entry["temperature"], ("initial", "decay", "floor"))
-        schedule = {key: read_number(f"learner.temperature.{key}", value) for key, value in schedule.items()}
-        try:
-            parameters = settings_of(**settings, temperature=TemperatureSchedule(**schedule))
-        except ConfigurationError as error:
-            field = error.field.replace("policy.", "learner.", 1)
-            raise PolicyFileError(field, error.value, error.accepted) from error
-        back_off = BackOffEntry.read(entry["back_off"]) if backs_off else None
-        return cls(parameters, read_count("learner.trials_learned", entry["trials_learned"]), back_off)
-
-
-def _setting_keys(settings: type[QParameters]) -> tuple[str, ...]:
-    return (*_SETTING_KEYS, "trace_decay") if settings is SarsaParameters else _SETTING_KEYS
+    @override
+    def read(cls, raw: object, where: str = "learner") -> Self:
+        given = fitted(where, raw, Mapping[str, Any])
+        kind: str = fitted(f"{where}.kind", given.get("kind"), Annotated[str, OneOf(*LEARNERS)])
+        settings = LEARNERS[kind]
+        require_keys(
+            where, given, ("kind", *kinds_of(settings), "trials_learned"), ("back_off",) if kind == "q-learning" else ()
+        )
+        values = {key: given[key] for key in kinds_of(settings)}
+        if values["alpha_visits"] == 0.0:
+            raise ConfigurationError(f"{where}.alpha_visits", 0.0, "a number above 0, or null for none")
+        parameters = settings.read(values | {"alpha_visits": values["alpha_visits"] or 0.0}, where)
+        beside = {key: fitted(f"{where}.{key}", given.get(key), kinds_of(cls)[key]) for key in _BESIDE}
+        return cls(parameters, **beside)

@@ -8,6 +8,8 @@ from .devices import Device as Device
 from .devices import ForceSensor as ForceSensor
 from .devices import JointEncoder as JointEncoder
 from .devices import Ports as Ports
+from .json_files import load_json as load_json
+from .json_files import parse_json as parse_json
 from .kinds import CHANNELS as CHANNELS
 from .kinds import Discount as Discount
 from .kinds import HalvingVisits as HalvingVisits
@@ -15,6 +17,7 @@ from .kinds import LearningRate as LearningRate
 from .kinds import Temperature as Temperature
 from .kinds import TemperatureDecay as TemperatureDecay
 from .kinds import require_floor as require_floor
+from .kinds import require_names as require_names
 from .lifecycle import Life as Life
 from .lifecycle import ManagedDevice as ManagedDevice
 from .rig import SIMULATOR as SIMULATOR
@@ -29,6 +32,7 @@ from .settings import Settings as Settings
 from .settings import fitted as fitted
 from .settings import kinds_of as kinds_of
 from .settings import parts_of as parts_of
+from .settings import require_keys as require_keys
 from .values import CONTROL_RATE_HZ as CONTROL_RATE_HZ
 from .values import AppliedCommand as AppliedCommand
 from .values import CommandReason as CommandReason

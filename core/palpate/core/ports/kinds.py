@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Annotated, Final, TypeAlias
 
 from palpate.core.errors import ConfigurationError
@@ -16,6 +17,25 @@ HalvingVisits: TypeAlias = Annotated[float, Range(0.0, 1e9)]
 Discount: TypeAlias = Annotated[float, Range(0.0, 1.0)]
 Temperature: TypeAlias = Annotated[float, Range(0.0, 1e6)]
 TemperatureDecay: TypeAlias = Annotated[float, Range(0.0, 1.0, above=True)]
+
+
+def require_names(field: str, names: Sequence[str], *, printable: bool = True) -> None:
+    """Refuse a list of names that is empty, has one twice, or one that cannot be shown.
+
+    Args:
+        field: Dotted name of the list.
+        names: The names.
+        printable: Without it any text but the empty one is a name.
+
+    Raises:
+        ConfigurationError: Naming the first of them that is wrong.
+    """
+    if not names:
+        raise ConfigurationError(field, names, "a list of at least one")
+    for number, name in enumerate(names):
+        if not name or (printable and not name.isprintable()) or name in names[:number]:
+            accepted = f"a {'printable ' if printable else ''}name, and none twice"
+            raise ConfigurationError(f"{field}[{number}]", name, accepted)
 
 
 def require_floor(field: str, floor: float, start: float, name: str) -> None:

@@ -18,11 +18,11 @@ from __future__ import annotations
 import difflib
 import operator
 import types
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cache
 from math import inf, isfinite
-from typing import Annotated, Any, ClassVar, Union, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, ClassVar, Self, Union, get_args, get_origin, get_type_hints
 
 from palpate.core.errors import ConfigurationError
 
@@ -157,6 +157,29 @@ class Settings:
         """
 
     @classmethod
+    def read(cls, raw: object, where: str = "") -> Self:
+        """A table from plain JSON. Only a field whose default is None may be missing.
+
+        Args:
+            raw: An object with the fields of the table.
+            where: Dotted name of the object; empty for a whole file.
+
+        Raises:
+            ConfigurationError: It has other keys, or a value is refused; named by its place.
+        """
+        kinds, prefix = kinds_of(cls), f"{where}." if where else ""
+        given = fitted(where or cls.TABLE, raw, Mapping[str, Any])
+        needed = [field.name for field in fields(cls) if field.default is not None]  # type: ignore[arg-type]
+        require_keys(where or cls.TABLE, given, needed, [name for name in kinds if name not in needed])
+        # Each by its place in the file, which the table itself cannot name.
+        values = {key: fitted(f"{prefix}{key}", value, kinds[key]) for key, value in given.items()}
+        try:
+            return cls(**values)
+        except ConfigurationError as error:
+            field = error.field.removeprefix(f"{cls.TABLE}.")
+            raise ConfigurationError(f"{prefix}{field}", error.value, error.accepted) from error
+
+    @classmethod
     def dotted(cls, name: str) -> str:
         """A field's name as TOML, flags and messages have it."""
         return f"{cls.TABLE}.{name}" if cls.TABLE else name
@@ -187,6 +210,26 @@ def optional_of(base: Any) -> Any:
     return inner
 
 
+def require_keys(where: str, given: Mapping[str, Any], needed: Sequence[str], others: Sequence[str] = ()) -> None:
+    """Refuse an object that lacks a key, or has an unknown one.
+
+    Args:
+        where: Its name, for messages.
+        given: The object.
+        needed: Keys that it must have.
+        others: Keys that it may have.
+
+    Raises:
+        ConfigurationError: With all keys that are right.
+    """
+    missing = [key for key in needed if key not in given]
+    unknown = [key for key in given if key not in (*needed, *others)]
+    if missing or unknown:
+        problem = f"missing {', '.join(map(_shown, missing))}" if missing else f"unknown key {unknown[0]!r}"
+        keys = ", ".join(map(_shown, (*needed, *others)))
+        raise ConfigurationError(where, sorted(given), f"the keys {keys} ({problem})")
+
+
 def accepted_by(kind: Any) -> str:
     """What would be right, as a message says it."""
     base, marks = parts_of(kind)
@@ -198,7 +241,7 @@ def accepted_by(kind: Any) -> str:
     if origin is tuple:
         return f"a list, each {accepted_by(items[0])}" if items[-1] is ... else f"a list of {len(items)} numbers"
     names = {float: "a finite number", int: "a whole number", str: "a text", bool: "true or false"}
-    return names.get(origin, "a table")
+    return names.get(origin, "an object" if origin is Mapping else "a table")
 
 
 def fitted(name: str, value: Any, kind: Any) -> Any:
@@ -216,6 +259,8 @@ def fitted(name: str, value: Any, kind: Any) -> Any:
     if (inner := optional_of(base)) is not None:
         return None if value is None else fitted(name, value, inner)
     origin, items = get_origin(base) or base, get_args(base)
+    if isinstance(origin, type) and issubclass(origin, Settings) and not isinstance(value, origin):
+        return origin.read(value, name)
     if not _is_a(value, origin, items):
         raise ConfigurationError(name, value, accepted_by(kind))
     if origin is float:
@@ -226,11 +271,15 @@ def fitted(name: str, value: Any, kind: Any) -> Any:
         # Equal is not enough: 1 is equal to 1.0, and is to become it.
         value = value if isinstance(value, tuple) and all(map(operator.is_, value, found)) else found
     elif origin is dict:
-        value = {str(key): fitted(f"{name}.{key}", item, items[1]) for key, item in value.items()}
+        value = {str(key): fitted(f"{name}.{_shown(str(key))}", item, items[1]) for key, item in value.items()}
     for mark in marks:
         if not mark.holds(value):
             raise ConfigurationError(name, value, mark.words(base) + _suggestion(value, mark))
     return value
+
+
+def _shown(key: str) -> str:
+    return key if key.isprintable() else repr(key)
 
 
 def _suggestion(value: Any, mark: Mark) -> str:
@@ -245,6 +294,8 @@ def _is_a(value: Any, origin: Any, items: tuple[Any, ...]) -> bool:
         return isinstance(value, (int, float)) and not isinstance(value, bool) and _finite(value)
     if origin is int:
         return isinstance(value, int) and not isinstance(value, bool)
+    if origin is Any:
+        return True
     if origin is tuple:
         return isinstance(value, (tuple, list)) and (items[-1] is ... or len(items) == len(value))
     return isinstance(value, Mapping if origin is dict else origin)

@@ -21,7 +21,7 @@ from palpate.adapters.experiments.policies import (
     perception_settings,
 )
 from palpate.adapters.log.provenance import made_with
-from palpate.core.errors import ConfigurationError, PolicyFileError
+from palpate.core.errors import ConfigurationError
 from palpate.core.insertion.config import N_PER_KGF, TaskConfig
 from palpate.core.policy import Policy, PolicyDocument, QLearning, document_of, learner_of
 from tests.unit.adapters.samples import observation
@@ -145,19 +145,19 @@ def test_a_fitted_perception_comes_from_the_file() -> None:
     ],
 )
 def test_a_file_of_another_perception_is_refused(perception: PerceptionConfig, difference: str) -> None:
-    with pytest.raises(PolicyFileError) as caught:
+    with pytest.raises(ConfigurationError) as caught:
         perception_of(document(RunConfig(perception=perception)), DEFAULT, build_perception(DEFAULT))
     assert difference in str(caught.value)
 
 
 def test_a_file_of_other_steps_is_refused() -> None:
     other = document(RunConfig(task=TaskConfig(step_mm=0.25)))
-    with pytest.raises(PolicyFileError, match=r"actions\[0\]\.displacement_mm"):
+    with pytest.raises(ConfigurationError, match=r"actions\[0\]\.displacement_mm"):
         perception_of(other, DEFAULT, build_perception(DEFAULT))
 
 
 def test_a_file_whose_perception_makes_no_sense_is_refused() -> None:
-    with pytest.raises(PolicyFileError, match="a readable perception"):
+    with pytest.raises(ConfigurationError, match="a readable perception"):
         perception_of(replace(document(), perception={"nonsense": 1}), DEFAULT, None)
 
 
@@ -168,5 +168,5 @@ def test_versions_that_results_depend_on() -> None:
 
 def test_a_policy_learned_behind_another_filter_is_refused() -> None:
     slower = replace(DEFAULT, perception=PerceptionConfig(cutoff_Hz=2.0))
-    with pytest.raises(PolicyFileError, match=r"policy\.perception\.signal\.cutoff_Hz"):
+    with pytest.raises(ConfigurationError, match=r"policy\.perception\.signal\.cutoff_Hz"):
         perception_of(document(), slower, build_perception(slower))

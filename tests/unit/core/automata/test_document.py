@@ -124,7 +124,7 @@ BAD_ACCEPTORS = [
     (put("states", 1, "comment", ""), "states[1]"),
     (repeat_state, "states[2]"),
     (put("states", 1, "name", ""), "states[1]"),
-    (put("states", 1, "name", 5), "states[1]"),
+    (put("states", 1, "name", 5), "states[1].name"),
     (put("states", 0, "output", "x"), "states[0].output"),
     (put("states", 0, "output", 1), "states[0].output"),
     (put("states", 0, "output", None), "states[0].output"),

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from palpate.core.errors import ConfigurationError, PolicyFileError
+from palpate.core.errors import ConfigurationError
 from palpate.core.perception import IdentityState, LastSymbols
 from palpate.core.policy.back_off import BackingOff, BackOff
 from palpate.core.policy.base import Transition
@@ -148,7 +148,7 @@ def learned_file():
 def test_a_file_that_contradicts_itself_is_refused(change, says):
     content = learned_file()
     content["learner"]["back_off"] |= change
-    with pytest.raises(PolicyFileError, match=says):
+    with pytest.raises(ConfigurationError, match=says):
         PolicyDocument.from_json_text(json.dumps(content))
 
 
@@ -157,7 +157,7 @@ def test_sarsa_does_not_back_off():
     refuse("policy.back_off", new_learner, SarsaParameters(**SETTINGS), STATES, TWO, back_off=back_off)
     content = learned_file()
     content["learner"] |= {"kind": "sarsa", "trace_decay": 0.5}
-    with pytest.raises(PolicyFileError, match="unknown key 'back_off'"):
+    with pytest.raises(ConfigurationError, match="unknown key 'back_off'"):
         PolicyDocument.from_json_text(json.dumps(content))
 
 

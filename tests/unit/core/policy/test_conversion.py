@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from palpate.core.errors import PolicyFileError
+from palpate.core.errors import ConfigurationError
 from palpate.core.policy.base import Observation, Transition, compass_actions
 from palpate.core.policy.conversion import document_of, learner_of, new_learner, policy_from
 from palpate.core.policy.examples import ExamplesPolicy
@@ -132,9 +132,9 @@ def test_fixed_knowledge_comes_back_as_its_own_kind(tmp_path, kind):
 
 def test_another_task_is_refused(tmp_path):
     document = through_file(learner(), tmp_path)
-    with pytest.raises(PolicyFileError, match=r"states\[3\]"):
+    with pytest.raises(ConfigurationError, match=r"states\[3\]"):
         policy_from(document, ("a", "b", "c", "e"), ACTIONS)
-    with pytest.raises(PolicyFileError, match="displacement_mm"):
+    with pytest.raises(ConfigurationError, match="displacement_mm"):
         policy_from(document, STATES, compass_actions(0.001))
 
 
@@ -149,7 +149,7 @@ def test_another_task_is_refused(tmp_path):
     ],
 )
 def test_what_no_file_can_express_is_refused(policy, says):
-    with pytest.raises(PolicyFileError, match=says):
+    with pytest.raises(ConfigurationError, match=says):
         document_of(policy, created_with={}, perception={})
 
 

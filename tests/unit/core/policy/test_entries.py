@@ -1,8 +1,9 @@
 import json
+from dataclasses import asdict
 
 import pytest
 
-from palpate.core.errors import PolicyFileError
+from palpate.core.errors import ConfigurationError
 from palpate.core.policy.base import Action, compass_actions
 from palpate.core.policy.entries import ActionEntry, LearnerEntry, TableRow
 from palpate.core.policy.exploration import TemperatureSchedule
@@ -10,11 +11,17 @@ from palpate.core.policy.sarsa import SarsaParameters
 from palpate.core.policy.tabular import QParameters
 
 NAMES = ["go", "stay"]
-LEARNED = TableRow("a", "learned", "stay", 1, (-2.0, -0.5), (3, 4))
-PROGRAMMED = TableRow("a", "programmed", "go", 0, None, None)
+LEARNED = TableRow.of("a", "learned", "stay", 1, (-2.0, -0.5), (3, 4))
+PROGRAMMED = TableRow.of("a", "programmed", "go", 0)
 LEARNER = LearnerEntry(
     QParameters(alpha=0.3, gamma=1.0, temperature=TemperatureSchedule(5.0, 0.96, 0.1), alpha_visits=20.0), 7
 )
+
+
+def read_row(content, *, has_learner):
+    row = TableRow.read(json.loads(json.dumps(content)), "row")
+    row.require_consistent("row", NAMES, has_learner)
+    return row
 
 
 def test_an_action_is_written_in_millimetres():
@@ -28,7 +35,7 @@ def test_an_action_is_written_in_millimetres():
         (LEARNED, -0.5, 7),
         (PROGRAMMED, None, 0),
         (
-            TableRow("a", "programmed", "go", 0, (-2.0, -0.5), (3, 4)),
+            TableRow.of("a", "programmed", "go", 0, (-2.0, -0.5), (3, 4)),
             -2.0,
             7,
         ),  # the assigned action's, not the best
@@ -36,9 +43,7 @@ def test_an_action_is_written_in_millimetres():
 )
 def test_value_and_visits_follow_from_the_row_and_it_reads_back(row, value, visits):
     assert (row.value, row.visits) == (value, visits)
-    content = json.loads(json.dumps(row.content()))
-    assert (content["value"], content["visits"]) == (value, visits)
-    assert TableRow.read("row", content, NAMES, has_learner=row.q is not None) == row
+    assert read_row(asdict(row), has_learner=row.q is not None) == row
 
 
 @pytest.mark.parametrize(
@@ -58,8 +63,8 @@ def test_value_and_visits_follow_from_the_row_and_it_reads_back(row, value, visi
     ],
 )
 def test_a_row_that_is_wrong_or_contradicts_itself_is_refused(change, field):
-    with pytest.raises(PolicyFileError) as refused:
-        TableRow.read("row", json.loads(json.dumps(LEARNED.content())) | change, NAMES, has_learner=True)
+    with pytest.raises(ConfigurationError) as refused:
+        read_row(asdict(LEARNED) | change, has_learner=True)
     assert refused.value.field == f"row.{field}"
 
 
@@ -74,8 +79,8 @@ def test_a_row_that_is_wrong_or_contradicts_itself_is_refused(change, field):
     ],
 )
 def test_without_a_learner_nothing_was_learned(change, field):
-    with pytest.raises(PolicyFileError) as refused:
-        TableRow.read("row", PROGRAMMED.content() | change, NAMES, has_learner=False)
+    with pytest.raises(ConfigurationError) as refused:
+        read_row(asdict(PROGRAMMED) | change, has_learner=False)
     assert refused.value.field == f"row.{field}"
 
 
@@ -94,7 +99,7 @@ def test_sarsa_reads_back_with_its_traces():
     content = json.loads(json.dumps(learner.content()))
     assert (content["kind"], content["trace_decay"]) == ("sarsa", 0.75)
     assert LearnerEntry.read(content) == learner
-    with pytest.raises(PolicyFileError, match=r"learner\.trace_decay"):
+    with pytest.raises(ConfigurationError, match=r"learner\.trace_decay"):
         LearnerEntry.read(content | {"trace_decay": 1.5})
 
 
@@ -116,6 +121,6 @@ def test_sarsa_reads_back_with_its_traces():
     ],
 )
 def test_a_learner_with_settings_out_of_range_is_refused(change, field):
-    with pytest.raises(PolicyFileError) as refused:
+    with pytest.raises(ConfigurationError) as refused:
         LearnerEntry.read(LEARNER.content() | change)
     assert refused.value.field == f"learner.{field}"

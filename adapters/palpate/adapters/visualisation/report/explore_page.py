@@ -88,7 +88,7 @@ def explore_page(folder: Path, title: str, *, logs: bool) -> Page:
 
     Raises:
         OutputError: A file is missing or damaged.
-        PolicyFileError: A policy file is.
+        ConfigurationError: A policy file is.
     """
     summary = read_json(folder / "summary.json")
     try:

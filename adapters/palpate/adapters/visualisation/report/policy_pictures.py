@@ -187,7 +187,8 @@ def _is_known(entry: TableRow) -> bool:
 
 def _untried(entry: TableRow) -> bool:
     """Whether what looks best was never done: its value is then the initial one."""
-    return entry.visits_per_action is not None and not entry.visits_per_action[entry.best]
+    best, visits = entry.best, entry.visits_per_action
+    return best is not None and visits is not None and not visits[best]
 
 
 def _arrow(

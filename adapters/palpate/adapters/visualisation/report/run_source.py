@@ -43,7 +43,7 @@ class RunSource:
 
         Raises:
             OutputError: It holds no finished trial, or a file in it is damaged.
-            PolicyFileError: Its policy file is.
+            ConfigurationError: Its policy file is.
         """
         rows = read_trials(path)
         if not rows:
@@ -95,6 +95,6 @@ def policy_in(path: Path) -> PolicyDocument | None:
     """A policy file; None where there is none.
 
     Raises:
-        PolicyFileError: It is damaged.
+        ConfigurationError: It is damaged.
     """
     return PolicyDocument.load(path) if is_there(path) else None

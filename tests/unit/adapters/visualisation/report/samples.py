@@ -31,12 +31,15 @@ def row(state: str, action: str, value: float = -2.0, visits: int = 8, source: s
     """A line of a policy's table; every action was tried as often as the others, and the others are worse by one."""
     best = NAMES.index(action)
     q = tuple(value if n == best else value - 1.0 for n in range(len(NAMES)))
-    return TableRow(state, source, action, best, q, (visits // len(NAMES),) * len(NAMES))
+    return TableRow.of(state, source, action, best, q, (visits // len(NAMES),) * len(NAMES))
 
 
 def policy(*table: TableRow) -> PolicyDocument:
     """A policy with these lines."""
-    return PolicyDocument({}, {}, tuple(line.state for line in table), ACTIONS, tuple(table), None)
+    states = tuple(line.state for line in table)
+    return PolicyDocument(
+        created_with={}, perception={}, states=states, actions=ACTIONS, table=tuple(table), learner=None
+    )
 
 
 def pixels(png: bytes) -> np.ndarray:

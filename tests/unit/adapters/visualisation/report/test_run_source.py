@@ -10,7 +10,7 @@ import pytest
 
 from palpate.adapters.experiments.results import RunFolder
 from palpate.adapters.visualisation.report.run_source import RunSource, curve_of
-from palpate.core.errors import OutputError, PolicyFileError
+from palpate.core.errors import ConfigurationError, OutputError
 from tests.unit.adapters.samples import scored_trial
 from tests.unit.adapters.visualisation.report.samples import rows
 
@@ -52,7 +52,7 @@ def test_a_folder_of_an_unfinished_run(tmp_path: Path) -> None:
     assert run.document is None
     assert run.policy == "unknown"
     (tmp_path / "policy.json").write_text("{}")
-    with pytest.raises(PolicyFileError, match=r"policy\.json"):
+    with pytest.raises(ConfigurationError, match=r"policy\.json"):
         RunSource.read(tmp_path)
 
 

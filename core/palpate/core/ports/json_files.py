@@ -1,0 +1,67 @@
+"""JSON files of declared tables: read strictly, and refused in one line that names the place."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NoReturn, TypeVar
+
+from palpate.core.errors import ConfigurationError
+
+T = TypeVar("T")
+
+
+def load_json(path: str | Path, whole: str, read: Callable[[str], T]) -> T:
+    """What is read from a file.
+
+    Args:
+        path: Where it is.
+        whole: What sort of file it is, for messages.
+        read: Makes it of the text of the file.
+
+    Raises:
+        ConfigurationError: The file cannot be read, or ``read`` refuses it.
+    """
+    try:
+        return read(Path(path).read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigurationError(whole, str(path), f"a readable file in UTF-8 ({error})") from error
+    except ConfigurationError as error:
+        raise ConfigurationError(f"{path}: {error.field}", error.value, error.accepted) from error
+
+
+def parse_json(text: str, whole: str, schema: str) -> dict[str, Any]:
+    """The object in a text of strict JSON: no NaN, no infinity, no key twice.
+
+    Args:
+        text: All of it.
+        whole: What sort of file it is, for messages.
+        schema: What its key ``schema`` must hold. Checked first: a file of another schema may have other keys.
+
+    Raises:
+        ConfigurationError: It is no such object.
+    """
+
+    def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        found = dict(pairs)
+        if len(found) != len(pairs):
+            keys = [key for key, _ in pairs]
+            repeated = next(key for key in keys if keys.count(key) > 1)
+            raise ConfigurationError(whole, repeated, "each key once in its object")
+        return found
+
+    def refuse(name: str) -> NoReturn:
+        raise ConfigurationError(whole, name, "finite numbers only")
+
+    try:
+        raw = json.loads(text, object_pairs_hook=once, parse_constant=refuse)
+    except ConfigurationError:
+        raise
+    except (ValueError, RecursionError) as error:
+        raise ConfigurationError(whole, text, f"JSON ({error})") from error
+    if not isinstance(raw, dict):
+        raise ConfigurationError(whole, raw, "an object")
+    if raw.get("schema") != schema:
+        raise ConfigurationError("schema", raw.get("schema"), f"{schema!r}; a newer schema needs a newer palpate")
+    return raw

@@ -1,0 +1,114 @@
+import json
+from dataclasses import dataclass
+from typing import Annotated, Any, ClassVar
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from palpate.core.errors import ConfigurationError
+from palpate.core.ports.json_files import load_json, parse_json
+from palpate.core.ports.settings import Holds, Range, Settings
+
+
+def parsed(text: str) -> Any:
+    return parse_json(f'{{"schema": "s", "x": {text}}}', "sample", "s")["x"]
+
+
+@dataclass(frozen=True)
+class Inner(Settings):
+    """A part."""
+
+    TABLE: ClassVar[str] = "inner"
+
+    low: Annotated[int, Range(0)]
+    high: int = 9
+
+    def check(self) -> None:
+        if self.low > self.high:
+            raise ConfigurationError("inner.low", self.low, "at most high")
+
+
+@dataclass(frozen=True)
+class Sample(Settings):
+    """A file."""
+
+    TABLE: ClassVar[str] = "sample file"
+
+    parts: tuple[Inner, ...]
+    names: dict[str, str]
+    anything: Annotated[Any, Holds(lambda value: value != 7, "not 7")] = 0
+    extra: Inner | None = None
+
+
+RAW: dict[str, Any] = {"parts": [{"low": 1, "high": 2}], "names": {"a": "b"}, "anything": [1]}
+
+
+def test_a_table_is_read_with_the_tables_in_it() -> None:
+    assert Sample.read(RAW) == Sample((Inner(1, 2),), {"a": "b"}, [1])
+    assert Sample.read(RAW | {"extra": {"low": 0, "high": 0}}).extra == Inner(0, 0)
+
+
+@pytest.mark.parametrize(
+    ("change", "field", "accepted"),
+    [
+        ({"parts": {}}, "parts", "a list, each a table"),
+        ({"parts": [3]}, "parts[0]", "an object"),
+        ({"parts": [{"low": 1}]}, "parts[0]", "the keys low, high (missing high)"),
+        ({"parts": [{"low": 1, "high": 2, "x": 0}]}, "parts[0]", "the keys low, high (unknown key 'x')"),
+        ({"parts": [{"low": -1, "high": 2}]}, "parts[0].low", "a whole number from 0 up"),
+        ({"parts": [{"low": 3, "high": 2}]}, "parts[0].low", "at most high"),
+        ({"names": {"a": 1}}, "names.a", "a text"),
+        ({"names": {"a\nb": 1}}, r"names.'a\nb'", "a text"),
+        ({"anything": 7}, "anything", "not 7"),
+        ({"y": 7}, "sample file", "the keys parts, names, anything, extra (unknown key 'y')"),
+    ],
+)
+def test_what_is_wrong_is_named_by_its_place(change: dict[str, Any], field: str, accepted: str) -> None:
+    with pytest.raises(ConfigurationError) as refused:
+        Sample.read(RAW | change)
+    assert (refused.value.field, refused.value.accepted) == (field, accepted)
+
+
+@given(st.floats(allow_nan=False, allow_infinity=False))
+def test_numbers_keep_every_bit(number):
+    assert parsed(json.dumps(number)).hex() == number.hex()
+
+
+@pytest.mark.parametrize(
+    "text", ["", "{", "nonsense", "[NaN]", "[-Infinity]", '{"a": 1, "a": 2}', "[" * 100_000, "9" * 5000, "\ufeff{}"]
+)
+def test_what_is_not_strict_json_is_one_clear_line(text):
+    with pytest.raises(ConfigurationError) as refused:
+        parsed(text)
+    assert "\n" not in str(refused.value)
+
+
+@given(st.text(max_size=40) | st.text('{}[]",:0e-NaInfity', max_size=12))
+def test_any_text_is_read_or_refused_in_one_line(text):
+    refusal = None
+    try:
+        read = parsed(text)
+    except ConfigurationError as error:
+        refusal = str(error)
+    if refusal is None:
+        assert read == json.loads(f'{{"x": {text}}}')["x"]
+    else:
+        assert len(refusal.splitlines()) == 1
+
+
+@pytest.mark.parametrize("text", ["[]", "null", '"s"', "{}", '{"schema": "t", "x": 1}'])
+def test_another_schema_is_refused(text):
+    with pytest.raises(ConfigurationError, match=r"an object|a newer schema needs a newer palpate"):
+        parse_json(text, "sample", "s")
+
+
+def test_a_refusal_names_the_file(tmp_path):
+    path = tmp_path / "sample.json"
+    path.write_text('{"schema": "s", "parts": 3}')
+    with pytest.raises(ConfigurationError) as refused:
+        load_json(path, "sample", lambda text: Sample.read({**RAW, "parts": parse_json(text, "sample", "s")["parts"]}))
+    assert refused.value.field == f"{path}: parts"
+    for bad in (tmp_path, tmp_path / "none.json"):
+        with pytest.raises(ConfigurationError, match="a readable file in UTF-8"):
+            load_json(bad, "sample", len)
