@@ -33,7 +33,7 @@ train: setup
 lint: setup
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
-	$(BIN)/mypy
+	$(BIN)/mypy --num-workers 2
 	$(BIN)/lint-imports
 
 # What waits for real time runs by itself afterwards: beside busy workers its devices would come late.

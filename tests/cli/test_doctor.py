@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import json
 import os
+import signal
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from palpate.adapters.hardware.doctor import Examination, FindingsSection
 from tests.command_line import CommandLine
 
 RIGS = Path(__file__).parents[2] / "rigs"
@@ -79,3 +82,16 @@ def test_a_port_without_permission(palpate: CommandLine, tmp_path: Path) -> None
         f'[arm]\nadapter = "zebra-nmc"\nport = "{port}"\n[force_sensor]\nadapter = "jr3-uart"\nport = "{port}2"\n'
     )
     assert "dialout" in wrongs(examined(palpate, rig), 1)[0]
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_end_from_outside_is_one_line(
+    palpate: CommandLine, monkeypatch: pytest.MonkeyPatch, number: signal.Signals
+) -> None:
+    def interrupted(examination: Examination) -> Iterator[FindingsSection]:
+        signal.raise_signal(number)
+        yield FindingsSection("never")
+
+    monkeypatch.setattr(Examination, "sections", interrupted)
+    done = palpate("doctor", "--rig", RIGS / "zebra-nmc-jr3.toml")
+    assert (done.code, done.stdout, done.stderr) == (130, "", "\npalpate: stopped; every device is closed\n")

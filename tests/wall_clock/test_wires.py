@@ -105,7 +105,7 @@ def test_nmc_on_a_terminal(context: RigContext, served: ExitStack, host: Host) -
         "adapter_latency_ms": 0.0,
         "divider": 2,
         "at_home": True,
-        "patience": 5.0,
+        "patience": 2.0,
     }
     with host.judged(0.01, (DeviceError, FaultLatchedError), LATE):
         move_and_stop(make_zebra_nmc(table, context), host)

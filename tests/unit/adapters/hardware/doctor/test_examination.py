@@ -13,11 +13,13 @@ from palpate.adapters.hardware.doctor import examination
 from palpate.adapters.hardware.doctor.examination import Examination, Wishes
 from palpate.adapters.hardware.doctor.findings import FindingsSection, Level
 from palpate.adapters.hardware.doctor.system import System
+from palpate.adapters.hardware.doctor.wiring import Wiring
 from palpate.adapters.hardware.plugins import ArmAdapter, RigContext
-from palpate.core.errors import ConfigurationError
+from palpate.core.errors import ConfigurationError, DeviceError
 from palpate.core.motion.arm import arm_named
 from palpate.core.ports.contracts.fakes import FakeArm, FakeClock, FakeForceSensor, FakeJointEncoder
 from palpate.core.ports.lifecycle import Life
+from palpate.drivers.errors import GarbledError
 
 LIMIT = (1.0, 1.0)
 
@@ -93,6 +95,20 @@ def test_a_device_that_fails_does_not_hide_the_other(monkeypatch: pytest.MonkeyP
     assert "does not answer" in wrongs(arm)
     assert [fact.name for fact in sensor.facts] == ["adapter", "wire", "samples", "between samples"]
     assert bench.is_closed()
+
+
+def test_a_device_that_speaks_otherwise_may_be_another_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    bench, error = Bench(monkeypatch), DeviceError("force sensor", "garbled")
+    error.__cause__ = GarbledError("JR3", "no frame makes sense", "see the cable")
+
+    def fail() -> None:
+        raise error
+
+    monkeypatch.setattr(bench.sensor, "configure", fail)
+    monkeypatch.setattr(examination, "wiring_of", lambda entry: Wiring("loop://"))
+    _, _, sensor = bench.sections()
+    assert "no frame makes sense" in wrongs(sensor)
+    assert any("another device" in finding.text for finding in sensor.findings)
 
 
 def test_a_maker_that_fails_does_not_hide_the_other(monkeypatch: pytest.MonkeyPatch) -> None:
