@@ -8,12 +8,18 @@ see :mod:`palpate.drivers.cia402.link`.
 from __future__ import annotations
 
 import enum
+from contextlib import suppress
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final
 
 import can
+import serial
+from can.exceptions import error_check
+from can.interfaces.slcan import slcanBus
+from typing_extensions import override
 
 from palpate.drivers.errors import SilentError, WiringError
+from palpate.drivers.serial_port import WRITE_TIMEOUT_S, close_serial
 
 MAX_FRAMES = 512
 """Frames taken per call, so that a flooded bus cannot hold a control loop for ever."""
@@ -46,6 +52,49 @@ class CanFrame:
     kind: FrameKind = FrameKind.DATA
 
 
+FRAME_TIMEOUT_S: Final = 0.05
+"""Longest wait for an adapter that does not take one frame; at 115200 baud a frame lasts 2.4 ms (CALC)."""
+_STALLED_S: Final = 0.001
+"""The same once it has not taken one: a stop consists of many frames. Not 0, with which pyserial loops (FACT)."""
+
+
+class BoundedSlcanBus(slcanBus):
+    """A serial CAN adapter that takes each frame within ``FRAME_TIMEOUT_S``, or ``can.CanError`` is raised.
+
+    FACT (python-can 4.6.1, ``slcan.py``): ``slcanBus`` sends with no time limit and then drains (``tcdrain``), so an
+    adapter that stops taking bytes holds its caller for ever; and closing the bus writes to it first, so that the port
+    stays open when that fails.
+    """
+
+    _wait_s = FRAME_TIMEOUT_S
+
+    @override
+    def send(self, msg: can.Message, timeout: float | None = None) -> None:
+        super().send(msg, self._wait_s if timeout is None else timeout)
+
+    @override
+    def _write(self, string: str) -> None:
+        port = self.serialPortOrig
+        with error_check("the serial CAN adapter takes no bytes"):
+            if port.write_timeout is None:
+                port.write_timeout = self._wait_s
+            try:
+                port.write(string.encode() + self.LINE_TERMINATOR)
+            except serial.SerialTimeoutException:
+                self._wait_s = _STALLED_S
+                raise
+            self._wait_s = FRAME_TIMEOUT_S
+
+    @override
+    def shutdown(self) -> None:
+        """Tell the adapter to leave the bus, if it still listens, and close the port in any case."""
+        can.BusABC.shutdown(self)
+        if self.serialPortOrig.is_open:
+            with suppress(can.CanError):
+                self.close()
+            close_serial(self.serialPortOrig)
+
+
 def open_bus(interface: str, channel: str, bitrate: int, **options: Any) -> can.BusABC:
     """Open a bus.
 
@@ -58,13 +107,19 @@ def open_bus(interface: str, channel: str, bitrate: int, **options: Any) -> can.
     Raises:
         WiringError: There is no such bus, or no permission.
     """
-    # python-can's slcan sleeps two seconds after opening, unless told otherwise.
-    extra = {"sleep_after_open": 0.1} | options if interface == "slcan" else options
     try:
-        return can.Bus(channel=channel, interface=interface, bitrate=bitrate, **extra)
+        if interface == "slcan":
+            # python-can's slcan sleeps two seconds after opening, unless told otherwise.
+            return BoundedSlcanBus(channel=channel, bitrate=bitrate, **{"sleep_after_open": 0.1} | options)
+        bus = can.Bus(channel=channel, interface=interface, bitrate=bitrate, **options)
     except Exception as error:  # every back end has exceptions of its own, and all mean that there is no bus
         remedy = "check the adapter, its name, that the interface is up, and that you may open it"
         raise WiringError(f"CAN bus {interface} {channel}", f"cannot be opened ({error})", remedy) from error
+    for part in vars(bus).values():
+        # Other interfaces over serial ports write without a time limit, too.
+        if isinstance(part, serial.SerialBase) and part.write_timeout is None:
+            part.write_timeout = WRITE_TIMEOUT_S
+    return bus
 
 
 class CanLink:

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, Final
 
 import can
-import serial
 
 from palpate.adapters.config import SensorFactsTable, overlay
 from palpate.adapters.hardware.errors import translated, translating
@@ -16,7 +15,7 @@ from palpate.adapters.hardware.plugins import DeviceSettings, RigContext
 from palpate.core.errors import DeviceError
 from palpate.core.ports import Clock, ForceSensor, Life, ManagedDevice, OneOf, Range, Settings, Validity, WrenchSample
 from palpate.drivers.can_link import CanLink, open_bus
-from palpate.drivers.errors import DriverError, SilentError, WiringError
+from palpate.drivers.errors import DriverError, SilentError
 from palpate.drivers.jr3 import (
     LEFT_HANDED,
     RIGHT_HANDED,
@@ -31,6 +30,7 @@ from palpate.drivers.jr3 import (
     shut_down,
     start_up,
 )
+from palpate.drivers.serial_port import close_serial, open_serial
 
 _NAME: Final = "JR3"
 
@@ -316,9 +316,5 @@ def open_uart_wire(table: _UartTable) -> OpenWire:
     Raises:
         WiringError: It cannot be opened.
     """
-    try:
-        port = serial.serial_for_url(table.port, table.baud)
-    except (serial.SerialException, OSError, ValueError) as error:
-        remedy = "check the name, that it is plugged in, and that you may open it (group dialout)"
-        raise WiringError(_NAME, f"{table.port} cannot be opened ({error})", remedy) from error
-    return OpenWire(UartTransport(UartLink(port)), port.close)
+    port = open_serial(table.port, table.baud, _NAME)
+    return OpenWire(UartTransport(UartLink(port)), lambda: close_serial(port))

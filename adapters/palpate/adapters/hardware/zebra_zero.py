@@ -7,9 +7,8 @@ import os
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Final
+from typing import Annotated, ClassVar, Final
 
-import serial
 from typing_extensions import override
 
 from palpate.adapters.config import overlay
@@ -22,6 +21,7 @@ from palpate.core.files import write_whole
 from palpate.core.ports import CONTROL_RATE_HZ, OneOf, Range, Settings
 from palpate.drivers.errors import WiringError
 from palpate.drivers.nmc import POWER_UP_BAUD, BusSettings
+from palpate.drivers.serial_port import close_serial, open_serial
 from palpate.drivers.zebra_zero import (
     CountsStore,
     JointLimits,
@@ -127,26 +127,13 @@ def make_zebra_nmc(settings: DeviceSettings, context: RigContext) -> ArmAdapter:
         )
 
     def open_bus() -> OpenArm:
-        port, clock = open_port(table.port), context.clock
+        port, clock = open_serial(table.port, POWER_UP_BAUD, _NAME), context.clock
         store = CountsFile(Path(table.counts_file)) if table.counts_file else None
         arm = ZebraZero(port, clock.now_ns, sleeping(clock), arm_settings, at_home=table.at_home, store=store)
-        return OpenArm(arm, port.close)
+        return OpenArm(arm, lambda: close_serial(port))
 
     age_ns = round(table.max_age_ms * 1e6)
     arm = BusArm(
         _NAME, open_bus, context.clock, joints=_JOINTS, divider=table.divider, max_age_ns=age_ns, hurry=context.hurry
     )
     return ArmAdapter(arm, arm)
-
-
-def open_port(name: str) -> Any:
-    """Open the serial port at the rate at which the modules wake up.
-
-    Raises:
-        WiringError: It cannot be opened.
-    """
-    try:
-        return serial.serial_for_url(name, POWER_UP_BAUD, write_timeout=1.0)
-    except (serial.SerialException, OSError, ValueError) as error:
-        remedy = "check the name, that it is plugged in, and that you may open it (group dialout)"
-        raise WiringError(_NAME, f"{name} cannot be opened ({error})", remedy) from error

@@ -9,6 +9,7 @@ goes on working meanwhile. Hence :meth:`CanopenLink.require_alive` in every cycl
 from __future__ import annotations
 
 import contextlib
+import logging
 from collections.abc import Callable
 from types import TracebackType
 from typing import Any, Final, Self, TypeAlias
@@ -26,21 +27,32 @@ from palpate.drivers.errors import SilentError
 
 Subscriber: TypeAlias = Callable[[int, bytearray, float], None]
 
+# Without a handler Python prints what canopen logs of a dead bus, at each frame; we raise it as an error.
+logging.getLogger("canopen").addHandler(logging.NullHandler())
+
 _NOTIFIER_CYCLE_S: Final = 0.1
 """How long closing may wait for the receive thread to look up."""
 
 
-class _Once(can.Listener):
-    """Calls a function with the first frame, in the thread that receives."""
+class _InReceiver(can.Listener):
+    """Calls a function with the first frame, in the thread that receives, and ends that thread at an error.
 
-    def __init__(self, call: Callable[[], object]) -> None:
-        self._call: Callable[[], object] | None = call
+    python-can keeps the error for :meth:`CanopenLink.require_alive`; without a listener like this one the thread would
+    print a traceback besides.
+    """
+
+    def __init__(self, call: Callable[[], object] | None) -> None:
+        self._call = call
 
     @override
     def on_message_received(self, msg: can.Message) -> None:
         call, self._call = self._call, None
         if call is not None:
             call()
+
+    @override
+    def on_error(self, exc: Exception) -> None:
+        raise SystemExit
 
 
 class CanopenLink:
@@ -79,8 +91,7 @@ class CanopenLink:
         """
         network = canopen.Network(open_bus(interface, channel, bitrate, **options))
         network.NOTIFIER_CYCLE = _NOTIFIER_CYCLE_S
-        if in_receiver is not None:
-            network.listeners.append(_Once(in_receiver))
+        network.listeners.append(_InReceiver(in_receiver))
         network.connect()
         return cls(network, f"CAN bus {interface} {channel}")
 

@@ -12,12 +12,10 @@ from palpate.drivers.jr3.codec_can import CanDecoder, Reassembly, encode_can
 from palpate.drivers.jr3.codec_uart import UartParser, encode_uart, nudged
 from palpate.drivers.jr3.messages import SCALES_IN_REPLY, Forces, Message, Moments, Op, Request
 from palpate.drivers.jr3.settings import check_node
+from palpate.drivers.serial_port import WRITE_TIMEOUT_S
 
 MAX_BYTES = 4096
 """Bytes taken per call, 0.36 s of a line at 115200 baud (CALC)."""
-
-WRITE_TIMEOUT_S = 0.1
-"""Longest wait for a serial port that does not take 11 bytes. Assumed."""
 
 
 class SerialPort(Protocol):

@@ -1,0 +1,41 @@
+"""Serial ports of pyserial, opened and closed in one place, so that nothing waits for ever on one."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from typing import Any, Final
+
+import serial
+
+from palpate.drivers.errors import WiringError
+
+WRITE_TIMEOUT_S: Final = 0.1
+"""Longest wait for a port that does not take what is written; without one pyserial waits for ever (FACT)."""
+
+
+def open_serial(name: str, baud: int, device: str) -> Any:
+    """Open a port, 8N1.
+
+    Args:
+        name: As pyserial names it.
+        baud: Line rate, bit/s.
+        device: What is at its end, for messages.
+
+    Raises:
+        WiringError: It cannot be opened.
+    """
+    try:
+        return serial.serial_for_url(name, baud, write_timeout=WRITE_TIMEOUT_S)
+    except (serial.SerialException, OSError, ValueError) as error:
+        remedy = "check the name, that it is plugged in, and that you may open it (group dialout)"
+        raise WiringError(device, f"{name} cannot be opened ({error})", remedy) from error
+
+
+def close_serial(port: Any) -> None:
+    """Close a port now. What it could not send is thrown away: Linux would wait 30 s for that (FACT, closing_wait)."""
+    # A port that is gone cannot be asked; whatever it raises, it is closed next.
+    with suppress(Exception):
+        if port.out_waiting:
+            port.reset_output_buffer()
+    with suppress(OSError):
+        port.close()

@@ -1,0 +1,135 @@
+"""A serial CAN adapter that stops taking bytes holds nobody up."""
+
+from __future__ import annotations
+
+import os
+import pty
+import threading
+import time
+import tty
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import can
+import pytest
+
+from palpate.drivers.can_link import CanFrame, CanLink, open_bus
+from palpate.drivers.cia402.link import CanopenLink
+from palpate.drivers.errors import SilentError
+
+FILLING = 20_000
+"""Frames that no kernel buffer takes."""
+
+
+@dataclass
+class Cable:
+    """A pseudo-terminal in place of the adapter."""
+
+    far: int
+    near: int
+
+    @property
+    def channel(self) -> str:
+        return os.ttyname(self.near)
+
+    def pull(self) -> None:
+        os.close(self.far)
+        os.close(self.near)
+        self.far = self.near = -1
+
+
+@pytest.fixture
+def cable() -> Iterator[Cable]:
+    """Nobody reads the far end."""
+    ends = Cable(*pty.openpty())
+    tty.setraw(ends.near)
+    yield ends
+    if ends.far >= 0:
+        ends.pull()
+
+
+def seconds(call: Callable[[], object], most_s: float = 10.0) -> float:
+    """How long a call takes; one that hangs is no call that ends."""
+    begin = time.monotonic()
+    thread = threading.Thread(target=call, daemon=True)
+    thread.start()
+    thread.join(most_s)
+    assert not thread.is_alive(), "hangs"
+    return time.monotonic() - begin
+
+
+def until_refused(send: Callable[[], bool]) -> None:
+    for _ in range(FILLING):
+        if not send():
+            return
+    raise AssertionError("everything was taken")
+
+
+def test_frames_that_nobody_takes_are_refused_in_time(cable: Cable) -> None:
+    bus = open_bus("slcan", cable.channel, 1_000_000, sleep_after_open=0.0)
+    link, frame = CanLink(bus), CanFrame(0x201, bytes(8))
+    assert seconds(lambda: until_refused(lambda: link.send(frame))) < 5.0
+    # Once it is known, nobody waits for it again: a stop has many frames.
+    assert seconds(lambda: [link.send(frame) for _ in range(20)]) < 0.5
+    assert link.send_failures >= 21
+    assert seconds(bus.shutdown) < 0.5
+    assert not bus.serialPortOrig.is_open  # type: ignore[attr-defined]
+
+
+def test_an_adapter_that_takes_bytes_again_is_used_again(cable: Cable) -> None:
+    bus = open_bus("slcan", cable.channel, 1_000_000, sleep_after_open=0.0)
+    link, frame = CanLink(bus), CanFrame(0x201, bytes(8))
+    until_refused(lambda: link.send(frame))
+    os.set_blocking(cable.far, False)
+    while True:
+        try:
+            os.read(cable.far, 65536)
+        except BlockingIOError:
+            break
+    assert link.send(frame)
+    bus.shutdown()
+
+
+def test_a_canopen_bus_that_takes_nothing_is_silent_in_time(cable: Cable) -> None:
+    with CanopenLink.open(interface="slcan", channel=cable.channel, bitrate=1_000_000, sleep_after_open=0.0) as link:
+
+        def send() -> bool:
+            try:
+                link.send(0x201, bytes(8))
+            except SilentError:
+                return False
+            return True
+
+        assert seconds(lambda: until_refused(send)) < 5.0
+        assert seconds(link.close) < 1.0
+
+
+def test_a_cable_that_is_pulled_ends_the_receive_thread_without_a_traceback(
+    cable: Cable, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(threading, "excepthook", threading.__excepthook__)
+    with CanopenLink.open(interface="slcan", channel=cable.channel, bitrate=1_000_000, sleep_after_open=0.0) as link:
+        cable.pull()
+        receiver = next(thread for thread in threading.enumerate() if thread.name.startswith("Notifier"))
+        receiver.join(5.0)
+        assert not receiver.is_alive()
+        with pytest.raises(SilentError, match="receiving has ended") as error:
+            link.require_alive()
+        with pytest.raises(SilentError, match="does not take frames"):
+            link.send(0x80, b"")
+    assert "\n" not in str(error.value)
+    assert capfd.readouterr().err == ""
+
+
+def test_other_serial_interfaces_do_not_wait_for_ever_either(cable: Cable) -> None:
+    bus = open_bus("serial", cable.channel, 1_000_000)
+
+    def send() -> bool:
+        try:
+            bus.send(can.Message(arbitration_id=0x201, data=bytes(8), is_extended_id=False))
+        except can.CanError:
+            return False
+        return True
+
+    assert seconds(lambda: until_refused(send)) < 5.0
+    bus.shutdown()
