@@ -47,6 +47,7 @@ from palpate.core.errors import LogError, PalpateError
 from palpate.core.insertion.ready_pose import find_ready_pose
 from palpate.core.insertion.trial import Outcome
 from palpate.core.ports.lifecycle import Life
+from palpate.core.ports.sensor_facts import SensorFacts
 
 PALPATE = [sys.executable, "-m", "palpate.adapters.cli.main"]
 PAGE = os.sysconf("SC_PAGE_SIZE")
@@ -101,7 +102,8 @@ def passing_fault(config: RunConfig, seed: int, trial: int) -> FaultPlan | None:
     if rng.random() >= FAULTY_SHARE:
         return None
     every = variants(config.supervision)
-    plan = every[int(rng.integers(len(every)))].at(int(rng.integers(0, 450)), int(rng.integers(2**31)))
+    chosen, tick, own_seed = every[int(rng.integers(len(every)))], int(rng.integers(0, 450)), int(rng.integers(2**31))
+    (plan,) = chosen.at(tick, own_seed, SensorFacts(0.0, 0.0))
     return plan if plan.duration_ticks else replace(plan, duration_ticks=int(rng.integers(1, 31)))
 
 

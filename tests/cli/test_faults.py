@@ -10,20 +10,34 @@ from tests.command_line import CommandLine
 
 def test_a_share_of_the_campaign_ends_in_stops_and_readable_logs(palpate: CommandLine, tmp_path: Path) -> None:
     out = tmp_path / "runs.csv"
-    printed = palpate.succeed("faults", "--most", 24, "--jobs", 1, "--out", out)
-    assert "24 runs, the fault struck in 24" in printed
+    printed = palpate.succeed("faults", "--group", "devices", "--most", 23, "--jobs", 1, "--out", out)
+    assert "23 runs, the fault struck in 23" in printed
     assert "failed: 0" in printed
     assert "unreadable logs, or logs that do not tell of their fault: 0" in printed
     with out.open() as stream:
         runs = list(csv.DictReader(stream))
-    assert len(runs) == 24
+    assert len(runs) == 23
     assert len({run["variant"] for run in runs}) > 10
     assert {run["verdict"] for run in runs} <= {"tolerable", "detected", "unobservable"}
     assert any(run["verdict"] == "detected" for run in runs)
     assert {run["safe_stop"] for run in runs} == {"True"}
     assert all(run["cause"] for run in runs if run["verdict"] == "detected")
-    assert "runs in which the arm was told to stop at the end: 24" in printed
+    assert "runs in which the arm was told to stop at the end: 23" in printed
     assert "is there already" in palpate.refusal("faults", "--out", out)
+
+
+def test_liars_are_chosen_by_phase_and_name_and_a_false_success_is_the_worst_verdict(palpate: CommandLine) -> None:
+    chosen = ("faults", "--group", "liars", "--phase", "explore", "--jobs", 1)
+    done = palpate(*chosen, "--fault", "times 100", "--by-phase")
+    assert "1 runs, the fault struck in 1" in done.stdout
+    assert "liar: force times 100  explore" in done.stdout
+    # A limit that cannot trip lets the lie through: scaled up, the spring of the gripper seems deep in the hole.
+    done = palpate(
+        "faults", "--group", "liars", "--phase", "lift", "--fault", "times 2", "--jobs", 1, "--no-supervisor"
+    )
+    assert done.code == 1
+    assert "said to be inserted, and were not: 1" in done.stdout
+    assert "part of the name of a fault" in palpate.refusal(*chosen, "--fault", "no such")
 
 
 def test_the_campaign_fails_without_a_supervisor(palpate: CommandLine) -> None:

@@ -10,7 +10,7 @@ from tqdm import tqdm
 
 from palpate.adapters.cli.notices import print_weakened
 from palpate.adapters.cli.options import FaultsOptions
-from palpate.adapters.fault_injection.campaign import Class, FaultRun, as_csv, cases, run_cases, summary, table
+from palpate.adapters.fault_injection.campaign import Choice, Class, FaultRun, as_csv, cases, run_cases, summary, table
 from palpate.core.errors import OutputError
 from palpate.core.files import write_whole
 
@@ -21,7 +21,7 @@ def faults(options: FaultsOptions) -> int:
     if out is not None and os.path.lexists(out):
         raise OutputError(options.out, "is there already", "name another file with --out")
     print_weakened(options.run)
-    chosen = cases(options.run, options.seeds, options.most)
+    chosen = cases(options.run, options.seeds, Choice(options.most, options.group, options.phase, options.fault))
     runs: list[FaultRun] = []
     try:
         with tqdm(total=len(chosen), unit="run", file=sys.stderr) as bar:
@@ -40,4 +40,4 @@ def faults(options: FaultsOptions) -> int:
             sys.stdout.write(table(runs, by_phase=options.by_phase) + "\n" + summary(runs))
             if out is not None:
                 write_whole(out, as_csv(runs), remedy="name another file with --out")
-    return 1 if any(run.verdict is Class.FAILED for run in runs) else 0
+    return 1 if any(run.verdict in (Class.FAILED, Class.FALSE_SUCCESS) for run in runs) else 0

@@ -21,7 +21,7 @@ import tyro
 from palpate.adapters.cli.commands import COMMANDS, OPTIONS_OF_PARTS, options_of
 from palpate.adapters.config import RENAMED, RunConfig, now_called, overlay, read_toml, recorded, scenario
 from palpate.core.errors import ConfigurationError, UsageError
-from palpate.core.ports import Range, Settings, kinds_of
+from palpate.core.ports import OneOf, Range, Settings, kinds_of
 
 T = TypeVar("T")
 Flat = Annotated[RunConfig, tyro.conf.arg(name="")]
@@ -188,7 +188,8 @@ class EmulateOptions(Settings):
 class FaultsOptions(RunSettings):
     """Trials in which every kind of fault strikes in every phase, and a table of what came of it.
 
-    Exit code 0: every fault was tolerable, or stopped in time with a readable log; 1: one was not.
+    Exit code 0: every fault was tolerable, or stopped in time with a readable log; 1: one was not, or a peg was said to
+    be inserted that was not.
     """
 
     seeds: Annotated[int, Range(1, 100_000)] = 1
@@ -197,6 +198,12 @@ class FaultsOptions(RunSettings):
     """Rig file: run on its devices in real time instead of in the simulator."""
     most: Annotated[int, Range(0, 10_000_000)] = 0
     """Make only so many of the runs, spread evenly; 0 makes all."""
+    group: Annotated[str, OneOf("all", "devices", "liars")] = "all"
+    """devices: those that fail openly; liars: sensors whose every sample could be true."""
+    phase: Annotated[str, OneOf("", "lift", "transfer", "settle", "approach", "explore", "insert")] = ""
+    """Strike in this phase only; lift is the first tick, for liars."""
+    fault: str = ""
+    """Only faults with this in their name."""
     by_phase: bool = False
     """Print a line for each phase of each fault."""
     supervisor: bool = True

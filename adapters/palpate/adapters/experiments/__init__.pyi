@@ -40,6 +40,7 @@ from .training import checkpoint_perception as checkpoint_perception
 from .training import resume_from as resume_from
 from .training import run_toml as run_toml
 from .trial import ScoredTrial as ScoredTrial
+from .trial import falsely_inserted as falsely_inserted
 from .trial import run_scored_trial as run_scored_trial
 from .trial import score as score
 from .trial import trial_setup as trial_setup

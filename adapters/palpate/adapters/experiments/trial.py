@@ -107,11 +107,31 @@ def score(config: RunConfig, report: TrialReport, truth: Truth | None) -> Scored
         return ScoredTrial(report, None, report.outcome is Outcome.INSERTED, marked)
     success = (
         report.outcome is Outcome.INSERTED
-        and dist(truth.tip_in_task_m[:2], truth.hole_in_task_m[:2]) < _BESIDE_M + config.cell.peg.clearance_mm * 1e-3
+        and not _beside(config, truth)
         and truth.depth_m >= config.task.insertion_depth_mm * 1e-3 - FULL_DEPTH_TOLERANCE_M
         and truth.peak_force_N < config.task.max_force_N
     )
     return ScoredTrial(report, truth, success, marked)
+
+
+def _beside(config: RunConfig, truth: Truth) -> bool:
+    off_m = dist(truth.tip_in_task_m[:2], truth.hole_in_task_m[:2])
+    return off_m >= _BESIDE_M + config.cell.peg.clearance_mm * 1e-3
+
+
+def falsely_inserted(config: RunConfig, report: TrialReport, truth: Truth | None) -> bool:
+    """Whether the core took the peg for inserted where it was not: beside the hole, or not as deep as it had to be.
+
+    Args:
+        config: The run's configuration.
+        report: The core's own account.
+        truth: What really happened; where nobody knows, nothing can be false.
+    """
+    if truth is None or report.outcome is not Outcome.INSERTED:
+        return False
+    return _beside(config, truth) or truth.depth_m < (
+        (config.task.insertion_depth_mm - config.task.depth_tolerance_mm) * 1e-3
+    )
 
 
 def truth_fields(scored: ScoredTrial) -> dict[str, Any]:

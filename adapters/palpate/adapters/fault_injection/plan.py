@@ -17,6 +17,7 @@ PORTS: Final = (*_SENSORS, "arm", "clock")
 WRENCH_CHANNELS: Final = 6
 _MOST_CHANNELS: Final = 64
 _GREAT: Final = 1e9
+_PAIR: Final = 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,6 +42,10 @@ KINDS: Final[dict[str, KindOfFault]] = {
     "freeze": KindOfFault(_SENSORS, ("channels",), "values stand still while number and time go on"),
     "repeat": KindOfFault(_SENSORS, ("span_ticks", "honest"), "the last {p.span_ticks} samples again"),
     "bias-drift": KindOfFault(_SENSORS, ("magnitude", "channels"), "drifting by {p.magnitude:g} a second"),
+    "noise": KindOfFault(_SENSORS, ("magnitude", "channels"), "noise of {p.magnitude:g} on top"),
+    "offset": KindOfFault(_SENSORS, ("magnitude", "channels"), "off by {p.magnitude:g}"),
+    "swap": KindOfFault(_SENSORS, ("channels",), "channels {p.channels} exchanged"),
+    "lag": KindOfFault(_SENSORS, ("time_s", "honest"), "later by {p.time_s:g} s more each second"),
     "spike": KindOfFault(_SENSORS, ("magnitude", "probability", "channels"), "a spike of {p.magnitude:g}"),
     "nan": KindOfFault((*_SENSORS, "arm"), ("probability", "channels"), "not a number"),
     "saturate": KindOfFault(("force_sensor",), ("magnitude", "channels", "honest"), "at its limit of {p.magnitude:g}"),
@@ -76,7 +81,8 @@ class FaultPlan(Settings):
     probability: Annotated[float, Range(0.0, 1.0)] = 1.0
     """That it strikes in a tick of that time."""
     magnitude: Annotated[float, Range(-_GREAT, _GREAT)] = 0.0
-    """Added, or for ``saturate`` the limit: N for forces, Nm for torques, rad for angles; ``bias-drift``: a second."""
+    """Added, or for ``saturate`` the limit, for ``noise`` its standard deviation: N for forces, Nm for torques, rad for
+    angles; ``bias-drift``: a second."""
     factor: Annotated[float, Range(-_GREAT, _GREAT)] = 1.0
     """What ``unit`` multiplies by."""
     delay_ticks: Annotated[int, Range(1, 100_000)] = 3
@@ -84,11 +90,11 @@ class FaultPlan(Settings):
     span_ticks: Annotated[int, Range(1, 100_000)] = 14
     """How many samples before the fault ``repeat`` repeats."""
     time_s: Annotated[float, Range(-_GREAT, _GREAT)] = 0.0
-    """By how much the clock jumps, or how much longer a tick takes, s."""
+    """By how much the clock jumps, how much longer a tick takes, or how much a ``lag`` grows in a second, s."""
     channels: tuple[Annotated[int, Range(0, _MOST_CHANNELS - 1)], ...] = ()
-    """Which components, from 0: Fx Fy Fz Tx Ty Tz, or joints; none means all."""
+    """Which components, from 0: Fx Fy Fz Tx Ty Tz, or joints; none means all. ``swap`` exchanges two."""
     honest: bool = True
-    """Whether the device shows it: ``saturate`` marks its samples, ``repeat`` keeps old numbers and times."""
+    """Whether the device shows it: ``saturate`` marks its samples, ``repeat`` and ``lag`` keep old times."""
     seed: Annotated[int, Range(0, 2**63)] = 0
     """Of the fault's own random numbers; equal seeds on different ports or kinds give different ones."""
 
@@ -107,9 +113,11 @@ class FaultPlan(Settings):
         for name, nothing in (("magnitude", 0.0), ("factor", 1.0), ("time_s", 0.0)):
             if name in used and getattr(self, name) == nothing:
                 raise ConfigurationError(name, nothing, f"another value: {self.kind} would do nothing")
-        if (self.kind == "overrun" and self.time_s < 0.0) or (self.kind == "saturate" and self.magnitude < 0.0):
-            name = "time_s" if self.kind == "overrun" else "magnitude"
-            raise ConfigurationError(name, getattr(self, name), "a positive number")
+        positive = {"overrun": "time_s", "lag": "time_s", "saturate": "magnitude", "noise": "magnitude"}.get(self.kind)
+        if positive is not None and getattr(self, positive) < 0.0:
+            raise ConfigurationError(positive, getattr(self, positive), "a positive number")
+        if self.kind == "swap" and len(set(self.channels)) != _PAIR:
+            raise ConfigurationError("channels", self.channels, "two different ones to exchange")
         if self.port == "force_sensor":
             for channel in self.channels:
                 require_whole("channels", channel, 0, WRENCH_CHANNELS - 1)

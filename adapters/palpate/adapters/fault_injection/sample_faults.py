@@ -172,6 +172,35 @@ class Repeat(SampleFault[SampleT]):
         return replace(old, source_time_ns=new_times[0], receive_time_ns=new_times[1], sequence=sample.sequence)
 
 
+class Lag(SampleFault[SampleT]):
+    """Samples come later and later, as through a buffer that fills."""
+
+    def __init__(self, plan: FaultPlan, rng: np.random.Generator) -> None:
+        super().__init__(plan, rng)
+        self._last: SampleT | None = None
+        self._under_way: deque[SampleT] = deque()
+        self._since_ns: int | None = None
+
+    @override
+    def pass_by(self, sample: SampleT) -> None:
+        self._last, self._since_ns = sample, None
+        self._under_way.clear()
+
+    @override
+    def strike(self, sample: SampleT, moment: FaultMoment) -> SampleT:
+        if self._since_ns is None:
+            self._since_ns = moment.time_ns
+        late_ns = round(self.plan.time_s * (moment.time_ns - self._since_ns))
+        self._under_way.append(sample)
+        while self._under_way and self._under_way[0].source_time_ns + late_ns <= moment.time_ns:
+            self._last = replace(self._under_way.popleft(), receive_time_ns=moment.time_ns)
+        last = self._required(self._last)
+        if self.plan.honest:
+            return last
+        new_times = (sample.source_time_ns, sample.receive_time_ns)
+        return replace(last, source_time_ns=new_times[0], receive_time_ns=new_times[1], sequence=sample.sequence)
+
+
 class Disconnect(SampleFault[SampleT]):
     """The device is gone."""
 
@@ -208,6 +237,31 @@ class BiasDrift(SampleFault[SampleT]):
             self._since_ns = moment.time_ns
         bias = self.plan.magnitude * (moment.time_ns - self._since_ns) / _NS
         return self._changed(sample, lambda i, value: value + bias)
+
+
+class Noise(SampleFault[SampleT]):
+    """White noise on top of the values; after ``freeze``, that of an amplifier whose gauges are dead."""
+
+    @override
+    def strike(self, sample: SampleT, moment: FaultMoment) -> SampleT:
+        return self._changed(sample, lambda i, value: value + self.plan.magnitude * float(self._rng.standard_normal()))
+
+
+class Offset(SampleFault[SampleT]):
+    """A constant error, such as a turn that an encoder has lost."""
+
+    @override
+    def strike(self, sample: SampleT, moment: FaultMoment) -> SampleT:
+        return self._changed(sample, lambda i, value: value + self.plan.magnitude)
+
+
+class Swap(SampleFault[SampleT]):
+    """Two wires exchanged."""
+
+    @override
+    def strike(self, sample: SampleT, moment: FaultMoment) -> SampleT:
+        values, (one, other) = channels_of(sample), self.plan.channels
+        return self._changed(sample, lambda i, value: values[other if i == one else one])
 
 
 class Spike(SampleFault[SampleT]):
@@ -255,6 +309,10 @@ SAMPLE_FAULTS: Final[dict[str, type[SampleFault[Any]]]] = {
     "freeze": Freeze,
     "repeat": Repeat,
     "bias-drift": BiasDrift,
+    "noise": Noise,
+    "offset": Offset,
+    "swap": Swap,
+    "lag": Lag,
     "spike": Spike,
     "nan": NotANumber,
     "saturate": Saturate,

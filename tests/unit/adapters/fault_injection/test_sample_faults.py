@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import statistics
 from dataclasses import replace
 from math import isnan
+from typing import Any
 
 import pytest
 
@@ -14,7 +16,15 @@ from palpate.core.ports.values import Validity, WrenchSample
 from tests.unit.adapters.fault_injection.bench import TICK_NS, angles, fz, samples, wrenches
 
 PLAIN = samples()
-SETTINGS = {"bias-drift": {"magnitude": 1.0}, "spike": {"magnitude": 5.0}, "saturate": {"magnitude": 400.0}}
+SETTINGS: dict[str, dict[str, Any]] = {
+    "bias-drift": {"magnitude": 1.0},
+    "noise": {"magnitude": 1.0},
+    "offset": {"magnitude": 1.0},
+    "swap": {"channels": (2, 5)},
+    "lag": {"time_s": 0.4},
+    "spike": {"magnitude": 5.0},
+    "saturate": {"magnitude": 400.0},
+}
 
 
 def sequences(found: list[WrenchSample]) -> list[int]:
@@ -94,6 +104,28 @@ def test_bias_drifts_slowly() -> None:
     assert [s.force_N[:2] for s in found] == [s.force_N[:2] for s in PLAIN]
     joints = angles(FaultPlan("bias-drift", "joint_encoder", magnitude=1.4))
     assert joints[10].position_rad == pytest.approx([0.11, 0.12, 0.13])
+
+
+def test_noise_comes_on_top_of_what_stands_still() -> None:
+    dead = FaultPlan("freeze", "force_sensor", 3), FaultPlan("noise", "force_sensor", 3, magnitude=0.1, channels=(2,))
+    found = samples(*dead, ticks=1000)
+    assert {s.force_N[:2] for s in found[3:]} == {PLAIN[2].force_N[:2]}
+    assert statistics.stdev(fz(found[3:])) == pytest.approx(0.1, rel=0.1)
+    assert statistics.fmean(fz(found[3:])) == pytest.approx(PLAIN[2].force_N[2], abs=0.02)
+
+
+def test_an_offset_stays_and_swapped_channels_show_each_other() -> None:
+    assert fz(samples(FaultPlan("offset", "force_sensor", magnitude=5.0))) == [f + 5.0 for f in fz(PLAIN)]
+    found = samples(FaultPlan("swap", "force_sensor", 3, channels=(2, 5)))
+    assert [(s.force_N[2], s.torque_Nm[2]) for s in found[3:]] == [(s.torque_Nm[2], s.force_N[2]) for s in PLAIN[3:]]
+    assert [s.force_N[:2] for s in found] == [s.force_N[:2] for s in PLAIN]
+
+
+@pytest.mark.parametrize("honest", [True, False])
+def test_a_lag_grows(honest: bool) -> None:
+    found = samples(FaultPlan("lag", "force_sensor", 2, time_s=0.4, honest=honest))
+    assert fz(found) == [1, 2, 3, 3, 4, 4, 5, 6, 6, 7, 7, 8]
+    assert (sequences(found) == sequences(PLAIN)) is not honest
 
 
 def test_spikes_go_up_and_down() -> None:

@@ -1,3 +1,5 @@
+from .campaign import GROUPS as GROUPS
+from .campaign import Choice as Choice
 from .campaign import cases as cases
 from .campaign import run_cases as run_cases
 from .runs import Class as Class

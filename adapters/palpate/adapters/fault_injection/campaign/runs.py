@@ -16,6 +16,7 @@ from palpate.adapters.experiments import (
     build_supervisor,
     build_task,
     comparator,
+    falsely_inserted,
     score,
     trial_setup,
     truth_fields,
@@ -47,6 +48,7 @@ class Class(enum.Enum):
     DETECTED = "detected"
     UNOBSERVABLE = "unobservable"
     FAILED = "FAILED"
+    FALSE_SUCCESS = "FALSE SUCCESS"
     NOT_STRUCK = "not struck"
 
 
@@ -159,7 +161,9 @@ class Bench:
             self._rig.prepare(seed)
             setup = trial_setup(self.config, seed)
             probe = ForceProbe(self._rig.ports.force_sensor)
-            bad = faulty(replace(self._rig.ports, force_sensor=probe), [variant.at(tick, seed)], record)
+            bad = faulty(
+                replace(self._rig.ports, force_sensor=probe), variant.at(tick, seed, self._rig.sensor_facts), record
+            )
             observer = recorder.begin(setup, self._rig.world(), "run")
             try:
                 with self._loop():
@@ -174,7 +178,8 @@ class Bench:
             self._rig.return_to_ready()
         truth = self._rig.truth()
         peak_N = probe.peak_N if truth is None else truth.peak_force_N
-        return self._judged(variant, phase, seed, deliveries, task, supervisor, error, sink.logs, peak_N)
+        run = self._judged(variant, phase, seed, deliveries, task, supervisor, error, sink.logs, peak_N)
+        return replace(run, verdict=Class.FALSE_SUCCESS) if falsely_inserted(self.config, task.report, truth) else run
 
     def _parts(self) -> tuple[InsertionTask, Supervisor | None]:
         config = self.config
@@ -205,7 +210,8 @@ class Bench:
         stopped = log is not None and any((call.port, call.call) == ("arm", "stop") for call in log.calls)
         verdict = Class.NOT_STRUCK
         if deliveries:
-            verdict = _verdict(variant, ticks, lived, damage=damage, intact=intact and stopped)
+            harmless = peak_N <= self.config.task.max_force_N
+            verdict = _verdict(variant, ticks, lived, damage=damage, intact=intact and stopped, harmless=harmless)
         return FaultRun(
             variant=variant.name,
             phase=phase.value,
@@ -257,7 +263,7 @@ def _cause(supervisor: Supervisor | None, error: PalpateError | None, report: Tr
     return str(error) if error is not None else report.events[-1].detail
 
 
-def _verdict(variant: Variant, ticks: int | None, lived: int, *, damage: bool, intact: bool) -> Class:
+def _verdict(variant: Variant, ticks: int | None, lived: int, *, damage: bool, intact: bool, harmless: bool) -> Class:
     """What a run shows.
 
     Args:
@@ -267,6 +273,7 @@ def _verdict(variant: Variant, ticks: int | None, lived: int, *, damage: bool, i
         damage: Whether a limit of the hardware was exceeded. A stop in time counts as detected even when it could not
             prevent that; it is reported beside.
         intact: Whether the log holds it, and the arm's stop.
+        harmless: Whether the true force stayed below the task's limit, so that a lie that went unnoticed did nothing.
     """
     patience = variant.patience_ticks
     if not intact:
@@ -274,7 +281,7 @@ def _verdict(variant: Variant, ticks: int | None, lived: int, *, damage: bool, i
     if ticks is not None:
         return Class.FAILED if patience is not None and ticks > patience else Class.DETECTED
     if variant.hidden:
-        return Class.UNOBSERVABLE
+        return Class.TOLERABLE if harmless else Class.UNOBSERVABLE
     # Plain to see, and yet the trial went on to its end; unless that came first.
     overlooked = patience is not None and lived > patience
     return Class.FAILED if damage or overlooked else Class.TOLERABLE

@@ -9,7 +9,7 @@ from typing import Final
 from palpate.adapters.experiments import aligned, csv_text
 from palpate.adapters.fault_injection.campaign.runs import Class, FaultRun
 
-_SHOWN: Final = (Class.TOLERABLE, Class.DETECTED, Class.UNOBSERVABLE, Class.FAILED)
+_SHOWN: Final = (Class.TOLERABLE, Class.DETECTED, Class.UNOBSERVABLE, Class.FAILED, Class.FALSE_SUCCESS)
 
 
 def table(runs: Sequence[FaultRun], *, by_phase: bool = False) -> str:
@@ -36,7 +36,8 @@ def table(runs: Sequence[FaultRun], *, by_phase: bool = False) -> str:
 
 def summary(runs: Sequence[FaultRun]) -> str:
     """What counts, in a few lines."""
-    failed = [run for run in runs if run.verdict is Class.FAILED]
+    untrue = [run for run in runs if run.verdict is Class.FALSE_SUCCESS]
+    failed = [*untrue, *(run for run in runs if run.verdict is Class.FAILED)]
     stops = [run.ticks_to_stop for run in runs if run.verdict is Class.DETECTED and run.ticks_to_stop is not None]
     hidden = [run for run in runs if run.verdict is Class.UNOBSERVABLE]
     detected = [run for run in runs if run.verdict is Class.DETECTED]
@@ -53,6 +54,8 @@ def summary(runs: Sequence[FaultRun]) -> str:
         text += f"residual risk, which no port shows: {len(hidden)} runs, highest true peak force {peak:.1f} N\n"
     text += f"runs in which the arm was told to stop at the end: {sum(run.safe_stop for run in runs)}\n"
     text += f"failed: {len(failed)}\n"
+    if untrue:
+        text += f"of these said to be inserted, and were not: {len(untrue)}\n"
     for run in failed[:10]:
         text += (
             f"  {run.variant}, {run.phase}, seed {run.seed}: {run.cause or run.outcome},"

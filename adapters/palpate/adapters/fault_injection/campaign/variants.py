@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any, Final
 
 from palpate.adapters.fault_injection.plan import FaultPlan
+from palpate.core.ports import SensorFacts
 from palpate.core.supervision import SupervisionConfig
 
 _LATE: Final = 3
@@ -20,22 +21,37 @@ class Variant:
 
     Attributes:
         name: For tables.
-        plan: Settings of the fault plan, but for the tick and the seed.
+        plans: Settings of the fault plans, but for tick and seed; more than one where faults come together.
         silent_ticks: Ticks that pass before anything can be seen of it at the ports: a sensor that delivers nothing
             looks like a slow one until its patience is over, and a frozen one like one that measures the same twice.
             None when that depends on what the arm does meanwhile, as with an arm that does not move: then
             only harm counts.
-        hidden: Nothing at the ports ever shows it: the sensor lies plausibly. What it did is listed as residual risk.
+        hidden: No single sample shows it: the sensor lies plausibly. What it did is listed as residual risk.
+        noise_share: How much noise the force sensor then shows, as a share of its own on every channel.
     """
 
     name: str
-    plan: Mapping[str, Any]
+    plans: tuple[Mapping[str, Any], ...]
     silent_ticks: int | None = 0
     hidden: bool = False
+    noise_share: float = 0.0
 
-    def at(self, tick: int, seed: int) -> FaultPlan:
-        """The fault, beginning at this tick."""
-        return FaultPlan(first_tick=tick, seed=seed, **self.plan)
+    def at(self, tick: int, seed: int, sensor: SensorFacts) -> list[FaultPlan]:
+        """The faults, beginning at this tick.
+
+        Args:
+            tick: The tick.
+            seed: Of their random numbers.
+            sensor: The force sensor, for noise like its own.
+        """
+        noise = [
+            {"kind": "noise", "port": "force_sensor", "magnitude": self.noise_share * deviation, "channels": channels}
+            for deviation, channels in ((sensor.noise_N, (0, 1, 2)), (sensor.noise_Nm, (3, 4, 5)))
+            if self.noise_share * deviation > 0.0
+        ]
+        return [
+            FaultPlan(first_tick=tick, seed=seed + number, **plan) for number, plan in enumerate((*self.plans, *noise))
+        ]
 
     @property
     def patience_ticks(self) -> int | None:
@@ -94,4 +110,4 @@ class _Maker:
         return self.config.max_repeats
 
     def add(self, name: str, silent_ticks: int | None, *, hidden: bool = False, **plan: Any) -> None:
-        self.variants.append(Variant(name, plan, silent_ticks, hidden))
+        self.variants.append(Variant(name, (plan,), silent_ticks, hidden))
