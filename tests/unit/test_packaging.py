@@ -63,11 +63,6 @@ def test_the_wheel_takes_all_layers() -> None:
     assert sorted(project["tool"]["hatch"]["build"]["dev-mode-dirs"]) == sorted(LAYERS)
 
 
-def test_importing_the_core_loads_nothing_heavy() -> None:
-    loaded = imported_by("import palpate.core")
-    assert loaded["heavy"] == []
-
-
 def test_importing_every_module_of_the_core_loads_nothing_heavy() -> None:
     loaded = imported_by(
         "import importlib, pkgutil, palpate.core\n"

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.house import circles, floors, house, text
+from benchmarks.house import house, text
 
 
 def build(checkout: Path, **files: str) -> Path:
@@ -79,24 +79,6 @@ def test_rooms_may_circle_without_files_doing_so(tmp_path: Path) -> None:
     )  # fmt: skip
     core = house(tmp_path).roots["core"]
     assert (core.room_circles, core.file_circles) == ([["a", "b"]], [])
-
-
-@pytest.mark.parametrize(
-    ("graph", "expected"),
-    [
-        ({}, []),
-        ({"a": {"b"}, "b": {"c"}}, []),
-        ({"a": {"b"}, "b": {"a"}, "c": {"d"}, "d": {"c", "a"}}, [["a", "b"], ["c", "d"]]),
-        ({"a": {"b"}, "b": {"c"}, "c": {"a", "d"}, "d": {"e"}, "e": {"d"}}, [["a", "b", "c"], ["d", "e"]]),
-    ],
-)
-def test_circles(graph: dict[str, set[str]], expected: list[list[str]]) -> None:
-    assert circles(graph) == expected
-
-
-def test_the_longest_chain_counts() -> None:
-    assert floors({"a": {"b", "d"}, "b": {"c"}, "c": {"d"}}, ["a", "b", "c", "d", "alone"]) == 4
-    assert floors({}, ["alone"]) == 1
 
 
 def test_lines_and_class_names(tmp_path: Path) -> None:

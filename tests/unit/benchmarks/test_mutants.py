@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-import json
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -12,11 +11,11 @@ from typing import Any, cast
 import pytest
 
 from benchmarks.mutants.draw import draw, mutated
-from benchmarks.mutants.functions import functions_in, functions_of, unique
+from benchmarks.mutants.functions import functions_in, functions_of
 from benchmarks.mutants.guards import guards
 from benchmarks.mutants.operators import places
 from benchmarks.mutants.trees import Ran, Tree
-from benchmarks.mutants.verdicts import Judge, compared, lost, read
+from benchmarks.mutants.verdicts import Judge, compared, lost
 
 SOURCE = '''
 class Watch:
@@ -71,12 +70,6 @@ def test_functions_are_told_by_name_and_text() -> None:
     assert [f.key for f in functions_in(SOURCE.replace("2.5", "2.0"), "g.py")] != [late.key, trip.key]
 
 
-def test_what_several_functions_say_is_nobody_s() -> None:
-    twice = "def f():\n    return 1\n"
-    assert unique([*functions_in(twice, "a.py"), *functions_in(twice, "b.py")]) == {}
-    assert len(unique([*functions_in(twice, "a.py"), *functions_in(twice.replace("1", "2"), "b.py")])) == 2
-
-
 @pytest.mark.parametrize(
     ("body", "operator", "expected"),
     [
@@ -108,11 +101,6 @@ def test_branches_of_a_whole_statement_are_swapped_and_an_elif_is_left_in_its_pl
         "        g()\n    return a\n"
     )
     assert "    elif (not a.b):\n" in variants(source)["boolean"][1]
-
-
-def test_docstrings_annotations_decorators_and_f_strings_are_let_be() -> None:
-    source = '@cache(1)\ndef f(a: "1 < 2" = None) -> x[3]:\n    """4"""\n    return f"{a + 5}"\n'
-    assert {operator: len(found) for operator, found in variants(source).items()} == {"statement": 1}
 
 
 def test_every_mutation_is_python_and_another_function() -> None:
@@ -156,12 +144,6 @@ def test_the_same_mutants_come_of_both_checkouts_and_one_that_goes_does_not_chan
         assert found.diff.count("\n+ ") == 1
 
 
-def test_too_few_functions_are_an_error(tmp_path: Path) -> None:
-    one = checkout(tmp_path, cycle=numbered(1))
-    with pytest.raises(SystemExit, match="1 functions can be mutated, 2 are asked for"):
-        draw(one, one, 2, 1)
-
-
 @pytest.fixture
 def tested(tmp_path: Path) -> Path:
     for file in (
@@ -193,12 +175,6 @@ def test_a_room_s_tests(tested: Path, file: str, room: list[str]) -> None:
     stages = dict(guards(tested, file))
     assert stages.get("room", []) == [f"tests/{one}" for one in room]
     assert stages["golden"] == ["tests/integration/test_golden_logs.py"]
-
-
-def test_contracts_that_wait_come_last_unless_they_are_the_file_s_own(tested: Path) -> None:
-    names = ["fake", "jr3", "replay"]
-    for file, order in (("core/palpate/core/values.py", (0, 2, 1)), ("drivers/palpate/drivers/jr3/a.py", (1, 0, 2))):
-        assert dict(guards(tested, file))["contracts"] == [f"tests/contracts/test_{names[i]}.py" for i in order]
 
 
 class FakeTree:
@@ -259,10 +235,3 @@ def test_what_is_not_killed_any_more_is_listed(tmp_path: Path) -> None:
     assert "killed after and not before: 1\nkilled before and not after: 2\n" in text
     assert "1 f, f.py:1 -> f.py: survived" in text
     assert "  +a <= b" in text
-
-
-def test_verdicts_are_read_back_but_for_a_line_cut_short(tmp_path: Path) -> None:
-    path = tmp_path / "before.jsonl"
-    assert read(path) == {}
-    path.write_text(json.dumps(told("a", "killed")) + "\n" + json.dumps(told("b", "killed"))[:30])
-    assert read(path) == {"a": told("a", "killed")}

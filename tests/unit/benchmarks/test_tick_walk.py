@@ -87,22 +87,6 @@ def test_a_tick_is_from_one_outermost_sleep_to_the_next(checkout: Path, trial: C
     assert drawn(quiet).splitlines()[1] == "  Clock.sleep_until  adapters/palpate/adapters/ports.py"
 
 
-def test_only_the_last_task_counts(checkout: Path, trial: Callable[..., None]) -> None:
-    walker = Walker(checkout)
-
-    def two() -> None:
-        trial("EXPLORE", "EXPLORE")
-        trial("EXPLORE")
-
-    walker.walk(two)
-    assert len(walker.ticks) == 1
-
-
-def test_changes_are_from_call_to_call_whoever_called() -> None:
-    tick = [Call(0, file, "f") for file in "abbacca"]
-    assert Figures.of(tick) == Figures(files=3, changes=4, calls=7)
-
-
 def test_the_quietest_and_the_usual_tick_are_told() -> None:
     ticks = [[Call(0, file, "f") for file in files] for files in ("abab", "abab", "aab")]
     figures = found("made up", ticks)

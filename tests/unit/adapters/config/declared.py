@@ -13,10 +13,15 @@ from palpate.adapters.hardware.cia402 import _Cia402Table
 from palpate.adapters.hardware.jr3 import _CanTable, _UartTable
 from palpate.adapters.hardware.zebra_zero import _ZebraTable
 from palpate.core.automata import InferenceSettings
+from palpate.core.policy.back_off import BackOff
+from palpate.core.policy.exploration import TemperatureSchedule
+from palpate.core.policy.sarsa import SarsaParameters
 from palpate.core.ports.settings import OneOf, Range, Settings, kinds_of, optional_of, parts_of
 
 TABLES: dict[str, Settings] = {
     "run": RunConfig(),
+    "policy": SarsaParameters(alpha=0.5, gamma=1.0, temperature=TemperatureSchedule(1.0, 1.0, 0.0)),
+    "back-off": BackOff(1.0, (0, None)),
     "explore": GridLearning(),
     "infer": InferenceSettings(),
     "rig operator": OperatorTable(),

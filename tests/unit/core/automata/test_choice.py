@@ -1,5 +1,3 @@
-import time
-
 import numpy as np
 import pytest
 
@@ -13,7 +11,6 @@ from palpate.core.automata.choice import (
 )
 from palpate.core.automata.elman import Architecture, Network, Readout
 from palpate.core.automata.machine import Kind, Machine
-from palpate.core.automata.partition import partition
 from palpate.core.automata.prefix_tree import PrefixTree
 from palpate.core.automata.strings import Strings
 from palpate.core.errors import ConfigurationError
@@ -97,11 +94,6 @@ def test_the_loss_is_that_of_counted_probabilities() -> None:
     assert price_of(one_state, AB) == pytest.approx(2 / 13)
 
 
-def test_an_automaton_that_tells_apart_what_matters_is_the_better_model() -> None:
-    blind = Machine(Kind.MOORE, ("a", "b"), ((0, 0),), (("a",),))
-    assert model_loss(partition(last_symbol(), 2).minimal(), AB, HELD) < model_loss(blind, AB, HELD) - 0.5
-
-
 def test_incomplete_automata_have_no_loss() -> None:
     with pytest.raises(ConfigurationError, match="a transition for each state and symbol"):
         model_loss(Machine(Kind.MOORE, ("a", "b"), ((0, None),), (("a",),)), AB, HELD)
@@ -118,17 +110,3 @@ def test_a_q_of_too_many_states_is_left_out() -> None:
 def test_the_highest_q_is_not_below_the_lowest() -> None:
     with pytest.raises(ConfigurationError, match=r"extraction\.most_intervals = 4 is refused: a whole number from 5"):
         ExtractionSettings(fewest_intervals=5, most_intervals=4)
-
-
-def test_all_q_of_a_network_take_little_time() -> None:
-    shape = Architecture(alphabet=tuple("abcdef"), reading=Readout.PREDICTION)
-    rng = np.random.default_rng(1)
-    network = Network(shape, **{name: 2.0 * rng.normal(size=size) for name, size in shape.shapes.items()})
-    took = []
-    for _ in range(3):
-        began = time.process_time()
-        for intervals in range(2, 21):
-            partition(network, intervals).minimal()
-        took.append(time.process_time() - began)
-    # About 20 ms; the rest is for slow and busy machines.
-    assert min(took) < 0.25

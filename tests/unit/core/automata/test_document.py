@@ -6,9 +6,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from palpate.core.automata import document
-from palpate.core.automata.document import SCHEMA, from_json_text, load, save, to_json_text
+from palpate.core.automata.document import from_json_text, load, save, to_json_text
 from palpate.core.automata.machine import Kind, Machine
-from palpate.core.errors import ConfigurationError, OutputError
+from palpate.core.errors import ConfigurationError
 from tests.unit.core.automata.machines import dfa, machines
 
 PARITY = dfa([[1, 0], [0, None]], [0], labels=("even", "odd"))
@@ -165,17 +165,6 @@ def test_an_output_of_a_moore_machine_is_checked():
         from_json_text(text)
 
 
-@pytest.mark.parametrize(
-    "data", [b"", b"{", b"[]", b"null", b"\xff\xfe", b'{"schema": NaN}', b'{"a": 1, "a": 2}', b"[" * 10**5, b"9" * 5000]
-)
-def test_what_is_no_automaton_at_all_is_refused(tmp_path, data):
-    path = tmp_path / "machine.json"
-    path.write_bytes(data)
-    with pytest.raises(ConfigurationError, match=r"machine\.json") as refused:
-        load(path)
-    assert len(str(refused.value).splitlines()) == 1
-
-
 @given(st.data())
 def test_a_damaged_file_is_either_refused_or_a_machine(data):
     at = data.draw(st.integers(0, len(TEXT) - 1))
@@ -185,20 +174,3 @@ def test_a_damaged_file_is_either_refused_or_a_machine(data):
     except ConfigurationError:
         return
     assert from_json_text(to_json_text(read)) == read
-
-
-@pytest.mark.parametrize("name", ["none.json", "."])
-def test_a_file_that_cannot_be_read_is_a_wrong_setting(tmp_path, name):
-    with pytest.raises(ConfigurationError, match="readable"):
-        load(tmp_path / name)
-
-
-def test_a_newer_schema_asks_for_a_newer_palpate_whatever_its_keys():
-    with pytest.raises(ConfigurationError, match="newer palpate"):
-        from_json_text('{"schema": "palpate.automaton/2"}')
-    assert SCHEMA == "palpate.automaton/1"
-
-
-def test_a_place_that_does_not_exist_is_said(tmp_path):
-    with pytest.raises(OutputError, match="nowhere"):
-        save(PARITY, tmp_path / "nowhere" / "machine.json")

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from palpate.core.automata.elman import Architecture, Network, Readout, network_to_dict, save_network
-from palpate.core.errors import OutputError
 
 
 def network(reading: Readout = Readout.PREDICTION, order: int = 1) -> Network:
@@ -26,8 +25,3 @@ def test_the_file_has_the_shape_and_every_weight_to_the_last_bit(tmp_path, readi
     for name, values in data.items():
         assert np.array(values).tobytes() == getattr(one, name).tobytes()
     assert set(data) == set(one.architecture.shapes)
-
-
-def test_a_place_that_is_not_there_is_refused(tmp_path) -> None:
-    with pytest.raises(OutputError):
-        save_network(network(), tmp_path / "no" / "place.json")

@@ -14,7 +14,6 @@ from tests.unit.core.automata.machines import (
     dfa,
     doubled,
     machines,
-    renumbered,
     words,
 )
 
@@ -22,15 +21,10 @@ from tests.unit.core.automata.machines import (
 ENDS_IN_AB = dfa([[1, 0], [2, 3], [4, 3], [1, 0], [1, 3], [5, 5]], [3], labels=("none", "a1", "a2", "ab", "a3", "x"))
 
 
-@given(machines())
-def test_classes_are_those_of_the_filled_table(machine):
-    assert set(map(frozenset, equivalent_states(machine))) == classes_by_table(machine)
-
-
 @given(machines(), st.data())
-def test_classes_that_are_kept_apart_too(machine, data):
+def test_classes_are_those_of_the_filled_table(machine, data):
     count = len(machine.transitions)
-    apart = data.draw(st.lists(st.sampled_from("pq"), min_size=count, max_size=count))
+    apart = data.draw(st.none() | st.lists(st.sampled_from("pq"), min_size=count, max_size=count))
     assert set(map(frozenset, equivalent_states(machine, apart))) == classes_by_table(machine, apart)
 
 
@@ -55,17 +49,6 @@ def test_a_minimal_machine_cannot_be_made_smaller(machine):
 @given(machines(), st.randoms(use_true_random=False))
 def test_how_states_are_numbered_and_copied_makes_no_difference(machine, rng):
     assert minimised(doubled(machine, rng)) == minimised(machine)
-
-
-@given(machines(), st.randoms(use_true_random=False))
-def test_the_canonical_numbering_merges_nothing_and_forgets_the_order(machine, rng):
-    count = len(machine.transitions)
-    numbered = canonical(machine)
-    assert numbered.reachable() == tuple(range(len(machine.reachable())))
-    assert canonical(renumbered(machine, rng.sample(range(count), count))) == numbered
-    assert canonical(minimised(machine)) == minimised(machine)
-    for word in words(len(machine.alphabet), 4):
-        assert numbered.output_of(word) == machine.output_of(word)
 
 
 def test_numbers_go_breadth_first_in_the_order_of_the_symbols():
@@ -106,14 +89,6 @@ def test_a_mealy_machine_may_end_where_nothing_is_known():
     )
     assert len(minimised(machine).transitions) == 3
     assert equivalent_states(machine) == ((0,), (1,), (2,))
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_a_single_state_stays(kind):
-    row = ("x", "y") if kind is Kind.MEALY else ()
-    outputs = {Kind.DFA: (True,), Kind.MOORE: ("x",), Kind.MEALY: ()}[kind]
-    machine = Machine(kind, ("a", "b"), ((0, 0),), outputs, (row,) if row else ())
-    assert minimised(machine) == canonical(machine) == machine
 
 
 def test_the_last_symbol_can_keep_states_apart():
@@ -162,12 +137,6 @@ def test_the_first_of_the_shortest_words_is_found(pair):
 def test_equal_answers_are_equal_minimal_machines(pair):
     one, other = pair
     assert (difference(one, other) is None) == (minimised(one) == minimised(other))
-
-
-@given(machines())
-def test_a_machine_does_what_its_minimal_one_does(machine):
-    assert difference(machine, minimised(machine)) is None
-    assert difference(machine, machine) is None
 
 
 def test_machines_that_differ_on_the_empty_word_only():

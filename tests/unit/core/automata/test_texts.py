@@ -95,11 +95,6 @@ def test_a_moore_machine_shows_its_outputs_below_the_names():
     assert '  q1 [shape=circle, label="s1\\n{p, q}"];' in text
 
 
-def test_a_mealy_machine_shows_symbol_and_output():
-    machine = Machine(Kind.MEALY, ("a", "b", "c"), ((0, 0, 0),), edge_outputs=(("x", "y", "x"),))
-    assert '  q0 -> q0 [label="a, c / x\\nb / y"];' in to_dot_text(machine)
-
-
 def test_marks_are_escaped():
     machine = dfa([[0]], [], alphabet=("&",), labels=('\\N"',))
     text = to_dot_text(machine)

@@ -1,12 +1,8 @@
-import subprocess
-import sys
 import time
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from palpate.core import errors
 from palpate.core.automata.elman import Architecture, Readout
 from palpate.core.automata.strings import Strings
 from palpate.core.automata.training import Progress, Training, TrainingSettings, train
@@ -76,12 +72,6 @@ def test_the_best_is_kept_even_if_none_is_consistent() -> None:
     assert "none is right about every training string" in training.summary
 
 
-def test_without_a_step_the_untrained_networks_come_back() -> None:
-    training = train(WALKS, PREDICTOR, TrainingSettings(restarts=3, batch=3, steps=0))
-    assert len(training.networks) == 3
-    assert [point.step for point in training.curve] == [0]
-
-
 def test_no_more_batches_than_needed() -> None:
     training = train(EVEN_ONES, ACCEPTOR, TrainingSettings(restarts=320, batch=32, steps=400, enough=2))
     assert len(training.networks) < 320
@@ -108,15 +98,3 @@ def test_training_lowers_the_loss_to_that_of_the_source() -> None:
 def test_strings_must_suit_the_network(strings, shape, said) -> None:
     with pytest.raises(ConfigurationError, match=said):
         train(strings, shape)
-
-
-def test_importing_is_light() -> None:
-    core = Path(errors.__file__).parents[2]
-    modules = "strings prefix_tree elman restarts training partition choice infer tracker"
-    program = (
-        f"import sys, importlib; sys.path.insert(0, {str(core)!r})\n"
-        f"for name in {modules.split()!r}: importlib.import_module('palpate.core.automata.' + name)\n"
-        "print([m for m in ('sklearn', 'minisom', 'scipy', 'torch') if m in sys.modules])"
-    )
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "[]"

@@ -161,11 +161,6 @@ def test_sarsa_does_not_back_off():
         PolicyDocument.from_json_text(json.dumps(content))
 
 
-@pytest.mark.parametrize("visits", [-1.0, float("nan"), float("inf")])
-def test_visits_are_a_number_above_0(visits):
-    refuse("policy.back_off.visits", BackOff.of, visits, SYMBOL_OF)
-
-
 def test_each_state_has_a_symbol_or_none():
     with pytest.raises(ConfigurationError, match="4, one a state"):
         BackingOff(STATES, TWO, PARAMETERS, BackOff(1.0, (0, 0)))

@@ -8,8 +8,6 @@ from hypothesis import strategies as st
 from palpate.core.errors import CommandError, ConfigurationError, LifecycleError
 from palpate.core.policy.base import (
     Action,
-    Decision,
-    Policy,
     Transition,
     check_names,
     compass_actions,
@@ -51,24 +49,6 @@ def test_choosing_before_a_trial_is_the_callers_fault():
         drawing_from(None, "somebody")
     rng = np.random.default_rng(0)
     assert drawing_from(rng, "somebody") is rng
-
-
-def test_a_strangers_class_may_just_match_the_protocol():
-    class Stranger:
-        temperature = None
-
-        def serves(self, state):
-            return True
-
-        def begin_trial(self, trial, rng): ...
-
-        def choose(self, observation):
-            return Decision(Action("far", (1.0, 1.0)), None, "truth")
-
-        def learn(self, transition): ...
-
-    assert isinstance(Stranger(), Policy)
-    assert not isinstance(object(), Policy)
 
 
 # Actions.

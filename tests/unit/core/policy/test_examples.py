@@ -69,8 +69,3 @@ def test_errors_of_the_whole_file_name_it(tmp_path, text):
     path.write_bytes(text)
     with pytest.raises(ConfigurationError, match=r"decisions\.csv"):
         load_examples(path)
-
-
-def test_a_missing_file_is_a_wrong_setting(tmp_path):
-    with pytest.raises(ConfigurationError, match="No such file"):
-        load_examples(tmp_path / "none.csv")

@@ -17,10 +17,6 @@ def test_the_action_penalty_is_the_same_for_every_action(outcome, penalty):
     assert ActionPenalty(penalty)(outcome) == penalty
 
 
-def test_the_papers_penalty_is_minus_one():
-    assert ActionPenalty()(ActionOutcome(0.1, 5.0, 9.0, 0.001)) == -1.0
-
-
 def test_effort_of_a_hand_computed_action():
     effort = InternalEffort(per_action=-0.5, per_N_s=-2.0, free_force_N=5.0)
     # 3 N above the free force for 0.1 s: 0.3 N s

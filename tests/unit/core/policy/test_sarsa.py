@@ -8,7 +8,7 @@ from palpate.core.policy.base import Transition
 from palpate.core.policy.exploration import TemperatureSchedule
 from palpate.core.policy.programmed import MixedPolicy, ProgrammedPolicy
 from palpate.core.policy.sarsa import Sarsa, SarsaParameters
-from tests.unit.core.policy.bench import CELLS, GREEDY, TWO, observation, refuse, walk_corridor
+from tests.unit.core.policy.bench import CELLS, GREEDY, TWO, observation, walk_corridor
 
 STATES = ("i", "j", "k")
 
@@ -143,11 +143,3 @@ def test_the_next_action_needs_a_trial() -> None:
     sarsa = Sarsa(STATES, TWO, SarsaParameters(alpha=0.5, gamma=1.0, temperature=GREEDY))
     with pytest.raises(LifecycleError):
         sarsa.learn(Transition(0, 0, -1.0, 1))
-
-
-@pytest.mark.parametrize(
-    ("settings", "field"),
-    [({"trace_decay": 1.1}, "trace_decay"), ({"trace_decay": -0.1}, "trace_decay"), ({"alpha": 0.0}, "alpha")],
-)
-def test_settings_out_of_range_are_refused(settings, field) -> None:
-    refuse(f"policy.{field}", learner, **settings)
