@@ -37,7 +37,6 @@ from palpate.core.ports.values import (
     JointCommand,
     JointSample,
     Snapshot,
-    Validity,
     WrenchSample,
 )
 from palpate.core.supervision.config import SupervisionConfig
@@ -175,37 +174,6 @@ def test_the_arm_is_stopped_when_the_task_fails(error: type[BaseException], tick
         assert_stopped(world)
 
 
-@pytest.mark.parametrize("error", [UnwellError, KeyboardInterrupt])
-def test_the_arm_is_stopped_when_the_policy_fails(error: type[BaseException]) -> None:
-    def fail() -> None:
-        raise error
-
-    world = FakeWorld(HOLE)
-    watch = Watch(world, FollowTorque(before=fail))
-    with world:
-        with pytest.raises(error):
-            run(world, watch)
-        assert watch.commands  # it had come as far as the first choice
-        assert_stopped(world)
-
-
-@pytest.mark.parametrize("device", ["sensor", "encoder"])
-def test_the_arm_is_stopped_when_a_device_does_not_answer(device: str) -> None:
-    world = FakeWorld(HOLE)
-    watch = Watch(world)
-
-    def unplug(tick: int) -> None:
-        if tick == 50:
-            getattr(world, device).disconnected = True
-
-    watch.on_step = unplug
-    with world:
-        with pytest.raises(DeviceError, match="does not answer"):
-            run(world, watch)
-        assert len(watch.snapshots) == 51
-        assert_stopped(world)
-
-
 def test_the_arm_is_stopped_when_it_refuses_a_command() -> None:
     world = FakeWorld(HOLE)
     watch = Watch(world)
@@ -242,16 +210,6 @@ def test_ports_that_are_not_active_are_refused() -> None:
         run(world, Watch(world))
 
 
-def test_the_arm_is_stopped_after_a_sensor_fault() -> None:
-    world = FakeWorld(HOLE)
-    watch = Watch(world)
-    watch.on_step = lambda tick: setattr(world.sensor, "silent", tick >= 60)
-    with world:
-        assert run(world, watch) is Outcome.SENSOR_FAULT
-        assert watch.snapshots[-1].wrench.validity is Validity.STALE
-        assert_stopped(world)
-
-
 def test_a_caller_who_steps_the_task_itself_has_the_same_trial() -> None:
     whole, halves = FakeWorld(HOLE), FakeWorld(HOLE)
     with whole:
@@ -273,16 +231,6 @@ def test_a_caller_who_steps_the_task_itself_has_the_same_trial() -> None:
         assert_stopped(halves)
     assert task.report == report
     assert choices == report.actions > 1
-
-
-def test_a_trial_that_is_let_go_in_mid_tick_leaves_the_arm_stopped() -> None:
-    world = FakeWorld(HOLE)
-    task = build_task(FollowTorque())
-    with world:
-        ticks = trial_ticks(task, world.ports, SETUP)
-        task.sense(next(ticks))
-        ticks.close()
-        assert_stopped(world)
 
 
 def test_an_error_that_looks_like_the_end_is_none() -> None:

@@ -13,7 +13,6 @@ from palpate.core.insertion.agent import Agent
 from palpate.core.perception import Perception, SelectedChannels, Thresholds
 from palpate.core.policy import (
     ActionOutcome,
-    ActionPenalty,
     Decision,
     Observation,
     Reinforcement,
@@ -119,21 +118,6 @@ def test_the_policy_sees_what_was_measured() -> None:
     observation = bench.entries[-1]
     assert isinstance(observation, Observation)
     assert observation.action_number == 1
-
-
-def test_the_symbols_come_from_the_measurement_vector_in_its_order() -> None:
-    seen: list[tuple[float, ...]] = []
-
-    class Spy(SelectedChannels):
-        def extract(self, signal: tuple[float, ...]) -> tuple[float, ...]:
-            seen.append(signal)
-            return super().extract(signal)
-
-    perception = Perception(Spy(("x",)), Thresholds(("x",), ((-1.0, 1.0),)), Counter())
-    agent = Agent(perception, diary(), ActionPenalty(), TICK_S)
-    agent.begin(0, np.random.default_rng(0))
-    agent.perceive(0, (1.0, 2.0, 3.0), (99.0, 99.0, 99.0), (4.0, 5.0, 6.0), (7.0, 8.0, 9.0))
-    assert seen == [(1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0)]
 
 
 def test_decisions_are_recorded_with_names_and_with_what_they_earned() -> None:

@@ -13,7 +13,6 @@ from palpate.core.insertion.config import GoalConfig, TaskConfig
 from palpate.core.insertion.frame import ExplorationArea, draw_in_disc, goal_in_base, reachable_share
 
 SHAPES = ("disc", "ball")
-shapes = pytest.mark.parametrize("shape", SHAPES)
 
 
 def test_the_task_frame_stands_on_the_plate_and_looks_into_the_hole() -> None:
@@ -47,11 +46,6 @@ def test_offsets_are_spread_evenly(shape: str, mean_square: float, numbers: int)
     other = np.random.default_rng(11)
     other.random(count * numbers)
     assert rng.random() == other.random()
-
-
-@shapes
-def test_no_uncertainty_is_no_offset(shape: str) -> None:
-    assert draw_in_disc(np.random.default_rng(0), 0.0, shape) == (0.0, 0.0)
 
 
 def test_the_area_is_round_the_goal_or_round_the_start() -> None:

@@ -61,12 +61,6 @@ def test_the_position_is_that_of_the_tip_in_the_task_frame() -> None:
     assert measurement.position_m == pytest.approx((x - 0.4, -y, 0.02 - z), abs=1e-15)
 
 
-def test_before_the_tare_weight_and_bias_are_felt() -> None:
-    measurement = build()
-    measurement.update(snapshot())
-    assert measurement.force_N == pytest.approx(sensor_to_task() @ BIAS[:3])
-
-
 def test_the_tare_takes_weight_and_bias_away_at_once() -> None:
     measurement = build()
     settle(measurement, snapshot(), 20)

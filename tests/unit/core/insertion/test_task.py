@@ -18,7 +18,6 @@ from palpate.core.errors import ConfigurationError, DeviceError
 from palpate.core.insertion.config import N_PER_KGF, ControlConfig, TaskConfig
 from palpate.core.insertion.task import PERIOD_S, InsertionTask
 from palpate.core.insertion.trial import Outcome, Phase, Purpose, TrialReport, TrialSetup, generator
-from palpate.core.motion.laws import ForceControl
 from palpate.core.policy import ActionOutcome, Observation, Transition
 from palpate.core.ports.values import (
     CommandReason,
@@ -403,13 +402,6 @@ def test_a_false_drop_does_not_stop_the_clock() -> None:
     assert len(trial.events("false drop")) == 1
     assert trial.report.outcome is Outcome.TIME_LIMIT
     assert trial.report.exploration_time_s == pytest.approx(2.5)
-
-
-def test_the_force_law_starts_afresh_in_each_hole(monkeypatch: pytest.MonkeyPatch) -> None:
-    resets: list[ForceControl] = []
-    monkeypatch.setattr(ForceControl, "reset", lambda law: resets.append(law))
-    trial = Trial(FakeWorld(HOLE))
-    assert len(resets) == len(trial.events("contact lost")) == 1
 
 
 def test_the_peg_stays_inside_the_exploration_area() -> None:

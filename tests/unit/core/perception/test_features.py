@@ -7,9 +7,8 @@ from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
 
 from palpate.core.errors import CommandError, ConfigurationError
-from palpate.core.perception.features import FeatureExtractor, PrincipalComponents, SelectedChannels, SelfOrganisingMap
+from palpate.core.perception.features import PrincipalComponents, SelectedChannels, SelfOrganisingMap
 from palpate.core.perception.signal import Normalisation
-from palpate.core.ports import CHANNELS
 
 SIGNAL = tuple(float(i) for i in range(9))
 UNIT = Normalisation((0.0,) * 9, (1.0,) * 9)
@@ -144,17 +143,3 @@ def test_samples_must_have_all_channels() -> None:
 def test_shapes_that_do_not_fit_together_are_refused(make: object, message: str) -> None:
     with pytest.raises(ConfigurationError, match=message):
         make()  # type: ignore[operator]
-
-
-def test_all_three_are_feature_extractors() -> None:
-    extractors = [
-        SelectedChannels(CHANNELS),
-        PrincipalComponents(UNIT, ((1.0,) * 9,) * 2),
-        SelfOrganisingMap(UNIT, 1, 2, ((0.0,) * 9, (1.0,) * 9)),
-    ]
-    for extractor in extractors:
-        assert isinstance(extractor, FeatureExtractor)
-        features = extractor.extract(SIGNAL)
-        assert isinstance(features, tuple)
-        assert len(features) == len(extractor.names)
-        assert all(type(value) is float for value in features)

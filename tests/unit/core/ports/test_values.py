@@ -14,12 +14,10 @@ from hypothesis import strategies as st
 from palpate.core.errors import CommandError, PalpateError
 from palpate.core.ports.values import (
     AppliedCommand,
-    CommandReason,
     JointCommand,
     JointSample,
     Snapshot,
     Validity,
-    WrenchKind,
     WrenchSample,
 )
 
@@ -34,15 +32,6 @@ finite = st.floats(min_value=-1e6, max_value=1e6)
 not_finite = st.sampled_from([nan, inf, -inf])
 
 
-def test_defaults() -> None:
-    assert WRENCH.validity is Validity.VALID
-    assert WRENCH.kind is WrenchKind.RAW
-    assert WRENCH.frame == "sensor"
-    assert JOINTS.validity is Validity.VALID
-    assert APPLIED.reason is CommandReason.AS_ASKED
-    assert SNAPSHOT.applied is None
-
-
 @pytest.mark.parametrize("value", VALUES, ids=lambda value: type(value).__name__)
 def test_frozen_slotted_hashable_and_picklable(value: Any) -> None:
     with pytest.raises(FrozenInstanceError):
@@ -51,15 +40,6 @@ def test_frozen_slotted_hashable_and_picklable(value: Any) -> None:
     copy = pickle.loads(pickle.dumps(value))
     assert copy == value
     assert hash(copy) == hash(value)
-
-
-@given(st.tuples(finite, finite, finite), st.tuples(finite, finite, finite))
-def test_a_finite_wrench_is_kept_bit_for_bit(
-    force: tuple[float, float, float], torque: tuple[float, float, float]
-) -> None:
-    sample = WrenchSample(force, torque, 0, 0, 0)
-    kept = [x.hex() for x in (*sample.force_N, *sample.torque_Nm)]
-    assert kept == [x.hex() for x in (*force, *torque)]
 
 
 @given(st.integers(0, 5), not_finite, st.sampled_from([v for v in Validity if v is not Validity.INVALID]))
