@@ -9,20 +9,55 @@ from dataclasses import dataclass
 from itertools import product
 from math import prod
 from pathlib import Path
-from typing import Any, Final
+from typing import Annotated, Any, ClassVar, Final, TypeAlias
 
-from palpate.adapters.config import RunConfig, literal, read_toml
+from typing_extensions import override
+
+from palpate.adapters.config import RunConfig, literal, overlay, read_toml
 from palpate.adapters.experiments.policies import COMPARATORS
 from palpate.adapters.experiments.study.cell import FORMAT, LEARN, StudyCell
 from palpate.adapters.experiments.study.fields import FILES, configured, leaves, names_file, plain_value
-from palpate.core.errors import ConfigurationError, require_in, require_whole
+from palpate.core.errors import ConfigurationError, require_in
+from palpate.core.ports import Holds, Range, Settings, fitted
 
 MOST_CELLS: Final = 10_000_000
 _MOST_SEED: Final = 2**63 - 1
 _TABLES: Final = ("study", "base", "grid", "cells")
 _WRITTEN: Final = ("format", "versions", "files")
 """What a study's folder adds to the file; ignored where such a file is given again."""
-_STUDY: Final = ("trials", "seeds", "policies")
+_POLICIES: Final = f"{LEARN}, {', '.join(COMPARATORS)}, and policy files"
+_Seed: TypeAlias = Annotated[int, Range(0, _MOST_SEED)]
+
+
+def _are_seeds(value: Any) -> bool:
+    return isinstance(value, (tuple, list, Mapping)) and bool(value)
+
+
+@dataclass(frozen=True)
+class _SeedSpan(Settings):
+    """Seeds that follow each other."""
+
+    TABLE: ClassVar[str] = "study.seeds"
+
+    first: _Seed = 0
+    count: Annotated[int, Range(1, MOST_CELLS)] = 1
+
+    @override
+    def check(self) -> None:
+        require_in("study.seeds.first", self.first, 0, _MOST_SEED - self.count)
+
+
+@dataclass(frozen=True)
+class _Head(Settings):
+    """The table [study]."""
+
+    TABLE: ClassVar[str] = "study"
+
+    trials: Annotated[int, Range(1, 1_000_000)] = 350
+    seeds: Annotated[Any, Holds(_are_seeds, "a list of seeds, or { first = 0, count = 20 }")] = (0,)
+    policies: Annotated[
+        tuple[Annotated[str, Holds(bool, _POLICIES)], ...], Holds(bool, f"a list of names: {_POLICIES}")
+    ] = (LEARN,)
 
 
 @dataclass(frozen=True)
@@ -56,20 +91,21 @@ class Study:
             table = read_toml(path)
         except ConfigurationError as error:
             raise ConfigurationError("study file", error.value, error.accepted) from error
-        _require_known(table, (*_TABLES, *_WRITTEN), _TABLES, "")
+        for key in table:
+            if key not in (*_TABLES, *_WRITTEN):
+                near = difflib.get_close_matches(key, _TABLES, n=1, cutoff=0.5)
+                hint = f"; did you mean {near[0]}?" if near else ""
+                raise ConfigurationError(key, table[key], f"one of {', '.join(_TABLES)}{hint}")
         if table.get("format", FORMAT) != FORMAT:
             raise ConfigurationError("format", table["format"], f"{FORMAT}, the only one that this version knows")
-        head = _table(table, "study")
-        _require_known(head, _STUDY, _STUDY, "study.")
-        trials = head.get("trials", 350)
-        require_whole("study.trials", trials, 1, 1_000_000)
+        head = overlay(_Head(), _table(table, "study"))
         base = {name: plain_value(name, value) for name, value in leaves(_table(table, "base"), "base").items()}
         grid = {name: _axis(name, values) for name, values in leaves(_table(table, "grid"), "grid").items()}
         listed = _listed(table.get("cells"))
         for one in listed:
             if twice := [name for name in one if name in grid]:
                 raise ConfigurationError(f"cells.{twice[0]}", one[twice[0]], "a setting that [grid] does not vary too")
-        return cls(trials, _seeds(head.get("seeds", [0])), _policies(head.get("policies", [LEARN])), base, listed, grid)
+        return cls(head.trials, _seeds(head.seeds), _policies(head.policies), base, listed, grid)
 
     @property
     def count(self) -> int:
@@ -135,14 +171,6 @@ def _table(table: Mapping[str, Any], name: str) -> Mapping[str, Any]:
     return value
 
 
-def _require_known(table: Mapping[str, Any], known: Sequence[str], told: Sequence[str], where: str) -> None:
-    for key, value in table.items():
-        if key not in known:
-            near = difflib.get_close_matches(key, told, n=1, cutoff=0.5)
-            hint = f"; did you mean {where}{near[0]}?" if near else ""
-            raise ConfigurationError(f"{where}{key}", value, f"one of {', '.join(told)}{hint}")
-
-
 def _axis(name: str, values: Any) -> tuple[Any, ...]:
     if not isinstance(values, list):
         plain_value(name, values)
@@ -164,32 +192,19 @@ def _listed(tables: Any) -> tuple[Mapping[str, Any], ...]:
 
 
 def _seeds(value: Any) -> Sequence[int]:
-    name = "study.seeds"
     if isinstance(value, Mapping):
-        _require_known(value, ("first", "count"), ("first", "count"), f"{name}.")
-        first, count = value.get("first", 0), value.get("count", 0)
-        require_whole(f"{name}.first", first, 0, _MOST_SEED)
-        require_whole(f"{name}.count", count, 1, MOST_CELLS)
-        require_in(f"{name}.first", first, 0, _MOST_SEED - count)
-        return range(first, first + count)
-    if not isinstance(value, list) or not value:
-        raise ConfigurationError(name, value, "a list of seeds, or { first = 0, count = 20 }")
-    for seed in value:
-        require_whole(name, seed, 0, _MOST_SEED)
-    _once(name, value)
-    run = range(value[0], value[0] + len(value))
-    return run if list(run) == value else tuple(value)
+        span = overlay(_SeedSpan(), {"count": 0, **value})
+        return range(span.first, span.first + span.count)
+    seeds = _once("study.seeds", [fitted("study.seeds", seed, _Seed) for seed in value])
+    run = range(seeds[0], seeds[0] + len(seeds))
+    return run if tuple(run) == seeds else seeds
 
 
-def _policies(value: Any) -> tuple[str, ...]:
-    name = "study.policies"
-    accepted = f"{LEARN}, {', '.join(COMPARATORS)}, and policy files"
-    if not isinstance(value, list) or not value or not all(isinstance(one, str) and one for one in value):
-        raise ConfigurationError(name, value, f"a list of names: {accepted}")
-    for one in value:
-        if one not in (LEARN, *COMPARATORS) and not Path(one).is_file():
-            raise ConfigurationError(name, one, accepted)
-    return _once(name, value)
+def _policies(names: Sequence[str]) -> tuple[str, ...]:
+    for name in names:
+        if name not in (LEARN, *COMPARATORS) and not Path(name).is_file():
+            raise ConfigurationError("study.policies", name, _POLICIES)
+    return _once("study.policies", names)
 
 
 def _once(name: str, values: Sequence[Any]) -> tuple[Any, ...]:
