@@ -94,14 +94,7 @@ def build_reinforcement(config: RunConfig) -> Reinforcement:
 
 
 def build_task(config: RunConfig, ready: ReadyPose, perception: Perception, policy: Policy) -> InsertionTask:
-    """The core, ready to run over any ports.
-
-    Args:
-        config: The run's configuration.
-        ready: The ready pose.
-        perception: From signals to states.
-        policy: Chooses the actions.
-    """
+    """The core, ready to run over any ports."""
     arm, goal = arm_named(config.arm), goal_in_base(config.task.goal)
     signal = SignalProcessor(
         CONTROL_RATE_HZ,

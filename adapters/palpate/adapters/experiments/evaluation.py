@@ -31,7 +31,6 @@ class Recorded:
     """How the trials of a policy are recorded.
 
     Attributes:
-        recorder: Records them.
         command: The command that runs.
         comparator: Name of the policy, if no policy file can hold it.
         subfolder: Where in the recorder's folder the logs go.
@@ -97,9 +96,7 @@ class ChosenPolicy:
         config: The run's configuration.
 
     Attributes:
-        label: Short name for tables.
         document: The policy file; None for a comparator.
-        perception: From signals to states.
     """
 
     def __init__(self, name: str, config: RunConfig) -> None:

@@ -16,10 +16,6 @@ def warm_up(config: RunConfig, ready: ReadyPose) -> TrialReport:
 
     Late imports, caches and the interpreter's own adaptation then do not fall on the first ticks of a real arm.
 
-    Args:
-        config: The run's configuration.
-        ready: The ready pose.
-
     Returns:
         What the trial came to.
     """

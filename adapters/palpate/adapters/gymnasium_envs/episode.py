@@ -111,10 +111,7 @@ class InsertionEpisodes:
 
     Attributes:
         config: The configuration, with the seed of the trial that runs.
-        trial: Index of that trial.
         skipped: Trials before it that were over without a decision, since :meth:`begin` was asked for one.
-        perception: From signals to states.
-        task: The core.
 
     Raises:
         ConfigurationError: A setting is refused.

@@ -17,12 +17,7 @@ SIZE: Final = (640, 480)
 
 
 class RunningCell(DrawnCell):
-    """The simulated cell itself, as it stands. Drawn from a copy of its model, which colours and cuts may change.
-
-    Args:
-        config: The run's configuration.
-        cell: The cell.
-    """
+    """The simulated cell itself, as it stands. Drawn from a copy of its model, which colours and cuts may change."""
 
     def __init__(self, config: RunConfig, cell: WorkCell) -> None:
         self._source, self._plate = cell, cell.model.body("plate").id
@@ -46,10 +41,6 @@ class RunningCell(DrawnCell):
 
 class Camera:
     """Takes close-ups of peg and hole, the plate cut open; :meth:`close` it when done.
-
-    Args:
-        config: The run's configuration.
-        cell: What to look at.
 
     Raises:
         UsageError: There is no graphics library that works.

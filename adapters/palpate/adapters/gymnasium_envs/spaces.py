@@ -22,11 +22,7 @@ _SEARCH_M: Final = 10e-3
 
 
 class Observations(Protocol):
-    """An observation space, and what is seen after a tick of the task.
-
-    Attributes:
-        space: The observation space.
-    """
+    """An observation space, and what is seen after a tick of the task."""
 
     space: spaces.Space[Any]
 
@@ -39,9 +35,6 @@ class StateIndex(Observations):
     """The number of the state that the core has perceived, as its learners have it.
 
     In the hole nothing is perceived any more: the state is the last one before.
-
-    Args:
-        states: How many states there are.
     """
 
     def __init__(self, states: int) -> None:
@@ -58,9 +51,6 @@ class TipWrench(Observations):
     It is what the core makes its symbols from: tip by the encoders, z into the hole; wrench tared, filtered, moved to
     the tip. Bounds: the exploration area and 2 mm; from above the ready height to below the hole; the force limit, and
     the torque of that force at the peg's rim. What is beyond is cut off there.
-
-    Args:
-        config: The run's configuration.
     """
 
     def __init__(self, config: RunConfig) -> None:
@@ -86,11 +76,7 @@ ACTION_KINDS: Final = ("discrete", "continuous")
 
 
 class Actions(Protocol):
-    """An action space, and what its actions mean to the core.
-
-    Attributes:
-        space: The action space.
-    """
+    """An action space, and what its actions mean to the core."""
 
     space: spaces.Space[Any]
 
@@ -117,11 +103,7 @@ def index_of(action: Any, count: int) -> int:
 
 
 class CompassSteps(Actions):
-    """The steps that palpate's own learners choose from, in their order.
-
-    Args:
-        steps: The steps.
-    """
+    """The steps that palpate's own learners choose from, in their order."""
 
     def __init__(self, steps: tuple[Action, ...]) -> None:
         self._steps = steps
@@ -138,9 +120,6 @@ class FreeSteps(Actions):
 
     The tip moves at steady speed for the first 80 % of an action's time, so a step is a velocity too. No step is longer
     than the longest: the corners of the square are led back to the circle, in their direction.
-
-    Args:
-        longest_m: Length of the longest step.
     """
 
     def __init__(self, longest_m: float) -> None:

@@ -59,15 +59,7 @@ def arrow_pixels(
 
 
 def draw_arrow(draw: ImageDraw.ImageDraw, foot: Point, head: Point, width: float, colour: tuple[int, int, int]) -> None:
-    """Draw an arrow with a light edge, which stands out from anything behind it.
-
-    Args:
-        draw: What to draw on.
-        foot: Pixel at which it begins.
-        head: Pixel that it points at.
-        width: Of its shaft, in pixels.
-        colour: Of its inside.
-    """
+    """Draw an arrow with a light edge, which stands out from anything behind it; all in pixels."""
     (x0, y0), (x1, y1) = foot, head
     length = hypot(x1 - x0, y1 - y0)
     if length < width:

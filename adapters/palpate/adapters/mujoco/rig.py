@@ -18,7 +18,6 @@ class SimulatedRig(Rig):
     """The MuJoCo work cell with its four ports. A context manager: on exit every device is closed.
 
     Attributes:
-        ports: What the core runs over.
         cell: The work cell behind them, for scoring and for pictures.
         seed: Gives, with a trial's index, its hole and sensor errors; may be another from one trial to the next.
     """

@@ -25,12 +25,10 @@ class Moment:
     """What was known at one tick.
 
     Attributes:
-        tick: Number of the control tick.
         time_s: Time since the first tick that can be drawn.
         joints_rad: Joint angles, (n,), the newest that were valid.
         force_N: Force of the world on the tool less its zero, (3,), sensor frame; None where none was measured.
         torque_Nm: Its torque about the sensor's origin, (3,); None with the force.
-        phase: Phase of the trial.
         decision: The action that runs and why; None where none does.
     """
 
@@ -63,14 +61,8 @@ _MOST_GEOMS: Final = 2000
 class DrawnCell:
     """The cell of a log, without graphics: what stands where.
 
-    Args:
-        log: The trial.
-
     Attributes:
-        model: The MuJoCo model.
-        data: Its state.
         hole_known: Whether the hole is drawn where it was; else it is where it was believed to be.
-        joints: Number of the arm's joints.
 
     Raises:
         LogError: The log does not hold what the cell looked like.

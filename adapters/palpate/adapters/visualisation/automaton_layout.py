@@ -38,9 +38,7 @@ class Curve:
     """An edge as a cubic Bezier curve.
 
     Attributes:
-        edge: What it shows.
         points: The four points of the curve, from rim to rim.
-        label_at: Where the label begins.
         label_angle: Which way the label goes from there.
     """
 
@@ -55,10 +53,7 @@ class Layout:
     """Where everything is.
 
     Attributes:
-        radius_in: Of the circle of a state.
         ranks: Place of each state on the circle, counted from the start.
-        centres: Of each state.
-        curves: One for each edge.
         start: The arrow that comes from nowhere, from its tail to its tip.
     """
 
@@ -70,13 +65,7 @@ class Layout:
 
 
 def lay_out(machine: Machine, radius_in: float, line_in: float) -> Layout:
-    """Place the states and edges of a machine; equal machines give equal layouts.
-
-    Args:
-        machine: What to show.
-        radius_in: Of the circle of a state.
-        line_in: Height of a line of a label.
-    """
+    """Place the states and edges of a machine; equal machines give equal layouts."""
     shown = edges(machine)
     ranks = _ranks(machine, shown)
     count = len(ranks)

@@ -80,8 +80,6 @@ class Extract:
     """An automaton made with one q, and how good it is.
 
     Attributes:
-        partition: The cells.
-        machine: The minimised automaton.
         wrong: Share of the training strings that it labels wrongly; None for prediction.
         agreement: On the held-out strings. For acceptance the share that is labelled rightly. For prediction the share
             of their prefixes, the empty one and the whole included, at which the automaton's set of possible successors
@@ -123,12 +121,6 @@ def accepting_extract(
 ) -> Extract:
     """The automaton of the smallest q that is right about every training string; if none is, of the best q.
 
-    Args:
-        network: One that reads acceptance.
-        training: Labelled strings.
-        settings: How to extract.
-        held_out: Labelled strings for the agreement.
-
     Raises:
         ConfigurationError: No labels, or another alphabet.
     """
@@ -147,12 +139,6 @@ def predicting_extracts(
     network: Network, training: PrefixTree, settings: ExtractionSettings, held_out: PrefixTree
 ) -> tuple[Extract, ...]:
     """Automata of all q in order, each with its agreement, loss and price; the one of the lowest cost is to be taken.
-
-    Args:
-        network: One that reads prediction.
-        training: Strings that give the automata their probabilities.
-        settings: How to extract.
-        held_out: Strings that judge them.
 
     Raises:
         ConfigurationError: The strings have another alphabet.

@@ -94,7 +94,6 @@ class Network:
     """One network; ``s`` symbols, ``h`` hidden units, ``k`` outputs.
 
     Attributes:
-        architecture: Its shape.
         recurrent: Weights from hidden state to hidden state, (s, h, h), or (1, h, h) of first order.
         inputs: What a symbol adds before the activation function, (s, h); the bias is in it.
         start: Hidden state of the empty string before the activation function, (h,).

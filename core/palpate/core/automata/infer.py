@@ -46,8 +46,6 @@ class Inference:
     Attributes:
         chosen: The automaton with its q, its raw and minimal numbers of states and its agreement.
         extracts: Those of the same network that it was chosen from, by q; for acceptance itself alone.
-        network: The network that it was made of.
-        training: All networks, and the training curve.
         strings: How many strings the networks were trained on.
         held_out: How many were held out.
         hidden: For a picture: hidden states at all prefixes of the training strings, (n, hidden units).

@@ -49,10 +49,6 @@ def minimised(machine: Machine, apart: Sequence[Hashable] | None = None) -> Mach
 def equivalent_states(machine: Machine, apart: Sequence[Hashable] | None = None) -> Classes:
     """Which states do the same: entry i lists those that state i of :func:`minimised` stands for.
 
-    Args:
-        machine: Any machine, complete or not.
-        apart: As for :func:`minimised`.
-
     Returns:
         Each reachable state once. In each class, and from class to class by their first states, the order is breadth
         first from the start.
@@ -144,8 +140,6 @@ class AutomatonDifference:
     """A word that two machines answer differently. Always true, also when the word is the empty one.
 
     Attributes:
-        word: The symbols, by number.
-        symbols: The same, by name.
         outputs: What the one and the other say at its end; None where the word leaves what is known.
     """
 

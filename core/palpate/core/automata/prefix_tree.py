@@ -23,7 +23,6 @@ class PrefixTree:
     """All prefixes of a set of strings, level by level, and by last symbol within a level; node 0 is the empty one.
 
     Attributes:
-        alphabet: Names of the symbols.
         parents: Node without the last symbol, (n,); -1 for the root.
         symbols: Last symbol, (n,); -1 for the root.
         levels: Where each level begins, (longest string + 2,), the last entry being n.

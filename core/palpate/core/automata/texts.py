@@ -23,8 +23,6 @@ class Edge:
     """All transitions from one state to another.
 
     Attributes:
-        source: Where they begin.
-        target: Where they lead.
         lines: The symbols, and in a Mealy machine the outputs.
     """
 

@@ -59,7 +59,6 @@ class Progress:
         restart: Number of the first network of the batch.
         step: Steps of this batch so far.
         best_loss: Lowest cross-entropy in the batch, in nats a symbol, or a string for acceptance.
-        median_loss: Median in the batch.
         consistent: Networks so far that are right about every training string, all batches together; 0 for prediction.
     """
 
@@ -78,8 +77,6 @@ class TrainedNetwork:
     """A network, as it was when it was best, and how good that was on the training strings.
 
     Attributes:
-        network: The network.
-        restart: Its number among the restarts.
         loss: Cross-entropy in nats a symbol, or a string for acceptance.
         consistent: Whether it is right about every training string; false for prediction.
     """
@@ -96,7 +93,6 @@ class Training:
 
     Attributes:
         networks: All that were trained, the best first: consistent ones, then by loss. Never empty.
-        curve: The training curve.
     """
 
     networks: tuple[TrainedNetwork, ...]

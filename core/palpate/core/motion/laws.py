@@ -47,10 +47,6 @@ class HybridControl(ControlLaw):
     The paper's exploratory motion is position control in x and y with damping control in z (section 5.4); the
     insertion uses force control in x and y with damping control in z. The two laws act on orthogonal directions, so
     the combination is stable when each of them is.
-
-    Args:
-        across: Law for x and y.
-        along: Law for z.
     """
 
     def __init__(self, across: ControlLaw, along: ControlLaw) -> None:

@@ -38,10 +38,6 @@ class ToolGeometry:
 class Kinematics:
     """One arm with its tool. Keeps Pinocchio's work space, so each user makes one of its own.
 
-    Args:
-        arm: The arm.
-        tool: Sensor and peg on its flange.
-
     Attributes:
         model: Pinocchio's model, with the operational frames ``sensor`` and ``tip`` added.
         lower_rad: Lower joint limits, (n,).

@@ -125,8 +125,6 @@ class SelfOrganisingMap:
 
     Attributes:
         normalisation: Mean and scale of the channels, (n,).
-        rows: Rows of the grid.
-        columns: Columns of the grid.
         units: Normalised channels that each unit stands for, (rows * columns, n), row by row.
         channels: The channels looked at, n names out of ``CHANNELS``.
 

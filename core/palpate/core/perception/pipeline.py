@@ -124,10 +124,6 @@ def stage_to_dict(stage: object) -> dict[str, Any]:
 def stage_from_dict(data: object, where: str = "perception.stage") -> Any:
     """Read what :func:`stage_to_dict` wrote.
 
-    Args:
-        data: Plain values.
-        where: Dotted name of the place, for messages.
-
     Raises:
         ConfigurationError: Unknown kind, a key is missing or too many, or a value is wrong.
     """

@@ -115,7 +115,6 @@ class LastSymbols:
     numbers before anything was seen.
 
     Attributes:
-        symbols: Names of the symbols.
         length: How many symbols are remembered, 1 or more.
         states: Names of the states, such as ``A > C``.
 

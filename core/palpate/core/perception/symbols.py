@@ -57,7 +57,6 @@ class Thresholds:
     threshold only, to the upper band.
 
     Attributes:
-        features: Names of the features.
         thresholds: For each feature its thresholds in rising order, in the feature's unit.
 
     Raises:
@@ -184,7 +183,6 @@ class NearestPrototype:
     """The symbol is the number of the nearest prototype (Euclidean, in normalised features).
 
     Attributes:
-        features: Names of the n features.
         normalisation: Makes the features comparable, (n,); they have unlike units.
         prototypes: In normalised features, (symbols, n).
 

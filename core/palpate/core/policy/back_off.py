@@ -77,14 +77,6 @@ class BackingOff(QLearning):
     chooses actions, and is the value of the next state. Both tables learn what every Q-learner does, each with the
     learning rate of its own visits; the first visit of a pair sets its ``Q_state``.
 
-    Args:
-        states: Names of the states.
-        actions: The action set.
-        parameters: See :class:`QParameters`.
-        back_off: From states to symbols.
-        frozen: Learn nothing, and keep the temperature at ``frozen_temperature``.
-        frozen_temperature: Temperature while frozen; None takes the floor of the schedule.
-
     Raises:
         ConfigurationError: A value is out of its range, names repeat, or there is not one symbol, or None, a state.
     """

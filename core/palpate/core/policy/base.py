@@ -27,7 +27,6 @@ class Action:
     """One action of a policy.
 
     Attributes:
-        name: What people and files call it.
         displacement_m: XY displacement of the tip during the action, (2,), in the task frame.
     """
 
@@ -105,7 +104,6 @@ class Decision:
     """An action and where it came from.
 
     Attributes:
-        action: What to do.
         index: Its place in the action set; None when it is not of the set, so nothing learns from it.
         source: Which knowledge chose it: ``"programmed"``, ``"examples"``, ``"learned"`` or the name of
             a comparator.
@@ -121,8 +119,6 @@ class Transition:
     """What came of one action.
 
     Attributes:
-        state: State in which it was chosen.
-        action_index: Its place in the action set.
         reinforcement: The immediate reward, at most 0 here.
         next_state: State afterwards; None when the goal was reached, whose value is 0.
         next_action_index: The action that another policy is bound to take in ``next_state``; None when

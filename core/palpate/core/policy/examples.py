@@ -18,11 +18,6 @@ class ExamplesPolicy(AssignedPolicy):
 
     States without an example are left to another policy.
 
-    Args:
-        states: Names of the states.
-        actions: The action set.
-        examples: Pairs of a state's and an action's name.
-
     Raises:
         ConfigurationError: ``policy.examples`` names a state or an action that there is not.
     """

@@ -64,13 +64,6 @@ class AssignedPolicy(FixedPolicy):
 def check_known(field: str, state: str, action: str, states: Sequence[str], actions: Sequence[Action]) -> None:
     """Refuse a pair of names that the task does not have.
 
-    Args:
-        field: Where the pair was written.
-        state: Name of a state.
-        action: Name of an action.
-        states: The names that are accepted.
-        actions: The actions that are accepted.
-
     Raises:
         ConfigurationError: Naming ``field`` and all that is accepted.
     """
@@ -83,11 +76,6 @@ def check_known(field: str, state: str, action: str, states: Sequence[str], acti
 
 class ProgrammedPolicy(AssignedPolicy):
     """Takes the programmed action; states without an entry are left to another policy.
-
-    Args:
-        states: Names of the states.
-        actions: The action set.
-        table: Name of the action for names of states.
 
     Raises:
         ConfigurationError: ``policy.programmed`` names a state or an action that there is not.
@@ -103,9 +91,6 @@ class ProgrammedPolicy(AssignedPolicy):
 
 class RandomWalkPolicy(FixedPolicy):
     """Draws each action uniformly; exactly one random number a choice.
-
-    Args:
-        actions: The action set.
 
     Raises:
         ConfigurationError: There is no action.

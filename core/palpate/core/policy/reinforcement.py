@@ -15,7 +15,6 @@ class ActionOutcome:
     """The effort that one action took, as the arm itself can measure it.
 
     Attributes:
-        duration_s: How long it lasted.
         mean_force_N: Mean of the norm of the contact force.
         peak_force_N: Largest norm of the contact force.
         distance_m: Length of the way of the measured tip.

@@ -36,13 +36,6 @@ class Sarsa(TabularLearner):
     ``choose`` then gives it. The value of the goal is 0. Where another policy is bound to act in ``j``, its action is
     taken for ``b``.
 
-    Args:
-        states: Names of the states.
-        actions: The action set.
-        parameters: Its settings.
-        frozen: Learn nothing, and keep the temperature at ``frozen_temperature``.
-        frozen_temperature: Temperature while frozen; None takes the floor of the schedule.
-
     Raises:
         ConfigurationError: A value is out of its range, or names repeat.
     """

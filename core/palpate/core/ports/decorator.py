@@ -15,11 +15,7 @@ SampleT = TypeVar("SampleT", WrenchSample, JointSample)
 
 
 class DeviceDecorator(ActiveInside):
-    """Passes the life cycle through.
-
-    Args:
-        device: The device underneath.
-    """
+    """Passes the life cycle through."""
 
     def __init__(self, device: Device) -> None:
         self._device = device

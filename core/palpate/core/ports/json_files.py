@@ -15,11 +15,6 @@ T = TypeVar("T")
 def load_json(path: str | Path, whole: str, read: Callable[[str], T]) -> T:
     """What is read from a file.
 
-    Args:
-        path: Where it is.
-        whole: What sort of file it is, for messages.
-        read: Makes it of the text of the file.
-
     Raises:
         ConfigurationError: The file cannot be read, or ``read`` refuses it.
     """

@@ -22,11 +22,6 @@ TemperatureDecay: TypeAlias = Annotated[float, Range(0.0, 1.0, above=True)]
 def require_names(field: str, names: Sequence[str], *, printable: bool = True) -> None:
     """Refuse a list of names that is empty, has one twice, or one that cannot be shown.
 
-    Args:
-        field: Dotted name of the list.
-        names: The names.
-        printable: Without it any text but the empty one is a name.
-
     Raises:
         ConfigurationError: Naming the first of them that is wrong.
     """
@@ -40,12 +35,6 @@ def require_names(field: str, names: Sequence[str], *, printable: bool = True) -
 
 def require_floor(field: str, floor: float, start: float, name: str) -> None:
     """Refuse a floor above what falls to it.
-
-    Args:
-        field: Dotted name of the floor.
-        floor: Its value.
-        start: Where it begins to fall.
-        name: What that is.
 
     Raises:
         ConfigurationError: It is above.

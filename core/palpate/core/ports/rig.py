@@ -46,11 +46,7 @@ class World:
 
 
 class Rig(Protocol):
-    """A context manager: on exit the arm is stopped and every device closed.
-
-    Attributes:
-        ports: What the core runs over.
-    """
+    """A context manager: on exit the arm is stopped and every device closed."""
 
     ports: Ports
 

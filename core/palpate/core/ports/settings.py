@@ -32,8 +32,6 @@ class Range:
     """The finite numbers between two ends.
 
     Attributes:
-        low: Lowest value.
-        high: Highest value.
         unit: Unit, where the name of the setting does not hold it or a message needs it.
         above: ``low`` itself is refused.
         below: ``high`` itself is refused.
@@ -77,11 +75,7 @@ class Range:
 
 
 class OneOf:
-    """One of a few values.
-
-    Args:
-        values: The values.
-    """
+    """One of a few values."""
 
     def __init__(self, *values: str | int) -> None:
         self.values = values
@@ -105,7 +99,6 @@ class Holds:
 
     Attributes:
         test: Whether a value of the right type meets it.
-        text: What would be right.
     """
 
     test: Callable[[Any], bool]
@@ -212,12 +205,6 @@ def optional_of(base: Any) -> Any:
 
 def require_keys(where: str, given: Mapping[str, Any], needed: Sequence[str], others: Sequence[str] = ()) -> None:
     """Refuse an object that lacks a key, or has an unknown one.
-
-    Args:
-        where: Its name, for messages.
-        given: The object.
-        needed: Keys that it must have.
-        others: Keys that it may have.
 
     Raises:
         ConfigurationError: With all keys that are right.

@@ -37,8 +37,6 @@ class WorkCell:
         wander_m: How far from the nominal goal the peg may be led; the plate is made large enough for it.
 
     Attributes:
-        model: The MuJoCo model.
-        data: Its state.
         ticks: Control ticks since construction; resets do not turn time back.
         time_ns: The time of that tick, exact and rounded down to whole nanoseconds.
     """

@@ -24,15 +24,7 @@ def new_grid_learner(learning: GridLearning, identifier: StateIdentifier) -> Tab
 
 @dataclass(frozen=True)
 class LearningRun:
-    """One run: every trial of it, and what was learned.
-
-    Attributes:
-        seed: Gives starts and choices.
-        walks: The trials in their order.
-        temperatures: Exploration temperature of each.
-        learner: The learner afterwards.
-        identifier: From symbols to its states.
-    """
+    """One run: every trial of it, and what was learned."""
 
     seed: int
     walks: tuple[Walk, ...]

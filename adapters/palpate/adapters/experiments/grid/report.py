@@ -29,7 +29,6 @@ class Score:
     """What one run came to.
 
     Attributes:
-        seed: Its seed.
         first: Mean steps of its first trials.
         last: Mean steps of its last trials.
         reached: Share of the last trials that ended at the goal.
@@ -122,9 +121,7 @@ class Panel:
     """One panel of the figure.
 
     Attributes:
-        title: Stands above it.
         curves: Steps of each trial, for each run.
-        bounds: What is possible there.
     """
 
     title: str

@@ -104,7 +104,6 @@ class Followed:
     """States of an automaton that follows the symbols.
 
     Attributes:
-        machine: The automaton.
         strings: What it was inferred from, if that is known: transitions that never occurred there are not followed.
     """
 

@@ -65,7 +65,6 @@ class Study:
     """Every combination of settings, with every policy and every seed.
 
     Attributes:
-        trials: Trials of each run.
         seeds: Seeds, each once; a range where they follow each other.
         policies: Policies, each once.
         base: Settings of all cells, by dotted names.

@@ -51,12 +51,7 @@ class Sequential(Engine):
 
 
 class Processes(Engine):
-    """Several processes of a pebble pool, which starts another for one that dies: a death costs the cell it was at.
-
-    Args:
-        count: Number of processes.
-        make: Makes a cell there.
-    """
+    """Several processes of a pebble pool, which starts another for one that dies: a death costs the cell it was at."""
 
     def __init__(self, count: int, make: Make = make_cell) -> None:
         self._count, self._make = count, make

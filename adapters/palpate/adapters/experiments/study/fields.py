@@ -18,10 +18,6 @@ FILES: Final = ("perception.memory", "learning.examples")
 def leaves(table: Mapping[str, Any], where: str) -> dict[str, Any]:
     """The settings in a table by their dotted names, whether written ``"task.step_mm"`` or as tables in tables.
 
-    Args:
-        table: Of a study file.
-        where: Its name there, for messages.
-
     Raises:
         ConfigurationError: A setting stands there twice, or is the seed, which has a place of its own.
     """

@@ -48,9 +48,7 @@ class CellJob:
 
     Attributes:
         folder: Absolute path of the study's folder ``cells``.
-        cell: What to make.
         base: Settings of all cells, by dotted names.
-        trials: Trials of the run.
         files: Digests of files that results depend on, by their names in the study.
         relative_to: Absolute path of the folder that those names are relative to.
     """
@@ -85,9 +83,6 @@ class CellReport:
     """What came of making a cell.
 
     Attributes:
-        name: The cell's name.
-        outcome: What came of it.
-        problem: Why it failed.
         begun_before: How often it had been begun before, by workers that died over it.
     """
 

@@ -88,14 +88,7 @@ def notes_of(course: Course, *, hole_known: bool, world: str) -> list[str]:
 
 
 def write_block(picture: Image.Image, corner: tuple[float, float], lines: list[tuple[str, str]], size_px: int) -> None:
-    """Write names and values on a light ground.
-
-    Args:
-        picture: What to write on.
-        corner: Upper left corner of the ground.
-        lines: Names and values.
-        size_px: Size of the letters.
-    """
+    """Write names and values on a light ground."""
     name_font, value_font = font(size_px), font(size_px, bold=True)
     step, pad = line_px(size_px), size_px * 0.6
     indent = max(name_font.getlength(name) for name, _ in lines) + 0.7 * size_px

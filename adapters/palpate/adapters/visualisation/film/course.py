@@ -28,7 +28,6 @@ class Course:
     """All moments of a trial, in order.
 
     Attributes:
-        moments: At least one.
         tared: Whether the sensor's zero is known and taken from the forces.
         approach_s: When the approach began; 0 if it never did.
     """

@@ -90,13 +90,7 @@ def gif_durations_ms(count: int, fps: float) -> list[int]:
 
 
 def sheet(pictures: Sequence[Image.Image], size: tuple[int, int], title: str) -> Image.Image:
-    """A contact sheet: pictures side by side in rows, from left to right, under a title.
-
-    Args:
-        pictures: All of the size that :func:`panel_size` gives.
-        size: Of the sheet, in pixels.
-        title: What stands above.
-    """
+    """A contact sheet: pictures of the size of :func:`panel_size` in rows, from left to right, under a title."""
     columns, (width, height) = columns_of(len(pictures)), panel_size(len(pictures), size)
     made = Image.new("RGB", size, _PAPER)
     head = title_px(size)

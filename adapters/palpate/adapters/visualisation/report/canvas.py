@@ -40,7 +40,6 @@ class Canvas:
     """A picture in the making.
 
     Attributes:
-        figure: The figure of matplotlib.
         png: The finished file, once the ``with`` block that gave the canvas is left.
     """
 

@@ -22,14 +22,7 @@ Interval = tuple[float, float | None, float | None]
 
 @dataclass(frozen=True)
 class Strategy:
-    """What a strategy came to.
-
-    Attributes:
-        label: Its name.
-        success: Share of successes.
-        time_s: Median time.
-        slow_s: 95th percentile of time.
-    """
+    """Success and times of a strategy; ``slow_s`` is the 95th percentile."""
 
     label: str
     success: tuple[float, float, float]
@@ -38,13 +31,7 @@ class Strategy:
 
 
 def strategies_picture(name: str, strategies: Sequence[Strategy], caption: str) -> Picture:
-    """A line for each strategy, with its success to the left and its times to the right.
-
-    Args:
-        name: The picture's file name.
-        strategies: At least one, the first at the top.
-        caption: How the intervals were made.
-    """
+    """A line for each strategy, the first at the top, with its success to the left and its times to the right."""
     with drawn(1.5 + 0.42 * len(strategies)) as canvas:
         left, right = canvas.figure.subplots(1, 2, sharey=True, width_ratios=(1.0, 1.5))
         for row, strategy in enumerate(strategies):
@@ -81,11 +68,6 @@ _MOST_FORCES: Final = 8
 
 def compare_page(folder: Path, title: str, *, logs: bool) -> Page:
     """Put together the page of a comparison.
-
-    Args:
-        folder: Its folder.
-        title: The page's heading.
-        logs: Whether to read logs.
 
     Raises:
         OutputError: A file is missing or damaged.

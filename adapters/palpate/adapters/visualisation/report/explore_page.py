@@ -81,11 +81,6 @@ _SCORES: Final = ("seed", "first", "last", "reached", "greedy", "greedy_reaches"
 def explore_page(folder: Path, title: str, *, logs: bool) -> Page:
     """Put together the page of runs in a grid world.
 
-    Args:
-        folder: Their folder.
-        title: The page's heading.
-        logs: Without meaning here.
-
     Raises:
         OutputError: A file is missing or damaged.
         ConfigurationError: A policy file is.

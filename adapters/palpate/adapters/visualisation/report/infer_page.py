@@ -17,11 +17,6 @@ _COLUMNS = ("q", "raw_states", "states", "wrong", "agreement", "loss")
 def infer_page(folder: Path, title: str, *, logs: bool) -> Page:
     """Put together the page of an inference.
 
-    Args:
-        folder: Its folder.
-        title: The page's heading.
-        logs: Without meaning here.
-
     Raises:
         OutputError: A file is missing or damaged.
         ConfigurationError: The automaton is.

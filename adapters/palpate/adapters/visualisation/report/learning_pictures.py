@@ -18,7 +18,6 @@ class LearningCurve:
     """The trials of equal runs that differ in their seed only.
 
     Attributes:
-        label: Names them.
         costs: Time in s, or steps, of each trial of each run: (runs) tuples of (trials).
         successes: Whether each trial came to a good end, of the same shape.
     """
@@ -38,7 +37,6 @@ class ReferenceLevel:
     """Something that does not learn, and stands beside a curve as a line.
 
     Attributes:
-        label: Names it.
         cost: Its mean time in s, or steps.
         success: Its share of good ends; None where that is not to be shown.
     """
@@ -54,8 +52,6 @@ class Axes:
 
     Attributes:
         cost: Name and unit of the cost, ``exploration time [s]``.
-        unit: The unit in a sentence, ``s``.
-        success: Name of the share of good ends.
         highest: Upper limit of the cost; None lets the data decide.
     """
 

@@ -84,11 +84,6 @@ _ROOM: Final = 0.035
 def force_picture(name: str, log: TrialLog, title: str) -> Picture:
     """Force on the tool, and how deep the tip is, over the time of a trial.
 
-    Args:
-        name: The picture's file name.
-        log: The trial.
-        title: Of what it is.
-
     Raises:
         LogError: The log has nothing to draw.
     """

@@ -17,7 +17,6 @@ class Picture:
         name: The file's name without its ending; unique in a report.
         alt: What it shows, in words, for those who do not see it.
         caption: Stands below it: what was drawn, and how intervals were made.
-        png: The file.
         wide: Keeps its size on narrow screens, where it can be moved sideways; for pictures with small letters.
     """
 
@@ -34,7 +33,6 @@ class PageTable:
 
     Attributes:
         caption: Stands above it.
-        head: Names of the columns.
         rows: Cells as they are shown; the first of a row names it.
     """
 
@@ -48,10 +46,6 @@ class PageSection:
     """A part of the page.
 
     Attributes:
-        title: Its heading.
-        text: Paragraphs.
-        tables: Below the text.
-        pictures: Below the tables.
         listing: A text file, shown folded; empty if there is none.
     """
 
@@ -67,7 +61,6 @@ class Page:
     """A report.
 
     Attributes:
-        title: Its heading.
         kind: What the folder is, in a few words.
         facts: What was run, as pairs of name and value.
         notices: What a reader must know before believing anything: unfinished cells, early ends.

@@ -24,12 +24,7 @@ GENERATOR: Final = "palpate report 1"
 
 
 def html_of(page: Page, version: str) -> str:
-    """The page as one HTML file that needs nothing else.
-
-    Args:
-        page: The page.
-        version: Version of palpate, for the foot.
-    """
+    """The page as one HTML file that needs nothing else."""
     environment = Environment(
         loader=PackageLoader("palpate.adapters.visualisation.report"),
         autoescape=True,
@@ -78,10 +73,6 @@ _REMEDY: Final = "move it away, or replace it with --overwrite"
 def require_placeable(folder: Path, *, overwrite: bool) -> None:
     """Make sure before any work is done that no page and no folder of somebody else's is in the way.
 
-    Args:
-        folder: Where the report goes.
-        overwrite: Whether files of somebody else's may be replaced.
-
     Raises:
         OutputError: Something is in the way.
     """
@@ -100,12 +91,6 @@ def place(folder: Path, page: str, files: Mapping[str, bytes], *, overwrite: boo
 
     Each file is whole or not there, the page comes last, and files of an older report that this one does not have are
     removed. Files of somebody else's stay.
-
-    Args:
-        folder: Where the report goes.
-        page: The HTML page.
-        files: The other files by name.
-        overwrite: Whether files of somebody else's may be replaced.
 
     Raises:
         OutputError: A file of somebody else's is in the way, or something cannot be written.

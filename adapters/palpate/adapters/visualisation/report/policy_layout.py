@@ -16,7 +16,6 @@ class Block:
     """A grid of states.
 
     Attributes:
-        title: Stands above it.
         places: State to (column, row), from the left and from the top.
         columns: Names of the columns; empty without.
         rows: Names of the rows; empty without.

@@ -71,13 +71,7 @@ def arrows_pictures(name: str, document: PolicyDocument, title: str, *, up: bool
 
 
 def q_picture(name: str, document: PolicyDocument, title: str) -> Picture | None:
-    """Q of every state and action as numbers on colours; None where nothing was learned.
-
-    Args:
-        name: The picture's file name.
-        document: The policy.
-        title: Of what it is.
-    """
+    """Q of every state and action as numbers on colours; None where nothing was learned."""
     rows = [row for row in telling(document, MOST_STATES) if row.q is not None]
     if not any(row.visits for row in rows):
         return None

@@ -23,11 +23,6 @@ MOST_TIMED = 8
 def run_page(folder: Path, title: str, *, logs: bool) -> Page:
     """Put together the page of a run.
 
-    Args:
-        folder: The run's folder.
-        title: The page's heading.
-        logs: Whether to read logs.
-
     Raises:
         OutputError: A file is missing or damaged.
         LogError: A log is.

@@ -22,8 +22,6 @@ class RunSource:
     """The content of a run's folder.
 
     Attributes:
-        path: The folder.
-        rows: Its finished trials, at least one.
         settings: Its configuration; empty where it is not kept.
         facts: How it was called; empty where it is not kept.
         summary: ``summary.json``; empty while the run is unfinished.

@@ -43,11 +43,6 @@ _MOST_AUTOMATA: Final = 4
 def study_page(folder: Path, title: str, *, logs: bool) -> Page:
     """Put together the page of a study.
 
-    Args:
-        folder: Its folder.
-        title: The page's heading.
-        logs: Whether to read logs.
-
     Raises:
         OutputError: No cell is finished, or a file is missing or damaged.
         LogError: A log is.

@@ -30,11 +30,7 @@ class ReportedCell:
     """A finished cell.
 
     Attributes:
-        name: Its folder's name.
         fields: Swept field to value.
-        policy: The policy's name.
-        seed: Its seed.
-        run: What it came to.
     """
 
     name: str
@@ -54,7 +50,6 @@ class StudySource:
     """The content of a study's folder.
 
     Attributes:
-        path: The folder.
         cells: The finished cells, ordered by their fields, policies and seeds.
         begun: Names of cells that were begun and are not finished.
         unfinished: How many cells are not finished, begun or not.

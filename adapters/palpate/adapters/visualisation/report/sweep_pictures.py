@@ -19,10 +19,8 @@ class Point:
     """What came of one value of the setting.
 
     Attributes:
-        value: The value.
         times_s: Mean time of each seed, at least one.
         wins: Trials that succeeded, all seeds together.
-        trials: Of so many.
     """
 
     value: Any
@@ -38,25 +36,14 @@ class Point:
 
 @dataclass(frozen=True)
 class SweepSeries:
-    """One line of the picture: a policy, and what else is held.
-
-    Attributes:
-        label: Names it.
-        points: At least one.
-    """
+    """One line of the picture: a policy, and what else is held."""
 
     label: str
     points: tuple[Point, ...]
 
 
 def sweep_picture(field: str, values: Sequence[Any], series: Sequence[SweepSeries]) -> Picture:
-    """Time above and success below, against the values of a setting.
-
-    Args:
-        field: The setting.
-        values: All its values, in order.
-        series: The lines.
-    """
+    """Time above and success below, against the values of a setting."""
     numeric = all(map(is_number, values))
     with drawn(5.0 + 0.1 * len(series)) as canvas:
         upper, lower = canvas.figure.subplots(2, 1, sharex=True, height_ratios=(1.5, 1.0))

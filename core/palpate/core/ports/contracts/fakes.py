@@ -62,7 +62,6 @@ class FakeDevice(ManagedDevice):
     """What the three fake devices have in common.
 
     Attributes:
-        clock: The clock of the run.
         disconnected: Set it to make every conversation with the device fail.
         is_open: Whether the device holds its imagined connection.
     """

@@ -105,7 +105,6 @@ class JointEncoderRig(SensorRig[JointEncoder]):
     """A joint encoder on the test bench.
 
     Attributes:
-        joints: Number of joints.
         expected_rad: Where the joints really stand, (n,), if that is known.
         tolerance_rad: Greatest error and noise against ``expected_rad``.
         arm: The arm whose joints these are, freshly constructed; the same object as ``device`` if one

@@ -35,8 +35,6 @@ class ClauseResult:
     """What became of one clause.
 
     Attributes:
-        clause: The clause.
-        outcome: Whether it was kept.
         message: Why not, or why it could not be tried; empty when it passed.
     """
 
@@ -55,9 +53,6 @@ def clauses(suite_class: type) -> tuple[Clause, ...]:
 
 def run_clauses(suite: object) -> list[ClauseResult]:
     """Try every clause of a suite; each makes its own rig.
-
-    Args:
-        suite: An instance of a contract suite.
 
     Raises:
         ConfigurationError: It has no clauses, so that nothing would be tried: the class instead of an instance, say.

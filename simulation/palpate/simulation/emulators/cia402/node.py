@@ -83,12 +83,6 @@ class CanopenDrive(CanNode):
         motors: What the drives turn.
         axis: Which of the motors is this drive's.
         following_error_counts: Default window of the following error.
-
-    Attributes:
-        faults: What goes wrong.
-        machine: The state machine.
-        objects: The object dictionary.
-        nmt: NMT state.
     """
 
     def __init__(self, node: int, motors: DrivenMotors, axis: int, *, following_error_counts: int = 20_000) -> None:

@@ -45,11 +45,7 @@ POWERED: Final = (PowerState.ENABLED, PowerState.QUICK_STOP, PowerState.FAULT_RE
 
 
 class PowerMachine:
-    """One drive's state machine.
-
-    Attributes:
-        state: Where it is.
-    """
+    """One drive's state machine."""
 
     def __init__(self) -> None:
         self.state = PowerState.NOT_READY
@@ -146,11 +142,6 @@ class DriveServo:
 
     In CSP a new target is approached in a straight line over the interpolation period (object 0x60C2), as drives do;
     in CSV the demand runs at the target velocity. A quick stop decelerates from the speed of that moment.
-
-    Args:
-        motors: What is driven.
-        axis: Which motor.
-        objects: Targets, mode and limits.
     """
 
     def __init__(self, motors: DrivenMotors, axis: int, objects: ObjectDictionary) -> None:

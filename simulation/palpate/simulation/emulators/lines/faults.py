@@ -58,7 +58,6 @@ class Delivery:
     """Bytes on their way to the host.
 
     Attributes:
-        data: The bytes.
         delay_ns: How much later than usual they start.
     """
 
@@ -75,7 +74,6 @@ class FaultInjector:
         rng: Source of chance, of this injector only.
 
     Attributes:
-        faults: What goes wrong from now on.
         injected: How often each fault has struck, by field name.
     """
 

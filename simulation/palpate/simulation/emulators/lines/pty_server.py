@@ -33,7 +33,6 @@ class PtyLine:
 
     Attributes:
         master: File descriptor, non-blocking.
-        path: Path of the slave.
     """
 
     def __init__(self, baud: int) -> None:
@@ -85,9 +84,6 @@ class PtyServer(Generic[Emulator]):
         seed: Of the faults and of the garbage after a mismatch of line rates.
         link: Symbolic link to keep on the terminal's path, which changes whenever it is plugged in again.
         clock_ns: Monotonic clock.
-
-    Attributes:
-        faults: What goes wrong on the line.
     """
 
     def __init__(

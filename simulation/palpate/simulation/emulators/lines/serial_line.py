@@ -63,10 +63,6 @@ class SerialLine(Generic[Emulator]):
         emulator: The device.
         timing: How fast the line is.
         seed: Of the faults and of the garbage after a mismatch of line rates.
-
-    Attributes:
-        emulator: The device.
-        faults: What goes wrong on the line.
     """
 
     def __init__(self, emulator: Emulator, timing: LineSpeed | None = None, *, seed: int = 0) -> None:

@@ -76,12 +76,7 @@ class _Backlash:
 
 
 class IdealPlant(Plant):
-    """Six motors that follow their servos, with optional lag, load and backlash. Deterministic.
-
-    Args:
-        gears: Counts to joint angles.
-        model: What is not ideal.
-    """
+    """Six motors that follow their servos, with optional lag, load and backlash. Deterministic."""
 
     def __init__(self, gears: ArmGears | None = None, model: MotorModel | None = None) -> None:
         self._gears, self._model = gears or ArmGears(), model or MotorModel()

@@ -24,10 +24,6 @@ class NmcChain:
         plant: What the motors move; its axis i belongs to the i-th module of the chain.
         settings: How the modules are built, the same for all.
         modules: Length of the chain.
-
-    Attributes:
-        modules: The modules in the chain's order.
-        plant: What the motors move.
     """
 
     def __init__(self, plant: Plant, settings: ModuleSettings | None = None, modules: int = AXES) -> None:

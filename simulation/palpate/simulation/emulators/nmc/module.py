@@ -43,8 +43,6 @@ class NmcModule:
         address: Own address, 0 until SET_ADDR.
         group: Group address, 0x80 to 0xFF.
         leader: Whether it answers for its group.
-        baud: Line rate.
-        servo: Its servo.
         rejected: Commands since construction whose length or kind did not fit; they change nothing (assumed: the
             firmware would take whatever its buffer holds).
         muted: Fault: it obeys but its replies are lost.
