@@ -57,7 +57,7 @@ def test_a_hole_whose_surroundings_are_out_of_reach_is_refused() -> None:
         return True
 
     inside, outside = 400.0, 900.0
-    while outside - inside > 5.0:
+    while outside - inside > 20.0:
         middle = (inside + outside) / 2
         inside, outside = (middle, outside) if reachable(middle, 0.1) else (inside, middle)
     assert not reachable(inside, 40.0)

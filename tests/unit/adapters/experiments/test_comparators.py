@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from math import atan2, cos, hypot, pi, sin
 
 import numpy as np
 import pytest
 
-from palpate.adapters.experiments.comparators import Comparator, Omniscient, Spiral, StraightPass, TorqueFollowing
-from palpate.core.policy import Policy, Transition, compass_actions
+from palpate.adapters.experiments.comparators import Omniscient, Spiral, StraightPass, TorqueFollowing
+from palpate.core.policy import Policy, compass_actions
 from tests.unit.adapters.samples import observation
 
 ACTIONS = compass_actions(0.5e-3)
@@ -28,28 +27,6 @@ def walk(policy: Policy, start_m: tuple[float, float], steps: int) -> np.ndarray
 
 def spiral() -> Spiral:
     return Spiral("spiral-5", PITCH_M, STEP_M)
-
-
-@pytest.mark.parametrize(
-    "make",
-    [
-        lambda: Omniscient(lambda: (1.0, 1.0), STEP_M),
-        lambda: TorqueFollowing(ACTIONS, 0.01),
-        spiral,
-        lambda: StraightPass(STEP_M),
-    ],
-)
-def test_comparators_serve_everywhere_and_learn_nothing(make: Callable[[], Comparator]) -> None:
-    policy = make()
-    assert isinstance(policy, Policy)
-    assert policy.temperature is None
-    assert policy.serves(0)
-    assert policy.serves(80)
-    policy.begin_trial(0, np.random.default_rng(0))
-    pushed = observation(1e-3, 1e-3, torque_Nm=(0.1, 0.1, 0.0))
-    before = policy.choose(pushed)
-    policy.learn(Transition(0, 0, -1.0, None))
-    assert policy.choose(pushed).source == before.source == policy.name
 
 
 def test_the_omniscient_one_goes_straight_to_the_hole_and_stays() -> None:
@@ -142,15 +119,6 @@ def test_the_spiral_goes_on_from_where_it_should_be() -> None:
     held_m = (0.1e-3, 0.0)
     displacement = policy.choose(observation(*held_m, action_number=10)).action.displacement_m
     assert np.add(held_m, displacement) == pytest.approx(free[11])
-
-
-def test_spirals_and_passes_use_no_random_numbers() -> None:
-    for policy in (spiral(), StraightPass(STEP_M), Omniscient(lambda: (1.0, 1.0), STEP_M)):
-        rng = np.random.default_rng(0)
-        before = rng.bit_generator.state
-        policy.begin_trial(0, rng)
-        walk(policy, (0.0, 0.0), 20)
-        assert rng.bit_generator.state == before
 
 
 def test_the_straight_pass_keeps_its_heading() -> None:

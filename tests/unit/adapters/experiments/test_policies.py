@@ -16,7 +16,6 @@ from palpate.adapters.experiments.policies import (
     COMPARATORS,
     comparator,
     learning_policy,
-    loaded_policy,
     perception_of,
     perception_settings,
 )
@@ -46,11 +45,6 @@ def test_every_comparator_works_and_only_one_knows_the_hole(name: str) -> None:
     assert learner_of(policy) is None
     policy.begin_trial(0, np.random.default_rng(0))
     assert np.hypot(*policy.choose(observation()).action.displacement_m) > 0.0
-
-
-def test_an_unknown_comparator_is_refused_with_the_known_ones() -> None:
-    with pytest.raises(ConfigurationError, match="omniscient, torque, spiral-10, spiral-5, random"):
-        comparator("magic", DEFAULT, no_hole)
 
 
 @pytest.mark.parametrize(("name", "speed_m_s"), [("spiral-10", 0.010), ("spiral-5", 0.005)])
@@ -120,14 +114,6 @@ def test_bad_knowledge_is_refused_by_the_name_of_its_setting(learning: LearningC
     with pytest.raises(ConfigurationError) as caught:
         learning_policy(RunConfig(learning=learning), build_perception(DEFAULT))
     assert caught.value.field == field
-
-
-def test_a_file_serves_the_run_it_was_made_for() -> None:
-    perception = perception_of(document(), DEFAULT, build_perception(DEFAULT))
-    assert perception.states == build_perception(DEFAULT).states
-    policy = loaded_policy(document(), DEFAULT, perception, frozen=True)
-    policy.begin_trial(0, np.random.default_rng(0))
-    assert policy.choose(observation()).index is not None
 
 
 def test_a_fitted_perception_comes_from_the_file() -> None:

@@ -105,11 +105,6 @@ def test_a_folder_that_holds_a_run_is_not_free(folder: RunFolder, name: str) -> 
         folder.require_free()
 
 
-def test_other_files_do_not_matter(folder: RunFolder) -> None:
-    (folder.path / "notes.txt").write_text("mine")
-    folder.require_free()
-
-
 def test_a_folder_that_is_not_there_yet_is_free(tmp_path: Path) -> None:
     RunFolder(tmp_path / "a" / "b").require_free()
     assert list(tmp_path.iterdir()) == []
@@ -123,13 +118,6 @@ def test_a_file_in_place_of_the_folder_is_refused(tmp_path: Path) -> None:
     below.require_free()
     with pytest.raises(OutputError, match="cannot be made"):
         below.create()
-
-
-def test_a_name_that_no_file_system_takes_is_refused(tmp_path: Path) -> None:
-    folder = RunFolder(tmp_path / ("x" * 300))
-    folder.require_free()
-    with pytest.raises(OutputError, match="cannot be made"):
-        folder.create()
 
 
 def test_a_folder_that_vanished_is_reported(tmp_path: Path) -> None:

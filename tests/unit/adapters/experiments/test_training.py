@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import json
 import signal
 from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
 
-from palpate.adapters.config.toml import overlay, read_toml
 from palpate.adapters.experiments.build import build_perception, task_actions
 from palpate.adapters.experiments.evaluation import run_policy
 from palpate.adapters.experiments.policies import comparator
 from palpate.adapters.experiments.results import RunFolder
-from palpate.adapters.experiments.training import Checkpoint, Trainer, require_sound, resume_from, run_toml
+from palpate.adapters.experiments.training import Checkpoint, Trainer, require_sound, resume_from
 from palpate.adapters.experiments.trial import interrupting
 from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.core.errors import ConfigurationError, DeviceError, OutputError
@@ -161,28 +159,6 @@ def test_a_damaged_checkpoint_is_refused(tmp_path: Path, text: str | None) -> No
         (folder.path / "checkpoint.json").write_text(text)
     with pytest.raises(OutputError, match=r"checkpoint\.json"):
         Checkpoint.load(folder)
-
-
-def test_a_checkpoint_reads_back_to_the_last_bit(tmp_path: Path) -> None:
-    folder = folder_in(tmp_path, "run")
-    trained(folder, 1)
-    checkpoint = Checkpoint.load(folder)
-    before = (folder.path / "checkpoint.json").read_bytes()
-    checkpoint.save(folder)
-    assert (folder.path / "checkpoint.json").read_bytes() == before
-    assert json.loads(before)["next_trial"] == checkpoint.next_trial == 1
-
-
-def test_run_toml_is_a_configuration_again(tmp_path: Path) -> None:
-    (tmp_path / "run.toml").write_text(
-        run_toml(QUICK, "train", trials=3, policy=["ü", "\U0001f916.json"]), encoding="utf-8"
-    )
-    table = read_toml(tmp_path / "run.toml")
-    facts = table.pop("run")
-    assert facts["trials"] == 3
-    assert facts["policy"] == ["ü", "\U0001f916.json"]
-    assert set(facts["versions"]) >= {"palpate", "mujoco"}
-    assert overlay(type(QUICK)(), table) == QUICK
 
 
 def test_a_trial_with_untrustworthy_data_ends_the_run() -> None:

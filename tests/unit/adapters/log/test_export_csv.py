@@ -7,7 +7,6 @@ import json
 import math
 import struct
 import tomllib
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -129,13 +128,6 @@ def test_one_bad_log_and_nothing_is_written(tmp_path: Path) -> None:
     with pytest.raises(LogError, match=r"b\.mcap"):
         export_csv([good, bad], tmp_path / "out")
     assert sorted(p.name for p in tmp_path.iterdir()) == ["a.mcap", "b.mcap"]
-
-
-def test_texts_that_are_no_json(tmp_path: Path) -> None:
-    path = write_log(tmp_path / "a.mcap", [tick(0)], begin=replace(start(), learner_json="{"))
-    with pytest.raises(LogError, match=r"start\.learner_json"):
-        export_csv([path], tmp_path / "out")
-    assert [p.name for p in tmp_path.iterdir()] == ["a.mcap"]
 
 
 def test_a_folder_that_holds_something_is_refused(tmp_path: Path) -> None:

@@ -19,7 +19,7 @@ from palpate.adapters.log.export_lerobot import Frames, export_lerobot, frames_o
 from palpate.adapters.log.reader import read_log
 from palpate.adapters.log.records import EndRecord, ReinforcementEntry
 from palpate.adapters.log.tick_layout import TickRecord
-from palpate.core.errors import ConfigurationError, LogError, OutputError
+from palpate.core.errors import ConfigurationError, LogError
 from palpate.core.ports.values import AppliedCommand, CommandReason, JointSample, Validity, WrenchSample
 from tests.unit.adapters.log.made_logs import PERIOD_NS, POSTURE, start, tick, write_log
 
@@ -231,12 +231,6 @@ def test_another_arm_is_refused_and_nothing_written(tmp_path: Path) -> None:
     with pytest.raises(LogError, match="of the arm ur5, others before it of zebra-zero"):
         export_lerobot(paths, tmp_path / "out", 140)
     assert sorted(p.name for p in tmp_path.iterdir()) == ["a.mcap", "b.mcap"]
-
-
-def test_a_folder_that_holds_something_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(OutputError, match="holds something"):
-        export_lerobot([write_log(tmp_path / "a.mcap", [exact(0)])], tmp_path, 140)
-    assert [p.name for p in tmp_path.iterdir()] == ["a.mcap"]
 
 
 def test_without_pyarrow_it_says_what_to_install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

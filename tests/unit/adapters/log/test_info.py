@@ -135,14 +135,6 @@ def test_errors_stops_and_losses(tmp_path: Path) -> None:
     assert "ended by DeviceError" in page
 
 
-def test_long_lists_are_cut_on_the_page(tmp_path: Path) -> None:
-    errors = [CallEntry(tick=0, port="arm", call="send", error="DeviceError", text=f"no {k}") for k in range(8)]
-    page = describe(info(tmp_path, [tick(0)], others=errors))
-    assert "no 4" in page
-    assert "no 5" not in page
-    assert "and 3 more" in page
-
-
 def test_a_log_without_any_tick(tmp_path: Path) -> None:
     found = info(tmp_path, [], end=EndRecord(tick=-1, error="DeviceError", text="no arm"))
     assert (found.ticks.count, found.ticks.duration_s, found.ticks.rate_Hz) == (0, 0.0, None)
@@ -168,16 +160,6 @@ def test_a_what_if_is_said_to_be_one(tmp_path: Path) -> None:
 def test_texts_that_are_not_what_they_should_be(tmp_path: Path, changes: dict[str, str], where: str) -> None:
     with pytest.raises(LogError, match=where):
         info(tmp_path, [tick(0)], begin=start(**changes))
-
-
-def test_columns_stand_under_each_other(tmp_path: Path) -> None:
-    few = info_of(read_log(write_log(tmp_path / "a_rather_long_name.mcap", [tick(0), tick(1)])))
-    many = info_of(read_log(write_log(tmp_path / "b.mcap", [tick(k) for k in range(3000)])))
-    lines = table([few, many]).splitlines()
-    assert len(lines) == 3
-    ends = {line.index(word) + len(word) for line, word in zip(lines, (" s ", "0.01 ", "21.42 "), strict=True)}
-    assert len(ends) == 1
-    assert "cut short" in lines[1]
 
 
 def test_numbers_that_json_does_not_know() -> None:

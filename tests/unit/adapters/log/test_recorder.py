@@ -184,26 +184,6 @@ def test_one_log_at_a_time() -> None:
     assert ticks_of(bench.log()) == [0, 1, 2]
 
 
-def test_a_log_may_end_before_its_trial() -> None:
-    bench = Bench()
-    bench.begin()
-    bench.run(20)
-    bench.recorder.end(None)
-    assert bench.log().end is None
-    assert ticks_of(bench.log()) == list(range(20))
-
-
-def test_equal_trials_give_equal_bytes() -> None:
-    logs = []
-    for _ in range(2):
-        bench = Bench()
-        bench.begin()
-        bench.run(100)
-        bench.end()
-        logs.append(bench.sink.logs[0])  # type: ignore[attr-defined]
-    assert logs[0] == logs[1]
-
-
 @pytest.mark.parametrize(("from_tick", "to_tick"), [(14, 42), (0, 28), (20, 21), (20, 60)])
 def test_what_is_dropped_is_counted_and_marked(from_tick: int, to_tick: int) -> None:
     sink = ChokingSink()

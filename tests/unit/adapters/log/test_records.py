@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import struct
-from dataclasses import fields, replace
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -24,7 +24,7 @@ from palpate.adapters.log.records import (
     encode_call,
     encode_record,
 )
-from palpate.adapters.log.schema import MESSAGES, message_class
+from palpate.adapters.log.schema import message_class
 from palpate.core.ports.values import AppliedCommand, CommandReason
 from tests.unit.adapters.log.crafted import ENDING, STARTING, tick_record
 
@@ -113,21 +113,6 @@ def test_any_number_and_any_text_comes_back(number: int, value: float, text: str
     end = EndRecord(tick=number, depth_m=value, text=text)
     again = decode_record("End", EndRecord, encode_record("End", end))
     assert (again.tick, struct.pack("<d", again.depth_m), again.text) == (number, struct.pack("<d", value), text)
-
-
-@pytest.mark.parametrize(
-    ("message", "kind"),
-    [
-        ("Start", StartRecord),
-        ("Decision", DecisionEntry),
-        ("Reinforcement", ReinforcementEntry),
-        ("Event", EventEntry),
-        ("Recorder", LossEntry),
-        ("End", EndRecord),
-    ],
-)
-def test_records_and_schema_name_the_same_fields(message: str, kind: Any) -> None:
-    assert [field.name for field in fields(kind)] == [name for name, _, _ in MESSAGES[message]]
 
 
 @pytest.mark.parametrize("field", ["tip_rotation", "ready_rad", "seed", "arm"])

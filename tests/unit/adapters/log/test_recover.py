@@ -154,13 +154,6 @@ def test_files_of_which_nothing_can_be_kept(tmp_path: Path, content: bytes, comp
     assert list(tmp_path.iterdir()) == [path]
 
 
-def test_files_that_are_not_there(tmp_path: Path) -> None:
-    with pytest.raises(LogError, match="cannot be read"):
-        recover(tmp_path / "a.mcap", tmp_path / "b.mcap")
-    with pytest.raises(LogError, match="cannot be read"):
-        recover(tmp_path, tmp_path / "b.mcap")
-
-
 def test_another_programs_sound_file_is_none_of_ours(tmp_path: Path) -> None:
     path = tmp_path / "a.mcap"
     with path.open("wb") as file:

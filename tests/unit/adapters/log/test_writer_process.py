@@ -149,11 +149,3 @@ def test_a_real_disk_that_fills_with_the_last_chunk_loses_nothing(tmp_path: Path
     reports, out = on_a_small_disk(tmp_path, room, ticks)
     assert reports == ["['cannot be written (No space left on device); the reserve took its end']"]
     assert out.read_bytes() == log_bytes(messages(range(ticks)))
-
-
-def test_a_real_disk_that_cannot_even_hold_the_reserve(tmp_path: Path) -> None:
-    reports, out = on_a_small_disk(tmp_path, 64 << 10, 4000)
-    assert reports == ["['cannot be written (No space left on device); nothing after that is kept']"]
-    data = out.read_bytes()
-    assert log_bytes(messages(range(4000))).startswith(data)  # torn, but every byte as it should be
-    assert len(data) > 40_000
