@@ -34,18 +34,15 @@ def desk(tmp_path: Path) -> Path:
     (tmp_path / "full").mkdir()
     (tmp_path / "full" / "file").touch()
     (tmp_path / "one.txt").write_text("AAA\n")
-    (tmp_path / "both.txt").write_text("1\tab\n0\tab\n")
     (tmp_path / "broken.json").write_text('{"schema": "palpate.automaton/1"')
     return tmp_path
 
 
-def test_an_automaton_comes_of_walks_the_same_each_time(palpate: CommandLine, desk: Path) -> None:
-    for name in ("one", "two"):
-        assert "48 strings, 3 symbols" in palpate.succeed("infer", "walks.txt", "--out", name, *SMALL)
+def test_an_automaton_comes_of_walks(palpate: CommandLine, desk: Path) -> None:
+    assert "48 strings, 3 symbols" in palpate.succeed("infer", "walks.txt", "--out", "one", *SMALL)
     made = files_in(desk / "one")
     assert set(made) == {"automaton.json", "automaton.dot", "automaton.svg", "network.json", "report.json",
                          "hidden.png", "training.png"}  # fmt: skip
-    assert made == files_in(desk / "two")
     report = json.loads(made["report.json"])
     machine = load(desk / "one" / "automaton.json")
     assert report["states"] == len(machine.transitions)
@@ -129,16 +126,12 @@ def test_recorded_trials_are_strings_and_the_automaton_is_a_memory(palpate: Comm
         ("infer walks.txt --out full", "full", "holds something"),
         ("infer walks.txt labelled.txt --out x", "walks.txt", "either one text file"),
         ("infer one.txt --out x", "strings", "symbols"),
-        ("infer both.txt --out x", "strings", "either accepted or rejected"),
-        ("infer walks.txt --out x --hidden 0", "hidden", "from 1"),
-        ("infer walks.txt --out x --held-out 1.5", "held_out", "0.9"),
         ("infer walks.txt --out x --held-out-file labelled.txt", "strings", "alphabet"),
         ("automaton draw even.json", "draw", "show, compare, minimise"),
         ("automaton show gone.json", "gone.json", "readable"),
         ("automaton show broken.json", "broken.json", "JSON"),
         ("automaton show even.json --out even.pdf", "even.pdf", ".svg"),
         ("automaton show even.json --out all.json", "all.json", "already"),
-        ("automaton compare even.json", "OTHER", "required"),
         ("explore --map ABC/CC/BDF", "map", ""),
         ("train --out x --perception.memory even.json", "perception.memory", "symbols of the machine"),
         ("train --out x --perception.memory sometimes", "perception.memory", "last-2"),

@@ -22,13 +22,10 @@ def desk(tmp_path: Path) -> Path:
     contents = {
         "sound.mcap": sound,
         "torn.mcap": sound[: len(sound) // 2],
-        "empty.mcap": b"",
-        "text.mcap": b"tick,force\n",
         "there.png": b"a picture of mine",
     }
     for name, content in contents.items():
         (tmp_path / name).write_bytes(content)
-    (tmp_path / "folder.mcap").mkdir()
     (tmp_path / "folder.gif").mkdir()
     write_log(tmp_path / "seven.mcap", [tick(0)], begin=start(tip_rotation=(0.0,) * 7))
     return tmp_path
@@ -77,29 +74,20 @@ def test_a_trial_of_a_rig_is_drawn(palpate: CommandLine, desk: Path) -> None:
     [
         ("sound.mcap", "to = ''", ".mp4, .gif, .png"),
         ("sound.mcap --to a.avi", "to = 'a.avi'", ".mp4, .gif, .png"),
-        ("sound.mcap --to png", "to = 'png'", ".mp4, .gif, .png"),
         ("sound.mcap --to there.png", "there.png", "never overwritten; name another file with --to"),
         ("sound.mcap --to folder.gif", "folder.gif", "name another file with --to"),
         ("sound.mcap --to a.gif --size 0", "size = '0'", "as in 640x480"),
         ("sound.mcap --to a.gif --size 0x0", "size = '0x0'", "120 to 4096"),
         ("sound.mcap --to a.gif --size 5000x100", "size = '5000x100'", "120 to 4096"),
-        ("sound.mcap --to a.gif --size 640x-480", "size = '640x-480'", "as in 640x480"),
         ("sound.mcap --to a.mp4 --size 641x480", "size = '641x480'", "even"),
         ("sound.mcap --to a.png --size 400x300 --pictures 9", "size = '400x300'", "fewer pictures"),
         ("sound.mcap --to a.gif --fps -5", "fps = -5.0", "from 0.1 to 50"),
-        ("sound.mcap --to a.gif --fps 60", "fps = 60.0", "from 0.1 to 50"),
-        ("sound.mcap --to a.mp4 --fps nan", "fps = nan", "from 0.1 to 240"),
-        ("sound.mcap --to a.mp4 --fps many", "--fps", "float"),
         ("sound.mcap --to a.gif --speed 0", "speed = 0.0", "from 0.001"),
         ("sound.mcap --to a.gif --speed 0.001", "fps = 12.5", "a greater speed"),
         ("sound.mcap --to a.gif --begin-s 9", "begin_s = 9.0", "from 0 to 2.114"),
         ("sound.mcap --to a.gif --begin-s 2 --end-s 1", "end_s = 1.0", "after the beginning"),
-        ("sound.mcap --to a.png --pictures 0", "pictures = 0", "from 1 to 100"),
         ("sound.mcap --to a.gif --camera top", "camera = 'top'", "both, close-up, arm"),
         ("torn.mcap --to a.gif", "torn.mcap: offset", "palpate log recover"),
-        ("empty.mcap --to a.gif", "empty.mcap", "is empty"),
-        ("text.mcap --to a.gif", "text.mcap", "is no MCAP file"),
-        ("folder.mcap --to a.gif", "folder.mcap", "cannot be read"),
         ("missing.mcap --to a.gif", "missing.mcap", "cannot be read"),
         ("seven.mcap --to a.gif", "seven.mcap: /start", "what the cell looked like"),
     ],

@@ -240,57 +240,8 @@ def test_what_is_no_folder_of_ours(palpate: CommandLine, desk: Path) -> None:
         assert problem in palpate.refusal("report", *words.split())
 
 
-def test_a_study_with_nothing_in_it(palpate: CommandLine, study: Path) -> None:
-    cells = study / "cells"
-    for cell in cells.iterdir():
-        (cell / "cell.json").unlink()
-    assert "none of them finished" in palpate.refusal("report", "study")
-    shutil.rmtree(cells)
-    assert "study: is a study without a cell" in palpate.refusal("report", "study")
-
-
-def test_a_half_written_cell(palpate: CommandLine, study: Path) -> None:
-    cell = cell_of(study, "torque", 0.5, 0)
-    trials = cell / "trials.csv"
-    whole = trials.read_bytes()
-    trials.write_bytes(whole[:-9])
-    assert f"{cell.name}/trials.csv: ends in the middle of a line" in palpate.refusal("report", "study")
-    trials.unlink()
-    assert "but has no trials.csv" in palpate.refusal("report", "study")
-    trials.write_bytes(whole)
-    (cell / "cell.json").write_text('{"fields": {"task.st')
-    assert f"{cell.name}/cell.json: is no whole JSON file" in palpate.refusal("report", "study")
-
-
-def test_a_torn_log(palpate: CommandLine, desk: Path) -> None:
-    log = desk / "run" / "logs" / "trial-00001.mcap"
-    whole = log.read_bytes()
-    log.write_bytes(whole[:-100])
-    assert "trial-00001.mcap: ends in the middle" in palpate.refusal("report", "run")
-    # Whole to look at, damaged within.
-    log.write_bytes(whole[:3000] + bytes(50) + whole[3050:])
-    assert "trial-00001.mcap" in palpate.refusal("report", "run")
-    assert "Forces of single trials" not in reported(desk / "run", "--no-logs").headings
-
-
 @pytest.mark.parametrize("name", ["trials.csv", "summary.json", "policy.json", "run.toml"])
 def test_damaged_files_of_a_run(palpate: CommandLine, desk: Path, name: str) -> None:
     path = desk / "run" / name
     path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
     assert f"run/{name}" in palpate.refusal("report", "run")
-
-
-def test_somebody_else_s_report(palpate: CommandLine, desk: Path) -> None:
-    page = desk / "run" / "report.html"
-    page.write_text("<!doctype html><title>mine</title>")
-    line = palpate.refusal("report", "run")
-    assert "run/report.html: is there already and was not made by palpate report" in line
-    assert "--overwrite" in line
-    reported(desk / "run", "--overwrite", "--no-logs")
-    assert "mine" not in page.read_text()
-
-
-def test_somebody_else_s_picture(palpate: CommandLine, desk: Path) -> None:
-    (desk / "run" / "report").mkdir()
-    (desk / "run" / "report" / "learning.png").write_bytes(b"mine")
-    assert "run/report/learning.png: is there already" in palpate.refusal("report", "run")

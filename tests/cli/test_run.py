@@ -108,13 +108,6 @@ def test_a_policy_of_another_state_space_is_refused(palpate: CommandLine, traine
     assert "as in this task" in line
 
 
-def test_a_policy_of_another_threshold_is_refused(palpate: CommandLine, trained: Path) -> None:
-    words = ("--perception.position-threshold-mm", "1.5", "--policy", trained / "policy.json", "--trials", 1)
-    line = palpate.refusal("run", *words)
-    assert "-0.001" in line
-    assert "-0.0015" in line
-
-
 def test_show_needs_nothing_but_the_file(palpate: CommandLine, trained: Path, tmp_path: Path) -> None:
     shutil.copy(trained / "policy.json", tmp_path)
     lines = palpate.succeed("show", "policy.json").splitlines()

@@ -12,7 +12,6 @@ from palpate.adapters.cli.options import (
     CompareOptions,
     ReplayOptions,
     RunOptions,
-    ShowOptions,
     TrainOptions,
     _flags,
     parse,
@@ -163,12 +162,6 @@ def test_words_that_make_no_sense_are_named_in_one_line(words: list[str], messag
     assert not set("│╭╮╰╯─") & set(str(caught.value))
 
 
-def test_a_refused_flag_says_what_is_accepted() -> None:
-    with pytest.raises(UsageError) as caught:
-        config("--cell.peg.clearance-mm", "-1")
-    assert str(caught.value) == "cell.peg.clearance_mm = -1.0 is refused: a number from 0.001 to 5"
-
-
 def test_a_long_refusal_stays_whole() -> None:
     # The parser wraps its lines; what comes out must be one sentence again.
     with pytest.raises(UsageError) as caught:
@@ -186,16 +179,3 @@ def test_a_refused_file_is_named_by_its_field(tmp_path: Path, line: str, field: 
     with pytest.raises(ConfigurationError) as caught:
         config("--config", str(path))
     assert caught.value.field == field
-
-
-def test_show_needs_a_file() -> None:
-    assert parse(ShowOptions, "show", ["policy.json"]).file == "policy.json"
-    with pytest.raises(UsageError):
-        parse(ShowOptions, "show", [])
-
-
-def test_help_ends_the_program_well(capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit) as end:
-        parse(TrainOptions, "train", ["--help"])
-    assert not end.value.code
-    assert "--cell.peg.clearance-mm" in capsys.readouterr().out

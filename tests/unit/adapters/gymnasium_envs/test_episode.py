@@ -5,7 +5,6 @@ from __future__ import annotations
 import pickle
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import gymnasium.error
 import numpy as np
@@ -61,15 +60,6 @@ def test_at_its_end_the_arm_is_stopped_and_nothing_can_be_decided(episodes: Inse
     assert stopped(episodes)
     with pytest.raises(NotRunningError):
         episodes.decide(EAST)
-
-
-def test_a_trial_that_is_left_in_its_middle_leaves_no_trace(episodes: InsertionEpisodes) -> None:
-    episodes.begin(3, 1)
-    expected = [episodes.decide(EAST), episodes.task.tip_m, episodes.task.wrench_at_tip, episodes.report.ticks]
-    episodes.begin(4, 7)
-    episodes.begin(3, 1)
-    again = [episodes.decide(EAST), episodes.task.tip_m, episodes.task.wrench_at_tip, episodes.report.ticks]
-    assert again == expected
 
 
 def test_an_error_in_mid_trial_stops_the_arm_and_the_next_trial_begins(
@@ -188,20 +178,3 @@ def test_the_file_of_a_run_serves_as_settings(tmp_path: Path) -> None:
     path = tmp_path / "run.toml"
     path.write_text(run_toml(config, "train", trials=3), encoding="utf-8")
     assert run_config("", "", path) == run_config("", "", str(path)) == config
-
-
-@pytest.mark.parametrize(
-    ("arguments", "field"),
-    [
-        (("papr", "", None), "scenario"),
-        (("", "", {"task": {"step": 1.0}}), "task.step"),
-        (("", "", {"task": {"step_mm": 99}}), "task.step_mm"),
-        (("", "", {"task": 1}), "task"),
-        (("", "", "no-such-file.toml"), "config"),
-        (("", "", 5), "config"),
-    ],
-)
-def test_what_there_is_not_is_refused_by_name(arguments: Any, field: str) -> None:
-    with pytest.raises(ConfigurationError) as caught:
-        run_config(*arguments)
-    assert caught.value.field == field

@@ -139,11 +139,6 @@ def test_what_cannot_be_used_is_named(tmp_path: Path, text: str, field: str, acc
     assert accepted in caught.value.accepted
 
 
-def test_a_file_that_is_not_there(tmp_path: Path) -> None:
-    with pytest.raises(ConfigurationError, match="study file"):
-        Study.read(tmp_path / "nowhere.toml")
-
-
 @pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.toml")), ids=lambda path: path.stem)
 def test_the_examples_can_be_run(path: Path) -> None:
     study = Study.read(path)

@@ -15,7 +15,7 @@ from palpate.adapters.log.tick_layout import TickRecord
 from palpate.adapters.visualisation.film.course import FORCE_TICKS, Course, course_of
 from palpate.core.errors import ConfigurationError, LogError
 from palpate.core.ports.values import JointSample, Validity, WrenchSample
-from tests.unit.adapters.log.made_logs import POSTURE, tick, write_log
+from tests.unit.adapters.log.made_logs import tick, write_log
 from tests.unit.adapters.visualisation.film.trials import INSERTION
 
 
@@ -129,15 +129,3 @@ def test_a_stretch_is_within_the_trial(recorded: Course) -> None:
     for begin, end in ((3.0, None), (-0.1, None), (float("nan"), None), (1.0, 0.5), (0.0, float("nan"))):
         with pytest.raises(ConfigurationError):
             recorded.stretch(begin, end)
-
-
-def test_the_recorded_trial_is_told_as_it_was(recorded: Course) -> None:
-    assert len(recorded.moments) == 297
-    assert recorded.tared
-    assert recorded.moments[150].phase == "explore"
-    assert recorded.moments[150].decision is not None
-    assert recorded.moments[150].decision.symbol == "x0 y+"
-    pressing = recorded.moments[150].force_N
-    assert pressing is not None
-    assert -7.0 < pressing[2] < -3.0
-    assert len(recorded.moments[0].joints_rad) == len(POSTURE)

@@ -91,9 +91,3 @@ def test_q_values_never_tried_are_not_shown_as_numbers() -> None:
 def test_no_q_values() -> None:
     assert q_picture("q", policy(row("a", "+x", visits=0)), "t") is None
     assert q_picture("q", policy(replace(row("a", "+x"), q=None, visits_per_action=None)), "t") is None
-
-
-def test_equal_bytes() -> None:
-    document = policy(*(row(state, "+x") for state in (*POSITION, *TORQUE)))
-    assert arrows_pictures("p", document, "t") == arrows_pictures("p", document, "t")
-    assert q_picture("p", document, "t") == q_picture("p", document, "t")

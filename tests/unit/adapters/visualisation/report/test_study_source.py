@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from palpate.adapters.experiments.results import RunFolder
-from palpate.adapters.visualisation.report.study_source import StudySource, shown_setting, shown_value
+from palpate.adapters.visualisation.report.study_source import StudySource
 from palpate.core.errors import OutputError
 from tests.unit.adapters.samples import scored_trial
 
@@ -138,15 +138,3 @@ def test_a_cell_file_that_cannot_be_used(tmp_path: Path, text: str, problem: str
     (cell(tmp_path, "a", {STEP: 0.5}) / "cell.json").write_text(text)
     with pytest.raises(OutputError, match=problem):
         StudySource.read(tmp_path)
-
-
-@pytest.mark.parametrize(
-    ("value", "text"), [(0.1 + 0.2, "0.3"), (True, "true"), (3, "3"), ("last-2", "last-2"), ([1, 2.0], "1, 2")]
-)
-def test_values(value: Any, text: str) -> None:
-    assert shown_value(value) == text
-
-
-def test_settings() -> None:
-    assert shown_setting((("a", "1"), ("b", "2"))) == "a = 1, b = 2"
-    assert shown_setting(()) != ""

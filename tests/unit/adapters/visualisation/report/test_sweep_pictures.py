@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 
 from palpate.adapters.visualisation.report.canvas import COLOURS
 from palpate.adapters.visualisation.report.sweep_pictures import Point, SweepSeries, sweep_picture
@@ -52,16 +51,3 @@ def test_a_line_joins_numbers_and_not_names() -> None:
     # The legend's mark is apart from the others either way.
     assert longest_gap([0.0, 1.0]) < 100
     assert longest_gap(["a", "b"]) > 300
-
-
-def test_success_has_wilson_s_interval() -> None:
-    share, low, high = Point(1.0, (1.0,), 10, 10).success
-    assert share == 1.0
-    # Wilson's interval of 10 in 10, from any table.
-    assert low == pytest.approx(0.7225, abs=1e-3)
-    assert high == 1.0
-
-
-def test_equal_bytes() -> None:
-    series = [SweepSeries("a", (Point("x", (1.0, 2.0), 1, 2), Point("y", (1.0,), 0, 2)))]
-    assert sweep_picture("f", ["x", "y"], series) == sweep_picture("f", ["x", "y"], series)
