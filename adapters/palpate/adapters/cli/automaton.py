@@ -3,53 +3,19 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
-from typing import Final
 
 from palpate.adapters.cli.automaton_options import CompareAutomataOptions, MinimiseOptions, ShowAutomatonOptions
-from palpate.adapters.cli.options import parse
 from palpate.adapters.experiments import aligned
 from palpate.adapters.visualisation import machine_picture
 from palpate.core.automata import Kind, Machine, difference, load, minimised, shown_output, to_dot_text, to_json_text
-from palpate.core.errors import ConfigurationError, UsageError
+from palpate.core.errors import ConfigurationError
 from palpate.core.files import new_file, require_no_file
 
-_HELP: Final = """usage: palpate automaton COMMAND [OPTIONS]
 
-Work with automata in JSON files, as palpate infer writes them.
-
-commands:
-  show      print one; or write it as DOT, or draw it
-  compare   do two answer every word alike? if not, the shortest word that tells
-  minimise  write the smallest one that answers every word alike
-
-palpate automaton COMMAND --help tells the options of each. palpate infer makes automata from strings.
-"""
-
-
-def automaton(words: Sequence[str]) -> int:
-    """Run a subcommand of ``palpate automaton``.
-
-    Returns:
-        0: done, or the two are equal; 1: they differ.
-
-    Raises:
-        UsageError: There is no such command.
-        ConfigurationError: A file cannot be used.
-        OutputError: Something is in the way of the result.
-    """
-    commands: dict[str, Callable[[Sequence[str]], int]] = {"show": _show, "compare": _compare, "minimise": _minimise}
-    if not words or words[0] in ("-h", "--help"):
-        sys.stdout.write(_HELP)
-        return 0
-    if words[0] not in commands:
-        raise UsageError(f"{words[0]} is no command of palpate automaton; there are {', '.join(commands)}")
-    return commands[words[0]](words[1:])
-
-
-def _show(words: Sequence[str]) -> int:
-    options = parse(ShowAutomatonOptions, "automaton show", words)
+def show(options: ShowAutomatonOptions) -> int:
+    """Print an automaton, write it as DOT, or draw it."""
     machine = read_automaton(options.file)
     if options.out:
         write_automaton(machine, Path(options.out))
@@ -59,8 +25,8 @@ def _show(words: Sequence[str]) -> int:
     return 0
 
 
-def _compare(words: Sequence[str]) -> int:
-    options = parse(CompareAutomataOptions, "automaton compare", words)
+def compare(options: CompareAutomataOptions) -> int:
+    """Hold two automata against each other; 0 if they answer every word alike, else 1."""
     one, other = read_automaton(options.one), read_automaton(options.other)
     if options.complete:
         for machine in (one, other):
@@ -75,8 +41,8 @@ def _compare(words: Sequence[str]) -> int:
     return 1
 
 
-def _minimise(words: Sequence[str]) -> int:
-    options = parse(MinimiseOptions, "automaton minimise", words)
+def minimise(options: MinimiseOptions) -> int:
+    """Write the smallest automaton that answers every word alike."""
     machine = read_automaton(options.file)
     source = Path(options.file)
     out = Path(options.out) if options.out else source.with_name(f"{source.stem}.minimal.json")

@@ -13,11 +13,11 @@ class Command:
 
     Args:
         text: What it does, in a line.
-        function: ``module:function`` that runs it, in this room.
-        options: ``module:Class`` of its options; empty where it looks at its words itself.
+        function: ``module:function`` that runs it, in this room; empty for a group of commands.
+        options: ``module:Class`` of its options; empty where it takes none.
     """
 
-    def __init__(self, text: str, function: str, options: str = "") -> None:
+    def __init__(self, text: str, function: str = "", options: str = "") -> None:
         self.text, self.function, self.options = text, function, options
 
 
@@ -44,13 +44,37 @@ COMMANDS: dict[str, Command] = {
         "an automaton from symbol strings, or from what recorded trials felt",
         "infer:infer_command", "automaton_options:InferOptions",
     ),
-    "automaton": Command("show, compare or minimise automata", "automaton:automaton"),
+    "automaton": Command("show, compare or minimise automata"),
+    "automaton show": Command(
+        "print one; or write it as DOT, or draw it", "automaton:show", "automaton_options:ShowAutomatonOptions"
+    ),
+    "automaton compare": Command(
+        "do two answer every word alike? if not, the shortest word that tells",
+        "automaton:compare", "automaton_options:CompareAutomataOptions",
+    ),
+    "automaton minimise": Command(
+        "write the smallest one that answers every word alike",
+        "automaton:minimise", "automaton_options:MinimiseOptions",
+    ),
     "replay": Command(
         "feed recorded trials back through the core; every command and decision must be equal",
         "replay:replay", "options:ReplayOptions",
     ),
-    "report": Command("one page about a run or a study, with its pictures, to be read in a browser", "report:report"),
-    "log": Command("look at recorded trials: info, plot, export, recover", "log:log"),
+    "report": Command(
+        "one page about a run or a study, with its pictures, to be read in a browser",
+        "report:report", "report:ReportOptions",
+    ),
+    "log": Command("look at recorded trials: info, plot, export, recover"),
+    "log info": Command(
+        "what logs hold: what of, how fast, how whole, and what came of it", "log:info", "log_options:InfoOptions"
+    ),
+    "log plot": Command("a picture of one trial over time", "log:plot", "log_options:PlotOptions"),
+    "log export": Command(
+        "the same data as CSV files, or as a LeRobot dataset", "log:export", "log_options:ExportOptions"
+    ),
+    "log recover": Command(
+        "a sound log of what is left of a torn or damaged one", "log:recover", "log_options:RecoverOptions"
+    ),
     "render": Command("a film or a picture of a recorded trial", "render:render", "picture_options:RenderOptions"),
     "view": Command("watch trials in the simulator, in real time", "view:view", "picture_options:ViewOptions"),
     "check-adapter": Command(
@@ -70,23 +94,30 @@ COMMANDS: dict[str, Command] = {
     "version": Command("versions of palpate and of what its results depend on", "version:version"),
 }  # fmt: skip
 
-OPTIONS_OF_PARTS: dict[str, str] = {
-    "log info": "log_options:InfoOptions",
-    "log plot": "log_options:PlotOptions",
-    "log export": "log_options:ExportOptions",
-    "log recover": "log_options:RecoverOptions",
-    "automaton show": "automaton_options:ShowAutomatonOptions",
-    "automaton compare": "automaton_options:CompareAutomataOptions",
-    "automaton minimise": "automaton_options:MinimiseOptions",
+GROUPS: dict[str, tuple[str, str]] = {
+    "automaton": (
+        "Work with automata in JSON files, as palpate infer writes them.",
+        "palpate infer makes automata from strings.",
+    ),
+    "log": ("Look at recorded trials.", "Logs are the .mcap files in the folder logs of a run."),
 }
-"""The same of commands of commands."""
+"""Commands of commands: what they are for, and a word more."""
 
-HELP = (
-    "usage: palpate COMMAND [OPTIONS]\n\n"
-    "A robot arm learns contact tasks by touch.\n\ncommands:\n"
-    + "".join(f"  {name:<13}  {command.text}\n" for name, command in COMMANDS.items())
-    + "\npalpate COMMAND --help tells the options of each. To begin: palpate train\n"
-)
+
+def commands_of(group: str = "") -> dict[str, Command]:
+    """The commands behind ``palpate``, or behind ``palpate`` and a group."""
+    begin = f"{group} " if group else ""
+    names = {name.removeprefix(begin): command for name, command in COMMANDS.items() if name.startswith(begin)}
+    return {name: command for name, command in names.items() if " " not in name}
+
+
+def help_of(group: str = "") -> str:
+    """The help text of ``palpate``, or of a group of commands."""
+    about, more = GROUPS.get(group, ("A robot arm learns contact tasks by touch.", "To begin: palpate train"))
+    called, width = f"palpate {group}".rstrip(), 8 if group else 13
+    commands = "".join(f"  {name:<{width}}  {command.text}\n" for name, command in commands_of(group).items())
+    more = f"{called} COMMAND --help tells the options of each. {more}"
+    return f"usage: {called} COMMAND [OPTIONS]\n\n{about}\n\ncommands:\n{commands}\n{more}\n"
 
 
 def loaded(place: str) -> Callable[..., object]:

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import os
 import signal
 import sys
 from dataclasses import replace
 from pathlib import Path
 from types import FrameType
 
+from palpate.adapters.cli.notices import say
 from palpate.adapters.cli.options import EmulateOptions
 from palpate.adapters.config import scenario
 from palpate.adapters.hardware import EmulatedCell, EmulationConfig
 from palpate.adapters.hardware.real_time import take_real_time
-from palpate.core.errors import OutputError
+from palpate.core.files import new_file, require_no_file
 from palpate.core.insertion import find_ready_pose
 from palpate.core.ports import Truth
 
@@ -24,8 +24,8 @@ def emulate(options: EmulateOptions) -> int:
     emulation = EmulationConfig(
         options.arm, options.force, options.baud, options.divider, options.wrist_backlash_deg, options.usb_latency_ms
     )
-    if options.rig_file and os.path.lexists(options.rig_file):
-        raise OutputError(options.rig_file, "is there already", "name another file with --rig-file")
+    if options.rig_file:
+        require_no_file(Path(options.rig_file), "--rig-file")
     ended = False
 
     def end(number: int, frame: FrameType | None) -> None:
@@ -41,28 +41,16 @@ def emulate(options: EmulateOptions) -> int:
         with EmulatedCell(config, find_ready_pose(config.arm, config.task), emulation, counts) as cell:
             rig = cell.rig_toml()
             if options.rig_file:
-                _write_new(Path(options.rig_file), rig)
-            _say(rig + "\n# serving; end with Ctrl-C\n")
+                with new_file(Path(options.rig_file), "--rig-file") as passing:
+                    passing.write_text(rig, encoding="utf-8")
+            say(rig + "\n# serving; end with Ctrl-C")
 
             def show(truth: Truth) -> None:
-                _say(f"# inserted {cell.insertions}: depth {truth.depth_m * 1e3:.2f} mm, peak force so far"
-                     f" {truth.peak_force_N:.1f} N\n")  # fmt: skip
+                say(f"# inserted {cell.insertions}: depth {truth.depth_m * 1e3:.2f} mm, peak force so far"
+                    f" {truth.peak_force_N:.1f} N")  # fmt: skip
 
             cell.run(lambda: ended, show)
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
     return 0
-
-
-def _write_new(path: Path, text: str) -> None:
-    try:
-        with path.open("x", encoding="utf-8") as stream:
-            stream.write(text)
-    except OSError as error:
-        raise OutputError(str(path), f"cannot be written ({error.strerror})", "name another file") from error
-
-
-def _say(text: str) -> None:
-    sys.stdout.write(text)
-    sys.stdout.flush()

@@ -11,15 +11,14 @@ from tqdm import tqdm
 from palpate.adapters.cli.notices import print_weakened
 from palpate.adapters.cli.options import FaultsOptions
 from palpate.adapters.fault_injection.campaign import Choice, Class, FaultRun, as_csv, cases, run_cases, summary, table
-from palpate.core.errors import OutputError
-from palpate.core.files import write_whole
+from palpate.core.files import require_no_file, write_whole
 
 
 def faults(options: FaultsOptions) -> int:
     """Run the campaign; 0 if no run failed, else 1."""
     out = Path(options.out) if options.out else None
-    if out is not None and os.path.lexists(out):
-        raise OutputError(options.out, "is there already", "name another file with --out")
+    if out is not None:
+        require_no_file(out)
     print_weakened(options.run)
     chosen = cases(options.run, options.seeds, Choice(options.most, options.group, options.phase, options.fault))
     runs: list[FaultRun] = []

@@ -5,57 +5,15 @@ from __future__ import annotations
 import json
 import os
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Final
 
 from palpate.adapters.cli.log_options import ExportOptions, InfoOptions, PlotOptions, RecoverOptions
-from palpate.adapters.cli.options import parse
-from palpate.core.errors import ConfigurationError, LogError, UsageError, require_one_of, require_whole
-
-_HELP: Final = """usage: palpate log COMMAND [OPTIONS]
-
-Look at recorded trials.
-
-commands:
-  info      what logs hold: what of, how fast, how whole, and what came of it
-  plot      a picture of one trial over time
-  export    the same data as CSV files, or as a LeRobot dataset
-  recover   a sound log of what is left of a torn or damaged one
-
-palpate log COMMAND --help tells the options of each. Logs are the .mcap files in the folder logs of a run.
-"""
-_MOST_FPS: Final = 10_000
+from palpate.core.errors import ConfigurationError, LogError, UsageError, require_one_of
 
 
-def log(words: Sequence[str]) -> int:
-    """Run a subcommand of ``palpate log``.
-
-    Returns:
-        0: done; 2: one of the logs cannot be used.
-
-    Raises:
-        LogError: The only log cannot be used.
-        UsageError: There is no such command, or no log is named.
-        ConfigurationError: An option cannot be used.
-        OutputError: Something is in the way of the result.
-    """
-    commands: dict[str, Callable[[Sequence[str]], int]] = {
-        "info": _info,
-        "plot": _plot,
-        "export": _export,
-        "recover": _recover,
-    }
-    if not words or words[0] in ("-h", "--help"):
-        sys.stdout.write(_HELP)
-        return 0
-    if words[0] not in commands:
-        raise UsageError(f"{words[0]} is no command of palpate log; there are {', '.join(commands)}")
-    return commands[words[0]](words[1:])
-
-
-def _info(words: Sequence[str]) -> int:
-    options = parse(InfoOptions, "log info", words)
+def info(options: InfoOptions) -> int:
+    """Print what logs hold; 0, or 2 if one of several cannot be used."""
     _require_files(options.files, "info")
     import dataclasses
 
@@ -78,8 +36,8 @@ def _info(words: Sequence[str]) -> int:
     return 0 if len(infos) == len(options.files) else 2
 
 
-def _plot(words: Sequence[str]) -> int:
-    options = parse(PlotOptions, "log plot", words)
+def plot(options: PlotOptions) -> int:
+    """Draw a trial over time."""
     from palpate.adapters.log import read_log
     from palpate.core.files import new_file, require_no_file
 
@@ -95,8 +53,8 @@ def _plot(words: Sequence[str]) -> int:
     return 0
 
 
-def _export(words: Sequence[str]) -> int:
-    options = parse(ExportOptions, "log export", words)
+def export(options: ExportOptions) -> int:
+    """Write trials in another format."""
     _require_files(options.files, "export")
     require_one_of("to", options.to, ("csv", "lerobot"))
     if not options.out:
@@ -115,7 +73,6 @@ def _export(words: Sequence[str]) -> int:
     from palpate.core.ports import CONTROL_RATE_HZ
 
     fps = CONTROL_RATE_HZ if options.fps is None else options.fps
-    require_whole("fps", fps, 1, _MOST_FPS)
     from palpate.adapters.log import export_lerobot
 
     frames = export_lerobot(paths, out, fps)
@@ -123,8 +80,8 @@ def _export(words: Sequence[str]) -> int:
     return 0
 
 
-def _recover(words: Sequence[str]) -> int:
-    options = parse(RecoverOptions, "log recover", words)
+def recover(options: RecoverOptions) -> int:
+    """Write a sound log of what is left of one."""
     from palpate.adapters.log import recover
 
     path = Path(options.file)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
-from palpate.adapters.cli.commands import COMMANDS, HELP, loaded, options_of
+from palpate.adapters.cli.commands import GROUPS, commands_of, help_of, loaded, options_of
 from palpate.core.errors import ConfigurationError, LogError, OutputError, PalpateError, UsageError
 
 
@@ -17,7 +17,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     words = list(sys.argv[1:] if arguments is None else arguments)
     if not words or words[0] in ("-h", "--help"):
-        sys.stdout.write(HELP)
+        sys.stdout.write(help_of())
         return 0
     if words[0] == "--version":
         words[0] = "version"
@@ -42,15 +42,22 @@ def _fail(error: PalpateError, code: int) -> int:
 
 
 def _run(name: str, words: Sequence[str]) -> int:
-    command = COMMANDS.get(name)
-    if command is None:
-        raise UsageError(f"{name} is no command of palpate; there are {', '.join(COMMANDS)}")
+    group = name if name in GROUPS else ""
+    if group:
+        if not words or words[0] in ("-h", "--help"):
+            sys.stdout.write(help_of(group))
+            return 0
+        name, words = words[0], words[1:]
+    known = commands_of(group)
+    if name not in known:
+        raise UsageError(f"{name} is no command of {f'palpate {group}'.rstrip()}; there are {', '.join(known)}")
+    command = known[name]
     options: object = words
     if command.options:
         # Each command is imported when it runs, after its words were found good: it may load the simulator.
         from palpate.adapters.cli.options import parse
 
-        options = parse(options_of(command.options), name, words)
+        options = parse(options_of(command.options), f"{group} {name}".lstrip(), words)
     code = loaded(command.function)(options)
     return code if isinstance(code, int) else 0
 

@@ -15,6 +15,12 @@ from palpate.core.supervision import weakened_lines
 _MOST = 5
 
 
+def say(text: str) -> None:
+    """Print a line that a reader at the end of a pipe has at once."""
+    sys.stdout.write(text + "\n")
+    sys.stdout.flush()
+
+
 def recording_for(config: RunConfig, rig_file: str) -> RecordingConfig:
     """The recorder's settings for a rig: real time does not wait, whatever is configured."""
     return replace(config.recording, when_full="drop") if rig_file else config.recording

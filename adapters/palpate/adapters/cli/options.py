@@ -18,7 +18,7 @@ from typing import Annotated, Any, TypeAlias, TypeVar, get_args, get_origin
 
 import tyro
 
-from palpate.adapters.cli.commands import COMMANDS, OPTIONS_OF_PARTS, options_of
+from palpate.adapters.cli.commands import COMMANDS, options_of
 from palpate.adapters.config import RENAMED, RunConfig, now_called, overlay, read_toml, recorded, scenario
 from palpate.core.errors import ConfigurationError, UsageError
 from palpate.core.ports import OneOf, Range, Settings, kinds_of
@@ -354,7 +354,7 @@ def _suggestion(flags: Iterable[str], word: str) -> str:
     if word in old:
         return f"; it is called {now_called(old[word])} now"
     near = difflib.get_close_matches(word, flags, n=1, cutoff=0.6)
-    places = {name: command.options for name, command in COMMANDS.items() if command.options} | OPTIONS_OF_PARTS
+    places = {name: command.options for name, command in COMMANDS.items() if command.options}
     others = [name for name, place in places.items() if word in _flags(options_of(place))] if word[:2] == "--" else []
     if others:
         return f", but of palpate {', '.join(others)}" + (f"; did you mean {near[0]}?" if near else "")

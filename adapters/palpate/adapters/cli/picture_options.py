@@ -35,7 +35,7 @@ class RenderOptions(Settings):
     """Where to begin, in seconds of the trial; a film begins with it, a sheet with the approach, if not given."""
     end_s: float | None = None
     """Where to end; with the trial if not given."""
-    pictures: int = 6
+    pictures: Annotated[int, Range(1, 100)] = 6
     """How many pictures of a sheet (.png), evenly spread over the time; 1 shows the end."""
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Final
 
 from palpate.adapters.cli.picture_options import RenderOptions
-from palpate.core.errors import ConfigurationError, require_in, require_one_of, require_whole
+from palpate.core.errors import ConfigurationError, require_in, require_one_of
 
 ENDINGS: Final = (".mp4", ".gif", ".png")
 LEAST_PX: Final = 120
@@ -20,7 +20,6 @@ LEAST_PX: Final = 120
 _FILM_SIZE: Final = (640, 480)
 _SHEET_SIZE: Final = (1440, 760)
 _MOST_PX: Final = 4096
-_MOST_PICTURES: Final = 100
 _GIF_MOST: Final = 2_000
 _MP4_MOST: Final = 20_000
 _SAMPLES: Final = 7
@@ -105,7 +104,6 @@ def _plan(options: RenderOptions) -> _Plan:
     size = _size(options.size, _SHEET_SIZE if ending == ".png" else _FILM_SIZE)
     if ending == ".mp4" and (size[0] % 2 or size[1] % 2):
         raise ConfigurationError("size", options.size, "even numbers for .mp4")
-    require_whole("pictures", options.pictures, 1, _MOST_PICTURES)
     fps = (12.5 if ending == ".gif" else 25.0) if options.fps is None else options.fps
     require_in("fps", fps, 0.1, _GIF_MOST_FPS if ending == ".gif" else 240.0)
     return _Plan(ending, size, fps)

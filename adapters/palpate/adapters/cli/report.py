@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
 import tyro
 
-from palpate.adapters.cli.options import parse
+from palpate.core.ports import Settings
 
 
 @dataclass(frozen=True)
-class ReportOptions:
+class ReportOptions(Settings):
     """Make one page about a run or a study: FOLDER/report.html, which needs no network and nothing beside it.
 
     Its pictures, and its figures as summary.csv, go to FOLDER/report. An older report of palpate's is replaced.
@@ -28,7 +27,7 @@ class ReportOptions:
     """Replace files in the way that palpate report did not make."""
 
 
-def report(words: Sequence[str]) -> int:
+def report(options: ReportOptions) -> int:
     """Make the page of a folder; returns the exit code.
 
     Raises:
@@ -36,7 +35,6 @@ def report(words: Sequence[str]) -> int:
             is not ours is in the way.
         LogError: A log is torn or damaged.
     """
-    options = parse(ReportOptions, "report", words)
     folder = Path(options.folder)
     from palpate.adapters.visualisation.report import FOLDER, PAGE, kind_of, place, require_placeable
 

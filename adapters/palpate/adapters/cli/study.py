@@ -13,7 +13,7 @@ from typing import Final, NoReturn
 
 from tqdm import tqdm
 
-from palpate.adapters.cli.notices import print_weakened
+from palpate.adapters.cli.notices import print_weakened, say
 from palpate.adapters.cli.study_options import StudyOptions
 from palpate.adapters.experiments.study import (
     MOST_CELLS,
@@ -64,12 +64,12 @@ def study(options: StudyOptions) -> int:
         if isinstance(engine, Dask):
             engine.require_sight(folder.path)
         print_weakened(asked.config(next(asked.settings())))
-        _print(size)
+        say(size)
         finished = folder.finished(cells)
         for cell in folder.clear(cells, finished):
             _notice(f"{cell} was begun and not finished: it is made anew")
         if finished:
-            _print(f"{len(finished)} of them are finished already")
+            say(f"{len(finished)} of them are finished already")
         jobs = _jobs(asked, folder, [cell for cell in cells if cell.name not in finished], files)
         progress = _Progress(len(cells), len(finished))
         try:
@@ -161,19 +161,14 @@ def _signals_raise() -> Iterator[None]:
 
 
 def _end(options: StudyOptions, folder: StudyFolder, progress: _Progress, whole: int, total: int) -> int:
-    _print(f"{whole} of {total} cells are finished; table in {folder.path / 'summary.csv'}")
+    say(f"{whole} of {total} cells are finished; table in {folder.path / 'summary.csv'}")
     if progress.failed:
-        _print(f"{len(progress.failed)} cells failed")
+        say(f"{len(progress.failed)} cells failed")
     if progress.interrupted:
         again = ["palpate", "study", options.file, "--out", str(folder.path)]
-        _print(f"ended early; go on with: {shlex.join(again)}")
+        say(f"ended early; go on with: {shlex.join(again)}")
         return 130
     return 1 if progress.failed else 0
-
-
-def _print(text: str) -> None:
-    sys.stdout.write(text + "\n")
-    sys.stdout.flush()
 
 
 def _notice(text: str) -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from palpate.adapters.cli.notices import marked_line, print_grants, print_troubles, print_weakened, recording_for
+from palpate.adapters.cli.notices import marked_line, print_grants, print_troubles, print_weakened, recording_for, say
 from palpate.adapters.cli.options import TrainOptions
 from palpate.adapters.config import RunConfig, read_toml, recorded_config, to_toml
 from palpate.adapters.experiments import (
@@ -69,7 +69,7 @@ def train(options: TrainOptions) -> int:
             warm_up(config, ready)
         rig = opened.enter_context(closed)
         if perception is None:
-            _say(f"fitting perception on {config.perception.fit_trials} random-walk trials")
+            say(f"fitting perception on {config.perception.fit_trials} random-walk trials")
             perception = fitted_perception(config, ready, rig)
         if document is not None:
             policy = loaded_policy(document, config, perception, frozen=False)
@@ -104,13 +104,13 @@ def train(options: TrainOptions) -> int:
         trainer.save_policy()
     print_troubles(recorder)
     if session is not None:
-        _say(session.report())
+        say(session.report())
     _finish(config, folder, options.trials)
     if trainer.interrupted:
         again = ["palpate", "train", "--resume", "--out", str(folder.path), "--trials", str(options.trials)]
         if document is not None:
             again += ["--policy", options.policy]
-        _say(f"ended after {trainer.next_trial} of {options.trials} trials; go on with: {shlex.join(again)}")
+        say(f"ended after {trainer.next_trial} of {options.trials} trials; go on with: {shlex.join(again)}")
         return 130
     return 0
 
@@ -137,10 +137,10 @@ def _require_same(options: TrainOptions, folder: RunFolder) -> None:
 
 def _announce(config: RunConfig, folder: RunFolder, trials: int, first: int) -> None:
     begin = f"trial {first + 1} to {trials}" if first else f"{trials} trials"
-    _say(f"{config.arm}, scenario {config.scenario}, seed {config.seed}: {begin}, results in {folder.path}")
+    say(f"{config.arm}, scenario {config.scenario}, seed {config.seed}: {begin}, results in {folder.path}")
     share = reachable_share(config.task, config.cell.hole_uncertainty_mm)
     if share < 0.9995:
-        _say(f"only {share:.1%} of the holes lie inside the exploration area: no strategy can do much better")
+        say(f"only {share:.1%} of the holes lie inside the exploration area: no strategy can do much better")
 
 
 def _with_progress(trainer: Trainer, trials: int, first: int, folder: RunFolder) -> None:
@@ -171,16 +171,11 @@ def _finish(config: RunConfig, folder: RunFolder, trials: int) -> None:
     folder.write("learning_curve.png", learning_curve(rows, title))
     if rows:
         times = [row.exploration_time_s for row in rows]
-        _say(
+        say(
             f"{len(rows)} trials, mean time {sum(times[:WINDOW]) / len(times[:WINDOW]):.2f} s in the first {WINDOW} "
             f"and {sum(times[-WINDOW:]) / len(times[-WINDOW:]):.2f} s in the last {WINDOW}; "
             f"success in the last {WINDOW}: {sum(r.success for r in rows[-WINDOW:])} of {len(rows[-WINDOW:])}"
         )
         if marked := marked_line(summary, learned=config.admission.learn_from_marked):
-            _say(marked.rstrip())
-        _say(f"look at {folder.path / 'learning_curve.png'}, or: palpate show {folder.path / 'policy.json'}")
-
-
-def _say(text: str) -> None:
-    sys.stdout.write(text + "\n")
-    sys.stdout.flush()
+            say(marked.rstrip())
+        say(f"look at {folder.path / 'learning_curve.png'}, or: palpate show {folder.path / 'policy.json'}")
