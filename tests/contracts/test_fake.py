@@ -18,9 +18,8 @@ from palpate.core.ports.contracts import (
     JointEncoderRig,
 )
 from palpate.core.ports.contracts.fakes import MAX_AGE_NS, FakeArm, FakeClock, FakeForceSensor, FakeJointEncoder
-from palpate.core.ports.devices import ArmCommand, Clock, ForceSensor, JointEncoder
 from palpate.core.ports.lifecycle import Life
-from palpate.core.ports.values import CommandReason, JointCommand, Validity
+from palpate.core.ports.values import JointCommand, Validity
 
 HOME_RAD = (0.1, -0.2, 0.3)
 LOWER_RAD = (-1.0, -1.0, -1.0)
@@ -104,15 +103,6 @@ class TestFakeArm(OfKind, ArmCommandContract):
         return ArmCommandRig(device=arm, clock=clock, advance=clock.advance, **limits, **(knobs | self.knobs))
 
 
-def test_the_fakes_are_their_ports() -> None:
-    clock = FakeClock()
-    arm = make_arm(clock)
-    assert isinstance(clock, Clock)
-    assert isinstance(arm, ArmCommand)
-    assert isinstance(FakeForceSensor(clock), ForceSensor)
-    assert isinstance(FakeJointEncoder(clock, arm.position_rad), JointEncoder)
-
-
 def test_saturation_is_marked() -> None:
     clock = FakeClock()
     with FakeForceSensor(clock) as sensor:
@@ -138,26 +128,6 @@ def test_a_device_that_does_not_answer_cannot_be_configured() -> None:
     with pytest.raises(DeviceError, match="does not answer"):
         sensor.configure()
     assert sensor.life is Life.CONSTRUCTED
-
-
-def test_velocity_limit_comes_before_position_limit() -> None:
-    clock = FakeClock()
-    with make_arm(clock) as arm:
-        beyond = JointCommand((0.1, -0.2, 9.0))
-        assert arm.send(beyond).reason is CommandReason.VELOCITY_LIMIT
-        for _ in range(20):
-            clock.advance()
-            applied = arm.send(beyond)
-        assert applied.reason is CommandReason.POSITION_LIMIT
-        assert applied.position_rad == (0.1, -0.2, 0.5)
-
-
-def test_many_commands_in_one_tick_do_not_add_up_to_a_fast_step() -> None:
-    clock = FakeClock()
-    with make_arm(clock) as arm:
-        for _ in range(10):
-            applied = arm.send(JointCommand((0.9, -0.2, 0.3)))
-        assert applied.position_rad[0] == pytest.approx(0.12)
 
 
 @pytest.mark.parametrize("end", ["fail", "deactivate", "close"])

@@ -27,11 +27,9 @@ from palpate.core.ports.contracts import (
     JointEncoderRig,
     run_clauses,
 )
-from palpate.core.ports.devices import ArmCommand, Clock, ForceSensor, JointEncoder
 
 # As modules: a suite that is imported by name would be run here once more as it is.
 from tests.contracts import test_fake as fake
-from tests.contracts import test_mujoco as mujoco
 
 LATER = 10**6
 """No clause goes on for so many ticks."""
@@ -69,18 +67,6 @@ class TestFaultyFakeArm(ArmCommandContract):
     def make(self) -> ArmCommandRig:
         rig = fake.TestFakeArm().make()
         return replace(rig, device=FaultyArm(rig.device, rig.clock, self.plans))
-
-
-class TestFaultyMujocoForceSensor(ForceSensorContract):
-    def make(self) -> ForceSensorRig:
-        rig = mujoco.TestMujocoForceSensor().make()
-        return replace(rig, device=FaultyForceSensor(rig.device, rig.clock, ()))
-
-
-class TestFaultyMujocoArm(ArmCommandContract):
-    def make(self) -> ArmCommandRig:
-        rig = mujoco.TestMujocoArm().make()
-        return replace(rig, device=FaultyArm(rig.device, rig.clock, ()))
 
 
 # A fault that has not come yet changes nothing either, although every sample and command goes past it.
@@ -178,11 +164,3 @@ def test_each_kind_breaks_a_clause(kind: str, port: str) -> None:
     # Whatever the fault: the life cycle passes through, and the arm can be stopped.
     kept = ("test_whole_life", "test_close", "test_stop_works", "test_illegal", "test_fault", "test_activate")
     assert not [name for name in failed if name.startswith(kept)]
-
-
-def test_decorated_ports_are_their_ports() -> None:
-    clock = fake.FakeClock()
-    assert isinstance(FaultyClock(clock, []), Clock)
-    assert isinstance(FaultyArm(fake.make_arm(clock), clock, []), ArmCommand)
-    assert isinstance(FaultyForceSensor(fake.FakeForceSensor(clock), clock, []), ForceSensor)
-    assert isinstance(FaultyJointEncoder(fake.FakeJointEncoder(clock, lambda: (0.0,)), clock, []), JointEncoder)

@@ -11,10 +11,9 @@ import pytest
 
 from palpate.adapters.hardware.jr3 import Jr3ForceSensor, make_jr3_can, make_jr3_uart
 from palpate.adapters.hardware.plugins import RigContext
-from palpate.core.errors import ConfigurationError, DeviceError
+from palpate.core.errors import DeviceError
 from palpate.core.motion.arm import arm_named
 from palpate.core.ports.contracts import ForceSensorContract, ForceSensorRig
-from palpate.core.ports.devices import ForceSensor
 from palpate.core.ports.lifecycle import Life
 from palpate.core.ports.values import Validity
 from palpate.simulation.emulators.jr3.can import Jr3CanNode
@@ -107,26 +106,6 @@ def test_after_a_long_pause_a_living_sensor_gives_what_it_feels_now(make: Callab
             assert abs(after.force_N[2] - before.force_N[2]) == pytest.approx(made.load_N, abs=2 * made.tolerance_N)
     finally:
         made.dispose()
-
-
-def test_the_adapter_is_its_port() -> None:
-    assert isinstance(make_jr3_can({}, context(VirtualTime())), ForceSensor)
-
-
-@pytest.mark.parametrize(
-    ("settings", "field"),
-    [
-        ({"chanel": "can0"}, "force_sensor.chanel"),
-        ({"axes": "upside down"}, "force_sensor.axes"),
-        ({"max_age_ms": 0.0}, "force_sensor.max_age_ms"),
-        ({"node": "one"}, "force_sensor.node"),
-        ({"cutoff_Hz": -1.0}, "force_sensor"),
-    ],
-)
-def test_settings_that_cannot_work_are_refused_before_anything_is_opened(settings: dict[str, Any], field: str) -> None:
-    with pytest.raises(ConfigurationError) as told:
-        make_jr3_can(settings, context(VirtualTime()))
-    assert told.value.field == field
 
 
 @pytest.mark.parametrize(

@@ -25,9 +25,8 @@ from palpate.core.ports.contracts import (
     JointEncoderContract,
     JointEncoderRig,
 )
-from palpate.core.ports.devices import ArmCommand, Clock, ForceSensor, JointEncoder
 from palpate.core.ports.lifecycle import ManagedDevice
-from palpate.core.ports.values import CONTROL_RATE_HZ, CommandReason, JointCommand, JointVector
+from palpate.core.ports.values import CONTROL_RATE_HZ, JointCommand, JointVector
 from palpate.simulation.work_cell.cell import WorkCell
 
 TICK_NS = 10**9 // CONTROL_RATE_HZ
@@ -158,14 +157,6 @@ class TestMujocoArm(ArmCommandContract):
         )
 
 
-def test_the_adapters_are_their_ports() -> None:
-    bench = Bench.fresh()
-    assert isinstance(bench.clock, Clock)
-    assert isinstance(bench.arm(), ArmCommand)
-    assert isinstance(MujocoForceSensor(bench.cell, bench.clock), ForceSensor)
-    assert isinstance(MujocoJointEncoder(bench.cell, bench.clock), JointEncoder)
-
-
 def test_time_is_exact_however_long_it_runs() -> None:
     bench = Bench.fresh()
     first = bench.cell.ticks
@@ -180,31 +171,6 @@ def test_noise_is_drawn_anew_for_each_tick() -> None:
         first = sensor.read()
         bench.advance(1)
         assert sensor.read().torque_Nm != first.torque_Nm
-
-
-def test_velocity_limit_comes_before_position_limit() -> None:
-    bench = Bench.fresh()
-    beyond = JointCommand(tuple(q + 1.0 for q in bench.home_rad))
-    with bench.arm() as arm:
-        assert arm.send(beyond).reason is CommandReason.VELOCITY_LIMIT
-        bench.advance(1)
-        near = tuple(q + ROOM_RAD - 1e-4 for q in bench.home_rad)
-        for _ in range(200):
-            arm.send(JointCommand(near))
-            bench.advance(1)
-        applied = arm.send(JointCommand(tuple(q + ROOM_RAD + 1e-4 for q in bench.home_rad)))
-    assert applied.reason is CommandReason.POSITION_LIMIT
-    assert applied.position_rad == bench.upper_rad
-
-
-def test_many_commands_in_one_tick_do_not_add_up_to_a_fast_step() -> None:
-    bench = Bench.fresh()
-    fast = JointCommand(tuple(q + 0.1 for q in bench.home_rad))
-    with bench.arm() as arm:
-        for _ in range(10):
-            applied = arm.send(fast)
-    for q, home, speed in zip(applied.position_rad, bench.home_rad, bench.speed_rad_s, strict=True):
-        assert q - home == pytest.approx(speed / CONTROL_RATE_HZ)
 
 
 @pytest.mark.parametrize("end", ["stop", "deactivate", "close"])

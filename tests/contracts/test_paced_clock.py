@@ -29,13 +29,6 @@ def paced() -> tuple[mujoco.Bench, FakeClock, PacedClock]:
     return bench, real, PacedClock(bench.cell, real)
 
 
-def test_the_cell_goes_on_with_real_time() -> None:
-    bench, _, clock = paced()
-    start_ns, ticks = clock.now_ns(), bench.cell.ticks
-    clock.sleep_until(start_ns + 10 * TICK_NS + 1000)
-    assert bench.cell.ticks == ticks + 10
-
-
 @settings(max_examples=20, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(phase_ns=st.integers(0, TICK_NS), late_ns=st.lists(st.integers(0, 4 * TICK_NS), max_size=10))
 def test_samples_are_at_most_a_tick_old_and_never_of_the_future(phase_ns: int, late_ns: list[int]) -> None:
@@ -52,25 +45,3 @@ def test_samples_are_at_most_a_tick_old_and_never_of_the_future(phase_ns: int, l
             slot = next_slot(start_ns, slot, clock.now_ns())
             # The tick's work takes so long.
             real.sleep_until(real.now_ns() + late)
-
-
-def test_a_long_pause_is_not_made_up_for() -> None:
-    bench, real, clock = paced()
-    pose = bench.cell.joint_angles()
-    bench.cell.command(tuple(q + 0.1 for q in pose))
-    real.sleep_until(real.now_ns() + 3600 * 10**9)
-    clock.sleep_until(clock.now_ns())
-    assert 0 <= clock.now_ns() - bench.cell.time_ns <= TICK_NS
-    # The hour is gone, but the arm has not lived through it.
-    assert bench.cell.joint_angles() == pose
-
-
-def test_a_cell_whose_clock_was_set_takes_the_time_with_it() -> None:
-    bench, _, clock = paced()
-    before_ns = clock.now_ns()
-    bench.cell.set_ticks(bench.cell.ticks + 140_000)
-    now_ns = clock.now_ns()
-    assert now_ns == bench.cell.time_ns > before_ns
-    ticks = bench.cell.ticks
-    clock.sleep_until(now_ns + TICK_NS + 1)
-    assert bench.cell.ticks == ticks + 1

@@ -25,7 +25,7 @@ from palpate.core.ports.contracts import (
 )
 from palpate.core.ports.contracts.rigs import ArmCommandRig, ClockRig, ForceSensorRig, JointEncoderRig
 from palpate.core.ports.decorator import DeviceDecorator
-from palpate.core.ports.devices import ArmCommand, Clock, ForceSensor, JointEncoder
+from palpate.core.ports.devices import Clock
 from palpate.core.ports.values import JointCommand, JointVector
 from tests.contracts.test_fake import TestFakeArm as FakeArmSuite
 from tests.contracts.test_fake import TestFakeClock as FakeClockSuite
@@ -178,11 +178,3 @@ def test_clause_holds_on_its_own_recording(contract: Any, clause: str) -> None:
     except ClauseNotApplicable as reason:
         pytest.skip(f"a recording holds nothing open: {reason}")
     assert made == []
-
-
-def test_the_replay_ports_are_their_ports() -> None:
-    tape = Tape(Recording().log())
-    assert isinstance(ReplayClock(tape), Clock)
-    assert isinstance(ReplayArm(tape), ArmCommand)
-    assert isinstance(ReplayForceSensor(tape), ForceSensor)
-    assert isinstance(ReplayJointEncoder(tape), JointEncoder)

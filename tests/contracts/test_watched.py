@@ -24,11 +24,9 @@ from palpate.core.ports.contracts import (
     JointEncoderRig,
 )
 from palpate.core.ports.contracts.fakes import MAX_AGE_NS, TICK_NS
-from palpate.core.ports.devices import ArmCommand, Clock, ForceSensor, JointEncoder
 
 # As modules: a suite that is imported by name would be run here once more as it is.
 from tests.contracts import test_fake as fake
-from tests.contracts import test_mujoco as mujoco
 
 LONG_NS = 20 * TICK_NS
 HOUR_NS = 3600 * 10**9
@@ -96,12 +94,6 @@ class TestWatchedArm(ArmCommandContract):
         return replace(rig, device=WatchedArm(rig.device, rig.clock, LONG_NS))
 
 
-class TestWatchedMujocoArm(ArmCommandContract):
-    def make(self) -> ArmCommandRig:
-        rig = mujoco.TestMujocoArm().make()
-        return replace(rig, device=WatchedArm(rig.device, rig.clock, HOUR_NS))
-
-
 class TestGuardedArm(ArmCommandContract):
     """Under everything at once."""
 
@@ -110,14 +102,3 @@ class TestGuardedArm(ArmCommandContract):
         operator = OperatorStop(rig.device, rig.clock, OperatorSources(keys=False, signal_number=None))
         arm = WatchedArm(rig.device, rig.clock, LONG_NS)
         return replace(rig, device=GuardedArm(arm, [operator]))
-
-
-def test_decorated_ports_are_their_ports() -> None:
-    clock = fake.FakeClock()
-    arm, ages = fake.make_arm(clock), (clock, MAX_AGE_NS)
-    assert isinstance(WatchedClock(clock, []), Clock)
-    assert isinstance(WatchedArm(arm, clock, LONG_NS), ArmCommand)
-    assert isinstance(GuardedArm(arm, []), ArmCommand)
-    assert isinstance(WatchedForceSensor(fake.FakeForceSensor(clock), *ages, dead_after_ns=HOUR_NS), ForceSensor)
-    encoder = fake.FakeJointEncoder(clock, lambda: (0.0,))
-    assert isinstance(WatchedJointEncoder(encoder, *ages, dead_after_ns=HOUR_NS), JointEncoder)

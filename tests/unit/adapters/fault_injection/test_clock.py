@@ -19,10 +19,6 @@ def times_ms(*plans: FaultPlan, delivered: list[FaultDelivery] | None = None) ->
     return found
 
 
-def test_without_a_fault_time_is_the_clocks() -> None:
-    assert times_ms() == [10, 20, 30, 40, 50, 60]
-
-
 def test_time_jumps_forwards() -> None:
     delivered: list[FaultDelivery] = []
     assert times_ms(FaultPlan("clock-jump", "clock", 2, time_s=0.015), delivered=delivered) == [10, 20, 45, 45, 50, 60]
@@ -98,13 +94,3 @@ def test_all_four_ports_at_once() -> None:
         ("joint_encoder", "unit"),
     ]
     assert isinstance(ports.arm, FaultyArm)
-
-
-def test_with_no_plans_nothing_is_reported() -> None:
-    clock, delivered = FakeClock(), list[FaultDelivery]()
-    arm = FakeArm(clock, (0.0,), lower_rad=(-1.0,), upper_rad=(1.0,), max_step_rad=0.1)
-    ports = faulty(
-        Ports(clock, FakeForceSensor(clock), FakeJointEncoder(clock, arm.position_rad), arm), [], delivered.append
-    )
-    ports.clock.sleep_until(TICK_NS)
-    assert (ports.clock.now_ns(), delivered) == (TICK_NS, [])

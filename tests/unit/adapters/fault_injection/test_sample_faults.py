@@ -231,16 +231,6 @@ def test_several_plans_meet_the_samples_in_their_order() -> None:
     assert fz(samples(spike, unit)) == [30.0] * 12
 
 
-def test_decorators_can_be_stacked() -> None:
-    clock = FakeClock()
-    inner = FaultyForceSensor(FakeForceSensor(clock), clock, [FaultPlan("saturate", "force_sensor", magnitude=3.0)])
-    outer = FaultyForceSensor(inner, clock, [FaultPlan("unit", "force_sensor", factor=10.0)])
-    with outer:
-        assert outer.read().force_N == (30.0, 30.0, 30.0)
-        assert outer.read().validity is Validity.SATURATED
-    assert [d.kind for d in inner.deliveries + outer.deliveries] == ["saturate", "unit"]
-
-
 def test_a_joint_that_does_not_exist_is_refused() -> None:
     with pytest.raises(ConfigurationError, match="numbers from 0 to 2"):
         angles(FaultPlan("nan", "joint_encoder", channels=(3,)))

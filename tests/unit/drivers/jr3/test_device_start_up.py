@@ -11,7 +11,7 @@ from palpate.drivers.errors import DeviceFaultError, GarbledError, SettingError,
 from palpate.drivers.jr3.blocking import identify, shut_down, start_up, zero
 from palpate.drivers.jr3.device import Jr3
 from palpate.drivers.jr3.messages import FullScales
-from palpate.drivers.jr3.phases import TRANSITIONS, Jr3Event, Jr3Phase
+from palpate.drivers.jr3.phases import Jr3Phase
 from palpate.drivers.jr3.sampling import Zero
 from palpate.drivers.jr3.settings import Jr3Settings
 from palpate.drivers.jr3.transport import CanTransport, UartTransport
@@ -188,17 +188,6 @@ def test_wishes_out_of_order_are_refused() -> None:
     bench.streaming()
     with pytest.raises(StateError):
         bench.device.open()
-
-
-@pytest.mark.parametrize(("cue", "phase"), [(cue, phase) for cue in Jr3Event for phase in Jr3Phase])
-def test_the_table_never_leads_into_the_dark(cue: Jr3Event, phase: Jr3Phase) -> None:
-    after = TRANSITIONS.get((phase, cue))
-    if phase is Jr3Phase.CLOSED:
-        assert after in (None, Jr3Phase.PINGING)
-    if after is Jr3Phase.FAULTED:
-        assert cue in (Jr3Event.GAVE_UP, Jr3Event.LINK_LOST)
-    if phase is not Jr3Phase.CLOSED and cue is Jr3Event.ASKED_TO_STOP:
-        assert after in (Jr3Phase.LEAVING, Jr3Phase.CLOSED) or phase is Jr3Phase.LEAVING
 
 
 class FakeByteLink:

@@ -178,22 +178,3 @@ def test_a_port_is_made_non_blocking_and_read_until_nothing_waits() -> None:
 def test_a_port_that_is_gone(error: Exception, use: Callable[[UartLink], object]) -> None:
     with pytest.raises(SilentError, match="port fails"):
         use(UartLink(ScriptedPort(error)))
-
-
-def test_a_real_pseudo_terminal() -> None:
-    master, slave = pty.openpty()
-    tty.setraw(slave)
-    with serial.serial_for_url(os.ttyname(slave), baudrate=115200) as port:
-        link = UartLink(port)
-        assert link.receive() == b""
-        os.write(master, b"<10>")
-        received = b""
-        while len(received) < 4:
-            received += link.receive()
-        assert received == b"<10>"
-        link.send(b"<06>")
-        assert os.read(master, 4) == b"<06>"
-        os.close(slave)
-        os.close(master)
-        with pytest.raises(SilentError):
-            link.receive()

@@ -125,12 +125,6 @@ def test_failures_of_one_module_between_good_ones_demand_a_new_start(line, bus):
         bus.exchange(3, NOP)
 
 
-def test_module_reset_in_mid_run_is_silent(line, bus):
-    line.modules[5].reset()
-    with pytest.raises(SilentError, match="module 6"):
-        bus.require(6, NOP)
-
-
 @pytest.mark.parametrize("gone", [OSError(5, "unplugged"), TypeError("closed"), ValueError("no port")])
 def test_port_that_is_gone(line, bus, gone):
     line.gone = gone

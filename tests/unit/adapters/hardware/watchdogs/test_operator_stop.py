@@ -25,7 +25,6 @@ from tests.unit.adapters.hardware.watchdogs.bench import (
     StoppedArm,
     active_arm,
     nothing_left_behind,
-    open_files,
     wait_for,
 )
 
@@ -335,14 +334,3 @@ def test_waiting_takes_no_time_of_the_processor(tmp_path: Path, terminal: tuple[
             return [line for line in task.read_text().splitlines() if "switches" in line] == before
 
         wait_for(sleeps_on)
-
-
-def test_the_look_at_open_files_sees_one() -> None:
-    before = open_files()
-    with Path(os.devnull).open():
-        assert open_files() != before
-
-
-def test_polling_must_be_possible() -> None:
-    with pytest.raises(ConfigurationError, match="poll_s"):
-        OperatorSources(poll_s=0.0)
