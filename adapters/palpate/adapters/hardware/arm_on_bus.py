@@ -30,7 +30,9 @@ from palpate.drivers.errors import DriverError
 
 _NS: Final = 1_000_000_000
 _PATIENCE_NS: Final = 3 * _NS
-"""Longest wait for the thread to do what it was told; a cycle takes milliseconds, a stop a fraction of a second."""
+"""Longest wait for the thread to bring a first sample."""
+_STOP_NS: Final = 3 * _NS // 2
+"""Longest wait for whoever tells the driver to stop. A cycle takes milliseconds, a stop that is watched 1 s at most."""
 _POLL_NS: Final = 1_000_000
 """How often such a wait looks up."""
 
@@ -83,6 +85,7 @@ class BusArm(ManagedDevice, JointEncoder, ArmCommand):
         self._sample: JointSample | None = None
         self._cycles = 0
         self._end = self._stop_wanted = self._stopped = False
+        self._stopping, self._stopper = threading.Lock(), 0
 
     def connect(self) -> ArmDriver:
         """Open the bus, if it is not open, without looking for the arm.
@@ -130,14 +133,33 @@ class BusArm(ManagedDevice, JointEncoder, ArmCommand):
         return AppliedCommand(applied.position_rad, CommandReason[applied.reason.name])
 
     def stop(self) -> None:
-        """Stop the arm; returns when the arm has been told, or nobody is left to tell it."""
+        """Stop the arm; returns when the arm has been told, or it has taken too long."""
         self._stop_wanted = True
         thread = self._thread
-        if thread is None or not thread.is_alive():
-            if self._opened is not None and self._life in (Life.CONFIGURED, Life.ACTIVE, Life.FAULTED):
-                self._opened.driver.stop()
+        if thread is not None and thread.is_alive():
+            # The driver is that thread's.
+            self._wait(lambda: self._stopped or not thread.is_alive(), _STOP_NS)
+        else:
+            self._stop_driver()
+
+    def _stop_driver(self) -> None:
+        """One thread tells the driver, once until the arm is activated again; another one waits until that is done."""
+        opened = self._opened
+        if opened is None or self._stopped:
             return
-        self._wait(lambda: self._stopped or not thread.is_alive())
+        if not self._stopping.acquire(blocking=False):
+            # A signal handler may have interrupted the very one that is at it.
+            if self._stopper != threading.get_ident():
+                self._wait(lambda: not self._stopping.locked(), _STOP_NS)
+            return
+        self._stopper = threading.get_ident()
+        try:
+            if not self._stopped:
+                opened.driver.stop()
+                self._stopped = True
+        finally:
+            self._stopper = 0
+            self._stopping.release()
 
     def _where(self) -> JointVector:
         return () if self._sample is None else self._sample.position_rad
@@ -152,30 +174,45 @@ class BusArm(ManagedDevice, JointEncoder, ArmCommand):
             while not self._end:
                 self._clock.sleep_until(start_ns + slot * _NS * self._divider // CONTROL_RATE_HZ)
                 now_ns = self._clock.now_ns()
-                if self._stop_wanted and not self._stopped:
-                    driver.stop()
-                    self._stopped = True
+                if self._stop_wanted:
+                    self._stop_driver()
                 found = driver.cycle(None if self._stopped else self._newest)
                 self._cycles += 1
                 self._sample = JointSample(found.position_rad, found.time_ns, self._clock.now_ns(), self._cycles)
                 slot = max(slot + 1, (now_ns - start_ns) * CONTROL_RATE_HZ // (_NS * self._divider) + 1)
         except DriverError as error:
             self._latch(told(error))
-            driver.stop()
+            self._stop_driver()
         except Exception as error:
             # Whatever it was: without its cycles the arm must not go on.
             self._latch(f"the bus thread failed: {error!r}")
-            driver.stop()
+            self._stop_driver()
 
-    def _end_thread(self) -> None:
-        thread, self._thread = self._thread, None
+    def _end_thread(self) -> bool:
+        """End the thread; False where it does not end, so that the driver is still its."""
+        thread = self._thread
         if thread is not None:
             self._end = True
-            self._wait(lambda: not thread.is_alive())
+            self._wait(lambda: not thread.is_alive(), _STOP_NS)
+            if thread.is_alive():
+                return False
+            self._thread = None
+        return True
 
-    def _wait(self, done: Callable[[], bool]) -> None:
-        """Wait for the thread, on the run's clock; not for ever."""
-        deadline_ns = self._clock.now_ns() + _PATIENCE_NS
+    def _take_back(self) -> ArmDriver:
+        """The driver, once the thread has ended.
+
+        Raises:
+            DeviceError: The thread does not end.
+        """
+        if not self._end_thread():
+            self._latch("the bus thread does not end")
+            raise DeviceError(self.name, "the bus thread does not end")
+        return self._driver
+
+    def _wait(self, done: Callable[[], bool], patience_ns: int) -> None:
+        """Wait for another thread, on the run's clock; not for ever."""
+        deadline_ns = self._clock.now_ns() + patience_ns
         while not done() and self._clock.now_ns() < deadline_ns:
             self._clock.sleep_until(self._clock.now_ns() + _POLL_NS)
 
@@ -185,16 +222,19 @@ class BusArm(ManagedDevice, JointEncoder, ArmCommand):
             with translating(self.name):
                 driver.open()
         except BaseException:
-            self._release()
+            self._release(owned=True)
             raise
 
-    def _release(self) -> None:
+    def _release(self, *, owned: bool) -> None:
         opened, self._opened = self._opened, None
         if opened is not None:
-            opened.driver.close()
+            if owned:
+                opened.driver.close()
+            # Under a thread that does not end this is what is left: its next word on the bus fails.
             opened.close()
 
     def _on_activate(self) -> None:
+        self._stopped = False
         with translating(self.name):
             self._driver.enable()
         self._newest = self._sample = None
@@ -202,23 +242,23 @@ class BusArm(ManagedDevice, JointEncoder, ArmCommand):
         thread = threading.Thread(target=self._run, name=f"{self.name} bus", daemon=True)
         self._thread = thread
         thread.start()
-        self._wait(lambda: self._sample is not None or not thread.is_alive())
+        self._wait(lambda: self._sample is not None or not thread.is_alive(), _PATIENCE_NS)
         if self._sample is None:
             raise DeviceError(self.name, self.fault or "delivers no joint angles")
 
     def _on_deactivate(self) -> None:
-        self._end_thread()
+        driver = self._take_back()
+        self._stop_driver()
         with translating(self.name):
-            self._driver.stop()
-            self._driver.disable()
+            driver.disable()
 
     def _on_acknowledge(self) -> None:
-        self._end_thread()
+        driver = self._take_back()
         with translating(self.name):
-            self._driver.acknowledge()
+            driver.acknowledge()
 
     def _on_close(self) -> None:
-        self._end_thread()
-        if self._opened is not None:
-            self._opened.driver.stop()
-        self._release()
+        owned = self._end_thread()
+        if owned:
+            self._stop_driver()
+        self._release(owned=owned)

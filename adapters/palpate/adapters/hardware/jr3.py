@@ -48,6 +48,10 @@ class OpenWire:
     close: Callable[[], None]
 
 
+_LEAVE_S: Final = 5.0
+"""Longest wait for a board to take the end of its stream; one on a serial line sleeps 1 s after each command (FACT)."""
+_DEAD_S: Final = 0.2
+"""The same for a board that has failed: it is told, and may have no way to answer."""
 _LINE_NS: Final = 20_000_000
 """What line and system may add to the sensor's own period before a reading counts as missing."""
 
@@ -204,7 +208,8 @@ class Jr3ForceSensor(ManagedDevice, ForceSensor):
         self.device = self._opened = None
         try:
             if device is not None:
-                shut_down(device, Pace(self._clock.now_ns, self._sleep), 5.0)
+                wait_s = _LEAVE_S if self._is_sound(device) else _DEAD_S
+                shut_down(device, Pace(self._clock.now_ns, self._sleep), wait_s)
         except DriverError:
             # It does not listen any more; what matters is that the wire is released.
             return
@@ -213,6 +218,15 @@ class Jr3ForceSensor(ManagedDevice, ForceSensor):
                 with suppress(can.CanError, OSError):
                     # A serial CAN adapter that is gone cannot even be told to close its bus.
                     opened.close()
+
+    def _is_sound(self, device: Jr3) -> bool:
+        """Whether it may be expected to answer."""
+        device.poll(self._clock.now_ns())
+        try:
+            device.check()
+        except DriverError:
+            return False
+        return self._life is not Life.FAULTED
 
     def _sleep(self, seconds: float) -> None:
         self._clock.sleep_until(self._clock.now_ns() + round(seconds * 1e9))

@@ -141,10 +141,10 @@ class BringUp:
             self._pause(begin_ns)
 
     def come_to_rest(self) -> None:
-        """Keep the quick stop up until nothing moves any more.
+        """Keep the quick stop up until no drive that still answers moves any more.
 
         Raises:
-            SilentError: The bus is gone, or the joints do not come to rest in time.
+            SilentError: The bus is gone, no drive answers, or the joints do not come to rest in time.
         """
         slowest_s = max(j.velocity_rad_per_s for j in self._settings.joints) / self._settings.quick_stop_rad_per_s2
         deadline_ns = self._deadline_ns() + int(slowest_s / _NS)
@@ -154,7 +154,11 @@ class BringUp:
             if begin_ns > deadline_ns:
                 raise SilentError("arm", "the joints do not come to rest", "use the emergency stop")
             views = self._run([Controlword.QUICK_STOP] * len(self._objects))
-            still = still + 1 if all(self._is_still(i, view) for i, view in enumerate(views)) else 0
+            heard = [i for i, view in enumerate(views) if view.missed_in_a_row <= self._settings.missed_cycles]
+            if not heard:
+                # They have been told; waiting longer tells nothing more.
+                raise SilentError("arm", "no drive answers a quick stop", "use the emergency stop")
+            still = still + 1 if all(self._is_still(i, views[i]) for i in heard) else 0
             self._pause(begin_ns)
 
     def watchdogs(self, *, on: bool) -> None:

@@ -31,7 +31,7 @@ Subscriber: TypeAlias = Callable[[int, bytearray, float], None]
 logging.getLogger("canopen").addHandler(logging.NullHandler())
 
 _NOTIFIER_CYCLE_S: Final = 0.1
-"""How long closing may wait for the receive thread to look up."""
+"""How often the receive thread looks up; closing waits for it five times as long at most."""
 
 
 class _InReceiver(can.Listener):
@@ -91,6 +91,7 @@ class CanopenLink:
         """
         network = canopen.Network(open_bus(interface, channel, bitrate, **options))
         network.NOTIFIER_CYCLE = _NOTIFIER_CYCLE_S
+        network.NOTIFIER_SHUTDOWN_TIMEOUT = 5 * _NOTIFIER_CYCLE_S
         network.listeners.append(_InReceiver(in_receiver))
         network.connect()
         return cls(network, f"CAN bus {interface} {channel}")

@@ -8,7 +8,7 @@ What is later still than that (CALC: twice the slack, 40 ms) could be mistaken; 
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Final, Protocol
 
 from palpate.drivers.errors import DriverError, GarbledError, SilentError, StateError, WiringError
@@ -154,6 +154,18 @@ class NmcBus:
         except Exception as error:
             raise self._gone(error) from error
         self._sleep_s(self.line.wire_s(len(data)))
+
+    def shout(self, addresses: Iterable[int], command: NmcCommand) -> None:
+        """Sends a command twice to each of these modules and waits for no reply; for a line that may carry but one way.
+
+        Raises:
+            SilentError: The port is gone.
+        """
+        if self._is_dirty:
+            self.resync()
+        # What they answer belongs to no request.
+        self._is_dirty = True
+        self.send_raw(b"".join(command.frame(address) for address in addresses) * 2)
 
     def attempt(self, address: int, command: NmcCommand) -> Reply | Discarded:
         """One try, allowed even while a new start is demanded; failures are counted but raise nothing.

@@ -79,6 +79,7 @@ class ZebraZero(ArmDriver):
         self._modules: tuple[Module, ...] = ()
         self._streaming = Streaming.STOP_HERE
         self._was_reset = self._is_referenced = False
+        self._stopped: StopOutcome | None = None
 
     @property
     def state(self) -> ZebraState:
@@ -202,6 +203,7 @@ class ZebraZero(ArmDriver):
             SilentError, GarbledError: The bus failed; latched as well.
         """
         enabled = after(self._state, ZebraEvent.ENABLE)
+        self._stopped = None
         try:
             counts, fault = self._servos.check()
             self._tracking.begin_at(counts)
@@ -249,7 +251,13 @@ class ZebraZero(ArmDriver):
         return self._tracking.measured(is_fresh, applied, begin_ns, self._clock_ns())
 
     def smooth_stop(self) -> StopOutcome:
-        """Brings every motor whose servo is on to rest and keeps it there. Any time, twice too; never raises."""
+        """Brings every motor whose servo is on to rest and keeps it there. Any time, twice too; never raises.
+
+        Nothing moves after a stop until the servos are switched on anew, and a dead line is not tried again: only a
+        stop that was not seen to succeed is repeated.
+        """
+        if self._stopped in (StopOutcome.AT_REST, StopOutcome.LINE_DEAD):
+            return self._stopped
         if self._state is ZebraState.SERVO_ON:
             self._state = after(self._state, ZebraEvent.STOP)
         on = sorted(self._servos.on)
@@ -262,6 +270,7 @@ class ZebraZero(ArmDriver):
             self._rounds.look_once()
         if self._state is ZebraState.STOPPING:
             self._state = after(self._state, ZebraEvent.AT_REST)
+        self._stopped = outcome
         return outcome
 
     def stop(self) -> None:
@@ -301,7 +310,7 @@ class ZebraZero(ArmDriver):
         """
         acknowledged = after(self._state, ZebraEvent.ACKNOWLEDGE)
         was_referenced, self._is_referenced = self._is_referenced, False
-        self._state, self._fault = after(self._state, ZebraEvent.CLOSE), None
+        self._state, self._fault, self._stopped = after(self._state, ZebraEvent.CLOSE), None, None
         if not was_referenced or self._servos.attach() is None:
             raise WiringError(DEVICE, "the position of the arm is not known any more", GO_HOME)
         self._tracking.begin_at(self._servos.meet())
@@ -316,6 +325,7 @@ class ZebraZero(ArmDriver):
         """Stops and forgets the arm; its servos go on holding it. Any time, twice too; never raises."""
         self.smooth_stop()
         self._servos.on.clear()
+        self._stopped = None
         self._state, self._fault = after(self._state, ZebraEvent.CLOSE), None
 
     def __enter__(self) -> Self:

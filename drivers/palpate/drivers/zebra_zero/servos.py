@@ -36,6 +36,10 @@ from palpate.drivers.zebra_zero.states import Fault, FaultKind, fault_in
 SMOOTH: Final = stop_motor(StopControl.AMP_ENABLE | StopControl.SMOOTH)
 ABRUPT: Final = stop_motor(StopControl.AMP_ENABLE | StopControl.ABRUPT)
 _POLL_S: Final = 0.002
+_DEAD_S: Final = 0.3
+"""Time without a single reply after which a stop takes the line for dead."""
+_DEAD_TRIES: Final = 3
+"""As many requests at least must have gone without a reply by then, however patient the bus is."""
 
 
 class StopOutcome(enum.Enum):
@@ -57,6 +61,8 @@ def bring_to_rest(
 ) -> StopOutcome:
     """Stops the motors smoothly with their amplifiers on, and watches until they rest; abruptly after the time-out.
 
+    A line on which nobody answers is not waited for so long: the motors are told, and that is all there is to do.
+
     Args:
         bus: The bus, also while it demands a new start.
         addresses: Modules whose servos are on. One that turns out to have switched itself off is left so: a stop
@@ -67,18 +73,24 @@ def bring_to_rest(
     """
     if not addresses:
         return StopOutcome.NOTHING_ON
-    deadline_ns = clock_ns() + round(timeout_s * 1e9)
+    begin_ns = clock_ns()
+    deadline_ns, dead_ns = begin_ns + round(timeout_s * 1e9), begin_ns + round(_DEAD_S * 1e9)
     told: set[int] = set()
     moving = set(addresses)
+    replies = tries = 0
     try:
         if are_all:
             bus.group(SMOOTH)
         while moving and clock_ns() < deadline_ns:
             for address in sorted(moving):
-                _poll(bus, address, told, moving)
+                replies, tries = replies + _poll(bus, address, told, moving), tries + 1
+                if not replies and tries >= _DEAD_TRIES and clock_ns() >= dead_ns:
+                    bus.shout(addresses, ABRUPT)
+                    return StopOutcome.LINE_DEAD
             bus.wait_s(_POLL_S)
-        for address in sorted(moving):
-            _say(bus, address, ABRUPT)
+        if moving:
+            # Twice each, because the first may be what the line damages; nobody waits for their replies any more.
+            bus.shout(sorted(moving), ABRUPT)
     except DriverError:
         return StopOutcome.LINE_DEAD
     if not moving:
@@ -86,10 +98,10 @@ def bring_to_rest(
     return StopOutcome.NOT_SEEN if told else StopOutcome.LINE_DEAD
 
 
-def _poll(bus: NmcBus, address: int, told: set[int], moving: set[int]) -> None:
+def _poll(bus: NmcBus, address: int, told: set[int], moving: set[int]) -> bool:
     reply = bus.attempt(address, NOP)
     if not isinstance(reply, Reply):
-        return
+        return False
     if reply.status & STICKY_STATUS:
         told.add(address)
         moving.discard(address)
@@ -99,12 +111,7 @@ def _poll(bus: NmcBus, address: int, told: set[int], moving: set[int]) -> None:
             told.add(address)
     elif reply.status & NmcStatus.MOVE_DONE:
         moving.discard(address)
-
-
-def _say(bus: NmcBus, address: int, command: NmcCommand) -> None:
-    # Twice at most: the first may be what the line has damaged.
-    if not isinstance(bus.attempt(address, command), Reply):
-        bus.attempt(address, command)
+    return True
 
 
 AXES: Final = tuple(range(1, JOINTS + 1))
