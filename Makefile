@@ -42,7 +42,7 @@ test: lint
 	$(BIN)/pytest tests/wall_clock
 
 golden: setup
-	$(BIN)/python tests/golden/record.py
+	$(BIN)/python -m tests.golden.record
 
 # Not part of make test: it installs a browser. Its screenshots are there to be looked at.
 BROWSER := chromium chromium-driver python3-selenium

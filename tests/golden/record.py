@@ -1,4 +1,4 @@
-"""Records the golden logs anew: ``make golden``.
+"""Records the golden logs anew: ``make golden``, or those that are named.
 
 To be run when the core is meant to behave otherwise than before; the commit that does so should say why. Each log
 shows the gate another part of the core, and is kept short because all of them are in the repository.
@@ -11,6 +11,8 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
+
+from tests.golden.mishaps import MISHAPS, recorded
 
 HERE = Path(__file__).parent
 SHORT = ("--task.time-limit-s", "1.5")
@@ -31,11 +33,38 @@ RECORDINGS: dict[str, tuple[str, ...]] = {
     "spiral-force-limit": (
         "run", "--policy", "spiral-10", "--trials", "1", "--seed", "5", "--task.max-force-N", "5.5",
     ),
+    "train-memory": (
+        "train", "--trials", "3", "--seed", "21", *SHORT, "--perception.memory", "last-2",
+        "--learning.back-off-visits", "2",
+    ),
+    "train-som": (
+        "train", "--trials", "2", "--seed", "22", *SHORT, "--perception.symbols", "random", "--perception.features",
+        "som", "--perception.som-side", "4", "--perception.fit-trials", "2", "--perception.symbol-count", "9",
+    ),
+    "train-grid": (
+        "train", "--trials", "2", "--seed", "23", *SHORT, "--perception.symbols", "grid", "--task.area-centre", "start",
+        "--task.start-shape", "ball", "--arm", "ur5",
+    ),
+    "train-examples": (
+        "train", "--trials", "2", "--seed", "24", *SHORT, "--scenario", "blind", "--learning.examples",
+        str(HERE / "before" / "run" / "decisions.csv"),
+    ),
+    "frozen-policy": (
+        "run", "--trials", "1", "--seed", "25", *SHORT, "--policy", str(HERE / "before" / "run" / "policy.json"),
+    ),
+    "random-blind": ("run", "--policy", "random", "--trials", "1", "--seed", "7", "--scenario", "blind", *SHORT),
 }  # fmt: skip
 
 
+NAMES: tuple[str, ...] = (*RECORDINGS, *MISHAPS)
+"""All golden logs."""
+
+
 def record(name: str, to: Path) -> None:
-    """Run the command of that name and keep the log of its last trial."""
+    """Run the trial of that name, or the command and keep the log of its last trial."""
+    if name in MISHAPS:
+        to.write_bytes(recorded(MISHAPS[name]))
+        return
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "run"
         call = [sys.executable, "-m", "palpate.adapters.cli.main", *RECORDINGS[name], "--out", str(out)]
@@ -44,7 +73,7 @@ def record(name: str, to: Path) -> None:
 
 
 if __name__ == "__main__":
-    for recording in RECORDINGS:
+    for recording in sys.argv[1:] or NAMES:
         log = HERE / f"{recording}.mcap"
         record(recording, log)
         sys.stdout.write(f"{recording}: {log.stat().st_size / 1000:.0f} kB\n")

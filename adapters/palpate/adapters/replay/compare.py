@@ -145,7 +145,8 @@ def compare_recorder(differences: Differences, log: TrialLog) -> None:
 
 
 def _compare_reinforcements(differences: Differences, log: TrialLog, report: TrialReport, surely: int | None) -> None:
-    ticks = [*(d.tick for d in report.decisions[1:]), report.ticks - 1]
+    # The last one is told when all is over, the way back after a trip included.
+    ticks = [*(d.tick for d in report.decisions[1:]), len(log.ticks) - 1]
     known = [
         ReinforcementEntry(tick=ticks[number], number=number, reinforcement=decision.reinforcement)
         for number, decision in enumerate(report.decisions)

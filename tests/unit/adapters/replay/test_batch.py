@@ -32,7 +32,7 @@ def test_a_name_that_leads_nowhere(tmp_path: Path, name: str) -> None:
 
 
 def test_logs_come_in_order_whatever_the_number_of_processes() -> None:
-    paths = sorted(GOLDEN.glob("t*.mcap"))
+    paths = sorted(GOLDEN.glob("train-*.mcap"))
     one = [replay.path for part in replay_files(paths, WhatIf(), 1) for replay in part]
     two = [replay.path for part in replay_files(paths, WhatIf(), 2) for replay in part]
     assert one == two == [str(path) for path in paths]

@@ -1,0 +1,226 @@
+"""Trials in which something goes wrong on purpose, for the golden logs: every kind of trip, clamp, fault and end.
+
+A mishap is a trial of the simulated cell over ports with faults, as short as it can be: what trips does so early, and
+draws the tool back by little.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, Final
+
+from palpate.adapters.config import RunConfig, overlay, scenario
+from palpate.adapters.experiments import (
+    build_perception,
+    build_supervisor,
+    build_task,
+    comparator,
+    open_rig,
+    score,
+    trial_setup,
+    truth_fields,
+)
+from palpate.adapters.fault_injection import FaultPlan, faulty
+from palpate.adapters.log import MemorySink, TrialRecorder
+from palpate.core.control_loop import LoopObserver, run_trial
+from palpate.core.errors import DeviceError, PalpateError
+from palpate.core.insertion import InsertionTask, find_ready_pose
+from palpate.core.ports import AppliedCommand, ArmCommand, CommandReason, DeviceDecorator, JointCommand, Rig
+from palpate.core.supervision.config import DEFAULTS
+
+_FRESH_NS: Final = 10**12
+"""What a fault holds back is not marked stale by its port: that is the supervisor's affair."""
+
+
+@dataclass(frozen=True)
+class Mishap:
+    """One such trial.
+
+    Attributes:
+        faults: Plans of what goes wrong at the ports.
+        settings: Over those that all of them have.
+        at: Tick, and what happens outside of the core then: ``stop``, ``interrupt`` or ``abort``.
+        answers: By tick, what the arm says that it applied: a joint, its angle in rad, and why.
+        policy: Name of the comparator.
+        trial: Index of the trial.
+        max_age_ns: Age above which the ports mark a sample that a fault holds back.
+    """
+
+    faults: tuple[Mapping[str, Any], ...] = ()
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    at: tuple[int, str] | None = None
+    answers: Mapping[int, tuple[int, float, CommandReason]] = field(default_factory=dict)
+    policy: str = "torque"
+    trial: int = 0
+    max_age_ns: int = _FRESH_NS
+
+
+def _force(kind: str, tick: int, **plan: Any) -> Mapping[str, Any]:
+    return {"kind": kind, "port": "force_sensor", "first_tick": tick, **plan}
+
+
+def _joints(kind: str, tick: int, **plan: Any) -> Mapping[str, Any]:
+    return {"kind": kind, "port": "joint_encoder", "first_tick": tick, **plan}
+
+
+def _arm(kind: str, tick: int, **plan: Any) -> Mapping[str, Any]:
+    return {"kind": kind, "port": "arm", "first_tick": tick, **plan}
+
+
+def _clock(kind: str, tick: int, **plan: Any) -> Mapping[str, Any]:
+    return {"kind": kind, "port": "clock", "first_tick": tick, **plan}
+
+
+def _weak(**limits: Any) -> dict[str, Any]:
+    return {"supervision": {**limits, "weakened": list(limits)}}
+
+
+_EXPLORING: Final = 150
+"""A tick at which trial 0 explores."""
+_TALL: Final = {"height_margin_mm": 1.0, "side_margin_mm": 200.0}
+_WIDE: Final = {"side_margin_mm": 200.0}
+_VELOCITY, _POSITION = CommandReason.VELOCITY_LIMIT, CommandReason.POSITION_LIMIT
+
+
+def _near_walls(**margins: float) -> dict[str, Any]:
+    """Encoders may jump, so that it is the tip's place that trips."""
+    limits = {"max_tracking_error_mrad": 500.0, "max_joint_velocity_share": 5.0, **margins}
+    return {"supervision": {**limits, "weakened": [name for name in limits if limits[name] > DEFAULTS[name]]}}
+
+
+MISHAPS: Final[dict[str, Mishap]] = {
+    "trip-invalid": Mishap((_force("nan", 20),)),
+    "trip-saturated": Mishap((_force("saturate", 20, magnitude=0.1),)),
+    "trip-joints-invalid": Mishap((_joints("nan", 20),)),
+    "trip-force-stale": Mishap((_force("delay", 20, delay_ticks=9),)),
+    "trip-joints-stale": Mishap((_joints("delay", 8, delay_ticks=18),), _weak(max_tracking_error_mrad=400.0)),
+    "trip-force-repeated": Mishap((_force("repeat", 20, span_ticks=1),), {"supervision": {"max_repeats": 3}}),
+    "trip-joints-repeated": Mishap((_joints("repeat", 2, span_ticks=1),), {"supervision": {"max_repeats": 3}}),
+    "trip-frozen": Mishap((_force("freeze", 20),)),
+    "trip-late": Mishap((_clock("overrun", 20, time_s=0.1),)),
+    "trip-clock-back": Mishap((_clock("clock-jump", 20, time_s=-0.5),)),
+    "trip-force-untared": Mishap((_force("spike", 20, magnitude=45.0, channels=(2,)),)),
+    "trip-force-tared": Mishap(settings={"supervision": {"max_force_N": 4.0, "unexpected_contact_N": 2.0}}),
+    "trip-torque": Mishap((_force("spike", 20, magnitude=9.0, channels=(4,)),)),
+    "trip-torque-tared": Mishap((_force("spike", _EXPLORING, magnitude=9.0, channels=(3,)),)),
+    "trip-force-rate": Mishap((_force("spike", _EXPLORING, magnitude=30.0, channels=(0,)),)),
+    "trip-contact-untared": Mishap((_force("spike", 20, magnitude=4.0, channels=(1,)),)),
+    "trip-contact-lift": Mishap((_force("bias-drift", 3, magnitude=60.0, channels=(0,)),)),
+    "trip-joint-position": Mishap((_joints("spike", 20, magnitude=5.0, channels=(2,)),)),
+    "trip-joint-position-low": Mishap((_joints("spike", 20, magnitude=-5.0, channels=(1,)),)),
+    "trip-joint-velocity": Mishap(
+        (_joints("spike", 20, magnitude=0.4, channels=(3,)),), _weak(max_tracking_error_mrad=500.0)
+    ),
+    "trip-tracking": Mishap((_joints("spike", 20, magnitude=0.02, channels=(3,)),)),
+    "trip-tracking-stuck": Mishap((_arm("stuck", 4),), trial=2),
+    "trip-workspace-x": Mishap((_joints("spike", 20, magnitude=0.13, channels=(1,)),), _near_walls(side_margin_mm=1.0)),
+    "trip-workspace-y": Mishap((_joints("spike", 20, magnitude=-0.08, channels=(0,)),), _near_walls()),
+    "trip-workspace-top": Mishap((_joints("spike", 20, magnitude=-0.13, channels=(1,)),), _near_walls(**_TALL)),
+    "trip-workspace-bottom": Mishap((_joints("spike", 20, magnitude=0.13, channels=(1,)),), _near_walls(**_WIDE)),
+    "trip-area": Mishap(
+        (_joints("spike", _EXPLORING, magnitude=0.0095, channels=(0,)),), {"supervision": {"area_margin_mm": 0.05}}
+    ),
+    "command-not-finite": Mishap((_arm("nan", 20),)),
+    "trip-command-jumps": Mishap(answers={20: (4, 9.0, _POSITION)}),
+    "trip-and-hold": Mishap((_force("nan", 20),), {"supervision": {"on_trip": "hold"}}),
+    "trip-then-stopped": Mishap((_force("freeze", 20),), {"supervision": {"retract_mm": 5.0}}, (32, "stop")),
+    "clamp-position": Mishap(
+        settings=_weak(max_tracking_error_mrad=500.0), answers={20: (4, 3.15, _POSITION)}
+    ),
+    "clamped-by-the-arm": Mishap(
+        answers={n: (3, 0.001, reason) for n, reason in ((4, _VELOCITY), (5, _VELOCITY), (30, _POSITION))},
+        settings={"task": {"time_limit_s": 0.1}},
+    ),
+    "stopped-from-outside": Mishap(at=(20, "stop")),
+    "interrupted": Mishap(at=(_EXPLORING, "interrupt")),
+    "interrupted-early": Mishap(at=(20, "interrupt")),
+    "aborted": Mishap(at=(20, "abort")),
+    "force-sensor-gone": Mishap((_force("disconnect", 20),)),
+    "encoders-gone": Mishap((_joints("disconnect", 20),)),
+    "arm-gone": Mishap((_arm("disconnect", 20),)),
+    "first-joints-invalid": Mishap((_joints("nan", 0),)),
+    "first-force-invalid": Mishap((_force("nan", 0),)),
+    "straight-in": Mishap(
+        settings={
+            "task": {"start_uncertainty_mm": 0.0, "insertion_depth_mm": 1.0},
+            "cell": {"peg": {"hole_depth_mm": 1.0}},
+        }
+    ),
+    "no-contact": Mishap((_force("unit", 0, factor=0.01),), {"task": {"insertion_depth_mm": 0.5}}),
+    "jammed": Mishap(
+        (_joints("freeze", 170),), {"task": {"time_limit_s": 5.0}, **_weak(max_tracking_error_mrad=500.0)}
+    ),
+    "leaning": Mishap(settings={"cell": {"tilt_mrad": 2.0, "tilt_heading_deg": 40.0}}),
+}  # fmt: skip
+
+
+class _Answering(DeviceDecorator, ArmCommand):
+    """An arm that says in some ticks that it applied something else."""
+
+    def __init__(self, arm: ArmCommand, answers: Mapping[int, tuple[int, float, CommandReason]]) -> None:
+        super().__init__(arm)
+        self._arm, self._answers, self._sends = arm, answers, -1
+
+    def send(self, command: JointCommand) -> AppliedCommand:
+        self._sends += 1
+        applied = self._arm.send(command)
+        if self._sends not in self._answers:
+            return applied
+        joint, angle_rad, reason = self._answers[self._sends]
+        angles = list(applied.position_rad)
+        angles[joint] = angle_rad
+        return AppliedCommand(tuple(angles), reason)
+
+    def stop(self) -> None:
+        self._arm.stop()
+
+
+class _Outside(LoopObserver):
+    """What befalls a trial from outside of the core."""
+
+    def __init__(self, mishap: Mishap, rig: Rig, task: InsertionTask) -> None:
+        self._at, self._rig, self._task = mishap.at, rig, task
+
+    def waited(self, tick: int, deadline_ns: int) -> None:
+        if self._at is None or tick != self._at[0]:
+            return
+        if self._at[1] == "stop":
+            self._rig.ports.arm.stop()
+        elif self._at[1] == "interrupt":
+            self._task.interrupt()
+        else:
+            raise DeviceError("operator", "the run was ended")
+
+
+def configured(mishap: Mishap) -> RunConfig:
+    """Its settings: short, and drawn back by little."""
+    config = replace(scenario("paper"), seed=17)
+    for table in ({"task": {"time_limit_s": 0.5}, "supervision": {"retract_mm": 0.5}}, mishap.settings):
+        config = overlay(config, table)
+    return config
+
+
+def recorded(mishap: Mishap) -> bytes:
+    """The log of the trial."""
+    config, sink = configured(mishap), MemorySink()
+    ready = find_ready_pose(config.arm, config.task)
+    perception = build_perception(config)
+    policy = comparator(mishap.policy, config, lambda: (0.0, 0.0))
+    task = build_task(config, ready, perception, policy)
+    setup = trial_setup(config, mishap.trial)
+    plans = [FaultPlan(seed=1, **plan) for plan in mishap.faults]
+    with open_rig(config, ready) as rig, TrialRecorder(lambda: sink, Path(), config.recording) as recorder:
+        recorder.of("run", config, ready, task, perception, policy, name=mishap.policy)
+        rig.prepare(mishap.trial)
+        ports = faulty(rig.ports, plans, max_age_ns=mishap.max_age_ns)
+        ports = replace(ports, arm=_Answering(ports.arm, mishap.answers))
+        observers = (recorder.begin(setup, rig.world(), "mishap"), _Outside(mishap, rig, task))
+        try:
+            report = run_trial(task, ports, setup, build_supervisor(config), observers)
+        except PalpateError as error:
+            recorder.fail(task.report, error)
+        else:
+            recorder.end(report, truth_fields(score(config, report, rig.truth())))
+    return sink.logs[0]
