@@ -6,8 +6,6 @@ wheel (tests/integration/test_wheel.py), pytest in another repository (test_pyte
 imported nothing yet (test_gymnasium.py), and emulated rigs.
 """
 
-from __future__ import annotations
-
 import io
 import os
 import signal

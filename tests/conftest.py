@@ -12,8 +12,7 @@ from hypothesis import settings
 from xdist.remote import Producer
 from xdist.scheduler import LoadGroupScheduling
 
-from palpate.adapters.log.provenance import decisive, processor
-from palpate.adapters.log.reader import read_log
+from palpate.adapters.log import decisive, processor, read_log
 from tests.golden.record import HERE as GOLDEN
 from tests.golden.record import record
 from tests.wall_clock.host import EXCUSED

@@ -1,7 +1,5 @@
 """Takes logs apart, changes one thing, and puts them together again with valid checksums."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Sequence
 from math import inf, nextafter

@@ -4,8 +4,6 @@ Time goes on only while every thread sleeps, and then by as much as it takes to 
 that has something to do, or a thread whose sleep is over. A test gives the same at each run, however busy the computer.
 """
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -9,8 +9,6 @@ Foxglove's packages of this age are under the MPL-2.0; nothing of them is part o
 chromium-driver and python3-selenium; `make foxglove-check` installs all of it.
 """
 
-from __future__ import annotations
-
 import functools
 import http.server
 import json

@@ -8,8 +8,6 @@ Needs Debian's chromium, chromium-driver and python3-selenium, and nothing of pa
 them.
 """
 
-from __future__ import annotations
-
 import base64
 import json
 import sys

@@ -4,8 +4,6 @@
 to show. The packages are npm's: @foxglove/studio-base, react and react-dom, beside the page in node_modules.
 """
 
-from __future__ import annotations
-
 import json
 import shutil
 import sys

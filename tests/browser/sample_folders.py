@@ -3,8 +3,6 @@
 `python -m tests.browser.sample_folders DIR` makes one of each kind in a new folder.
 """
 
-from __future__ import annotations
-
 import json
 import random
 import sys

@@ -1,7 +1,5 @@
 """Folders that commands leave, made once for the tests of all workers; to be read, or copied and changed."""
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
 

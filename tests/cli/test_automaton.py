@@ -1,7 +1,5 @@
 """``palpate infer`` and ``palpate automaton``, from strings to a policy's states."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

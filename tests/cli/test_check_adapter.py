@@ -1,7 +1,5 @@
 """``palpate check-adapter``: adapters that keep their contracts, adapters that do not, and wrong names."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,7 +1,5 @@
 """``palpate compare``: one table of all strategies on the same trials."""
 
-from __future__ import annotations
-
 import csv
 import json
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What ``palpate doctor`` makes of rig files and options. No device is there."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal

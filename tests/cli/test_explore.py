@@ -1,7 +1,5 @@
 """``palpate explore``: learning in a grid world, the figure, the strings; and refusals."""
 
-from __future__ import annotations
-
 import csv
 import json
 import re
@@ -12,9 +10,8 @@ import pytest
 
 from palpate.adapters.cli import explore
 from palpate.adapters.experiments.grid.learning import LearningRun
+from palpate.core.automata import Kind, Machine, read_strings
 from palpate.core.automata.document import save
-from palpate.core.automata.machine import Kind, Machine
-from palpate.core.automata.strings import read_strings
 from palpate.core.policy import PolicyDocument, policy_from
 from palpate.simulation.grid.maps import grid_actions
 from tests.command_line import CommandLine

@@ -1,7 +1,5 @@
 """``palpate faults``, with a small share of the campaign."""
 
-from __future__ import annotations
-
 import csv
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """``palpate log`` on the logs of a training run, and on files that are no logs."""
 
-from __future__ import annotations
-
 import csv
 import json
 import re

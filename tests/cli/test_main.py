@@ -1,7 +1,5 @@
 """Help, versions, and refusals in one line that says what would be accepted; of train, run, compare and show."""
 
-from __future__ import annotations
-
 import os
 import re
 from importlib.metadata import version
@@ -94,6 +92,7 @@ COMMANDS = (
         ("train --cell.peg.clearance-mm -0.1", "cell.peg.clearance_mm = -0.1", "from 0.001 to 5"),
         ("train --task.goal.x-mm 1900", "task.goal", "zebra-zero reaches"),
         ("run --policy torque --arm ur5 --task.goal.x-mm 1900", "task.goal", "ur5 reaches"),
+        ("train --perception.cutoff-Hz 70", "perception.cutoff_Hz = 70.0", "below half the control rate, 70"),
         ("train --control.damping-N-s-per-m 1", "control.damping_N_s_per_m = 1.0", "at least"),
         ("train --trials 0", "trials = 0", "from 1 to"),
         ("compare --trials -3", "trials = -3", "from 1 to"),

@@ -1,7 +1,5 @@
 """What only a process of its own can show: the installed script, start-up imports, a closed pipe, Ctrl-C, SIGKILL."""
 
-from __future__ import annotations
-
 import json
 import shlex
 import signal

@@ -1,7 +1,5 @@
 """``palpate render`` on recorded trials, and on files that are none."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

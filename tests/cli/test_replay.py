@@ -1,7 +1,5 @@
 """``palpate replay``: the gate, batches with bad logs in them, and what-ifs."""
 
-from __future__ import annotations
-
 import json
 import re
 import shutil

@@ -1,7 +1,5 @@
 """``palpate report``: a page that needs nothing else, of every kind of folder, and what is refused."""
 
-from __future__ import annotations
-
 import base64
 import csv
 import json

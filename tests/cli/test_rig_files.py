@@ -1,7 +1,5 @@
 """Rig files and words about rigs, as run and emulate refuse them. Nothing here runs in real time."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """``palpate run`` with trained policies and comparators, the files that are no policy, and ``palpate show``."""
 
-from __future__ import annotations
-
 import json
 import shutil
 import signal

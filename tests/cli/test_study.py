@@ -1,7 +1,5 @@
 """``palpate study``: cells like runs of their own, on any engine, interrupted, killed, extended, never made twice."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

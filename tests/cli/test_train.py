@@ -1,7 +1,5 @@
 """``palpate train`` leaves a folder with everything about a run; the same run twice leaves the same bytes."""
 
-from __future__ import annotations
-
 import csv
 import io
 import json

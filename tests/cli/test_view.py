@@ -1,7 +1,5 @@
 """``palpate view``, with a window that counts, and without a display."""
 
-from __future__ import annotations
-
 from typing import Any, Self
 
 import pytest

@@ -1,7 +1,5 @@
 """The adapter of the CiA 402 arm keeps the contracts of encoder and arm, against emulated drives in virtual time."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest

@@ -1,7 +1,5 @@
 """The fakes keep the contracts of the four ports."""
 
-from __future__ import annotations
-
 from typing import Any, ClassVar, Self
 
 import pytest

@@ -1,7 +1,5 @@
 """Without a fault, decorated ports keep the contracts; with one, each kind breaks a clause or shows in what is read."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

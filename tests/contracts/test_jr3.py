@@ -1,7 +1,5 @@
 """The JR3 adapter keeps the contract of a force sensor, over CAN and a serial line, against boards in virtual time."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -13,12 +11,9 @@ from palpate.adapters.hardware.jr3 import Jr3ForceSensor, make_jr3_can, make_jr3
 from palpate.adapters.hardware.plugins import RigContext
 from palpate.core.errors import DeviceError
 from palpate.core.motion.arm import arm_named
+from palpate.core.ports import Life, Validity
 from palpate.core.ports.contracts import ForceSensorContract, ForceSensorRig
-from palpate.core.ports.lifecycle import Life
-from palpate.core.ports.values import Validity
-from palpate.simulation.emulators.jr3.can import Jr3CanNode
-from palpate.simulation.emulators.jr3.sensor import Jr3Config
-from palpate.simulation.emulators.jr3.uart import UART_CONFIG, Jr3UartNode
+from palpate.simulation.emulators.jr3 import UART_CONFIG, Jr3CanNode, Jr3Config, Jr3UartNode
 from tests.virtual_lines import VirtualDesk
 from tests.virtual_time import VirtualTime
 

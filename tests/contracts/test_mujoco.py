@@ -1,7 +1,5 @@
 """The ports over the simulated work cell keep the contracts of the four ports."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from functools import cache, partial
 from typing import Self
@@ -11,10 +9,9 @@ import pytest
 
 from palpate.adapters.config.run import RunConfig
 from palpate.adapters.mujoco.ports import MujocoArm, MujocoClock, MujocoForceSensor, MujocoJointEncoder
-from palpate.core.insertion.frame import goal_in_base
-from palpate.core.insertion.ready_pose import find_ready_pose
-from palpate.core.motion.arm import arm_named
-from palpate.core.motion.model import Kinematics, ToolGeometry
+from palpate.core.insertion import find_ready_pose, goal_in_base
+from palpate.core.motion import Kinematics, ToolGeometry, arm_named
+from palpate.core.ports import CONTROL_RATE_HZ, JointCommand, JointVector, ManagedDevice
 from palpate.core.ports.contracts import (
     ArmCommandContract,
     ArmCommandRig,
@@ -25,8 +22,6 @@ from palpate.core.ports.contracts import (
     JointEncoderContract,
     JointEncoderRig,
 )
-from palpate.core.ports.lifecycle import ManagedDevice
-from palpate.core.ports.values import CONTROL_RATE_HZ, JointCommand, JointVector
 from palpate.simulation.work_cell.cell import WorkCell
 
 TICK_NS = 10**9 // CONTROL_RATE_HZ

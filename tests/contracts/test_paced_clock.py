@@ -1,15 +1,12 @@
 """The clock that paces the simulated cell keeps the contract of the port, and never lets a sample be of the future."""
 
-from __future__ import annotations
-
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from benchmarks.paced_clock import PacedClock
 from palpate.adapters.mujoco.ports import MujocoClock, MujocoJointEncoder
 from palpate.core.control_loop import next_slot, tick_time_ns
-from palpate.core.ports.contracts import ClockContract, ClockRig
-from palpate.core.ports.contracts.fakes import FakeClock
+from palpate.core.ports.contracts import ClockContract, ClockRig, FakeClock
 
 # As a module: its suites would be run here once more otherwise.
 from tests.contracts import test_mujoco as mujoco

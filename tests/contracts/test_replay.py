@@ -1,7 +1,5 @@
 """The replay ports keep the contracts: each clause is first tried on a recorded fake, then again on the recording."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -9,12 +7,14 @@ from typing import Any, TypeVar
 
 import pytest
 
-from palpate.adapters.log.reader import RawMessage, TrialLog, assemble, sound_messages
-from palpate.adapters.log.records import CallEntry, encode_call, encode_record
+from palpate.adapters.log import CallEntry, TickRecord, TrialLog, assemble, sound_messages
+from palpate.adapters.log.reader import RawMessage
+from palpate.adapters.log.records import encode_call, encode_record
 from palpate.adapters.log.schema import CALL, START, TICK
-from palpate.adapters.log.tick_layout import TickRecord, encode_tick
+from palpate.adapters.log.tick_layout import encode_tick
 from palpate.adapters.replay.tape import ReplayArm, ReplayClock, ReplayForceSensor, ReplayJointEncoder, Tape
 from palpate.core.errors import PalpateError
+from palpate.core.ports import Clock, DeviceDecorator, JointCommand, JointVector
 from palpate.core.ports.contracts import (
     ArmCommandContract,
     ClauseNotApplicable,
@@ -24,9 +24,6 @@ from palpate.core.ports.contracts import (
     clauses,
 )
 from palpate.core.ports.contracts.rigs import ArmCommandRig, ClockRig, ForceSensorRig, JointEncoderRig
-from palpate.core.ports.decorator import DeviceDecorator
-from palpate.core.ports.devices import Clock
-from palpate.core.ports.values import JointCommand, JointVector
 from tests.contracts.test_fake import TestFakeArm as FakeArmSuite
 from tests.contracts.test_fake import TestFakeClock as FakeClockSuite
 from tests.contracts.test_fake import TestFakeForceSensor as FakeForceSensorSuite

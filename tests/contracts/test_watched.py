@@ -1,7 +1,5 @@
 """Ports under watchdogs keep the contracts as they do without."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from palpate.adapters.hardware.watchdogs import (

@@ -1,7 +1,5 @@
 """The Zebra Zero adapter keeps the contracts of encoder and arm, against emulated modules in virtual time."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from palpate.adapters.hardware.arm_on_bus import BusArm

@@ -1,7 +1,5 @@
 """The page of the Python API: every example runs, and passes ``mypy --strict``; every name on it is there."""
 
-from __future__ import annotations
-
 import os
 import re
 import subprocess

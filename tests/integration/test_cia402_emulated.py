@@ -3,8 +3,6 @@
 Its faults are tried without a bus between, in tests/unit/drivers/cia402/test_arm_latches.py.
 """
 
-from __future__ import annotations
-
 import pytest
 
 from palpate.drivers.arm import AppliedReason

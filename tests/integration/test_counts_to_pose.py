@@ -1,11 +1,8 @@
 """From joint angles through encoder counts and back to the tip: counts cost less than 0.05 mm."""
 
-from __future__ import annotations
-
 import numpy as np
 
-from palpate.core.motion.arm import arm_named
-from palpate.core.motion.model import Kinematics, ToolGeometry
+from palpate.core.motion import Kinematics, ToolGeometry, arm_named
 from palpate.drivers.zebra_zero.counts import Transmission
 
 POSES = 2000

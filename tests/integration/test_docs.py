@@ -1,7 +1,5 @@
 """What the documents show works: links lead somewhere, the tutorial runs, the units of all settings are explained."""
 
-from __future__ import annotations
-
 import dataclasses
 import re
 import shlex
@@ -12,8 +10,7 @@ from typing import Any
 
 import pytest
 
-from palpate.adapters.config.run import RunConfig
-from palpate.adapters.config.toml import overlay
+from palpate.adapters.config import RunConfig, overlay
 from tests.command_line import QUICK, CommandLine
 
 ROOT = Path(__file__).parents[2]

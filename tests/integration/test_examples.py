@@ -1,7 +1,5 @@
 """The examples run, say where to look, and what they name is there; wrong calls are told in one line."""
 
-from __future__ import annotations
-
 import re
 import runpy
 import sys

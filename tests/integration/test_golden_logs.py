@@ -1,7 +1,5 @@
 """The gate: recorded trials come out of the core again as they were recorded."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """The environments as their users make them, and the proof that the core in them is that of every other run."""
 
-from __future__ import annotations
-
 import csv
 import json
 import runpy
@@ -18,10 +16,9 @@ from gymnasium.utils.env_checker import check_env
 
 from palpate.adapters import gymnasium_envs
 from palpate.adapters.config.grid import GridLearning
-from palpate.adapters.experiments.build import build_perception
-from palpate.adapters.experiments.grid.learning import learn, new_grid_learner
-from palpate.adapters.experiments.grid.worlds import Named, grid_named
-from palpate.adapters.experiments.policies import learning_policy
+from palpate.adapters.experiments import build_perception, learning_policy
+from palpate.adapters.experiments.grid import Named, grid_named, learn
+from palpate.adapters.experiments.grid.learning import new_grid_learner
 from palpate.adapters.gymnasium_envs import PEG_INSERTION, SENSOR_MAP
 from palpate.adapters.gymnasium_envs.episode import ActionRefusedError
 from palpate.adapters.gymnasium_envs.peg_insertion import PegInsertionEnv

@@ -1,7 +1,5 @@
 """Run folders that palpate 0.1.0 left, before its modules moved: they are replayed, reported and gone on with."""
 
-from __future__ import annotations
-
 import re
 import shutil
 from pathlib import Path

@@ -1,7 +1,5 @@
 """``pytest --palpate-logs DIR`` in a repository of its own."""
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 import sys

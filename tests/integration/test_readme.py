@@ -1,15 +1,12 @@
 """What the README shows must work."""
 
-from __future__ import annotations
-
 import re
 import tomllib
 from pathlib import Path
 
 import pytest
 
-from palpate.adapters.config.run import RunConfig
-from palpate.adapters.config.toml import overlay
+from palpate.adapters.config import RunConfig, overlay
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")

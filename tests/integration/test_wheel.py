@@ -1,7 +1,5 @@
 """What is shipped: the wheel has all that is needed, and works without the source tree."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 import zipfile

@@ -1,7 +1,5 @@
 """The shape of the package: one namespace over four source roots, typed, and quick to import."""
 
-from __future__ import annotations
-
 import ast
 import importlib
 import json

@@ -1,7 +1,5 @@
 """The clock of tests in virtual time: who comes when, and that nobody waits for real."""
 
-from __future__ import annotations
-
 import threading
 import time
 

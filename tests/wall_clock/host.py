@@ -1,7 +1,5 @@
 """What the host gave while a test ran against the wall clock."""
 
-from __future__ import annotations
-
 import os
 import re
 import subprocess

@@ -1,7 +1,5 @@
 """The real clock keeps the contract of the port, and drifts from nothing."""
 
-from __future__ import annotations
-
 import time
 
 import pytest

@@ -1,7 +1,5 @@
 """``palpate doctor`` on devices that ``palpate emulate`` serves from a process of its own: each kind of wire once."""
 
-from __future__ import annotations
-
 import json
 import re
 import signal

@@ -1,7 +1,5 @@
 """What excuses a test, and what never does."""
 
-from __future__ import annotations
-
 import os
 import signal
 import time

@@ -1,7 +1,5 @@
 """The unchanged core over emulated devices in a process of their own: serial lines, slcan, real time."""
 
-from __future__ import annotations
-
 import csv
 import json
 import re

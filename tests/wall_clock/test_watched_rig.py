@@ -1,7 +1,5 @@
 """A rig of devices, here fake ones in real time: what is wired around them by default."""
 
-from __future__ import annotations
-
 import os
 import signal
 import sys
@@ -11,13 +9,10 @@ from pathlib import Path
 
 import pytest
 
-from palpate.adapters.config.real_time import RealTimeConfig
-from palpate.adapters.config.rig import DeviceEntry, OperatorTable, RigFile, WatchdogTable
-from palpate.adapters.config.run import RunConfig
+from palpate.adapters.config import DeviceEntry, RealTimeConfig, RigFile, RunConfig
+from palpate.adapters.config.rig import OperatorTable, WatchdogTable
+from palpate.adapters.hardware import ArmAdapter, HardwareRig, RigContext, find_approach
 from palpate.adapters.hardware import rig as hardware_rig
-from palpate.adapters.hardware.approach import find_approach
-from palpate.adapters.hardware.plugins import ArmAdapter, RigContext
-from palpate.adapters.hardware.rig import HardwareRig
 from palpate.core.errors import ConfigurationError, DeviceError, FaultLatchedError
 from palpate.core.ports.contracts.fakes import FakeArm, FakeForceSensor, FakeJointEncoder
 from palpate.core.ports.values import AppliedCommand, CommandReason, JointCommand

@@ -1,7 +1,5 @@
 """Each wire once as it is on a rig: adapters with their threads, kernel terminals, real time; the emulator is near."""
 
-from __future__ import annotations
-
 import threading
 import time
 from collections.abc import Iterator
@@ -12,29 +10,22 @@ from typing import Any
 import numpy as np
 import pytest
 
+from palpate.adapters.hardware import ArmAdapter, MonotonicClock, RigContext
 from palpate.adapters.hardware.cia402 import make_cia402
-from palpate.adapters.hardware.clock import MonotonicClock
 from palpate.adapters.hardware.jr3 import make_jr3_can, make_jr3_uart
-from palpate.adapters.hardware.plugins import ArmAdapter, RigContext
 from palpate.adapters.hardware.zebra_zero import make_zebra_nmc
 from palpate.core.errors import DeviceError, FaultLatchedError
 from palpate.core.motion.arm import arm_named
-from palpate.core.ports.devices import ForceSensor
-from palpate.core.ports.lifecycle import Life
-from palpate.core.ports.values import CommandReason, JointCommand, Validity
+from palpate.core.ports import CommandReason, ForceSensor, JointCommand, Life, Validity
 from palpate.drivers.cia402.link import CanopenLink
 from palpate.simulation.emulators.cia402.node import CanopenDrive
 from palpate.simulation.emulators.cia402.servo import PowerState
+from palpate.simulation.emulators.jr3 import UART_CONFIG, Jr3CanNode, Jr3Config, Jr3UartNode
 from palpate.simulation.emulators.jr3 import uart as jr3_uart
-from palpate.simulation.emulators.jr3.can import Jr3CanNode
-from palpate.simulation.emulators.jr3.sensor import Jr3Config
-from palpate.simulation.emulators.jr3.uart import UART_CONFIG, Jr3UartNode
-from palpate.simulation.emulators.lines.can_bus import EmulatedCanBus
+from palpate.simulation.emulators.lines import EmulatedCanBus, PtyServer, SlcanServer
 from palpate.simulation.emulators.lines.can_bus_server import VirtualBusServer
-from palpate.simulation.emulators.lines.pty_server import PtyServer
-from palpate.simulation.emulators.lines.slcan import SlcanServer
-from palpate.simulation.emulators.motors.gears import HOME_RAD
-from palpate.simulation.emulators.motors.plant import DirectMotors, IdealPlant
+from palpate.simulation.emulators.motors import HOME_RAD, DirectMotors
+from palpate.simulation.emulators.motors.plant import IdealPlant
 from palpate.simulation.emulators.nmc.bus import NmcChain
 from tests.wall_clock.host import Host
 

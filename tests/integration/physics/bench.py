@@ -4,8 +4,6 @@ Every figure is taken on the full six-joint arm, with the motion laws and gains 
 of the wrist sensor are off; the encoders keep their steps. Positions are in the task frame.
 """
 
-from __future__ import annotations
-
 from functools import cache
 from math import atan2, cos, degrees, hypot, pi, remainder, sin, sqrt
 from types import TracebackType
@@ -16,11 +14,7 @@ import numpy as np
 from palpate.adapters.config.run import RunConfig
 from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.core.control_loop import tick_time_ns
-from palpate.core.insertion.config import N_PER_KGF
-from palpate.core.insertion.frame import goal_in_base
-from palpate.core.insertion.measurement import Measurement
-from palpate.core.insertion.ready_pose import ReadyPose, find_ready_pose
-from palpate.core.insertion.task import PERIOD_S
+from palpate.core.insertion import N_PER_KGF, PERIOD_S, Measurement, ReadyPose, find_ready_pose, goal_in_base
 from palpate.core.motion.arm import arm_named
 from palpate.core.motion.laws import ControlLaw, DampingControl, HybridControl, PositionControl
 from palpate.core.motion.model import Kinematics, ToolGeometry

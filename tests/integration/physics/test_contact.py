@@ -1,7 +1,5 @@
 """Peg, plate and hole touch each other as stiff bodies with a tight clearance do."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

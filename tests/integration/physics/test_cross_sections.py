@@ -1,7 +1,5 @@
 """Polygonal pegs fit their holes: the gap is the clearance on every side, and they go in."""
 
-from __future__ import annotations
-
 import mujoco
 import numpy as np
 import pytest

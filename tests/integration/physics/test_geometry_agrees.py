@@ -1,7 +1,5 @@
 """MuJoCo and Pinocchio have one arm between them."""
 
-from __future__ import annotations
-
 import xml.etree.ElementTree as ET
 
 import mujoco

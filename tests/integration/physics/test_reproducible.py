@@ -1,7 +1,5 @@
 """A trial is a function of configuration, seed and number: to the last bit, in any process, after any other trial."""
 
-from __future__ import annotations
-
 import os
 import platform
 import subprocess

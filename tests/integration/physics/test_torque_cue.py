@@ -1,7 +1,5 @@
 """The torque about the tip tells where the hole is: the cue that the whole task lives on."""
 
-from __future__ import annotations
-
 from math import cos, sin
 
 import pytest

@@ -1,7 +1,5 @@
 """Whole trials of a random walk through the ports, for tests of the cell rather than of learning."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Sequence
 from typing import Any

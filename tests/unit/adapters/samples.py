@@ -1,16 +1,12 @@
 """What several of these tests need: trials that were never run, and a quick simulated run."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cache
 
 from palpate.adapters.config.run import RunConfig
-from palpate.adapters.experiments.results import TrialRow
-from palpate.adapters.experiments.trial import ScoredTrial
-from palpate.core.insertion.config import TaskConfig
-from palpate.core.insertion.ready_pose import ReadyPose, find_ready_pose
-from palpate.core.insertion.trial import DecisionRecord, Outcome, TrialReport, TrialSetup
+from palpate.adapters.experiments import ScoredTrial, TrialRow
+from palpate.core.insertion import Outcome, ReadyPose, TaskConfig, TrialReport, TrialSetup, find_ready_pose
+from palpate.core.insertion.trial import DecisionRecord
 from palpate.core.policy import Observation
 from palpate.core.ports.rig import Truth
 

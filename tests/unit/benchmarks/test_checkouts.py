@@ -1,7 +1,5 @@
 """A checkout's own metadata, written for Python to find."""
 
-from __future__ import annotations
-
 from importlib.metadata import distributions
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Rooms, arrows and floors of made-up checkouts."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Mutations of made-up functions, which tests guard a file, and what verdicts come of their runs."""
 
-from __future__ import annotations
-
 import ast
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager

@@ -1,7 +1,5 @@
 """The entry point of the benchmarks, with benchmarks that take no time."""
 
-from __future__ import annotations
-
 import json
 import re
 import subprocess

@@ -1,7 +1,5 @@
 """Ticks cut out of a made-up loop."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The loop over the ports: exact times, honest snapshots, and an arm that is stopped on every way out."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from fractions import Fraction
 from itertools import pairwise
@@ -21,11 +19,8 @@ from palpate.core.control_loop import (
     trial_ticks,
 )
 from palpate.core.errors import DeviceError, LifecycleError
-from palpate.core.insertion.config import TaskConfig
-from palpate.core.insertion.expectation import Supervised
-from palpate.core.insertion.trial import Outcome, TrialReport, TrialSetup
-from palpate.core.motion.arm import arm_named
-from palpate.core.motion.model import Kinematics
+from palpate.core.insertion import Outcome, Supervised, TaskConfig, TrialReport, TrialSetup
+from palpate.core.motion import Kinematics, arm_named
 from palpate.core.policy import Observation
 from palpate.core.ports.contracts.fakes import FakeClock
 from palpate.core.ports.devices import Ports
@@ -39,8 +34,7 @@ from palpate.core.ports.values import (
     Snapshot,
     WrenchSample,
 )
-from palpate.core.supervision.config import SupervisionConfig
-from palpate.core.supervision.supervisor import Supervisor
+from palpate.core.supervision import SupervisionConfig, Supervisor
 from tests.unit.core.fake_world import TOOL, FakeWorld, FollowTorque, Pit, build_task
 
 SETUP = TrialSetup(0, 1, (1e-3, 1e-3))

@@ -1,7 +1,5 @@
 """Checks of settings: what is refused, and what the refusal says."""
 
-from __future__ import annotations
-
 from math import inf, nan
 from typing import Any
 

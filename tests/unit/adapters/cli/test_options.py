@@ -1,21 +1,12 @@
 """How flags, TOML files and presets come together, and how one line says what is wrong with them."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 
 import pytest
 
 from palpate.adapters.cli.explore_options import ExploreOptions
-from palpate.adapters.cli.options import (
-    CompareOptions,
-    ReplayOptions,
-    RunOptions,
-    TrainOptions,
-    _flags,
-    parse,
-)
+from palpate.adapters.cli.options import CompareOptions, ReplayOptions, RunOptions, TrainOptions, _flags, parse
 from palpate.adapters.config.run import RunConfig, scenario
 from palpate.core.errors import ConfigurationError, UsageError
 

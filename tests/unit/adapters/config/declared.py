@@ -1,21 +1,16 @@
 """Every table of settings that a person may write, for tests that go by their declarations."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from math import inf, isfinite, nan, nextafter
 from typing import Any, get_args, get_origin
 
-from palpate.adapters.config.grid import GridLearning
+from palpate.adapters.config import GridLearning, RunConfig
 from palpate.adapters.config.rig import OperatorTable, WatchdogTable
-from palpate.adapters.config.run import RunConfig
 from palpate.adapters.hardware.cia402 import _Cia402Table
 from palpate.adapters.hardware.jr3 import _CanTable, _UartTable
 from palpate.adapters.hardware.zebra_zero import _ZebraTable
 from palpate.core.automata import InferenceSettings
-from palpate.core.policy.back_off import BackOff
-from palpate.core.policy.exploration import TemperatureSchedule
-from palpate.core.policy.sarsa import SarsaParameters
+from palpate.core.policy import BackOff, SarsaParameters, TemperatureSchedule
 from palpate.core.ports.settings import OneOf, Range, Settings, kinds_of, optional_of, parts_of
 
 TABLES: dict[str, Settings] = {

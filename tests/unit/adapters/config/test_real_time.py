@@ -1,7 +1,5 @@
 """Settings of real-time behaviour are refused in one line that says what would do."""
 
-from __future__ import annotations
-
 import pytest
 
 from palpate.adapters.config.real_time import RealTimeConfig

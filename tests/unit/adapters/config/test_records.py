@@ -1,7 +1,5 @@
 """Records are read by their old names, and what they lack means what was done then."""
 
-from __future__ import annotations
-
 import copy
 from tomllib import loads
 from typing import Any

@@ -1,7 +1,5 @@
 """Settings that do not go with others, or that only the objects made of them can judge, are refused by their names."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest

@@ -1,11 +1,8 @@
 """Settings that are fine by themselves and impossible together are refused by name."""
 
-from __future__ import annotations
-
 import pytest
 
-from palpate.adapters.config.run import RunConfig
-from palpate.adapters.config.toml import overlay
+from palpate.adapters.config import RunConfig, overlay
 from palpate.core.errors import ConfigurationError
 
 

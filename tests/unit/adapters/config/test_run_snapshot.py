@@ -4,8 +4,6 @@ Tests that go by the declaration cannot see that it is wrong. Whoever changes a 
 ``PALPATE_SNAPSHOT=write pytest tests/unit/adapters/config/test_run_snapshot.py``, and looks at the difference.
 """
 
-from __future__ import annotations
-
 import json
 import os
 from pathlib import Path

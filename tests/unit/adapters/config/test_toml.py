@@ -1,7 +1,5 @@
 """Configurations to TOML and back, and how wrong tables are refused."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from tomllib import loads

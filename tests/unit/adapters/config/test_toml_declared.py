@@ -1,15 +1,12 @@
 """Every declared setting, on every way in: what is out of its range is refused by its name, the ends are taken."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 
 import pytest
 
 from palpate.adapters.cli.options import TrainOptions, parse
-from palpate.adapters.config.run import RunConfig
-from palpate.adapters.config.toml import field_value, overlay
+from palpate.adapters.config import RunConfig, field_value, overlay
 from palpate.core.errors import ConfigurationError, UsageError
 from palpate.core.ports.settings import Settings
 from tests.unit.adapters.config.declared import TABLES, ends, leaves, wrong_values

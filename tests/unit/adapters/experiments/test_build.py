@@ -1,7 +1,5 @@
 """A configuration becomes objects that do what it says, or is refused."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -11,14 +9,11 @@ from palpate.adapters.config.run import LearningConfig, PerceptionConfig, RunCon
 from palpate.adapters.experiments.build import build_perception, build_reinforcement, task_actions
 from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.core.errors import UnreachableError
-from palpate.core.insertion.config import N_PER_KGF, GoalConfig, TaskConfig
-from palpate.core.insertion.frame import goal_in_base
-from palpate.core.insertion.ready_pose import find_ready_pose
-from palpate.core.motion.arm import arm_named
-from palpate.core.motion.model import Kinematics, ToolGeometry
+from palpate.core.insertion import N_PER_KGF, TaskConfig, find_ready_pose, goal_in_base
+from palpate.core.insertion.config import GoalConfig
+from palpate.core.motion import Kinematics, ToolGeometry, arm_named
 from palpate.core.policy import ActionOutcome
-from palpate.core.ports.lifecycle import Life
-from palpate.core.ports.values import CommandReason, JointCommand
+from palpate.core.ports import CommandReason, JointCommand, Life
 from tests.unit.adapters.samples import QUICK, ready_pose
 
 

@@ -1,7 +1,5 @@
 """Memories by name."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """How far beside the hole a pass still ends in it."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import cos, pi, sin
 
@@ -9,11 +7,10 @@ import numpy as np
 import pytest
 
 from palpate.adapters.config.run import RunConfig
+from palpate.adapters.experiments import capture_half_width_m
 from palpate.adapters.experiments import capture_width as capture
-from palpate.adapters.experiments.capture_width import capture_half_width_m
 from palpate.adapters.mujoco.rig import SimulatedRig
-from palpate.core.insertion.task import InsertionTask
-from palpate.core.insertion.trial import TrialSetup
+from palpate.core.insertion import InsertionTask, TrialSetup
 from palpate.core.ports.devices import Ports
 from tests.unit.adapters.samples import ready_pose
 

@@ -1,7 +1,5 @@
 """The strategies to compare with do what their names say."""
 
-from __future__ import annotations
-
 from math import atan2, cos, hypot, pi, sin
 
 import numpy as np

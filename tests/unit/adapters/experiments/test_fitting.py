@@ -1,7 +1,5 @@
 """Stages of perception that are fitted to samples of random walks."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cache
 from pathlib import Path

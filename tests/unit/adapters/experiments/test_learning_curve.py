@@ -1,7 +1,5 @@
 """The learning curve is a picture that opens, and equal trials give equal pictures."""
 
-from __future__ import annotations
-
 import io
 from dataclasses import replace
 
@@ -9,8 +7,7 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
-from palpate.adapters.experiments.learning_curve import learning_curve
-from palpate.adapters.experiments.results import TrialRow
+from palpate.adapters.experiments import TrialRow, learning_curve
 from tests.unit.adapters.samples import trial_rows
 
 SIZE = (504, 960, 3)

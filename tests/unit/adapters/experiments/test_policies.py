@@ -1,7 +1,5 @@
 """Policies by name and from files, and what does not fit together."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from importlib.metadata import version
@@ -11,14 +9,8 @@ import numpy as np
 import pytest
 
 from palpate.adapters.config.run import LearningConfig, PerceptionConfig, RunConfig
-from palpate.adapters.experiments.build import build_perception
-from palpate.adapters.experiments.policies import (
-    COMPARATORS,
-    comparator,
-    learning_policy,
-    perception_of,
-    perception_settings,
-)
+from palpate.adapters.experiments import COMPARATORS, build_perception, comparator, learning_policy, perception_of
+from palpate.adapters.experiments.policies import perception_settings
 from palpate.adapters.log.provenance import made_with
 from palpate.core.errors import ConfigurationError
 from palpate.core.insertion.config import N_PER_KGF, TaskConfig

@@ -1,7 +1,5 @@
 """The run folder: what is in it reads back, and no error loses what was there before."""
 
-from __future__ import annotations
-
 import csv
 from pathlib import Path
 

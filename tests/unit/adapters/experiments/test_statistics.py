@@ -1,7 +1,5 @@
 """Figures about trials, against values known from elsewhere."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from math import comb

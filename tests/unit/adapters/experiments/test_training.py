@@ -1,7 +1,5 @@
 """Training can be ended at any time, and goes on as if it had not been."""
 
-from __future__ import annotations
-
 import signal
 from collections.abc import Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Setups follow from seed and number alone; success is a matter of the truth."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import hypot
 from typing import Any
@@ -9,8 +7,8 @@ from typing import Any
 import pytest
 
 from palpate.adapters.config.run import RunConfig
+from palpate.adapters.experiments import run_scored_trial, trial_setup, truth_fields
 from palpate.adapters.experiments import trial as experiment
-from palpate.adapters.experiments.trial import run_scored_trial, trial_setup, truth_fields
 from palpate.core.insertion.trial import Outcome
 from palpate.core.ports.rig import Truth
 from tests.unit.adapters.samples import scored_trial

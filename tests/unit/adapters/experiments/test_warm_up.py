@@ -1,7 +1,5 @@
 """The trial before the first."""
 
-from __future__ import annotations
-
 from palpate.adapters.config.run import RunConfig
 from palpate.adapters.experiments.warm_up import warm_up
 from palpate.core.insertion.trial import Outcome

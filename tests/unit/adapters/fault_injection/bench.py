@@ -1,7 +1,5 @@
 """Fakes whose values show the tick at which they were taken, read tick by tick through faults."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 from palpate.adapters.fault_injection import FaultDelivery, FaultPlan, FaultyArm, FaultyForceSensor, FaultyJointEncoder

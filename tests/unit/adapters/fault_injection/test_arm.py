@@ -1,13 +1,10 @@
 """Each kind of fault on the way of commands."""
 
-from __future__ import annotations
-
 import pytest
 
 from palpate.adapters.fault_injection import FaultPlan, FaultyArm
 from palpate.core.errors import CommandError, ConfigurationError, DeviceError, LifecycleError
-from palpate.core.ports.lifecycle import Life
-from palpate.core.ports.values import CommandReason, JointCommand
+from palpate.core.ports import CommandReason, JointCommand, Life
 from tests.unit.adapters.fault_injection.bench import ArmBench
 
 

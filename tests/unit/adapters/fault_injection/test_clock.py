@@ -1,7 +1,5 @@
 """Faults of time, and all four ports together."""
 
-from __future__ import annotations
-
 from palpate.adapters.fault_injection import FaultDelivery, FaultPlan, FaultyArm, FaultyClock, faulty
 from palpate.core.ports.contracts.fakes import TICK_NS, FakeArm, FakeClock, FakeForceSensor, FakeJointEncoder
 from palpate.core.ports.devices import Ports

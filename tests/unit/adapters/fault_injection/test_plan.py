@@ -1,7 +1,5 @@
 """Plans: what makes no sense is refused by name, in one line."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

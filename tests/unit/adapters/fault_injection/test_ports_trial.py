@@ -1,13 +1,10 @@
 """A simulated trial over faulty ports: it ends as it should, and the arm is at rest."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest
 
-from palpate.adapters.experiments.build import build_perception, build_task
-from palpate.adapters.experiments.policies import comparator
+from palpate.adapters.experiments import build_perception, build_task, comparator
 from palpate.adapters.fault_injection import FaultDelivery, FaultPlan, faulty
 from palpate.adapters.hardware.watchdogs import WatchedArm, WatchedForceSensor
 from palpate.adapters.mujoco.rig import SimulatedRig

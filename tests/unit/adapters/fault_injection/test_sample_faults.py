@@ -1,7 +1,5 @@
 """Each kind of fault on a sensor, tick by tick, as the core would see it."""
 
-from __future__ import annotations
-
 import statistics
 from dataclasses import replace
 from math import isnan

@@ -1,7 +1,5 @@
 """Trials decision by decision: left in the middle, begun again, and after an error."""
 
-from __future__ import annotations
-
 import pickle
 from collections.abc import Iterator
 from pathlib import Path
@@ -11,8 +9,7 @@ import numpy as np
 import pytest
 
 from palpate.adapters.config.run import PerceptionConfig, RunConfig, scenario
-from palpate.adapters.experiments.build import task_actions
-from palpate.adapters.experiments.training import run_toml
+from palpate.adapters.experiments import run_toml, task_actions
 from palpate.adapters.gymnasium_envs.episode import (
     ActionRefusedError,
     GivenActions,
@@ -22,8 +19,7 @@ from palpate.adapters.gymnasium_envs.episode import (
     run_config,
 )
 from palpate.core.errors import CommandError, ConfigurationError, DeviceError, LifecycleError
-from palpate.core.insertion.config import TaskConfig
-from palpate.core.insertion.trial import Outcome, Phase
+from palpate.core.insertion import Outcome, Phase, TaskConfig
 from palpate.core.policy import Decision, Observation, Policy, Transition
 from palpate.core.ports.values import CommandReason, JointCommand
 

@@ -1,7 +1,5 @@
 """The insertion task as an environment: steps, rewards, ends and refusals."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from math import nan
 from typing import Any

@@ -1,7 +1,5 @@
 """Pictures of an episode show the cell as it stands, and change nothing in it."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The grid worlds as environments: moves, ends and refusals."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Observations: of the right kind, inside their bounds, and new every time."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import hypot, inf, nan
 from typing import Any

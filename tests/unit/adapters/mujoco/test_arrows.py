@@ -1,15 +1,12 @@
 """Scale and shape of the arrows."""
 
-from __future__ import annotations
-
 from math import dist
 
 import numpy as np
 import pytest
 from PIL import Image, ImageDraw
 
-from palpate.adapters.mujoco.arrows import FORCE, arrow_pixels, draw_arrow, metres_per_N, reference_N
-from palpate.adapters.mujoco.views import View
+from palpate.adapters.mujoco import FORCE, View, arrow_pixels, draw_arrow, metres_per_N, reference_N
 
 VIEW = View((0.4, 0.0, 0.02), 0.25, 90.0, 0.0)
 

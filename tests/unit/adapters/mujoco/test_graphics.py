@@ -1,7 +1,5 @@
 """Which graphics library draws."""
 
-from __future__ import annotations
-
 import subprocess
 from typing import Any
 

@@ -1,16 +1,12 @@
 """The drawn cell: it stands where encoders and sensor say, and appears where it is expected."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from palpate.adapters.log.reader import TrialLog, read_log
-from palpate.adapters.log.records import EndRecord
-from palpate.adapters.log.series import series_of
+from palpate.adapters.log import EndRecord, TrialLog, read_log, series_of
 from palpate.adapters.mujoco.scene import DrawnCell, Moment, Stage, true_hole_m
 from palpate.adapters.visualisation.film.course import course_of
 from palpate.core.errors import LogError

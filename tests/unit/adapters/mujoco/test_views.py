@@ -1,7 +1,5 @@
 """Where points come to lie in a picture."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

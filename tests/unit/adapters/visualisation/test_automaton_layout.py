@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import random
 from itertools import combinations
 from math import hypot, isclose
@@ -7,8 +5,7 @@ from math import hypot, isclose
 import pytest
 
 from palpate.adapters.visualisation.automaton_layout import Layout, lay_out
-from palpate.core.automata.machine import Kind, Machine
-from palpate.core.automata.texts import edges
+from palpate.core.automata import Kind, Machine, edges
 from tests.unit.core.automata.machines import KINDS, dfa, random_machine
 
 RADIUS_IN, LINE_IN = 0.3, 0.15

@@ -1,7 +1,5 @@
 """The clock that shows trials, with a viewer that only counts."""
 
-from __future__ import annotations
-
 import sys
 import threading
 import time
@@ -11,8 +9,8 @@ from types import SimpleNamespace
 import mujoco
 import pytest
 
+from palpate.adapters.visualisation import ShownClock, WindowClosedError, open_viewer, require_display
 from palpate.adapters.visualisation import viewer as live
-from palpate.adapters.visualisation.viewer import ShownClock, WindowClosedError, open_viewer, require_display
 from palpate.core.errors import UsageError
 from palpate.core.ports.devices import Clock
 

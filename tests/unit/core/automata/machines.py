@@ -1,7 +1,5 @@
 """Machines for tests: random ones, any at all, and the slow but plain way to tell which states do the same."""
 
-from __future__ import annotations
-
 import random
 from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import replace

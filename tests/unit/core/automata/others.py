@@ -1,7 +1,5 @@
 """The same machines in AALpy and automata-lib, and what they say about them."""
 
-from __future__ import annotations
-
 import random
 from collections.abc import Callable
 from dataclasses import replace
@@ -12,8 +10,7 @@ from aalpy.automata import Dfa, DfaState, MealyMachine, MealyState, MooreMachine
 from aalpy.utils import bisimilar
 from automata.fa.dfa import DFA
 
-from palpate.core.automata.machine import Kind, Machine
-from palpate.core.automata.minimise import difference, minimised
+from palpate.core.automata import Kind, Machine, difference, minimised
 from tests.unit.core.automata.machines import canonical, doubled, random_machine
 
 Result = TypeVar("Result")

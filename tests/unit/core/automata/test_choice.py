@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from palpate.core.automata import Kind, Machine, Strings
 from palpate.core.automata.choice import (
     ExtractionSettings,
     accepting_extract,
@@ -10,9 +11,7 @@ from palpate.core.automata.choice import (
     price_of,
 )
 from palpate.core.automata.elman import Architecture, Network, Readout
-from palpate.core.automata.machine import Kind, Machine
 from palpate.core.automata.prefix_tree import PrefixTree
-from palpate.core.automata.strings import Strings
 from palpate.core.errors import ConfigurationError
 from tests.unit.core.automata.networks import drift, last_symbol, parity
 

@@ -5,9 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from palpate.core.automata import document
-from palpate.core.automata.document import from_json_text, load, save, to_json_text
-from palpate.core.automata.machine import Kind, Machine
+from palpate.core.automata import Kind, Machine, document, load, to_json_text
+from palpate.core.automata.document import from_json_text, save
 from palpate.core.errors import ConfigurationError
 from tests.unit.core.automata.machines import dfa, machines
 

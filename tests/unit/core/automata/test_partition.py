@@ -6,9 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from palpate.core.automata import Kind, Machine, minimised
 from palpate.core.automata.elman import END, RANGES, Architecture, Network, Readout
-from palpate.core.automata.machine import Kind, Machine
-from palpate.core.automata.minimise import minimised
 from palpate.core.automata.partition import Partition, bounded_partition, partition
 from palpate.core.errors import ConfigurationError
 from tests.unit.core.automata.networks import drift, last_symbol, parity

@@ -4,9 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from palpate.core.automata.machine import Kind, Machine
-from palpate.core.automata.strings import Strings
-from palpate.core.automata.tracker import LOST, AutomatonState
+from palpate.core.automata import AutomatonState, Kind, Machine, Strings
+from palpate.core.automata.tracker import LOST
 from palpate.core.errors import CommandError, ConfigurationError
 from palpate.core.perception import StateIdentifier, stage_from_dict, stage_to_dict
 

@@ -1,7 +1,5 @@
 """The arms that come with palpate: complete descriptions, and clear words when a file is missing."""
 
-from __future__ import annotations
-
 import sys
 from math import degrees
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Inverse kinematics: reaches what can be reached, keeps every limit, and never jumps."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import cos, pi, sin
 from pathlib import Path
@@ -13,12 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.core.errors import UnreachableError
+from palpate.core.insertion import PERIOD_S, goal_in_base
 from palpate.core.insertion.config import GoalConfig
-from palpate.core.insertion.frame import goal_in_base
-from palpate.core.insertion.task import PERIOD_S
-from palpate.core.motion.arm import ARMS, ArmDescription, arm_named
-from palpate.core.motion.inverse import InverseKinematics
-from palpate.core.motion.model import Array, Kinematics, ToolGeometry
+from palpate.core.motion import ArmDescription, Array, InverseKinematics, Kinematics, ToolGeometry, arm_named
+from palpate.core.motion.arm import ARMS
 
 ZEBRA = arm_named("zebra-zero")
 arms = pytest.mark.parametrize("arm", ARMS.values(), ids=ARMS.keys())

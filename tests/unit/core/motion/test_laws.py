@@ -1,7 +1,5 @@
 """Motion laws: each stable for every gain that it accepts, limited in speed, and undisturbed by its neighbour."""
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Callable
 from math import hypot, inf, nan
@@ -11,14 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.motion.laws import (
-    ControlLaw,
-    DampingControl,
-    ForceControl,
-    HybridControl,
-    PositionControl,
-    limited,
-)
+from palpate.core.motion.laws import ControlLaw, DampingControl, ForceControl, HybridControl, PositionControl, limited
 from palpate.core.ports.values import Vector3
 
 PERIOD_S = 1.0 / 140

@@ -1,7 +1,5 @@
 """Kinematics against the table of the arm, an oracle of its own, finite differences and spatial algebra."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import cos, pi, sin
 from pathlib import Path

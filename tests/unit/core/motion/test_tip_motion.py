@@ -1,17 +1,12 @@
 """The commanded tip: reference and joints stay together, and what the arm did is taken up."""
 
-from __future__ import annotations
-
 import numpy as np
 import pinocchio as pin
 import pytest
 
+from palpate.core.insertion import PERIOD_S, goal_in_base
 from palpate.core.insertion.config import GoalConfig
-from palpate.core.insertion.frame import goal_in_base
-from palpate.core.insertion.task import PERIOD_S
-from palpate.core.motion.arm import arm_named
-from palpate.core.motion.model import Kinematics, ToolGeometry
-from palpate.core.motion.tip_motion import TipMotion
+from palpate.core.motion import Kinematics, TipMotion, ToolGeometry, arm_named
 from palpate.core.ports.values import AppliedCommand, CommandReason, JointVector, Vector3
 from tests.unit.core.fake_world import ready_pose
 

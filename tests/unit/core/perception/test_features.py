@@ -7,8 +7,7 @@ from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
 
 from palpate.core.errors import CommandError, ConfigurationError
-from palpate.core.perception.features import PrincipalComponents, SelectedChannels, SelfOrganisingMap
-from palpate.core.perception.signal import Normalisation
+from palpate.core.perception import Normalisation, PrincipalComponents, SelectedChannels, SelfOrganisingMap
 
 SIGNAL = tuple(float(i) for i in range(9))
 UNIT = Normalisation((0.0,) * 9, (1.0,) * 9)

@@ -4,10 +4,7 @@ from collections.abc import Sequence
 import pytest
 
 from palpate.core.errors import CommandError, ConfigurationError
-from palpate.core.perception.features import SelectedChannels
-from palpate.core.perception.pipeline import Perception
-from palpate.core.perception.state import IdentityState
-from palpate.core.perception.symbols import Thresholds
+from palpate.core.perception import IdentityState, Perception, SelectedChannels, Thresholds
 
 BANDS = Thresholds.of({"x": (-1e-3, 1e-3), "tx": (-0.01, 0.01)})
 

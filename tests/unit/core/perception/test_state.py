@@ -5,8 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from palpate.core.errors import CommandError, ConfigurationError
-from palpate.core.perception.pipeline import stage_from_dict, stage_to_dict
-from palpate.core.perception.state import IdentityState, LastSymbols, StateIdentifier
+from palpate.core.perception import IdentityState, LastSymbols, StateIdentifier, stage_from_dict, stage_to_dict
 
 AB = ("a", "b")
 

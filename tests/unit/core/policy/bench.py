@@ -1,7 +1,5 @@
 """What tests with policies share: two action sets, observations of a state, and a corridor to learn in."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any

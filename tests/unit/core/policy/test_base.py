@@ -6,13 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from palpate.core.errors import CommandError, ConfigurationError, LifecycleError
-from palpate.core.policy.base import (
-    Action,
-    Transition,
-    check_names,
-    compass_actions,
-    drawing_from,
-)
+from palpate.core.policy.base import Action, Transition, check_names, compass_actions, drawing_from
 from tests.unit.core.policy.bench import observation, refuse
 
 # Transitions and names.

@@ -6,13 +6,7 @@ from palpate.core.errors import ConfigurationError, LifecycleError
 from palpate.core.policy.base import Action, Decision, Policy, Transition
 from palpate.core.policy.examples import ExamplesPolicy
 from palpate.core.policy.exploration import TemperatureSchedule
-from palpate.core.policy.programmed import (
-    AssignedPolicy,
-    MixedPolicy,
-    ProgrammedPolicy,
-    RandomWalkPolicy,
-    check_known,
-)
+from palpate.core.policy.programmed import AssignedPolicy, MixedPolicy, ProgrammedPolicy, RandomWalkPolicy, check_known
 from palpate.core.policy.tabular import QLearning, QParameters
 from tests.unit.core.policy.bench import EIGHT, LEFT, RIGHT, TWO, observation, refuse
 

@@ -4,10 +4,7 @@ import numpy as np
 import pytest
 
 from palpate.core.errors import LifecycleError
-from palpate.core.policy.base import Transition
-from palpate.core.policy.exploration import TemperatureSchedule
-from palpate.core.policy.programmed import MixedPolicy, ProgrammedPolicy
-from palpate.core.policy.sarsa import Sarsa, SarsaParameters
+from palpate.core.policy import MixedPolicy, ProgrammedPolicy, Sarsa, SarsaParameters, TemperatureSchedule, Transition
 from tests.unit.core.policy.bench import CELLS, GREEDY, TWO, observation, walk_corridor
 
 STATES = ("i", "j", "k")

@@ -6,9 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from palpate.core.policy.base import Transition
-from palpate.core.policy.exploration import TemperatureSchedule, boltzmann_probabilities
-from palpate.core.policy.tabular import QLearning, QParameters
+from palpate.core.policy import QLearning, QParameters, TemperatureSchedule, Transition, boltzmann_probabilities
 from tests.unit.core.policy.bench import CELLS, EIGHT, GREEDY, TWO, observation, refuse, walk_corridor
 
 

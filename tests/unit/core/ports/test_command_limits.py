@@ -1,12 +1,9 @@
 """Commands are kept within velocity and position limits, and it is told why."""
 
-from __future__ import annotations
-
 from hypothesis import given
 from hypothesis import strategies as st
 
-from palpate.core.ports.command_limits import CommandLimiter
-from palpate.core.ports.values import AppliedCommand, CommandReason
+from palpate.core.ports import AppliedCommand, CommandLimiter, CommandReason
 
 LOWER, UPPER, SPEED, RATE = (-1.0, -2.0), (1.0, 0.5), (14.0, 1.4), 140.0
 REACH = (0.1, 0.01)

@@ -7,8 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.ports.json_files import load_json, parse_json
-from palpate.core.ports.settings import Holds, Range, Settings
+from palpate.core.ports import Holds, Range, Settings, load_json, parse_json
 
 
 def parsed(text: str) -> Any:

@@ -1,7 +1,5 @@
 """The life cycle: every pair of state and request, and what hooks may do to it."""
 
-from __future__ import annotations
-
 import pytest
 
 from palpate.core.errors import DeviceError, FaultLatchedError, LifecycleError

@@ -1,7 +1,5 @@
 """Facts about a force sensor."""
 
-from __future__ import annotations
-
 from math import inf, nan
 from typing import Any
 

@@ -1,7 +1,5 @@
 """What a declared setting accepts, in which form it is kept, and what a refusal says."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from math import inf, nan
 from typing import Annotated, Any, ClassVar

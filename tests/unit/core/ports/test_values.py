@@ -1,7 +1,5 @@
 """Value objects: frozen, equal by value, and nothing that is not finite passes unmarked."""
 
-from __future__ import annotations
-
 import pickle
 from dataclasses import FrozenInstanceError, fields, replace
 from math import inf, nan
@@ -12,14 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from palpate.core.errors import CommandError, PalpateError
-from palpate.core.ports.values import (
-    AppliedCommand,
-    JointCommand,
-    JointSample,
-    Snapshot,
-    Validity,
-    WrenchSample,
-)
+from palpate.core.ports.values import AppliedCommand, JointCommand, JointSample, Snapshot, Validity, WrenchSample
 
 WRENCH = WrenchSample((1.0, 2.0, -3.0), (0.1, 0.2, 0.3), 10, 20, 7)
 JOINTS = JointSample((0.1, -0.2), 10, 20, 7)

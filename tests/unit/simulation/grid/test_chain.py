@@ -1,7 +1,5 @@
 """Exact costs of fixed policies, held against hand computation, simulation and the belief-state optimum."""
 
-from __future__ import annotations
-
 from math import inf
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Maps: what they are made of, where moves lead, and what is no map."""
 
-from __future__ import annotations
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st

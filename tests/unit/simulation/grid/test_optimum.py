@@ -1,7 +1,5 @@
 """What is possible with full information, and when only readings are known."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 
 import pytest

@@ -1,7 +1,5 @@
 """Strings of random walks."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,22 +1,13 @@
 """Trials: the agent sees readings alone, learns as in the insertion task, and each trial can be repeated."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
 from palpate.core.errors import CommandError, ConfigurationError
 from palpate.core.perception import IdentityState, LastSymbols
-from palpate.core.policy import (
-    Observation,
-    QLearning,
-    QParameters,
-    RandomWalkPolicy,
-    TemperatureSchedule,
-    Transition,
-)
-from palpate.simulation.grid.maps import SCENARIO_1, GridMap, grid_actions
-from palpate.simulation.grid.trial import Walker, run_trial
+from palpate.core.policy import Observation, QLearning, QParameters, RandomWalkPolicy, TemperatureSchedule, Transition
+from palpate.simulation.grid import GridMap, Walker, grid_actions, run_trial
+from palpate.simulation.grid.maps import SCENARIO_1
 from tests.unit.core.policy.bench import Diary
 
 CORRIDOR = GridMap.from_text("ABB·")

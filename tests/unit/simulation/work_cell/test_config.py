@@ -1,7 +1,5 @@
 """Settings of the work cell; their ranges are tried wherever they are declared (tests/unit/adapters/config)."""
 
-from __future__ import annotations
-
 from palpate.simulation.work_cell.config import CellConfig
 
 

@@ -1,7 +1,5 @@
 """Outlines of pegs and holes."""
 
-from __future__ import annotations
-
 from math import atan2, cos, hypot, isclose, pi, remainder, sin, tan
 
 import pytest

@@ -1,7 +1,5 @@
 """The work cell: its MuJoCo model, its gripper's springs, its sensors, and what differs from trial to trial."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
@@ -14,12 +12,11 @@ import pytest
 
 from palpate.core.insertion.config import GoalConfig
 from palpate.core.insertion.frame import goal_in_base
-from palpate.core.motion.arm import ARMS, arm_named
-from palpate.core.motion.inverse import InverseKinematics
-from palpate.core.motion.model import Kinematics, ToolGeometry
+from palpate.core.motion import InverseKinematics, Kinematics, ToolGeometry, arm_named
+from palpate.core.motion.arm import ARMS
 from palpate.core.ports.values import CONTROL_RATE_HZ
-from palpate.simulation.work_cell.cell import WorkCell
-from palpate.simulation.work_cell.config import CellConfig, ComplianceConfig, PegConfig, SensorConfig
+from palpate.simulation.work_cell import CellConfig, WorkCell
+from palpate.simulation.work_cell.config import ComplianceConfig, PegConfig, SensorConfig
 
 GOAL = goal_in_base(GoalConfig())
 READY_M = np.array([0.0, 0.0, -3e-3])

@@ -1,7 +1,5 @@
 """The plate is closed everywhere round the hole, and nothing of it is inside the hole."""
 
-from __future__ import annotations
-
 import mujoco
 import numpy as np
 import pytest

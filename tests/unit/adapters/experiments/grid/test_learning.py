@@ -1,17 +1,14 @@
 """Learning runs: settings, repeatability, and what is remembered of each trial."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
 from palpate.adapters.config.grid import GridLearning
-from palpate.adapters.experiments.grid.learning import learn
-from palpate.adapters.experiments.grid.worlds import Named
+from palpate.adapters.experiments.grid import Named, learn
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy import BackingOff, QLearning, QParameters, Sarsa, SarsaParameters, TemperatureSchedule
-from palpate.simulation.grid.maps import SCENARIO_1, GridMap
-from palpate.simulation.grid.trial import Walk
+from palpate.simulation.grid import GridMap, Walk
+from palpate.simulation.grid.maps import SCENARIO_1
 
 GRID = GridMap.from_regions(SCENARIO_1, 5)
 

@@ -1,7 +1,5 @@
 """Scores, the table with what is possible beside them, and the line for every trial."""
 
-from __future__ import annotations
-
 import csv
 import io
 import re

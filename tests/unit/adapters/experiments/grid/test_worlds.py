@@ -1,7 +1,5 @@
 """Maps and states by their names, and what is possible."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,14 +1,10 @@
 """Studies for tests."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from palpate.adapters.experiments.study.cell import StudyCell
-from palpate.adapters.experiments.study.document import Study
-from palpate.adapters.experiments.study.run_cell import CellJob
+from palpate.adapters.experiments.study import CellJob, Study, StudyCell
 
 
 def study_of(text: str, folder: Path) -> Study:

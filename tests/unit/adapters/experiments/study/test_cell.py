@@ -1,7 +1,5 @@
 """Cells and their names."""
 
-from __future__ import annotations
-
 import re
 
 from hypothesis import given

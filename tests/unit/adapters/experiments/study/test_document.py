@@ -1,13 +1,10 @@
 """Study files."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest
 
-from palpate.adapters.experiments.study.check import require_possible
-from palpate.adapters.experiments.study.document import MOST_CELLS, Study
+from palpate.adapters.experiments.study import MOST_CELLS, Study, require_possible
 from palpate.core.errors import ConfigurationError
 from tests.unit.adapters.experiments.study.studies import study_of
 

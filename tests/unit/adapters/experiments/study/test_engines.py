@@ -1,7 +1,5 @@
 """Engines, with cells that only take note of having been made."""
 
-from __future__ import annotations
-
 import os
 import signal
 import time

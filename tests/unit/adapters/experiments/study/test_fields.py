@@ -1,7 +1,5 @@
 """Settings by their dotted names."""
 
-from __future__ import annotations
-
 import tomllib
 from dataclasses import replace
 

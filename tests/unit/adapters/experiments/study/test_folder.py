@@ -1,7 +1,5 @@
 """The folder of a study, with cells that are made up."""
 
-from __future__ import annotations
-
 import csv
 import json
 import os
@@ -9,9 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from palpate.adapters.experiments.study.cell import StudyCell
-from palpate.adapters.experiments.study.document import Study
-from palpate.adapters.experiments.study.folder import StudyFolder
+from palpate.adapters.experiments.study import Study, StudyCell, StudyFolder
 from palpate.core.errors import ConfigurationError, OutputError
 from tests.unit.adapters.experiments.study.studies import study_of
 

@@ -1,7 +1,5 @@
 """Making a cell."""
 
-from __future__ import annotations
-
 import json
 import threading
 from pathlib import Path
@@ -10,9 +8,8 @@ import pytest
 from threadpoolctl import threadpool_info
 
 from palpate.adapters.config.run import RunConfig
-from palpate.adapters.experiments.study import run_cell
-from palpate.adapters.experiments.study.cell import StudyCell
-from palpate.adapters.experiments.study.run_cell import CellOutcome, CellReport, make_cell, one_thread, put_in_place
+from palpate.adapters.experiments.study import CellOutcome, CellReport, StudyCell, run_cell
+from palpate.adapters.experiments.study.run_cell import make_cell, one_thread, put_in_place
 from tests.unit.adapters.experiments.study.studies import job_in
 
 CELL = StudyCell({"task.start_uncertainty_mm": 1.0}, "torque", 3)

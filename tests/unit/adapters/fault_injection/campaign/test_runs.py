@@ -1,7 +1,5 @@
 """The force behind the faults."""
 
-from __future__ import annotations
-
 import pytest
 
 from palpate.adapters.fault_injection.campaign.runs import ForceProbe

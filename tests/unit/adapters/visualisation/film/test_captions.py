@@ -1,15 +1,12 @@
 """What is written into pictures."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
 import pytest
 from PIL import Image
 
-from palpate.adapters.log.reader import read_log
-from palpate.adapters.log.records import DecisionEntry, EndRecord
+from palpate.adapters.log import DecisionEntry, EndRecord, read_log
 from palpate.adapters.mujoco.scene import Moment
 from palpate.adapters.visualisation.film import captions
 from palpate.adapters.visualisation.film.course import Course

@@ -1,7 +1,5 @@
 """From a log to the moments that are drawn."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -9,9 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from palpate.adapters.log.reader import read_log
-from palpate.adapters.log.records import DecisionEntry, EventEntry
-from palpate.adapters.log.tick_layout import TickRecord
+from palpate.adapters.log import DecisionEntry, EventEntry, TickRecord, read_log
 from palpate.adapters.visualisation.film.course import FORCE_TICKS, Course, course_of
 from palpate.core.errors import ConfigurationError, LogError
 from palpate.core.ports.values import JointSample, Validity, WrenchSample

@@ -1,7 +1,5 @@
 """Films and sheets, of pictures that were never drawn by a graphics library."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import av

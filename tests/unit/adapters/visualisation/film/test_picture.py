@@ -1,14 +1,11 @@
 """Whole pictures, where a graphics library is there to draw them."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
 from palpate.adapters.log.reader import read_log
 from palpate.adapters.mujoco.arrows import ACTION, FORCE
-from palpate.adapters.visualisation.film.course import course_of
-from palpate.adapters.visualisation.film.picture import Painter
+from palpate.adapters.visualisation.film import Painter, course_of
 from tests.unit.adapters.visualisation.film.trials import INSERTION, require_graphics
 
 

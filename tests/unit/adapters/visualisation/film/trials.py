@@ -1,7 +1,5 @@
 """A recorded trial, and whether pictures can be drawn on this machine."""
 
-from __future__ import annotations
-
 from functools import cache
 from pathlib import Path
 

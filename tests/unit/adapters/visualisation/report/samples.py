@@ -1,7 +1,5 @@
 """What several of these tests need: trials and policies that were never run."""
 
-from __future__ import annotations
-
 import io
 from collections.abc import Sequence
 from dataclasses import replace
@@ -10,8 +8,7 @@ import numpy as np
 from matplotlib.image import imread
 
 from palpate.adapters.experiments.results import TrialRow
-from palpate.core.policy import PolicyDocument, compass_actions
-from palpate.core.policy.entries import ActionEntry, TableRow
+from palpate.core.policy import ActionEntry, PolicyDocument, TableRow, compass_actions
 from tests.unit.adapters.samples import trial_rows
 
 ACTIONS = tuple(ActionEntry.of(action) for action in compass_actions(0.7e-3))

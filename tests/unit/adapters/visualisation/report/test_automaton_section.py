@@ -1,14 +1,11 @@
 """Automata on a page: as a picture and as a table, from a file or from a policy."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest
 
 from palpate.adapters.visualisation.report.automaton_section import automaton_section, machine_in
-from palpate.core.automata.machine import Kind, Machine
-from palpate.core.automata.tracker import AutomatonState
+from palpate.core.automata import AutomatonState, Kind, Machine
 from palpate.core.errors import ConfigurationError
 from palpate.core.perception import stage_to_dict
 from tests.unit.adapters.visualisation.report.samples import policy, row

@@ -1,7 +1,5 @@
 """A folder is known by its files."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

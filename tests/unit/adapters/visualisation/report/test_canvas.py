@@ -1,7 +1,5 @@
 """Pictures have equal bytes, whatever the user's own settings of matplotlib are."""
 
-from __future__ import annotations
-
 import matplotlib as mpl
 import pytest
 

@@ -1,7 +1,5 @@
 """Strategies beside each other."""
 
-from __future__ import annotations
-
 from palpate.adapters.visualisation.report.compare_page import Strategy, strategies_picture
 
 

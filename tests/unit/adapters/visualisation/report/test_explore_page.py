@@ -1,7 +1,5 @@
 """Policies over grid worlds."""
 
-from __future__ import annotations
-
 from palpate.adapters.visualisation.report.explore_page import grid_picture
 from tests.unit.adapters.visualisation.report.samples import pixels, policy, row
 

@@ -1,7 +1,5 @@
 """Files that are damaged are refused in one line that names them."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

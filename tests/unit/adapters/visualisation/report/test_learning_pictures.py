@@ -1,7 +1,5 @@
 """Learning curves: means and bands are what they are said to be."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """The logs of a folder, and how regular their control cycle was."""
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Words of a page."""
 
-from __future__ import annotations
-
 import pytest
 
 from palpate.adapters.visualisation.report.page import share

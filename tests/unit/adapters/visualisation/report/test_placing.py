@@ -1,7 +1,5 @@
 """A page as HTML and CSV, and into a folder that may hold something of somebody else's."""
 
-from __future__ import annotations
-
 import base64
 import csv
 import io

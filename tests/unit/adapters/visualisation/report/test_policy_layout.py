@@ -1,7 +1,5 @@
 """Where states are drawn: in a good policy every arrow points to the middle."""
 
-from __future__ import annotations
-
 from math import atan2, hypot, pi
 
 import pytest

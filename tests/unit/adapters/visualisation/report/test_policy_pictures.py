@@ -1,7 +1,5 @@
 """Arrows point where the policy goes, and Q values stand where they belong."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

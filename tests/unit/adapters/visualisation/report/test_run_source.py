@@ -1,7 +1,5 @@
 """What a run's folder tells, finished or not."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from typing import Any

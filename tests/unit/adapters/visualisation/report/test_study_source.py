@@ -1,7 +1,5 @@
 """Cells of a study: which count, what they have in common, and which are refused."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Success and time against a setting."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from palpate.adapters.visualisation.report.canvas import COLOURS

@@ -1,7 +1,5 @@
 """The JR3 node on CAN, frame by frame."""
 
-from __future__ import annotations
-
 import struct
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The JR3 firmware model: filter, counter, zero, states and faults, without a wire."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from typing import Any

@@ -1,7 +1,5 @@
 """The JR3 node on a serial line, byte by byte, and over a pseudo-terminal."""
 
-from __future__ import annotations
-
 import struct
 import time
 from typing import Any

@@ -1,7 +1,5 @@
 """A device for tests of lines."""
 
-from __future__ import annotations
-
 
 class Echo:
     """Answers every line, and says something by itself when asked to."""

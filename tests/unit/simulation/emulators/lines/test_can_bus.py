@@ -1,7 +1,5 @@
 """The emulated CAN wire: arbitration, frame times, order and faults."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Emulated nodes behind python-can's virtual interface and behind its slcan interface."""
 
-from __future__ import annotations
-
 import struct
 import threading
 from collections.abc import Callable

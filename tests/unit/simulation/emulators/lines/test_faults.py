@@ -1,7 +1,5 @@
 """Faults that are drawn for a serial line."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

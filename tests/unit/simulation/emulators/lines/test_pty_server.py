@@ -1,7 +1,5 @@
 """Emulators behind a pseudo-terminal: bytes, hosts that come and go, unplugging."""
 
-from __future__ import annotations
-
 import os
 import threading
 import time
@@ -11,8 +9,7 @@ from pathlib import Path
 import pytest
 import serial
 
-from palpate.simulation.emulators.lines.pty_server import PtyServer
-from palpate.simulation.emulators.lines.serial_line import LineSpeed
+from palpate.simulation.emulators.lines import LineSpeed, PtyServer
 from palpate.simulation.emulators.motors.plant import IdealPlant
 from palpate.simulation.emulators.nmc.bus import NmcChain
 from tests.unit.simulation.emulators.lines.echo import Echo

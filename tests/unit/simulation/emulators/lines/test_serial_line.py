@@ -1,7 +1,5 @@
 """The line between host and device: rates, the time that bytes take, what goes wrong; in virtual time."""
 
-from __future__ import annotations
-
 import pytest
 
 from palpate.simulation.emulators.lines.faults import SerialFaults

@@ -1,7 +1,5 @@
 """The adapter's side of the slcan line protocol."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """What only a serial CAN adapter has: its own commands, malformed lines, a cable to pull."""
 
-from __future__ import annotations
-
 import os
 import struct
 import subprocess

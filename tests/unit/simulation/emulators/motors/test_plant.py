@@ -1,7 +1,5 @@
 """The gears against the published relations, and the motors' imperfections."""
 
-from __future__ import annotations
-
 from math import exp, pi
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Golden bytes, the address chain, groups, line rates and resynchronisation."""
 
-from __future__ import annotations
-
 import pytest
 
 from palpate.simulation.emulators.motors.plant import IdealPlant

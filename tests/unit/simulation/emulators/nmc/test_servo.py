@@ -1,7 +1,5 @@
 """What one module's servo does when told."""
 
-from __future__ import annotations
-
 import struct
 
 import pytest

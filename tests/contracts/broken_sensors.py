@@ -1,0 +1,236 @@
+"""Broken force sensors, and the clauses by which the contract notices them.
+
+Their lives stand for those of every device: the clauses are the same.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+from palpate.core.ports import Life, WrenchKind, WrenchSample
+from palpate.core.ports.contracts.fakes import TICK_NS, FakeClock, FakeForceSensor
+
+
+class WithoutAcknowledge(FakeForceSensor):
+    """Like a stranger's class that forgot a method."""
+
+    def __getattribute__(self, name: str) -> object:
+        if name == "acknowledge_fault":
+            raise AttributeError(name)
+        return super().__getattribute__(name)
+
+
+class BornFaulty(FakeForceSensor):
+    def __init__(self, clock: FakeClock) -> None:
+        super().__init__(clock)
+        self._fault = "left from last time"
+
+
+class OpensInConstructor(FakeForceSensor):
+    def __init__(self, clock: FakeClock) -> None:
+        super().__init__(clock)
+        self.is_open = True
+
+
+class OpensTooLate(FakeForceSensor):
+    def _on_configure(self) -> None: ...
+
+
+class ActivatesOnce(FakeForceSensor):
+    used = False
+
+    def _on_activate(self) -> None:
+        if self.used:
+            raise RuntimeError("only once")
+        self.used = True
+
+
+class ActivatesTwice(FakeForceSensor):
+    def activate(self) -> None:
+        if self._life is not Life.ACTIVE:
+            super().activate()
+
+
+class ConfiguresWhileFaulted(FakeForceSensor):
+    def configure(self) -> None:
+        if self._life is not Life.FAULTED:
+            super().configure()
+
+
+class ReadsWhenClosed(FakeForceSensor):
+    def _require_active(self, request: str) -> None:
+        if self._life is not Life.CLOSED:
+            super()._require_active(request)
+
+
+class ReadsWhenDeactivated(FakeForceSensor):
+    deactivated = False
+
+    def _on_deactivate(self) -> None:
+        self.deactivated = True
+
+    def _require_active(self, request: str) -> None:
+        if not self.deactivated:
+            super()._require_active(request)
+
+
+class RefusesToClose(FakeForceSensor):
+    refused_in = Life.CONSTRUCTED
+
+    def close(self) -> None:
+        if self._life is self.refused_in:
+            raise RuntimeError("cannot be closed now")
+        super().close()
+
+
+class RefusesToCloseFaulted(RefusesToClose):
+    refused_in = Life.FAULTED
+
+
+class RefusesToCloseTwice(RefusesToClose):
+    refused_in = Life.CLOSED
+
+
+class StaysOpen(FakeForceSensor):
+    def _on_close(self) -> None: ...
+
+
+class FaultClearsItself(FakeForceSensor):
+    def read(self) -> WrenchSample:
+        try:
+            return super().read()
+        finally:
+            if self._life is Life.FAULTED:
+                self._life = Life.ACTIVE
+
+
+class ActivateClearsFault(FakeForceSensor):
+    def activate(self) -> None:
+        if self._life is Life.FAULTED:
+            self.acknowledge_fault()
+        super().activate()
+
+
+class AcknowledgeActivates(FakeForceSensor):
+    def acknowledge_fault(self) -> None:
+        super().acknowledge_fault()
+        self.activate()
+
+
+class HidesDisconnection(FakeForceSensor):
+    def _require_connection(self) -> None: ...
+
+
+LIVES: list[tuple[Any, dict[str, Any], set[str]]] = [
+    (WithoutAcknowledge, {"provoke_fault": None}, {"test_matches_the_port", "test_illegal_requests_raise"}),
+    (BornFaulty, {}, {"test_starts_constructed"}),
+    (OpensInConstructor, {}, {"test_constructor_opens_nothing"}),
+    (OpensTooLate, {}, {"test_constructor_opens_nothing"}),
+    (ActivatesOnce, {"provoke_fault": None}, {"test_whole_life"}),
+    (ActivatesTwice, {}, {"test_illegal_requests_raise"}),
+    (ConfiguresWhileFaulted, {}, {"test_illegal_requests_raise_while_faulted"}),
+    (ReadsWhenClosed, {}, {"test_use_outside_active_raises"}),
+    (ReadsWhenDeactivated, {}, {"test_deactivated_device_refuses"}),
+    (RefusesToClose, {}, {"test_close_works_from_every_state"}),
+    (RefusesToCloseFaulted, {}, {"test_close_works_while_faulted"}),
+    (RefusesToCloseTwice, {}, {"test_close_twice"}),
+    (StaysOpen, {}, {"test_close_releases"}),
+    (FaultClearsItself, {}, {"test_fault_latches"}),
+    (
+        ActivateClearsFault,
+        {},
+        {"test_activate_does_not_clear_a_fault", "test_illegal_requests_raise_while_faulted"},
+    ),
+    (AcknowledgeActivates, {}, {"test_acknowledging_does_not_activate"}),
+    (HidesDisconnection, {}, {"test_lost_device_raises"}),
+]
+
+
+def altered(base: Any, /, **changes: Callable[[Any], Any]) -> Any:
+    """A kind of device whose samples differ from the true ones in some fields."""
+
+    def read(device: Any) -> Any:
+        sample = base.read(device)
+        return replace(sample, **{name: change(sample) for name, change in changes.items()})
+
+    return type("Altered", (base,), {"read": read})
+
+
+class CountsReadings(FakeForceSensor):
+    """Passes the same sample off as a new one each time it is read."""
+
+    readings = 0
+
+    def read(self) -> WrenchSample:
+        self.readings += 1
+        return replace(super().read(), sequence=self.readings)
+
+
+def never_stale(clock: FakeClock) -> FakeForceSensor:
+    return FakeForceSensor(clock, max_age_ns=10**18)
+
+
+class TaresOnConfigure(FakeForceSensor):
+    zero_N = (0.0, 0.0, 0.0)
+
+    def _on_configure(self) -> None:
+        super()._on_configure()
+        self.zero_N = self.load_N
+
+    def read(self) -> WrenchSample:
+        sample = super().read()
+        return replace(sample, force_N=tuple(f - zero for f, zero in zip(sample.force_N, self.zero_N, strict=True)))
+
+
+class TaresOnActivate(TaresOnConfigure):
+    def _on_activate(self) -> None:
+        self.zero_N = self.load_N
+
+
+class TaresOnFirstReading(TaresOnConfigure):
+    tared = False
+
+    def read(self) -> WrenchSample:
+        if not self.tared:
+            self.zero_N, self.tared = self.load_N, True
+        return super().read()
+
+
+TARE = {"test_no_hidden_tare"}
+SAMPLES: list[tuple[Any, dict[str, Any], set[str]]] = [
+    (altered(FakeForceSensor, receive_time_ns=lambda s: float(s.receive_time_ns)), {}, {"test_stamps_are_integers"}),
+    (altered(FakeForceSensor, sequence=lambda s: s.sequence + 0.5), {}, {"test_stamps_are_integers"}),
+    (altered(FakeForceSensor, receive_time_ns=lambda s: s.source_time_ns - 1), {}, {"test_times_are_in_order"}),
+    (altered(FakeForceSensor, receive_time_ns=lambda s: s.receive_time_ns + 1), {}, {"test_times_are_in_order"}),
+    (
+        altered(FakeForceSensor, source_time_ns=lambda s: s.source_time_ns - 9 * TICK_NS),
+        {},
+        {"test_valid_sample_is_young"},
+    ),
+    (altered(FakeForceSensor, sequence=lambda s: s.sequence % 256), {}, {"test_sequence_and_time_never_go_back"}),
+    (altered(FakeForceSensor, sequence=lambda s: s.sequence // 2), {}, {"test_world_going_on_brings_news"}),
+    (CountsReadings, {}, {"test_reading_twice_gives_the_same_sample"}),
+    (never_stale, {}, {"test_silence_is_not_passed_off_as_news"}),
+    (altered(FakeForceSensor, force_N=lambda s: list(s.force_N)), {}, {"test_wrench_is_six_floats"}),
+    (altered(FakeForceSensor, torque_Nm=lambda _: (0, 0, 0)), {}, {"test_wrench_is_six_floats"}),
+    (altered(FakeForceSensor, kind=lambda _: WrenchKind.TARED), {}, {"test_kind_is_the_declared_one"}),
+    (altered(FakeForceSensor, frame=lambda _: " "), {}, {"test_frame_is_named"}),
+    (
+        altered(FakeForceSensor, force_N=lambda s: tuple(-f for f in s.force_N)),
+        {},
+        {"test_pressing_on_the_tip_gives_negative_fz"},
+    ),
+    (
+        altered(FakeForceSensor, force_N=lambda s: tuple(f / 9.80665 for f in s.force_N)),
+        {},
+        {"test_load_is_reported_in_newtons_on_its_axis"},
+    ),
+    (
+        altered(FakeForceSensor, force_N=lambda s: (s.force_N[1], s.force_N[0], s.force_N[2])),
+        {},
+        {"test_load_is_reported_in_newtons_on_its_axis"},
+    ),
+    (TaresOnConfigure, {}, TARE),
+    (TaresOnActivate, {}, TARE),
+    (TaresOnFirstReading, {}, TARE),
+]
