@@ -21,7 +21,6 @@ order of states and symbols is kept, and equal machines give equal bytes.
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Final
@@ -99,20 +98,14 @@ def to_json_text(machine: Machine) -> str:
     return "\n".join(["{", *lines, ' "states": [', ",\n".join(states), " ]", "}", ""])
 
 
-def from_json_text(text: str, alphabet: Sequence[str] | None = None) -> Machine:
+def from_json_text(text: str) -> Machine:
     """Read the text of a file.
 
-    Args:
-        text: What :func:`to_json_text` wrote, or the like.
-        alphabet: The symbols it must be over, in their order; None for any.
-
     Raises:
-        ConfigurationError: It is not an automaton file of this schema, contradicts itself, or is over other symbols.
+        ConfigurationError: It is not an automaton file of this schema, or contradicts itself.
     """
     file = _AutomatonFile.read(parse_json(text, _WHOLE, SCHEMA))
     require_names("alphabet", file.alphabet, printable=False)
-    if alphabet is not None and file.alphabet != tuple(alphabet):
-        raise ConfigurationError("alphabet", file.alphabet, f"{tuple(alphabet)}, in this order, as in this task")
     return _machine(file)
 
 
@@ -125,17 +118,13 @@ def save(machine: Machine, path: str | Path) -> None:
     write_whole(Path(path), to_json_text(machine))
 
 
-def load(path: str | Path, alphabet: Sequence[str] | None = None) -> Machine:
+def load(path: str | Path) -> Machine:
     """Read a file.
-
-    Args:
-        path: Where it is.
-        alphabet: The symbols it must be over, in their order; None for any.
 
     Raises:
         ConfigurationError: It cannot be read, or :func:`from_json_text` refuses it.
     """
-    return load_json(path, _WHOLE, lambda text: from_json_text(text, alphabet))
+    return load_json(path, _WHOLE, from_json_text)
 
 
 def _machine(file: _AutomatonFile) -> Machine:

@@ -89,9 +89,8 @@ class BackingOff(QLearning):
         back_off: BackOff,
         *,
         frozen: bool = False,
-        frozen_temperature: float | None = None,
     ) -> None:
-        super().__init__(states, actions, parameters, frozen=frozen, frozen_temperature=frozen_temperature)
+        super().__init__(states, actions, parameters, frozen=frozen)
         if len(back_off.symbol_of) != len(self.states):
             accepted = f"{len(self.states)}, one a state"
             raise ConfigurationError("policy.back_off.symbol_of", len(back_off.symbol_of), accepted)

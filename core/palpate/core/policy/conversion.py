@@ -62,7 +62,6 @@ def policy_from(
     actions: Sequence[Action],
     *,
     frozen: bool = True,
-    frozen_temperature: float | None = None,
 ) -> Policy:
     """Bring a document back to life.
 
@@ -74,7 +73,6 @@ def policy_from(
         actions: The action set of the task.
         frozen: Learn nothing more. Otherwise learning resumes; the next trial is number
             ``document.learner.trials_learned`` if the temperature is to go on where it was.
-        frozen_temperature: Temperature while frozen; None takes the floor of the schedule.
 
     Raises:
         ConfigurationError: The task has other states or actions.
@@ -97,7 +95,6 @@ def policy_from(
             actions,
             back_off=None if backing is None else backing.settings,
             frozen=frozen,
-            frozen_temperature=frozen_temperature,
         )
         parts.append(_learned(learner, document, document.learner))
     return parts[0] if len(parts) == 1 else MixedPolicy(states, parts)
@@ -130,7 +127,6 @@ def new_learner(
     *,
     back_off: BackOff | None = None,
     frozen: bool = False,
-    frozen_temperature: float | None = None,
 ) -> TabularLearner:
     """The learner that has such settings: Sarsa(lambda) for those with a trace decay, Q-learning for the others.
 
@@ -139,8 +135,7 @@ def new_learner(
         states: Names of the states.
         actions: The action set.
         back_off: The symbols that stand in for states that were little tried; Q-learning only.
-        frozen: Learn nothing, and keep the temperature at ``frozen_temperature``.
-        frozen_temperature: Temperature while frozen; None takes the floor of the schedule.
+        frozen: Learn nothing, and keep the temperature at its floor.
 
     Raises:
         ConfigurationError: A value is out of its range, names repeat, or Sarsa is to back off.
@@ -148,10 +143,10 @@ def new_learner(
     if isinstance(parameters, SarsaParameters):
         if back_off is not None:
             raise ConfigurationError("policy.back_off", back_off.visits, "none with Sarsa; Q-learning can back off")
-        return Sarsa(states, actions, parameters, frozen=frozen, frozen_temperature=frozen_temperature)
+        return Sarsa(states, actions, parameters, frozen=frozen)
     if back_off is None:
-        return QLearning(states, actions, parameters, frozen=frozen, frozen_temperature=frozen_temperature)
-    return BackingOff(states, actions, parameters, back_off, frozen=frozen, frozen_temperature=frozen_temperature)
+        return QLearning(states, actions, parameters, frozen=frozen)
+    return BackingOff(states, actions, parameters, back_off, frozen=frozen)
 
 
 def _learned(learner: TabularLearner, document: PolicyDocument, entry: LearnerEntry) -> TabularLearner:

@@ -49,9 +49,8 @@ class Sarsa(TabularLearner):
         parameters: SarsaParameters,
         *,
         frozen: bool = False,
-        frozen_temperature: float | None = None,
     ) -> None:
-        super().__init__(states, actions, parameters, frozen=frozen, frozen_temperature=frozen_temperature)
+        super().__init__(states, actions, parameters, frozen=frozen)
         # One pair a state at most has a trace: its action, and how much is left of it.
         self._traces: dict[int, tuple[int, float]] = {}
         self._next: tuple[int, int] | None = None

@@ -5,7 +5,6 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from math import isfinite
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
@@ -67,8 +66,7 @@ class TabularLearner(Policy):
         states: Names of the states.
         actions: The action set.
         parameters: Its settings.
-        frozen: Learn nothing, and keep the temperature at ``frozen_temperature``.
-        frozen_temperature: Temperature while frozen; None takes the floor of the schedule.
+        frozen: Learn nothing, and keep the temperature at the floor of the schedule.
 
     Raises:
         ConfigurationError: A value is out of its range, or names repeat.
@@ -81,17 +79,11 @@ class TabularLearner(Policy):
         parameters: QParameters,
         *,
         frozen: bool = False,
-        frozen_temperature: float | None = None,
     ) -> None:
         check_names(states, actions)
         self.states, self.actions, self.frozen = tuple(states), tuple(actions), frozen
         self.parameters = parameters
-        if frozen_temperature is None:
-            frozen_temperature = parameters.temperature.floor
-        elif not (isfinite(frozen_temperature) and frozen_temperature >= 0.0):
-            raise ConfigurationError("policy.frozen_temperature", frozen_temperature, "a finite number, 0 or above")
-        self._frozen_temperature = frozen_temperature
-        self._temperature = frozen_temperature if frozen else parameters.temperature.at(0)
+        self._temperature = self._temperature_of(0)
         self._q = [[float(parameters.initial_value)] * len(self.actions) for _ in self.states]
         self._visits = [[0] * len(self.actions) for _ in self.states]
         self._trials_learned = 0
@@ -126,7 +118,11 @@ class TabularLearner(Policy):
         """Set the temperature of the trial and take its random numbers from ``rng``."""
         self._rng = rng
         self._trial_counted = False
-        self._temperature = self._frozen_temperature if self.frozen else self.parameters.temperature.at(trial)
+        self._temperature = self._temperature_of(trial)
+
+    def _temperature_of(self, trial: int) -> float:
+        schedule = self.parameters.temperature
+        return schedule.floor if self.frozen else schedule.at(trial)
 
     def choose(self, observation: Observation) -> Decision:
         """Draw an action by Boltzmann exploration; exactly one random number.

@@ -117,7 +117,6 @@ def run_trial(
     trial: int,
     *,
     step_limit: int = STEP_LIMIT,
-    penalty: ActionPenalty = PENALTY,
 ) -> Walk:
     """One trial from a random cell to the goal, or to the limit.
 
@@ -130,7 +129,6 @@ def run_trial(
         seed: The run's seed.
         trial: Index of the trial; with the seed it gives the start and the policy's random numbers.
         step_limit: Most actions.
-        penalty: What each action costs.
 
     Raises:
         ConfigurationError: The identifier has other symbols than the map, or the limit is below 1.
@@ -145,7 +143,7 @@ def run_trial(
         if decision.index is None:
             raise CommandError("in a grid an action must be one of the set", decision.action.name)
         next_state = walker.move(decision.index)
-        policy.learn(Transition(observation.state, decision.index, penalty.per_action, next_state))
+        policy.learn(Transition(observation.state, decision.index, PENALTY.per_action, next_state))
         if next_state is None:
             break
     return walker.walk

@@ -47,7 +47,6 @@ def test_a_machine_reads_back_and_gives_the_same_bytes(machine, named, data):
     text = to_json_text(machine)
     assert text.isascii()
     assert from_json_text(text) == machine
-    assert from_json_text(text, alphabet=machine.alphabet) == machine
     assert to_json_text(from_json_text(text)) == text
 
 
@@ -59,17 +58,7 @@ def test_a_file_keeps_the_sorts_of_outputs():
 def test_a_saved_machine_is_loaded(tmp_path):
     save(PARITY, tmp_path / "machine.json")
     assert (tmp_path / "machine.json").read_bytes() == TEXT.encode()
-    assert load(tmp_path / "machine.json", alphabet=["a", "b"]) == PARITY
-
-
-@pytest.mark.parametrize("alphabet", [("a",), ("b", "a"), ("x", "y")])
-def test_a_file_over_another_alphabet_is_refused_naming_both(tmp_path, alphabet):
-    save(PARITY, tmp_path / "machine.json")
-    with pytest.raises(ConfigurationError) as refused:
-        load(tmp_path / "machine.json", alphabet=alphabet)
-    assert refused.value.field == f"{tmp_path / 'machine.json'}: alphabet"
-    assert str(alphabet) in str(refused.value)
-    assert "('a', 'b')" in str(refused.value)
+    assert load(tmp_path / "machine.json") == PARITY
 
 
 def put(*keys_and_value):

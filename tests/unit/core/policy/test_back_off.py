@@ -1,6 +1,7 @@
 """Where a state was little tried its symbol decides, in the end the state; without a memory nothing changes."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -32,10 +33,10 @@ transitions = st.builds(
 )
 
 
-def learner(visits: float = 4.0, **settings) -> BackingOff:
+def learner(visits: float = 4.0, parameters: QParameters = PARAMETERS, **settings) -> BackingOff:
     back_off = BackOff.of(visits, SYMBOL_OF)
     assert back_off is not None
-    return BackingOff(STATES, TWO, PARAMETERS, back_off, **settings)
+    return BackingOff(STATES, TWO, parameters, back_off, **settings)
 
 
 def test_what_one_state_learns_its_sisters_expect_and_others_do_not():
@@ -67,7 +68,7 @@ def test_experience_of_its_own_wins_in_the_end():
 
 
 def test_it_chooses_by_both():
-    q = learner(frozen_temperature=0.0, frozen=True)
+    q = learner(frozen=True, parameters=replace(PARAMETERS, temperature=TemperatureSchedule(1.0, 0.9, 0.0)))
     state = q.get_state()
     state["symbol_q"][0][0] = -1.0
     q.set_state(state)

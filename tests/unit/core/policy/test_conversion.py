@@ -69,12 +69,11 @@ def test_learning_resumes_as_if_it_had_never_stopped(tmp_path, mixed):
     assert learner_of(resumed).trials_learned == 50
 
 
-@pytest.mark.parametrize(("given", "temperature"), [(None, 0.5), (0.0, 0.0)])
-def test_a_frozen_policy_keeps_what_it_knows_and_its_temperature(tmp_path, given, temperature):
+def test_a_frozen_policy_keeps_what_it_knows_and_its_temperature(tmp_path):
     document = through_file(learner(), tmp_path)
-    policy = policy_from(document, STATES, ACTIONS, frozen_temperature=given)
+    policy = policy_from(document, STATES, ACTIONS)
     wander(policy, range(3), seed=4)
-    assert policy.temperature == temperature
+    assert policy.temperature == 0.5
     assert document_of(policy, created_with={"palpate": "0"}, perception={}) == document
 
 
@@ -100,9 +99,9 @@ def test_sarsa_has_a_file_too(tmp_path):
 def test_the_settings_say_which_learner_it_is():
     settings = {"alpha": 0.5, "gamma": 1.0, "temperature": TemperatureSchedule(1.0, 1.0, 0.1), "alpha_visits": 9.0}
     for parameters, kind in ((QParameters(**settings), QLearning), (SarsaParameters(**settings), Sarsa)):
-        made = new_learner(parameters, STATES, ACTIONS, frozen=True, frozen_temperature=0.3)
+        made = new_learner(parameters, STATES, ACTIONS, frozen=True)
         assert type(made) is kind
-        assert (made.parameters, made.frozen, made.temperature) == (parameters, True, 0.3)
+        assert (made.parameters, made.frozen, made.temperature) == (parameters, True, 0.1)
 
 
 def test_rows_say_which_knowledge_decides_and_what_was_learned_there(tmp_path):

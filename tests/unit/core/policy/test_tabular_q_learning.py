@@ -12,7 +12,7 @@ from tests.unit.core.policy.bench import CELLS, EIGHT, GREEDY, TWO, observation,
 
 def learner(states=("i", "j"), actions=TWO, **settings) -> QLearning:
     settings = {"alpha": 0.5, "gamma": 1.0, "temperature": TemperatureSchedule(1.0, 0.9, 0.1)} | settings
-    frozen = {key: settings.pop(key) for key in ("frozen", "frozen_temperature") if key in settings}
+    frozen = {key: settings.pop(key) for key in ("frozen",) if key in settings}
     return QLearning(states, actions, QParameters(**settings), **frozen)
 
 
@@ -105,15 +105,14 @@ def test_every_choice_takes_one_number_of_the_trials_generator():
     assert rng.bit_generator.state == twin.bit_generator.state
 
 
-@pytest.mark.parametrize(("own", "temperature"), [({}, 0.1), ({"frozen_temperature": 0.0}, 0.0)])
-def test_a_frozen_learner_learns_nothing_and_stays_at_the_floor_or_at_a_temperature_of_its_own(own, temperature):
-    q = learner(frozen=True, **own)
-    assert q.temperature == temperature
+def test_a_frozen_learner_learns_nothing_and_stays_at_the_floor():
+    q = learner(frozen=True)
+    assert q.temperature == 0.1
     before = q.get_state()
     q.begin_trial(0, np.random.default_rng(0))
     q.learn(Transition(0, 0, -1.0, None))
     assert q.get_state() == before
-    assert q.temperature == temperature
+    assert q.temperature == 0.1
     assert q.trials_learned == 0
 
 
@@ -171,7 +170,6 @@ def test_only_states_of_the_table_are_served():
     ("settings", "field"),
     [
         ({"alpha_floor": 0.6}, "alpha_floor"),
-        ({"frozen_temperature": -1.0}, "frozen_temperature"),
         ({"states": ()}, "states"),
     ],
 )

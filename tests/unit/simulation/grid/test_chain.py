@@ -1,5 +1,6 @@
 """Exact costs of fixed policies, held against hand computation, simulation and the belief-state optimum."""
 
+from dataclasses import replace
 from math import inf
 
 import numpy as np
@@ -82,7 +83,8 @@ def test_what_is_simulated_agrees() -> None:
     learner = QLearning(identifier.states, grid_actions(), parameters)
     for trial in range(400):
         run_trial(grid, identifier, learner, 0, trial)
-    frozen = QLearning(identifier.states, grid_actions(), parameters, frozen=True, frozen_temperature=0.0)
+    greedily = replace(parameters, temperature=TemperatureSchedule(1.0, 0.99, 0.0))
+    frozen = QLearning(identifier.states, grid_actions(), greedily, frozen=True)
     frozen.set_state(learner.get_state())
     walks = [run_trial(grid, identifier, frozen, 1, trial) for trial in range(2000)]
     exact = expected_steps(grid, identifier, greedy(learner.q))

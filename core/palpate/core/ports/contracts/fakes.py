@@ -138,8 +138,8 @@ class FakeForceSensor(FakeSensor[WrenchSample], ForceSensor):
         saturated: Set it to mark new samples ``SATURATED``.
     """
 
-    def __init__(self, clock: Clock, *, max_age_ns: int = MAX_AGE_NS, name: str = "fake force sensor") -> None:
-        super().__init__(name, clock, max_age_ns)
+    def __init__(self, clock: Clock, *, max_age_ns: int = MAX_AGE_NS) -> None:
+        super().__init__("fake force sensor", clock, max_age_ns)
         self.load_N: Vector3 = (0.0, 0.0, 0.0)
         self.load_Nm: Vector3 = (0.0, 0.0, 0.0)
         self.kind = WrenchKind.RAW
@@ -160,15 +160,8 @@ class FakeJointEncoder(FakeSensor[JointSample], JointEncoder):
         max_age_ns: Age above which a sample comes back ``STALE``.
     """
 
-    def __init__(
-        self,
-        clock: Clock,
-        position_rad: Callable[[], JointVector],
-        *,
-        max_age_ns: int = MAX_AGE_NS,
-        name: str = "fake joint encoder",
-    ) -> None:
-        super().__init__(name, clock, max_age_ns)
+    def __init__(self, clock: Clock, position_rad: Callable[[], JointVector], *, max_age_ns: int = MAX_AGE_NS) -> None:
+        super().__init__("fake joint encoder", clock, max_age_ns)
         self._position_rad = position_rad
 
     @override
@@ -195,9 +188,8 @@ class FakeArm(FakeDevice, ArmCommand):
         lower_rad: JointVector,
         upper_rad: JointVector,
         max_step_rad: float,
-        name: str = "fake arm",
     ) -> None:
-        super().__init__(name, clock)
+        super().__init__("fake arm", clock)
         self._lower_rad, self._upper_rad, self._max_step_rad = lower_rad, upper_rad, max_step_rad
         self._stopped = False
         self._here_rad = home_rad

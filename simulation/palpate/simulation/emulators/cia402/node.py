@@ -82,13 +82,12 @@ class CanopenDrive(CanNode):
         node: Node number, 1 to 127.
         motors: What the drives turn.
         axis: Which of the motors is this drive's.
-        following_error_counts: Default window of the following error.
     """
 
-    def __init__(self, node: int, motors: DrivenMotors, axis: int, *, following_error_counts: int = 20_000) -> None:
+    def __init__(self, node: int, motors: DrivenMotors, axis: int) -> None:
         self.node = node
         self.faults = CanopenFaults()
-        self._motors, self._axis, self._window = motors, axis, following_error_counts
+        self._motors, self._axis = motors, axis
         self._now_ns: int | None = None
         self._out = _Outbox()
         self._power_up(0)
@@ -123,7 +122,7 @@ class CanopenDrive(CanNode):
     def _power_up(self, now_ns: int) -> None:
         self.nmt = NmtState.INITIALISING
         self.machine = PowerMachine()
-        self.objects = od.ObjectDictionary(self.node, serial=0x1000 + self.node, following_error_counts=self._window)
+        self.objects = od.ObjectDictionary(self.node, serial=0x1000 + self.node)
         self._servo = DriveServo(self._motors, self._axis, self.objects)
         self._ready_ns = now_ns + _BOOT_NS
         self._next_heartbeat_ns = 0

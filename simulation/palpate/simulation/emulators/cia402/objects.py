@@ -92,10 +92,9 @@ class ObjectDictionary:
     Args:
         node: Its node number.
         serial: Object 0x1018:04.
-        following_error_counts: Default of object 0x6065.
     """
 
-    def __init__(self, node: int, *, serial: int, following_error_counts: int) -> None:
+    def __init__(self, node: int, *, serial: int) -> None:
         self._entries: dict[tuple[int, int], Entry] = {
             (0x1000, 0): Entry(0x0002_0192, 4),
             (0x1001, 0): Entry(0, 1),
@@ -115,7 +114,7 @@ class ObjectDictionary:
             (MODE, 0): Entry(0, 1, signed=True, writable=True, mappable=True),
             (MODE_SHOWN, 0): Entry(0, 1, signed=True, mappable=True),
             (POSITION, 0): Entry(0, 4, signed=True, mappable=True),
-            (FOLLOWING_ERROR_WINDOW, 0): Entry(following_error_counts, 4, writable=True),
+            (FOLLOWING_ERROR_WINDOW, 0): Entry(20_000, 4, writable=True),
             (TARGET_POSITION, 0): Entry(0, 4, signed=True, writable=True, mappable=True),
             (QUICK_STOP_DECELERATION, 0): Entry(100_000, 4, writable=True),
             (INTERPOLATION, 0): Entry(2, 1),

@@ -78,8 +78,8 @@ class _Backlash:
 class IdealPlant(Plant):
     """Six motors that follow their servos, with optional lag, load and backlash. Deterministic."""
 
-    def __init__(self, gears: ArmGears | None = None, model: MotorModel | None = None) -> None:
-        self._gears, self._model = gears or ArmGears(), model or MotorModel()
+    def __init__(self, model: MotorModel | None = None) -> None:
+        self._gears, self._model = ArmGears(), model or MotorModel()
         self._set_points: list[float | None] = [None] * AXES
         self._duty = [0.0] * AXES
         self._motors = list(_HOME_COUNTS)
@@ -139,14 +139,11 @@ class JointPlant(Plant):
 
     Args:
         joints_rad: Where the arm is, (6,) rad.
-        gears: Counts to joint angles.
         model: Backlash and open-loop speed; lag and load are the simulation's own affair and must be zero.
     """
 
-    def __init__(
-        self, joints_rad: JointVector = HOME_RAD, gears: ArmGears | None = None, model: MotorModel | None = None
-    ) -> None:
-        self._gears, self._model = gears or ArmGears(), model or MotorModel()
+    def __init__(self, joints_rad: JointVector = HOME_RAD, model: MotorModel | None = None) -> None:
+        self._gears, self._model = ArmGears(), model or MotorModel()
         if self._model.lag_s or any(self._model.load_counts):
             raise ValueError("lag_s and load_counts belong to the simulation behind a JointPlant")
         self._backlash = _Backlash(self._model.wrist_backlash_rad, joints_rad)
