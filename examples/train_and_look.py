@@ -25,13 +25,14 @@ from palpate.adapters.experiments import (
     build_perception,
     learning_curve,
     learning_policy,
+    render_table,
     run_toml,
 )
 from palpate.adapters.log import LOG_FOLDER, TrialRecorder, read_log, timeline
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.errors import PalpateError, require_whole
 from palpate.core.insertion import find_ready_pose
-from palpate.core.policy import PolicyDocument, render_table
+from palpate.core.policy import PolicyDocument
 
 
 def tell(scored: ScoredTrial) -> None:

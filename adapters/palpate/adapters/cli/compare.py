@@ -24,7 +24,6 @@ from palpate.adapters.experiments import (
     shown_interval,
     summary_of,
 )
-from palpate.adapters.log import LOG_FOLDER, TrialRecorder
 from palpate.core.insertion import find_ready_pose
 
 
@@ -42,9 +41,7 @@ def compare(options: CompareOptions) -> int:
     summaries: dict[str, dict[str, Any]] = {}
     finished = True
     with ExitStack() as opened:
-        recorder = TrialRecorder.into(folder.path / LOG_FOLDER, config.recording)
-        if recorder is not None:
-            opened.enter_context(recorder)
+        recorder = folder.recorder(config.recording, opened)
         for number, policy in enumerate(chosen):
             # Two runs may have folders of the same name, or one of a comparator's.
             taken = policy.label in summaries or (policy.label in COMPARATORS and policy.name not in COMPARATORS)

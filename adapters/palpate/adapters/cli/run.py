@@ -20,17 +20,16 @@ from palpate.adapters.experiments import (
     RunFolder,
     ScoredTrial,
     TrialRow,
-    learning_curve,
     next_free_folder,
     open_rig,
-    policy_summary,
     require_usable,
     run_policy,
     run_toml,
     warm_up,
+    write_evaluation,
 )
 from palpate.adapters.hardware.real_time import RealTimeSession
-from palpate.adapters.log import LOG_FOLDER, TrialRecorder
+from palpate.adapters.log import TrialRecorder
 from palpate.core.errors import ConfigurationError
 from palpate.core.insertion import ReadyPose, find_ready_pose
 from palpate.core.ports import Rig
@@ -57,9 +56,7 @@ def run(options: RunOptions) -> int:
         # Only now are words, files and devices known to be good: a refused call must not leave a folder in the way.
         folder.create()
         folder.write("run.toml", run_toml(config, "run", trials=options.trials, policy=options.policy))
-        recorder = TrialRecorder.into(folder.path / LOG_FOLDER, recording_for(config, options.rig))
-        if recorder is not None:
-            opened.enter_context(recorder)
+        recorder = folder.recorder(recording_for(config, options.rig), opened)
         session = opened.enter_context(RealTimeSession(config.real_time)) if options.rig else None
         print_grants(session)
         rows, finished = run_named(
@@ -68,11 +65,7 @@ def run(options: RunOptions) -> int:
         if session is not None:
             sys.stdout.write(session.report() + "\n")
     print_troubles(recorder)
-    summary = policy_summary(config, options.policy, rows, options.trials)
-    folder.write_json("summary.json", summary)
-    folder.write("learning_curve.png", learning_curve(rows, f"{options.policy}, {config.scenario}"))
-    if chosen.document is not None:
-        chosen.document.save(folder.path / "policy.json")
+    summary = write_evaluation(config, folder, options.policy, chosen, rows, options.trials)
     low, high = summary["success_95"]
     sys.stdout.write(
         f"{options.policy}, {config.arm}, scenario {config.scenario}, seed {config.seed}: {len(rows)} trials\n"

@@ -6,10 +6,11 @@ import sys
 from pathlib import Path
 
 from palpate.adapters.cli.options import ShowOptions
-from palpate.core.policy import PolicyDocument, render_table
+from palpate.adapters.experiments import render_table
+from palpate.core.policy import PolicyDocument
 
 
 def show(options: ShowOptions) -> int:
     """Print the table of a policy file; returns the exit code."""
-    sys.stdout.write(render_table(PolicyDocument.load(Path(options.file))) + "\n")
+    sys.stdout.write(render_table(PolicyDocument.load(Path(options.file))))
     return 0

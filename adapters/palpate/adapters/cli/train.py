@@ -21,7 +21,6 @@ from palpate.adapters.experiments import (
     checkpoint_perception,
     configured_perception,
     fitted_perception,
-    learning_curve,
     learning_policy,
     loaded_policy,
     moving_average,
@@ -30,11 +29,11 @@ from palpate.adapters.experiments import (
     require_usable,
     resume_from,
     run_toml,
-    training_summary,
     warm_up,
+    write_training,
 )
 from palpate.adapters.hardware.real_time import RealTimeSession
-from palpate.adapters.log import LOG_FOLDER, TrialRecorder, made_with, set_aside
+from palpate.adapters.log import LOG_FOLDER, made_with, set_aside
 from palpate.core.errors import ConfigurationError, OutputError
 from palpate.core.insertion import find_ready_pose, reachable_share
 from palpate.core.policy import PolicyDocument
@@ -82,9 +81,7 @@ def train(options: TrainOptions) -> int:
         # Only now is every setting known to be good: a refused one must not leave a folder that is in the way.
         require_usable(config, ready)
         folder.create()
-        recorder = TrialRecorder.into(folder.path / LOG_FOLDER, recording_for(config, options.rig))
-        if recorder is not None:
-            opened.enter_context(recorder)
+        recorder = folder.recorder(recording_for(config, options.rig), opened)
         session = opened.enter_context(RealTimeSession(config.real_time)) if options.rig else None
         print_grants(session)
         trainer = Trainer(config, folder, ready, rig, perception, policy, first, recorder, session)
@@ -164,11 +161,7 @@ def _with_progress(trainer: Trainer, trials: int, first: int, folder: RunFolder)
 
 
 def _finish(config: RunConfig, folder: RunFolder, trials: int) -> None:
-    rows = folder.read_trials()
-    summary = training_summary(config, rows, trials)
-    folder.write_json("summary.json", summary)
-    title = f"Peg in hole, {config.arm}, scenario {config.scenario}, seed {config.seed}"
-    folder.write("learning_curve.png", learning_curve(rows, title))
+    rows, summary = write_training(config, folder, trials)
     if rows:
         times = [row.exploration_time_s for row in rows]
         say(

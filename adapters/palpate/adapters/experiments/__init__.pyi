@@ -11,9 +11,12 @@ from .evaluation import NOBODY_KNOWS as NOBODY_KNOWS
 from .evaluation import ChosenPolicy as ChosenPolicy
 from .evaluation import Recorded as Recorded
 from .evaluation import run_policy as run_policy
+from .evaluation import write_evaluation as write_evaluation
+from .figure import Canvas as Canvas
+from .figure import drawing as drawing
+from .figure import learning_curve as learning_curve
 from .fitting import configured_perception as configured_perception
 from .fitting import fitted_perception as fitted_perception
-from .learning_curve import learning_curve as learning_curve
 from .policies import COMPARATORS as COMPARATORS
 from .policies import comparator as comparator
 from .policies import learning_policy as learning_policy
@@ -34,11 +37,13 @@ from .statistics import training_summary as training_summary
 from .statistics import wilson_interval as wilson_interval
 from .tables import aligned as aligned
 from .tables import csv_text as csv_text
+from .tables import render_table as render_table
 from .training import Checkpoint as Checkpoint
 from .training import Trainer as Trainer
 from .training import checkpoint_perception as checkpoint_perception
 from .training import resume_from as resume_from
 from .training import run_toml as run_toml
+from .training import write_training as write_training
 from .trial import ScoredTrial as ScoredTrial
 from .trial import falsely_inserted as falsely_inserted
 from .trial import run_scored_trial as run_scored_trial

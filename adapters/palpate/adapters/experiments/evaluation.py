@@ -6,13 +6,15 @@ import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from palpate.adapters.config import RunConfig
 from palpate.adapters.experiments.build import build_perception, build_supervisor, build_task
+from palpate.adapters.experiments.figure import learning_curve
 from palpate.adapters.experiments.fitting import configured_perception
 from palpate.adapters.experiments.policies import COMPARATORS, comparator, loaded_policy, perception_of
-from palpate.adapters.experiments.results import TrialRow
+from palpate.adapters.experiments.results import RunFolder, TrialRow
+from palpate.adapters.experiments.statistics import policy_summary
 from palpate.adapters.experiments.trial import ScoredTrial, interrupting, require_sound, run_scored_trial
 from palpate.adapters.hardware.real_time import RealTimeSession
 from palpate.adapters.log import TrialRecorder
@@ -118,6 +120,27 @@ class ChosenPolicy:
         if self.document is None:
             return comparator(self.name, self._config, lambda: true_hole_m(rig))
         return loaded_policy(self.document, self._config, self.perception, frozen=True)
+
+
+def write_evaluation(
+    config: RunConfig, folder: RunFolder, name: str, chosen: ChosenPolicy, rows: Sequence[TrialRow], trials: int
+) -> dict[str, Any]:
+    """Write ``summary.json``, the times as a picture, and the policy; the figures of the summary.
+
+    Args:
+        config: The run's configuration.
+        folder: Where to.
+        name: What the policy is called.
+        chosen: The policy.
+        rows: The finished trials.
+        trials: How many were asked.
+    """
+    summary = policy_summary(config, name, rows, trials)
+    folder.write_json("summary.json", summary)
+    folder.write("learning_curve.png", learning_curve(rows, f"{name}, {config.scenario}"))
+    if chosen.document is not None:
+        chosen.document.save(folder.path / "policy.json")
+    return summary
 
 
 def true_hole_m(rig: Rig) -> Sequence[float]:

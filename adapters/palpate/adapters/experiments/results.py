@@ -9,14 +9,17 @@ from __future__ import annotations
 
 import csv
 import dataclasses
-import io
 import json
 import os
 from collections.abc import Sequence
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, Final
 
+from palpate.adapters.config import RecordingConfig
+from palpate.adapters.experiments.tables import csv_text
 from palpate.adapters.experiments.trial import ScoredTrial
+from palpate.adapters.log import LOG_FOLDER, TrialRecorder
 from palpate.core.errors import OutputError
 from palpate.core.files import write_whole
 
@@ -24,9 +27,7 @@ RUN_FILES: Final = (
     "run.toml", "trials.csv", "decisions.csv", "checkpoint.json", "policy.json", "summary.json", "learning_curve.png",
     "compare.csv", "compare.txt", "logs",
 )  # fmt: skip
-_DECISION_COLUMNS: Final = (
-    "trial", "tick", "symbol", "state", "action", "source", "reinforcement", "temperature",
-)  # fmt: skip
+_OF_DECISION: Final = ("tick", "symbol", "state", "action", "source", "reinforcement")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -140,6 +141,11 @@ class RunFolder:
         except OSError as error:
             raise OutputError(str(self.path), f"cannot be made ({error.strerror})", "name another folder") from error
 
+    def recorder(self, config: RecordingConfig, opened: ExitStack) -> TrialRecorder | None:
+        """A recorder of trials into the folder ``logs``, until ``opened`` closes; None where none is asked for."""
+        recorder = TrialRecorder.into(self.path / LOG_FOLDER, config)
+        return None if recorder is None else opened.enter_context(recorder)
+
     def write(self, name: str, content: str | bytes, *, durable: bool = True) -> None:
         """Write or replace a file, whole or not at all; ``durable`` as in :func:`write_whole`.
 
@@ -157,23 +163,11 @@ class RunFolder:
         row = TrialRow.of(scored, first)
         report = scored.report
         self._append("trials.csv", tuple(f.name for f in dataclasses.fields(TrialRow)), [dataclasses.astuple(row)])
-        self._append(
-            "decisions.csv",
-            _DECISION_COLUMNS,
-            [
-                (
-                    row.trial,
-                    d.tick,
-                    d.symbol,
-                    d.state,
-                    d.action,
-                    d.source,
-                    d.reinforcement,
-                    report.temperature,
-                )
-                for d in report.decisions
-            ],
-        )
+        decisions = [
+            (row.trial, *(getattr(decision, name) for name in _OF_DECISION), report.temperature)
+            for decision in report.decisions
+        ]
+        self._append("decisions.csv", ("trial", *_OF_DECISION, "temperature"), decisions)
 
     def read_trials(self) -> list[TrialRow]:
         """The finished trials.
@@ -205,15 +199,11 @@ class RunFolder:
 
     def _append(self, name: str, columns: Sequence[str], rows: Sequence[Sequence[Any]]) -> None:
         path = self.path / name
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
         # A run that was killed may have left the file without even its header.
-        if not path.exists() or path.stat().st_size == 0:
-            writer.writerow(columns)
-        writer.writerows(rows)
+        head = [] if path.exists() and path.stat().st_size else [columns]
         try:
             with path.open("a", encoding="utf-8", newline="") as stream:
-                stream.write(text.getvalue())
+                stream.write(csv_text([*head, *rows]))
         except OSError as error:
             raise OutputError(
                 str(path), f"cannot be written ({error.strerror})", "nothing finished was lost"

@@ -1,4 +1,4 @@
-"""Tables as plain text: columns set side by side, or CSV."""
+"""Tables as plain text: columns set side by side, or CSV; and that of a policy."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ import csv
 import io
 from collections.abc import Iterable, Sequence
 from typing import Any
+
+from palpate.core.policy import LEARNED, PolicyDocument, TableRow
 
 
 def aligned(rows: Sequence[Sequence[str]], left: int | None = None) -> str:
@@ -30,3 +32,24 @@ def csv_text(rows: Iterable[Iterable[Any]]) -> str:
     text = io.StringIO()
     csv.writer(text, lineterminator="\n").writerows(rows)
     return text.getvalue()
+
+
+def render_table(document: PolicyDocument) -> str:
+    """State, source, best action, value and visits in aligned columns, in the order of the states.
+
+    The best action of a learned state that was never visited is not shown: all actions are equal there.
+    """
+    learner = document.learner
+    learned = f"{learner.kind}, {learner.trials_learned} trials learned" if learner else "nothing learned"
+    head = f"{len(document.states)} states, {len(document.actions)} actions; {learned}"
+    rows = [("state", "source", "best action", "value", "visits"), *map(_cells, document.table)]
+    return f"{head}\n\n{aligned(rows, left=3)}"
+
+
+def _cells(row: TableRow) -> tuple[str, ...]:
+    if row.value is None:
+        return row.state, row.source, row.action, "-", "-"
+    if row.visits == 0:
+        action = "-" if row.source == LEARNED else row.action
+        return row.state, row.source, action, "-", "never visited"
+    return row.state, row.source, row.action, f"{row.value:.3f}", str(row.visits)

@@ -9,8 +9,10 @@ from typing import Any, Final
 
 from palpate.adapters.config import RunConfig, to_toml
 from palpate.adapters.experiments.build import build_supervisor, build_task
+from palpate.adapters.experiments.figure import learning_curve
 from palpate.adapters.experiments.policies import perception_settings
-from palpate.adapters.experiments.results import RunFolder
+from palpate.adapters.experiments.results import RunFolder, TrialRow
+from palpate.adapters.experiments.statistics import training_summary
 from palpate.adapters.experiments.trial import ScoredTrial, interrupting, require_sound, run_scored_trial
 from palpate.adapters.hardware.real_time import RealTimeSession
 from palpate.adapters.log import TrialRecorder, made_with
@@ -82,6 +84,20 @@ def run_toml(config: RunConfig, command: str, **facts: Any) -> str:
     lines += [f"{name} = {json.dumps(value, ensure_ascii=False)}\n" for name, value in facts.items()]
     lines += ["\n[run.versions]\n", *(f"{name} = {json.dumps(v)}\n" for name, v in made_with().items())]
     return "".join(lines)
+
+
+def write_training(config: RunConfig, folder: RunFolder, trials: int) -> tuple[list[TrialRow], dict[str, Any]]:
+    """Write ``summary.json`` and the learning curve of a run of which so many trials were asked.
+
+    Returns:
+        The finished trials, and the figures of the summary.
+    """
+    rows = folder.read_trials()
+    summary = training_summary(config, rows, trials)
+    folder.write_json("summary.json", summary)
+    title = f"Peg in hole, {config.arm}, scenario {config.scenario}, seed {config.seed}"
+    folder.write("learning_curve.png", learning_curve(rows, title))
+    return rows, summary
 
 
 class Trainer:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import io
 import textwrap
 from math import cos, degrees, hypot, sin
 from typing import Any, Literal
 
+from palpate.adapters.experiments import drawing
 from palpate.adapters.visualisation.automaton_layout import Curve, Layout, Point, lay_out
 from palpate.core.automata import Kind, Machine, shown_name, shown_output
 
@@ -47,18 +47,11 @@ def machine_picture(machine: Machine, title: str = "", file_format: Literal["svg
         title: Shown above; nothing if empty.
         file_format: SVG, whose texts can be searched, or PNG.
     """
-    import matplotlib
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
     texts = _texts(machine)
     layout = lay_out(machine, _radius_in(texts), _LINE_IN)
     left, right, low, high = _extent(layout)
-    settings = {"svg.hashsalt": "palpate", "svg.fonttype": "none", "text.usetex": False}
-    with matplotlib.rc_context(settings):
-        figure = Figure(figsize=(right - left, high - low), dpi=_DPI)
-        FigureCanvasAgg(figure)
-        axes: Any = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+    with drawing(right - left, high - low, _DPI, file_format, {"svg.fonttype": "none"}, layout=None) as canvas:
+        axes: Any = canvas.figure.add_axes((0.0, 0.0, 1.0, 1.0))
         axes.set(xlim=(left, right), ylim=(low, high), aspect="equal")
         axes.axis("off")
         for curve in layout.curves:
@@ -68,11 +61,7 @@ def machine_picture(machine: Machine, title: str = "", file_format: Literal["svg
             _draw_state(axes, machine, layout, state, text)
         if title:
             axes.text(left + _MARGIN_IN, high - 0.1, title, va="top", fontsize=11.0, parse_math=False)
-        buffer = io.BytesIO()
-        # Without a date and a version in it, equal machines give equal pictures.
-        nothing = {"Date": None, "Creator": None} if file_format == "svg" else {"Software": None}
-        figure.savefig(buffer, format=file_format, metadata=nothing)
-    return buffer.getvalue()
+    return canvas.content
 
 
 def _texts(machine: Machine) -> list[str]:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import io
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
+from palpate.adapters.experiments import drawing
 from palpate.core.automata import Inference
 
 _MOST_CELLS: Final = 40
@@ -21,24 +21,25 @@ def hidden_picture(inference: Inference) -> bytes:
     """
     chosen = inference.chosen
     hidden, cells = np.asarray(inference.hidden), np.asarray(inference.cells)
-    figure, axes = _figure(7.0, 6.4)
-    across = 1 if hidden.shape[1] > 1 else 0
-    axes.scatter(hidden[:, 0], hidden[:, across], c=cells % 20, cmap="tab20", s=14, linewidths=0)
-    low = -1.0 if inference.network.network.architecture.activation == "tanh" else 0.0
-    for border in np.linspace(low, 1.0, chosen.intervals + 1):
-        axes.axvline(border, color="0.8", linewidth=0.7, zorder=0)
-        axes.axhline(border, color="0.8", linewidth=0.7, zorder=0)
-    names = chosen.partition.machine().names
-    if len(names) <= _MOST_CELLS:
-        for name, vector in zip(names, chosen.partition.vectors, strict=True):
-            place = (float(vector[0]), float(vector[across]))
-            axes.annotate(name, place, textcoords="offset points", xytext=(4, 4), fontsize=8)
-    axes.set_xlabel("hidden unit 1")
-    axes.set_ylabel(f"hidden unit {across + 1}")
-    more = "" if hidden.shape[1] <= 2 else f" (2 of {hidden.shape[1]} units)"
-    sizes = f"{chosen.raw_states} cells, {chosen.states} states when minimised"
-    axes.set_title(f"Hidden states, q = {chosen.intervals}: {sizes}{more}", fontsize=10)
-    return _png(figure)
+    with drawing(7.0, 6.4, 110) as canvas:
+        axes = canvas.figure.add_subplot()
+        across = 1 if hidden.shape[1] > 1 else 0
+        axes.scatter(hidden[:, 0], hidden[:, across], c=cells % 20, cmap="tab20", s=14, linewidths=0)
+        low = -1.0 if inference.network.network.architecture.activation == "tanh" else 0.0
+        for border in np.linspace(low, 1.0, chosen.intervals + 1):
+            axes.axvline(border, color="0.8", linewidth=0.7, zorder=0)
+            axes.axhline(border, color="0.8", linewidth=0.7, zorder=0)
+        names = chosen.partition.machine().names
+        if len(names) <= _MOST_CELLS:
+            for name, vector in zip(names, chosen.partition.vectors, strict=True):
+                place = (float(vector[0]), float(vector[across]))
+                axes.annotate(name, place, textcoords="offset points", xytext=(4, 4), fontsize=8)
+        axes.set_xlabel("hidden unit 1")
+        axes.set_ylabel(f"hidden unit {across + 1}")
+        more = "" if hidden.shape[1] <= 2 else f" (2 of {hidden.shape[1]} units)"
+        sizes = f"{chosen.raw_states} cells, {chosen.states} states when minimised"
+        axes.set_title(f"Hidden states, q = {chosen.intervals}: {sizes}{more}", fontsize=10)
+    return canvas.content
 
 
 def training_picture(inference: Inference) -> bytes:
@@ -47,34 +48,21 @@ def training_picture(inference: Inference) -> bytes:
     Returns:
         A PNG file.
     """
-    figure, axes = _figure(7.0, 4.2)
-    curve = inference.training.curve
-    for number, first in enumerate(sorted({point.restart for point in curve})):
-        points = [point for point in curve if point.restart == first]
-        steps = [point.step for point in points]
-        colour = f"C{number % 10}"
-        axes.plot(steps, [point.best_loss for point in points], color=colour, label=f"networks from {first}: lowest")
-        axes.plot(steps, [point.median_loss for point in points], color=colour, linestyle=":", label="median")
-    axes.set_xlabel("step")
-    axes.set_ylabel("training loss, nats")
-    axes.set_yscale("log")
-    axes.grid(visible=True, color="0.9")
-    axes.legend(fontsize=8)
-    axes.set_title(inference.training.summary, fontsize=9)
-    return _png(figure)
-
-
-def _figure(width: float, height: float) -> tuple[Any, Any]:
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(width, height), dpi=110, layout="constrained")
-    FigureCanvasAgg(figure)
-    return figure, figure.add_subplot()
-
-
-def _png(figure: Any) -> bytes:
-    stream = io.BytesIO()
-    # Without a date and a version in it, equal inferences give equal pictures.
-    figure.savefig(stream, format="png", metadata={"Software": None})
-    return stream.getvalue()
+    with drawing(7.0, 4.2, 110) as canvas:
+        axes = canvas.figure.add_subplot()
+        curve = inference.training.curve
+        for number, first in enumerate(sorted({point.restart for point in curve})):
+            points = [point for point in curve if point.restart == first]
+            steps = [point.step for point in points]
+            colour = f"C{number % 10}"
+            axes.plot(
+                steps, [point.best_loss for point in points], color=colour, label=f"networks from {first}: lowest"
+            )
+            axes.plot(steps, [point.median_loss for point in points], color=colour, linestyle=":", label="median")
+        axes.set_xlabel("step")
+        axes.set_ylabel("training loss, nats")
+        axes.set_yscale("log")
+        axes.grid(visible=True, color="0.9")
+        axes.legend(fontsize=8)
+        axes.set_title(inference.training.summary, fontsize=9)
+    return canvas.content

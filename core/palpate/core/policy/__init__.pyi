@@ -25,7 +25,6 @@ from .exploration import boltzmann as boltzmann
 from .exploration import boltzmann_probabilities as boltzmann_probabilities
 from .file import SCHEMA as SCHEMA
 from .file import PolicyDocument as PolicyDocument
-from .file import render_table as render_table
 from .programmed import AssignedPolicy as AssignedPolicy
 from .programmed import MixedPolicy as MixedPolicy
 from .programmed import ProgrammedPolicy as ProgrammedPolicy

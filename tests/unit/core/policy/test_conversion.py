@@ -6,7 +6,7 @@ from palpate.core.policy.base import Observation, Transition, compass_actions
 from palpate.core.policy.conversion import document_of, learner_of, new_learner, policy_from
 from palpate.core.policy.examples import ExamplesPolicy
 from palpate.core.policy.exploration import TemperatureSchedule
-from palpate.core.policy.file import PolicyDocument, render_table
+from palpate.core.policy.file import PolicyDocument
 from palpate.core.policy.programmed import MixedPolicy, ProgrammedPolicy, RandomWalkPolicy
 from palpate.core.policy.sarsa import Sarsa, SarsaParameters
 from palpate.core.policy.tabular import QLearning, QParameters
@@ -88,7 +88,7 @@ def sarsa(trials: int = 30) -> Sarsa:
 def test_sarsa_has_a_file_too(tmp_path):
     policy = sarsa()
     document = through_file(policy, tmp_path)
-    assert "sarsa, 30 trials learned" in render_table(document)
+    assert (document.learner.kind, document.learner.trials_learned) == ("sarsa", 30)
     resumed = policy_from(document, STATES, ACTIONS, frozen=False)
     assert isinstance(resumed, Sarsa)
     assert (resumed.q, resumed.visits, resumed.parameters) == (policy.q, policy.visits, policy.parameters)

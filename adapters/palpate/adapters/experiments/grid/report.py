@@ -6,16 +6,16 @@ would need, because "better than before" means little where it is not known what
 
 from __future__ import annotations
 
-import io
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
 
+from palpate.adapters.experiments.figure import drawing
 from palpate.adapters.experiments.grid.learning import LearningRun
 from palpate.adapters.experiments.grid.worlds import Bounds
-from palpate.adapters.experiments.statistics import mean_with_interval
+from palpate.adapters.experiments.statistics import mean_with_interval, moving_average
 from palpate.adapters.experiments.tables import aligned, csv_text
 from palpate.simulation.grid import STEP_LIMIT, GridMap, expected_steps, greedy
 
@@ -109,8 +109,6 @@ def _mean(values: Sequence[float]) -> float:
     return float(np.mean(values))
 
 
-WINDOW: Final = 25
-"""Trials in the moving average, as in the paper."""
 # Colours that people with any colour vision can tell apart (Okabe and Ito).
 _RUNS: Final = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 _WIDTH_IN, _HEIGHT_IN = 5.2, 3.4
@@ -136,16 +134,9 @@ def learning_figure(panels: Sequence[Sequence[Panel]], kind: str) -> bytes:
         panels: Rows of panels, equally many in each.
         kind: ``svg`` or ``png``.
     """
-    import matplotlib as mpl
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
     rows, columns = len(panels), len(panels[0])
-    # Equal runs give equal pictures: no date, no version, no random names.
-    with mpl.rc_context({"svg.hashsalt": "palpate", "svg.fonttype": "path"}):
-        figure = Figure(figsize=(_WIDTH_IN * columns, _HEIGHT_IN * rows + 0.3), dpi=110, layout="constrained")
-        FigureCanvasAgg(figure)
-        axes: Any = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+    with drawing(_WIDTH_IN * columns, _HEIGHT_IN * rows + 0.3, 110, kind) as canvas:
+        axes: Any = canvas.figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
         for row, line in enumerate(panels):
             for column, panel in enumerate(line):
                 _draw(axes[row, column], panel)
@@ -155,18 +146,13 @@ def learning_figure(panels: Sequence[Sequence[Panel]], kind: str) -> bytes:
             axes[row, 0].set_ylabel("steps to the goal")
         for column in range(columns):
             axes[rows - 1, column].set_xlabel("trial")
-        buffer = io.BytesIO()
-        nothing = {"Date": None, "Creator": None} if kind == "svg" else {"Software": None}
-        figure.savefig(buffer, format=kind, metadata=nothing)
-    return buffer.getvalue()
+    return canvas.content
 
 
 def _draw(axes: Any, panel: Panel) -> None:
-    from palpate.adapters.experiments.statistics import moving_average
-
     for number, steps in enumerate(panel.curves):
         trials = range(1, len(steps) + 1)
-        axes.plot(trials, moving_average(steps, WINDOW), color=_RUNS[number % len(_RUNS)], linewidth=1.2)
+        axes.plot(trials, moving_average(steps), color=_RUNS[number % len(_RUNS)], linewidth=1.2)
     # In the title, because a legend would hide curves that do not fall.
     facts = [f"random walk {panel.bounds.random_walk:.1f} (dotted)"]
     axes.axhline(panel.bounds.random_walk, color="grey", linewidth=1.0, linestyle=":")

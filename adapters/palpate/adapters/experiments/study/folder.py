@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import csv
 import fcntl
-import io
 import json
 import os
 import shutil
@@ -19,6 +17,7 @@ from palpate.adapters.experiments.study.cell import CELL_FILE, StudyCell
 from palpate.adapters.experiments.study.document import Study
 from palpate.adapters.experiments.study.fields import first_difference, setting
 from palpate.adapters.experiments.study.run_cell import UNFINISHED
+from palpate.adapters.experiments.tables import csv_text
 from palpate.adapters.log import made_with
 from palpate.core.errors import ConfigurationError, OutputError
 
@@ -37,9 +36,7 @@ def table_of(study: Study, rows: Sequence[tuple[StudyCell, Mapping[str, Any]]]) 
     fields = list(dict.fromkeys(name for one in (*study.listed, study.grid) for name in one))
     flat = [dict(_flat(figures)) for _, figures in rows]
     columns = _columns(flat)
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["cell", *fields, "policy", "seed", *(".".join(name) for name in columns)])
+    lines: list[list[Any]] = [["cell", *fields, "policy", "seed", *(".".join(name) for name in columns)]]
     for (cell, _), values in zip(rows, flat, strict=True):
         # A cell of a list may leave settings as they are that others name.
         left = {name for name in fields if name not in cell.fields}
@@ -47,8 +44,8 @@ def table_of(study: Study, rows: Sequence[tuple[StudyCell, Mapping[str, Any]]]) 
         known = [setting(config, name) if name in left else cell.fields[name] for name in fields]
         # An outcome that a cell does not name never came about; other figures it may not have.
         figures = (values.get(name, 0 if name[0] in _COUNTS else "") for name in columns)
-        writer.writerow([cell.name, *map(_word, known), cell.policy, cell.seed, *figures])
-    return text.getvalue()
+        lines.append([cell.name, *map(_word, known), cell.policy, cell.seed, *figures])
+    return csv_text(lines)
 
 
 def _columns(rows: Sequence[Mapping[tuple[str, ...], Any]]) -> list[tuple[str, ...]]:

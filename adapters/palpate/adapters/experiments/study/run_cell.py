@@ -20,15 +20,19 @@ from threadpoolctl import threadpool_limits
 
 from palpate.adapters.config import RunConfig
 from palpate.adapters.experiments.build import open_rig, require_usable
-from palpate.adapters.experiments.evaluation import FIRST_EVALUATION_TRIAL, ChosenPolicy, Recorded, run_policy
+from palpate.adapters.experiments.evaluation import (
+    FIRST_EVALUATION_TRIAL,
+    ChosenPolicy,
+    Recorded,
+    run_policy,
+    write_evaluation,
+)
 from palpate.adapters.experiments.fitting import configured_perception, fitted_perception, needs_fitting
-from palpate.adapters.experiments.learning_curve import learning_curve
 from palpate.adapters.experiments.policies import learning_policy
 from palpate.adapters.experiments.results import RunFolder
-from palpate.adapters.experiments.statistics import policy_summary, training_summary
 from palpate.adapters.experiments.study.cell import CELL_FILE, LEARN, StudyCell
 from palpate.adapters.experiments.study.fields import configured
-from palpate.adapters.experiments.training import Trainer, run_toml
+from palpate.adapters.experiments.training import Trainer, run_toml, write_training
 from palpate.adapters.experiments.trial import ScoredTrial
 from palpate.adapters.log import LOG_FOLDER, TrialRecorder
 from palpate.core.errors import ConfigurationError, OutputError, PalpateError
@@ -179,16 +183,13 @@ def _train(job: CellJob, config: RunConfig, folder: RunFolder) -> bool:
             perception = fitted_perception(config, ready, rig)
         policy = learning_policy(config, perception)
         folder.write("run.toml", run_toml(config, "train", trials=job.trials, policy=job.cell.policy))
-        recorder = _recorder(config, folder, opened)
+        recorder = folder.recorder(config.recording, opened)
         trainer = Trainer(config, folder, ready, rig, perception, policy, recorder=recorder)
         trainer.checkpoint()
         trainer.train(job.trials, _ignore)
         trainer.save_policy()
     _require_recorded(recorder)
-    rows = folder.read_trials()
-    folder.write_json("summary.json", training_summary(config, rows, job.trials))
-    title = f"Peg in hole, {config.arm}, scenario {config.scenario}, seed {config.seed}"
-    folder.write("learning_curve.png", learning_curve(rows, title))
+    rows, _ = write_training(config, folder, job.trials)
     return len(rows) == job.trials
 
 
@@ -200,7 +201,7 @@ def _evaluate(job: CellJob, config: RunConfig, folder: RunFolder) -> bool:
         rig = opened.enter_context(open_rig(config, ready, ""))
         require_usable(config, ready)
         folder.write("run.toml", run_toml(config, "run", trials=job.trials, policy=name))
-        recorder = _recorder(config, folder, opened)
+        recorder = folder.recorder(config.recording, opened)
         comparator = name if chosen.document is None else ""
         recorded = None if recorder is None else Recorded(recorder, "run", comparator)
 
@@ -209,16 +210,8 @@ def _evaluate(job: CellJob, config: RunConfig, folder: RunFolder) -> bool:
 
         rows = run_policy(config, ready, rig, chosen.perception, chosen.on(rig), job.trials, done, recorded)
     _require_recorded(recorder)
-    folder.write_json("summary.json", policy_summary(config, name, rows, job.trials))
-    folder.write("learning_curve.png", learning_curve(rows, f"{name}, {config.scenario}"))
-    if chosen.document is not None:
-        chosen.document.save(folder.path / "policy.json")
+    write_evaluation(config, folder, name, chosen, rows, job.trials)
     return len(rows) == job.trials
-
-
-def _recorder(config: RunConfig, folder: RunFolder, opened: ExitStack) -> TrialRecorder | None:
-    recorder = TrialRecorder.into(folder.path / LOG_FOLDER, config.recording)
-    return None if recorder is None else opened.enter_context(recorder)
 
 
 def _require_recorded(recorder: TrialRecorder | None) -> None:

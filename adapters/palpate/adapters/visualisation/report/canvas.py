@@ -1,15 +1,12 @@
-"""What all pictures of a report share: size, colours, and how one becomes a file.
-
-Matplotlib is imported only when one is drawn.
-"""
+"""What all pictures of a report share: size, colours, style."""
 
 from __future__ import annotations
 
-import io
 import re
-from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager
 from typing import Any, Final
+
+from palpate.adapters.experiments import Canvas, drawing
 
 # Colours that people with any colour vision can tell apart (Okabe and Ito), the light ones last.
 COLOURS: Final = ("#0072b2", "#d55e00", "#009e73", "#aa4499", "#000000", "#e69f00", "#56b4e9", "#999933")
@@ -36,35 +33,9 @@ _STYLE: Final = {
 }
 
 
-class Canvas:
-    """A picture in the making.
-
-    Attributes:
-        png: The finished file, once the ``with`` block that gave the canvas is left.
-    """
-
-    def __init__(self, figure: Any) -> None:
-        self.figure = figure
-        self.png = b""
-
-
-@contextmanager
-def drawn(height_in: float, width_in: float = WIDTH_IN) -> Iterator[Canvas]:
-    """Gives an empty canvas to draw on; when the block ends its ``png`` is there."""
-    from matplotlib import style
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    # From the defaults, so that a matplotlibrc of the user's does not change the bytes.
-    with style.context(["default", _STYLE]):
-        figure = Figure(figsize=(width_in, height_in), dpi=_DPI, layout="constrained")
-        FigureCanvasAgg(figure)
-        canvas = Canvas(figure)
-        yield canvas
-        buffer = io.BytesIO()
-        # Without a date and a version in it, equal results give equal pictures.
-        figure.savefig(buffer, format="png", metadata={"Software": None})
-        canvas.png = buffer.getvalue()
+def drawn(height_in: float, width_in: float = WIDTH_IN) -> AbstractContextManager[Canvas]:
+    """Gives an empty canvas to draw on; when the block ends its ``content`` is there."""
+    return drawing(width_in, height_in, _DPI, settings=_STYLE)
 
 
 def legend_above(figure: Any, axes: Any) -> None:

@@ -48,7 +48,7 @@ def strategies_picture(name: str, strategies: Sequence[Strategy], caption: str) 
         f"{s.label}: success {share(s.success[0])}, median {s.time_s[0]:.2f} s, 95th percentile {s.slow_s[0]:.2f} s"
         for s in strategies
     ]
-    return Picture(name, f"Success and time of each strategy. {'; '.join(told)}.", caption, canvas.png)
+    return Picture(name, f"Success and time of each strategy. {'; '.join(told)}.", caption, canvas.content)
 
 
 def _bar(axes: Any, place: float, interval: Interval, colour: str, mark: str, label: str | None = None) -> None:

@@ -68,7 +68,7 @@ def grid_picture(name: str, document: PolicyDocument, rows: Sequence[str], title
                     )  # fmt: skip
     told = "; ".join(f"{row.state}: {row.action}" for row in document.table if row.visits)
     caption = f"{title}. Star: the goal. Cells of one letter and colour look alike to the sensor."
-    return Picture(name, f"Best move for each sensor value. {told}.", caption, canvas.png)
+    return Picture(name, f"Best move for each sensor value. {told}.", caption, canvas.content)
 
 
 _BOUNDS: Final = (

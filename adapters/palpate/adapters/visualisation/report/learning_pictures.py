@@ -97,7 +97,7 @@ def learning_picture(
         lower.yaxis.set_major_formatter(lambda value, _: f"{value:.0%}")
         lower.set_xlim(0.5, max(max(map(len, c.costs)) for c in curves) + 0.5)
         legend_above(canvas.figure, upper)
-    return Picture(name, _alt(curves, levels, axes), _caption(curves, axes), canvas.png)
+    return Picture(name, _alt(curves, levels, axes), _caption(curves, axes), canvas.content)
 
 
 def means_of(values: Sequence[Sequence[float]], trials: int) -> Array:

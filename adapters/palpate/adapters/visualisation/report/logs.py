@@ -125,7 +125,7 @@ def force_picture(name: str, log: TrialLog, title: str) -> Picture:
         f"{title}: {came}. Force on the tool in the sensor's frame, less the sensor's zero; largest {peak:.1f} N of"
         f" {limit_N:g} N allowed. Depth by the encoders. Dotted: where a phase begins."
     )
-    return Picture(name, alt, caption, canvas.png)
+    return Picture(name, alt, caption, canvas.content)
 
 
 def _phases(log: TrialLog, series: Series) -> list[tuple[float, str]]:
@@ -250,4 +250,6 @@ def _histogram(timing: Timing) -> Picture:
         f"Histogram of {len(timing.interval_ms)} intervals between ticks: 99.8 % from {low:.3f} to {high:.3f} ms, the"
         f" longest {timing.interval_ms.max():.3f} ms; due every {period_ms:.3f} ms."
     )
-    return Picture("timing", alt, f"Counts on a logarithmic scale. Dashed: the period, {period_ms:.3f} ms.", canvas.png)
+    return Picture(
+        "timing", alt, f"Counts on a logarithmic scale. Dashed: the period, {period_ms:.3f} ms.", canvas.content
+    )

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import base64
-import csv
-import io
 import json
 import os
 import struct
@@ -14,6 +12,7 @@ from typing import Final
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
+from palpate.adapters.experiments import csv_text
 from palpate.adapters.visualisation.report.files import is_there, read_bytes
 from palpate.adapters.visualisation.report.page import Page, Picture
 from palpate.core.errors import OutputError
@@ -43,12 +42,8 @@ def html_of(page: Page, version: str) -> str:
 
 def csv_of(page: Page) -> str:
     """The page's summary as CSV; an empty cell where there is no value."""
-    text = io.StringIO()
     columns = list(dict.fromkeys(name for row in page.summary for name in row))
-    writer = csv.DictWriter(text, columns, lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(page.summary)
-    return text.getvalue()
+    return csv_text([columns, *([row.get(name) for name in columns] for row in page.summary)])
 
 
 def _data_uri(picture: Picture) -> str:

@@ -63,7 +63,7 @@ def arrows_pictures(name: str, document: PolicyDocument, title: str, *, up: bool
                 f"{name}-{file_name(block.title)}" if block.title else name,
                 _alt(told, f"{title}, {block.title.lower()}" if block.title else title),
                 _caption(document, block, told, title, up),
-                canvas.png,
+                canvas.content,
                 wide=not block.rows,
             )
         )
@@ -110,7 +110,7 @@ def q_picture(name: str, document: PolicyDocument, title: str) -> Picture | None
     caption = f"{title}. Bold: the best action of the state. Grey: never tried."
     if len(document.states) > len(rows):
         caption += f" {_some(len(rows), len(document.states))}"
-    return Picture(name, alt, caption, canvas.png, wide=True)
+    return Picture(name, alt, caption, canvas.content, wide=True)
 
 
 class _Shades:

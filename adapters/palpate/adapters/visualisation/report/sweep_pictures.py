@@ -62,7 +62,7 @@ def sweep_picture(field: str, values: Sequence[Any], series: Sequence[SweepSerie
         " seeds; none for a single seed). Success: all seeds' trials together, bars Wilson's 95 % interval. Of policies"
         " that learn, the last 25 trials count (half of them if fewer than 50). Policies lie beside each other."
     )
-    return Picture(f"sweep-{file_name(field)}", _alt(field, series), caption, canvas.png)
+    return Picture(f"sweep-{file_name(field)}", _alt(field, series), caption, canvas.content)
 
 
 def _draw(

@@ -11,7 +11,7 @@ def picture() -> bytes:
     with drawn(2.0) as canvas:
         canvas.figure.add_subplot().plot([1, 2, 3], label="$x_1$")
         canvas.figure.legend()
-    return canvas.png
+    return canvas.content
 
 
 def test_equal_bytes() -> None:

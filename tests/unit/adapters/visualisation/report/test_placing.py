@@ -34,7 +34,7 @@ class Reader(HTMLParser):
 def png() -> bytes:
     with drawn(1.0, 2.0) as canvas:
         canvas.figure.add_subplot()
-    return canvas.png
+    return canvas.content
 
 
 def page(text: str = "words") -> Page:

@@ -1,7 +1,7 @@
+from palpate.adapters.experiments.tables import render_table
 from palpate.core.policy.base import Transition, compass_actions
 from palpate.core.policy.conversion import document_of
 from palpate.core.policy.exploration import TemperatureSchedule
-from palpate.core.policy.file import render_table
 from palpate.core.policy.programmed import MixedPolicy, ProgrammedPolicy
 from palpate.core.policy.tabular import QLearning, QParameters
 
@@ -25,6 +25,7 @@ def test_a_mixed_policy_is_shown_state_by_state():
             "in the middle  learned     -                 -  never visited",
             "south          programmed  +y           -1.250              3",
             "west           programmed  +x                -  never visited",
+            "",
         ]
     )
 
@@ -38,5 +39,6 @@ def test_without_a_learner_there_is_nothing_to_count():
             "state  source      best action  value  visits",
             "here   programmed  +x               -       -",
             "there  programmed  -x-y             -       -",
+            "",
         ]
     )
