@@ -113,7 +113,7 @@ def soak(options: argparse.Namespace, folder: Path, note: Callable[[list[object]
     config = replace(scenario("paper"), seed=options.seed, real_time=real_time)
     ready = find_ready_pose(config.arm, config.task)
     perception, policy = build_perception(config), comparator("torque", config, lambda: (0.0, 0.0))
-    supervisor, uses = build_supervisor(config), []
+    uses: list[tuple[float, Use]] = []
     sink = ProcessSink(queue_bytes=config.recording.queue_kB * 1000, patient=False)
     with (
         emulated(folder, options.arm, options.force, 0 if options.no_rt else 30) as (file, devices),
@@ -122,6 +122,7 @@ def soak(options: argparse.Namespace, folder: Path, note: Callable[[list[object]
         RealTimeSession(real_time) as session,
     ):
         task = build_task(config, ready, perception, policy)
+        supervisor = build_supervisor(config, rig.sensor_facts)
         recorder.of("soak", config, ready, task, perception, policy, name="torque")
         begin_s, trial = time.monotonic(), 0
         while time.monotonic() - begin_s < options.minutes * 60.0:
@@ -146,7 +147,7 @@ def soak(options: argparse.Namespace, folder: Path, note: Callable[[list[object]
                 rig.return_to_ready()
             # The person who has looked at it.
             if supervisor.trip is not None:
-                supervisor.acknowledge()
+                supervisor.acknowledge("the soak", "what trips here is planned")
             if rig.ports.arm.life is Life.FAULTED:
                 rig.ports.arm.acknowledge_fault()
             if rig.ports.force_sensor.life is Life.FAULTED:

@@ -136,9 +136,10 @@ def over_simulated_ports(checkout: Path, folder: Path, walk: Callable[[Trial], N
     parts = Parts(checkout, folder)
     config = parts.scenario("paper")
     ready, perception = parts.find_ready_pose(*parts.layout.ready_from(config)), parts.build_perception(config)
-    policy, supervisor = parts.comparator("torque", config, tuple), parts.build_supervisor(config)
-    trial = parts.run_scored_trial
+    policy, build, trial = parts.comparator("torque", config, tuple), parts.build_supervisor, parts.run_scored_trial
     with parts.SimulatedRig(config, ready) as cell:
+        # Once the noise of the sensor was taken from the configuration.
+        supervisor = build(config, cell.sensor_facts) if "sensor" in signature(build).parameters else build(config)
         if not rig:
             task = parts.build_task(config, ready, perception, policy)
             walk(lambda: trial(config, cell, task, 0, None, 0, supervisor))

@@ -25,6 +25,7 @@ from palpate.core.policy import Observation
 from palpate.core.ports.contracts.fakes import FakeClock
 from palpate.core.ports.devices import Ports
 from palpate.core.ports.lifecycle import Life
+from palpate.core.ports.sensor_facts import SensorFacts
 from palpate.core.ports.values import (
     CONTROL_RATE_HZ,
     AppliedCommand,
@@ -329,7 +330,7 @@ def test_observers_are_called_in_order_and_change_nothing() -> None:
 def test_a_retreat_is_observed_without_anything_asked() -> None:
     world = FakeWorld(HOLE)
     kinematics = Kinematics(arm_named("zebra-zero"), TOOL)
-    diary, supervisor = Diary(world), Supervisor(SupervisionConfig(), TaskConfig(), kinematics, noisy=False)
+    diary, supervisor = Diary(world), Supervisor(SupervisionConfig(), TaskConfig(), kinematics, SensorFacts(0.0, 0.0))
 
     class Jumpy(Watch):
         def act(self) -> JointCommand:

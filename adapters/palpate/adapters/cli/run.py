@@ -22,6 +22,7 @@ from palpate.adapters.experiments import (
     TrialRow,
     next_free_folder,
     open_rig,
+    require_limits,
     require_usable,
     run_policy,
     run_toml,
@@ -46,13 +47,14 @@ def run(options: RunOptions) -> int:
         raise ConfigurationError("policy", options.policy, NOBODY_KNOWS)
     chosen = ChosenPolicy(options.policy, config)
     ready = find_ready_pose(config.arm, config.task)
-    require_usable(config, ready)
+    require_usable(config, ready, options.rig)
     print_weakened(config)
     with ExitStack() as opened:
         closed = open_rig(config, ready, options.rig)
         if options.rig:
             warm_up(config, ready)
         rig = opened.enter_context(closed)
+        require_limits(config, ready, rig.sensor_facts)
         # Only now are words, files and devices known to be good: a refused call must not leave a folder in the way.
         folder.create()
         folder.write("run.toml", run_toml(config, "run", trials=options.trials, policy=options.policy))

@@ -26,6 +26,7 @@ from palpate.adapters.experiments import (
     moving_average,
     open_rig,
     perception_of,
+    require_limits,
     require_usable,
     resume_from,
     run_toml,
@@ -67,6 +68,7 @@ def train(options: TrainOptions) -> int:
         if options.rig:
             warm_up(config, ready)
         rig = opened.enter_context(closed)
+        require_limits(config, ready, rig.sensor_facts)
         if perception is None:
             say(f"fitting perception on {config.perception.fit_trials} random-walk trials")
             perception = fitted_perception(config, ready, rig)
@@ -79,7 +81,7 @@ def train(options: TrainOptions) -> int:
             resume_from(checkpoint, policy, rig)
             first = checkpoint.next_trial
         # Only now is every setting known to be good: a refused one must not leave a folder that is in the way.
-        require_usable(config, ready)
+        require_usable(config, ready, options.rig)
         folder.create()
         recorder = folder.recorder(recording_for(config, options.rig), opened)
         session = opened.enter_context(RealTimeSession(config.real_time)) if options.rig else None

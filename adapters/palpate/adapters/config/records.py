@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 from palpate.adapters.config.renames import RENAMED
 from palpate.adapters.config.run import RunConfig
 from palpate.adapters.config.toml import overlay
+from palpate.core.supervision import DEFAULTS, SupervisionConfig
 
 UNTOLD: Final[Mapping[str, Any]] = {
     "perception.memory": "none",
     "learning.back_off_visits": 0.0,
     "real_time.stay_awake": False,
+    "supervision.max_torque_Nm": 6.0,
+    "supervision.max_recurring_samples": 1_000_000,
+    "supervision.flat_line_samples": 1_000_000,
+    "supervision.max_noise_ratio": 1e6,
 }
 """What a record means that lacks one of these settings: what was done before there was such a setting.
 
@@ -38,7 +43,20 @@ def recorded(table: Mapping[str, Any]) -> dict[str, Any]:
                 _put(told, name, value)
     for name, value in UNTOLD.items():
         _put(told, name, value)
+    _admit_limits(told.get(SupervisionConfig.TABLE))
     return told
+
+
+def _admit_limits(supervision: Any) -> None:
+    """A limit that was no weakening when it was recorded is none to be refused for now: it is named as one."""
+    if not isinstance(supervision, dict) or not isinstance(named := supervision.get("weakened", []), Sequence):
+        return  # What is no table is refused by whoever reads it as one.
+    weaker = [
+        name
+        for name, default in DEFAULTS.items()
+        if isinstance(value := supervision.get(name), int | float) and value > default and name not in named
+    ]
+    supervision["weakened"] = [*named, *weaker]
 
 
 def recorded_config(table: Mapping[str, Any]) -> RunConfig:

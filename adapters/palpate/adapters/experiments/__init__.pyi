@@ -3,7 +3,9 @@ from .build import build_reinforcement as build_reinforcement
 from .build import build_supervisor as build_supervisor
 from .build import build_task as build_task
 from .build import open_rig as open_rig
+from .build import require_limits as require_limits
 from .build import require_usable as require_usable
+from .build import supervisor_of as supervisor_of
 from .build import task_actions as task_actions
 from .capture_width import capture_half_width_m as capture_half_width_m
 from .evaluation import FIRST_EVALUATION_TRIAL as FIRST_EVALUATION_TRIAL

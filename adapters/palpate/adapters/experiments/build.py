@@ -8,7 +8,7 @@ from typing import Final
 
 from palpate.adapters.config import RigFile, RunConfig
 from palpate.adapters.hardware import HardwareRig, find_approach
-from palpate.adapters.mujoco import SimulatedRig
+from palpate.adapters.mujoco import SimulatedRig, simulated_sensor
 from palpate.core.automata import AutomatonState, load
 from palpate.core.errors import ConfigurationError
 from palpate.core.insertion import N_PER_KGF, PERIOD_S, Agent, InsertionTask, Measurement, ReadyPose, goal_in_base
@@ -33,7 +33,7 @@ from palpate.core.policy import (
     Reinforcement,
     compass_actions,
 )
-from palpate.core.ports import CONTROL_RATE_HZ, Rig, SensorFacts
+from palpate.core.ports import CONTROL_RATE_HZ, FaultLatch, Rig, SensorFacts
 from palpate.core.supervision import Supervisor, require_fitting
 
 NONE: Final = "none"
@@ -108,26 +108,56 @@ def build_task(config: RunConfig, ready: ReadyPose, perception: Perception, poli
     return InsertionTask(config.task, config.control, measurement, motion, agent)
 
 
-def build_supervisor(config: RunConfig) -> Supervisor:
-    """The supervisor that stands between the task and the arm."""
+def build_supervisor(config: RunConfig, sensor: SensorFacts, latch: FaultLatch | None = None) -> Supervisor:
+    """The supervisor that stands between the task and the arm.
+
+    Args:
+        config: The run's configuration.
+        sensor: What is known of the force sensor: the rig's facts, or those of a log.
+        latch: The rig's, so that nothing moves on there after a trip, whoever calls; None for a supervisor of its own,
+            as a simulated cell or a replay has that begins anew.
+    """
     kinematics = Kinematics(arm_named(config.arm), ToolGeometry())
-    # A cell without noise is a simulated one: there equal samples are no sign of anything.
-    noisy = config.cell.sensor.force_noise_N > 0.0
-    return Supervisor(config.supervision, config.task, kinematics, config.perception.calibration, noisy=noisy)
+    return Supervisor(config.supervision, config.task, kinematics, sensor, config.perception.calibration, latch)
 
 
-def require_usable(config: RunConfig, ready: ReadyPose) -> None:
+def supervisor_of(rig: Rig, config: RunConfig, ready: ReadyPose) -> Supervisor:
+    """The supervisor of an open rig: with the rig's facts, the rig's latch, and limits that fit both.
+
+    Raises:
+        FaultLatchedError: A trip on this rig has not been acknowledged.
+        ConfigurationError: A limit does not suit the rig.
+    """
+    rig.latch.require_free()
+    require_limits(config, ready, rig.sensor_facts)
+    return build_supervisor(config, rig.sensor_facts, rig.latch)
+
+
+def require_usable(config: RunConfig, ready: ReadyPose, rig_file: str = "") -> None:
     """Build a task once: some settings are refused only there, and better so before a folder is made.
+
+    Args:
+        config: The run's configuration.
+        ready: The ready pose.
+        rig_file: The rig's; its sensor has to be asked before :func:`require_limits` can be.
 
     Raises:
         ConfigurationError: A setting is refused.
     """
     walk = RandomWalkPolicy(task_actions(config))
     build_task(config, ready, build_perception(RunConfig(task=config.task)), walk)
-    sensor = config.cell.sensor
-    facts = SensorFacts(noise_N=sensor.force_noise_N, noise_Nm=sensor.torque_noise_Nm)
+    if not rig_file:
+        require_limits(config, ready, simulated_sensor(config.cell.sensor))
+
+
+def require_limits(config: RunConfig, ready: ReadyPose, sensor: SensorFacts) -> None:
+    """Check the supervisor's limits against arm, task and force sensor.
+
+    Raises:
+        ConfigurationError: One could never trip, would always trip, or the sensor's frame is not the task's.
+    """
     kinematics = Kinematics(arm_named(config.arm), ToolGeometry())
-    require_fitting(config.supervision, config.task, kinematics, ready.q_rad, facts)
+    require_fitting(config.supervision, config.task, kinematics, ready.q_rad, sensor)
 
 
 def open_rig(config: RunConfig, ready: ReadyPose, rig_file: str = "") -> Rig:

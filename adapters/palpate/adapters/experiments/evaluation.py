@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from palpate.adapters.config import RunConfig
-from palpate.adapters.experiments.build import build_perception, build_supervisor, build_task
+from palpate.adapters.experiments.build import build_perception, build_task, supervisor_of
 from palpate.adapters.experiments.figure import learning_curve
 from palpate.adapters.experiments.fitting import configured_perception
 from palpate.adapters.experiments.policies import COMPARATORS, comparator, loaded_policy, perception_of
@@ -55,10 +55,15 @@ def run_policy(
     recorded: Recorded | None = None,
     session: RealTimeSession | None = None,
 ) -> list[TrialRow]:
-    """Run a policy that does not learn; returns early on Ctrl-C with the trials that were finished."""
+    """Run a policy that does not learn; returns early on Ctrl-C with the trials that were finished.
+
+    Raises:
+        FaultLatchedError: A trip on this rig has not been acknowledged (``rig.latch.acknowledge``).
+        DeviceError: A sensor failed, the arm was stopped, or the supervisor tripped.
+    """
     recorder = None if recorded is None else recorded.recorder
     task = build_task(config, ready, perception, policy)
-    supervisor = build_supervisor(config)
+    supervisor = supervisor_of(rig, config, ready)
     if recorded is not None:
         recorded.recorder.of(
             recorded.command, config, ready, task, perception, policy,

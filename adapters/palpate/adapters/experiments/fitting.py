@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from palpate.adapters.config import PerceptionConfig, RunConfig
-from palpate.adapters.experiments.build import build_perception, build_supervisor, build_task, identifier, task_actions
+from palpate.adapters.experiments.build import build_perception, build_task, identifier, supervisor_of, task_actions
 from palpate.adapters.experiments.trial import require_sound, run_scored_trial
 from palpate.core.insertion import Purpose, ReadyPose, generator
 from palpate.core.perception import (
@@ -71,7 +71,7 @@ def _collect(config: RunConfig, ready: ReadyPose, rig: Rig) -> list[tuple[float,
     walk = _Recorder(task_actions(config))
     plain = RunConfig(task=config.task)
     task = build_task(config, ready, build_perception(plain), walk)
-    supervisor = build_supervisor(config)
+    supervisor = supervisor_of(rig, config, ready)
     for k in range(config.perception.fit_trials):
         require_sound(run_scored_trial(config, rig, task, FIRST_FITTING_TRIAL + k, supervisor=supervisor))
     return walk.samples

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from palpate.adapters.config import RunConfig, to_toml
-from palpate.adapters.experiments.build import build_supervisor, build_task
+from palpate.adapters.experiments.build import build_task, supervisor_of
 from palpate.adapters.experiments.figure import learning_curve
 from palpate.adapters.experiments.policies import perception_settings
 from palpate.adapters.experiments.results import RunFolder, TrialRow
@@ -134,7 +134,7 @@ class Trainer:
         self._perception, self._policy, self._learner = perception, policy, learner
         self._perception_dict = perception_to_dict(perception)
         self._task = build_task(config, ready, perception, policy)
-        self._supervisor = build_supervisor(config)
+        self._supervisor = supervisor_of(rig, config, ready)
         self._recorder, self._session = recorder, session
         if recorder is not None:
             recorder.of("train", config, ready, self._task, perception, policy, frozen=False)

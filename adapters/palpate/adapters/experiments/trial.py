@@ -13,7 +13,7 @@ from typing import Any
 
 from palpate.adapters.config import AdmissionConfig, RunConfig
 from palpate.adapters.hardware.real_time import RealTimeSession
-from palpate.adapters.log import TrialRecorder, trial_name
+from palpate.adapters.log import TrialRecorder, trial_name, world_of
 from palpate.core.control_loop import LoopObserver, run_trial
 from palpate.core.errors import DeviceError
 from palpate.core.insertion import InsertionTask, Outcome, Purpose, TrialReport, TrialSetup, draw_in_disc, generator
@@ -76,11 +76,16 @@ def run_scored_trial(
         first: Index of the trial that is number 0 in the run's own count.
         supervisor: Stands between the core and the arm.
         session: Keeps it in time; None where time waits.
+
+    Raises:
+        FaultLatchedError: A trip on this rig has not been acknowledged.
     """
+    # Making ready moves an arm, too.
+    rig.latch.require_free()
     rig.prepare(trial)
     setup, observers = trial_setup(config, trial), tuple[LoopObserver, ...]()
     if recorder is not None:
-        observers = (recorder.begin(setup, rig.world(), trial_name(trial - first)),)
+        observers = (recorder.begin(setup, world_of(rig), trial_name(trial - first)),)
     if session is not None:
         observers = session.timed(observers)
     try:

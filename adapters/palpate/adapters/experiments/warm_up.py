@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from palpate.adapters.config import RunConfig
-from palpate.adapters.experiments.build import build_perception, build_supervisor, build_task
+from palpate.adapters.experiments.build import build_perception, build_task, supervisor_of
 from palpate.adapters.experiments.policies import comparator
 from palpate.adapters.experiments.trial import trial_setup
 from palpate.adapters.mujoco import SimulatedRig
@@ -23,4 +23,4 @@ def warm_up(config: RunConfig, ready: ReadyPose) -> TrialReport:
         rig.prepare(0)
         policy = comparator("torque", config, lambda: rig.truth().hole_in_task_m)
         task = build_task(config, ready, build_perception(RunConfig(task=config.task)), policy)
-        return run_trial(task, rig.ports, trial_setup(config, 0), build_supervisor(config))
+        return run_trial(task, rig.ports, trial_setup(config, 0), supervisor_of(rig, config, ready))

@@ -29,7 +29,7 @@ from palpate.adapters.hardware.watchdogs import (
     WatchedJointEncoder,
 )
 from palpate.core.errors import LifecycleError
-from palpate.core.ports import Life, Ports, Rig, SensorFacts, World
+from palpate.core.ports import FaultLatch, Life, Ports, Rig, SensorFacts, World
 
 
 class HardwareRig(Rig):
@@ -42,6 +42,7 @@ class HardwareRig(Rig):
 
     Attributes:
         ports: What the core runs over.
+        latch: Set by a trip; while it is, no trial begins here.
         operator: Stops the arm at a person's word.
     """
 
@@ -78,6 +79,7 @@ class HardwareRig(Rig):
         self._devices, self._watched = (sensor, adapter.encoder, adapter.arm), watched
         self._file, self._approach, self._limit_N = file, approach, config.task.max_force_N
         self._at_ready = False
+        self.latch = FaultLatch()
         self._facts: SensorFacts | None = None
         # For the way alone; whoever runs trials asks for more, and tells what was granted.
         self._real_time = RealTime(RealTimeConfig(scheduling=real_time.scheduling, priority=real_time.priority))

@@ -10,21 +10,28 @@ from palpate.adapters.config import RunConfig
 from palpate.adapters.mujoco.ports import MujocoArm, MujocoClock, MujocoForceSensor, MujocoJointEncoder
 from palpate.core.insertion import ReadyPose, goal_in_base, wander_m
 from palpate.core.motion import Kinematics, ToolGeometry, arm_named
-from palpate.core.ports import CONTROL_RATE_HZ, SIMULATOR, Ports, Rig, SensorFacts, Truth, World
-from palpate.simulation.work_cell import WorkCell
+from palpate.core.ports import CONTROL_RATE_HZ, SIMULATOR, FaultLatch, Ports, Rig, SensorFacts, Truth, World
+from palpate.simulation.work_cell import SensorConfig, WorkCell
+
+
+def simulated_sensor(sensor: SensorConfig) -> SensorFacts:
+    """The facts of the cell's force sensor, which has no end of its range."""
+    return SensorFacts(sensor.force_noise_N, sensor.torque_noise_Nm)
 
 
 class SimulatedRig(Rig):
     """The MuJoCo work cell with its four ports. A context manager: on exit every device is closed.
 
     Attributes:
+        latch: Set by a trip; while it is, no trial begins here.
         cell: The work cell behind them, for scoring and for pictures.
         seed: Gives, with a trial's index, its hole and sensor errors; may be another from one trial to the next.
     """
 
     def __init__(self, config: RunConfig, ready: ReadyPose) -> None:
         kinematics = Kinematics(arm_named(config.arm), ToolGeometry())
-        self.seed, self._noise = config.seed, config.cell.sensor
+        self.seed, self.latch = config.seed, FaultLatch()
+        self._facts = simulated_sensor(config.cell.sensor)
         self.cell = WorkCell(
             kinematics,
             config.cell,
@@ -47,9 +54,8 @@ class SimulatedRig(Rig):
 
     @property
     def sensor_facts(self) -> SensorFacts:
-        """What the cell is set to; its sensor has no end of its range."""
-        noise = self._noise
-        return SensorFacts(noise.force_noise_N, noise.torque_noise_Nm)
+        """What the cell is set to."""
+        return self._facts
 
     def prepare(self, trial: int) -> None:
         """Put the world into the state in which this trial starts, and free the arm from its last stop."""

@@ -12,11 +12,13 @@ import numpy as np
 
 from palpate.adapters.config import RunConfig, overlay, recorded_config
 from palpate.adapters.experiments import build_supervisor, build_task, comparator, loaded_policy
-from palpate.adapters.log import TrialLog, learner_of_json
+from palpate.adapters.log import TrialLog, learner_of_json, recorded_sensor
+from palpate.adapters.mujoco import simulated_sensor
 from palpate.core.errors import ConfigurationError, LogError, PalpateError
 from palpate.core.insertion import InsertionTask, ReadyPose, TrialSetup
 from palpate.core.perception import Perception, perception_from_dict
 from palpate.core.policy import Policy, PolicyDocument, learner_of
+from palpate.core.ports import SensorFacts
 from palpate.core.supervision import Supervisor
 
 _OUTSIDE: Final = ("cell", "recording")
@@ -139,6 +141,7 @@ class Rebuilder:
         self._changes = changes or Changes()
         self._key: object = None
         self._supervisor: Supervisor | None = None
+        self._sensor: SensorFacts | None = None
         self._kept: tuple[RunConfig, ReadyPose, Perception, Policy, InsertionTask] | None = None
 
     @property
@@ -163,9 +166,10 @@ class Rebuilder:
         if self._kept is None or key != self._key:
             self._kept, self._key, self._supervisor = self._build(log), key, None
         config, ready, perception, policy, task = self._kept
-        if self._supervisor is None or self._supervisor.trip is not None:
+        sensor = _sensor(log, config)
+        if self._supervisor is None or self._supervisor.trip is not None or sensor != self._sensor:
             # A trip waits for a person; another trial gets another supervisor.
-            self._supervisor = build_supervisor(config)
+            self._supervisor, self._sensor = build_supervisor(config, sensor), sensor
         supervisor = self._supervisor
         if interrupted:
             self._kept = None
@@ -214,6 +218,15 @@ class Rebuilder:
         except PalpateError as error:
             raise LogError(log.path, "/start", f"its policy cannot be read ({error})", "it was altered") from error
         return perception, loaded_policy(document, config, perception, frozen=log.start.frozen)
+
+
+def _sensor(log: TrialLog, config: RunConfig) -> SensorFacts:
+    """What was known of the force sensor; once that was the noise of the configured cell, on real rigs, too."""
+    try:
+        recorded = recorded_sensor(log.start.world_json)
+    except (PalpateError, ValueError) as error:
+        raise LogError(log.path, "/start", f"cannot be rebuilt ({error})", "it was altered") from error
+    return simulated_sensor(config.cell.sensor) if recorded is None else recorded
 
 
 def _hole(log: TrialLog, world: Mapping[str, Any]) -> Sequence[float]:

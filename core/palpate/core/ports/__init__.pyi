@@ -18,6 +18,8 @@ from .kinds import Temperature as Temperature
 from .kinds import TemperatureDecay as TemperatureDecay
 from .kinds import require_floor as require_floor
 from .kinds import require_names as require_names
+from .latch import Acknowledgement as Acknowledgement
+from .latch import FaultLatch as FaultLatch
 from .lifecycle import Life as Life
 from .lifecycle import ManagedDevice as ManagedDevice
 from .rig import SIMULATOR as SIMULATOR

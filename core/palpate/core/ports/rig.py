@@ -8,6 +8,7 @@ from types import TracebackType
 from typing import Any, Final, Protocol, Self
 
 from palpate.core.ports.devices import Ports
+from palpate.core.ports.latch import FaultLatch
 from palpate.core.ports.sensor_facts import SensorFacts
 
 
@@ -46,9 +47,15 @@ class World:
 
 
 class Rig(Protocol):
-    """A context manager: on exit the arm is stopped and every device closed."""
+    """A context manager: on exit the arm is stopped and every device closed.
+
+    Attributes:
+        ports: What the core runs over.
+        latch: Set by a trip; while it is, no trial begins here, whoever calls.
+    """
 
     ports: Ports
+    latch: FaultLatch
 
     @property
     @abstractmethod

@@ -27,7 +27,7 @@ class SupervisionConfig(Settings):
 
     max_force_N: Annotated[float, _FINITE_FORCE, Limit(1.0, 1000.0, "N")] = 40.0
     """Force on the tool; before taring, its change since the trial's first sample."""
-    max_torque_Nm: Annotated[float, Limit(0.05, 200.0, "N m")] = 6.0
+    max_torque_Nm: Annotated[float, Limit(0.05, 200.0, "N m")] = 5.0
     """Torque about the sensor's origin; before taring, its change since the trial's first sample."""
     max_force_rate_N_s: Annotated[float, Limit(10.0, 1e5, "N/s")] = 3000.0
     """Change of the force from one sample to the next, by the times at which they were measured."""
@@ -41,6 +41,12 @@ class SupervisionConfig(Settings):
     """Control ticks in a row in which a sensor delivers nothing new."""
     max_equal_samples: Annotated[int, Limit(1, 1_000_000, "samples")] = 5
     """New force samples in a row that are equal to the one before in all six channels, as no noisy sensor's are."""
+    max_recurring_samples: Annotated[int, Limit(2, 1_000_000, "samples")] = 5
+    """New force samples in a row that came before in the same order, as only a recording's do."""
+    flat_line_samples: Annotated[int, Limit(10, 1_000_000, "samples")] = 20
+    """New force samples for which a channel may stay within a third of its own noise, as a live one's does not."""
+    max_noise_ratio: Annotated[float, Limit(2.0, 1e6, "times the sensor's own")] = 3.0
+    """Noise of a channel while the sensor is tared and nothing moves."""
     max_gap_ms: Annotated[float, Limit(9.0, 1000.0, "ms")] = 50.0
     """Time from one control tick to the next; the period is 7.1 ms."""
     joint_slack_mrad: Annotated[float, Limit(0.1, 100.0, "mrad")] = 5.0

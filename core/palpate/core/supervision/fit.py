@@ -16,6 +16,7 @@ from palpate.core.supervision.retreat import Retreat
 
 _NOISE: Final = 9.0
 """The difference of two samples of three channels stays below so many standard deviations of one of them."""
+SENSOR_FRAME: Final = "sensor"
 _PERIOD_S: Final = 1.0 / CONTROL_RATE_HZ
 
 
@@ -32,8 +33,12 @@ def require_fitting(
         sensor: The force sensor.
 
     Raises:
-        ConfigurationError: A limit could never trip, would always trip, or the arm cannot retract like this.
+        ConfigurationError: A limit could never trip, would always trip, the arm cannot retract like this, or the
+            sensor's frame is not the one that the task works in.
     """
+    if sensor.frame != SENSOR_FRAME:
+        accepted = f"{SENSOR_FRAME}: the task works with wrenches in that frame"
+        raise ConfigurationError("force_sensor.facts.frame", sensor.frame, accepted)
     press_N = task.press_kgf * N_PER_KGF
     noise_N, noise_Nm = _NOISE * sensor.noise_N, _NOISE * sensor.noise_Nm
     # Pressed along its weakest axis a sensor shows no more than that axis can.

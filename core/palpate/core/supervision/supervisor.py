@@ -7,7 +7,7 @@ from math import isfinite
 from operator import sub
 from typing import Final
 
-from palpate.core.errors import CommandError, DeviceError, FaultLatchedError, LifecycleError
+from palpate.core.errors import CommandError, DeviceError, LifecycleError
 from palpate.core.insertion import Expectation, Intervention, Supervised, TaskConfig, Trip, TripReason
 from palpate.core.motion import Kinematics
 from palpate.core.ports import (
@@ -15,15 +15,19 @@ from palpate.core.ports import (
     AppliedCommand,
     CommandLimiter,
     CommandReason,
+    FaultLatch,
     JointCommand,
     JointVector,
+    SensorFacts,
     Snapshot,
     Validity,
     Vector3,
+    WrenchKind,
 )
 from palpate.core.supervision.config import SupervisionConfig
+from palpate.core.supervision.noise_watch import NoiseWatch
 from palpate.core.supervision.retreat import Retreat
-from palpate.core.supervision.watches import JointWatch, SampleWatch, WorkspaceWatch, WrenchWatch
+from palpate.core.supervision.watches import JointWatch, SampleWatch, WorkspaceWatch, WrenchWatch, wrench_text
 
 
 class Guard(enum.Enum):
@@ -70,8 +74,9 @@ class Supervisor:
         config: The limits; :func:`~palpate.core.supervision.fit.require_fitting` checks that they suit this arm.
         task: What the workspace has to hold.
         kinematics: A work space of its own.
+        sensor: What is known of the force sensor. Where it has noise, it has to show it.
         scale: Factors on the sensor's six channels after taring, (6,), as the task applies them.
-        noisy: Whether the force sensor shows noise; if so, samples that stay equal are those of a frozen one.
+        latch: Of the rig, for all who watch it; None for one of its own.
     """
 
     def __init__(
@@ -79,14 +84,17 @@ class Supervisor:
         config: SupervisionConfig,
         task: TaskConfig,
         kinematics: Kinematics,
+        sensor: SensorFacts,
         scale: tuple[float, ...] = (1.0,) * 6,
-        *,
-        noisy: bool = True,
+        latch: FaultLatch | None = None,
     ) -> None:
         lower: JointVector = tuple(kinematics.lower_rad.tolist())
         upper: JointVector = tuple(kinematics.upper_rad.tolist())
         velocity: JointVector = tuple(kinematics.velocity_limit_rad_s.tolist())
-        self._samples, self._wrench = SampleWatch(config, noisy=noisy), WrenchWatch(config, scale)
+        self._latch = FaultLatch() if latch is None else latch
+        self._samples, self._wrench = SampleWatch(config, sensor), WrenchWatch(config, scale)
+        self._noise = NoiseWatch(config, task, sensor) if sensor.noise_N > 0.0 or sensor.noise_Nm > 0.0 else None
+        self._frame = sensor.frame
         self._joints, self._places = JointWatch(config, lower, upper, velocity), WorkspaceWatch(config, task)
         self._limiter = CommandLimiter(lower, upper, velocity, CONTROL_RATE_HZ)
         self._retreat = Retreat(
@@ -118,19 +126,34 @@ class Supervisor:
         """A trial begins; the next :meth:`check` is its first tick.
 
         Raises:
-            FaultLatchedError: A trip has not been acknowledged.
+            FaultLatchedError: A trip has not been acknowledged, be it of another supervisor of the same rig.
         """
+        self._latch.require_free()
+        if self._trip is not None:
+            # Acknowledged at the rig's latch.
+            self._move(GuardEvent.ACKNOWLEDGE)
+            self._trip = None
         self._move(GuardEvent.BEGIN)
         for watch in (self._samples, self._wrench, self._joints):
             watch.begin()
+        if self._noise is not None:
+            self._noise.begin()
         self._held = ()
 
-    def acknowledge(self) -> None:
+    def acknowledge(self, by: str, reason: str) -> None:
         """Clear the latched trip; a person's decision, never a program's.
+
+        Args:
+            by: Who decides it.
+            reason: Why it is safe to go on.
 
         Raises:
             LifecycleError: There is none.
+            ConfigurationError: Nobody is named, or no reason is given.
         """
+        if self._trip is None:
+            raise LifecycleError(_NAME, self._state.value, GuardEvent.ACKNOWLEDGE.value, "there is no trip")
+        self._latch.acknowledge(by, reason)
         self._move(GuardEvent.ACKNOWLEDGE)
         self._trip = None
 
@@ -147,7 +170,7 @@ class Supervisor:
 
         Raises:
             LifecycleError: No trial has begun.
-            DeviceError: It is not known where the arm is when the trial begins, so there is nothing to command.
+            DeviceError: As the trial begins it is not known where the arm is, or wrenches are of another frame or kind.
             CommandError: The command has another number of joints than the arm.
         """
         if self._state is not Guard.ACTIVE:
@@ -163,6 +186,8 @@ class Supervisor:
         trip = self._samples.trip(snapshot)
         if trip is None:
             trip = self._wrench.trip(snapshot, expectation)
+        if trip is None and self._noise is not None:
+            trip = self._noise.trip(snapshot, expectation)
         if trip is None:
             trip = self._joints.trip(snapshot, self._held)
         if trip is None and tip_m is not None:
@@ -204,6 +229,9 @@ class Supervisor:
         if joints.validity is not Validity.VALID or len(joints.position_rad) != self._count:
             problem = f"the first sample of the trial is {joints.validity.value}, {len(joints.position_rad)} joints"
             raise DeviceError("joint encoder", problem)
+        wrench = snapshot.wrench
+        if wrench.kind is not WrenchKind.RAW or wrench.frame != self._frame:
+            raise DeviceError("force sensor", f"{wrench_text(wrench)}; the task needs raw ones in {self._frame!r}")
         self._limiter.start(joints.position_rad)
         self._held = self._clamped(joints.position_rad)
 
@@ -232,6 +260,7 @@ class Supervisor:
 
     def _take_command(self, trip: Trip, snapshot: Snapshot, asked_rad: JointVector) -> Supervised:
         self._trip = trip
+        self._latch.set(trip.text)
         self._move(GuardEvent.TRIP_AND_RETRACT if self._retracts else GuardEvent.TRIP_AND_HOLD)
         if self._retracts:
             self._retreat.start(self._held)
@@ -250,8 +279,6 @@ class Supervisor:
     def _move(self, cue: GuardEvent) -> None:
         state = TRANSITIONS.get((self._state, cue))
         if state is None:
-            if self._trip is not None:
-                raise FaultLatchedError(_NAME, self._trip.text)
             raise LifecycleError(_NAME, self._state.value, cue.value, "there is no trip")
         self._state = state
 

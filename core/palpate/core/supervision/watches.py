@@ -8,7 +8,16 @@ from operator import le, sub
 from typing import Final
 
 from palpate.core.insertion import Expectation, TaskConfig, Trip, TripReason
-from palpate.core.ports import CONTROL_RATE_HZ, JointVector, Snapshot, Validity, Vector3
+from palpate.core.ports import (
+    CONTROL_RATE_HZ,
+    JointVector,
+    SensorFacts,
+    Snapshot,
+    Validity,
+    Vector3,
+    WrenchKind,
+    WrenchSample,
+)
 from palpate.core.supervision.config import SupervisionConfig
 
 _SHORTEST_NS = 1_000_000_000 // CONTROL_RATE_HZ // 2
@@ -196,6 +205,8 @@ class JointWatch:
 
 
 _NS_PER_MS = 1e6
+# Members of an enumeration are looked up more slowly.
+_VALID, _RAW = Validity.VALID, WrenchKind.RAW
 
 
 class SampleWatch:
@@ -203,15 +214,15 @@ class SampleWatch:
 
     Args:
         config: The limits.
-        noisy: Whether the force sensor shows noise, so that equal samples mean that it is frozen.
+        sensor: Its frame is that of every wrench. Where it has noise, equal samples are those of a frozen one.
     """
 
-    def __init__(self, config: SupervisionConfig, *, noisy: bool = True) -> None:
+    def __init__(self, config: SupervisionConfig, sensor: SensorFacts) -> None:
         self._force_age_ns = round(config.max_force_age_ms * _NS_PER_MS)
         self._joint_age_ns = round(config.max_joint_age_ms * _NS_PER_MS)
         self._gap_ns = round(config.max_gap_ms * _NS_PER_MS)
         self._most_repeats, self._most_equal = config.max_repeats, config.max_equal_samples
-        self._noisy = noisy
+        self._noisy, self._frame = sensor.noise_N > 0.0, sensor.frame
         self.begin()
 
     def begin(self) -> None:
@@ -224,10 +235,12 @@ class SampleWatch:
     def trip(self, snapshot: Snapshot) -> Trip | None:
         """What is wrong with this tick's samples; None if nothing is."""
         wrench, joints, now_ns = snapshot.wrench, snapshot.joints, snapshot.time_ns
-        if wrench.validity is not Validity.VALID:
+        if wrench.validity is not _VALID:
             return self._not_valid(snapshot.tick, "force", wrench.validity)
-        if joints.validity is not Validity.VALID:
+        if joints.validity is not _VALID:
             return self._not_valid(snapshot.tick, "joint", joints.validity)
+        if wrench.kind is not _RAW or wrench.frame != self._frame:
+            return self._not_as_agreed(snapshot.tick, wrench)
         last_ns, self._last_ns = self._last_ns, now_ns
         if last_ns is not None and not 0 <= now_ns - last_ns <= self._gap_ns:
             return _times(
@@ -270,9 +283,18 @@ class SampleWatch:
         text = f"{found} new force samples in a row are equal to the one before in every bit, limit {most}"
         return Trip(TripReason.SAMPLE_FROZEN, tick, float(found), float(most), text)
 
+    def _not_as_agreed(self, tick: int, wrench: WrenchSample) -> Trip:
+        text = f"{wrench_text(wrench)}, agreed were raw ones in {self._frame!r}"
+        return Trip(TripReason.WRENCH_CONTRACT, tick, 1.0, 0.0, text)
+
     @staticmethod
     def _not_valid(tick: int, name: str, validity: Validity) -> Trip:
         return Trip(TripReason.SAMPLE_INVALID, tick, 1.0, 0.0, f"the {name} sample is {validity.value}")
+
+
+def wrench_text(wrench: WrenchSample) -> str:
+    """What a sample says of itself."""
+    return f"wrenches are {wrench.kind.value} ones in the frame {wrench.frame!r}"
 
 
 def _times(reason: TripReason, tick: int, what: str, found_ns: int, limit_ns: int) -> Trip:

@@ -1,4 +1,5 @@
 from .cell import WorkCell as WorkCell
 from .config import CellConfig as CellConfig
+from .config import SensorConfig as SensorConfig
 from .model import PLATE_REACH_M as PLATE_REACH_M
 from .model import build_work_cell as build_work_cell

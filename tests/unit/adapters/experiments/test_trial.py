@@ -10,6 +10,7 @@ from palpate.adapters.config.run import RunConfig
 from palpate.adapters.experiments import run_scored_trial, trial_setup, truth_fields
 from palpate.adapters.experiments import trial as experiment
 from palpate.core.insertion.trial import Outcome
+from palpate.core.ports.latch import FaultLatch
 from palpate.core.ports.rig import Truth
 from tests.unit.adapters.samples import scored_trial
 
@@ -35,7 +36,7 @@ class StandIn:
     ports: Any = None
 
     def __init__(self, truth: Truth) -> None:
-        self._truth = truth
+        self._truth, self.latch = truth, FaultLatch()
         self.prepared: list[int] = []
 
     def prepare(self, trial: int) -> None:

@@ -10,6 +10,7 @@ from palpate.core.insertion.config import TaskConfig
 from palpate.core.insertion.expectation import Expectation, Supervised, Trip
 from palpate.core.motion.arm import arm_named
 from palpate.core.motion.model import Kinematics
+from palpate.core.ports.sensor_facts import SensorFacts
 from palpate.core.ports.values import (
     AppliedCommand,
     JointCommand,
@@ -35,7 +36,13 @@ def supervisor(
 ) -> Supervisor:
     """A supervisor for made-up wrenches, which have no noise."""
     kinematics = Kinematics(arm_named(arm), TOOL)
-    return Supervisor(config or SupervisionConfig(), TaskConfig(), kinematics, noisy=noisy, **more)
+    return Supervisor(
+        config or SupervisionConfig(),
+        TaskConfig(),
+        kinematics,
+        SensorFacts(0.1, 0.004) if noisy else SensorFacts(0.0, 0.0),
+        **more,
+    )
 
 
 class Bench:

@@ -29,7 +29,7 @@ def refused(field: str, value: Any, **more: Any) -> ConfigurationError:
 
 def test_the_defaults_are_accepted_and_weaken_nothing() -> None:
     assert weakened_lines(SupervisionConfig()) == []
-    assert len(DEFAULTS) == 18
+    assert len(DEFAULTS) == 21
 
 
 @pytest.mark.parametrize("value", [None, inf, nan])
@@ -102,7 +102,7 @@ def test_the_defaults_suit_both_arms_and_the_simulated_sensor(arm: str) -> None:
         ({}, {"range_N": (200.0, 200.0, 5.0)}, "max_force_N", "could never trip"),
         ({"max_force_N": 9.0}, {"range_N": (200.0, 200.0, 10.0)}, "max_force_rate_N_s", "below 2800"),
         ({"max_torque_Nm": 0.05}, {"noise_Nm": 0.01}, "max_torque_Nm", "above 0.09"),
-        ({}, {"range_Nm": (6.0, 30.0, 30.0)}, "max_torque_Nm", "below 6"),
+        ({}, {"range_Nm": (5.0, 30.0, 30.0)}, "max_torque_Nm", "below 5"),
         ({"max_force_N": 8.0}, {"noise_N": 1.0}, "max_force_N", "what noise alone shows"),
         ({"max_command_jump_mrad": 7.0}, {}, "max_command_jump_mrad", "above 7.143, what the joints' velocity"),
     ],
@@ -114,6 +114,11 @@ def test_what_always_or_never_trips_is_refused(
         fit(SupervisionConfig(**config), SensorFacts(**{"noise_N": 0.0, "noise_Nm": 0.0, **sensor}))
     assert error.value.field == f"supervision.{field}"
     assert words in error.value.accepted
+
+
+def test_a_sensor_in_another_frame_is_refused() -> None:
+    with pytest.raises(ConfigurationError, match=r"facts\.frame = 'base' is refused: sensor: the task works"):
+        fit(SupervisionConfig(), SensorFacts(0.1, 0.004, frame="base"))
 
 
 def test_a_tolerance_below_the_encoder_is_refused() -> None:

@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from palpate.core.errors import CommandError, DeviceError, FaultLatchedError, LifecycleError
+from palpate.core.errors import CommandError, ConfigurationError, DeviceError, FaultLatchedError, LifecycleError
 from palpate.core.insertion.expectation import TripReason
 from palpate.core.motion.arm import arm_named
 from palpate.core.motion.model import Kinematics
-from palpate.core.ports.values import AppliedCommand, CommandReason, JointCommand, JointVector, Validity
+from palpate.core.ports.latch import Acknowledgement, FaultLatch
+from palpate.core.ports.values import AppliedCommand, CommandReason, JointCommand, JointVector, Validity, WrenchKind
 from palpate.core.supervision.config import SupervisionConfig
 from palpate.core.supervision.retreat import Retreat
 from palpate.core.supervision.supervisor import TRANSITIONS, Guard, GuardEvent
@@ -64,7 +65,7 @@ def test_a_trip_latches_until_it_is_acknowledged() -> None:
         assert done.intervention.trip is trip
     with pytest.raises(FaultLatchedError, match=r"supervisor: stopped by a fault \(force 41.00 N, limit 40 N\)"):
         guard.begin()
-    guard.acknowledge()
+    guard.acknowledge("a person", "it was a test")
     assert (guard.state, guard.trip) == (Guard.READY, None)
     with pytest.raises(LifecycleError, match=r"check\(\) or retreat\(\) is not possible while ready"):
         bench.tick()
@@ -75,10 +76,46 @@ def test_a_trip_latches_until_it_is_acknowledged() -> None:
     bench.clean(20)
 
 
+def test_the_latch_holds_whoever_watches_the_rig_next_until_somebody_acknowledges_by_name() -> None:
+    latch = FaultLatch()
+    bench = Bench(latch=latch)
+    bench.trip(force_N=(0, 0, -41.0))
+    with pytest.raises(FaultLatchedError, match=r"force 41.00 N, limit 40 N"):
+        Bench(latch=latch)
+    for by, reason, field in (
+        ("", "the plate is gone", "by"),
+        ("  ", "the plate is gone", "by"),
+        ("Ada", " ", "reason"),
+    ):
+        with pytest.raises(ConfigurationError, match=f"acknowledgement.{field} = "):
+            latch.acknowledge(by, reason)
+    latch.acknowledge("Ada", "the plate is gone")
+    assert latch.acknowledgements == [Acknowledgement("Ada", "the plate is gone", "force 41.00 N, limit 40 N")]
+    Bench(latch=latch).clean(3)
+    bench.supervisor.begin()
+    assert (bench.supervisor.state, bench.supervisor.trip) == (Guard.ACTIVE, None)
+    with pytest.raises(LifecycleError, match="there is no trip"):
+        latch.acknowledge("Ada", "once more")
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"frame": "base"}, "raw ones in the frame 'base'"),
+        ({"kind": WrenchKind.GRAVITY_COMPENSATED}, "gravity compensated ones"),
+    ],
+)
+def test_wrenches_that_are_not_as_agreed_are_refused_before_anything_moves(change: dict[str, Any], words: str) -> None:
+    bench = Bench()
+    with pytest.raises(DeviceError, match=f"force sensor: wrenches are {words}.*; the task needs raw ones in 'sensor'"):
+        bench.tick(wrench=change)
+    assert bench.results == []
+
+
 def test_there_is_nothing_to_acknowledge_without_a_trip() -> None:
     bench = Bench()
     with pytest.raises(LifecycleError, match=r"acknowledge\(\) is not possible while active; there is no trip"):
-        bench.supervisor.acknowledge()
+        bench.supervisor.acknowledge("a person", "it was a test")
     with pytest.raises(LifecycleError):
         bench.supervisor.retreat(bench.snapshot())
 

@@ -111,7 +111,7 @@ def reused(config: SupervisionConfig) -> Supervisor:
 def begun(config: SupervisionConfig) -> Supervisor:
     made = reused(config)
     if made.trip is not None:
-        made.acknowledge()
+        made.acknowledge("a person", "it was a test")
     made.begin()
     return made
 

@@ -10,7 +10,7 @@ import pytest
 
 from palpate.core.insertion.expectation import TripReason
 from palpate.core.insertion.frame import ExplorationArea
-from palpate.core.ports.values import Validity
+from palpate.core.ports.values import Validity, WrenchKind
 from palpate.core.supervision.config import SupervisionConfig
 from tests.unit.core.supervision.bench import FREE, TOUCHING, UNTARED, Bench
 
@@ -49,14 +49,14 @@ CASES = {
         {"force_N": (0, 0, 10.0), "expectation": UNTARED},
     ),
     "torque": Case(
-        TripReason.TORQUE_LIMIT, {"torque_Nm": (0, 5.9, 0)}, {"torque_Nm": (0, -6.1, 0)}, 6.1, 6.0,
-        "torque 6.10 N m, limit 6 N m",
+        TripReason.TORQUE_LIMIT, {"torque_Nm": (0, 4.9, 0)}, {"torque_Nm": (0, -5.1, 0)}, 5.1, 5.0,
+        "torque 5.10 N m, limit 5 N m",
     ),
     "torque before taring": Case(
         TripReason.TORQUE_LIMIT,
-        {"torque_Nm": (5.9, 0, 0), "expectation": UNTARED},
-        {"torque_Nm": (6.1, 0, 0), "expectation": UNTARED},
-        6.1, 6.0, "torque 6.10 N m more than at the start, before taring, limit 6 N m",
+        {"torque_Nm": (4.9, 0, 0), "expectation": UNTARED},
+        {"torque_Nm": (5.1, 0, 0), "expectation": UNTARED},
+        5.1, 5.0, "torque 5.10 N m more than at the start, before taring, limit 5 N m",
     ),
     "unexpected contact": Case(
         TripReason.UNEXPECTED_CONTACT,
@@ -71,6 +71,14 @@ CASES = {
     "joint sample": Case(
         TripReason.SAMPLE_INVALID, {}, {"joints": {"validity": Validity.INVALID, "position_rad": (nan,) * 6}}, 1.0, 0.0,
         "the joint sample is invalid",
+    ),
+    "wrench in another frame": Case(
+        TripReason.WRENCH_CONTRACT, {}, {"wrench": {"frame": "base"}}, 1.0, 0.0,
+        "wrenches are raw ones in the frame 'base', agreed were raw ones in 'sensor'",
+    ),
+    "wrench of another kind": Case(
+        TripReason.WRENCH_CONTRACT, {}, {"wrench": {"kind": WrenchKind.TARED}}, 1.0, 0.0,
+        "wrenches are tared ones in the frame 'sensor', agreed were raw ones in 'sensor'",
     ),
     "old wrench": Case(
         TripReason.SAMPLE_STALE, {}, {"wrench": {"source_time_ns": -20 * MS}}, 55.7142857, 50.0,
@@ -147,8 +155,8 @@ def test_it_trips_at_the_first_bad_tick_and_not_before(name: str) -> None:
 
 def test_the_force_is_scaled_as_the_task_scales_it() -> None:
     bench = Bench(scale=(1.0, 1.0, 3.0, 1.0, 2.0, 1.0))
-    bench.clean(5, force_N=(0, 0, -13.0), torque_Nm=(0, 2.9, 0))
-    assert bench.trip(force_N=(0, 0, -13.0), torque_Nm=(0, 3.1, 0)).reason is TripReason.TORQUE_LIMIT
+    bench.clean(5, force_N=(0, 0, -13.0), torque_Nm=(0, 2.4, 0))
+    assert bench.trip(force_N=(0, 0, -13.0), torque_Nm=(0, 2.6, 0)).reason is TripReason.TORQUE_LIMIT
     bench = Bench(scale=(1.0, 1.0, 3.0, 1.0, 1.0, 1.0))
     bench.clean(5, force_N=(0, 0, -13.0))
     assert bench.trip(force_N=(0, 0, -13.4)).value == pytest.approx(40.2)

@@ -13,6 +13,7 @@ from palpate.core.insertion.expectation import Expectation, Supervised, TripReas
 from palpate.core.insertion.trial import Outcome, TrialSetup
 from palpate.core.motion.arm import arm_named
 from palpate.core.motion.model import Kinematics
+from palpate.core.ports.sensor_facts import SensorFacts
 from palpate.core.ports.values import CommandReason, JointCommand, Snapshot, Validity, Vector3, WrenchSample
 from palpate.core.supervision.config import SupervisionConfig
 from palpate.core.supervision.supervisor import Guard, Supervisor
@@ -27,7 +28,9 @@ class Trial(Supervisor):
     """One trial under supervision, with all that the supervisor was given and gave back."""
 
     def __init__(self, world: FakeWorld) -> None:
-        super().__init__(SupervisionConfig(), TaskConfig(), Kinematics(arm_named("zebra-zero"), TOOL), noisy=False)
+        super().__init__(
+            SupervisionConfig(), TaskConfig(), Kinematics(arm_named("zebra-zero"), TOOL), SensorFacts(0.0, 0.0)
+        )
         self.world, self.task = world, build_task(FollowTorque())
         self.snapshots: list[Snapshot] = []
         self.results: list[Supervised] = []

@@ -25,7 +25,7 @@ from palpate.adapters.fault_injection.campaign.variants import Variant
 from palpate.adapters.fault_injection.ports import faulty
 from palpate.adapters.fault_injection.schedule import FaultDelivery
 from palpate.adapters.hardware.real_time import RealTimeSession
-from palpate.adapters.log import CallEntry, MemorySink, TrialLog, TrialRecorder, assemble, sound_messages
+from palpate.adapters.log import CallEntry, MemorySink, TrialLog, TrialRecorder, assemble, sound_messages, world_of
 from palpate.core.control_loop import run_trial
 from palpate.core.errors import LogError, PalpateError
 from palpate.core.insertion import InsertionTask, Outcome, Phase, ReadyPose, TrialReport
@@ -164,7 +164,7 @@ class Bench:
             bad = faulty(
                 replace(self._rig.ports, force_sensor=probe), variant.at(tick, seed, self._rig.sensor_facts), record
             )
-            observer = recorder.begin(setup, self._rig.world(), "run")
+            observer = recorder.begin(setup, world_of(self._rig), "run")
             try:
                 with self._loop():
                     report = run_trial(task, bad, setup, supervisor, (observer,))
@@ -185,7 +185,9 @@ class Bench:
         config = self.config
         policy = comparator(_POLICY, config, lambda: (0.0, 0.0))
         task = build_task(config, self._ready, build_perception(RunConfig(task=config.task)), policy)
-        return task, build_supervisor(config) if self._supervised else None
+        # The next run begins anew after a trip: that is what a campaign is for.
+        supervisor = build_supervisor(config, self._rig.sensor_facts) if self._supervised else None
+        return task, supervisor
 
     def _judged(
         self,

@@ -12,7 +12,7 @@ import pytest
 from palpate.adapters.config.real_time import RealTimeConfig
 from palpate.adapters.config.run import AdmissionConfig, RunConfig
 from palpate.adapters.experiments import training
-from palpate.adapters.experiments.build import build_perception, build_supervisor, build_task
+from palpate.adapters.experiments.build import build_perception, build_task, supervisor_of
 from palpate.adapters.experiments.policies import comparator, learning_policy
 from palpate.adapters.experiments.results import RunFolder
 from palpate.adapters.experiments.training import Trainer
@@ -31,7 +31,9 @@ def test_timing_changes_nothing_of_a_trial_and_is_told() -> None:
         with SimulatedRig(config, ready_pose()) as rig:
             policy = comparator("torque", config, tuple)
             task = build_task(config, ready_pose(), build_perception(config), policy)
-            return run_scored_trial(config, rig, task, 0, supervisor=build_supervisor(config), session=session)
+            return run_scored_trial(
+                config, rig, task, 0, supervisor=supervisor_of(rig, config, ready_pose()), session=session
+            )
 
     with RealTimeSession(RealTimeConfig(warn_core_ms=0.0, warn_late_ms=0.0)) as session:
         timed = trial(session)

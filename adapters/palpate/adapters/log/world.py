@@ -1,0 +1,49 @@
+"""What a log holds of the rig beneath a trial, beside what the rig itself says of its world."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, replace
+from math import inf
+from typing import Any, Final
+
+from palpate.core.errors import ConfigurationError
+from palpate.core.ports import Rig, SensorFacts, World
+
+_SENSOR: Final = "force_sensor_facts"
+_ACKNOWLEDGED: Final = "acknowledged"
+
+
+def world_of(rig: Rig) -> World:
+    """The rig's world, the facts of its force sensor, and who has acknowledged trips on it."""
+    world = rig.world()
+    facts = {_SENSOR: _plain(rig.sensor_facts)}
+    acknowledged = [asdict(each) for each in rig.latch.acknowledgements]
+    return replace(world, facts=world.facts | facts | ({_ACKNOWLEDGED: acknowledged} if acknowledged else {}))
+
+
+def recorded_sensor(world_json: str) -> SensorFacts | None:
+    """The facts of the force sensor that a log holds; None in a log from before they were recorded.
+
+    Raises:
+        ConfigurationError: They are no facts of a sensor.
+    """
+    world: Any = json.loads(world_json or "{}")
+    facts = world.get(_SENSOR) if isinstance(world, Mapping) else None
+    if facts is None:
+        return None
+    try:
+        ranges = {name: tuple(inf if each is None else each for each in facts[name]) for name in _RANGES}
+        return SensorFacts(**(facts | ranges))
+    except (KeyError, TypeError) as error:
+        raise ConfigurationError(_SENSOR, facts, "the facts of a force sensor") from error
+
+
+_RANGES: Final = ("range_N", "range_Nm")
+
+
+def _plain(facts: SensorFacts) -> dict[str, Any]:
+    """As JSON has it: null where there is no end of a range."""
+    plain = asdict(facts)
+    return plain | {name: [None if each == inf else each for each in plain[name]] for name in _RANGES}

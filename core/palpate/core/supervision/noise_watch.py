@@ -1,0 +1,162 @@
+"""Does the force sensor live? A live one shows noise of its own on every channel, and never the same samples again."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+from math import nan, sqrt
+from typing import Final, TypeAlias
+
+from palpate.core.insertion import Expectation, TaskConfig, Trip, TripReason
+from palpate.core.ports import SensorFacts, Snapshot
+from palpate.core.supervision.config import SupervisionConfig
+
+BAND: Final = 1.0 / 3.0
+"""Half the width of the band that is flat, in standard deviations of the channel's noise.
+
+White noise stays within it of where it began for 20 samples with a probability of 1.9e-12, the integral of
+phi(x) (Phi(x + 1/3) - Phi(x - 1/3))^19 over x; in 1000 trials of 2000 ticks on six channels that is 2e-5 false trips.
+What is left of the noise of a channel that has died, a twentieth, stays within it with a probability near one.
+"""
+_FEWEST: Final = 8
+"""A standard deviation of fewer samples than this says nothing."""
+CHANNELS: Final = ("Fx", "Fy", "Fz", "Tx", "Ty", "Tz")
+_Six: TypeAlias = tuple[float, float, float, float, float, float]
+_FORCES: Final = 3
+
+
+class NoiseWatch:
+    """Each channel against its own noise, and each sample against those before it; new samples only.
+
+    Flat lines: a channel that stays within :data:`BAND` of its noise for so many samples is dead, whatever noise its
+    amplifier adds (flat line test of QARTOD, with the sensor's own noise as the tolerance). The noise is that of the
+    sensor's facts, or what the taring of this trial showed where that is less.
+
+    Noise: while the sensor is tared nothing moves; much more noise than its own is a wrong scale or a broken wire.
+
+    Recurrence: samples that come again in the order in which they came before are a recording.
+
+    Args:
+        config: The limits.
+        task: How many samples are averaged for taring.
+        sensor: The sensor's own noise; channels without noise, in a simulated cell, are not watched.
+    """
+
+    def __init__(self, config: SupervisionConfig, task: TaskConfig, sensor: SensorFacts) -> None:
+        force, torque = sensor.noise_N, sensor.noise_Nm
+        self._noise: _Six = (force, force, force, torque, torque, torque)
+        self._most_flat, self._most_ratio = config.flat_line_samples, config.max_noise_ratio
+        self._most_recurring = config.max_recurring_samples
+        self._still: deque[_Six] = deque(maxlen=task.tare_ticks)
+        self.begin()
+
+    def begin(self) -> None:
+        """A trial begins."""
+        self._sequence: int | None = None
+        self._still.clear()
+        self._tared = False
+        self._band = _bands(self._noise)
+        # No sample has a channel that is none: the first one begins a run on each.
+        self._begun: _Six = (nan, nan, nan, nan, nan, nan)
+        self._runs = (0, 0, 0, 0, 0, 0)
+        self._seen: dict[float, int] = {}
+        self._count = self._lag = self._recurring = 0
+
+    def trip(self, snapshot: Snapshot, expectation: Expectation) -> Trip | None:
+        """What is wrong with this tick's wrench, which is valid; None if nothing is."""
+        wrench = snapshot.wrench
+        if wrench.sequence == self._sequence:
+            return None
+        self._sequence = wrench.sequence
+        if not self._tared:
+            trip = self._taring(snapshot, expectation)
+            if trip is not None:
+                return trip
+        fx, fy, fz = wrench.force_N
+        tx, ty, tz = wrench.torque_Nm
+        a, b, c, d, e, f = self._begun
+        u, v, w, x, y, z = self._band
+        one, two, three, four, five, six = self._runs
+        # Unrolled, for this is most of what the supervisor costs in a tick.
+        if -u <= fx - a <= u:
+            one += 1
+        else:
+            a, one = fx, 1
+        if -v <= fy - b <= v:
+            two += 1
+        else:
+            b, two = fy, 1
+        if -w <= fz - c <= w:
+            three += 1
+        else:
+            c, three = fz, 1
+        if -x <= tx - d <= x:
+            four += 1
+        else:
+            d, four = tx, 1
+        if -y <= ty - e <= y:
+            five += 1
+        else:
+            e, five = ty, 1
+        if -z <= tz - f <= z:
+            six += 1
+        else:
+            f, six = tz, 1
+        self._begun, self._runs = (a, b, c, d, e, f), (one, two, three, four, five, six)
+        most = self._most_flat
+        if one >= most or two >= most or three >= most or four >= most or five >= most or six >= most:
+            return self._flat(snapshot.tick)
+        # A sum in place of six values to be hashed: that it comes again several times in order is no accident either.
+        key, self._count = fx + fy + fz + tx + ty + tz, self._count + 1
+        before = self._seen.get(key)
+        self._seen[key] = self._count
+        if before is not None:
+            return self._recurs(snapshot.tick, self._count - before)
+        self._recurring = 0
+        return None
+
+    def _taring(self, snapshot: Snapshot, expectation: Expectation) -> Trip | None:
+        """Until the task has its bias, and in that tick: what did the channels show while nothing moved?"""
+        wrench, still = snapshot.wrench, self._still
+        still.append((*wrench.force_N, *wrench.torque_Nm))
+        if expectation.bias is None:
+            return None
+        self._tared = True
+        if len(still) < _FEWEST:
+            return None
+        shown = [_deviation(values) for values in zip(*still, strict=True)]
+        for name, found, noise in zip(CHANNELS, shown, self._noise, strict=True):
+            if noise > 0.0 and not found <= self._most_ratio * noise:
+                ratio, limit = found / noise, self._most_ratio
+                text = f"{name} shows {ratio:.1f} times the sensor's own noise while nothing moves, limit {limit:g}"
+                return Trip(TripReason.SENSOR_NOISE, snapshot.tick, ratio, limit, text)
+        self._band = _bands([min(pair) for pair in zip(shown, self._noise, strict=True)])
+        return None
+
+    def _flat(self, tick: int) -> Trip:
+        most, place = self._most_flat, max(range(6), key=self._runs.__getitem__)
+        name, unit = CHANNELS[place], "N" if place < _FORCES else "N m"
+        text = f"{name} stayed within {self._band[place]:.3g} {unit} for {most} new samples: it lacks its own noise"
+        return Trip(TripReason.CHANNEL_FLAT, tick, float(most), float(most), text)
+
+    def _recurs(self, tick: int, lag: int) -> Trip | None:
+        last, self._lag = self._lag, lag
+        # Equal to the one just before: that is another watch's affair.
+        self._recurring = self._recurring + 1 if lag == last and lag > 1 else 1
+        found, most = self._recurring, self._most_recurring
+        if found <= most:
+            return None
+        text = f"{found} new force samples in a row came before in the same order, {lag} samples ago; limit {most}"
+        return Trip(TripReason.SAMPLES_RECUR, tick, float(found), float(most), text)
+
+
+def _deviation(values: Sequence[float]) -> float:
+    """Standard deviation of a sample; the standard library's, which is exact, takes a fifth of a tick for six."""
+    mean = sum(values) / len(values)
+    return sqrt(sum((value - mean) ** 2 for value in values) / (len(values) - 1))
+
+
+def _bands(noise: Sequence[float]) -> _Six:
+    """Half the widths; one that nothing is within where there is no noise."""
+    a, b, c, d, e, f = (BAND * each if each > 0.0 else -1.0 for each in noise)
+    return (a, b, c, d, e, f)

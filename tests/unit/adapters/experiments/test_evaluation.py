@@ -1,0 +1,47 @@
+"""A policy at work on a rig, and what a trip means for whoever calls next."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from palpate.adapters.config.run import RunConfig
+from palpate.adapters.experiments.build import build_perception
+from palpate.adapters.experiments.evaluation import Recorded, run_policy
+from palpate.adapters.experiments.policies import comparator
+from palpate.adapters.fault_injection.campaign.runs import read_back
+from palpate.adapters.log.trial_recorder import TrialRecorder
+from palpate.adapters.log.world import recorded_sensor
+from palpate.adapters.log.writer_client import MemorySink
+from palpate.adapters.mujoco.rig import SimulatedRig
+from palpate.core.errors import DeviceError, FaultLatchedError
+from tests.unit.adapters.samples import QUICK, ready_pose
+
+
+def test_after_a_trip_nothing_moves_on_the_same_rig_whoever_calls_until_it_is_acknowledged(tmp_path: Path) -> None:
+    strict = replace(QUICK, supervision=replace(QUICK.supervision, max_force_N=5.5))
+
+    def run(config: RunConfig, recorded: Recorded | None = None) -> None:
+        walk = comparator("random", config, lambda: (0.0, 0.0))
+        run_policy(config, ready_pose(), rig, build_perception(config), walk, 1, lambda scored: None, recorded)
+
+    with SimulatedRig(QUICK, ready_pose()) as rig:
+        with pytest.raises(DeviceError, match=r"limit 5\.5 N"):
+            run(strict)
+        for again in (strict, QUICK):
+            with pytest.raises(FaultLatchedError, match=r"limit 5\.5 N.*acknowledge it before going on"):
+                run(again)
+        rig.latch.acknowledge("Ada", "the limit was a joke")
+        sink = MemorySink()
+        with TrialRecorder(lambda: sink, tmp_path, QUICK.recording) as recorder:
+            run(QUICK, Recorded(recorder, "run", "random"))
+    log = read_back(sink.logs)
+    assert log is not None
+    world = json.loads(log.start.world_json)
+    (acknowledged,) = world["acknowledged"]
+    assert (acknowledged["by"], acknowledged["reason"]) == ("Ada", "the limit was a joke")
+    assert "limit 5.5 N" in acknowledged["cause"]
+    assert recorded_sensor(json.dumps(world)) == rig.sensor_facts

@@ -1,0 +1,126 @@
+"""A dead sensor that shows noise, a recording, and a wrong scale: none of them passes for a live sensor."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+
+from palpate.core.insertion.expectation import TripReason
+from palpate.core.supervision.config import SupervisionConfig
+from tests.unit.core.supervision.bench import FREE, TOUCHING, UNTARED, Bench
+
+NOISE = np.array([0.1] * 3 + [0.004] * 3)
+Readings = Iterator[np.ndarray]
+
+
+def live(seed: int = 0, scale: float = 1.0) -> Readings:
+    """What a live sensor shows beyond its bias, sample by sample."""
+    rng = np.random.default_rng(seed)
+    while True:
+        yield scale * NOISE * rng.standard_normal(6)
+
+
+def tick(bench: Bench, shown: np.ndarray, **more: Any) -> None:
+    bench.tick(force_N=tuple(shown[:3]), torque_Nm=tuple(shown[3:]), **more)
+
+
+def clean(bench: Bench, readings: Readings, ticks: int, **more: Any) -> np.ndarray:
+    """So many ticks without a trip; the last reading."""
+    for _ in range(ticks):
+        shown = next(readings)
+        tick(bench, shown, **more)
+        assert bench.supervisor.trip is None
+    return shown
+
+
+def ticks_to_trip(bench: Bench, readings: Readings, most: int = 200, **more: Any) -> int:
+    for number in range(1, most + 1):
+        tick(bench, next(readings), **more)
+        if bench.supervisor.trip is not None:
+            return number
+    raise AssertionError(f"no trip within {most} ticks")
+
+
+def tared(config: SupervisionConfig | None = None, scale: float = 1.0) -> tuple[Bench, Readings]:
+    """A sensor of this share of its noise that was tared."""
+    bench, readings = Bench(config, noisy=True), live(scale=scale)
+    clean(bench, readings, 40, expectation=UNTARED)
+    clean(bench, readings, 30)
+    return bench, readings
+
+
+@pytest.mark.parametrize("expectation", [UNTARED, FREE, TOUCHING])
+@pytest.mark.parametrize("share", [0.0, 0.01, 0.06])
+def test_a_sensor_that_died_with_some_noise_trips_within_a_seventh_of_a_second(expectation: Any, share: float) -> None:
+    bench, readings = (Bench(noisy=True), live()) if expectation is UNTARED else tared()
+    last = clean(bench, readings, 100, expectation=expectation)
+    dead = (last + noise for noise in live(1, share))
+    assert ticks_to_trip(bench, dead, expectation=expectation) <= 21
+    trip = bench.supervisor.trip
+    assert trip is not None
+    assert trip.reason is (TripReason.CHANNEL_FLAT if share else TripReason.SAMPLE_FROZEN)
+
+
+@pytest.mark.parametrize("channel", range(6))
+def test_one_frozen_channel_trips(channel: int) -> None:
+    bench, readings = tared()
+    held = clean(bench, readings, 50)[channel]
+
+    def frozen() -> Readings:
+        for shown in readings:
+            shown[channel] = held
+            yield shown
+
+    assert ticks_to_trip(bench, frozen()) <= 20
+    trip = bench.supervisor.trip
+    assert trip is not None
+    assert trip.text.startswith(("Fx", "Fy", "Fz", "Tx", "Ty", "Tz")[channel])
+
+
+def test_a_recording_trips_whatever_its_length() -> None:
+    bench, readings = tared()
+    stretch = [clean(bench, readings, 1) for _ in range(100)]
+    assert ticks_to_trip(bench, iter(stretch)) == 6
+    trip = bench.supervisor.trip
+    assert trip is not None
+    assert trip.reason is TripReason.SAMPLES_RECUR
+    assert trip.text == "6 new force samples in a row came before in the same order, 100 samples ago; limit 5"
+
+
+@pytest.mark.parametrize(("scale", "trips"), [(1.0, False), (2.0, False), (10.0, True), (100.0, True)])
+def test_a_scale_shows_in_the_noise_while_the_sensor_is_tared(scale: float, trips: bool) -> None:
+    readings = live(2, scale)
+    weak = {"max_force_N": 200.0, "max_torque_Nm": 10.0, "max_force_rate_N_s": 1e5}
+    config = SupervisionConfig(**weak, weakened=tuple(weak))
+    bench = Bench(config, noisy=True)
+    clean(bench, readings, 40, expectation=UNTARED)
+    tick(bench, next(readings))
+    assert (bench.supervisor.trip is not None) is trips
+    if bench.supervisor.trip is not None:
+        assert bench.supervisor.trip.reason is TripReason.SENSOR_NOISE
+
+
+def test_a_sensor_that_is_quieter_than_its_facts_lives_once_it_was_tared() -> None:
+    bench, readings = tared(scale=0.5)
+    clean(bench, readings, 2000)
+
+
+def test_honest_noise_never_trips() -> None:
+    bench, readings = tared()
+    clean(bench, readings, 10_000)
+
+
+def test_a_sample_that_is_no_news_is_no_sign_of_death() -> None:
+    bench, readings = tared()
+    for number in range(200, 300):
+        shown = next(readings)
+        for _ in range(5):
+            tick(bench, shown, wrench={"sequence": number})
+            assert bench.supervisor.trip is None
+
+
+def test_without_noise_of_its_own_nothing_is_expected_of_a_sensor() -> None:
+    Bench().clean(200)
