@@ -21,14 +21,47 @@ def _forget_modules() -> Iterator[None]:
             del sys.modules[name]
 
 
-@pytest.mark.parametrize(("name", "clauses"), [("ArmChecks", 29), ("EncoderChecks", 28)])
+MOVES = ("--moves", "--rate-rad-s", "0.2", "--reach-rad", "0.15")
+
+
+@pytest.mark.parametrize(
+    ("name", "flags", "counts"),
+    [
+        ("ArmChecks", MOVES, "28 passed, 0 failed, 1 not applicable"),
+        ("EncoderChecks", MOVES, "27 passed, 0 failed, 1 not applicable"),
+        ("ArmChecks", (), "15 passed, 0 failed, 14 not applicable"),
+    ],
+)
 def test_the_example_keeps_its_contract(
-    palpate: CommandLine, monkeypatch: pytest.MonkeyPatch, name: str, clauses: int
+    palpate: CommandLine, monkeypatch: pytest.MonkeyPatch, name: str, flags: tuple[str, ...], counts: str
 ) -> None:
     monkeypatch.chdir(EXAMPLE)
-    printed = palpate.succeed("check-adapter", f"checks:{name}")
-    assert f"{clauses} clauses" in printed
-    assert "0 failed" in printed
+    assert counts in palpate.succeed("check-adapter", f"checks:{name}", *flags)
+
+
+def test_what_will_move_is_said_before_anything_does(palpate: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(EXAMPLE)
+    printed = palpate.succeed("check-adapter", "checks:ArmChecks", *MOVES)
+    plan, clauses = printed.split("checks:ArmChecks: the contract of ArmCommand")
+    assert "joint 3 by 0.1007 rad, to its limit at 0.4 rad" in plan
+    assert "at most 0.2 rad/s a joint" in plan
+    assert "passed" in clauses
+
+
+@pytest.mark.parametrize(
+    ("flags", "reason"),
+    [
+        (("--moves",), "rate_rad_s = 0.0 is refused"),
+        (("--moves", "--rate-rad-s", "0.1"), "reach_rad = 0.0 is refused"),
+        (("--rate-rad-s", "0.1"), "with --moves only"),
+        (("--moves", "--rate-rad-s", "0.0001", "--reach-rad", "1"), "more than 0.00056 rad/s"),
+    ],
+)
+def test_moves_are_refused_without_rates(
+    palpate: CommandLine, monkeypatch: pytest.MonkeyPatch, flags: tuple[str, ...], reason: str
+) -> None:
+    monkeypatch.chdir(EXAMPLE)
+    assert reason in palpate.refusal("check-adapter", "checks:ArmChecks", *flags)
 
 
 BROKEN = """

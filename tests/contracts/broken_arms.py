@@ -178,7 +178,7 @@ ARMS: list[tuple[Any, dict[str, Any], set[str]]] = [
     (
         SlowsSilently,
         {},
-        {"test_velocity_limit_is_applied_and_told", "test_position_limit_is_applied_and_told"},
+        {"test_velocity_limit_is_applied_and_told"},
     ),
     (KnowsNoSpeed, {}, {"test_velocity_limit_is_applied_and_told"}),
     (TakesAnyNumber, {}, {"test_wrong_number_of_joints_is_refused"}),

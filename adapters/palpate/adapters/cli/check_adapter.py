@@ -14,16 +14,19 @@ from palpate.adapters.hardware import MonotonicClock
 from palpate.core.errors import ConfigurationError
 from palpate.core.ports import CONTROL_RATE_HZ, ArmCommand, Clock, ForceSensor, JointEncoder
 from palpate.core.ports.contracts import (
+    NO_MOTION,
     ArmCommandContract,
     ArmCommandRig,
     ClauseOutcome,
     ClauseResult,
     ClockContract,
     ClockRig,
+    DeviceContract,
     ForceSensorContract,
     ForceSensorRig,
     JointEncoderContract,
     JointEncoderRig,
+    MotionLimits,
     run_clauses,
 )
 
@@ -66,18 +69,31 @@ def find_suite(name: str) -> tuple[str, object]:
     return _bare(name, found, first)
 
 
-def check(name: str) -> tuple[str, list[ClauseResult]]:
+def check(
+    name: str, motion: MotionLimits = NO_MOTION, tell: Callable[[list[str]], object] | None = None
+) -> tuple[str, list[ClauseResult]]:
     """The port's name, and what became of each clause of its contract.
 
     As with ``python -m``, what lies in the current folder can be named.
 
+    Args:
+        name: ``package.module:Name``.
+        motion: How far and how fast an arm may be moved.
+        tell: Is told what will move before anything does.
+
     Raises:
-        ConfigurationError: The name leads to nothing that can be tried.
+        ConfigurationError: The name leads to nothing that can be tried, or not within these limits.
     """
     before = list(sys.path)
     sys.path.insert(0, str(Path.cwd()))
     try:
         port, suite = find_suite(name)
+        if isinstance(suite, DeviceContract):
+            suite.motion = motion
+            rig = suite.make().within(motion)
+            if tell is not None and isinstance(rig, ArmCommandRig):
+                tell(ArmCommandContract.plan(rig))
+            rig.dispose()
         return port, run_clauses(suite)
     finally:
         sys.path[:] = before
@@ -137,9 +153,15 @@ def _port(contract: type) -> str:
     return contract.__name__.removesuffix("Contract")
 
 
+def _tell(plan: list[str]) -> None:
+    sys.stdout.write("what will move:\n" + "".join(f"  {line}\n" for line in plan))
+    sys.stdout.flush()
+
+
 def check_adapter(options: CheckAdapterOptions) -> int:
     """Try the contract and print clause by clause; 0 if every clause that applies is kept, else 1."""
-    port, results = check(options.adapter)
+    motion = MotionLimits(options.rate_rad_s, options.reach_rad) if options.moves else NO_MOTION
+    port, results = check(options.adapter, motion, _tell)
     sys.stdout.write(f"{options.adapter}: the contract of {port}, {len(results)} clauses\n")
     width = max(len(outcome.value) for outcome in ClauseOutcome)
     for result in results:

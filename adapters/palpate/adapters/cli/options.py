@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Annotated, Any, TypeAlias, TypeVar, get_args, get_origin
 
 import tyro
+from typing_extensions import override
 
 from palpate.adapters.cli.commands import COMMANDS, options_of
 from palpate.adapters.config import RENAMED, RunConfig, now_called, overlay, read_toml, recorded, scenario
@@ -126,6 +127,21 @@ class CheckAdapterOptions(Settings):
 
     adapter: Annotated[str, tyro.conf.Positional]
     """package.module:Name - a contract suite, a function that makes a rig, or a force sensor or clock."""
+    moves: bool = False
+    """Send commands to the arm, along ramps within the next two; what will move is printed first."""
+    rate_rad_s: Annotated[float, Range(0.0, 10.0)] = 0.0
+    """With --moves: highest rate of a joint, rad/s."""
+    reach_rad: Annotated[float, Range(0.0, 7.0)] = 0.0
+    """With --moves: farthest that a joint may go from the rig's home_rad, rad."""
+
+    @override
+    def check(self) -> None:
+        for name in ("rate_rad_s", "reach_rad"):
+            if self.moves and not getattr(self, name):
+                accepted = "more than 0: with --moves you say how fast and how far joints may move"
+                raise ConfigurationError(name, getattr(self, name), accepted)
+            if not self.moves and getattr(self, name):
+                raise ConfigurationError(name, getattr(self, name), "given with --moves only")
 
 
 @dataclass(frozen=True)

@@ -1,9 +1,12 @@
 from .arm_command import ArmCommandContract as ArmCommandContract
 from .clock import ClockContract as ClockContract
+from .device import DeviceContract as DeviceContract
 from .fakes import TICK_NS as TICK_NS
 from .fakes import FakeClock as FakeClock
 from .force_sensor import ForceSensorContract as ForceSensorContract
 from .joint_encoder import JointEncoderContract as JointEncoderContract
+from .motion import NO_MOTION as NO_MOTION
+from .motion import MotionLimits as MotionLimits
 from .rigs import ArmCommandRig as ArmCommandRig
 from .rigs import ClockRig as ClockRig
 from .rigs import ForceSensorRig as ForceSensorRig

@@ -9,6 +9,7 @@ from functools import partial
 from typing import Any, ClassVar, Generic, TypeVar
 
 from palpate.core.errors import DeviceError, FaultLatchedError, LifecycleError
+from palpate.core.ports.contracts.motion import MotionLimits
 from palpate.core.ports.contracts.rigs import DeviceRig
 from palpate.core.ports.contracts.violations import ContractViolation, knob, require, require_quiet, require_raises
 from palpate.core.ports.devices import Device
@@ -21,6 +22,8 @@ class DeviceContract(ABC, Generic[RigT]):
     """Clauses on the life of a device; the port's own suite adds the rest."""
 
     PORT: ClassVar[type]
+    motion: MotionLimits | None = None
+    """How far and how fast an arm may be moved, whatever its rig says; None leaves that to the rig."""
 
     @abstractmethod
     def make(self) -> RigT:
@@ -34,6 +37,8 @@ class DeviceContract(ABC, Generic[RigT]):
     def _rig(self, life: Life) -> Iterator[RigT]:
         """A fresh rig whose adapter was brought to this state; released afterwards."""
         rig = self.make()
+        if self.motion is not None:
+            rig = rig.within(self.motion)
         try:
             bring(rig, life)
             yield rig

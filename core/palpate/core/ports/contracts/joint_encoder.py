@@ -8,7 +8,7 @@ from typing import ClassVar
 from palpate.core.ports.contracts.device import activate
 from palpate.core.ports.contracts.rigs import JointEncoderRig
 from palpate.core.ports.contracts.samples import SampleContract, standing_world
-from palpate.core.ports.contracts.violations import knob, require
+from palpate.core.ports.contracts.violations import ClauseNotApplicable, knob, require
 from palpate.core.ports.devices import JointEncoder
 from palpate.core.ports.lifecycle import Life
 from palpate.core.ports.values import JointCommand, JointSample, Validity
@@ -62,6 +62,8 @@ class JointEncoderContract(SampleContract[JointEncoderRig]):
         """A command changes nothing that is read in the same tick, whether read before or only after it."""
         with self._rig(Life.ACTIVE) as rig:
             standing_world(rig)
+            if rig.motion is not None and not rig.motion.rate_rad_s:
+                raise ClauseNotApplicable("it moves the arm")
             arm = knob(rig.arm, "arm")
             activate(arm)
             rig.advance(1)

@@ -7,9 +7,12 @@ applicable: a simulator may be unable to fall silent, a real arm has nothing tha
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Generic, TypeVar
+from dataclasses import dataclass, replace
+from typing import Generic, Self, TypeVar
 
+from typing_extensions import override
+
+from palpate.core.ports.contracts.motion import MotionLimits
 from palpate.core.ports.devices import ArmCommand, Clock, Device, ForceSensor, JointEncoder
 from palpate.core.ports.values import JointVector, WrenchKind
 
@@ -54,6 +57,14 @@ class DeviceRig(Generic[DeviceT]):
     def patience_ns(self) -> int:
         """How long the adapter may take to notice that the device is gone."""
         return 0
+
+    def within(self, motion: MotionLimits) -> Self:
+        """The same rig, on which nothing moves further or faster than that; only arms move.
+
+        Raises:
+            ConfigurationError: So slowly nothing could be shown.
+        """
+        return self
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -110,6 +121,7 @@ class JointEncoderRig(SensorRig[JointEncoder]):
         arm: The arm whose joints these are, freshly constructed; the same object as ``device`` if one
             adapter serves both ports.
         step_rad: A small move that this arm makes gladly.
+        motion: How far and how fast that arm may be moved; None for a simulated one.
     """
 
     joints: int
@@ -117,6 +129,11 @@ class JointEncoderRig(SensorRig[JointEncoder]):
     tolerance_rad: float = 1e-6
     arm: ArmCommand | None = None
     step_rad: float = 1e-3
+    motion: MotionLimits | None = None
+
+    @override
+    def within(self, motion: MotionLimits) -> Self:
+        return replace(self, motion=motion, step_rad=motion.step_rad(self.step_rad, self.tolerance_rad))
 
     @property
     def encoder(self) -> JointEncoder:
@@ -138,13 +155,16 @@ class ArmCommandRig(DeviceRig[ArmCommand]):
             joint makes the clause on position limits quick.
         lower_rad: Lower position limits, (n,).
         upper_rad: Upper position limits, (n,).
-        step_rad: A move within one tick that every joint is allowed at home, in both directions.
-        fast_step_rad: A move within one tick that is too fast; one joint has room for it at home.
+        step_rad: A move within one tick that every joint is allowed, in both directions.
+        fast_step_rad: A move within one tick that is too fast, and no larger than it takes to show that; one joint has
+            room for it at home.
         position_rad: Where the joints really stand, (n,).
         tolerance_rad: Greatest distance between commanded and real angles of an arm at rest; less than
             half of ``step_rad``.
         settle_ticks: Ticks after which a move of ``step_rad`` is done.
-        limit_ticks: Ticks that suffice to reach the nearest position limit at full speed.
+        limit_ticks: Ticks that the arm may be behind on its way to the nearest position limit.
+        motion: How far and how fast the arm may be moved; None for a simulated one, which is told anything. Otherwise
+            each clause begins with a ramp from where the arm stands to ``home_rad``, so ``position_rad`` is needed.
     """
 
     home_rad: JointVector
@@ -156,6 +176,11 @@ class ArmCommandRig(DeviceRig[ArmCommand]):
     tolerance_rad: float = 1e-6
     settle_ticks: int = 1
     limit_ticks: int = 2000
+    motion: MotionLimits | None = None
+
+    @override
+    def within(self, motion: MotionLimits) -> Self:
+        return replace(self, motion=motion, step_rad=motion.step_rad(self.step_rad, self.tolerance_rad))
 
     @property
     def arm(self) -> ArmCommand:

@@ -67,6 +67,8 @@ def require_raises(
         result = action()
     except errors:
         return
+    except ClauseNotApplicable:
+        raise
     except Exception as error:
         raise ContractViolation(clause, f"{type(error).__name__} ({error})", wanted) from error
     raise ContractViolation(clause, f"no error, but {result!r}", wanted)
