@@ -19,6 +19,7 @@ UNTOLD: Final[Mapping[str, Any]] = {
     "supervision.max_recurring_samples": 1_000_000,
     "supervision.flat_line_samples": 1_000_000,
     "supervision.max_noise_ratio": 1e6,
+    "task.prove_contact": False,
 }
 """What a record means that lacks one of these settings: what was done before there was such a setting.
 

@@ -32,21 +32,10 @@ class TripReason(enum.Enum):
     EXPLORATION_AREA = "tip outside the exploration area"
     COMMAND_NOT_FINITE = "command not finite"
     COMMAND_JUMP = "command jumps"
-
-
-@dataclass(frozen=True, slots=True)
-class Expectation:
-    """What the task expects of the world in its present phase; one object serves a whole phase.
-
-    Attributes:
-        contact: Whether the tool may touch anything.
-        bias: Wrench that counts as zero, (6,), N and N m, as the sensor reads it; None before taring.
-        area: The area that the tip may not leave; None while it does not explore.
-    """
-
-    contact: bool
-    bias: tuple[float, float, float, float, float, float] | None = None
-    area: ExplorationArea | None = None
+    PLATE_NOT_FELT = "deeper than the plate can be, with nothing felt"
+    WALL_NOT_FELT = "no wall of the hole answers"
+    FORCE_WITHOUT_SPRING = "force does not follow the gripper's spring"
+    PULLED = "pulled where the tool can only be pushed"
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,6 +55,24 @@ class Trip:
     value: float
     limit: float
     text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Expectation:
+    """What the task expects of the world in its present phase; one object serves a whole phase.
+
+    Attributes:
+        contact: Whether the tool may touch anything.
+        bias: Wrench that counts as zero, (6,), N and N m, as the sensor reads it; None before taring.
+        area: The area that the tip may not leave; None while it does not explore.
+        doubt: Why the force sensor cannot be trusted, as the task found by holding force against position; None while
+            there is no reason to doubt it.
+    """
+
+    contact: bool
+    bias: tuple[float, float, float, float, float, float] | None = None
+    area: ExplorationArea | None = None
+    doubt: Trip | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,12 +21,14 @@ class Measurement:
         position_m: Tip according to the encoders, (3,); they cannot see the gripper's springs.
         force_N: Tared, scaled, unfiltered force, (3,).
         filtered_force_z_N: Tared, scaled, filtered force along the tool axis.
+        lever_m: Distance from the sensor's origin to the tip along the tool axis.
     """
 
     def __init__(self, kinematics: Kinematics, task_in_base: pin.SE3, signal: SignalProcessor) -> None:
         self._kinematics, self._signal = kinematics, signal
         self._task_in_base = task_in_base.copy()
-        self._tip_in_sensor: Vector3 = (0.0, 0.0, kinematics.tool.tip_from_sensor_m)
+        self.lever_m = kinematics.tool.tip_from_sensor_m
+        self._tip_in_sensor: Vector3 = (0.0, 0.0, self.lever_m)
         self._scale = signal.scale[:3]
         self.reset()
 

@@ -10,15 +10,18 @@ stiffness.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from math import dist, sqrt
 from typing import Final
 
 from palpate.core.errors import DeviceError
 from palpate.core.insertion.agent import Agent
+from palpate.core.insertion.axial_check import HIGHEST_SHARE, LOWEST_SHARE
 from palpate.core.insertion.config import N_PER_KGF, ControlConfig, TaskConfig
 from palpate.core.insertion.expectation import Expectation, Intervention, Trip
 from palpate.core.insertion.frame import ExplorationArea
 from palpate.core.insertion.measurement import Measurement
+from palpate.core.insertion.proof import ContactProof
 from palpate.core.insertion.trial import Event, Outcome, Phase, Purpose, TrialReport, TrialSetup, generator
 from palpate.core.motion import ControlLaw, DampingControl, ForceControl, HybridControl, PositionControl, TipMotion
 from palpate.core.policy import Observation
@@ -42,6 +45,16 @@ _MOVING_SHARE: Final = 0.8
 _ACROSS_SPEED_M_S: Final = 0.005
 _NO_CONTACT_M: Final = 0.008
 """How far below the nominal surface (beyond the insertion depth) the approach may search for contact."""
+_PAST_PLATE_M: Final = 1e-3
+"""A tip so far below where the plate must be is in the hole, or its sensor is dead."""
+_WALL_M: Final = 5e-4
+"""Depth at which a wall is looked for; half the insertion depth where that is less."""
+_UNPROVED_M: Final = 1.5e-3
+"""The tip goes so much deeper, and no further, before a wall has answered."""
+_SEATED_SHARE: Final = 0.7
+"""Share of the pressing force, filtered, from which the floor is pressed enough for the lift."""
+_SEATING_TICKS: Final = CONTROL_RATE_HZ // 2
+"""Time for that; friction on the walls may keep it from being reached."""
 
 
 class InsertionTask:
@@ -88,7 +101,11 @@ class InsertionTask:
             Phase.APPROACH: self._approach,
             Phase.EXPLORE: self._explore,
             Phase.INSERT: self._insert,
+            Phase.PROVE: self._prove,
         }
+        self._proof: ContactProof | None = None
+        if task.prove_contact:
+            self._proof = ContactProof(task, control, measurement.lever_m)
         self.report = TrialReport(TrialSetup(0, 0, (0.0, 0.0)))
         self.phase = Phase.DONE
         self._interrupted = False
@@ -142,6 +159,11 @@ class InsertionTask:
         self._last_progress = 0
         self._interrupt_noted = False
         self._clamped_tick = -2
+        self._checking = False
+        self._touched = self._floor = False
+        self._slack_m = 0.0
+        if self._proof is not None:
+            self._proof.begin()
 
     def step(self, snapshot: Snapshot) -> JointCommand:
         """One control tick: what was sensed in, what the arm shall do out.
@@ -184,9 +206,12 @@ class InsertionTask:
         self._snapshot = snapshot
         self._measurement.update(snapshot)
         self.tip_m = self._measurement.position_m
-        if self._interrupted:
+        if self.expectation.doubt is not None:
+            # A supervisor would have taken over in the tick of the doubt.
+            self._end(Outcome.UNPROVED, self.expectation.doubt.text)
+        elif self._interrupted:
             self._wind_up()
-        if not self.done and self._within_force_limit():
+        if not self.done and self._within_force_limit() and not self._pulled():
             self._velocity_m_s = self._handlers[self.phase]()
         return self._observation
 
@@ -275,6 +300,18 @@ class InsertionTask:
                 return False
         return True
 
+    def _pulled(self) -> bool:
+        proof = self._proof
+        if proof is None:
+            return False
+        proof.update(self._snapshot)
+        if not self._tared or self.phase is Phase.SETTLE:
+            return False
+        trip = proof.pulled(self._tick, self._measurement.force_N)
+        if trip is not None:
+            self._doubt(trip)
+        return trip is not None
+
     # Phases. Each returns the tip velocity for this tick.
 
     def _lift(self) -> Vector3:
@@ -296,6 +333,8 @@ class InsertionTask:
         self._countdown -= 1
         if self._countdown < self._task.tare_ticks:
             wrench = self._snapshot.wrench
+            if self._proof is not None:
+                self._proof.life.rest(wrench)
             for i, value in enumerate((*wrench.force_N, *wrench.torque_Nm)):
                 self._bias_sum[i] += value
         if self._countdown == 0:
@@ -310,6 +349,8 @@ class InsertionTask:
 
     def _approach(self) -> Vector3:
         depth = self._tip_depth_m()
+        if self._proof is not None:
+            self._watch_touch(self._proof)
         if self._in_contact():
             self._explore_start = self._tick
             if depth >= self._depth_m - self._tolerance_m - self._surface_slack_m:
@@ -322,6 +363,11 @@ class InsertionTask:
             self._step_from_m, self._step_m = self._motion.reference_m, (0.0, 0.0)
             self._enter(Phase.EXPLORE)
             self._countdown = self._task.ticks_per_action
+        elif self._proof is not None and depth > self._surface_slack_m + _PAST_PLATE_M:
+            self._explore_start = self._tick
+            # The surface was never touched, so its height is known only as well as the plate was set up.
+            self._slack_m = self._surface_slack_m
+            self._enter_hole("nothing felt where the plate must be")
         elif self._motion.reference_m[2] > self._depth_m + _NO_CONTACT_M:
             # By the reference, so that the search also ends for an arm that does not follow.
             self._end(Outcome.NO_CONTACT, f"nothing touched, tip at {depth * 1e3:.2f} mm")
@@ -345,6 +391,10 @@ class InsertionTask:
                 self._enter_hole("contact lost" if lost else "sunk below the surface")
         else:
             self._lost_ticks = 0
+            if self._proof is not None:
+                check = self._check_while_exploring(self._proof)
+                if check is not None:
+                    return check
             self._countdown -= 1
             if self._countdown <= 0:
                 self._perceive()
@@ -366,7 +416,10 @@ class InsertionTask:
         self._event(sign)
         self._hole_tick = self._tick
         self._best_depth_m, self._last_progress = 0.0, self._tick
+        self._checking = False
         self._inserting.reset()
+        if self._proof is not None:
+            self._proof.wall.begin()
         self._enter(Phase.INSERT)
 
     def _perceive(self) -> None:
@@ -396,11 +449,18 @@ class InsertionTask:
         if depth > self._best_depth_m + _STALL_M:
             self._best_depth_m, self._last_progress = depth, self._tick
         stalled = self._tick - self._last_progress
+        if self._proof is not None and not self._proof.wall.answered and depth > min(_WALL_M, 0.5 * self._depth_m):
+            return self._push_aside(self._proof, depth)
         if depth >= self._depth_m + self._tolerance_m or (
-            depth >= self._depth_m - self._tolerance_m and self._in_contact()
+            depth >= self._depth_m - self._tolerance_m - self._slack_m and self._in_contact()
         ):
             self._event("hole", f"found after {self._exploration_s():.3f} s")
-            self._end_inserted(depth)
+            if self._proof is None:
+                self._end_inserted(depth)
+            else:
+                self._floor, self._countdown = self._in_contact(), _SEATING_TICKS
+                self._proof.wall.begin()
+                self._enter(Phase.PROVE)
         elif stalled > _STALL_TICKS and self._best_depth_m < _DROP_M:
             self._event("false drop", f"to {self._best_depth_m * 1e3:.3f} mm")
             self._hole_tick = None
@@ -410,6 +470,92 @@ class InsertionTask:
         elif stalled > _JAM_TICKS:
             self._end(Outcome.JAMMED, f"at {depth * 1e3:.2f} mm")
         return self._inserting.velocity_m_s(self._motion.reference_m, self._target_m, self._measurement.force_N)
+
+    def _prove(self) -> Vector3:
+        """The tip is as deep as it shall be: the floor has to push back as one does, or where there is none, a wall."""
+        depth, proof = self._tip_depth_m() - self._surface_m, self._proof
+        velocity = self._inserting.velocity_m_s(self._motion.reference_m, self._target_m, self._measurement.force_N)
+        if proof is None:
+            return velocity
+        if not self._floor:
+            across = proof.wall.velocity_m_s(self._measurement.force_N, proof.new, self._motion.reference_m)
+            if proof.wall.failed:
+                self._doubt(proof.no_wall(self._tick, depth))
+            elif proof.wall.answered:
+                self._event("proof", f"wall: {proof.wall.answer_N:.2f} N at {depth * 1e3:.2f} mm")
+                self._end_inserted(depth)
+            return *across, 0.0
+        if not self._checking:
+            self._countdown -= 1
+            if depth > self._depth_m + self._tolerance_m + self._slack_m + _PAST_PLATE_M:
+                self._doubt(proof.no_floor(self._tick, depth))
+            elif self._countdown > 0 and self._measurement.filtered_force_z_N > -_SEATED_SHARE * self._press_N:
+                return velocity
+            self._checking = True
+            proof.axial.begin()
+        along = self._lift_to_check(proof)
+        if along is None and self.expectation.doubt is None:
+            self._event("proof", f"floor: {proof.axial.share:.2f} of the gripper's stiffness")
+            self._end_inserted(depth)
+        return 0.0, 0.0, along or 0.0
+
+    # Proof of contact.
+
+    def _watch_touch(self, proof: ContactProof) -> None:
+        proof.touch.watch(self._snapshot, self._measurement.force_N[2], self._measurement.position_m[2])
+
+    def _check_while_exploring(self, proof: ContactProof) -> Vector3 | None:
+        """Where the tip goes instead, while a check is made; None when there is nothing to check."""
+        if not self._touched:
+            self._watch_touch(proof)
+        if not self._checking:
+            proof.life.watch(self._snapshot.wrench, self._motion.reference_m)
+            if not self._touched and self._countdown <= 1:
+                self._touched = True
+                share = proof.touch.share
+                self._checking = share is None or not LOWEST_SHARE <= share <= HIGHEST_SHARE
+                if not self._checking:
+                    self._event("proof", f"first touch: {share:.2f} of the gripper's stiffness")
+            elif proof.life.due:
+                self._checking = True
+            if not self._checking:
+                return None
+            proof.axial.begin()
+        along = self._lift_to_check(proof)
+        if along is None and self.expectation.doubt is None:
+            self._event("proof", f"lift: {proof.axial.share:.2f} of the gripper's stiffness")
+            proof.life.proved()
+        return None if along is None else (0.0, 0.0, along)
+
+    def _lift_to_check(self, proof: ContactProof) -> float | None:
+        """Velocity along the tool axis in a check that runs; None when it is over, with a doubt where it failed."""
+        force_z_N, reference_z_m = self._measurement.force_N[2], self._motion.reference_m[2]
+        along = proof.axial.velocity_m_s(force_z_N, proof.new, reference_z_m, self._measurement.position_m[2])
+        if along is None:
+            self._checking = False
+            if not proof.axial.passed:
+                self._doubt(proof.no_spring(self._tick))
+        return along
+
+    def _push_aside(self, proof: ContactProof, depth_m: float) -> Vector3:
+        """Sink on, but not far, while a wall is looked for."""
+        reference, force = self._motion.reference_m, self._measurement.force_N
+        across = proof.wall.velocity_m_s(force, proof.new, reference)
+        if proof.wall.answered:
+            self._event("proof", f"wall: {proof.wall.answer_N:.2f} N at {depth_m * 1e3:.2f} mm")
+        elif proof.wall.failed:
+            unseen = self._slack_m > 0.0
+            limit_m = self._slack_m + _PAST_PLATE_M
+            self._doubt(proof.no_plate(self._tick, depth_m, limit_m) if unseen else proof.no_wall(self._tick, depth_m))
+        along = self._inserting.velocity_m_s(reference, self._target_m, force)[2]
+        if depth_m > _WALL_M + self._slack_m + _UNPROVED_M:
+            along = min(along, 0.0)
+        return *across, along
+
+    def _doubt(self, trip: Trip) -> None:
+        """The supervisor trips in this very tick; without one the trial ends in the next."""
+        self._event("doubt", f"{trip.reason.name}: {trip.text}")
+        self.expectation = replace(self.expectation, doubt=trip)
 
     # Small helpers.
 

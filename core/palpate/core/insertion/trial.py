@@ -17,6 +17,7 @@ class Phase(enum.Enum):
     APPROACH = "approach"
     EXPLORE = "explore"
     INSERT = "insert"
+    PROVE = "prove"
     DONE = "done"
 
 
@@ -28,6 +29,7 @@ class Outcome(enum.Enum):
     JAMMED = "jammed"
     FORCE_LIMIT = "force limit"
     NO_CONTACT = "no contact"
+    UNPROVED = "contact not proved"
     SENSOR_FAULT = "sensor fault"
     STOPPED = "stopped from outside"
     TRIPPED = "safety trip"

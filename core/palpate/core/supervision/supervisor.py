@@ -192,6 +192,8 @@ class Supervisor:
             trip = self._joints.trip(snapshot, self._held)
         if trip is None and tip_m is not None:
             trip = self._places.trip(snapshot.tick, tip_m, expectation)
+        if trip is None:
+            trip = expectation.doubt
         if trip is None and not sound and applied is not None:
             trip = _not_finite(snapshot.tick, "what the arm says that it applied", applied.position_rad)
         if trip is not None:

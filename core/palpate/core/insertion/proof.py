@@ -1,0 +1,97 @@
+"""The account of whether the force that is measured is the force that there is."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from palpate.core.insertion.axial_check import HIGHEST_SHARE, LOWEST_SHARE, AxialCheck
+from palpate.core.insertion.config import N_PER_KGF, ControlConfig, TaskConfig
+from palpate.core.insertion.expectation import Trip, TripReason
+from palpate.core.insertion.first_touch import FirstTouch
+from palpate.core.insertion.sign_of_life import SignOfLife
+from palpate.core.insertion.wall_check import ANSWER_N, WallCheck
+from palpate.core.ports import CONTROL_RATE_HZ, Snapshot, Vector3
+
+_PULL_SHARE: Final = 0.5
+"""A pull above this share of the pressing force is none of the plate's; a peg that drops rebounds with less."""
+_PULL_SAMPLES: Final = 4
+
+
+class ContactProof:
+    """What a trial holds force against position with, from the first touch to the floor of the hole.
+
+    Args:
+        task: Pressing force, play of the hole.
+        control: Stiffness of the gripper.
+        lever_m: Distance from the sensor's origin to the tool's tip along the tool axis.
+
+    Attributes:
+        touch: The stiffness of the first touch.
+        life: Travel since the sensor's last sign of life.
+        axial: The lift that shows whether force follows position.
+        wall: The push that finds a wall.
+        new: Whether the newest force sample is a new one.
+    """
+
+    def __init__(self, task: TaskConfig, control: ControlConfig, lever_m: float) -> None:
+        stiffness_N_per_m, press_N = control.axial_stiffness_N_per_mm * 1e3, task.press_kgf * N_PER_KGF
+        self._pull_N = _PULL_SHARE * press_N
+        self.touch = FirstTouch(stiffness_N_per_m, press_N)
+        self.life = SignOfLife(lever_m)
+        self.axial = AxialCheck(stiffness_N_per_m, press_N, task.travel_speed_mm_s * 1e-3, 1.0 / CONTROL_RATE_HZ)
+        self.wall = WallCheck(task.play_mm * 1e-3)
+        self.begin()
+
+    def begin(self) -> None:
+        """A trial begins."""
+        self.touch.begin()
+        self.life.begin()
+        self.axial.begin()
+        self.wall.begin()
+        self.new = True
+        self._sequence: int | None = None
+        self._pulls = 0
+
+    def update(self, snapshot: Snapshot) -> None:
+        """Take in one tick."""
+        self.new = snapshot.wrench.sequence != self._sequence
+        self._sequence = snapshot.wrench.sequence
+
+    def pulled(self, tick: int, force_N: Vector3) -> Trip | None:
+        """What is wrong if a tool that only ever presses is pulled, by tared force, (3,), task frame."""
+        if self.new:
+            self._pulls = self._pulls + 1 if force_N[2] > self._pull_N else 0
+        if self._pulls < _PULL_SAMPLES:
+            return None
+        text = f"the force sensor shows a pull of {force_N[2]:.2f} N where the tool can only be pushed"
+        return Trip(TripReason.PULLED, tick, force_N[2], self._pull_N, text)
+
+    def no_plate(self, tick: int, depth_m: float, limit_m: float) -> Trip:
+        """Nothing was felt down to where the plate must be, and no wall answered."""
+        text = (
+            f"nothing felt down to {depth_m * 1e3:.2f} mm below the nominal plane, where the plate must be above"
+            f" {limit_m * 1e3:.2f} mm, and no wall of the hole answers: the plate is elsewhere, or the force sensor is dead"
+        )
+        return Trip(TripReason.PLATE_NOT_FELT, tick, depth_m * 1e3, limit_m * 1e3, text)
+
+    def no_wall(self, tick: int, depth_m: float) -> Trip:
+        """The peg should be in the hole, and no wall answered."""
+        text = (
+            f"no wall answers a push at {depth_m * 1e3:.2f} mm depth ({self.wall.answer_N:.2f} N, {ANSWER_N:g} N needed):"
+            " the peg is not in the hole, the hole is wider than task.play_mm, or the force sensor does not show what there is"
+        )
+        return Trip(TripReason.WALL_NOT_FELT, tick, self.wall.answer_N, ANSWER_N, text)
+
+    def no_floor(self, tick: int, depth_m: float) -> Trip:
+        """The tip went past the floor that it seemed to touch."""
+        text = f"the tip is {depth_m * 1e3:.2f} mm deep and the force of the floor does not grow: nothing is there"
+        return Trip(TripReason.FORCE_WITHOUT_SPRING, tick, 0.0, LOWEST_SHARE, text)
+
+    def no_spring(self, tick: int) -> Trip:
+        """A lift did not change the force as the gripper's spring does."""
+        share = self.axial.share or 0.0
+        text = (
+            f"the force follows a lift with {share:.2f} of control.axial_stiffness_N_per_mm, {LOWEST_SHARE:g} to"
+            f" {HIGHEST_SHARE:g} are right: the force sensor does not show what there is, or the gripper is another one"
+        )
+        return Trip(TripReason.FORCE_WITHOUT_SPRING, tick, share, LOWEST_SHARE, text)

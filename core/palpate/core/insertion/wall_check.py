@@ -1,0 +1,76 @@
+"""Is the peg between walls? A light push across the tool axis is answered there, and nowhere else."""
+
+from __future__ import annotations
+
+from collections import deque
+from math import hypot
+from typing import Final
+
+from palpate.core.ports import Vector3
+
+ANSWER_N: Final = 1.2
+"""Change of the lateral force, against the push, that counts as an answer."""
+_SPEED_M_S: Final = 0.002
+"""So slow that a wall of 40 N/mm is felt before the push exceeds 3 N, servos and averages included."""
+_SAMPLES: Final = 4
+_BEND_M: Final = 1e-4
+"""What the gripper may bend under the push."""
+
+
+class WallCheck:
+    """Pushes sideways until a wall answers, or until the peg has gone further than the hole's play.
+
+    The push goes against whatever lateral force there is, so that a peg that leans on one wall is led to the other.
+
+    Args:
+        play_m: How far the peg may move in the hole from wall to wall.
+
+    Attributes:
+        answered: Whether a wall has pushed back.
+        answer_N: The largest answer so far, a mean of four samples.
+    """
+
+    def __init__(self, play_m: float) -> None:
+        self._reach_m = play_m + _BEND_M
+        self.begin()
+
+    def begin(self) -> None:
+        """The next :meth:`velocity_m_s` is the first of a check."""
+        self.answered, self.answer_N = False, 0.0
+        self._forces: deque[tuple[float, float]] = deque(maxlen=_SAMPLES)
+        self._base_N: tuple[float, float] | None = None
+        self._way = (1.0, 0.0)
+        self._from_m = (0.0, 0.0)
+        self._gone_m = 0.0
+
+    @property
+    def failed(self) -> bool:
+        """Whether the peg went further than the play without an answer."""
+        return not self.answered and self._gone_m > self._reach_m
+
+    def velocity_m_s(self, force_N: Vector3, new: bool, reference_m: Vector3) -> tuple[float, float]:
+        """Velocity of the tip across the tool axis for this tick; zero once a wall has answered.
+
+        Args:
+            force_N: Tared force of the environment on the tool, (3,), task frame.
+            new: Whether it is a new sample.
+            reference_m: Where the tip is commanded to be, (3,), task frame.
+        """
+        if new:
+            self._forces.append((force_N[0], force_N[1]))
+        if len(self._forces) < _SAMPLES or self.answered:
+            return 0.0, 0.0
+        fx = sum(x for x, _ in self._forces) / _SAMPLES
+        fy = sum(y for _, y in self._forces) / _SAMPLES
+        if self._base_N is None:
+            self._base_N, self._from_m = (fx, fy), (reference_m[0], reference_m[1])
+            size = hypot(fx, fy)
+            if size > 0.0:
+                self._way = (fx / size, fy / size)
+        (ux, uy), (bx, by) = self._way, self._base_N
+        self.answer_N = max(self.answer_N, (bx - fx) * ux + (by - fy) * uy)
+        self.answered = self.answer_N >= ANSWER_N
+        self._gone_m = hypot(reference_m[0] - self._from_m[0], reference_m[1] - self._from_m[1])
+        if self.answered or self.failed:
+            return 0.0, 0.0
+        return _SPEED_M_S * ux, _SPEED_M_S * uy
