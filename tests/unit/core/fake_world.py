@@ -8,7 +8,7 @@ to the nearest pit, as the torque of a tilted peg does. The sensor carries weigh
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from math import hypot
 from types import TracebackType
@@ -102,6 +102,7 @@ class FakeWorld:
         pits: The hole and other places where the plate lies deeper.
         height_m: The plate's surface below the nominal plane; inf takes the plate away.
         slope: How much deeper it is for each m along x.
+        stiffness_N_per_m: Of the spring between flange and peg.
         spoil: What befalls each force sample on its way; None for nothing.
         tip_m: Where the tip was when the sensor was last read, task frame.
         force_N: Contact force on the tip then, task frame.
@@ -110,6 +111,7 @@ class FakeWorld:
     def __init__(self, *pits: Pit, height_m: float = 0.0, start_m: Vector3 = (0.0, 0.0, -3e-3)) -> None:
         self.clock = FakeClock()
         self.pits, self.height_m, self.slope = pits, height_m, 0.0
+        self.stiffness_N_per_m = STIFFNESS_N_PER_M
         self.spoil: Callable[[WrenchSample], WrenchSample] | None = None
         self.tip_m: Vector3 = (0.0, 0.0, 0.0)
         self.force_N: Vector3 = (0.0, 0.0, 0.0)
@@ -165,7 +167,7 @@ class FakeWorld:
         elif self._inside is None or not self._inside.walls:
             self._inside = next((p for p in self.pits if hypot(p.x_m - x, p.y_m - y) <= p.radius_m), None)
         pit = self._inside
-        push = STIFFNESS_N_PER_M * max(z - height - (pit.depth_m if pit else 0.0), 0.0)
+        push = self.stiffness_N_per_m * max(z - height - (pit.depth_m if pit else 0.0), 0.0)
         if pit is None or not pit.walls:
             return np.array([0.0, 0.0, -push]), self._cue(x, y, push)
         push, across = max(push, pit.friction_N), LATERAL_N_PER_M
@@ -244,12 +246,18 @@ def build_task(
     task: TaskConfig | None = None,
     control: ControlConfig | None = None,
     reinforcement: Reinforcement | None = None,
+    *,
+    proves: bool = False,
 ) -> InsertionTask:
-    """The core over the zebra-zero, with every part its own."""
+    """The core over the zebra-zero, with every part its own.
+
+    Without proofs of contact, unless they are asked for: this plate has no friction, so a sliding tip shows no sign of
+    life, and lifts would come between the actions.
+    """
     arm, goal = arm_named("zebra-zero"), goal_in_base(GoalConfig())
     _, rotation = ready_pose()
     return InsertionTask(
-        task or TaskConfig(),
+        replace(task or TaskConfig(), prove_contact=proves),
         control or ControlConfig(),
         Measurement(Kinematics(arm, TOOL), goal, SignalProcessor(CONTROL_RATE_HZ, 4.0)),
         TipMotion(Kinematics(arm, TOOL), goal, np.array(rotation), PERIOD_S),

@@ -15,6 +15,8 @@ that is dead, or shows half or twice the force, is outside."""
 _LIFT_M: Final = 4e-4
 _LIFT_SHARE: Final = 0.4
 """At most so much of the pressing force is taken off, so that contact is kept."""
+_LEAST_PRESS: Final = 1.2
+"""The force before the lift, over what the lift takes off: with less, contact is lost on the way."""
 _SAMPLES: Final = 8
 """New samples averaged before and after: with noise of 0.3 N the share then has a standard deviation of 0.075."""
 _REST_TICKS: Final = 4
@@ -50,7 +52,8 @@ class AxialCheck:
         period_s: Control period.
 
     Attributes:
-        share: Measured stiffness as a share of the gripper's; None until it is known.
+        share: Measured stiffness as a share of the gripper's; None until it is known, and when contact slipped away
+            before the lift, so that there was nothing to measure.
     """
 
     def __init__(self, stiffness_N_per_m: float, press_N: float, speed_m_s: float, period_s: float) -> None:
@@ -85,6 +88,9 @@ class AxialCheck:
             # The servos are still on the way of the last command in the first ticks.
             if self._ticks > _REST_TICKS and self._measured(force_z_N, measured_z_m, new):
                 self._pressed_N, self._pressed_m = self._force.value, self._depth.value
+                if self._pressed_N > -_LEAST_PRESS * self._stiffness * self._lift_m:
+                    self.share = None
+                    return None
                 self._enter(_Stage.LIFT)
             return 0.0
         if self._stage is _Stage.LIFT:

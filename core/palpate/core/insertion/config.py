@@ -59,9 +59,9 @@ class TaskConfig(Settings):
     surface_uncertainty_mm: Annotated[float, Range(0.0, 5.0)] = 0.5
     """How far the plate's height may differ from what is believed; it matters where the peg never touches the plate."""
     prove_contact: bool = True
-    """Hold the force against position from the first touch on: "inserted" needs the answers of a wall and of the floor."""
-    play_mm: Annotated[float, Range(0.01, 12.0)] = 1.0
-    """How far the peg may move sideways in the hole, at most: so far a wall is looked for before the sensor is doubted."""
+    """Hold force against position from the first touch on; "inserted" needs the answers of a wall and of the floor."""
+    play_mm: Annotated[float, Range(0.01, 12.0)] = 0.6
+    """How far the peg may move sideways in the hole, at most; further than that no wall is looked for."""
     max_force_N: Annotated[float, Range(1.0, 500.0)] = 30.0
     """A measured force above this ends the trial at once; one whose true peak is above it is no success."""
     ready_height_mm: Annotated[float, Range(0.5, 100.0)] = 3.0

@@ -35,6 +35,7 @@ class TripReason(enum.Enum):
     PLATE_NOT_FELT = "deeper than the plate can be, with nothing felt"
     WALL_NOT_FELT = "no wall of the hole answers"
     FORCE_WITHOUT_SPRING = "force does not follow the gripper's spring"
+    TORQUE_WITHOUT_FORCE = "torque does not fit the force over the tool's lever"
     PULLED = "pulled where the tool can only be pushed"
 
 

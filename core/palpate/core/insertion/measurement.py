@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import hypot
+
 import pinocchio as pin
 
 from palpate.core.motion import Kinematics, wrench_about
@@ -29,7 +31,7 @@ class Measurement:
         self._task_in_base = task_in_base.copy()
         self.lever_m = kinematics.tool.tip_from_sensor_m
         self._tip_in_sensor: Vector3 = (0.0, 0.0, self.lever_m)
-        self._scale = signal.scale[:3]
+        self._scale, self._all_scales = signal.scale[:3], signal.scale
         self.reset()
 
     def reset(self) -> None:
@@ -60,12 +62,22 @@ class Measurement:
         px, py, pz = tip_in_task.translation.tolist()
         self.position_m = (px, py, pz)
         self._rotation = rotation = tip_in_task.rotation.tolist()
-        raw = snapshot.wrench
+        self._raw = raw = snapshot.wrench
         bias, (sx, sy, sz) = self._bias, self._scale
         fx, fy, fz = raw.force_N
         self.force_N = _rotated(rotation, ((fx - bias[0]) * sx, (fy - bias[1]) * sy, (fz - bias[2]) * sz))
         self._filtered = filtered = self._signal.update((*raw.force_N, *raw.torque_Nm))
         self.filtered_force_z_N = filtered[2]
+
+    def torque_across_at_tip_Nm(self) -> float:
+        """Torque about the tip across the tool axis, tared and scaled, not filtered.
+
+        What touches the tip has no lever there but the tip's own radius.
+        """
+        raw, bias, scale, lever_m = self._raw, self._bias, self._all_scales, self.lever_m
+        fx, fy = (raw.force_N[0] - bias[0]) * scale[0], (raw.force_N[1] - bias[1]) * scale[1]
+        tx, ty = (raw.torque_Nm[0] - bias[3]) * scale[3], (raw.torque_Nm[1] - bias[4]) * scale[4]
+        return hypot(tx + lever_m * fy, ty - lever_m * fx)
 
     def filtered_wrench_at_tip(self) -> tuple[Vector3, Vector3]:
         """Tared, filtered force (3,) N and torque about the tip (3,) N m.

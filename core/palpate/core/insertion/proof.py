@@ -2,19 +2,26 @@
 
 from __future__ import annotations
 
+from math import sqrt
 from typing import Final
 
 from palpate.core.insertion.axial_check import HIGHEST_SHARE, LOWEST_SHARE, AxialCheck
 from palpate.core.insertion.config import N_PER_KGF, ControlConfig, TaskConfig
 from palpate.core.insertion.expectation import Trip, TripReason
 from palpate.core.insertion.first_touch import FirstTouch
+from palpate.core.insertion.measurement import Measurement
 from palpate.core.insertion.sign_of_life import SignOfLife
 from palpate.core.insertion.wall_check import ANSWER_N, WallCheck
-from palpate.core.ports import CONTROL_RATE_HZ, Snapshot, Vector3
+from palpate.core.ports import CONTROL_RATE_HZ, Snapshot
 
 _PULL_SHARE: Final = 0.5
 """A pull above this share of the pressing force is none of the plate's; a peg that drops rebounds with less."""
-_PULL_SAMPLES: Final = 4
+_SAMPLES: Final = 4
+"""Consecutive samples that a contradiction has to last."""
+_TORQUE_NM: Final = 0.3
+"""Torque about the tip that a leaning peg in a hole gives; 0.25 N m was the most at 20 mrad of tilt."""
+_ARM_M: Final = 0.06
+"""Largest radius of a tip: a force there has this lever about the tip's centre."""
 
 
 class ContactProof:
@@ -50,35 +57,55 @@ class ContactProof:
         self.wall.begin()
         self.new = True
         self._sequence: int | None = None
-        self._pulls = 0
+        self._pulls = self._misfits = 0
+        self._torque_Nm = self._torque_limit_Nm = 0.0
 
     def update(self, snapshot: Snapshot) -> None:
         """Take in one tick."""
         self.new = snapshot.wrench.sequence != self._sequence
         self._sequence = snapshot.wrench.sequence
 
-    def pulled(self, tick: int, force_N: Vector3) -> Trip | None:
-        """What is wrong if a tool that only ever presses is pulled, by tared force, (3,), task frame."""
+    def contradiction(self, tick: int, measured: Measurement) -> Trip | None:
+        """What no contact at the tip can give, in several samples in a row; None if there is nothing of the kind."""
         if self.new:
-            self._pulls = self._pulls + 1 if force_N[2] > self._pull_N else 0
-        if self._pulls < _PULL_SAMPLES:
-            return None
-        text = f"the force sensor shows a pull of {force_N[2]:.2f} N where the tool can only be pushed"
-        return Trip(TripReason.PULLED, tick, force_N[2], self._pull_N, text)
+            x, y, z = measured.force_N
+            self._pulls = self._pulls + 1 if z > self._pull_N else 0
+            self._torque_Nm = measured.torque_across_at_tip_Nm()
+            self._torque_limit_Nm = _TORQUE_NM + _ARM_M * sqrt(x * x + y * y + z * z)
+            self._misfits = self._misfits + 1 if self._torque_Nm > self._torque_limit_Nm else 0
+        if self._pulls >= _SAMPLES:
+            pull_N = measured.force_N[2]
+            text = f"the force sensor shows a pull of {pull_N:.2f} N where the tool can only be pushed"
+            return Trip(TripReason.PULLED, tick, pull_N, self._pull_N, text)
+        if self._misfits >= _SAMPLES:
+            torque_Nm, limit_Nm = self._torque_Nm, self._torque_limit_Nm
+            text = (
+                f"torque about the tip {torque_Nm:.3f} N m, at most {limit_Nm:.3f} N m with this force:"
+                " a channel of the force sensor is dead, swapped or wrong"
+            )
+            return Trip(TripReason.TORQUE_WITHOUT_FORCE, tick, torque_Nm, limit_Nm, text)
+        return None
 
     def no_plate(self, tick: int, depth_m: float, limit_m: float) -> Trip:
         """Nothing was felt down to where the plate must be, and no wall answered."""
         text = (
             f"nothing felt down to {depth_m * 1e3:.2f} mm below the nominal plane, where the plate must be above"
-            f" {limit_m * 1e3:.2f} mm, and no wall of the hole answers: the plate is elsewhere, or the force sensor is dead"
+            f" {limit_m * 1e3:.2f} mm, and no wall of the hole answers: the plate is elsewhere, or the force sensor is"
+            " dead"
         )
         return Trip(TripReason.PLATE_NOT_FELT, tick, depth_m * 1e3, limit_m * 1e3, text)
+
+    def above_plate(self, tick: int, rise_m: float, limit_m: float) -> Trip:
+        """The sensor shows the plate's reaction where the tip is above it."""
+        text = f"the force sensor shows contact {rise_m * 1e3:.2f} mm above the plate that was touched"
+        return Trip(TripReason.FORCE_WITHOUT_SPRING, tick, rise_m * 1e3, limit_m * 1e3, text)
 
     def no_wall(self, tick: int, depth_m: float) -> Trip:
         """The peg should be in the hole, and no wall answered."""
         text = (
-            f"no wall answers a push at {depth_m * 1e3:.2f} mm depth ({self.wall.answer_N:.2f} N, {ANSWER_N:g} N needed):"
-            " the peg is not in the hole, the hole is wider than task.play_mm, or the force sensor does not show what there is"
+            f"no wall answers a push at {depth_m * 1e3:.2f} mm depth ({self.wall.answer_N:.2f} N, {ANSWER_N:g} N"
+            " needed): the peg is not in the hole, the hole is wider than task.play_mm, or the force sensor does not"
+            " show what there is"
         )
         return Trip(TripReason.WALL_NOT_FELT, tick, self.wall.answer_N, ANSWER_N, text)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import hypot, sqrt
+from math import hypot, inf, sqrt
 from typing import Final
 
 from palpate.core.ports import Vector3, WrenchSample
@@ -20,9 +20,9 @@ _DEVIATIONS: Final = 8.0
 class SignOfLife:
     """Holds changes of the lateral force against changes of the torque about the sensor.
 
-    A force across the tool axis reaches the sensor over the tool's lever and shows in the torque, too. A tool that slides
-    sticks and slips, so force and torque change together; a sensor that is dead has noise in either, without a relation.
-    The two torque channels over the lever and the two force channels are correlated over all samples since the last sign.
+    A force across the tool axis reaches the sensor over the tool's lever and shows in the torque, too. A tool that
+    slides sticks and slips, so force and torque change together; a sensor that is dead has noise in either, without a
+    relation. The changes of force and torque are correlated over all samples since the last sign.
 
     Args:
         lever_m: Distance from the sensor's origin to the tool's tip along the tool axis.
@@ -71,6 +71,10 @@ class SignOfLife:
         """The sensor has answered, here or to a check: travel counts from now on."""
         self.travel_m = 0.0
         self._restart()
+
+    def question(self) -> None:
+        """Something else gave a reason to check."""
+        self.travel_m = inf
 
     @property
     def due(self) -> bool:

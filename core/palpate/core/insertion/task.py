@@ -38,6 +38,9 @@ _STALL_M: Final = 1e-4
 _JAM_TICKS: Final = 3 * CONTROL_RATE_HZ
 _DROP_M: Final = 3e-4
 """A tip this far below the surface is in the hole; a drop that ends before was an edge, and exploration goes on."""
+_RISE_M: Final = 5e-4
+_RISEN_TICKS: Final = 8
+"""A tip that presses so far above the surface, for so long, presses on nothing."""
 _SURFACE_M: Final = 1e-4
 """A height that differs by more than this from the surface's is not the surface's."""
 _MOVING_SHARE: Final = 0.8
@@ -47,12 +50,18 @@ _NO_CONTACT_M: Final = 0.008
 """How far below the nominal surface (beyond the insertion depth) the approach may search for contact."""
 _PAST_PLATE_M: Final = 1e-3
 """A tip so far below where the plate must be is in the hole, or its sensor is dead."""
+_PAST_FLOOR_M: Final = 3e-4
 _WALL_M: Final = 5e-4
 """Depth at which a wall is looked for; half the insertion depth where that is less."""
 _UNPROVED_M: Final = 1.5e-3
 """The tip goes so much deeper, and no further, before a wall has answered."""
 _SEATED_SHARE: Final = 0.7
 """Share of the pressing force, filtered, from which the floor is pressed enough for the lift."""
+_PRESSED_SHARE: Final = 0.6
+"""The same while exploring."""
+_RESTING_SHARE: Final = 0.45
+"""The same for a rest on the way down: a lift takes off 0.4 of the pressing force."""
+_RESTING_TICKS: Final = CONTROL_RATE_HZ // 10
 _SEATING_TICKS: Final = CONTROL_RATE_HZ // 2
 """Time for that; friction on the walls may keep it from being reached."""
 
@@ -159,7 +168,7 @@ class InsertionTask:
         self._last_progress = 0
         self._interrupt_noted = False
         self._clamped_tick = -2
-        self._checking = False
+        self._checking, self._rest_ticks, self._risen_ticks = False, 0, 0
         self._touched = self._floor = False
         self._slack_m = 0.0
         if self._proof is not None:
@@ -211,7 +220,7 @@ class InsertionTask:
             self._end(Outcome.UNPROVED, self.expectation.doubt.text)
         elif self._interrupted:
             self._wind_up()
-        if not self.done and self._within_force_limit() and not self._pulled():
+        if not self.done and self._within_force_limit() and not self._contradicted():
             self._velocity_m_s = self._handlers[self.phase]()
         return self._observation
 
@@ -300,14 +309,14 @@ class InsertionTask:
                 return False
         return True
 
-    def _pulled(self) -> bool:
+    def _contradicted(self) -> bool:
         proof = self._proof
         if proof is None:
             return False
         proof.update(self._snapshot)
         if not self._tared or self.phase is Phase.SETTLE:
             return False
-        trip = proof.pulled(self._tick, self._measurement.force_N)
+        trip = proof.contradiction(self._tick, self._measurement)
         if trip is not None:
             self._doubt(trip)
         return trip is not None
@@ -416,10 +425,10 @@ class InsertionTask:
         self._event(sign)
         self._hole_tick = self._tick
         self._best_depth_m, self._last_progress = 0.0, self._tick
-        self._checking = False
+        self._checking, self._rest_ticks = False, 0
         self._inserting.reset()
         if self._proof is not None:
-            self._proof.wall.begin()
+            self._proof.wall.begin(self._motion.reference_m[:2])
         self._enter(Phase.INSERT)
 
     def _perceive(self) -> None:
@@ -449,6 +458,10 @@ class InsertionTask:
         if depth > self._best_depth_m + _STALL_M:
             self._best_depth_m, self._last_progress = depth, self._tick
         stalled = self._tick - self._last_progress
+        if self._proof is not None:
+            check = self._check_at_rest(self._proof)
+            if check is not None:
+                return check
         if self._proof is not None and not self._proof.wall.answered and depth > min(_WALL_M, 0.5 * self._depth_m):
             return self._push_aside(self._proof, depth)
         if depth >= self._depth_m + self._tolerance_m or (
@@ -458,8 +471,10 @@ class InsertionTask:
             if self._proof is None:
                 self._end_inserted(depth)
             else:
-                self._floor, self._countdown = self._in_contact(), _SEATING_TICKS
-                self._proof.wall.begin()
+                # Where the plate was never touched, only the floor can show that the force along the axis is alive.
+                self._floor, self._countdown = self._in_contact() or self._slack_m > 0.0, _SEATING_TICKS
+                self._checking = False
+                self._proof.wall.begin(self._motion.reference_m[:2])
                 self._enter(Phase.PROVE)
         elif stalled > _STALL_TICKS and self._best_depth_m < _DROP_M:
             self._event("false drop", f"to {self._best_depth_m * 1e3:.3f} mm")
@@ -469,14 +484,18 @@ class InsertionTask:
             self._enter(Phase.EXPLORE)
         elif stalled > _JAM_TICKS:
             self._end(Outcome.JAMMED, f"at {depth * 1e3:.2f} mm")
-        return self._inserting.velocity_m_s(self._motion.reference_m, self._target_m, self._measurement.force_N)
+        return self._sinking()
+
+    def _sinking(self) -> Vector3:
+        reference = self._motion.reference_m
+        velocity = self._inserting.velocity_m_s(reference, self._target_m, self._measurement.force_N)
+        return velocity if self._proof is None else self._proof.wall.bounded(velocity, reference)
 
     def _prove(self) -> Vector3:
         """The tip is as deep as it shall be: the floor has to push back as one does, or where there is none, a wall."""
         depth, proof = self._tip_depth_m() - self._surface_m, self._proof
-        velocity = self._inserting.velocity_m_s(self._motion.reference_m, self._target_m, self._measurement.force_N)
         if proof is None:
-            return velocity
+            return self._sinking()
         if not self._floor:
             across = proof.wall.velocity_m_s(self._measurement.force_N, proof.new, self._motion.reference_m)
             if proof.wall.failed:
@@ -487,14 +506,16 @@ class InsertionTask:
             return *across, 0.0
         if not self._checking:
             self._countdown -= 1
-            if depth > self._depth_m + self._tolerance_m + self._slack_m + _PAST_PLATE_M:
+            if depth > self._depth_m + self._tolerance_m + self._slack_m + _PAST_FLOOR_M:
                 self._doubt(proof.no_floor(self._tick, depth))
-            elif self._countdown > 0 and self._measurement.filtered_force_z_N > -_SEATED_SHARE * self._press_N:
-                return velocity
+            elif self._countdown <= 0:
+                self._doubt(proof.no_floor(self._tick, depth))
+            elif self._measurement.filtered_force_z_N > -_SEATED_SHARE * self._press_N:
+                return self._sinking()
             self._checking = True
             proof.axial.begin()
         along = self._lift_to_check(proof)
-        if along is None and self.expectation.doubt is None:
+        if along is None and proof.axial.passed:
             self._event("proof", f"floor: {proof.axial.share:.2f} of the gripper's stiffness")
             self._end_inserted(depth)
         return 0.0, 0.0, along or 0.0
@@ -506,26 +527,52 @@ class InsertionTask:
 
     def _check_while_exploring(self, proof: ContactProof) -> Vector3 | None:
         """Where the tip goes instead, while a check is made; None when there is nothing to check."""
-        if not self._touched:
-            self._watch_touch(proof)
         if not self._checking:
+            if not self._touched:
+                self._judge_touch(proof)
             proof.life.watch(self._snapshot.wrench, self._motion.reference_m)
-            if not self._touched and self._countdown <= 1:
-                self._touched = True
-                share = proof.touch.share
-                self._checking = share is None or not LOWEST_SHARE <= share <= HIGHEST_SHARE
-                if not self._checking:
-                    self._event("proof", f"first touch: {share:.2f} of the gripper's stiffness")
-            elif proof.life.due:
-                self._checking = True
-            if not self._checking:
+            rise_m = self._surface_m - self._tip_depth_m()
+            self._risen_ticks = self._risen_ticks + 1 if rise_m > _RISE_M else 0
+            if self._touched and self._risen_ticks > _RISEN_TICKS:
+                self._doubt(proof.above_plate(self._tick, rise_m, _RISE_M))
+            if not proof.life.due:
                 return None
+            if self._measurement.filtered_force_z_N > -_PRESSED_SHARE * self._press_N:
+                return self._press.velocity_m_s(
+                    self._motion.reference_m, self._motion.reference_m, self._measurement.force_N
+                )
+            self._checking = True
             proof.axial.begin()
         along = self._lift_to_check(proof)
-        if along is None and self.expectation.doubt is None:
+        if along is None and proof.axial.passed:
             self._event("proof", f"lift: {proof.axial.share:.2f} of the gripper's stiffness")
             proof.life.proved()
-        return None if along is None else (0.0, 0.0, along)
+        return 0.0, 0.0, along or 0.0
+
+    def _judge_touch(self, proof: ContactProof) -> None:
+        """Before the first choice: the touch itself shows the gripper's stiffness, or a lift has to."""
+        self._watch_touch(proof)
+        if self._countdown > 1:
+            return
+        self._touched, share = True, proof.touch.share
+        if share is not None and LOWEST_SHARE <= share <= HIGHEST_SHARE:
+            self._event("proof", f"first touch: {share:.2f} of the gripper's stiffness")
+        else:
+            proof.life.question()
+
+    def _check_at_rest(self, proof: ContactProof) -> Vector3 | None:
+        """A peg that rests on something on its way down has met a wall or the plate, or its sensor is held."""
+        resting = self._measurement.filtered_force_z_N < -_RESTING_SHARE * self._press_N
+        self._rest_ticks = self._rest_ticks + 1 if resting else min(self._rest_ticks, 0)
+        if not self._checking:
+            if self._rest_ticks < _RESTING_TICKS:
+                return None
+            self._checking = True
+            proof.axial.begin()
+        along = self._lift_to_check(proof)
+        if along is None:
+            self._rest_ticks = -_STALL_TICKS
+        return 0.0, 0.0, along or 0.0
 
     def _lift_to_check(self, proof: ContactProof) -> float | None:
         """Velocity along the tool axis in a check that runs; None when it is over, with a doubt where it failed."""
@@ -533,7 +580,7 @@ class InsertionTask:
         along = proof.axial.velocity_m_s(force_z_N, proof.new, reference_z_m, self._measurement.position_m[2])
         if along is None:
             self._checking = False
-            if not proof.axial.passed:
+            if proof.axial.share is not None and not proof.axial.passed:
                 self._doubt(proof.no_spring(self._tick))
         return along
 

@@ -34,14 +34,21 @@ class WallCheck:
         self._reach_m = play_m + _BEND_M
         self.begin()
 
-    def begin(self) -> None:
-        """The next :meth:`velocity_m_s` is the first of a check."""
+    def begin(self, from_m: tuple[float, float] = (0.0, 0.0)) -> None:
+        """The next :meth:`velocity_m_s` is the first of a check; way counts from this place, task frame."""
         self.answered, self.answer_N = False, 0.0
         self._forces: deque[tuple[float, float]] = deque(maxlen=_SAMPLES)
         self._base_N: tuple[float, float] | None = None
         self._way = (1.0, 0.0)
-        self._from_m = (0.0, 0.0)
-        self._gone_m = 0.0
+        self._from_m, self._gone_m = from_m, 0.0
+
+    def bounded(self, velocity_m_s: Vector3, reference_m: Vector3) -> Vector3:
+        """A velocity of the tip, without its part across the tool axis once the tip is as far out as a wall can be."""
+        x, y = reference_m[0] - self._from_m[0], reference_m[1] - self._from_m[1]
+        vx, vy, vz = velocity_m_s
+        if hypot(x, y) > self._reach_m and x * vx + y * vy > 0.0:
+            return 0.0, 0.0, vz
+        return velocity_m_s
 
     @property
     def failed(self) -> bool:
@@ -63,7 +70,7 @@ class WallCheck:
         fx = sum(x for x, _ in self._forces) / _SAMPLES
         fy = sum(y for _, y in self._forces) / _SAMPLES
         if self._base_N is None:
-            self._base_N, self._from_m = (fx, fy), (reference_m[0], reference_m[1])
+            self._base_N = (fx, fy)
             size = hypot(fx, fy)
             if size > 0.0:
                 self._way = (fx / size, fy / size)
