@@ -144,13 +144,6 @@ class RunConfig(Settings):
                 f"at least 0.5 mm less than task.ready_height_mm = {self.task.ready_height_mm:g}, or trials begin"
                 " inside the plate",
             )
-        play_mm = 2.0 * self.cell.peg.clearance_mm
-        if self.task.prove_contact and play_mm > self.task.play_mm:
-            raise ConfigurationError(
-                "task.play_mm",
-                self.task.play_mm,
-                f"at least {play_mm:g}, twice cell.peg.clearance_mm, or no wall of the hole is ever found",
-            )
         if self.cell.peg.hole_depth_mm < self.task.insertion_depth_mm:
             raise ConfigurationError(
                 "cell.peg.hole_depth_mm",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
@@ -105,7 +106,9 @@ def build_task(config: RunConfig, ready: ReadyPose, perception: Perception, poli
     measurement = Measurement(Kinematics(arm, ToolGeometry()), goal, signal)
     motion = TipMotion(Kinematics(arm, ToolGeometry()), goal, ready.tip_rotation, PERIOD_S)
     agent = Agent(perception, policy, build_reinforcement(config), PERIOD_S)
-    return InsertionTask(config.task, config.control, measurement, motion, agent)
+    # The drawing of the part says how much play it has: no secret of the cell's.
+    play_mm = max(config.task.play_mm, 2.0 * config.cell.peg.clearance_mm)
+    return InsertionTask(replace(config.task, play_mm=play_mm), config.control, measurement, motion, agent)
 
 
 def build_supervisor(config: RunConfig, sensor: SensorFacts, latch: FaultLatch | None = None) -> Supervisor:
