@@ -3,15 +3,23 @@
 from __future__ import annotations
 
 from operator import le, sub
+from typing import Final
 
 from palpate.core.ports.values import AppliedCommand, CommandReason, JointVector
 
+_CREDIT_PERIODS: Final = 1.25
+"""Unused time is kept for so many periods of commands: one that comes early follows one that came late."""
+_ROUNDING_S: Final = 1e-6
+"""So much time is lent, because ticks are whole nanoseconds."""
+
 
 class CommandLimiter:
-    """Shortens steps to the velocity limit, then keeps them within the position limits, in this order.
+    """Keeps commands within the position limits, then shortens steps to what the velocities allow in the time.
 
-    Steps count from what was held when the tick began: a newer command of one tick replaces the one before instead of
-    adding to it.
+    All joints are held back by the same share, so the arm keeps its direction in joint space. Time counts, not calls:
+    however often it is asked, over any time T no joint is led further than its velocity limit times T and 1.25 periods
+    of commands; and no single step is longer than one period's. Of several commands at the same time the newest
+    replaces those before.
 
     Args:
         lower_rad: Lower joint limits, (n,).
@@ -24,42 +32,47 @@ class CommandLimiter:
         self, lower_rad: JointVector, upper_rad: JointVector, velocity_limit_rad_s: JointVector, rate_Hz: float
     ) -> None:
         self.joints = len(lower_rad)
-        self._lower, self._upper = lower_rad, upper_rad
-        self._reach = tuple(v / rate_Hz for v in velocity_limit_rad_s)
-        self._least_reach = min(self._reach)
+        self._lower, self._upper, self._speed = lower_rad, upper_rad, velocity_limit_rad_s
+        self._slowness_s = 1.0 / min(velocity_limit_rad_s)
+        self._period_s = 1.0 / rate_Hz
         self._held: JointVector = ()
         self._base: JointVector = ()
-        self._now: int | None = None
+        self._now_ns: int | None = None
+        self._credit_s = self._left_s = self._period_s
 
     def start(self, held_rad: JointVector) -> None:
         """The arm stands here, and steps count from here."""
-        self._held, self._now = held_rad, None
+        self._held, self._now_ns = held_rad, None
+        self._credit_s = self._left_s = self._period_s
 
-    def limited(self, asked_rad: JointVector, now: int) -> AppliedCommand:
+    def limited(self, asked_rad: JointVector, now_ns: int) -> AppliedCommand:
         """What is to be applied, and why it differs.
 
         Args:
             asked_rad: The command, (n,).
-            now: Anything that tells one tick from the next: its number, or its time.
+            now_ns: Time of the command, on any one clock that does not go back.
         """
-        if self._now != now:
-            self._now, self._base = now, self._held
-        # Nearly every command is well inside all limits, and this is the cheapest way to see it.
+        if self._now_ns != now_ns:
+            passed_s = self._period_s if self._now_ns is None else max(0, now_ns - self._now_ns) * 1e-9
+            self._credit_s = min(self._left_s + passed_s, _CREDIT_PERIODS * self._period_s)
+            self._now_ns, self._base = now_ns, self._held
+        may_s = min(self._credit_s + _ROUNDING_S, self._period_s)
         inside = all(map(le, self._lower, asked_rad)) and all(map(le, asked_rad, self._upper))
-        if inside and max(map(abs, map(sub, asked_rad, self._base))) <= self._least_reach:
-            self._held = asked_rad
+        # Nearly every command is well inside all limits, and this is the cheapest way to see it.
+        needs_s = max(map(abs, map(sub, asked_rad, self._base))) * self._slowness_s
+        if inside and needs_s <= may_s:
+            self._left_s, self._held = self._credit_s - needs_s, asked_rad
             return AppliedCommand(asked_rad)
-        reason = CommandReason.AS_ASKED
-        applied = []
-        for value, base, reach, low, high in zip(
-            asked_rad, self._base, self._reach, self._lower, self._upper, strict=True
-        ):
-            slow = min(max(value, base - reach), base + reach)
-            within = min(max(slow, low), high)
-            if within != slow:
-                reason = CommandReason.POSITION_LIMIT
-            elif slow != value and reason is CommandReason.AS_ASKED:
-                reason = CommandReason.VELOCITY_LIMIT
-            applied.append(within)
-        self._held = tuple(applied)
-        return AppliedCommand(self._held, reason)
+        within = asked_rad
+        if not inside:
+            limits = zip(asked_rad, self._lower, self._upper, strict=True)
+            within = tuple(min(max(value, low), high) for value, low, high in limits)
+        steps = tuple(map(sub, within, self._base))
+        needs_s = max(abs(step) / speed for step, speed in zip(steps, self._speed, strict=True))
+        reason = CommandReason.AS_ASKED if inside else CommandReason.POSITION_LIMIT
+        if needs_s > may_s:
+            share, needs_s = may_s / needs_s, may_s
+            reason = CommandReason.VELOCITY_LIMIT
+            within = tuple(base + share * step for base, step in zip(self._base, steps, strict=True))
+        self._left_s, self._held = self._credit_s - needs_s, within
+        return AppliedCommand(within, reason)

@@ -198,7 +198,7 @@ class Supervisor:
             trip = _not_finite(snapshot.tick, "what the arm says that it applied", applied.position_rad)
         if trip is not None:
             return self._take_command(trip, snapshot, position)
-        within = self._limiter.limited(position, snapshot.tick)
+        within = self._limiter.limited(position, snapshot.tick * 10**9 // CONTROL_RATE_HZ)
         if within.reason is CommandReason.AS_ASKED:
             self._held = position
             return Supervised(asked)

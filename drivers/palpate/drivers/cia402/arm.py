@@ -83,6 +83,7 @@ class Cia402Arm(ArmDriver):
         self._fault: str | None = None
         self._reference_rad: tuple[float, ...] = ()
         self._cycles_since_stop = 0
+        self._stepped_ns = 0
 
     @property
     def state(self) -> ArmState:
@@ -142,27 +143,32 @@ class Cia402Arm(ArmDriver):
             self._bring_up.walk(DriveState.ENABLED)
         # The very place that the drives have as their target, not a newer measurement: no count of difference.
         self._reference_rad = self._bring_up.held_rad
+        self._stepped_ns = self._now_ns() - self.settings.period_ns
         self._state = ArmState.ENABLED
 
     def preview(self, setpoint_rad: Sequence[float], /) -> Applied:
-        """What :meth:`cycle` would make of a set-point now; nothing is sent.
+        """What a :meth:`cycle` that is on time would make of a set-point now; nothing is sent.
 
         Raises:
             RefusedError: The number of angles is wrong, or one is not finite.
             StateError: The arm is not enabled.
             DeviceFaultError: A fault waits to be acknowledged.
         """
+        return self._limited(setpoint_rad, self.settings.period_s)
+
+    def _limited(self, setpoint_rad: Sequence[float], step_s: float) -> Applied:
         self._require("a set-point", ArmState.ENABLED, ArmState.STOPPED)
         asked_rad = require_sound(setpoint_rad, self.settings.joints)
         if self._state is ArmState.STOPPED:
             return Applied(self._positions_rad(), AppliedReason.STOPPED)
-        return limited(asked_rad, self._reference_rad, self.settings.joints, self.settings.period_s)
+        return limited(asked_rad, self._reference_rad, self.settings.joints, step_s)
 
     def cycle(self, setpoint_rad: Sequence[float] | None = None, /) -> DrivesMeasured:
         """One cycle: write set-points, send SYNC, wait for the drives' answers.
 
         The set-point takes effect at this SYNC, and the angles are those of the same moment, so they do not depend
-        on it. Without a set-point an enabled arm keeps its last one.
+        on it. Without a set-point an enabled arm keeps its last one. Called sooner than a period after the last, it
+        shortens the step in proportion.
 
         Raises:
             RefusedError: The number of angles is wrong, or one is not finite; nothing was sent.
@@ -172,7 +178,10 @@ class Cia402Arm(ArmDriver):
                 cycle until a person acknowledges it.
         """
         self._require("cycle()", ArmState.CONFIGURED, ArmState.ENABLED, ArmState.STOPPED)
-        applied = None if setpoint_rad is None else self.preview(setpoint_rad)
+        now_ns = self._now_ns()
+        step_s = min((now_ns - self._stepped_ns) * 1e-9, self.settings.period_s)
+        applied = None if setpoint_rad is None else self._limited(setpoint_rad, step_s)
+        self._stepped_ns = now_ns
         views = self._exchange.views
         if self._state is ArmState.ENABLED:
             self._reference_rad = self._reference_rad if applied is None else applied.position_rad

@@ -120,6 +120,16 @@ def test_limits_are_applied_and_told() -> None:
     assert bench.cycle().position_rad == pytest.approx((1.0,) * 6)
 
 
+def test_cycles_that_come_sooner_than_a_period_make_shorter_steps() -> None:
+    bench = Bench().enabled()
+    begin_ns = bench.network.now_ns
+    for _ in range(50):
+        applied = bench.arm.cycle((0.5,) * 6).applied
+    took_s = (bench.network.now_ns - begin_ns) * 1e-9
+    assert applied is not None
+    assert max(applied.position_rad) <= took_s + 1 / 140
+
+
 def test_asking_what_would_be_applied_sends_nothing() -> None:
     bench = Bench().enabled()
     sent = len(bench.network.sent)
