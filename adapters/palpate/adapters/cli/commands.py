@@ -45,17 +45,6 @@ COMMANDS: dict[str, Command] = {
         "infer:infer_command", "automaton_options:InferOptions",
     ),
     "automaton": Command("show, compare or minimise automata"),
-    "automaton show": Command(
-        "print one; or write it as DOT, or draw it", "automaton:show", "automaton_options:ShowAutomatonOptions"
-    ),
-    "automaton compare": Command(
-        "do two answer every word alike? if not, the shortest word that tells",
-        "automaton:compare", "automaton_options:CompareAutomataOptions",
-    ),
-    "automaton minimise": Command(
-        "write the smallest one that answers every word alike",
-        "automaton:minimise", "automaton_options:MinimiseOptions",
-    ),
     "replay": Command(
         "feed recorded trials back through the core; every command and decision must be equal",
         "replay:replay", "options:ReplayOptions",
@@ -65,16 +54,6 @@ COMMANDS: dict[str, Command] = {
         "report:report", "report:ReportOptions",
     ),
     "log": Command("look at recorded trials: info, plot, export, recover"),
-    "log info": Command(
-        "what logs hold: what of, how fast, how whole, and what came of it", "log:info", "log_options:InfoOptions"
-    ),
-    "log plot": Command("a picture of one trial over time", "log:plot", "log_options:PlotOptions"),
-    "log export": Command(
-        "the same data as CSV files, or as a LeRobot dataset", "log:export", "log_options:ExportOptions"
-    ),
-    "log recover": Command(
-        "a sound log of what is left of a torn or damaged one", "log:recover", "log_options:RecoverOptions"
-    ),
     "render": Command("a film or a picture of a recorded trial", "render:render", "picture_options:RenderOptions"),
     "view": Command("watch trials in the simulator, in real time", "view:view", "picture_options:ViewOptions"),
     "check-adapter": Command(
@@ -92,6 +71,27 @@ COMMANDS: dict[str, Command] = {
         "faults:faults", "options:FaultsOptions",
     ),
     "version": Command("versions of palpate and of what its results depend on", "version:version"),
+    "log info": Command(
+        "what logs hold: what of, how fast, how whole, and what came of it", "log:info", "log_options:InfoOptions"
+    ),
+    "log plot": Command("a picture of one trial over time", "log:plot", "log_options:PlotOptions"),
+    "log export": Command(
+        "the same data as CSV files, or as a LeRobot dataset", "log:export", "log_options:ExportOptions"
+    ),
+    "log recover": Command(
+        "a sound log of what is left of a torn or damaged one", "log:recover", "log_options:RecoverOptions"
+    ),
+    "automaton show": Command(
+        "print one; or write it as DOT, or draw it", "automaton:show", "automaton_options:ShowAutomatonOptions"
+    ),
+    "automaton compare": Command(
+        "do two answer every word alike? if not, the shortest word that tells",
+        "automaton:compare", "automaton_options:CompareAutomataOptions",
+    ),
+    "automaton minimise": Command(
+        "write the smallest one that answers every word alike",
+        "automaton:minimise", "automaton_options:MinimiseOptions",
+    ),
 }  # fmt: skip
 
 GROUPS: dict[str, tuple[str, str]] = {

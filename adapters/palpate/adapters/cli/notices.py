@@ -27,7 +27,7 @@ def recording_for(config: RunConfig, rig_file: str) -> RecordingConfig:
 
 
 def print_grants(session: RealTimeSession | None) -> None:
-    """Print what the system was asked for and what it answered."""
+    """Print what was requested of the system, and what it granted."""
     for line in [] if session is None else session.grants():
         sys.stderr.write(f"palpate: {line}\n")
 

@@ -241,9 +241,9 @@ def parse(kind: type[T], command: str, arguments: Sequence[str]) -> T:
     default: Any = None
     if "run" in kind.__dataclass_fields__:  # type: ignore[attr-defined]
         config, facts = _base(arguments)
-        # A run.toml also says how many trials the same command ran, and with which policy.
-        told = facts if facts.get("command") == command else {}
-        known = {name: _frozen(told[name]) for name in ("trials", "policy") if name in told}
+        # A run.toml also holds how many trials the same command ran, and with which policy.
+        begun = facts if facts.get("command") == command else {}
+        known = {name: _frozen(begun[name]) for name in ("trials", "policy") if name in begun}
         default = kind(run=config, **known)  # type: ignore[call-arg]
     output = io.StringIO()
     try:
@@ -347,7 +347,7 @@ def _walk(kind: type, outer: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...],
 
 
 def _require_once(arguments: Sequence[str], flags: Mapping[str, bool]) -> None:
-    """The parser would take the last of several, and nobody would see that the others were left out."""
+    """Refuse a setting that is given twice: the parser would take the last one without a word."""
     given: dict[str, str] = {}
     for i, word in enumerate(arguments):
         flag, equals, value = word.partition("=")
@@ -358,10 +358,10 @@ def _require_once(arguments: Sequence[str], flags: Mapping[str, bool]) -> None:
             value = arguments[i + 1] if i + 1 < len(arguments) and not arguments[i + 1].startswith("--") else ""
         # --no-x is the other value of --x.
         setting = re.sub(r"([-.])no-(?=[^.]*$)", r"\1", flag) if flag.replace("no-", "", 1) in flags else flag
-        told = f"{flag} {value}".strip()
+        written = f"{flag} {value}".strip()
         if setting in given:
-            raise UsageError(f"{setting} is given twice: {given[setting]} and {told}; give it once")
-        given[setting] = told
+            raise UsageError(f"{setting} is given twice: {given[setting]} and {written}; give it once")
+        given[setting] = written
 
 
 def _suggestion(flags: Iterable[str], word: str) -> str:

@@ -50,7 +50,7 @@ def comparator(name: str, config: RunConfig, hole_m: Hole) -> Policy:
     Args:
         name: One of ``COMPARATORS``.
         config: The run's configuration.
-        hole_m: Gives the true hole of the running trial; only the omniscient one asks.
+        hole_m: Gives the true hole of the running trial; only the omniscient one uses it.
 
     Raises:
         ConfigurationError: There is none of that name.
@@ -92,7 +92,7 @@ def learning_policy(config: RunConfig, perception: Perception) -> Policy:
             pairs = load_examples(Path(learning.examples), perception.states, actions)
             parts.append(ExamplesPolicy(perception.states, actions, pairs))
     except ConfigurationError as error:
-        # The core does not know under which name the setting is written in the configuration.
+        # In the configuration the setting has another name than in the core.
         field = error.field.replace("policy.", "learning.", 1)
         raise ConfigurationError(field, error.value, error.accepted) from error
     back_off = BackOff.of(learning.back_off_visits, perception.identifier.symbol_of)
@@ -124,7 +124,7 @@ def perception_of(document: PolicyDocument, config: RunConfig, configured: Perce
         raise ConfigurationError("policy", "perception", f"a readable perception ({error})") from error
     if configured is not None:
         document.check_matches(configured.states, task_actions(config))
-    # Stages that had to be fitted are the file's; what the configuration tells must be the same in both.
+    # Stages that had to be fitted are the file's; what the configuration fixes must be the same in both.
     theirs = perception_settings(config, own if configured is None else configured)
     if dict(document.perception) != theirs:
         where, mine, wanted = _first_difference(document.perception, theirs)

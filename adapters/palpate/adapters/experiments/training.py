@@ -142,7 +142,7 @@ class Trainer:
         self.interrupted = False
 
     def train(self, trials: int, on_trial: Callable[[ScoredTrial], None]) -> None:
-        """Run trials up to number ``trials``; returns early, and says so in ``interrupted``, on Ctrl-C.
+        """Run trials up to number ``trials``; returns early, and sets ``interrupted``, on Ctrl-C.
 
         A trial that is cut short leaves no trace: the learner goes back to where it was, so that resuming gives
         what an uninterrupted run would have given.

@@ -72,7 +72,7 @@ def run_scored_trial(
         rig: The world and its ports.
         task: The core.
         trial: Index of the trial, for its random streams.
-        recorder: Records it; it already knows what the trials are trials of.
+        recorder: Records it; prepared with what the trials are trials of.
         first: Index of the trial that is number 0 in the run's own count.
         supervisor: Stands between the core and the arm.
         session: Keeps it in time; None where time waits.
@@ -130,7 +130,7 @@ def falsely_inserted(config: RunConfig, report: TrialReport, truth: Truth | None
     Args:
         config: The run's configuration.
         report: The core's own account.
-        truth: What really happened; where nobody knows, nothing can be false.
+        truth: What really happened; where that is unknown, nothing can be false.
     """
     if truth is None or report.outcome is not Outcome.INSERTED:
         return False

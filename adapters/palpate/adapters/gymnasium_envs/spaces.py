@@ -1,4 +1,4 @@
-"""What an agent does and sees in the insertion task: the spaces of its actions and observations."""
+"""Actions and observations of an agent in the insertion task: the spaces of its actions and observations."""
 
 from __future__ import annotations
 

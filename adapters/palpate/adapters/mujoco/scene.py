@@ -62,7 +62,7 @@ class DrawnCell:
     """The cell of a log, without graphics: what stands where.
 
     Attributes:
-        hole_known: Whether the hole is drawn where it was; else it is where it was believed to be.
+        hole_known: Whether the hole is drawn where it was; else it is where it was assumed to be.
 
     Raises:
         LogError: The log does not hold what the cell looked like.
@@ -105,7 +105,7 @@ class DrawnCell:
     def pose(self, moment: Moment) -> None:
         """Put the arm, and the peg in its springs, to where they were at a moment.
 
-        The encoders cannot see the gripper's springs, so these are bent as the measured wrench bends them.
+        The encoders do not measure the gripper's springs, so these are bent as the measured wrench bends them.
 
         Raises:
             LogError: The arm has another number of joints.

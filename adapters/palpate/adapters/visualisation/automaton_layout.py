@@ -150,7 +150,7 @@ def _ports(
 def _spread(wanted: Sequence[float], widths: Sequence[float]) -> list[float]:
     """Values as near as possible to the wanted ones, in their order, each as wide as given.
 
-    Pools of neighbours that touch stand around the mean of what they want (isotonic regression).
+    Pools of neighbours that touch stand around the mean of their wanted places (isotonic regression).
     """
     squeeze = min(1.0, _MOST_TURN / max(sum(widths), 1e-9))
     offsets, at = [], 0.0

@@ -110,7 +110,7 @@ def open_viewer(model: Any, data: Any, target_m: tuple[float, float, float]) -> 
         yield window
     finally:
         window.close()
-        # Closing only asks for it: until the window is gone its thread reads the model, which must not go before.
+        # Closing only requests it: until the window is gone its thread reads the model, which must not go before.
         for thread in drawing:
             thread.join(_PATIENCE_S)
 
@@ -124,7 +124,7 @@ def require_display() -> None:
     if sys.platform.startswith("linux") and not any(os.environ.get(name) for name in DISPLAYS):
         raise UsageError(f"there is no display ({' and '.join(DISPLAYS)} are not set); {_INSTEAD}")
     with warnings.catch_warnings():
-        # GLFW tells its errors as warnings, and the library may be missing altogether.
+        # GLFW reports its errors as warnings, and the library may be missing altogether.
         warnings.simplefilter("error")
         try:
             import glfw

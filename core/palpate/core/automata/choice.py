@@ -182,9 +182,9 @@ def _wrong(cells: Partition, tree: PrefixTree) -> float:
     nodes = np.flatnonzero(tree.labels != UNLABELLED)
     if not len(nodes):
         raise ConfigurationError("strings.labels", (), "labelled strings")
-    said = np.array(cells.machine().state_outputs)[tree.states(cells.transitions)[nodes]]
+    labels = np.array(cells.machine().state_outputs)[tree.states(cells.transitions)[nodes]]
     ends = tree.counts[nodes, -1]
-    return float(ends[said != (tree.labels[nodes] == 1)].sum() / ends.sum())
+    return float(ends[labels != (tree.labels[nodes] == 1)].sum() / ends.sum())
 
 
 def _complete(machine: Machine) -> Integers:

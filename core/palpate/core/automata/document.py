@@ -90,8 +90,8 @@ def to_json_text(machine: Machine) -> str:
         }
         entry: dict[str, Any] = {"name": names[state]}
         if machine.kind is Kind.MEALY:
-            said = dict(zip(machine.alphabet, machine.edge_outputs[state], strict=True))
-            entry |= {"next": following, "outputs": said}
+            outputs = dict(zip(machine.alphabet, machine.edge_outputs[state], strict=True))
+            entry |= {"next": following, "outputs": outputs}
         else:
             entry |= {"output": machine.state_outputs[state], "next": following}
         states.append(f"  {json.dumps(entry)}")
@@ -140,8 +140,8 @@ def _machine(file: _AutomatonFile) -> Machine:
         row = tuple(None if name is None else _number(where, name, number) for where, name in following)
         rows.append(row)
         if kind is Kind.MEALY:
-            said = _by_symbol(f"states[{n}].outputs", entry.outputs, file.alphabet)
-            edge_outputs.append(tuple(_edge_output(*spot, to) for spot, to in zip(said, row, strict=True)))
+            outputs = _by_symbol(f"states[{n}].outputs", entry.outputs, file.alphabet)
+            edge_outputs.append(tuple(_edge_output(*spot, to) for spot, to in zip(outputs, row, strict=True)))
         else:
             if kind is Kind.DFA and not isinstance(entry.output, bool):
                 raise ConfigurationError(f"states[{n}].output", entry.output, "true or false")

@@ -34,7 +34,7 @@ MOST_HIDDEN: Final = 64
 
 
 class Readout(enum.Enum):
-    """What is asked of the hidden state."""
+    """What is computed of the hidden state."""
 
     PREDICTION = "prediction"
     """Probabilities of the next symbol and, last, of the end of the string."""
@@ -64,7 +64,7 @@ class Architecture(HiddenLayer):
     alphabet: tuple[str, ...]
     """Names of the symbols, in order."""
     reading: Readout
-    """What is asked of the hidden state."""
+    """What is computed of the hidden state."""
 
     @override
     def check(self) -> None:

@@ -1,8 +1,8 @@
 """Strings in, automaton out (paper, 3.4 and 5.3).
 
 Networks are trained on the strings, automata made of the best of them by dynamic state partitioning, and the best
-automaton is minimised. Labelled strings give an acceptor; positive ones, a Moore machine whose states say what may come
-next.
+automaton is minimised. Labelled strings give an acceptor; positive ones, a Moore machine whose states give what may
+come next.
 """
 
 from __future__ import annotations

@@ -138,7 +138,7 @@ class Machine:
         rows.append((sink,) * len(self.alphabet))
         edges: tuple[tuple[Output | None, ...], ...] = ()
         if self.kind is Kind.MEALY:
-            known = [tuple(output if said is None else said for said in row) for row in self.edge_outputs]
+            known = [tuple(output if one is None else one for one in row) for row in self.edge_outputs]
             edges = (*known, (output,) * len(self.alphabet))
         return replace(
             self,
@@ -169,11 +169,11 @@ class Machine:
             if self.state_outputs or len(self.edge_outputs) != states:
                 accepted = f"outputs on the transitions of {states} states, and none on states"
                 raise ConfigurationError("automaton.edge_outputs", len(self.edge_outputs), accepted)
-            for state, (said, targets) in enumerate(zip(self.edge_outputs, self.transitions, strict=True)):
+            for state, (outputs, targets) in enumerate(zip(self.edge_outputs, self.transitions, strict=True)):
                 name = f"automaton.edge_outputs[{state}]"
-                if [output is None for output in said] != [target is None for target in targets]:
-                    raise ConfigurationError(name, said, "an output for each transition, and for no other symbol")
-                _require_outputs(name, [output for output in said if output is not None])
+                if [output is None for output in outputs] != [target is None for target in targets]:
+                    raise ConfigurationError(name, outputs, "an output for each transition, and for no other symbol")
+                _require_outputs(name, [output for output in outputs if output is not None])
             return
         if self.edge_outputs or len(self.state_outputs) != states:
             accepted = f"an output for each of {states} states, and none on transitions"

@@ -2,8 +2,8 @@
 
 Hopcroft's partition refinement: O(k n log n) steps for n states and k symbols.
 
-Where nothing is known. :meth:`Machine.output_of` answers None for a word that leaves what is known, and here None is
-an answer like any other: two states are merged only if the same words are known from both. A state without some
+Where nothing is known. :meth:`Machine.output_of` returns None for a word that leaves what is known, and here None is
+an output like any other: two states are merged only if the same words are known from both. A state without some
 transition is therefore never merged with one that has it, whatever the latter leads to, and the result is as
 incomplete as the machine was. To have "not known" mean "not accepted" (or some other output) instead, complete the
 machine first: ``minimised(machine.completed(False))``.
@@ -29,11 +29,11 @@ _MOST_NAMES = 3
 
 
 def minimised(machine: Machine, apart: Sequence[Hashable] | None = None) -> Machine:
-    """The smallest machine with the same answer to every word, numbered breadth first from the start, symbols in order.
+    """The smallest machine with equal outputs for all words, numbered breadth first from the start, symbols in order.
 
-    Two machines of one kind and alphabet that answer every word alike give equal results, apart from the labels. States
-    that no word leads to are dropped. A state that stands for several is labelled with their names, ``a|b``, or with
-    the first and the number of the others when there are more than three; a machine without labels stays without.
+    Two machines of one kind and alphabet with equal outputs for every word give equal results, apart from the labels.
+    States that no word leads to are dropped. A state that stands for several is labelled with their names, ``a|b``, or
+    with the first and the number of the others when there are more than three; a machine without labels stays without.
 
     Args:
         machine: Any machine, complete or not.
@@ -95,7 +95,7 @@ def _refined(machine: Machine, states: Sequence[int], apart: Sequence[Hashable] 
                 new = len(blocks)
                 blocks.append(part)
                 block_of.update(dict.fromkeys(part, new))
-                # Within a block all states know the same symbols, so cutting by one half cuts by the other as well.
+                # In a block all states have the same symbols, so cutting by one half cuts by the other as well.
                 smaller = new if len(part) <= len(blocks[number]) else number
                 waiting.add(new if number in waiting else smaller)
     return block_of
@@ -137,10 +137,10 @@ _Steps: TypeAlias = dict[_Pair, tuple[_Pair, int] | None]
 
 @dataclass(frozen=True, slots=True)
 class AutomatonDifference:
-    """A word that two machines answer differently. Always true, also when the word is the empty one.
+    """A word for which two machines have different outputs. Always true, also when the word is the empty one.
 
     Attributes:
-        outputs: What the one and the other say at its end; None where the word leaves what is known.
+        outputs: Output of the one and of the other at its end; None where the word leaves what is known.
     """
 
     word: tuple[int, ...]
@@ -154,18 +154,18 @@ class AutomatonDifference:
 
 
 def difference(one: Machine, other: Machine) -> AutomatonDifference | None:
-    """The shortest word that two machines answer differently, of several the first in the alphabet's order.
+    """The shortest word for which two machines have different outputs, of several the first in the alphabet's order.
 
-    The answer is that of :meth:`Machine.output_of`: what is not known differs from every output, so an incomplete
+    The output is that of :meth:`Machine.output_of`: what is not known differs from every output, so an incomplete
     machine differs from any completion of it. Complete both first, ``machine.completed(False)``, where "not known" is
-    to mean "not accepted". Mealy machines do not answer the empty word, so they never differ on it.
+    to mean "not accepted". Mealy machines have no output for the empty word, so they never differ on it.
 
     Args:
         one: Any machine, complete or not, minimal or not.
         other: One of the same kind with the same alphabet.
 
     Returns:
-        None if they answer every word alike.
+        None if there is no such word.
 
     Raises:
         ConfigurationError: They are of different kinds, or their alphabets differ, be it in the order alone.

@@ -76,7 +76,7 @@ class Partition:
             least_share: As for :meth:`machine`.
             merge_symbols: Whether different symbols may lead into one state of a prediction automaton. By default they
                 do not: a cell that several lead into makes as many states, and states of different last symbols are not
-                merged. The last symbol is what a policy would know without any automaton.
+                merged. The last symbol is all that a policy has without any automaton.
 
         Raises:
             ConfigurationError: ``least_share`` is not a probability below 1.
@@ -89,7 +89,8 @@ class Partition:
     def _by_last_symbol(self, machine: Machine) -> tuple[Machine, list[tuple[bytes, int]]]:
         """The automaton with a state for each cell and symbol that leads into it, and what keeps its states apart.
 
-        That is the symbol, and the set of all that lead into the cell: the possible successors alone tell too little.
+        That is the symbol, and the set of all that lead into the cell: the possible successors alone distinguish too
+        little.
         State 0 is the start cell before the first symbol, which is numbered -1.
         """
         targets, symbols = self.transitions, range(self.transitions.shape[1])

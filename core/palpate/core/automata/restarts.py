@@ -1,7 +1,7 @@
 """Many networks of one architecture as one batch of parameters, evaluated together over a prefix tree.
 
-Every restart sees all strings at once. A tree shares the beginnings of strings, and a batch of small matrix products
-takes hardly longer than one, so that a network of a batch costs about a fortieth of a network alone.
+Every restart is trained on all strings at once. A tree shares the beginnings of strings, and a batch of small matrix
+products takes hardly longer than one, so that a network of a batch costs about a fortieth of a network alone.
 """
 
 from __future__ import annotations

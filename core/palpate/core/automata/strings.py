@@ -182,11 +182,11 @@ def strings_of(text: str, alphabet: tuple[str, ...] | None = None) -> Strings:
     headers = [line for line in lines.values() if line.startswith(_ALPHABET)]
     if alphabet is None and headers:
         alphabet = tuple(_name(word) for word in headers[0].removeprefix(_ALPHABET).split())
-    told = {place: line for place, line in lines.items() if line.strip() and not line.startswith(_COMMENT)}
-    labelled = any("\t" in line for line in told.values())
+    content = {place: line for place, line in lines.items() if line.strip() and not line.startswith(_COMMENT)}
+    labelled = any("\t" in line for line in content.values())
     labels: list[bool] = []
     bodies: dict[int, str] = {}
-    for place, line in told.items():
+    for place, line in content.items():
         label, _, rest = line.partition("\t") if labelled else ("", "", line)
         if labelled:
             if label.strip() not in _LABELS or "\t" in rest:
@@ -198,7 +198,7 @@ def strings_of(text: str, alphabet: tuple[str, ...] | None = None) -> Strings:
     if apart and not labelled and alphabet is None and all(word[0] in _LABELS for word in words.values()):
         place = min(words)
         accepted = "a tab, not a blank, between label and string, or '# alphabet: 0 1' if it is no label"
-        raise ConfigurationError(f"strings.line[{place}]", told[place], accepted)
+        raise ConfigurationError(f"strings.line[{place}]", content[place], accepted)
     if alphabet is not None:
         for place, word in words.items():
             for name in word:

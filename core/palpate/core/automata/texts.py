@@ -40,8 +40,8 @@ def edges(machine: Machine) -> tuple[Edge, ...]:
             if target is not None:
                 output = machine.edge_outputs[source][symbol] if machine.kind is Kind.MEALY else None
                 groups.setdefault(target, {}).setdefault(output, []).append(machine.alphabet[symbol])
-        for target, said in groups.items():
-            lines = (shown_names(names) + _behind_a_slash(output) for output, names in said.items())
+        for target, by_output in groups.items():
+            lines = (shown_names(names) + _behind_a_slash(output) for output, names in by_output.items())
             found.append(Edge(source, target, tuple(lines)))
     return tuple(found)
 

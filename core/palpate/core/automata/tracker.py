@@ -37,8 +37,8 @@ class AutomatonState:
         symbols: Names of the symbols that come.
         automaton: Names of the automaton's states.
         transitions: Next state by state and symbol, (states, symbols); None where none is known.
-        anchors: For each symbol the state in which the automaton is believed to have been after it, (symbols,); None
-            where nothing is believed.
+        anchors: For each symbol the state in which the automaton is assumed to have been after it, (symbols,); None
+            where nothing is assumed.
         start: State before the first symbol.
 
     Raises:
@@ -84,11 +84,11 @@ class AutomatonState:
         Args:
             machine: Any machine; only its transitions matter.
             strings: Strings that it was inferred from. If they are given, a transition that none of them took is not
-                known: a network gives a transition for everything, also for what it never saw. They also tell which
-                state a symbol leads to most often; without them the number of transitions does.
+                known: a network gives a transition for everything, also for what it was never trained on. They
+                also give the state a symbol leads to most often; without them the number of transitions does.
             symbols: Names of the symbols that come, if they are not just those of the machine. One that the machine
                 does not have leads to ``lost``.
-            recovery: What is believed after a symbol that was not known. ``likeliest``: that the automaton was where
+            recovery: What is assumed after a symbol that was not known. ``likeliest``: that the automaton was where
                 this symbol leads most often. ``restart``: that the trial began with it. ``never``: nothing, so that it
                 stays lost until the trial ends.
 

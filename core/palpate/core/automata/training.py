@@ -137,7 +137,7 @@ def train(
         progress: Called at each look.
 
     Raises:
-        ConfigurationError: The network has another alphabet, or asks for labels that are not there (or the reverse).
+        ConfigurationError: The network has another alphabet, or needs labels that are not there (or the reverse).
     """
     settings = settings or TrainingSettings()
     if architecture.alphabet != strings.alphabet:

@@ -21,12 +21,12 @@ class ControlLaw(Protocol):
 
         Args:
             reference_m: Where the tip is commanded to be now, (3,), task frame.
-            target_m: Where the action wants it to end, (3,), task frame.
+            target_m: Where the action is to end, (3,), task frame.
             force_N: Force of the environment on the tool, tared, not low-pass filtered, (3,), task frame.
         """
 
     def reset(self) -> None:
-        """Forget the past; called when an action of another law begins."""
+        """Clear the memory; called when an action of another law begins."""
         # Most laws have none.
         return
 
@@ -64,7 +64,7 @@ class HybridControl(ControlLaw):
 
     @override
     def reset(self) -> None:
-        """Both laws forget the past."""
+        """Clear the memory of both laws."""
         self._across.reset()
         self._along.reset()
 
@@ -208,5 +208,5 @@ class ForceControl(ControlLaw):
 
     @override
     def reset(self) -> None:
-        """Forget the last error, so that a new contact does not begin with a kick."""
+        """Clear the last error, so that a new contact does not begin with a kick."""
         self._last = None

@@ -2,7 +2,7 @@
 
 Frames: *base* is the arm's root; *sensor* sits on the flange, z along the tool axis out of the tool; *tip*
 is the centre of the peg's end face, parallel to *sensor*. *Task* has its origin at the nominal goal (the
-centre of the hole's mouth, where it is believed to be), z into the hole, x along the x of *base*: motion into
+centre of the hole's mouth, where it is assumed to be), z into the hole, x along the x of *base*: motion into
 the hole is +z, and pressing on the plate gives a negative Fz.
 """
 

@@ -21,7 +21,7 @@ class StateIdentifier(Protocol):
     @property
     @abstractmethod
     def symbols(self) -> tuple[str, ...]:
-        """Names of the symbols it understands, in order."""
+        """Names of the symbols it takes, in order."""
 
     @property
     @abstractmethod
@@ -35,7 +35,7 @@ class StateIdentifier(Protocol):
 
     @abstractmethod
     def reset(self) -> None:
-        """Forget: a trial begins."""
+        """A trial begins: clear the memory."""
 
     @abstractmethod
     def update(self, symbol: int) -> int:
@@ -85,7 +85,7 @@ class IdentityState:
         return tuple(range(len(self.symbols)))
 
     def reset(self) -> None:
-        """Nothing to forget."""
+        """There is no memory."""
 
     def update(self, symbol: int) -> int:
         """The symbol itself."""
@@ -94,7 +94,7 @@ class IdentityState:
         return symbol
 
     def get_state(self) -> list[float]:
-        """Nothing is remembered."""
+        """There is no memory: an empty list."""
         return []
 
     def set_state(self, state: Sequence[float]) -> None:
@@ -146,7 +146,7 @@ class LastSymbols:
         return tuple(state % len(self.symbols) for state in range(len(self.states)))
 
     def reset(self) -> None:
-        """Forget the symbols."""
+        """Clear the symbols."""
         self._recent.clear()
 
     def update(self, symbol: int) -> int:

@@ -102,10 +102,10 @@ class Thresholds:
 
 @dataclass(frozen=True)
 class GatedThresholds:
-    """Outer features decide; only while all of them are in their middle band, the inner ones do.
+    """Symbols of the outer features; of the inner ones only while all outer ones are in their middle band.
 
     With x, y outside and tx, ty inside and two thresholds each these are the 8 + 9 = 17 symbols of
-    the paper (5.2): torque counts where the position does not tell places apart. The outer symbols come first.
+    the paper (5.2): torque counts where the position does not distinguish places. The outer symbols come first.
 
     Attributes:
         outer: Thresholds of the features that are looked at first, an even number of each.

@@ -2,7 +2,7 @@
 
 A memory makes many states of few symbols, and each must be filled with experience of its own; so a learner with a
 memory is slower at first than one without, although it never holds less. Here Q is learned for symbols beside Q for
-states, from the same experience, and both are weighed by how often the state was tried: at first the symbol decides, in
+states, from the same experience, and both are weighed by how often the state was tried: at first the symbol counts, in
 the end the state. Language models back off to shorter contexts in the same way (Jelinek and Mercer, 1980).
 """
 

@@ -1,4 +1,4 @@
-"""What a policy observes, decides and learns from: the interface that every policy has.
+"""Observations, decisions and transitions: the interface that every policy has.
 
 The task calls ``choose`` before each action and, when the action was one of the set, ``learn`` with
 what came of it. A trial that is aborted ends with an ordinary transition: running out of time is not
@@ -122,7 +122,7 @@ class Transition:
         reinforcement: The immediate reward, at most 0 here.
         next_state: State afterwards; None when the goal was reached, whose value is 0.
         next_action_index: The action that another policy is bound to take in ``next_state``; None when
-            the learner decides there itself. Only :class:`~palpate.core.policy.programmed.MixedPolicy` sets it.
+            the learner chooses there itself. Only :class:`~palpate.core.policy.programmed.MixedPolicy` sets it.
     """
 
     state: int

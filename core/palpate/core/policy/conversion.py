@@ -22,7 +22,7 @@ def learner_of(policy: Policy) -> TabularLearner | None:
 
 
 def document_of(policy: Policy, *, created_with: Mapping[str, Any], perception: Mapping[str, Any]) -> PolicyDocument:
-    """What a policy knows, ready to be saved.
+    """The content of a policy, ready to be saved.
 
     Args:
         policy: Programmed, examples, Q-learning, Sarsa, or a mixture of these.
@@ -150,7 +150,7 @@ def new_learner(
 
 
 def _learned(learner: TabularLearner, document: PolicyDocument, entry: LearnerEntry) -> TabularLearner:
-    """The learner, with what the document says it knows."""
+    """The learner, with the values of the document."""
     learner.set_state(learner.get_state() | document.values() | {"trials_learned": entry.trials_learned})
     return learner
 

@@ -47,7 +47,7 @@ class TableRow(Settings):
     state: str
     """Its name."""
     source: Annotated[str, OneOf(PROGRAMMED, EXAMPLES, LEARNED)]
-    """Which knowledge decides."""
+    """Which knowledge the action is from."""
     action: str
     """Name of the assigned action, or of the best one that was learned."""
     value: float | None

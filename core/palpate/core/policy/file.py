@@ -1,7 +1,7 @@
-"""The policy file: what a policy knows, readable by people and exact to the last bit.
+"""The policy file: the content of a policy, readable by people and exact to the last bit.
 
 JSON with schema id ``palpate.policy/1``; ``policy.schema.json`` beside this file describes it formally.
-Each row of the table says which knowledge decides in that state (programmed, from examples, learned), so
+Each row of the table names the knowledge that acts in that state (programmed, from examples, learned), so
 that the three stay apart on paper too. ``value`` and ``visits`` of a row are there for readers; they must
 agree with ``q`` and ``visits_per_action``, from which they follow.
 """

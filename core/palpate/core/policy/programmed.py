@@ -113,10 +113,10 @@ class RandomWalkPolicy(FixedPolicy):
 
 
 class MixedPolicy(Policy):
-    """In each state the first part that serves it decides.
+    """In each state the first part that serves it acts.
 
     Every part gets every transition, whichever chose the action: Q-learning is off-policy, and a
-    learner needs the value of the states that others decide, to judge the actions that lead there. In
+    learner needs the value of the states in which others act, to judge the actions that lead there. In
     those states it must not take the best of all actions for that value: the ones that are never tried
     would keep their initial 0, and the state would look as good as the goal. So where the next state
     belongs to a part with a fixed action, ``next_action_index`` of the transition names it.
@@ -142,7 +142,7 @@ class MixedPolicy(Policy):
         return next((part.temperature for part in self.parts if part.temperature is not None), None)
 
     def part_for(self, state: int) -> Policy:
-        """The part that decides in a state.
+        """The part that acts in a state.
 
         Raises:
             ConfigurationError: None of them serves it (any more).

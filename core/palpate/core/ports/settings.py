@@ -10,7 +10,7 @@
         # and below it, as a docstring, the help text
 
 The annotation holds type and range, the assignment the default, the docstring the help text. Whoever constructs the
-class, by whatever way, has every field checked; what one field cannot say alone stands in :meth:`Settings.check`.
+class, by whatever way, has every field checked; what concerns several fields stands in :meth:`Settings.check`.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ class Range:
         return not beyond and bool(self.low <= value <= self.high)
 
     def words(self, base: Any) -> str:
-        """The range as a message says it."""
+        """The range in words, for a message."""
         number = "a whole number" if base is int else "a number"
         low, high = (str(end) if isinstance(end, int) else f"{end:g}" for end in (self.low, self.high))
         if self.text:
@@ -66,7 +66,7 @@ class Range:
         return f"{number} {begin} to {high}"
 
     def schema(self) -> dict[str, Any]:
-        """The keywords of JSON schema that say the same."""
+        """The keywords of JSON schema for it."""
         ends = {
             "exclusiveMinimum" if self.above else "minimum": self.low,
             "exclusiveMaximum" if self.below else "maximum": self.high,
@@ -89,7 +89,7 @@ class OneOf:
         return f"one of {', '.join(map(str, self.values))}"
 
     def schema(self) -> dict[str, Any]:
-        """The keyword of JSON schema that says the same."""
+        """The keyword of JSON schema for it."""
         return {"enum": list(self.values)}
 
 
@@ -218,7 +218,7 @@ def require_keys(where: str, given: Mapping[str, Any], needed: Sequence[str], ot
 
 
 def accepted_by(kind: Any) -> str:
-    """What would be right, as a message says it."""
+    """What would be right, in words for a message."""
     base, marks = parts_of(kind)
     if marks:
         return marks[0].words(base)

@@ -29,8 +29,8 @@ def full_information_optimum(grid: GridMap) -> Fraction:
 def best_actions(grid: GridMap) -> tuple[tuple[int, ...], ...]:
     """For each symbol the actions that shorten the way from every cell with that symbol, (symbols, any number).
 
-    Where there are none, no action is the right one for the symbol, and who sees nothing else must be confused
-    (paper, section 4).
+    Where there are none, no action is the right one for the symbol, and a policy with no other input must
+    fail somewhere (paper, section 4).
     """
     distances = grid.distances
     shared = [set(range(len(COMPASS))) for _ in grid.symbols]

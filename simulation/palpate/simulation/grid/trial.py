@@ -46,7 +46,7 @@ class Walk:
 
 
 class Walker:
-    """The agent in its map during one trial, move by move; what decides on the moves is the caller's.
+    """The agent in its map during one trial, move by move; the caller chooses the moves.
 
     Args:
         grid: The map; the agent gets nothing of it but readings.

@@ -1,4 +1,4 @@
-"""The running work cell: physics, sensor errors, and the truth that only scoring may see."""
+"""The running work cell: physics, sensor errors, and the truth, for scoring only."""
 
 from __future__ import annotations
 

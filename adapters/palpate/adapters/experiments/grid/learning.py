@@ -44,7 +44,7 @@ def learn(
     learning: GridLearning,
     seed: int,
     trials: int = TRIALS,
-    tell: Callable[[Walk], None] = lambda walk: None,
+    on_trial: Callable[[Walk], None] = lambda walk: None,
 ) -> LearningRun:
     """Learn from scratch.
 
@@ -54,7 +54,7 @@ def learn(
         learning: Settings.
         seed: With the index of a trial it gives the start and the choices; nothing else does.
         trials: How many.
-        tell: Hears of every trial.
+        on_trial: Called with every trial.
 
     Raises:
         ConfigurationError: The states are over other symbols, or there are too many or too few trials.
@@ -67,5 +67,5 @@ def learn(
         walk = run_trial(grid, identifier, learner, seed, trial, step_limit=learning.step_limit)
         walks.append(walk)
         temperatures.append(learner.temperature)
-        tell(walk)
+        on_trial(walk)
     return LearningRun(seed, tuple(walks), tuple(temperatures), learner, identifier)

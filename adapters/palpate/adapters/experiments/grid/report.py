@@ -109,7 +109,7 @@ def _mean(values: Sequence[float]) -> float:
     return float(np.mean(values))
 
 
-# Colours that people with any colour vision can tell apart (Okabe and Ito).
+# Colours that differ for any colour vision (Okabe and Ito).
 _RUNS: Final = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 _WIDTH_IN, _HEIGHT_IN = 5.2, 3.4
 

@@ -18,7 +18,7 @@ MOST_CHECKED: Final = 2000
 
 
 def require_possible(study: Study) -> None:
-    """Make sure that the arm reaches what each set of settings asks for, and that each policy serves it.
+    """Make sure that the arm reaches what each set of settings needs, and that each policy serves it.
 
     Raises:
         ConfigurationError: A setting is refused, or does not go with the others.

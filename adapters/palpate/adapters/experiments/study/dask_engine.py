@@ -43,7 +43,7 @@ class Dask(Engine):
         except ImportError as error:
             accepted = "sequential or processes, unless Dask is installed: pip install 'palpate[dask]'"
             raise ConfigurationError("engine", "dask", accepted) from error
-        # What goes wrong is told in one line, by us.
+        # What goes wrong is reported in one line, here.
         for name in _LOGGERS:
             logging.getLogger(f"distributed.{name}").setLevel(logging.CRITICAL)
         if self._address:
@@ -73,7 +73,7 @@ class Dask(Engine):
         self._opened.close()
 
     def require_sight(self, folder: Path) -> None:
-        """Make sure that every worker sees the study's folder.
+        """Make sure that every worker has access to the study's folder.
 
         Raises:
             OutputError: One does not.

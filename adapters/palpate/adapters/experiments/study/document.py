@@ -1,4 +1,4 @@
-"""What a study asks for: read from a TOML file, and written down in the one form that is compared later."""
+"""What a study consists of: read from a TOML file, and written down in the one form that is compared later."""
 
 from __future__ import annotations
 

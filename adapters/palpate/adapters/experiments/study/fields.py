@@ -63,7 +63,7 @@ def plain(value: Any) -> Any:
 
 
 def configured(settings: Mapping[str, Any], folder: str) -> RunConfig:
-    """The configuration of its scenario with these settings over it; trials are not recorded unless one says so.
+    """The configuration of its scenario with these settings over it; trials are not recorded unless one sets it.
 
     Args:
         settings: Values by dotted names.

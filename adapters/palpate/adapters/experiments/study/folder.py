@@ -21,7 +21,7 @@ from palpate.adapters.experiments.tables import csv_text
 from palpate.adapters.log import made_with
 from palpate.core.errors import ConfigurationError, OutputError
 
-_TOLD: Final = ("scenario", "arm", "seed", "policy", "finished")
+_IN_OTHER_COLUMNS: Final = ("scenario", "arm", "seed", "policy", "finished")
 """Entries of a summary that the cell's own columns, or the line itself, hold already."""
 _COUNTS: Final = ("outcomes", "marked_why")
 
@@ -30,7 +30,7 @@ def table_of(study: Study, rows: Sequence[tuple[StudyCell, Mapping[str, Any]]]) 
     """The table as CSV.
 
     Args:
-        study: Tells settings that a cell leaves as they are.
+        study: Gives the settings that a cell leaves as they are.
         rows: Finished cells and the figures of their ``summary.json``.
     """
     fields = list(dict.fromkeys(name for one in (*study.listed, study.grid) for name in one))
@@ -59,7 +59,7 @@ def _columns(rows: Sequence[Mapping[tuple[str, ...], Any]]) -> list[tuple[str, .
 
 def _flat(figures: Mapping[str, Any]) -> Iterator[tuple[tuple[str, ...], Any]]:
     for name, value in figures.items():
-        if name in _TOLD:
+        if name in _IN_OTHER_COLUMNS:
             continue
         if isinstance(value, Mapping):
             yield from (((name, inner), figure) for inner, figure in value.items())
@@ -106,7 +106,7 @@ class StudyFolder:
             files: Digests of files that its results depend on.
 
         Raises:
-            OutputError: It holds something else, or cells that the study does not ask for.
+            OutputError: It holds something else, or cells that the study does not have.
             ConfigurationError: The study that it holds was made with other settings, files or versions.
         """
         if not os.path.lexists(self.path):

@@ -50,10 +50,10 @@ class Painter:
         camera: ``close-up``, ``arm`` or ``both``.
 
     Attributes:
-        title: What the pictures are of, and what has to be said about them, in one line.
+        title: What the pictures are of, and remarks about them, in one line.
 
     Raises:
-        LogError: The log does not say what the cell looked like.
+        LogError: The log does not hold what the cell looked like.
         UsageError: There is no graphics library that works.
     """
 
@@ -136,8 +136,8 @@ class Painter:
         width, height = self._size
         letters = captions.font_px(width, height)
         margin = max(height // 60, 2)
-        told = None if force is None else (self._to_task @ force).tolist()
-        captions.write_block(picture, (margin, margin), captions.now_lines(moment, told), letters)
+        in_task = None if force is None else (self._to_task @ force).tolist()
+        captions.write_block(picture, (margin, margin), captions.now_lines(moment, in_task), letters)
         small = max(round(letters * 0.85), captions.SMALLEST_PX)
         scale = f"{self._reference_N:g} N on the tool"
         captions.write_line(

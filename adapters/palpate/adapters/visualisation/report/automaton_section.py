@@ -31,7 +31,7 @@ def machine_in(document: PolicyDocument) -> Machine | None:
         kind=Kind.DFA,
         alphabet=state.symbols,
         transitions=state.transitions,
-        # What it says is of no importance here: its state is what the policy sees.
+        # Its outputs have no importance here: its state is the input of the policy.
         state_outputs=(False,) * len(state.automaton),
         start=state.start,
         labels=state.automaton,

@@ -8,7 +8,7 @@ from typing import Any, Final
 
 from palpate.adapters.experiments import Canvas, drawing
 
-# Colours that people with any colour vision can tell apart (Okabe and Ito), the light ones last.
+# Colours that differ for any colour vision (Okabe and Ito), the light ones last.
 COLOURS: Final = ("#0072b2", "#d55e00", "#009e73", "#aa4499", "#000000", "#e69f00", "#56b4e9", "#999933")
 LINES: Final = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 1)), (0, (8, 2)), (0, (3, 3)))
 GREY: Final = "#6b7280"

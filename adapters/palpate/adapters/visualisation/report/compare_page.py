@@ -44,11 +44,11 @@ def strategies_picture(name: str, strategies: Sequence[Strategy], caption: str) 
         right.set(xlabel="exploration time [s]")
         right.set_xlim(left=0.0)
         canvas.figure.legend(*right.get_legend_handles_labels(), loc="outside upper right", ncols=2, frameon=False)
-    told = [
+    described = [
         f"{s.label}: success {share(s.success[0])}, median {s.time_s[0]:.2f} s, 95th percentile {s.slow_s[0]:.2f} s"
         for s in strategies
     ]
-    return Picture(name, f"Success and time of each strategy. {'; '.join(told)}.", caption, canvas.content)
+    return Picture(name, f"Success and time of each strategy. {'; '.join(described)}.", caption, canvas.content)
 
 
 def _bar(axes: Any, place: float, interval: Interval, colour: str, mark: str, label: str | None = None) -> None:
@@ -90,13 +90,16 @@ def compare_page(folder: Path, title: str, *, logs: bool) -> Page:
         sections += log_sections(paths, names[:_MOST_FORCES])
     sections.append(settings_section(folder / "run.toml"))
     settings, facts = read_run_toml(folder)
-    told = [("Arm", settings.get("arm")), ("Scenario", settings.get("scenario")), ("Seed", settings.get("seed"))]
-    told += [("Trials of each", facts.get("trials")), ("Capture half-width [mm]", rows[0].get("capture_half_width_mm"))]
+    shown = [("Arm", settings.get("arm")), ("Scenario", settings.get("scenario")), ("Seed", settings.get("seed"))]
+    shown += [
+        ("Trials of each", facts.get("trials")),
+        ("Capture half-width [mm]", rows[0].get("capture_half_width_mm")),
+    ]
     finished = not is_there(folder / "summary.json") or read_json(folder / "summary.json").get("finished", True)
     return Page(
         title=title,
         kind="a comparison of strategies on the same trials",
-        facts=tuple((name, str(value)) for name, value in told if value not in (None, "")),
+        facts=tuple((name, str(value)) for name, value in shown if value not in (None, "")),
         notices=() if finished else ("This comparison ended early: strategies or trials are missing.",),
         sections=tuple(sections),
         summary=tuple(dict(row) for row in rows),

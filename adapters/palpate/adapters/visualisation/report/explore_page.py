@@ -66,9 +66,9 @@ def grid_picture(name: str, document: PolicyDocument, rows: Sequence[str], title
                         arrowprops={"arrowstyle": "-|>", "color": "black", "linewidth": 2.2 * side_in,
                                     "shrinkA": 0, "shrinkB": 0, "mutation_scale": 18 * side_in},
                     )  # fmt: skip
-    told = "; ".join(f"{row.state}: {row.action}" for row in document.table if row.visits)
+    moves = "; ".join(f"{row.state}: {row.action}" for row in document.table if row.visits)
     caption = f"{title}. Star: the goal. Cells of one letter and colour look alike to the sensor."
-    return Picture(name, f"Best move for each sensor value. {told}.", caption, canvas.content)
+    return Picture(name, f"Best move for each sensor value. {moves}.", caption, canvas.content)
 
 
 _BOUNDS: Final = (

@@ -23,38 +23,38 @@ def infer_page(folder: Path, title: str, *, logs: bool) -> Page:
     """
     machine = load(folder / "automaton.json")
     path = folder / "report.json"
-    told = read_json(path)
+    report = read_json(path)
     try:
-        rows: list[dict[str, Any]] = [{name: entry[name] for name in _COLUMNS} for entry in told["by_q"]]
+        rows: list[dict[str, Any]] = [{name: entry[name] for name in _COLUMNS} for entry in report["by_q"]]
     except (KeyError, TypeError) as error:
         raise OutputError(str(path), f"is no report of palpate infer ({error})", "infer again") from error
-    facts = [("Strings", told.get("strings")), ("Held out", told.get("held_out")), ("Networks", told.get("networks"))]
+    facts = [(name, report.get(name.lower().replace(" ", "_"))) for name in ("Strings", "Held out", "Networks")]
     facts += [("States", len(machine.transitions)), ("Symbols", ", ".join(map(shown_name, machine.alphabet)))]
     return Page(
         title=title,
         kind="an inferred automaton",
         facts=tuple((name, str(value)) for name, value in facts if value is not None),
         notices=(),
-        sections=(automaton_section(machine), _choice(told, rows), _training(folder)),
+        sections=(automaton_section(machine), _choice(report, rows), _training(folder)),
         summary=tuple(rows),
     )
 
 
-def _choice(told: dict[str, Any], rows: list[dict[str, Any]]) -> PageSection:
+def _choice(report: dict[str, Any], rows: list[dict[str, Any]]) -> PageSection:
     head = ("q", "cells", "states, minimised", "wrong strings", "agreement", "loss [nats]")
     lines = tuple(tuple(_shown(row[name]) for name in _COLUMNS) for row in rows)
-    text = f"Hidden space was cut into q intervals a unit; q = {told.get('q')} was taken."
+    text = f"Hidden space was cut into q intervals a unit; q = {report.get('q')} was taken."
     return PageSection("How fine to cut", (text,), (PageTable("What each q came to", head, lines),))
 
 
 def _training(folder: Path) -> PageSection:
-    told = (
+    captions = (
         ("training", "Lowest and median training loss of the networks, by step."),
         ("hidden", "Hidden states of the network at all prefixes of the strings, coloured by cell."),
     )
     pictures = tuple(
         Picture(name, words, words, read_png(folder / f"{name}.png"))
-        for name, words in told
+        for name, words in captions
         if is_there(folder / f"{name}.png")
     )
     return PageSection("Training", pictures=pictures)

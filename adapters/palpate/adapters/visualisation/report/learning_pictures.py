@@ -52,7 +52,7 @@ class Axes:
 
     Attributes:
         cost: Name and unit of the cost, ``exploration time [s]``.
-        highest: Upper limit of the cost; None lets the data decide.
+        highest: Upper limit of the cost; None takes it from the data.
     """
 
     cost: str = "exploration time [s]"

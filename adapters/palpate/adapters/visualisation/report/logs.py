@@ -175,8 +175,8 @@ class Timing:
             missing += sum(b[0] - a[0] - 1 for a, b in pairwise(timed))
             late += [(time - due) * NS for _, time, due in timed if due is not None]
             if log.end is not None and log.end.timing_json:
-                told: Any = json_in(log, "end.timing_json", log.end.timing_json)
-                sections = {name: times for name, times in told.get("sections", {}).items() if times["count"]}
+                timing: Any = json_in(log, "end.timing_json", log.end.timing_json)
+                sections = {name: times for name, times in timing.get("sections", {}).items() if times["count"]}
         return cls(np.array(intervals) * 1e3, np.array(late) * 1e3, missing, sections)
 
     @property

@@ -122,7 +122,7 @@ def _ours(pictures: Path) -> set[str]:
     try:
         content = json.loads(read_bytes(path))
         names = content["files"] if content["schema"] == _SCHEMA else []
-        # Names in the folder itself only: the list decides what is removed.
+        # Names in the folder itself only: what is removed is in the list.
         return {CONTENTS, *(name for name in names if Path(name).name == name)} if names else set()
     except (ValueError, KeyError, TypeError):
         return set()

@@ -21,7 +21,7 @@ class Block:
         rows: Names of the rows; empty without.
         axes: Names of the two axes; empty without.
         caption: What must be known to read it; empty without.
-        gap: (column, row) and words for a place where another block decides; None without.
+        gap: (column, row) and words for a place that another block covers; None without.
     """
 
     title: str
@@ -37,23 +37,23 @@ def blocks_of(document: PolicyDocument, most: int) -> tuple[Block, ...]:
     """The blocks of a policy.
 
     The paper's 8 position and 9 torque regions become two maps in which every state lies on the side of the hole on
-    which it is felt, so that in a good policy all arrows point to the middle: the hole lies at heading (-ty, tx), and
-    hence a torque region at (ty, -tx) of it.
+    which it is measured, so that in a good policy all arrows point to the middle: the hole lies at heading (-ty, tx),
+    and hence a torque region at (ty, -tx) of it.
 
     Args:
         document: The policy.
-        most: States at most, where they have no place on a map; see :func:`telling`.
+        most: States at most, where they have no place on a map; see :func:`informative`.
     """
     position = {state: place for state in document.states if (place := _place(state, "x", "y")) is not None}
     torque = {state: place for state in document.states if (place := _place(state, "tx", "ty")) is not None}
     if len(position) + len(torque) == len(document.states) and position and torque:
         return _position(position, torque), _torque(torque)
-    chosen = {row.state for row in telling(document, most)}
+    chosen = {row.state for row in informative(document, most)}
     states = [state for state in document.states if state in chosen]
     return (Block("", {state: (n % _ROW, n // _ROW) for n, state in enumerate(states)}),)
 
 
-def telling(document: PolicyDocument, most: int) -> list[TableRow]:
+def informative(document: PolicyDocument, most: int) -> list[TableRow]:
     """The rows that matter: learned from, or not learned at all; of too many, the most visited ones.
 
     All of them where none does.

@@ -10,7 +10,7 @@ import numpy as np
 
 from palpate.adapters.visualisation.report.canvas import WIDTH_IN, drawn, file_name
 from palpate.adapters.visualisation.report.page import Picture, counted
-from palpate.adapters.visualisation.report.policy_layout import Block, blocks_of, telling
+from palpate.adapters.visualisation.report.policy_layout import Block, blocks_of, informative
 from palpate.core.policy import LEARNED, PolicyDocument, TableRow
 
 MOST_STATES: Final = 48
@@ -57,12 +57,12 @@ def arrows_pictures(name: str, document: PolicyDocument, title: str, *, up: bool
                 )
                 bar.set_label("Q of the best action: higher is better")
                 bar.outline.set_visible(False)
-        told = [rows[state] for state in block.places]
+        shown = [rows[state] for state in block.places]
         pictures.append(
             Picture(
                 f"{name}-{file_name(block.title)}" if block.title else name,
-                _alt(told, f"{title}, {block.title.lower()}" if block.title else title),
-                _caption(document, block, told, title, up),
+                _alt(shown, f"{title}, {block.title.lower()}" if block.title else title),
+                _caption(document, block, shown, title, up),
                 canvas.content,
                 wide=not block.rows,
             )
@@ -72,7 +72,7 @@ def arrows_pictures(name: str, document: PolicyDocument, title: str, *, up: bool
 
 def q_picture(name: str, document: PolicyDocument, title: str) -> Picture | None:
     """Q of every state and action as numbers on colours; None where nothing was learned."""
-    rows = [row for row in telling(document, MOST_STATES) if row.q is not None]
+    rows = [row for row in informative(document, MOST_STATES) if row.q is not None]
     if not any(row.visits for row in rows):
         return None
     q = np.array([row.q for row in rows], dtype=float)
@@ -160,7 +160,7 @@ def _tile(axes: Any, column: int, row: int, entry: TableRow, shades: _Shades) ->
 
     colour, ink = shades.of(entry)
     axes.add_patch(Rectangle((column - 0.48, row - 0.48), 0.96, 0.96, facecolor=colour, linewidth=0.0))
-    # A state that remembers has a line for each of its symbols.
+    # A state with a memory has a line for each of its symbols.
     lines = [line for part in entry.state.replace(" > ", "\n> ").split("\n") for line in wrap(part, 12)]
     size = 9 if len(lines) == 1 and len(lines[0]) <= 9 else 7
     axes.text(column, row - 0.45, "\n".join(lines[:3]), ha="center", va="top", fontsize=size, color=ink)
@@ -189,7 +189,7 @@ def _arrow(
     axes: Any, column: int, row: int, entry: TableRow, steps: dict[str, tuple[float, float]], longest: float
 ) -> None:
     if entry.source == LEARNED and not entry.visits:
-        # All actions are equal there: an arrow would say something that nobody knows.
+        # All actions are equal there: an arrow would show what was never learned.
         return
     x, y = (0.24 * value / longest for value in steps[entry.action])
     if hypot(x, y) == 0.0:
@@ -216,9 +216,9 @@ def _some(shown: int, states: int) -> str:
 
 def _alt(rows: list[TableRow], title: str) -> str:
     known = [row for row in rows if row.visits or row.source != LEARNED]
-    told = "; ".join(f"{row.state}: {row.action}" for row in known[:20])
+    best = "; ".join(f"{row.state}: {row.action}" for row in known[:20])
     more = f"; and {len(known) - 20} more states" if len(known) > 20 else ""
-    return f"Best action of each state, {title}. {told or 'Nothing was learned'}{more}."
+    return f"Best action of each state, {title}. {best or 'Nothing was learned'}{more}."
 
 
 def _caption(document: PolicyDocument, block: Block, rows: list[TableRow], title: str, up: bool) -> str:

@@ -32,7 +32,7 @@ def run_page(folder: Path, title: str, *, logs: bool) -> Page:
     if run.document is not None:
         sections += policy_sections(run.document, "policy", run.policy)
     if logs:
-        sections += log_sections(logs_in(folder), list(_telling(run)))
+        sections += log_sections(logs_in(folder), list(_drawn_trials(run)))
     sections.append(settings_section(folder / "run.toml"))
     return Page(
         title=title,
@@ -73,13 +73,13 @@ def notices_of(run: RunSource) -> tuple[str, ...]:
 
 def summary_cells(rows: Sequence[TrialRow], late: Sequence[TrialRow]) -> dict[str, Cell]:
     """A line of ``summary.csv`` about some trials: figures are of the late ones, the highest force is of all."""
-    told = summary_of(late)
-    (success_low, success_high), (median_low, median_high) = told["success_95"], told["median_95_s"]
+    figures = summary_of(late)
+    (success_low, success_high), (median_low, median_high) = figures["success_95"], figures["median_95_s"]
     return {
-        "trials": len(rows), "counted": len(late), "success": told["success"], "success_low": success_low,
+        "trials": len(rows), "counted": len(late), "success": figures["success"], "success_low": success_low,
         "success_high": success_high, "mean_s": round(sum(r.exploration_time_s for r in late) / len(late), 4),
-        "median_s": told["median_s"], "median_s_low": median_low, "median_s_high": median_high, "p95_s": told["p95_s"],
-        "peak_force_N": round(max(row.peak_force_N for row in rows), 3),
+        "median_s": figures["median_s"], "median_s_low": median_low, "median_s_high": median_high,
+        "p95_s": figures["p95_s"], "peak_force_N": round(max(row.peak_force_N for row in rows), 3),
     }  # fmt: skip
 
 
@@ -139,17 +139,17 @@ def _figures(run: RunSource) -> PageSection:
         groups = [(f"first {len(run.late)}", run.rows[: len(run.late)]), (f"last {len(run.late)}", run.late), *groups]
     rows = []
     for name, part in groups:
-        told = summary_of(part)
-        low, high = told["success_95"]
+        figures = summary_of(part)
+        low, high = figures["success_95"]
         mean_s = sum(row.exploration_time_s for row in part) / len(part)
         rows.append(
             (
                 name,
-                f"{share(told['success'])} [{share(low)}, {share(high)}]",
+                f"{share(figures['success'])} [{share(low)}, {share(high)}]",
                 f"{mean_s:.2f}",
-                shown_interval(told["median_s"], *told["median_95_s"]),
-                f"{told['p95_s']:.2f}",
-                f"{told['peak_force_N']:.1f}",
+                shown_interval(figures["median_s"], *figures["median_95_s"]),
+                f"{figures['p95_s']:.2f}",
+                f"{figures['peak_force_N']:.1f}",
             )
         )
     head = ("trials", "success", "mean [s]", "median [s]", "95th percentile [s]", "peak force [N]")
@@ -165,7 +165,7 @@ def _curve(run: RunSource) -> PageSection:
     return PageSection(title, pictures=(learning_picture("learning", [run.curve(label)]),))
 
 
-def _telling(run: RunSource) -> list[tuple[Path, str]]:
+def _drawn_trials(run: RunSource) -> list[tuple[Path, str]]:
     """The first and the last trial, and the one with the highest force."""
     first, last = run.rows[0], run.rows[-1]
     peak = max(run.rows, key=lambda row: (row.peak_force_N, -row.trial))

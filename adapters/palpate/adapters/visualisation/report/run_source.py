@@ -56,7 +56,7 @@ class RunSource:
         command = self.facts.get("command")
         if command in ("train", "run"):
             return bool(command == "train")
-        # Nothing says: a temperature that falls belongs to a learner.
+        # It is not recorded: a temperature that falls belongs to a learner.
         return len({row.temperature for row in self.rows}) > 1
 
     @property

@@ -134,16 +134,16 @@ def _figures(study: StudySource) -> PageSection:
     swept = list(study.swept)
     rows = []
     for cells in study.groups.values():
-        told = _summary(cells)
+        figures = _summary(cells)
         fields = [shown_value(cells[0].fields[name]) for name in swept]
         mean, low, high = mean_with_interval([_mean_s(cell) for cell in cells])
         time = shown_interval(mean, low, high)
-        success = [share(float(told[name] or 0.0)) for name in ("success", "success_low", "success_high")]
+        success = [share(float(figures[name] or 0.0)) for name in ("success", "success_low", "success_high")]
         rows.append(
             (
                 ", ".join([cells[0].policy, *(f"{name} = {v}" for name, v in zip(swept, fields, strict=True))]),
-                str(len(cells)), f"{success[0]} [{success[1]}, {success[2]}]", time, f"{told['median_s']:.2f}",
-                f"{told['peak_force_N']:.1f}",
+                str(len(cells)), f"{success[0]} [{success[1]}, {success[2]}]", time, f"{figures['median_s']:.2f}",
+                f"{figures['peak_force_N']:.1f}",
             )
         )  # fmt: skip
     head = ("policy and settings", "seeds", "success", "mean [s]", "median [s]", "peak force [N]")
@@ -214,9 +214,11 @@ def _policies(study: StudySource, settings: list[Setting]) -> list[PageSection]:
             machines.setdefault(machine, shown_setting(setting))
     text = ("The policy of the first seed of each choice of settings.",)
     sections = [PageSection("Policies", text, pictures=tuple(arrows)), PageSection("Q values", pictures=tuple(values))]
-    for number, (machine, told) in enumerate(list(machines.items())[:_MOST_AUTOMATA], 1):
+    for number, (machine, served) in enumerate(list(machines.items())[:_MOST_AUTOMATA], 1):
         sections.append(
-            automaton_section(machine, f"automaton-{number:02d}", f"Automaton {number}", f"Gives the states of {told}.")
+            automaton_section(
+                machine, f"automaton-{number:02d}", f"Automaton {number}", f"Gives the states of {served}."
+            )
         )
     return sections
 
@@ -238,13 +240,13 @@ def _summary(cells: list[ReportedCell]) -> dict[str, Cell]:
     rows = [row for cell in cells for row in cell.run.rows]
     late = [row for cell in cells for row in cell.run.late]
     mean, low, high = mean_with_interval([_mean_s(cell) for cell in cells])
-    told = summary_cells(rows, late)
+    figures = summary_cells(rows, late)
     success_low, success_high = wilson_interval(sum(row.success for row in late), len(late))
     fields: dict[str, Cell] = {
         name: value if is_number(value) else shown_value(value) for name, value in cells[0].fields.items()
     }
     return {
-        **fields, "policy": cells[0].policy, "seeds": len(cells), **told, "success_low": round(success_low, 4),
+        **fields, "policy": cells[0].policy, "seeds": len(cells), **figures, "success_low": round(success_low, 4),
         "success_high": round(success_high, 4), "mean_s": round(mean, 4),
         "mean_s_low": None if low is None else round(low, 4), "mean_s_high": None if high is None else round(high, 4),
     }  # fmt: skip

@@ -53,7 +53,7 @@ class StudySource:
         cells: The finished cells, ordered by their fields, policies and seeds.
         begun: Names of cells that were begun and are not finished.
         unfinished: How many cells are not finished, begun or not.
-        problem: Why ``study.toml`` does not tell how many cells there should be; empty if it does.
+        problem: Why ``study.toml`` does not give how many cells there should be; empty if it does.
     """
 
     path: Path
@@ -67,7 +67,7 @@ class StudySource:
         """Read a folder.
 
         Raises:
-            OutputError: No cell is finished, or one that says so is not whole.
+            OutputError: No cell is finished, or one that is marked so is not whole.
         """
         folder = path / "cells"
         names = sorted(os.listdir(folder)) if os.path.isdir(folder) else []
@@ -80,8 +80,8 @@ class StudySource:
         asked, problem = _asked(path / "study.toml")
         unfinished = max(len(begun), asked - len(finished))
         if not finished:
-            told = f"is a study with {unfinished} cell{'s' * (unfinished > 1)}, none of them finished"
-            raise OutputError(str(path), told, "let palpate study go on")
+            reason = f"is a study with {unfinished} cell{'s' * (unfinished > 1)}, none of them finished"
+            raise OutputError(str(path), reason, "let palpate study go on")
         cells = _with_short_policies(_with_all_fields([_cell(folder / name) for name in finished]))
         return cls(path, tuple(sorted(cells, key=_order)), tuple(begun), unfinished, problem)
 
@@ -127,7 +127,7 @@ def is_number(value: Any) -> bool:
 
 
 def _asked(path: Path) -> tuple[int, str]:
-    """How many cells the study asks for, or why that is unknown."""
+    """How many cells the study has, or why that is unknown."""
     if not is_there(path):
         return 0, f"there is no {path.name}"
     try:

@@ -75,7 +75,7 @@ def _draw(
     spread = 0.07 if numeric else 0.4
     places = [place + spread * width * (number - (of - 1) / 2) / max(of - 1, 1) for place in places]
     style: dict[str, Any] = {
-        # Nothing lies between two names, and a line would say that something does.
+        # Nothing lies between two names, and a line would suggest that something does.
         "color": colour, "marker": mark, "linestyle": LINES[number % len(LINES)] if numeric else "none",
         "linewidth": 1.6, "markersize": 6,
     }  # fmt: skip
@@ -98,9 +98,9 @@ def _index(values: Sequence[Any], value: Any) -> int:
 def _alt(field: str, series: Sequence[SweepSeries]) -> str:
     lines = []
     for line in series:
-        told = [
+        described = [
             f"{shown_value(p.value)}: {mean_with_interval(p.times_s)[0]:.2f} s, {share(p.success[0])} success"
             for p in line.points
         ]
-        lines.append(f"{line.label}: {'; '.join(told)}")
+        lines.append(f"{line.label}: {'; '.join(described)}")
     return f"Mean time and success against {field}. {'. '.join(lines)}."

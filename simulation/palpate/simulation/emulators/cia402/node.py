@@ -16,7 +16,7 @@ from typing import Final
 from typing_extensions import override
 
 from palpate.simulation.emulators.cia402 import objects as od
-from palpate.simulation.emulators.cia402.objects import answer
+from palpate.simulation.emulators.cia402.objects import reply_to
 from palpate.simulation.emulators.cia402.servo import POWERED, DrivenMotors, DriveServo, PowerMachine, PowerState
 from palpate.simulation.emulators.lines import BusFrame, CanNode
 
@@ -34,7 +34,7 @@ _QUICK_STOP_WORD: Final = 0x0002
 
 
 class NmtState(enum.IntEnum):
-    """NMT states as heartbeats tell them."""
+    """NMT states as heartbeats carry them."""
 
     INITIALISING = 0x00
     STOPPED = 0x04
@@ -55,7 +55,7 @@ class CanopenFaults:
         delay_tpdos_ns: Process data leave so much later.
         duplicate_tpdos: So many of the next process data are sent twice.
         malformed_tpdos: So many of the next process data are one byte short.
-        silent: Nothing is sent at all, though everything is heard and obeyed.
+        silent: Nothing is sent at all, though everything is received and carried out.
         heartbeat_stopped: Only heartbeats are missing.
         fault_persists: A fault-reset does nothing.
     """
@@ -116,7 +116,7 @@ class CanopenDrive(CanNode):
         self._emergency(code, vendor)
 
     def emergency(self, code: int, vendor: bytes = b"") -> None:
-        """Send an EMCY message only; code 0 says that all is well again."""
+        """Send an EMCY message only; code 0 is for no fault any more."""
         self._emergency(code, vendor)
 
     def _power_up(self, now_ns: int) -> None:
@@ -178,7 +178,7 @@ class CanopenDrive(CanNode):
             if option == 1:
                 self._fault()
             elif option in (2, 3):
-                self._obey(0 if option == 2 else _QUICK_STOP_WORD)
+                self._execute(0 if option == 2 else _QUICK_STOP_WORD)
 
     def _beat(self, now_ns: int) -> None:
         period_ns = self.objects[od.PRODUCER_HEARTBEAT] * _MS
@@ -194,9 +194,9 @@ class CanopenDrive(CanNode):
         elif identifier == 0x700 + watched and watched:
             self._host_heard_ns = now_ns
         elif identifier == 0x600 + self.node and self.nmt is not NmtState.STOPPED:
-            said = answer(data, self.objects, self._written)
-            if said is not None:
-                self._send(0x580 + self.node, said)
+            reply = reply_to(data, self.objects, self._written)
+            if reply is not None:
+                self._send(0x580 + self.node, reply)
         elif self.nmt is NmtState.OPERATIONAL:
             if identifier == _SYNC:
                 self._sync(now_ns)
@@ -212,7 +212,7 @@ class CanopenDrive(CanNode):
     def _written(self, index: int) -> None:
         self._choose_concerns()
         if index == od.CONTROLWORD:
-            self._obey(self.objects[od.CONTROLWORD])
+            self._execute(self.objects[od.CONTROLWORD])
         elif index == od.CONSUMER_HEARTBEAT:
             # Monitoring begins with the first heartbeat after this.
             self._host_heard_ns = None
@@ -233,11 +233,11 @@ class CanopenDrive(CanNode):
         for entry in entries:
             entry.decode(data[at : at + entry.size])
             at += entry.size
-        self._obey(self.objects[od.CONTROLWORD])
+        self._execute(self.objects[od.CONTROLWORD])
 
-    def _obey(self, controlword: int) -> None:
+    def _execute(self, controlword: int) -> None:
         before = self.machine.state
-        self.machine.obey(controlword, fault_persists=self.faults.fault_persists)
+        self.machine.apply(controlword, fault_persists=self.faults.fault_persists)
         if self.machine.state is PowerState.ENABLED and before is not PowerState.ENABLED:
             self._servo.engage()
         if before is PowerState.FAULT and self.machine.state is not PowerState.FAULT:

@@ -124,7 +124,7 @@ class ObjectDictionary:
             (0x6502, 0): Entry(_CSP_AND_CSV, 4),
         }
         for pdo in range(_PDOS):
-            # Switched on after power-up, as many makers do, with a mapping that no arm wants.
+            # Switched on after power-up, as many makers do, with a mapping that no arm uses.
             self._add_pdo(RPDO_SETTINGS + pdo, RPDO_MAPPING + pdo, 0x200 + 0x100 * pdo + node, CONTROLWORD)
             self._add_pdo(TPDO_SETTINGS + pdo, TPDO_MAPPING + pdo, 0x180 + 0x100 * pdo + node, STATUSWORD)
 
@@ -215,8 +215,8 @@ _EXPEDITED_WITH_SIZE: Final = 0b0000_0011
 _EXPEDITED: Final = 0b0000_0010
 
 
-def answer(request: bytes, objects: ObjectDictionary, written: Callable[[int], None]) -> bytes | None:
-    """What the server says to a request; None where it says nothing.
+def reply_to(request: bytes, objects: ObjectDictionary, written: Callable[[int], None]) -> bytes | None:
+    """The reply of the server to a request; None where there is none.
 
     Args:
         request: Payload of the frame.

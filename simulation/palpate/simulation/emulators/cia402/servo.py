@@ -18,7 +18,7 @@ from palpate.simulation.emulators.cia402.objects import (
 
 
 class PowerState(enum.Enum):
-    """The eight states, each with the bits of the statusword that tell it."""
+    """The eight states, each with its bits of the statusword."""
 
     NOT_READY = 0b0000_0000
     SWITCH_ON_DISABLED = 0b0100_0000
@@ -66,7 +66,7 @@ class PowerMachine:
         if self.state is PowerState.NOT_READY:
             self.state = PowerState.SWITCH_ON_DISABLED
 
-    def obey(self, controlword: int, *, fault_persists: bool) -> None:
+    def apply(self, controlword: int, *, fault_persists: bool) -> None:
         """Act on a controlword (object 0x6040).
 
         Args:
@@ -157,7 +157,7 @@ class DriveServo:
 
     @property
     def measured(self) -> int:
-        """What the encoder says."""
+        """Reading of the encoder."""
         return self._motors.motor_counts(self._axis)
 
     @property
@@ -184,7 +184,7 @@ class DriveServo:
             self._speed = float(self._objects[TARGET_VELOCITY])
 
     def advance(self, elapsed_ns: int, *, stopping: bool) -> None:
-        """Let the demand go on, and tell the motor."""
+        """Let the demand go on, and pass it to the motor."""
         elapsed_s = elapsed_ns * _NS
         if stopping:
             self._slow_down(elapsed_s)

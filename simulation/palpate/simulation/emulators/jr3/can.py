@@ -124,10 +124,10 @@ class Jr3CanNode:
                 frames += self._pair(sample)
             self._sync = False
         while self.firmware.serving and self._commands:
-            frames += self._obey(*self._commands.popleft(), now_ns)
+            frames += self._execute(*self._commands.popleft(), now_ns)
         return frames
 
-    def _obey(self, operation: int, data: bytes, now_ns: int) -> list[BusFrame]:
+    def _execute(self, operation: int, data: bytes, now_ns: int) -> list[BusFrame]:
         match operation:
             case CanOperation.START_SYNC:
                 self.firmware.start(_unsigned(data, 0, 2), now_ns)

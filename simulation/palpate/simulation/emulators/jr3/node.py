@@ -61,8 +61,8 @@ class Sample:
 class Jr3Node:
     """Sampling, filtering, zeroing and streaming, driven by the time it is told.
 
-    The first time it hears of is the time of power-up. The input is taken once a step and held for all acquisitions
-    since the step before, so a load that changes quickly wants short steps.
+    The first time it is given is the time of power-up. The input is taken once a step and held for all acquisitions
+    since the step before, so a load that changes quickly needs short steps.
 
     Args:
         config: The sensor and its board.
@@ -106,7 +106,7 @@ class Jr3Node:
 
     @property
     def state(self) -> BoardState:
-        """State as acknowledgements tell it."""
+        """State as in acknowledgements."""
         return self._state
 
     @property

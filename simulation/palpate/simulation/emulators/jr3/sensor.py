@@ -85,7 +85,7 @@ class Jr3Faults:
     """What goes wrong with a sensor; nothing by default.
 
     Attributes:
-        silent: The node hears and works, but nothing it sends reaches the wire.
+        silent: The node receives and works, but nothing it sends reaches the wire.
         saturated_axes: Indices, 0 (Fx) to 5 (Mz), of inputs stuck at the end of their range.
         gap_probability: Chance that acquisitions are lost before a sample is sent.
         gap_acquisitions: How many are lost then; the frame counter jumps by them.

@@ -108,7 +108,7 @@ class Jr3UartNode:
 
     def advance(self, now_ns: int) -> bytes:
         """Let time pass and return what the node wrote to the line meanwhile."""
-        # A server that spreads bytes over the line may tell an arrival a little late.
+        # A server that spreads bytes over the line may report an arrival a little late.
         self._now_ns = now_ns = max(self._now_ns, now_ns)
         sent = b""
         while self._read_ns is not None and self._read_ns <= now_ns:

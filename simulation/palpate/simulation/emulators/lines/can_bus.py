@@ -120,7 +120,7 @@ class EmulatedCanBus:
     """A bus with emulated nodes and one host, without any input or output of its own.
 
     One frame is on the wire at a time. Of the devices that have one ready when it falls free, that with the lowest
-    identifier goes first; each device keeps the order of its own frames. A frame is heard by everybody but its sender
+    identifier goes first; each device keeps the order of its own frames. A frame is received by all but its sender
     when its last bit is over. On a bus with more frames than it can carry, devices lose their newest ones.
 
     Args:

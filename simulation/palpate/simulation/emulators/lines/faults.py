@@ -28,7 +28,7 @@ class SerialFaults:
         delay_reply: It comes late by `delay_s`.
         wrong_checksum: Its last byte is wrong, whatever the protocol uses that for.
         delay_s: Length of a delay.
-        silent: The device receives and obeys but sends nothing at all.
+        silent: The device receives and acts but sends nothing at all.
     """
 
     drop_command_byte: float = 0.0

@@ -76,7 +76,7 @@ class PtyServer(Generic[Emulator]):
     """A thread that connects an emulator to a pseudo-terminal.
 
     Tests reach the device while it runs through `exclusive()`, and the line through `faults`, `unplug()` and
-    `replug()`. Unplugging is like pulling the adapter: the host sees a hang-up, the device keeps its power.
+    `replug()`. Unplugging is like pulling the adapter: the host gets a hang-up, the device keeps its power.
 
     Args:
         emulator: The device.

@@ -50,7 +50,7 @@ class ChannelMode(Enum):
 
 
 def frame_line(frame: BusFrame) -> bytes:
-    """Line by which the adapter tells the host of a received frame."""
+    """Line by which the adapter passes a received frame to the host."""
     return b"t%03X%d" % (frame.arbitration_id, len(frame.data)) + frame.data.hex().upper().encode() + DONE
 
 
@@ -85,7 +85,7 @@ class Adapter:
         self.bit_rate_Hz: int | None = None
         """Bit rate the host has set, bit/s; None before, or after a setting of the registers."""
         self.overrun = False
-        """Whether frames were lost because the host did not read; told and cleared by the F command."""
+        """Whether frames were lost because the host did not read; reported and cleared by the F command."""
         self._line = bytearray()
 
     def take(self, data: bytes) -> tuple[bytes, list[BusFrame]]:
@@ -108,11 +108,11 @@ class Adapter:
             if len(line) > LONGEST_LINE_BYTES:
                 answer += ERROR
             elif line:
-                answer += self._obey(line[:1], line[1:], frames)
+                answer += self._execute(line[:1], line[1:], frames)
         del self._line[LONGEST_LINE_BYTES + 1 :]
         return answer, frames
 
-    def _obey(self, command: bytes, rest: bytes, frames: list[BusFrame]) -> bytes:
+    def _execute(self, command: bytes, rest: bytes, frames: list[BusFrame]) -> bytes:
         if command in _IDENTIFIER_DIGITS:
             return self._send(command, rest, frames)
         closed = self.mode is ChannelMode.CLOSED

@@ -16,7 +16,7 @@ _HOME_COUNTS: Final = (0.0,) * AXES
 
 
 class Plant(Protocol):
-    """The motors as the servo modules see them. Counts are absolute: zero is the home pose, whatever is preset.
+    """The motors as the servo modules control them. Counts are absolute: zero is the home pose, whatever is preset.
 
     All methods are called from the thread that runs the modules. A motor has one of three states: held at a set-point,
     driven open-loop, or free (open-loop with no duty).
@@ -125,7 +125,7 @@ class IdealPlant(Plant):
         self._motors[axis] += counts
 
     def joints_rad(self) -> JointVector:
-        """True joint angles, (6,) rad: behind the backlash, which encoders on the motors do not see."""
+        """True joint angles, (6,) rad: behind the backlash, which encoders on the motors do not measure."""
         return self._backlash.follow(self._gears.joints_rad(tuple(self._motors)))
 
 
@@ -135,11 +135,11 @@ class JointPlant(Plant):
     Each control tick of that simulation: command its joint servos with `targets_rad()`, step it, and hand its exact
     joint angles to `measured_rad()`. Encoders then show these angles, so between two control ticks they stand still
     while the set-points move on; allow for that in the limit of position error, and note that the modules' velocity
-    item sees the same steps.
+    item has the same steps.
 
     Args:
         joints_rad: Where the arm is, (6,) rad.
-        model: Backlash and open-loop speed; lag and load are the simulation's own affair and must be zero.
+        model: Backlash and open-loop speed; lag and load are those of the simulation and must be zero.
     """
 
     def __init__(self, joints_rad: JointVector = HOME_RAD, model: MotorModel | None = None) -> None:
@@ -194,7 +194,7 @@ class JointPlant(Plant):
 
 
 class DirectMotors:
-    """Motors as emulated drives see them, in counts, in front of an arm that another simulation moves in radians.
+    """Motors as emulated drives control them, in counts, in front of an arm that another simulation moves in radians.
 
     Args:
         counts_per_rad: Counts per radian of each joint.

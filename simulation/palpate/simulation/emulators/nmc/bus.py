@@ -1,4 +1,4 @@
-"""The serial line of an NMC chain: who hears a command, and what comes back."""
+"""The serial line of an NMC chain: which modules receive a command, and what comes back."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ _IDLE_LINE = 0xFF
 
 
 class NmcChain:
-    """Servo modules in a daisy chain, from power-up. A `SerialEmulator`; knows no wall clock.
+    """Servo modules in a daisy chain, from power-up. A `SerialEmulator`, without a wall clock.
 
-    A module hears nothing before its predecessor has got an address (FACT, libnmc's start-up), and keeps listening
+    A module receives nothing before its predecessor has got an address (FACT, libnmc's start-up), and keeps listening
     when the predecessor is reset later (assumed). What two modules answer at once is mixed up (assumed: wired AND).
 
     Args:
@@ -29,14 +29,14 @@ class NmcChain:
     def __init__(self, plant: Plant, settings: ModuleSettings | None = None, modules: int = AXES) -> None:
         self.plant = plant
         self.modules: Sequence[NmcModule] = tuple(NmcModule(axis, plant, settings) for axis in range(modules))
-        self._hears = [index == 0 for index in range(modules)]
+        self._receiving = [index == 0 for index in range(modules)]
         self._parser = FrameParser()
         self._next_tick_ns: int | None = None
 
     @property
     def baud(self) -> int:
         """Line rate of most of the modules that listen; the others take nothing in."""
-        rates = [module.baud for module, hears in zip(self.modules, self._hears, strict=True) if hears]
+        rates = [module.baud for module, receiving in zip(self.modules, self._receiving, strict=True) if receiving]
         return max(rates, key=rates.count)
 
     def feed(self, data: bytes, now_ns: int) -> bytes:
@@ -70,34 +70,34 @@ class NmcChain:
         """Everything as after power-up, logic supply included; the motors stay where they are."""
         for index, module in enumerate(self.modules):
             module.power_up()
-            self._hears[index] = index == 0
+            self._receiving[index] = index == 0
         self._parser.reset()
 
     def _dispatch(self, frame: Frame, now_ns: int) -> bytes:
         baud = self.baud
-        # Who listens is settled before anybody obeys: SET_ADDR lets the next module listen to the next frame only.
+        # Which modules listen is settled before any of them acts: SET_ADDR opens the next module for later frames.
         listeners = [
             (index, module)
             for index, module in enumerate(self.modules)
-            if self._hears[index] and module.baud == baud and frame.address in (module.address, module.group)
+            if self._receiving[index] and module.baud == baud and frame.address in (module.address, module.group)
         ]
         replies = []
         for index, module in listeners:
             answers = module.address == frame.address or module.leader
-            reply = module.obey(frame, now_ns)
+            reply = module.execute(frame, now_ns)
             if answers and reply and not module.muted:
                 replies.append(reply)
             if frame.intact and frame.command is CommandCode.SET_ADDR and index + 1 < len(self.modules):
-                self._hears[index + 1] = True
+                self._receiving[index + 1] = True
         self._forget_chain_after_reset(frame)
         return _collided(replies) if len(replies) > 1 else b"".join(replies)
 
     def _forget_chain_after_reset(self, frame: Frame) -> None:
         """When the whole chain is as after power-up, only its first module listens."""
         if frame.intact and frame.command is CommandCode.HARD_RESET:
-            heard = [module for module, hears in zip(self.modules, self._hears, strict=True) if hears]
-            if all(module.address == 0 for module in heard):
-                self._hears = [index == 0 for index in range(len(self.modules))]
+            receivers = [module for module, receiving in zip(self.modules, self._receiving, strict=True) if receiving]
+            if all(module.address == 0 for module in receivers):
+                self._receiving = [index == 0 for index in range(len(self.modules))]
 
 
 def _collided(replies: Sequence[bytes]) -> bytes:

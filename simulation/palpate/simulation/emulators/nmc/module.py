@@ -32,7 +32,7 @@ _SET_POSITION: Final = 0x02
 
 
 class NmcModule:
-    """A servo module. The bus decides which frames reach it; the host's view of it is `obey()`.
+    """A servo module. The bus decides which frames reach it; the host's view of it is `execute()`.
 
     Args:
         axis: The plant's axis that its motor drives, 0 to 5.
@@ -45,7 +45,7 @@ class NmcModule:
         leader: Whether it answers for its group.
         rejected: Commands since construction whose length or kind did not fit; they change nothing (assumed: the
             firmware would take whatever its buffer holds).
-        muted: Fault: it obeys but its replies are lost.
+        muted: Fault: it acts but its replies are lost.
     """
 
     def __init__(self, axis: int, plant: Plant, settings: ModuleSettings | None = None) -> None:
@@ -78,7 +78,7 @@ class NmcModule:
         if self._settings.watchdog_action is not WatchdogAction.OFF:
             self._watch(now_ns)
 
-    def obey(self, frame: Frame, now_ns: int) -> bytes:
+    def execute(self, frame: Frame, now_ns: int) -> bytes:
         """Carry out a command that is addressed to this module and return the reply that it would send."""
         once = self.mask
         if frame.intact:

@@ -152,7 +152,7 @@ class PathBuffer:
         self.active, self._ticks_left = bool(self._points), 0
 
     def clear(self) -> None:
-        """Leave path mode and forget every point."""
+        """Leave path mode and clear its points."""
         self.active = False
         self._points.clear()
         self._ticks_left = 0

@@ -25,7 +25,7 @@ class ModuleSettings:
     """How a module is built and wired.
 
     Attributes:
-        version: Firmware version that the identity item tells.
+        version: Firmware version in the identity item.
         watchdog_units: Time without an intact command after which the watchdog acts, in units of 8192 us.
         watchdog_action: What it does then. The classic command set has none, so it is off by default.
         analog: The A/D item, 0 to 255 (assumed constant).

@@ -4,7 +4,7 @@ from math import atan2, hypot, pi
 
 import pytest
 
-from palpate.adapters.visualisation.report.policy_layout import blocks_of, telling
+from palpate.adapters.visualisation.report.policy_layout import blocks_of, informative
 from tests.unit.adapters.visualisation.report.samples import ACTIONS, POSITION, SIGNS, TORQUE, policy, row
 
 SIGN = {"-": -1, "0": 0, "+": 1}
@@ -60,7 +60,7 @@ def test_other_states_stand_in_rows(states: tuple[str, ...]) -> None:
 def test_of_many_states_those_that_say_something() -> None:
     table = [row("a", "+x", visits=0), row("b", "+x", visits=80), row("c", "+x", visits=8)]
     table += [row("d", "-x", visits=0, source="programmed"), row("e", "+x", visits=16)]
-    assert [line.state for line in telling(policy(*table), 99)] == ["b", "c", "d", "e"]
-    assert [line.state for line in telling(policy(*table), 2)] == ["b", "e"]
+    assert [line.state for line in informative(policy(*table), 99)] == ["b", "c", "d", "e"]
+    assert [line.state for line in informative(policy(*table), 2)] == ["b", "e"]
     nothing = policy(row("a", "+x", visits=0), row("b", "+x", visits=0))
-    assert len(telling(nothing, 99)) == 2
+    assert len(informative(nothing, 99)) == 2

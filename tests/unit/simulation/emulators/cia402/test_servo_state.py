@@ -23,7 +23,7 @@ CASES = [
 def test_transitions(state: PowerState, word: int, end: PowerState) -> None:
     machine = PowerMachine()
     machine.state = state
-    machine.obey(word, fault_persists=False)
+    machine.apply(word, fault_persists=False)
     assert machine.state is end
 
 
@@ -48,15 +48,15 @@ def test_statuswords(state: PowerState, word: int) -> None:
 
 def test_fault_reset_acts_on_the_rising_edge_only() -> None:
     machine = PowerMachine()
-    machine.obey(0x80, fault_persists=False)
+    machine.apply(0x80, fault_persists=False)
     machine.state = S.FAULT
-    machine.obey(0x80, fault_persists=False)
+    machine.apply(0x80, fault_persists=False)
     assert machine.state is S.FAULT
-    machine.obey(0x00, fault_persists=False)
-    machine.obey(0x80, fault_persists=True)
+    machine.apply(0x00, fault_persists=False)
+    machine.apply(0x80, fault_persists=True)
     assert machine.state is S.FAULT
-    machine.obey(0x00, fault_persists=False)
-    machine.obey(0x80, fault_persists=False)
+    machine.apply(0x00, fault_persists=False)
+    machine.apply(0x80, fault_persists=False)
     assert machine.state is S.SWITCH_ON_DISABLED
 
 
