@@ -4,6 +4,8 @@ from pathlib import Path
 
 import pytest
 
+from palpate.adapters.cli.options import RunOptions, parse
+from palpate.adapters.config.run import RunConfig
 from tests.command_line import CommandLine
 
 FACTS = "[arm]\nadapter = 'zebra-nmc'\n[force_sensor]\nadapter = 'jr3-can'\nfacts = {}\n"
@@ -41,6 +43,11 @@ def test_rig_files_that_cannot_work_are_refused_in_one_line(palpate: CommandLine
     ("words", "reason"),
     [
         ("run --rig missing.toml --policy torque", "missing.toml"),
+        (
+            "run --rig missing.toml --policy torque --cell.sensor.force-noise-N 0",
+            "--cell.sensor.force-noise-N sets up the",
+        ),
+        ("train --rig missing.toml --cell.tilt-mrad=2", "beside --rig, the rig says what is true of it"),
         ("run --rig missing.toml --policy omniscient", "on a real rig"),
         ("emulate --arm irb", "arm = 'irb'"),
         ("emulate --force ati", "force = 'ati'"),
@@ -53,6 +60,16 @@ def test_rig_files_that_cannot_work_are_refused_in_one_line(palpate: CommandLine
 )
 def test_refused_in_one_line(palpate: CommandLine, words: str, reason: str) -> None:
     assert reason in palpate.refusal(*words.split())
+
+
+def test_the_cell_of_a_file_is_ignored_beside_a_rig_and_that_is_said(palpate: CommandLine) -> None:
+    Path("settings.toml").write_text("[cell.sensor]\nforce_noise_N = 0.0\n")
+    done = palpate("run", "--rig", "missing.toml", "--policy", "torque", "--config", "settings.toml")
+    said, refused = done.stderr.splitlines()
+    assert said == "palpate: [cell] of settings.toml is ignored: the rig says what is true of it"
+    assert "missing.toml" in refused
+    options = parse(RunOptions, "run", ["--rig", "rig.toml", "--config", "settings.toml"])
+    assert options.run.cell == RunConfig().cell
 
 
 def test_devices_that_are_not_there_are_the_operator_s_to_mend(palpate: CommandLine, tmp_path: Path) -> None:

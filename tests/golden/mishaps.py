@@ -23,12 +23,12 @@ from palpate.adapters.experiments import (
     truth_fields,
 )
 from palpate.adapters.fault_injection import FaultPlan, faulty
-from palpate.adapters.log import MemorySink, TrialRecorder
+from palpate.adapters.log import MemorySink, TrialRecorder, world_of
 from palpate.core.control_loop import LoopObserver, run_trial
 from palpate.core.errors import DeviceError, PalpateError
 from palpate.core.insertion import InsertionTask, find_ready_pose
 from palpate.core.ports import AppliedCommand, ArmCommand, CommandReason, DeviceDecorator, JointCommand, Rig
-from palpate.core.supervision.config import DEFAULTS
+from palpate.core.supervision import weaker_settings
 
 _FRESH_NS: Final = 10**12
 """What a fault holds back is not marked stale by its port: that is the supervisor's affair."""
@@ -74,7 +74,7 @@ def _clock(kind: str, tick: int, **plan: Any) -> Mapping[str, Any]:
 
 
 def _weak(**limits: Any) -> dict[str, Any]:
-    return {"supervision": {**limits, "weakened": list(limits)}}
+    return {"supervision": limits}
 
 
 _EXPLORING: Final = 150
@@ -86,8 +86,7 @@ _VELOCITY, _POSITION = CommandReason.VELOCITY_LIMIT, CommandReason.POSITION_LIMI
 
 def _near_walls(**margins: float) -> dict[str, Any]:
     """Encoders may jump, so that it is the tip's place that trips."""
-    limits = {"max_tracking_error_mrad": 500.0, "max_joint_velocity_share": 5.0, **margins}
-    return {"supervision": {**limits, "weakened": [name for name in limits if limits[name] > DEFAULTS[name]]}}
+    return _weak(max_tracking_error_mrad=500.0, max_joint_velocity_share=5.0, **margins)
 
 
 MISHAPS: Final[dict[str, Mishap]] = {
@@ -196,10 +195,10 @@ class _Outside(LoopObserver):
 
 def configured(mishap: Mishap) -> RunConfig:
     """Its settings: short, and drawn back by little."""
-    config = replace(scenario("paper"), seed=17)
-    for table in ({"task": {"time_limit_s": 0.5}, "supervision": {"retract_mm": 0.5}}, mishap.settings):
-        config = overlay(config, table)
-    return config
+    supervision = {"retract_mm": 0.5} | mishap.settings.get("supervision", {})
+    table = {"task": {"time_limit_s": 0.5}, **mishap.settings}
+    table["supervision"] = supervision | {"weakened": list(weaker_settings(supervision))}
+    return overlay(replace(scenario("paper"), seed=17), table)
 
 
 def recorded(mishap: Mishap) -> bytes:
@@ -216,9 +215,9 @@ def recorded(mishap: Mishap) -> bytes:
         rig.prepare(mishap.trial)
         ports = faulty(rig.ports, plans, max_age_ns=mishap.max_age_ns)
         ports = replace(ports, arm=_Answering(ports.arm, mishap.answers))
-        observers = (recorder.begin(setup, rig.world(), "mishap"), _Outside(mishap, rig, task))
+        observers = (recorder.begin(setup, world_of(rig), "mishap"), _Outside(mishap, rig, task))
         try:
-            report = run_trial(task, ports, setup, build_supervisor(config), observers)
+            report = run_trial(task, ports, setup, build_supervisor(config, rig.sensor_facts), observers)
         except PalpateError as error:
             recorder.fail(task.report, error)
         else:

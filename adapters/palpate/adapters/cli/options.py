@@ -12,7 +12,7 @@ import os
 import re
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, is_dataclass
+from dataclasses import dataclass, field, is_dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, TypeAlias, TypeVar, get_args, get_origin
 
@@ -239,8 +239,9 @@ def parse(kind: type[T], command: str, arguments: Sequence[str]) -> T:
     flags = _flags(kind)
     _require_once(arguments, flags)
     default: Any = None
+    cell_in_file = False
     if "run" in kind.__dataclass_fields__:  # type: ignore[attr-defined]
-        config, facts = _base(arguments)
+        config, facts, cell_in_file = _base(arguments)
         # A run.toml also holds how many trials the same command ran, and with which policy.
         begun = facts if facts.get("command") == command else {}
         known = {name: _frozen(begun[name]) for name in ("trials", "policy") if name in begun}
@@ -265,18 +266,36 @@ def parse(kind: type[T], command: str, arguments: Sequence[str]) -> T:
     if unknown:
         raise UsageError(f"{unknown[0]} is not an option of palpate {command}{_suggestion(flags, unknown[0])}")
     result: T = parsed
-    return result
+    return _on_rig(result, arguments, cell_in_file) if getattr(result, "rig", "") and default is not None else result
+
+
+def _on_rig(options: Any, arguments: Sequence[str], cell_in_file: bool) -> Any:
+    """The options with nothing of the simulated cell's in them: what is true of a real rig is said by the rig.
+
+    Raises:
+        UsageError: A flag would set up the cell.
+    """
+    for word in arguments:
+        if word.startswith("--cell."):
+            flag = word.partition("=")[0]
+            raise UsageError(f"{flag} sets up the simulated cell; beside --rig, the rig says what is true of it")
+    if not cell_in_file or "--resume" in arguments:
+        return options
+    sys.stderr.write(
+        f"palpate: [cell] of {_value_of('--config', arguments)} is ignored: the rig says what is true of it\n"
+    )
+    return replace(options, run=replace(options.run, cell=scenario(options.run.scenario).cell))
 
 
 def _frozen(value: Any) -> Any:
     return tuple(value) if isinstance(value, list) else value
 
 
-def _base(arguments: Sequence[str]) -> tuple[RunConfig, dict[str, Any]]:
+def _base(arguments: Sequence[str]) -> tuple[RunConfig, dict[str, Any], bool]:
     """What the flags start from: the scenario, named on the command line or in the file, and the file over it.
 
     Returns:
-        The configuration, and the table ``[run]`` of the file.
+        The configuration, the table ``[run]`` of the file, and whether the file sets up the simulated cell.
     """
     table: dict[str, Any] = {}
     facts: dict[str, Any] = {}
@@ -293,7 +312,8 @@ def _base(arguments: Sequence[str]) -> tuple[RunConfig, dict[str, Any]]:
     name = named or ("paper" if written is None else written)
     if not isinstance(name, str):
         raise ConfigurationError("scenario", name, "a name")
-    return overlay(scenario(name), {**table, "scenario": name}), facts if isinstance(facts, dict) else {}
+    config = overlay(scenario(name), {**table, "scenario": name})
+    return config, facts if isinstance(facts, dict) else {}, "cell" in table
 
 
 def _resumed_run(arguments: Sequence[str]) -> str:

@@ -9,7 +9,7 @@ from typing import Any, Final
 from palpate.adapters.config.renames import RENAMED
 from palpate.adapters.config.run import RunConfig
 from palpate.adapters.config.toml import overlay
-from palpate.core.supervision import DEFAULTS, SupervisionConfig
+from palpate.core.supervision import SupervisionConfig, weaker_settings
 
 UNTOLD: Final[Mapping[str, Any]] = {
     "perception.memory": "none",
@@ -52,12 +52,7 @@ def _admit_limits(supervision: Any) -> None:
     """A limit that was no weakening when it was recorded is none to be refused for now: it is named as one."""
     if not isinstance(supervision, dict) or not isinstance(named := supervision.get("weakened", []), Sequence):
         return  # What is no table is refused by whoever reads it as one.
-    weaker = [
-        name
-        for name, default in DEFAULTS.items()
-        if isinstance(value := supervision.get(name), int | float) and value > default and name not in named
-    ]
-    supervision["weakened"] = [*named, *weaker]
+    supervision["weakened"] = [*named, *(name for name in weaker_settings(supervision) if name not in named)]
 
 
 def recorded_config(table: Mapping[str, Any]) -> RunConfig:

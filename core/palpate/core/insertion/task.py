@@ -252,6 +252,9 @@ class InsertionTask:
         self._event("trip", f"{trip.reason.name}: {trip.text}")
         if not self.done:
             self._end(Outcome.TRIPPED, trip.text)
+        elif self.report.outcome is Outcome.INSERTED:
+            # Said in this very tick, from samples that are not to be trusted.
+            self.report.outcome = Outcome.TRIPPED
 
     def clamped(self, intervention: Intervention) -> None:
         """The supervisor has changed a command; noted at the first tick of each stretch."""

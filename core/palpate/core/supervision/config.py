@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated, ClassVar, Final
+from typing import Annotated, Any, ClassVar, Final
 
 from typing_extensions import override
 
@@ -15,6 +16,12 @@ _FINITE_FORCE: Final = Holds(lambda force_N: True, "a finite number of newtons: 
 
 class Limit(Range):
     """The range of a limit. A larger one is always the weaker one."""
+
+    __slots__ = ()
+
+
+class Way(Range):
+    """The range of what leads the tool out of trouble. A smaller one is always the weaker one."""
 
     __slots__ = ()
 
@@ -69,12 +76,13 @@ class SupervisionConfig(Settings):
     """How far it may leave the exploration area while it explores."""
     on_trip: Annotated[str, OneOf("retract", "hold")] = "retract"
     """retract: straight back along the tool axis, then stop; hold: stop where the arm is."""
-    retract_mm: Annotated[float, Range(0.1, 200.0)] = 15.0
+    retract_mm: Annotated[float, Way(0.1, 200.0, "mm")] = 15.0
     """Length of the retraction."""
-    retract_speed_mm_s: Annotated[float, Range(0.1, 1000.0)] = 20.0
+    retract_speed_mm_s: Annotated[float, Way(0.1, 1000.0, "mm/s")] = 20.0
     """Its speed."""
     weakened: tuple[str, ...] = ()
-    """Names of all limits that are set weaker than their defaults; each must be named here."""
+    """Names of all limits that are set weaker than their defaults, and of on_trip and retract_ likewise; each must be
+    named here."""
 
     @override
     def check(self) -> None:
@@ -85,10 +93,10 @@ class SupervisionConfig(Settings):
 
     def _require_admitted(self) -> None:
         """Whoever weakens a limit says so by its name, and nobody gets into the habit of naming them all."""
-        weaker = weaker_limits(self)
+        weaker = weaker_settings(vars(self))
         for name in weaker:
             if name not in self.weakened:
-                accepted = f"at most {DEFAULTS[name]:g} {_UNITS[name]}, unless supervision.weakened names {name!r}"
+                accepted = f"{_strength(name)}, unless supervision.weakened names {name!r}"
                 raise ConfigurationError(self.dotted(name), getattr(self, name), accepted)
         for name in self.weakened:
             if name not in weaker:
@@ -96,24 +104,51 @@ class SupervisionConfig(Settings):
                 raise ConfigurationError(self.dotted("weakened"), name, f"{accepted}: {', '.join(weaker) or 'none is'}")
 
 
+def _defaults(kind: type[Range]) -> dict[str, Any]:
+    return {
+        name: getattr(SupervisionConfig, name)
+        for name, annotation in kinds_of(SupervisionConfig).items()
+        if any(isinstance(mark, kind) for mark in parts_of(annotation)[1])
+    }
+
+
 _UNITS: Final = {
     name: mark.unit
-    for name, kind in kinds_of(SupervisionConfig).items()
-    for mark in parts_of(kind)[1]
-    if isinstance(mark, Limit)
+    for name, annotation in kinds_of(SupervisionConfig).items()
+    for mark in parts_of(annotation)[1]
+    if isinstance(mark, Limit | Way)
 }
-DEFAULTS: Final[dict[str, float]] = {name: getattr(SupervisionConfig, name) for name in _UNITS}
+DEFAULTS: Final[dict[str, Any]] = _defaults(Limit)
 """The default of every limit."""
+_WAYS: Final[dict[str, Any]] = _defaults(Way)
+_ON_TRIP: Final = "on_trip"
 
 
-def weaker_limits(config: SupervisionConfig) -> tuple[str, ...]:
-    """Names of the limits that are set weaker than their defaults."""
-    return tuple(name for name, default in DEFAULTS.items() if getattr(config, name) > default)
+def weaker_settings(values: Mapping[str, Any]) -> tuple[str, ...]:
+    """Names of the settings that are weaker than their defaults.
+
+    Args:
+        values: Settings of supervision by name, some or all; what is of another kind is left to whoever checks that.
+    """
+    numbers = {name: value for name, value in values.items() if isinstance(value, int | float)}
+    found = [name for name, default in DEFAULTS.items() if numbers.get(name, default) > default]
+    found += [name for name, default in _WAYS.items() if numbers.get(name, default) < default]
+    return (*found, _ON_TRIP) if values.get(_ON_TRIP) == "hold" else tuple(found)
+
+
+def _strength(name: str) -> str:
+    """What a setting may be without a word."""
+    default = getattr(SupervisionConfig, name)
+    if name == _ON_TRIP:
+        return str(default)
+    return f"at {'most' if name in DEFAULTS else 'least'} {default:g} {_UNITS[name]}"
 
 
 def weakened_lines(config: SupervisionConfig) -> list[str]:
-    """One line for each weakened limit, to be shown whenever a run starts."""
-    return [
-        f"supervision.{name} is weakened: {getattr(config, name):g} instead of {DEFAULTS[name]:g} {_UNITS[name]}"
-        for name in weaker_limits(config)
-    ]
+    """One line for each weakened setting, to be shown whenever a run starts."""
+    shown = []
+    for name in weaker_settings(vars(config)):
+        value, default, unit = getattr(config, name), getattr(config.__class__, name), _UNITS.get(name)
+        text = f"{value} instead of {default}" if unit is None else f"{value:g} instead of {default:g} {unit}"
+        shown.append(f"supervision.{name} is weakened: {text}")
+    return shown

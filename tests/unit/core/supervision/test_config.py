@@ -14,7 +14,7 @@ from palpate.core.insertion.config import TaskConfig
 from palpate.core.motion.arm import arm_named
 from palpate.core.motion.model import Kinematics
 from palpate.core.ports.sensor_facts import SensorFacts
-from palpate.core.supervision.config import DEFAULTS, SupervisionConfig, weakened_lines, weaker_limits
+from palpate.core.supervision.config import DEFAULTS, SupervisionConfig, weakened_lines, weaker_settings
 from palpate.core.supervision.fit import require_fitting
 from tests.unit.core.fake_world import TOOL, ready_pose
 
@@ -47,7 +47,22 @@ def test_a_weaker_limit_has_to_be_named(name: str) -> None:
     assert error.field == f"supervision.{name}"
     assert f"unless supervision.weakened names '{name}'" in error.accepted
     settings: dict[str, Any] = {name: weaker, "weakened": (name,)}
-    assert weaker_limits(SupervisionConfig(**settings)) == (name,)
+    assert weaker_settings(settings) == SupervisionConfig(**settings).weakened == (name,)
+
+
+@pytest.mark.parametrize(
+    ("name", "weaker", "strength"),
+    [
+        ("on_trip", "hold", "retract"),
+        ("retract_mm", 0.1, "at least 15 mm"),
+        ("retract_speed_mm_s", 1, "at least 20 mm/s"),
+    ],
+)
+def test_a_weaker_way_out_has_to_be_named_too(name: str, weaker: Any, strength: str) -> None:
+    assert refused(name, weaker).accepted == f"{strength}, unless supervision.weakened names {name!r}"
+    settings: dict[str, Any] = {name: weaker, "weakened": (name,)}
+    (line,) = weakened_lines(SupervisionConfig(**settings))
+    assert line == f"supervision.{name} is weakened: {weaker} instead of {strength.removeprefix('at least ')}"
 
 
 def test_what_is_weakened_is_told() -> None:
@@ -58,7 +73,7 @@ def test_what_is_weakened_is_told() -> None:
     ]
 
 
-@pytest.mark.parametrize("name", ["max_force_N", "on_trip", "max_forceN", ""])
+@pytest.mark.parametrize("name", ["max_force_N", "on_trip", "retract_mm", "max_forceN", ""])
 def test_nobody_names_limits_in_advance(name: str) -> None:
     error = refused("weakened", (name,))
     assert error.field == "supervision.weakened"
@@ -137,7 +152,7 @@ def test_a_retraction_faster_than_the_joints_is_refused_with_the_speed_that_is_p
         fit(SupervisionConfig(retract_speed_mm_s=900.0))
     possible = float(error.value.accepted.split()[2])
     fit(SupervisionConfig(retract_speed_mm_s=possible * 0.98))
-    fit(SupervisionConfig(retract_speed_mm_s=900.0, on_trip="hold"))
+    fit(SupervisionConfig(retract_speed_mm_s=900.0, on_trip="hold", weakened=("on_trip",)))
 
 
 def test_a_retraction_longer_than_the_arm_is_refused() -> None:

@@ -21,7 +21,7 @@ from tests.unit.core.fake_world import TOOL
 from tests.unit.core.supervision.bench import TOUCHING, Bench
 
 HIT: dict[str, Any] = {"force_N": (0, 0, -41.0), "wrench": {"sequence": 10_000}}
-HOLD = SupervisionConfig(on_trip="hold")
+HOLD = SupervisionConfig(on_trip="hold", weakened=("on_trip",))
 ARMS = ("zebra-zero", "ur5")
 
 

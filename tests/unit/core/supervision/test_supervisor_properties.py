@@ -99,7 +99,7 @@ def streams(draw: st.DrawFn) -> list[Tick]:
     return ticks
 
 
-configs = st.sampled_from([SupervisionConfig(), SupervisionConfig(on_trip="hold")])
+configs = st.sampled_from([SupervisionConfig(), SupervisionConfig(on_trip="hold", weakened=("on_trip",))])
 
 
 @cache

@@ -135,3 +135,19 @@ def test_an_arm_slower_than_asked_is_no_reason_to_trip() -> None:
     assert trial.trip is None
     assert trial.report.outcome is Outcome.INSERTED
     assert any(s.applied is not None and s.applied.reason is CommandReason.VELOCITY_LIMIT for s in trial.snapshots)
+
+
+def test_a_trip_in_the_tick_in_which_the_task_calls_the_peg_inserted_takes_that_back() -> None:
+    last = Trial(FakeWorld(HOLE)).snapshots[-1].wrench.sequence
+
+    def struck(sample: WrenchSample) -> WrenchSample:
+        x, y, z = sample.force_N
+        return replace(sample, force_N=(x + 25.0, y, z)) if sample.sequence == last else sample
+
+    world = FakeWorld(HOLE)
+    world.spoil = struck
+    trial = Trial(world)
+    assert trial.trip is not None
+    assert (trial.trip.reason, trial.trip.tick) == (TripReason.FORCE_RATE, trial.snapshots[-1].tick)
+    assert [event.name for event in trial.report.events][-2:] == ["end", "trip"]
+    assert trial.report.outcome is Outcome.TRIPPED
