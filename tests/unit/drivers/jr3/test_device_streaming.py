@@ -180,20 +180,6 @@ def test_saturation(counts: int, flags: str) -> None:
     assert f"{sample.over_range:d}{sample.near_saturated:d}{sample.saturated:d}" == flags
 
 
-def test_forces_without_moments_make_no_sample() -> None:
-    bench = Bench().streaming()
-    bench.link.inbox += [forces(156), forces(234), moments(234), moments(234)]
-    assert [sample.counter for sample in bench.poll(20.0)] == [234]
-    assert bench.device.statistics().wire.orphans == 1
-
-
-def test_a_repeated_reading_is_no_news() -> None:
-    bench = Bench().streaming()
-    bench.link.inbox += [forces(156), moments(156), forces(156), moments(156)]
-    assert len(bench.poll()) == 1
-    assert bench.device.statistics().duplicates == 1
-
-
 def test_silence_and_the_end_of_it() -> None:
     bench = Bench().streaming()
     bench.polls(200)

@@ -62,12 +62,12 @@ def test_inverse_agrees_with_the_published_rounded_constants():
 
 
 @pytest.mark.parametrize("transmission", VARIANTS)
-def test_round_trip_of_100_000_random_poses(transmission):
+def test_round_trip_of_random_poses(transmission):
     draw = random.Random(7)
     limits = JointLimits()
     bounds = list(zip(limits.lower_rad, limits.upper_rad, strict=True))
     worst_counts, worst_rad = 0, 0.0
-    for _ in range(100_000 if transmission is PLAIN else 5_000):
+    for _ in range(5_000):
         pose = [draw.uniform(lower, upper) for lower, upper in bounds]
         counts = transmission.to_counts(pose)
         back = transmission.to_rad(counts)

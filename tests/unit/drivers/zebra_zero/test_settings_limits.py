@@ -6,7 +6,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from palpate.core.ports.values import CommandReason
 from palpate.drivers.arm import AppliedReason
 from palpate.drivers.errors import RefusedError, SettingError
 from palpate.drivers.zebra_zero.counts import HOME_RAD
@@ -21,10 +20,6 @@ SPEEDS = st.tuples(*[st.floats(-1.0, 1.0)] * 6)
 
 def moved(step_rad, joint=0):
     return tuple(q + step_rad * (j == joint) for j, q in enumerate(HOME_RAD))
-
-
-def test_reasons_have_the_names_of_the_core():
-    assert [reason.name for reason in AppliedReason] == [reason.name for reason in CommandReason]
 
 
 def test_small_step_is_applied_exactly():

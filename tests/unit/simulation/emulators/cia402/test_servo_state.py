@@ -71,12 +71,3 @@ def test_waking_and_failing() -> None:
     machine.fail()
     machine.wake()
     assert machine.state is S.FAULT
-
-
-def test_the_end_of_a_quick_stop() -> None:
-    machine = PowerMachine()
-    machine.state = S.QUICK_STOP
-    machine.stopped(stay=True)
-    assert machine.state is S.QUICK_STOP
-    machine.stopped(stay=False)
-    assert machine.state is S.SWITCH_ON_DISABLED

@@ -125,16 +125,6 @@ def test_start_while_sampling_keeps_zero_and_counter() -> None:
     assert later[-1].counter > 100
 
 
-def test_zeroing_emits_exactly_one_all_zero_sample() -> None:
-    ramp = ready()
-    ramp._wrench = lambda now_ns: (now_ns * 1e-8,) * 3 + (now_ns * 1e-10,) * 3
-    ramp.start(0, 0, period_us=1000)
-    samples(ramp, 50 * MS + MS // 2)
-    ramp.zero()
-    after = samples(ramp, 100 * MS)
-    assert [sample.counts == (0,) * 6 for sample in after] == [True] + [False] * (len(after) - 1)
-
-
 def test_zeroing_takes_the_filtered_value_so_an_unsettled_filter_leaves_a_rest() -> None:
     node = ready()
     node.start(200, 0, period_us=10_000)
@@ -149,38 +139,6 @@ def test_zeroing_without_sampling_does_nothing() -> None:
     node.zero()
     node.start(0, 0, period_us=1000)
     assert samples(node, MS)[0].counts[2] == 16384
-
-
-def test_a_period_below_what_the_wire_carries_is_stretched() -> None:
-    node = ready(shortest_period_ns=MS)
-    node.start(0, 0, period_us=0)
-    assert len(samples(node, 100 * MS)) == 100
-
-
-def test_boot_takes_its_time_and_bootup_needs_a_sensor() -> None:
-    generator = np.random.default_rng(0)
-    node = Jr3Node(Jr3Config(), lambda _: FULL, generator=generator)
-    assert node.advance(5 * S) == []
-    assert not node.listening
-    assert node.advance(7 * S) == []
-    assert node.listening
-    assert not node.serving
-    assert node.advance(7 * S + 33 * MS) == [Notice.BOOTED]
-    lonely = node_of(connected=False)
-    assert lonely.advance(60 * S) == []
-    assert lonely.serving
-    assert lonely.state is BoardState.NOT_INITIALISED
-
-
-def test_a_node_that_is_not_ready_starts_nothing_and_tells_stale_full_scales() -> None:
-    node = node_of(connected=False)
-    node.advance(0)
-    node.start(0, 0, period_us=1000)
-    assert node.advance(S) == []
-    assert node.acquire() is None
-    assert node.full_scale_words() != WRIST_FULL_SCALES
-    node.leave_words((1, 2, 3, 4, 5, 6))
-    assert node.full_scale_words() == (1, 2, 3, 4, 5, 6)
 
 
 def test_reset_without_a_sensor_waits_for_one() -> None:
@@ -203,14 +161,6 @@ def test_without_the_sensor_the_stream_repeats_itself() -> None:
     assert len(set(samples(node, 20 * MS)[1:])) == 1
     node.connected = True
     assert len(set(samples(node, 30 * MS))) == 10
-
-
-def test_a_reboot_ends_the_stream_and_announces_itself_again() -> None:
-    node = ready()
-    node.start(0, 0, period_us=1000)
-    samples(node, 10 * MS)
-    node.reboot(10 * MS)
-    assert node.advance(20 * MS) == [Notice.BOOTED]
 
 
 def test_saturation_and_counter_gaps_on_demand() -> None:

@@ -1,17 +1,13 @@
 """The JR3 node on a serial line, byte by byte, and over a pseudo-terminal."""
 
 import struct
-import time
 from typing import Any
 
 import numpy as np
 import pytest
-import serial
 
 from palpate.simulation.emulators.jr3.sensor import Jr3Config, Jr3Faults
 from palpate.simulation.emulators.jr3.uart import UART_CONFIG, Jr3UartNode, parse_command
-from palpate.simulation.emulators.lines.pty_server import PtyServer
-from palpate.simulation.emulators.lines.serial_line import SerialEmulator
 
 MS = 1_000_000
 S = 1_000_000_000
@@ -36,11 +32,6 @@ class Host:
 
     def send(self, data: bytes, wait_ns: int = 2 * S) -> bytes:
         return self.node.feed(data, self.now_ns) + self.wait(wait_ns)
-
-
-def test_it_is_a_serial_emulator() -> None:
-    node: SerialEmulator = Host().node
-    assert node.baud == 115200
 
 
 @pytest.mark.parametrize(
@@ -165,16 +156,3 @@ def test_zero_silence_and_reboot() -> None:
     host.node.firmware.faults = Jr3Faults()
     host.node.reboot(host.now_ns)
     assert host.wait(S) == b"<10>"
-
-
-def test_over_a_pseudo_terminal() -> None:
-    node = Jr3UartNode(lambda _: FULL, Jr3Config(boot_ns=0, eeprom_ns=0), generator=np.random.default_rng(1))
-    server = PtyServer(node)
-    with server, serial.Serial(server.path, 115200, timeout=0.05) as port:
-        port.write(b"<02" + struct.pack("<HI", 0, 5000) + b">")
-        heard = b""
-        deadline_s = time.monotonic() + 3.0
-        while heard.count(b"<09") < 100 and time.monotonic() < deadline_s:
-            heard += port.read(max(1, port.in_waiting))
-    assert READY in heard
-    assert heard.count(b"<09") >= 100

@@ -32,16 +32,6 @@ def test_several_nodes_boot_answer_and_stream(serve: Serve) -> None:
 
 
 @interfaces
-def test_the_stream_keeps_its_rate(serve: Serve) -> None:
-    with serve(jr3()) as host:
-        host.start_stream(5_000)
-        first = struct.unpack("<H", host.expect(0x601)[6:])[0]
-        for _ in range(100):
-            last = struct.unpack("<H", host.expect(0x601)[6:])[0]
-        assert (last - first) * 128.5e-6 == pytest.approx(0.5, rel=0.02)
-
-
-@interfaces
 def test_nodes_can_be_acted_on_while_they_run(serve: Serve) -> None:
     node = jr3()
     with serve(node) as host:

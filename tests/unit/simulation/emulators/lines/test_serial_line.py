@@ -125,29 +125,3 @@ def test_wrong_checksums_and_lost_commands(nmc: Host) -> None:
     assert nmc.exchange(NOP) == b""
     nmc.faults.faults = SerialFaults()
     assert nmc.exchange(NOP) == b"\x19\x19"
-
-
-def test_faults_of_the_device_in_mid_run(nmc: Host) -> None:
-    modules = nmc.port.line.emulator.modules
-    modules[0].servo.overcurrent = True
-    modules[1].power_up()
-    modules[2].muted = True
-    assert nmc.exchange(NOP) == b"\x1d\x1d"
-    assert nmc.exchange(command(2, 0xE)) == b""
-    assert nmc.exchange(command(3, 0xE)) == b""
-    assert nmc.exchange(command(4, 0xE)) == b"\x19\x19"
-
-
-@pytest.mark.parametrize("baud", [115_200, 230_400])
-def test_six_axes_are_polled_no_faster_than_the_wire(baud: int) -> None:
-    host = Host(NmcChain(IdealPlant()), LineSpeed())
-    address_all(host.exchange)
-    for number in range(1, 7):
-        host.exchange(command(number, 0x2, b"\x01"), 6)
-    host.port.write(command(ALL, 0xA, DIVISORS[baud]))
-    host.clock.sleep(0.05)
-    host.port.baudrate = baud
-    frames = [command(number, 0x4, b"\x11" + bytes(4)) for number in range(1, 7)]
-    assert len(frames[0]) == 9
-    taken = [host.takes_s(frame, 6) for _ in range(20) for frame in frames]
-    assert sum(taken) >= 20 * 6 * 15 * 10 / baud * 0.99

@@ -2,8 +2,6 @@
 
 import os
 import struct
-import subprocess
-import sys
 import threading
 from collections import deque
 
@@ -12,22 +10,11 @@ import numpy as np
 import pytest
 import serial
 
-from palpate.simulation.emulators.lines.can_bus import BusFaults
 from palpate.simulation.emulators.lines.slcan import BACKLOG_BYTES, SlcanFaults, SlcanServer
 from tests.unit.simulation.emulators.lines.turned import MILLISECOND, Clock, jr3, open_slcan, turned_slcan, wire_of
 
 UPSET = (ValueError, IndexError, can.CanError)
 """What python-can raises for a line that it cannot read."""
-
-
-def test_version_and_serial_number() -> None:
-    with (
-        SlcanServer(wire_of(), generator=np.random.default_rng(0)) as server,
-        can.Bus(interface="slcan", channel=server.channel, bitrate=1_000_000, sleep_after_open=0.0) as bus,
-    ):
-        assert isinstance(bus, can.interfaces.slcan.slcanBus)
-        assert bus.get_version(10.0) == (10, 13)
-        assert bus.get_serial_number(10.0) == "PALP"
 
 
 def test_a_stream_of_a_thousand_pairs_a_second_arrives_whole() -> None:
@@ -37,39 +24,6 @@ def test_a_stream_of_a_thousand_pairs_a_second_arrives_whole() -> None:
         assert set((np.diff(counters) & 0xFFFF).tolist()) <= {7, 8}
         assert isinstance(host.server, SlcanServer)
         assert host.server.frames_lost == 0
-
-
-def test_another_process_talks_to_the_node() -> None:
-    program = """
-import struct, sys
-import can
-with can.Bus(interface="slcan", channel=sys.argv[1], bitrate=1000000, sleep_after_open=0.0) as bus:
-    def expect(identifier):
-        for _ in range(200):
-            message = bus.recv(1.0)
-            if message is not None and message.arbitration_id == identifier:
-                return bytes(message.data)
-        raise SystemExit("silence")
-    bus.send(can.Message(arbitration_id=0x401, is_extended_id=False))
-    expect(0x101)
-    bus.send(can.Message(arbitration_id=0x201, data=struct.pack("<HI", 0, 2000), is_extended_id=False))
-    expect(0x101)
-    for _ in range(50):
-        assert expect(0x601)[6:] == expect(0x681)[6:]
-"""
-    clock = Clock()
-    server = SlcanServer(wire_of(jr3()), generator=np.random.default_rng(0), clock_ns=clock)
-    clock.now_ns += 100 * MILLISECOND  # boot
-    server.turn()
-    clock.now_ns += 100 * MILLISECOND
-    server.turn()
-    with subprocess.Popen([sys.executable, "-c", program, server.channel], stderr=subprocess.PIPE) as process:
-        while process.poll() is None:
-            clock.now_ns += MILLISECOND // 2
-            server.turn(0.0005)
-        assert process.stderr is not None
-        assert process.returncode == 0, process.stderr.read().decode()
-    server.close()
 
 
 def test_a_second_host_may_come_after_the_first() -> None:
@@ -105,16 +59,6 @@ def test_a_host_that_does_not_read_loses_frames_and_is_told() -> None:
     server.close()
 
 
-def test_frames_get_lost_or_doubled_on_demand() -> None:
-    with turned_slcan(jr3()) as host:
-        host.start_stream()
-        host.server.wire.trouble.faults = BusFaults(drop=0.3, duplicate=0.3)
-        counters = [struct.unpack("<H", host.expect(0x601)[6:])[0] for _ in range(300)]
-        steps = np.diff(counters) & 0xFFFF
-        assert (steps == 0).sum() > 20
-        assert (steps > 12).sum() > 20
-
-
 @pytest.mark.parametrize("faults", [SlcanFaults(bad_hex=1.0), SlcanFaults(truncated=1.0), SlcanFaults(not_text=1.0)])
 def test_a_malformed_line_upsets_python_can(faults: SlcanFaults) -> None:
     with turned_slcan(jr3()) as host:
@@ -124,16 +68,6 @@ def test_a_malformed_line_upsets_python_can(faults: SlcanFaults) -> None:
         # Depending on where it is hurt, a line may also make another frame.
         with pytest.raises(UPSET):
             host.listen(2000)
-
-
-@pytest.mark.parametrize("line", [b"t6018ZZ\r", b"t60\r", b"t601\xff\r"])
-def test_any_bytes_can_be_injected(line: bytes) -> None:
-    with turned_slcan(jr3()) as host:
-        host.expect(0x701)
-        assert isinstance(host.server, SlcanServer)
-        host.server.post(lambda _: host.server._backlog.extend(line))  # type: ignore[attr-defined]
-        with pytest.raises(UPSET):
-            host.listen(20)
 
 
 def test_pulling_the_cable_hangs_up_and_wakes_a_waiting_host() -> None:

@@ -38,12 +38,6 @@ def test_a_trapezoid_takes_the_time_of_its_closed_form(counts: int, velocity: fl
     assert profile.position == counts * ONE_COUNT
 
 
-def test_words_of_the_zebra_zero() -> None:
-    # 1 rad/s and 1 rad/s^2 on joint 1.
-    assert round(30_557.75 * VELOCITY_WORD_PER_COUNT_PER_s) == 1_025_348
-    assert round(30_557.75 * ACCELERATION_WORD_PER_COUNT_PER_s2) == 525
-
-
 @settings(max_examples=60, deadline=None)
 @given(
     target=st.integers(-3_000, 3_000),

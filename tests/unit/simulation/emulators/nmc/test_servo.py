@@ -87,13 +87,6 @@ def test_abrupt_stop_holds_where_it_is() -> None:
     assert bench.position(1) == here > 0
 
 
-def test_stop_here_jumps() -> None:
-    bench = bench_of_one()
-    bench.ask(1, 0x7, b"\x11" + struct.pack("<i", -321))
-    bench.wait(1)
-    assert bench.position(1) == -321
-
-
 def test_motor_off_releases_and_tells() -> None:
     bench = moving(bench_of_one())
     here = bench.position(1)
