@@ -72,8 +72,15 @@ class HardwareRig(Rig):
         silence_ns = round(watchdog.sensor_ms * 1e6)
         self.ports = Ports(
             WatchedClock(clock, fed),
-            WatchedForceSensor(sensor, clock, silence_ns, dead_after_ns=silence_ns),
-            WatchedJointEncoder(adapter.encoder, clock, silence_ns, dead_after_ns=silence_ns),
+            WatchedForceSensor(sensor, clock, silence_ns, dead_after_ns=silence_ns, tell=_tell_of_sensor),
+            WatchedJointEncoder(
+                adapter.encoder,
+                clock,
+                silence_ns,
+                dead_after_ns=silence_ns,
+                tell=_tell_of_sensor,
+                joints=len(context.lower_rad),
+            ),
             GuardedArm(watched, [self.operator, *fed], fed),
         )
         self._devices, self._watched = (sensor, adapter.encoder, adapter.arm), watched
@@ -170,6 +177,12 @@ class HardwareRig(Rig):
     ) -> None:
         self.ports.arm.stop()
         self._opened.close()
+
+
+def _tell_of_sensor(trip: WatchdogTrip) -> None:
+    """What nobody else says: silence ends in an error with the same words."""
+    if trip.text.startswith("invalid"):
+        sys.stderr.write(f"\npalpate: {trip.source} {trip.text}\n")
 
 
 def _tell(trip: WatchdogTrip) -> None:

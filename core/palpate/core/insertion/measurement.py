@@ -6,9 +6,10 @@ from math import hypot
 
 import pinocchio as pin
 
+from palpate.core.errors import DeviceError
 from palpate.core.motion import Kinematics, wrench_about
 from palpate.core.perception import SignalProcessor, Wrench
-from palpate.core.ports import Snapshot, Vector3
+from palpate.core.ports import JointVector, Snapshot, Vector3
 
 
 class Measurement:
@@ -28,7 +29,7 @@ class Measurement:
 
     def __init__(self, kinematics: Kinematics, task_in_base: pin.SE3, signal: SignalProcessor) -> None:
         self._kinematics, self._signal = kinematics, signal
-        self._task_in_base = task_in_base.copy()
+        self._task_in_base, self._joints = task_in_base.copy(), len(kinematics.lower_rad)
         self.lever_m = kinematics.tool.tip_from_sensor_m
         self._tip_in_sensor: Vector3 = (0.0, 0.0, self.lever_m)
         self._scale, self._all_scales = signal.scale[:3], signal.scale
@@ -55,9 +56,14 @@ class Measurement:
         return self._signal.get_state()
 
     def update(self, snapshot: Snapshot) -> None:
-        """Take in one tick."""
-        kinematics = self._kinematics
-        kinematics.update(snapshot.joints.position_rad)
+        """Take in one tick.
+
+        Raises:
+            DeviceError: The encoders give another number of joint angles than the arm has.
+        """
+        kinematics, q_rad = self._kinematics, snapshot.joints.position_rad
+        self.require_joints(q_rad)
+        kinematics.update(q_rad)
         tip_in_task = kinematics.tip_in(self._task_in_base)
         px, py, pz = tip_in_task.translation.tolist()
         self.position_m = (px, py, pz)
@@ -68,6 +74,15 @@ class Measurement:
         self.force_N = _rotated(rotation, ((fx - bias[0]) * sx, (fy - bias[1]) * sy, (fz - bias[2]) * sz))
         self._filtered = filtered = self._signal.update((*raw.force_N, *raw.torque_Nm))
         self.filtered_force_z_N = filtered[2]
+
+    def require_joints(self, q_rad: JointVector) -> None:
+        """Refuse joint angles that cannot be this arm's.
+
+        Raises:
+            DeviceError: There is another number of them than the arm has joints.
+        """
+        if len(q_rad) != self._joints:
+            raise DeviceError("joint encoder", f"gives {len(q_rad)} joint angles, the arm has {self._joints}")
 
     def torque_across_at_tip_Nm(self) -> float:
         """Torque about the tip across the tool axis, tared and scaled, not filtered.

@@ -190,7 +190,8 @@ class InsertionTask:
             What the policy will choose an action by in the second half; None in the many ticks without a choice.
 
         Raises:
-            DeviceError: It is not known where the arm is when the trial begins, so there is nothing to command.
+            DeviceError: It is not known where the arm is when the trial begins, so there is nothing to command; or the
+                encoders give another number of joint angles than the arm has.
         """
         self._observation, self._velocity_m_s = None, (0.0, 0.0, 0.0)
         self._tick = snapshot.tick
@@ -198,6 +199,7 @@ class InsertionTask:
         if snapshot.tick == 0:
             if snapshot.joints.validity is not Validity.VALID:
                 raise DeviceError("joint encoder", f"the first sample of the trial is {snapshot.joints.validity.value}")
+            self._measurement.require_joints(snapshot.joints.position_rad)
             self._motion.start(snapshot.joints.position_rad)
         if snapshot.applied is not None and snapshot.applied.reason is not CommandReason.AS_ASKED:
             self.report.clamped_ticks += 1

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from palpate.core.errors import DeviceError
 from palpate.core.insertion.config import GoalConfig
 from palpate.core.insertion.frame import goal_in_base
 from palpate.core.insertion.measurement import Measurement
@@ -130,3 +133,9 @@ def test_a_reset_forgets_the_trial_before() -> None:
         one.update(snapshot((0.0, 0.0, -2.0)))
     assert measurement.force_N == fresh.force_N
     assert measurement.filtered_wrench_at_tip() == fresh.filtered_wrench_at_tip()
+
+
+def test_a_sample_of_another_arm_is_refused() -> None:
+    sample = snapshot()
+    with pytest.raises(DeviceError, match="joint encoder: gives 5 joint angles, the arm has 6"):
+        build().update(replace(sample, joints=replace(sample.joints, position_rad=ANGLES[:5])))

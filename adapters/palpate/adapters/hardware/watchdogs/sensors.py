@@ -9,7 +9,7 @@ from typing import Generic
 from typing_extensions import override
 
 from palpate.adapters.hardware.watchdogs.trip import TellTrip, WatchdogTrip, tell_surely
-from palpate.core.errors import ConfigurationError, DeviceError
+from palpate.core.errors import CommandError, ConfigurationError, DeviceError
 from palpate.core.ports import (
     Clock,
     Device,
@@ -35,8 +35,10 @@ class _WatchedSensor(DeviceDecorator, Generic[SampleT]):
         max_age_ns: int,
         dead_after_ns: int,
         tell: TellTrip | None,
+        joints: int = 0,
     ) -> None:
         super().__init__(sensor)
+        self._joints = joints
         if not 0 < max_age_ns <= dead_after_ns:
             raise ConfigurationError(
                 "max_age_ns", max_age_ns, f"more than 0 and at most {dead_after_ns}, the second limit"
@@ -48,6 +50,7 @@ class _WatchedSensor(DeviceDecorator, Generic[SampleT]):
 
     def _begin_anew(self) -> None:
         self._newest: int | None = None
+        self._sound: SampleT | None = None
         self._news_ns = 0
         self._told = ""
 
@@ -57,12 +60,20 @@ class _WatchedSensor(DeviceDecorator, Generic[SampleT]):
         self._begin_anew()
 
     def read(self) -> SampleT:
-        """A sample, marked as old as it is.
+        """A sample, marked as old as it is; ``INVALID`` where the device gives nothing that makes sense.
 
         Raises:
-            DeviceError: Besides the sensor's own: there has been no news for longer than the second limit.
+            DeviceError: Besides the sensor's own: there has been no news for longer than the second limit, or what it
+                gives has never made sense.
         """
-        sample = self._read()
+        try:
+            sample = self._read()
+        except (CommandError, ValueError, TypeError) as error:
+            # No sample can be made of numbers that are none, or of too many.
+            return self._garbled(f"gives no sample ({error})", error)
+        if self._joints and isinstance(sample, JointSample) and len(sample.position_rad) != self._joints:
+            return self._garbled(f"gives {len(sample.position_rad)} joint angles, the arm has {self._joints}")
+        self._sound = sample
         now_ns, number = self._clock.now_ns(), sample.sequence
         if self._newest is None or number > self._newest:
             self._newest, self._news_ns = number, now_ns
@@ -83,6 +94,14 @@ class _WatchedSensor(DeviceDecorator, Generic[SampleT]):
         self._tell_once("stale", now_ns, trouble)
         return sample if sample.validity is Validity.INVALID else replace(sample, validity=Validity.STALE)
 
+    def _garbled(self, text: str, cause: Exception | None = None) -> SampleT:
+        """The last sample that made sense, marked invalid, so that the supervisor leads the arm back and latches."""
+        if self._sound is None:
+            raise DeviceError(self._name, text) from cause
+        self._news_ns = self._clock.now_ns()
+        self._tell_once("invalid", self._news_ns, text)
+        return replace(self._sound, validity=Validity.INVALID)
+
     def _tell_once(self, state: str, now_ns: int, text: str) -> None:
         if self._told != state:
             self._told = state
@@ -99,7 +118,7 @@ class WatchedForceSensor(_WatchedSensor[WrenchSample], ForceSensor):
         clock: The run's clock.
         max_age_ns: Longest time without news, and greatest age, of a sample that is passed on as it is.
         dead_after_ns: After that long without news, reading raises DeviceError.
-        tell: Is told when samples become stale, and when the sensor counts as dead.
+        tell: Is told when samples become stale or make no sense, and when the sensor counts as dead.
 
     Raises:
         ConfigurationError: The second limit is below the first.
@@ -127,7 +146,8 @@ class WatchedJointEncoder(_WatchedSensor[JointSample], JointEncoder):
         clock: The run's clock.
         max_age_ns: Longest time without news, and greatest age, of a sample that is passed on as it is.
         dead_after_ns: After that long without news, reading raises DeviceError.
-        tell: Is told when samples become stale, and when the encoders count as dead.
+        tell: Is told when samples become stale or make no sense, and when the encoders count as dead.
+        joints: Number of joints; a sample of any other length makes no sense. 0 takes any.
 
     Raises:
         ConfigurationError: The second limit is below the first.
@@ -141,5 +161,6 @@ class WatchedJointEncoder(_WatchedSensor[JointSample], JointEncoder):
         *,
         dead_after_ns: int,
         tell: TellTrip | None = None,
+        joints: int = 0,
     ) -> None:
-        super().__init__("joint encoder", encoder, encoder.read, clock, max_age_ns, dead_after_ns, tell)
+        super().__init__("joint encoder", encoder, encoder.read, clock, max_age_ns, dead_after_ns, tell, joints)

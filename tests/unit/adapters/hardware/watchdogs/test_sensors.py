@@ -3,14 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from math import nan
+from typing import cast
 
 import pytest
 
+from palpate.adapters.config import RunConfig
+from palpate.adapters.experiments import build_perception, build_task, comparator, run_scored_trial
+from palpate.adapters.experiments.build import supervisor_of
 from palpate.adapters.fault_injection import FaultPlan, FaultyForceSensor
 from palpate.adapters.hardware.watchdogs import WatchdogTrip, WatchedForceSensor, WatchedJointEncoder
-from palpate.core.errors import ConfigurationError, DeviceError
+from palpate.adapters.mujoco import SimulatedRig
+from palpate.core.errors import ConfigurationError, DeviceError, FaultLatchedError
+from palpate.core.insertion import Outcome, TripReason
+from palpate.core.ports import JointEncoder, SensorDecorator
 from palpate.core.ports.contracts.fakes import TICK_NS, FakeClock, FakeForceSensor, FakeJointEncoder
-from palpate.core.ports.values import Validity, WrenchSample
+from palpate.core.ports.values import JointSample, Validity, WrenchSample
+from tests.unit.adapters.samples import ready_pose
 
 NEVER_NS = 10**15
 AGE_NS, DEAD_NS = 3 * TICK_NS, 6 * TICK_NS
@@ -109,3 +118,74 @@ def test_activated_again_it_counts_anew() -> None:
 def test_limits_must_make_sense(limits: tuple[int, int]) -> None:
     with pytest.raises(ConfigurationError, match="second limit"):
         WatchedForceSensor(FakeForceSensor(FakeClock()), FakeClock(), limits[0], dead_after_ns=limits[1])
+
+
+class Garbling(FakeJointEncoder):
+    """Says something else when told to."""
+
+    garbled: tuple[float, ...] | None = None
+
+    def read(self) -> JointSample:
+        sample = super().read()
+        return sample if self.garbled is None else replace(sample, position_rad=self.garbled)
+
+
+@pytest.mark.parametrize(
+    ("garbled", "words"),
+    [
+        ((0.1, 0.2), "gives 2 joint angles, the arm has 1"),
+        ((nan,), "gives no sample (joint angles that are not finite"),
+    ],
+)
+def test_what_makes_no_sense_is_the_last_sample_marked_invalid(garbled: tuple[float, ...], words: str) -> None:
+    clock, told = FakeClock(), list[WatchdogTrip]()
+    device = Garbling(clock, lambda: (0.5,))
+    watched = WatchedJointEncoder(device, clock, AGE_NS, dead_after_ns=DEAD_NS, tell=told.append, joints=1)
+    with watched as encoder:
+        encoder.read()
+        device.garbled = garbled
+        # The supervisor trips at the first and needs the samples of a whole retreat.
+        for _ in range(20):
+            clock.advance()
+            sample = encoder.read()
+            assert (sample.validity, sample.position_rad) == (Validity.INVALID, (0.5,))
+    (trip,) = told
+    assert trip.source == "joint encoder"
+    assert words in trip.text
+
+
+def test_what_never_made_sense_is_an_error_of_the_device() -> None:
+    clock = FakeClock()
+    device = Garbling(clock, lambda: (0.5,))
+    device.garbled = (nan,)
+    with (
+        WatchedJointEncoder(device, clock, AGE_NS, dead_after_ns=DEAD_NS, joints=1) as encoder,
+        pytest.raises(DeviceError, match="joint encoder: gives no sample"),
+    ):
+        encoder.read()
+
+
+@pytest.mark.parametrize("garbled", [(0.1,) * 5, (nan,) * 6])
+def test_an_arm_that_gives_nonsense_in_mid_trial_is_led_back_and_latched(garbled: tuple[float, ...]) -> None:
+    config = RunConfig()
+    ready = ready_pose()
+    with SimulatedRig(config, ready) as rig:
+        ports = rig.ports
+
+        def late(sample: JointSample) -> JointSample:
+            return sample if ports.clock.now_ns() < begin_ns + 4 * 10**8 else replace(sample, position_rad=garbled)
+
+        begin_ns = ports.clock.now_ns()
+        spoiled = SensorDecorator[JointSample](ports.joint_encoder, ports.joint_encoder.read, late)
+        encoder = WatchedJointEncoder(
+            cast(JointEncoder, spoiled), ports.clock, NEVER_NS, dead_after_ns=NEVER_NS, joints=6
+        )
+        rig.ports = replace(ports, joint_encoder=encoder)
+        task = build_task(config, ready, build_perception(config), comparator("torque", config, tuple))
+        supervisor = supervisor_of(rig, config, ready)
+        report = run_scored_trial(config, rig, task, 0, supervisor=supervisor).report
+        assert (report.outcome, supervisor.trip and supervisor.trip.reason) == (
+            Outcome.SENSOR_FAULT, TripReason.SAMPLE_INVALID,
+        )  # fmt: skip
+        with pytest.raises(FaultLatchedError):
+            run_scored_trial(config, rig, task, 1, supervisor=supervisor_of(rig, config, ready))
