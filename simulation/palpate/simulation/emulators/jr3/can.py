@@ -8,7 +8,7 @@ from enum import IntEnum
 
 import numpy as np
 
-from palpate.simulation.emulators.jr3.node import Jr3Node, Notice, Sample, WrenchSource
+from palpate.simulation.emulators.jr3.node import Jr3Node, Notice, Sample, WrenchSource, unsigned
 from palpate.simulation.emulators.jr3.sensor import Jr3Config
 from palpate.simulation.emulators.lines import BusFrame
 
@@ -36,11 +36,6 @@ class CanOperation(IntEnum):
     FORCES = 0x600
     MOMENTS = 0x680
     BOOTUP = 0x700
-
-
-def _unsigned(data: bytes, offset: int, size: int) -> int:
-    """Little-endian number, or 0 where the frame is too short. FACT: jr3-mbed-firmware-can main.cpp."""
-    return int.from_bytes(data[offset : offset + size], "little") if len(data) >= offset + size else 0
 
 
 class Jr3CanNode:
@@ -130,15 +125,15 @@ class Jr3CanNode:
     def _execute(self, operation: int, data: bytes, now_ns: int) -> list[BusFrame]:
         match operation:
             case CanOperation.START_SYNC:
-                self.firmware.start(_unsigned(data, 0, 2), now_ns)
+                self.firmware.start(unsigned(data, 0, 2), now_ns)
             case CanOperation.START_ASYNC:
-                self.firmware.start(_unsigned(data, 0, 2), now_ns, period_us=_unsigned(data, 2, 4))
+                self.firmware.start(unsigned(data, 0, 2), now_ns, period_us=unsigned(data, 2, 4))
             case CanOperation.STOP:
                 self.firmware.stop()
             case CanOperation.ZERO_OFFSETS:
                 self.firmware.zero()
             case CanOperation.SET_FILTER:
-                self.firmware.set_filter(_unsigned(data, 0, 2))
+                self.firmware.set_filter(unsigned(data, 0, 2))
             case CanOperation.GET_STATE:
                 pass
             case CanOperation.GET_FULL_SCALE_FORCES:

@@ -25,6 +25,11 @@ _COUNTER_MODULUS = 65536
 _FRESH_WORDS = (0xA5A5,) * 6
 
 
+def unsigned(data: bytes, offset: int, size: int) -> int:
+    """Little-endian number, or 0 where the payload is too short. FACT: jr3-mbed-firmware-can and -uart main.cpp."""
+    return int.from_bytes(data[offset : offset + size], "little") if len(data) >= offset + size else 0
+
+
 class BoardState(IntEnum):
     """State byte of an acknowledgement. FACT: jr3-mbed-firmware-can main.cpp."""
 

@@ -9,7 +9,7 @@ from enum import IntEnum
 
 import numpy as np
 
-from palpate.simulation.emulators.jr3.node import Jr3Node, Notice, Sample, WrenchSource
+from palpate.simulation.emulators.jr3.node import Jr3Node, Notice, Sample, WrenchSource, unsigned
 from palpate.simulation.emulators.jr3.sensor import Jr3Config
 
 UART_CONFIG = replace(Jr3Config(), boot_ns=5_000_000_000, shortest_period_ns=1_562_500)
@@ -66,11 +66,6 @@ def parse_command(buffer: bytes) -> tuple[int, bytes]:
     if len(body) < 2:
         return 0, b""
     return (body[0] - ord("0")) * 10 + body[1] - ord("0"), body[2 : 2 + _DATA_BYTES]
-
-
-def _unsigned(data: bytes, offset: int, size: int) -> int:
-    """Little-endian number, or 0 where the payload is too short. FACT: jr3-mbed-firmware-uart main.cpp."""
-    return int.from_bytes(data[offset : offset + size], "little") if len(data) >= offset + size else 0
 
 
 class Jr3UartNode:
@@ -157,13 +152,13 @@ class Jr3UartNode:
         operation, data = parse_command(bytes(self._buffer))
         match operation:
             case UartOperation.START:
-                self.firmware.start(_unsigned(data, 0, 2), now_ns, period_us=_unsigned(data, 2, 4))
+                self.firmware.start(unsigned(data, 0, 2), now_ns, period_us=unsigned(data, 2, 4))
             case UartOperation.STOP:
                 self.firmware.stop()
             case UartOperation.ZERO_OFFSETS:
                 self.firmware.zero()
             case UartOperation.SET_FILTER:
-                self.firmware.set_filter(_unsigned(data, 0, 2))
+                self.firmware.set_filter(unsigned(data, 0, 2))
             case UartOperation.GET_STATE:
                 pass
             case UartOperation.GET_FULL_SCALES:

@@ -35,7 +35,7 @@ class PtyLine:
         master: File descriptor, non-blocking.
     """
 
-    def __init__(self, baud: int) -> None:
+    def __init__(self, baud: int = 38400) -> None:
         self.master, self._slave = os.openpty()
         tty.setraw(self._slave)
         attributes = termios.tcgetattr(self._slave)

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import os
-import pty
 import select
 import time
-import tty
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum, auto
@@ -16,6 +14,7 @@ import numpy as np
 
 from palpate.simulation.emulators.lines.can_bus import BusFrame, EmulatedCanBus
 from palpate.simulation.emulators.lines.can_bus_server import CanBusServer, DEFAULT_TICK_s
+from palpate.simulation.emulators.lines.pty_server import PtyLine
 
 DONE, ERROR = b"\r", b"\a"
 
@@ -234,11 +233,9 @@ class SlcanServer(CanBusServer):
         self.frames_lost = 0
         """Frames the host has missed because it did not read."""
         self._backlog = bytearray()
-        # The slave side stays open here: without anybody on it, reading the master would fail between two hosts.
-        self._master, self._slave = pty.openpty()
-        tty.setraw(self._slave)
-        os.set_blocking(self._master, False)
-        self.channel = os.ttyname(self._slave)
+        self._line = PtyLine()
+        self._master = self._line.master
+        self.channel = self._line.path
         """Path of the terminal to give to python-can."""
         self._plugged = True
 
@@ -258,8 +255,7 @@ class SlcanServer(CanBusServer):
     def _pull(self) -> None:
         if self._plugged:
             self._plugged = False
-            os.close(self._slave)
-            os.close(self._master)
+            self._line.close()
 
     def _on_bus(self) -> bool:
         return self.adapter.mode is not ChannelMode.CLOSED and self.adapter.bit_rate_Hz == self.wire.bit_rate_Hz
