@@ -57,7 +57,7 @@ def _learn(options: ExploreOptions) -> int:
         return 130
     bounds = bounds_of(grid, options.learning.step_limit)
     scores = [Score.of(grid, run, options.learning.step_limit) for run in runs]
-    head = f"{_map_name(options)}, {len(grid.cells)} cells; states: {options.state}, {len(runs[0].identifier.states)}; "
+    head = f"map {options.map}, {len(grid.cells)} cells; states: {options.state}, {len(runs[0].identifier.states)}; "
     head += f"{options.learning.learner}, {options.trials} trials\n\n"
     text = head + score_table(scores, bounds, options.trials)
     sys.stdout.write(text)
@@ -98,9 +98,7 @@ def _write(
         perception = {"grid": list(grid.rows), "identifier": stage_to_dict(run.identifier)}
         document = document_of(run.learner, created_with=made_with(), perception=perception)
         document.save(folder / f"policy-{run.seed}.json")
-    curves = Panel(
-        f"{_map_name(options)}, {options.state}", _curves(runs), bounds_of(grid, options.learning.step_limit)
-    )
+    curves = Panel(f"map {options.map}, {options.state}", _curves(runs), bounds_of(grid, options.learning.step_limit))
     (folder / "trials.csv").write_text(trials_csv(grid, runs), encoding="utf-8", newline="\n")
     (folder / "table.txt").write_text(text, encoding="utf-8", newline="\n")
     (folder / "learning_curve.png").write_bytes(learning_figure([[curves]], "png"))
@@ -163,7 +161,3 @@ def _strings(options: ExploreOptions, path: Path) -> int:
 
 def _curves(runs: Sequence[LearningRun]) -> tuple[tuple[int, ...], ...]:
     return tuple(tuple(run.steps) for run in runs)
-
-
-def _map_name(options: ExploreOptions) -> str:
-    return f"map {options.map}"

@@ -12,7 +12,7 @@ from palpate.core.perception.features import FeatureExtractor, PrincipalComponen
 from palpate.core.perception.signal import Normalisation, SignalProcessor
 from palpate.core.perception.state import IdentityState, LastSymbols, StateIdentifier
 from palpate.core.perception.symbols import Clusters, GatedThresholds, RandomPartition, Symboliser, Thresholds
-from palpate.core.ports import CHANNELS
+from palpate.core.ports import CHANNELS, require_keys
 
 
 @dataclass(frozen=True)
@@ -134,7 +134,7 @@ def stage_from_dict(data: object, where: str = "perception.stage") -> Any:
     if known is None:
         raise ConfigurationError(f"{where}.kind", kind, f"one of {', '.join(_KINDS)}")
     wanted = [f.name for f in dataclasses.fields(known) if f.init]
-    _require_keys(where, data, ["kind", *wanted])
+    require_keys(where, data, ["kind", *wanted])
     values = {key: _value(data[key], f"{where}.{key}") for key in wanted}
     try:
         return known(**values)
@@ -158,7 +158,7 @@ def perception_from_dict(data: object) -> Perception:
         raise ConfigurationError("perception", data, f"a table with schema {SCHEMA!r}")
     if data.get("schema") != SCHEMA:
         raise ConfigurationError("perception.schema", data.get("schema"), repr(SCHEMA))
-    _require_keys("perception", data, ["schema", *_ROLES])
+    require_keys("perception", data, ["schema", *_ROLES])
     stages: dict[str, Any] = {}
     for role, protocol in _ROLES.items():
         stages[role] = stage_from_dict(data[role], f"perception.{role}")
@@ -175,15 +175,6 @@ def _plain(value: object) -> object:
 
 def _value(value: object, where: str) -> object:
     return stage_from_dict(value, where) if isinstance(value, dict) else value
-
-
-def _require_keys(where: str, data: dict[Any, Any], keys: list[str]) -> None:
-    for key in keys:
-        if key not in data:
-            raise ConfigurationError(f"{where}.{key}", "missing", f"keys are {', '.join(keys)}")
-    for key in data:
-        if key not in keys:
-            raise ConfigurationError(f"{where}.{key}", data[key], f"keys are {', '.join(keys)}")
 
 
 def _placed(error: ConfigurationError, where: str, wanted: list[str]) -> ConfigurationError:

@@ -1,3 +1,5 @@
+from .cell import CELL_FILE as CELL_FILE
+from .cell import FORMAT as FORMAT
 from .cell import StudyCell as StudyCell
 from .check import require_possible as require_possible
 from .dask_engine import Dask as Dask
@@ -7,6 +9,7 @@ from .engines import Engine as Engine
 from .engines import Processes as Processes
 from .engines import Sequential as Sequential
 from .folder import StudyFolder as StudyFolder
+from .run_cell import UNFINISHED as UNFINISHED
 from .run_cell import CellJob as CellJob
 from .run_cell import CellOutcome as CellOutcome
 from .run_cell import CellReport as CellReport

@@ -13,7 +13,7 @@ import numpy as np
 from mcap.writer import MCAP0_MAGIC
 
 from palpate.adapters.experiments import Array
-from palpate.adapters.log import LATE_S, LOG_FOLDER, NS, Series, TrialLog, json_in, read_log, series_of
+from palpate.adapters.log import LATE_S, LOG_FOLDER, NS, Series, TrialLog, json_in, series_of
 from palpate.adapters.visualisation.report.canvas import COLOURS, GREY, drawn
 from palpate.adapters.visualisation.report.page import PageSection, PageTable, Picture, counted
 from palpate.core.errors import LogError
@@ -40,23 +40,6 @@ def spread_over(paths: Sequence[Path], most: int) -> tuple[Path, ...]:
     if len(paths) <= most:
         return tuple(paths)
     return tuple(paths[round(k * (len(paths) - 1) / (most - 1))] for k in range(most))
-
-
-class LogShelf:
-    """Reads logs, each once."""
-
-    def __init__(self) -> None:
-        self._logs: dict[Path, TrialLog] = {}
-
-    def log(self, path: Path) -> TrialLog:
-        """A log.
-
-        Raises:
-            LogError: It is damaged.
-        """
-        if path not in self._logs:
-            self._logs[path] = read_log(path)
-        return self._logs[path]
 
 
 def _require_whole(path: Path) -> None:

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
 from pathlib import Path
 
 from palpate.adapters.experiments import TrialRow, shown_interval, summary_of
-from palpate.adapters.log import TrialLog
+from palpate.adapters.log import TrialLog, read_log
 from palpate.adapters.visualisation.report.automaton_section import automaton_section, machine_in
 from palpate.adapters.visualisation.report.files import is_there, read_text
 from palpate.adapters.visualisation.report.learning_pictures import learning_picture, window_of
-from palpate.adapters.visualisation.report.logs import LogShelf, force_picture, logs_in, spread_over, timing_section
+from palpate.adapters.visualisation.report.logs import force_picture, logs_in, spread_over, timing_section
 from palpate.adapters.visualisation.report.page import Cell, Page, PageSection, PageTable, Picture, counted, share
 from palpate.adapters.visualisation.report.policy_pictures import arrows_pictures, q_picture
 from palpate.adapters.visualisation.report.run_source import RunSource
@@ -111,16 +112,16 @@ def log_sections(paths: Sequence[Path], chosen: Sequence[tuple[Path, str]]) -> l
     Raises:
         LogError: A log is damaged, or has nothing to draw.
     """
-    shelf = LogShelf()
+    read = cache(read_log)
     pictures: list[Picture] = []
     for path, title in chosen:
         if path in paths:
-            pictures.append(force_picture(f"force-{len(pictures) + 1:02d}", shelf.log(path), title))
+            pictures.append(force_picture(f"force-{len(pictures) + 1:02d}", read(path), title))
     sections = []
     if pictures:
         text = "Each log can be seen whole with palpate log plot."
         sections.append(PageSection("Forces of single trials", (text,), pictures=tuple(pictures)))
-    timed: list[TrialLog] = [shelf.log(path) for path in spread_over(paths, MOST_TIMED)]
+    timed: list[TrialLog] = [read(path) for path in spread_over(paths, MOST_TIMED)]
     if timed:
         of = counted(len(timed), "log") if len(timed) == len(paths) else f"{len(timed)} of {len(paths)} logs"
         timing = timing_section(timed, of)

@@ -9,15 +9,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
-from palpate.adapters.experiments.study import Study
+from palpate.adapters.experiments.study import CELL_FILE, FORMAT, UNFINISHED, Study
 from palpate.adapters.visualisation.report.files import is_there, read_json
 from palpate.adapters.visualisation.report.run_source import RunSource
 from palpate.core.errors import ConfigurationError, OutputError
 
-FORMAT: Final = 1
-
-_CELL_FILE: Final = "cell.json"
-_BEGUN: Final = ".unfinished"
 _NUMBERED: Final = re.compile(r"(\.[0-9a-f]+)?\.unfinished$")
 """A cell in the making has a folder of another name, and another one for every attempt."""
 
@@ -74,7 +70,7 @@ class StudySource:
         names = [name for name in names if not name.startswith(".") and os.path.isdir(folder / name)]
         if not names:
             raise OutputError(str(path), "is a study without a cell", "let palpate study run first")
-        finished = [name for name in names if is_there(folder / name / _CELL_FILE) and not name.endswith(_BEGUN)]
+        finished = [name for name in names if is_there(folder / name / CELL_FILE) and not name.endswith(UNFINISHED)]
         begun = dict.fromkeys(_NUMBERED.sub("", name) for name in names if name not in finished)
         begun = {name: None for name in begun if name not in finished}
         asked, problem = _asked(path / "study.toml")
@@ -138,7 +134,7 @@ def _asked(path: Path) -> tuple[int, str]:
 
 
 def _cell(folder: Path) -> ReportedCell:
-    path = folder / _CELL_FILE
+    path = folder / CELL_FILE
     content = read_json(path)
     if content.get("format") != FORMAT:
         raise OutputError(str(path), f"has format {content.get('format')!r}, not {FORMAT}", "another palpate wrote it")

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from palpate.adapters.log.reader import read_log
-from palpate.adapters.visualisation.report.logs import LogShelf, Timing, logs_in, spread_over, timing_section
+from palpate.adapters.visualisation.report.logs import Timing, logs_in, spread_over, timing_section
 from palpate.core.errors import LogError
 from tests.browser.sample_folders import SECTIONS, in_real_time
 from tests.log_surgery import indices, messages_of, write_log
@@ -40,12 +40,6 @@ def test_a_torn_log_is_found_without_reading_it(run: Path, size: int) -> None:
     path.write_bytes(path.read_bytes()[:size])
     with pytest.raises(LogError, match=r"trial-00001\.mcap: ends in the middle.*--no-logs"):
         logs_in(run)
-
-
-def test_logs_are_read_once(run: Path) -> None:
-    shelf = LogShelf()
-    path = run / "logs" / "trial-00000.mcap"
-    assert shelf.log(path) is shelf.log(path)
 
 
 @pytest.mark.parametrize(
