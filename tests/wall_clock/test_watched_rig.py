@@ -5,16 +5,18 @@ import signal
 import sys
 import threading
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from palpate.adapters.config import DeviceEntry, RealTimeConfig, RigFile, RunConfig
+from palpate.adapters.config import DeviceEntry, RealTimeConfig, RigFile, RunConfig, SensorFactsTable
 from palpate.adapters.config.rig import OperatorTable, WatchdogTable
 from palpate.adapters.hardware import ArmAdapter, HardwareRig, RigContext, find_approach
 from palpate.adapters.hardware import rig as hardware_rig
 from palpate.core.errors import ConfigurationError, DeviceError, FaultLatchedError
 from palpate.core.ports.contracts.fakes import FakeArm, FakeForceSensor, FakeJointEncoder
+from palpate.core.ports.lifecycle import Life
 from palpate.core.ports.values import AppliedCommand, CommandReason, JointCommand
 from tests.unit.adapters.hardware.watchdogs.bench import nothing_left_behind, wait_for
 from tests.unit.adapters.samples import ready_pose
@@ -45,6 +47,7 @@ class Devices:
 
 Make = Callable[..., tuple[HardwareRig, Devices]]
 NO_KEYS = OperatorTable(keys=False)
+FACTS = SensorFactsTable(0.1, 0.004, (100.0,) * 3, (5.0,) * 3, 140.0)
 
 
 @pytest.fixture
@@ -66,10 +69,10 @@ def rig_of(monkeypatch: pytest.MonkeyPatch) -> Make:
     monkeypatch.setattr(hardware_rig, "force_sensor_maker", lambda _: force)
 
     def make(
-        watchdog: WatchdogTable, operator: OperatorTable, config: RunConfig = CONFIG
+        watchdog: WatchdogTable, operator: OperatorTable, config: RunConfig = CONFIG, facts: SensorFactsTable = FACTS
     ) -> tuple[HardwareRig, Devices]:
         entry = DeviceEntry("fake", {})
-        file = RigFile("fakes", entry, entry, 2.0, operator, watchdog)
+        file = RigFile("fakes", entry, entry, 2.0, operator, watchdog, facts)
         return HardwareRig(file, config, find_approach(config, ready_pose())), devices
 
     return make
@@ -150,6 +153,17 @@ def test_a_process_calls_its_function_when_the_loop_has_died(
         assert devices.arm.send(HERE).reason is CommandReason.STOPPED
         with pytest.raises(FaultLatchedError):
             rig.prepare(1)
+
+
+def test_a_rig_whose_sensor_facts_nobody_states_is_refused_before_anything_gets_power(rig_of: Make) -> None:
+    rig, devices = rig_of(WatchdogTable(), NO_KEYS, facts=replace(FACTS, noise_N=None))
+    with (
+        nothing_left_behind(),
+        pytest.raises(ConfigurationError, match="states noise_N, which the sensor does not report"),
+        rig,
+    ):
+        pass
+    assert (devices.arm.life, devices.arm.sent) == (Life.CLOSED, 0)
 
 
 def test_a_function_that_is_not_there_is_refused_before_anything_moves(rig_of: Make) -> None:

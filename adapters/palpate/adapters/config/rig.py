@@ -94,14 +94,14 @@ class RigFile(Settings):
     """The arm."""
     force_sensor: DeviceEntry
     """The force sensor."""
-    facts: SensorFactsTable = SensorFactsTable()
-    """What is stated of the force sensor."""
     approach_rad_s: Annotated[float, Range(0.001, 2.0)] = 0.2
     """Joint speed of the move to the ready pose, before the first trial."""
     operator: OperatorTable = OperatorTable()
     """What stops the arm at a person's word."""
     watchdog: WatchdogTable = WatchdogTable()
     """What stops it when something has gone quiet."""
+    facts: SensorFactsTable = SensorFactsTable()
+    """What is stated of the force sensor."""
 
     @classmethod
     def load(cls, path: Path) -> RigFile:
