@@ -10,7 +10,7 @@ from typing import Any
 from palpate.adapters.config import RecordingConfig, RunConfig
 from palpate.adapters.hardware.real_time import RealTimeSession
 from palpate.adapters.log import TrialRecorder
-from palpate.core.supervision import weakened_lines
+from palpate.core.supervision import limits_line, weakened_lines
 
 _MOST = 5
 
@@ -26,10 +26,11 @@ def recording_for(config: RunConfig, rig_file: str) -> RecordingConfig:
     return replace(config.recording, when_full="drop") if rig_file else config.recording
 
 
-def print_grants(session: RealTimeSession | None) -> None:
-    """Print what was requested of the system, and what it granted."""
-    for line in [] if session is None else session.grants():
-        sys.stderr.write(f"palpate: {line}\n")
+def print_grants(session: RealTimeSession | None, config: RunConfig) -> None:
+    """Print, on a rig, what the system was asked for and what it answered, and which force will stop the arm."""
+    if session is not None:
+        for line in (*session.grants(), limits_line(config.supervision, config.task)):
+            sys.stderr.write(f"palpate: {line}\n")
 
 
 def print_weakened(config: RunConfig) -> None:

@@ -60,7 +60,7 @@ def run(options: RunOptions) -> int:
         folder.write("run.toml", run_toml(config, "run", trials=options.trials, policy=options.policy))
         recorder = folder.recorder(recording_for(config, options.rig), opened)
         session = opened.enter_context(RealTimeSession(config.real_time)) if options.rig else None
-        print_grants(session)
+        print_grants(session, config)
         rows, finished = run_named(
             chosen, config, ready, rig, options.trials, folder=folder, recorder=recorder, session=session
         )

@@ -85,7 +85,7 @@ def train(options: TrainOptions) -> int:
         folder.create()
         recorder = folder.recorder(recording_for(config, options.rig), opened)
         session = opened.enter_context(RealTimeSession(config.real_time)) if options.rig else None
-        print_grants(session)
+        print_grants(session, config)
         trainer = Trainer(config, folder, ready, rig, perception, policy, first, recorder, session)
         if checkpoint is not None:
             folder.truncate(first)

@@ -15,6 +15,7 @@ from palpate.core.errors import DeviceError
 from palpate.core.insertion import PERIOD_S, ReadyPose, goal_in_base
 from palpate.core.motion import ArmDescription, InverseKinematics, Kinematics, ToolGeometry, arm_named
 from palpate.core.ports import CONTROL_RATE_HZ, CommandReason, JointCommand, JointVector, Ports, Validity, Vector3
+from palpate.core.supervision import WITHDRAWAL_SHARE
 
 WITHDRAWAL_M_S: Final = 0.02
 """Speed at which a peg that was left in its hole is drawn out: that of free motion near the plate."""
@@ -63,7 +64,7 @@ def walk(approach: Approach, ports: Ports, speed_rad_s: float, limit_N: float) -
     """
     path = withdrawal(approach, ports.joint_encoder.read().position_rad)
     if path:
-        _follow(ports, path, _force_N(ports), 2.0 * limit_N)
+        _follow(ports, path, _force_N(ports), WITHDRAWAL_SHARE * limit_N)
     first_N = _force_N(ports)
     for pose in approach.poses_rad:
         begin = ports.joint_encoder.read().position_rad

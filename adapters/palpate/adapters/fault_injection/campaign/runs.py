@@ -64,6 +64,7 @@ class FaultRun:
         outcome: How the trial ended, or the error that ended it.
         ticks_to_stop: From the delivery to the last tick; None when the trial ended in the ordinary way.
         cause: What stopped it, in words; empty when nothing did.
+        latched: The supervisor tripped, so that no further trial begins until that is acknowledged.
         safe_stop: The arm was sent a stop at the end, as the log shows.
         peak_force_N: Largest true force; where that is not known, the largest change that the sensor measured before
             any fault of its own.
@@ -79,6 +80,7 @@ class FaultRun:
     outcome: str
     ticks_to_stop: int | None
     cause: str
+    latched: bool
     safe_stop: bool
     peak_force_N: float
     damage: bool
@@ -222,6 +224,7 @@ class Bench:
             outcome=outcome,
             ticks_to_stop=ticks,
             cause="" if stop is None else _cause(supervisor, error, report),
+            latched=supervisor is not None and supervisor.trip is not None,
             safe_stop=stopped,
             peak_force_N=peak_N,
             damage=damage,

@@ -14,8 +14,8 @@ _SHOWN: Final = (Class.TOLERABLE, Class.DETECTED, Class.UNOBSERVABLE, Class.FAIL
 
 def table(runs: Sequence[FaultRun], *, by_phase: bool = False) -> str:
     """One line a fault, over all phases and seeds; or one for each phase of it."""
-    head = ("fault", "phase", "runs", "struck", *(verdict.value for verdict in _SHOWN), "safe stop", "worst ticks",
-            "peak N", "damage", "log intact")  # fmt: skip
+    head = ("fault", "phase", "runs", "struck", *(verdict.value for verdict in _SHOWN), "latched", "safe stop",
+            "worst ticks", "peak N", "damage", "log intact")  # fmt: skip
     lines: list[tuple[str, ...]] = [head if by_phase else (head[0], *head[2:])]
     for name, phase in dict.fromkeys((run.variant, run.phase if by_phase else "") for run in runs):
         own = [run for run in runs if run.variant == name and phase in ("", run.phase)]
@@ -24,6 +24,7 @@ def table(runs: Sequence[FaultRun], *, by_phase: bool = False) -> str:
             str(len(own)),
             str(sum(run.delivered for run in own)),
             *(str(sum(run.verdict is verdict for run in own)) for verdict in _SHOWN),
+            str(sum(run.latched for run in own)),
             str(sum(run.safe_stop for run in own)),
             str(max(stops)) if stops else "-",
             f"{max(run.peak_force_N for run in own):.1f}",
