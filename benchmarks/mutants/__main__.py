@@ -4,6 +4,7 @@
     python -m benchmarks.mutants run --checkout ../before --mutants mutants.json --out before.jsonl
     python -m benchmarks.mutants run --mutants mutants.json --out after.jsonl --jobs 2
     python -m benchmarks.mutants compare before.jsonl after.jsonl
+    python -m benchmarks.mutants gate --out gate.jsonl        # the core alone, against the golden logs: see gate.py
 
 Drawn are functions that both checkouts have word for word (layout, comments, docstrings and the places that they import
 from apart), by a fixed seed, and in each of them one change. Each checkout's own tests judge: those of the function's
@@ -24,6 +25,7 @@ import sys
 from dataclasses import asdict
 from pathlib import Path
 
+from benchmarks.mutants import gate
 from benchmarks.mutants.draw import Mutant, draw
 from benchmarks.mutants.verdicts import compared, lost, read, run
 
@@ -51,7 +53,15 @@ def main() -> int:
     comparing = commands.add_parser("compare", help="list what was killed before and is not after")
     comparing.add_argument("before", type=Path)
     comparing.add_argument("after", type=Path)
+    gating = commands.add_parser("gate", help="replay the golden logs over mutants of the core")
+    gating.add_argument("--checkout", type=Path, default=HERE)
+    gating.add_argument("--count", type=int, default=gate.COUNT)
+    gating.add_argument("--seed", type=int, default=gate.SEED)
+    gating.add_argument("--only", default="", help="files whose names hold this")
+    gating.add_argument("--out", type=Path, required=True)
     options = parser.parse_args()
+    if options.command == "gate":
+        return gate.run(options.checkout, options.out, options.count, options.seed, options.only)
     if options.command == "draw":
         mutants = draw(options.before, options.after, options.count, options.seed)
         options.out.write_text(json.dumps([asdict(mutant) for mutant in mutants], indent=1) + "\n", encoding="utf-8")

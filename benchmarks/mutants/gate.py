@@ -1,0 +1,363 @@
+"""Mutants of the core, each replayed against the golden logs in a process of its own: what does the gate not see?
+
+Only what a trial runs is mutated: functions of modules in which a trial runs lines, as far as setting up and running
+the golden trials runs them, and the constants of those modules; no functions that only refuse settings, and nothing that
+only makes texts. Mutants are drawn by a fixed seed, some of
+every module. A mutant is killed when a golden log does not replay equal in every bit; one that survives may be
+equivalent, and then the reason is in ``equivalent.json``, by the mutant's id: that follows from what the function
+says, so a reason lapses when the function changes.
+"""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+import importlib
+import json
+import os
+import pickle
+import random
+import resource
+import signal
+import sys
+import time
+from collections import Counter, defaultdict
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
+from dataclasses import asdict, dataclass
+from importlib.machinery import SourceFileLoader
+from pathlib import Path
+from types import FrameType
+from typing import Any, Final
+
+from benchmarks.house import ROOTS
+from benchmarks.mutants.functions import functions_in, normalised
+from benchmarks.mutants.operators import Place, places
+
+SEED: Final = 17
+COUNT: Final = 400
+LEAST: Final = 4
+"""So many mutants of each module, if it has them."""
+EQUIVALENT: Final = Path(__file__).with_name("equivalent.json")
+THOROUGH: Final = ("core/palpate/core/supervision/", "core/palpate/core/insertion/task.py")
+"""Where no survivor stays unexplained, and every line is to be run, if a trial runs the module at all."""
+_REFUSING: Final = ("check", "__post_init__", "require", "_require")
+"""How functions are called, or begin, that refuse what was set before any trial."""
+_MODULE: Final = "<module>"
+_CORE: Final = "core/palpate/core"
+_CPU_S: Final = 30
+_WALL_S: Final = 300.0
+_MOST_MEMORY_B: Final = 8_000_000_000
+_OPERATORS: Final = ("arithmetic", "boolean", "branches", "comparison", "constant", "statement")
+
+
+@dataclass(frozen=True)
+class CoreMutant:
+    """One small change of the core.
+
+    Attributes:
+        id: The same for the same change of the same function.
+        file: Relative to the checkout.
+        line: Where the change is.
+        function: In which function; ``<module>`` for none.
+        operator: Kind of the change.
+        was: What is replaced.
+        becomes: By this.
+    """
+
+    id: str
+    file: str
+    line: int
+    function: str
+    operator: str
+    was: str
+    becomes: str
+
+
+@dataclass(frozen=True)
+class _Candidate:
+    mutant: CoreMutant
+    place: Place
+    variant: int
+
+
+def _logs(checkout: Path) -> list[Path]:
+    return sorted((checkout / "tests" / "golden").glob("*.mcap"))
+
+
+def _replay(checkout: Path, prepared: Callable[[], None] = lambda: None) -> str:
+    """What the gate says: the first log that does not replay, and why; empty if all do.
+
+    Args:
+        checkout: Whose core, and whose logs.
+        prepared: Is called when all is imported.
+    """
+    for root in reversed(ROOTS):
+        sys.path.insert(0, str(checkout / root))
+    from palpate.adapters.replay.batch import replay_file
+    from palpate.adapters.replay.engine import Verdict
+    from palpate.adapters.replay.rebuild import Rebuilder
+
+    prepared()
+    for path in _logs(checkout):
+        one = replay_file(path, Rebuilder())
+        if one.verdict is not Verdict.EQUAL:
+            return f"{path.stem}: {one.first or one.problem}"
+    return ""
+
+
+def _in_child(work: Callable[[], Any]) -> tuple[str, Any]:
+    """What the work gives in a fork of this process; how it ended if it gave nothing."""
+    reader, writer = os.pipe()
+    child = os.fork()
+    if child == 0:
+        code = 1
+        try:
+            os.close(reader)
+            silent = os.open(os.devnull, os.O_WRONLY)
+            os.dup2(silent, 1)
+            os.dup2(silent, 2)
+            resource.setrlimit(resource.RLIMIT_CPU, (_CPU_S, _CPU_S + 5))
+            resource.setrlimit(resource.RLIMIT_DATA, (_MOST_MEMORY_B, _MOST_MEMORY_B))
+            try:
+                told: Any = ("done", work())
+            except BaseException as error:
+                told = ("raised", f"{type(error).__name__}: {error}")
+            with os.fdopen(writer, "wb") as stream:
+                pickle.dump(told, stream)
+            code = 0
+        finally:
+            os._exit(code)
+    os.close(writer)
+    signal.signal(signal.SIGALRM, lambda *_: os.kill(child, signal.SIGKILL))
+    signal.setitimer(signal.ITIMER_REAL, _WALL_S)
+    with os.fdopen(reader, "rb") as stream:
+        data = stream.read()
+    _, status = os.waitpid(child, 0)
+    signal.setitimer(signal.ITIMER_REAL, 0.0)
+    if data and os.waitstatus_to_exitcode(status) == 0:
+        kind, value = pickle.loads(data)
+        return str(kind), value
+    return "ended", f"by {-os.waitstatus_to_exitcode(status)} (its time was up, or it crashed)"
+
+
+def lines_run(checkout: Path) -> tuple[dict[str, set[int]], list[str]]:
+    """The core's lines that replaying the golden logs runs, by file; and what else is imported for it."""
+    root = str(checkout) + os.sep
+
+    def work() -> tuple[dict[str, set[int]], list[str]]:
+        found: dict[str, set[int]] = defaultdict(set)
+        in_trials: set[str] = set()
+        trials = 0
+
+        def trace(frame: FrameType, event: str, argument: Any) -> Any:
+            nonlocal trials
+            name = frame.f_code.co_filename.removeprefix(root)
+            if not name.startswith(_CORE):
+                return None
+            whole = frame.f_code.co_name == "run_trial"
+            trials += whole
+            lines = found[name]
+            if trials and frame.f_code.co_name != "<module>":
+                in_trials.add(name)
+
+            def local(inner: FrameType, event: str, argument: Any) -> Any:
+                nonlocal trials
+                lines.add(inner.f_lineno)
+                trials -= whole and event == "return"
+                return local
+
+            lines.add(frame.f_lineno)
+            return local
+
+        problem = _replay(checkout, lambda: sys.settrace(trace))
+        sys.settrace(None)
+        if problem:
+            raise SystemExit(f"the golden logs do not replay: {problem}")
+        run = {file: lines for file, lines in found.items() if file in in_trials}
+        return run, [name for name in sys.modules if name.partition(".")[0] not in ("palpate", "benchmarks")]
+
+    kind, value = _in_child(work)
+    if kind != "done":
+        raise SystemExit(str(value))
+    lines, modules = value
+    return lines, modules
+
+
+def candidates(checkout: Path, lines: dict[str, set[int]]) -> dict[str, list[_Candidate]]:
+    """All mutants of lines that are run, by file."""
+    found: dict[str, list[_Candidate]] = {}
+    for file, run in sorted(lines.items()):
+        source = (checkout / file).read_text(encoding="utf-8")
+        ours = list(_candidates(file, source, run))
+        if ours:
+            found[file] = ours
+    return found
+
+
+def _candidates(file: str, source: str, run: set[int]) -> Iterator[_Candidate]:
+    named = functions_in(source, file)
+    bodies: list[tuple[str, str, Any]] = [(f.name, normalised(f.node), f.node) for f in named]
+    inside = {node for _, _, function in bodies for node in ast.walk(function)}
+    module = ast.parse(source)
+    # Texts of a module's own statements are told apart by where they stand among them.
+    bodies += [
+        (_MODULE, ast.unparse(one), one)
+        for one in module.body
+        if isinstance(one, ast.Assign | ast.AnnAssign) and one not in inside
+    ]
+    for name, text, node in bodies:
+        if name.rpartition(".")[2].startswith(_REFUSING):
+            continue
+        starts = _statement_lines(node)
+        for operator, ones in sorted(places(node).items()):
+            if operator == "statement" and name == _MODULE:
+                continue  # without it nothing can even be imported
+            for number, place in enumerate(ones):
+                if name != _MODULE and not {place.node.lineno, starts.get(place.node, -1)} & run:
+                    continue
+                for variant, becomes in enumerate(place.variants):
+                    key = "\0".join((file, name, text, operator, str(number), str(variant)))
+                    yield _Candidate(
+                        CoreMutant(
+                            hashlib.sha256(key.encode()).hexdigest()[:10],
+                            file,
+                            place.node.lineno,
+                            name,
+                            operator,
+                            ast.unparse(place.node),
+                            becomes,
+                        ),
+                        place,
+                        variant,
+                    )
+
+
+def _statement_lines(function: ast.AST) -> dict[ast.AST, int]:
+    """The line on which the statement begins that a node is part of."""
+    found: dict[ast.AST, int] = {}
+
+    def walk(node: ast.AST, line: int) -> None:
+        here = node.lineno if isinstance(node, ast.stmt) else line
+        found[node] = here
+        for child in ast.iter_child_nodes(node):
+            walk(child, here)
+
+    walk(function, getattr(function, "lineno", -1))
+    return found
+
+
+def draw(found: dict[str, list[_Candidate]], count: int, seed: int) -> list[_Candidate]:
+    """Some of every file, the others by their number of places; one change at each place."""
+    generator, chosen = random.Random(seed), list[_Candidate]()
+    total = sum(map(len, found.values()))
+    for ones in found.values():
+        by_place: dict[int, list[_Candidate]] = defaultdict(list)
+        for one in ones:
+            by_place[id(one.place)].append(one)
+        share = max(LEAST, round(count * len(ones) / total))
+        kept = generator.sample(list(by_place.values()), min(share, len(by_place)))
+        chosen += sorted((generator.choice(variants) for variants in kept), key=lambda one: one.mutant.line)
+    return chosen
+
+
+def unrun(checkout: Path, lines: dict[str, set[int]]) -> list[str]:
+    """Statements of the thorough files that no golden log runs."""
+    told = []
+    for file in sorted(lines):
+        if not file.startswith(THOROUGH):
+            continue
+        source = (checkout / file).read_text(encoding="utf-8")
+        for function in functions_in(source, file):
+            for node in ast.walk(function.node):
+                if isinstance(node, ast.stmt) and node is not function.node and not _is_text(node):
+                    told += [] if node.lineno in lines[file] else [f"{file}:{node.lineno} {function.name}"]
+    return told
+
+
+def _is_text(node: ast.stmt) -> bool:
+    return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
+
+
+def _judged(checkout: Path, one: _Candidate) -> tuple[str, str]:
+    """Verdict, and what killed it."""
+    target = str(checkout / one.mutant.file)
+    source = (checkout / one.mutant.file).read_text(encoding="utf-8")
+    mutated = one.place.applied(source, one.variant).encode()
+    get_data, path_stats = SourceFileLoader.get_data, SourceFileLoader.path_stats
+
+    def data(self: SourceFileLoader, path: str) -> bytes:
+        return mutated if path == target else get_data(self, path)
+
+    def stats(self: SourceFileLoader, path: str) -> Any:
+        if path == target:
+            raise OSError("its bytecode is that of another text")
+        return path_stats(self, path)
+
+    def work() -> str:
+        SourceFileLoader.get_data, SourceFileLoader.path_stats = data, stats  # type: ignore[method-assign, assignment]
+        return _replay(checkout)
+
+    kind, value = _in_child(work)
+    if kind == "done":
+        return ("killed", value) if value else ("survived", "")
+    return "killed", f"{kind} {value}"
+
+
+def run(checkout: Path, out: Path, count: int, seed: int, only: str = "") -> int:
+    """Judge all mutants that ``out`` does not know yet, and print the report; 1 if the aim is missed."""
+    checkout = checkout.resolve()
+    lines, modules = lines_run(checkout)
+    for name in modules:
+        # What takes long to import is there before every fork; the core itself never is.
+        with suppress(Exception):
+            importlib.import_module(name)
+    chosen = [one for one in draw(candidates(checkout, lines), count, seed) if only in one.mutant.file]
+    done = read(out)
+    begin = time.monotonic()
+    for number, one in enumerate(chosen):
+        if one.mutant.id in done:
+            continue
+        verdict, by = _judged(checkout, one)
+        told = {**asdict(one.mutant), "verdict": verdict, "killed_by": by}
+        done[one.mutant.id] = told
+        with out.open("a", encoding="utf-8") as stream:
+            stream.write(json.dumps(told) + "\n")
+        if verdict == "survived" or number % 50 == 0:
+            print(f"{number + 1}/{len(chosen)} {time.monotonic() - begin:.0f} s {verdict} {one.mutant.file}"
+                  f":{one.mutant.line} {one.mutant.was} -> {one.mutant.becomes}", flush=True)  # fmt: skip
+    judged = [done[one.mutant.id] for one in chosen]
+    text, missed = report(judged, json.loads(EQUIVALENT.read_text(encoding="utf-8")), unrun(checkout, lines))
+    print(text)
+    return int(missed)
+
+
+def read(path: Path) -> dict[str, dict[str, Any]]:
+    """Verdicts by the mutants' ids."""
+    text = path.read_text(encoding="utf-8") if path.exists() else ""
+    return {one["id"]: one for one in map(json.loads, text.splitlines())}
+
+
+def report(judged: Sequence[dict[str, Any]], reasons: dict[str, str], lines: Sequence[str]) -> tuple[str, bool]:
+    """For people: how many are killed, and every survivor; and whether the aim is missed."""
+    survived = [one for one in judged if one["verdict"] == "survived"]
+    equivalent = [one for one in survived if one["id"] in reasons]
+    unexplained = [one for one in survived if one["id"] not in reasons]
+    killed, counted = len(judged) - len(survived), len(judged) - len(equivalent)
+    modules = Counter(one["file"] for one in judged)
+    text = [
+        f"{len(judged)} mutants of {len(modules)} modules: {killed} killed, {len(equivalent)} shown equivalent,"
+        f" {len(unexplained)} survived; killed of those not shown equivalent: {killed / max(counted, 1):.1%}"
+    ]
+    by_operator = Counter(one["operator"] for one in judged)
+    text.append("by operator: " + ", ".join(f"{by_operator[name]} {name}" for name in _OPERATORS))
+    for title, ones in (("survived", unexplained), ("shown equivalent", equivalent)):
+        for one in ones:
+            text.append(f"{title}: {one['id']} {one['file']}:{one['line']} {one['function']} ({one['operator']})")
+            text.append(f"    {one['was']}\n -> {one['becomes']}")
+            text += [f"    because {reasons[one['id']]}"] if one["id"] in reasons else []
+    text += [f"never run: {line}" for line in lines]
+    wrong = [one for one in judged if one["verdict"] == "killed" and one["id"] in reasons]
+    text += [f"called equivalent, and yet killed: {one['id']} {one['file']}:{one['line']}" for one in wrong]
+    thorough = [one for one in unexplained if one["file"].startswith(THOROUGH)]
+    return "\n".join(text), killed < 0.95 * counted or bool(thorough) or bool(wrong)
