@@ -1,11 +1,10 @@
 """Mutants of the core, each replayed against the golden logs in a process of its own: what does the gate not see?
 
 Only what a trial runs is mutated: functions of modules in which a trial runs lines, as far as setting up and running
-the golden trials runs them, and the constants of those modules; no functions that only refuse settings, and nothing that
-only makes texts. Mutants are drawn by a fixed seed, some of
-every module. A mutant is killed when a golden log does not replay equal in every bit; one that survives may be
-equivalent, and then the reason is in ``equivalent.json``, by the mutant's id: that follows from what the function
-says, so a reason lapses when the function changes.
+the golden trials runs them, and the constants of those modules; no functions that only refuse settings, and nothing
+that only makes texts. Mutants are drawn by a fixed seed, some of every module. A mutant is killed when a golden log
+does not replay equal in every bit; one that survives may be equivalent, and then the reason is in ``equivalent.json``,
+by the mutant's id: that follows from what the function says, so a reason lapses when the function changes.
 """
 
 from __future__ import annotations

@@ -83,6 +83,19 @@ def test_ctrl_c_ends_training_in_order_and_the_message_says_how_to_go_on(
     assert all(straight[table].startswith(content) for table, content in tables.items())
 
 
+def test_a_folder_in_which_another_process_trains_is_not_resumed(
+    palpate: CommandLine, tmp_path: Path, start: Start
+) -> None:
+    out = tmp_path / "run"
+    process = start("train", *QUICK, "--trials", 200, "--out", out)
+    wait_until(lambda: finished_trials(out) >= 1, process)
+    done = palpate("train", "--resume", "--out", out, "--trials", 300, *QUICK)
+    assert (done.code, done.stdout) == (2, "")
+    assert f"{out}: is being written by process {process.pid} on" in done.stderr
+    assert len(done.stderr.splitlines()) == 1
+    assert process.poll() is None
+
+
 def test_a_killed_training_goes_on_as_if_it_had_not_been(palpate: CommandLine, tmp_path: Path, start: Start) -> None:
     out = tmp_path / "run"
     process = start("train", *QUICK, "--trials", 200, "--out", out)
@@ -93,7 +106,9 @@ def test_a_killed_training_goes_on_as_if_it_had_not_been(palpate: CommandLine, t
     with (out / "trials.csv").open("a") as stream:
         stream.write("3,time lim")
     trials = finished_trials(out) + 1
-    palpate.succeed("train", "--resume", "--out", out, "--trials", trials)
+    resumed = palpate("train", "--resume", "--out", out, "--trials", trials)
+    assert resumed.code == 0
+    assert f"was left in the middle by process {process.pid} on" in resumed.stderr
     palpate.succeed("train", *QUICK, "--trials", trials, "--out", "straight")
     assert results_in(out) == results_in(tmp_path / "straight")
     # The recordings are the same too; what the killed trial recorded is kept beside.

@@ -8,6 +8,7 @@ from typing import Any, cast
 
 import pytest
 
+from benchmarks.mutants import gate
 from benchmarks.mutants.draw import draw, mutated
 from benchmarks.mutants.functions import functions_in, functions_of
 from benchmarks.mutants.guards import guards
@@ -233,3 +234,20 @@ def test_what_is_not_killed_any_more_is_listed(tmp_path: Path) -> None:
     assert "killed after and not before: 1\nkilled before and not after: 2\n" in text
     assert "1 f, f.py:1 -> f.py: survived" in text
     assert "  +a <= b" in text
+
+
+def test_survivors_of_the_gate_are_told_but_for_those_with_a_reason() -> None:
+    supervision = "core/palpate/core/supervision/watches.py"
+    judged = [
+        {"id": f"{n}", "file": file, "line": 3, "function": "f", "operator": "constant", "was": "1", "becomes": "2",
+         "verdict": "survived" if n < 2 else "killed", "killed_by": ""}
+        for n, file in enumerate([supervision, *["core/palpate/core/errors.py"] * 59])
+    ]  # fmt: skip
+    text, missed = gate.report(judged, {"1": "nobody reads it"}, ["core/x.py:7 f"])
+    assert missed  # 98 % are killed, but one survives in the supervisor without a reason
+    assert f"survived: 0 {supervision}:3" in text
+    assert "shown equivalent: 1 core/palpate/core/errors.py:3 f (constant)" in text
+    assert "because nobody reads it" in text
+    assert "never run: core/x.py:7 f" in text
+    assert not gate.report(judged, {"0": "same", "1": "same"}, [])[1]
+    assert gate.report(judged, {"0": "same", "1": "same", "2": "same"}, [])[1]  # a reason for one that was killed

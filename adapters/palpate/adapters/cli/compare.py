@@ -29,6 +29,12 @@ from palpate.core.insertion import find_ready_pose
 
 def compare(options: CompareOptions) -> int:
     """Run every strategy on the same trials and print their table; returns the exit code."""
+    with ExitStack() as kept:
+        return _compare(options, kept)
+
+
+def _compare(options: CompareOptions, kept: ExitStack) -> int:
+    """Into a folder that ``kept`` keeps other writers out of."""
     config = options.run
     folder = RunFolder(Path(options.out or f"runs/{config.scenario}-compare"))
     folder.require_free()
@@ -36,7 +42,7 @@ def compare(options: CompareOptions) -> int:
     ready = find_ready_pose(config.arm, config.task)
     require_usable(config, ready)
     print_weakened(config)
-    folder.create()
+    kept.enter_context(folder.writing())
     folder.write("run.toml", run_toml(config, "compare", trials=options.trials, policy=list(options.policy)))
     summaries: dict[str, dict[str, Any]] = {}
     finished = True

@@ -38,6 +38,12 @@ from palpate.core.ports import Rig
 
 def run(options: RunOptions) -> int:
     """Run a policy and print what came of it; returns the exit code."""
+    with ExitStack() as kept:
+        return _run(options, kept)
+
+
+def _run(options: RunOptions, kept: ExitStack) -> int:
+    """Into a folder that ``kept`` keeps other writers out of."""
     config = options.run
     if not options.policy:
         raise ConfigurationError("policy", "", f"a policy file, or one of {', '.join(COMPARATORS)}")
@@ -56,7 +62,7 @@ def run(options: RunOptions) -> int:
         rig = opened.enter_context(closed)
         require_limits(config, ready, rig.sensor_facts)
         # Only now are words, files and devices known to be good: a refused call must not leave a folder in the way.
-        folder.create()
+        kept.enter_context(folder.writing())
         folder.write("run.toml", run_toml(config, "run", trials=options.trials, policy=options.policy))
         recorder = folder.recorder(recording_for(config, options.rig), opened)
         session = opened.enter_context(RealTimeSession(config.real_time)) if options.rig else None

@@ -42,14 +42,23 @@ from palpate.core.policy import PolicyDocument
 
 def train(options: TrainOptions) -> int:
     """Train, or go on training, and write the run folder; returns the exit code."""
+    folder = RunFolder(Path(options.out or f"runs/{options.run.scenario}"))
+    with ExitStack() as kept:
+        checkpoint = None
+        if options.resume:
+            Checkpoint.load(folder)
+            kept.enter_context(folder.writing(again=True))
+            # Read once more: whoever wrote here until now may have gone on.
+            checkpoint = Checkpoint.load(folder)
+            _require_same(options, folder)
+        else:
+            folder.require_free()
+        return _train(options, folder, checkpoint, kept)
+
+
+def _train(options: TrainOptions, folder: RunFolder, checkpoint: Checkpoint | None, kept: ExitStack) -> int:
+    """Train into a folder that ``kept`` keeps other writers out of."""
     config = options.run
-    folder = RunFolder(Path(options.out or f"runs/{config.scenario}"))
-    checkpoint = None
-    if options.resume:
-        checkpoint = Checkpoint.load(folder)
-        _require_same(options, folder)
-    else:
-        folder.require_free()
     document = None if options.policy == "q-learning" else PolicyDocument.load(Path(options.policy))
     if document is not None and (config.learning.programmed or config.learning.examples):
         raise ConfigurationError(
@@ -82,7 +91,8 @@ def train(options: TrainOptions) -> int:
             first = checkpoint.next_trial
         # Only now is every setting known to be good: a refused one must not leave a folder that is in the way.
         require_usable(config, ready, options.rig)
-        folder.create()
+        if checkpoint is None:
+            kept.enter_context(folder.writing())
         recorder = folder.recorder(recording_for(config, options.rig), opened)
         session = opened.enter_context(RealTimeSession(config.real_time)) if options.rig else None
         print_grants(session, config)

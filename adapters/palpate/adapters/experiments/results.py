@@ -11,14 +11,16 @@ import csv
 import dataclasses
 import json
 import os
-from collections.abc import Sequence
-from contextlib import ExitStack
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any, Final
 
 from palpate.adapters.config import RecordingConfig
 from palpate.adapters.experiments.tables import csv_text
 from palpate.adapters.experiments.trial import ScoredTrial
+from palpate.adapters.experiments.writer_lock import only_writer
 from palpate.adapters.log import LOG_FOLDER, TrialRecorder
 from palpate.core.errors import OutputError
 from palpate.core.files import write_whole
@@ -140,6 +142,26 @@ class RunFolder:
             self.path.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise OutputError(str(self.path), f"cannot be made ({error.strerror})", "name another folder") from error
+
+    @contextmanager
+    def writing(self, *, again: bool = False) -> Iterator[None]:
+        """Make the folder and keep other writers out while inside; what a writer before left by a crash is told.
+
+        Args:
+            again: The folder holds a run, which goes on.
+
+        Raises:
+            OutputError: Another process writes here, or the folder cannot be made.
+        """
+        if not again:
+            self.create()
+        with only_writer(self.path) as before:
+            if not again:
+                # Somebody may have been first since this was asked.
+                self.require_free()
+            if before:
+                sys.stderr.write(f"palpate: {self.path} was left in the middle by {before}; it goes on from there\n")
+            yield
 
     def recorder(self, config: RecordingConfig, opened: ExitStack) -> TrialRecorder | None:
         """A recorder of trials into the folder ``logs``, until ``opened`` closes; None where none is asked for."""

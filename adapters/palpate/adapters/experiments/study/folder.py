@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import fcntl
 import json
 import os
 import shutil
@@ -18,6 +17,7 @@ from palpate.adapters.experiments.study.document import Study
 from palpate.adapters.experiments.study.fields import first_difference, setting
 from palpate.adapters.experiments.study.run_cell import UNFINISHED
 from palpate.adapters.experiments.tables import csv_text
+from palpate.adapters.experiments.writer_lock import LOCK, only_writer
 from palpate.adapters.log import made_with
 from palpate.core.errors import ConfigurationError, OutputError
 
@@ -76,7 +76,6 @@ def _word(value: Any) -> Any:
 
 STUDY_FILE: Final = "study.toml"
 CELLS: Final = "cells"
-_LOCK: Final = ".lock"
 _ELSEWHERE: Final = "name another folder with --out"
 
 
@@ -112,7 +111,7 @@ class StudyFolder:
         if not os.path.lexists(self.path):
             return
         try:
-            names = [name for name in os.listdir(self.path) if name != _LOCK]
+            names = [name for name in os.listdir(self.path) if name != LOCK]
         except OSError as error:
             raise OutputError(
                 str(self.path), f"is no folder that can be used ({error.strerror})", _ELSEWHERE
@@ -152,11 +151,7 @@ class StudyFolder:
             OutputError: It cannot be made, or another study is at work in it.
         """
         RunFolder(self.cells).create()
-        with (self.path / _LOCK).open("w") as lock:
-            try:
-                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except OSError as error:
-                raise OutputError(str(self.path), "another study is at work in it", f"wait, or {_ELSEWHERE}") from error
+        with only_writer(self.path):
             RunFolder(self.path).write(STUDY_FILE, study.text(made_with(), files))
             yield
 

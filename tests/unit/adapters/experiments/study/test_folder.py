@@ -84,7 +84,7 @@ def test_a_folder_with_something_else_or_a_damaged_study_is_refused(held: Held, 
 
 def test_only_one_works_in_a_folder(held: Held) -> None:
     folder, study, _ = held
-    with folder.opened(study, {}), pytest.raises(OutputError, match="another study is at work"):
+    with folder.opened(study, {}), pytest.raises(OutputError, match="is being written by process"):
         with StudyFolder(folder.path).opened(study, {}):
             pass
     with folder.opened(study, {}):

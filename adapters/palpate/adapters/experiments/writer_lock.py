@@ -1,0 +1,79 @@
+"""One writer a folder: a lock of the system's, which ends with whoever holds it, however that ends."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import shlex
+import socket
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Final
+
+from palpate.core.errors import OutputError
+
+LOCK: Final = ".lock"
+"""File that is locked. It tells who writes here; after a good end it is gone."""
+
+
+@contextmanager
+def only_writer(folder: Path) -> Iterator[str]:
+    """Keep every other writer out of a folder.
+
+    Args:
+        folder: Is there already.
+
+    Yields:
+        Who wrote here before and ended without a good end, for a notice; empty for nobody.
+
+    Raises:
+        OutputError: Another process writes here, or one of another host did and its end cannot be known.
+    """
+    path = folder / LOCK
+    descriptor = _locked(path)
+    try:
+        before = os.pread(descriptor, 4096, 0).decode("utf-8", "replace").strip()
+        host = _host_of(before)
+        if host not in ("", socket.gethostname()):
+            remedy = f"if that process runs no more, take away {path}; else name another folder with --out"
+            raise OutputError(str(folder), f"was left by {before}, which cannot be asked from here", remedy)
+        os.ftruncate(descriptor, 0)
+        os.pwrite(descriptor, _ourselves().encode(), 0)
+        try:
+            yield before
+        finally:
+            # While it is locked: who waits for it then finds another file of this name, or none.
+            os.unlink(path)
+    finally:
+        os.close(descriptor)
+
+
+def _locked(path: Path) -> int:
+    while True:
+        try:
+            descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o666)
+        except OSError as error:
+            raise OutputError(str(path), f"cannot be written ({error.strerror})", "name another folder") from error
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError as error:
+            who = os.pread(descriptor, 4096, 0).decode("utf-8", "replace").strip() or "another process"
+            os.close(descriptor)
+            remedy = "wait for its end, or name another folder with --out"
+            raise OutputError(str(path.parent), f"is being written by {who}", remedy) from error
+        if os.path.lexists(path) and os.path.samestat(os.stat(path), os.fstat(descriptor)):
+            return descriptor
+        os.close(descriptor)
+
+
+def _ourselves() -> str:
+    since = datetime.now(UTC).strftime("%Y-%m-%d %H:%M:%S UTC")
+    return f"process {os.getpid()} on {socket.gethostname()} since {since}: {shlex.join(sys.argv)}\n"
+
+
+def _host_of(told: str) -> str:
+    words = told.split()
+    return words[3] if words[:1] == ["process"] and len(words) > 3 else ""
