@@ -5,9 +5,14 @@ from __future__ import annotations
 from abc import abstractmethod
 from dataclasses import astuple, dataclass
 from math import isfinite
-from typing import Protocol, runtime_checkable
+from typing import Annotated, ClassVar, Protocol, TypeAlias, runtime_checkable
+
+from typing_extensions import override
 
 from palpate.core.errors import CommandError, ConfigurationError
+from palpate.core.ports import Range, Settings
+
+_Cost: TypeAlias = Annotated[float, Range(high=0.0, text="a finite number, 0 or below")]
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,21 +48,13 @@ class Reinforcement(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class ActionPenalty(Reinforcement):
-    """The same penalty for every action, so that the fewest actions are best (paper, section 5.5).
+class ActionPenalty(Settings, Reinforcement):
+    """The same penalty for every action, so that the fewest actions are best (paper, section 5.5)."""
 
-    Attributes:
-        per_action: The reward of each action, below 0.
+    TABLE: ClassVar[str] = "reinforcement"
 
-    Raises:
-        ConfigurationError: It is not a finite number below 0.
-    """
-
-    per_action: float = -1.0
-
-    def __post_init__(self) -> None:
-        if not (isfinite(self.per_action) and self.per_action < 0.0):
-            raise ConfigurationError("reinforcement.per_action", self.per_action, "a finite number below 0")
+    per_action: Annotated[float, Range(high=0.0, below=True, text="a finite number below 0")] = -1.0
+    """The reward of each action."""
 
     def __call__(self, outcome: ActionOutcome) -> float:
         """The penalty, whatever the outcome."""
@@ -65,34 +62,27 @@ class ActionPenalty(Reinforcement):
 
 
 @dataclass(frozen=True, slots=True)
-class InternalEffort(Reinforcement):
+class InternalEffort(Settings, Reinforcement):
     """An internal signal that keeps track of the invested effort (paper, section 3.5).
 
     ``r = per_action + per_N_s * max(0, mean_force_N - free_force_N) * duration_s``: every action costs,
-    and pushing harder than the contact needs costs more.
-
-    Attributes:
-        per_action: Reward of each action, at most 0. With 0 an action without excess force is free, and
-            then nothing distinguishes a short way from a long one.
-        per_N_s: Reward of each N s of impulse above the free force, at most 0.
-        free_force_N: Contact force that costs nothing, such as the set-point of the force control.
-
-    Raises:
-        ConfigurationError: A value is out of its range, or both rewards are 0.
+    and pushing harder than the contact needs costs more. One of the two rewards is not 0.
     """
 
-    per_action: float = -1.0
-    per_N_s: float = -1.0
-    free_force_N: float = 0.0
+    TABLE: ClassVar[str] = "reinforcement"
 
-    def __post_init__(self) -> None:
-        for field, value in (("per_action", self.per_action), ("per_N_s", self.per_N_s)):
-            if not (isfinite(value) and value <= 0.0):
-                raise ConfigurationError(f"reinforcement.{field}", value, "a finite number, 0 or below")
+    per_action: _Cost = -1.0
+    """Reward of each action. With 0 an action without excess force is free, and then nothing distinguishes a short way
+    from a long one."""
+    per_N_s: _Cost = -1.0
+    """Reward of each N s of impulse above the free force."""
+    free_force_N: Annotated[float, Range(0.0)] = 0.0
+    """Contact force that costs nothing, such as the set-point of the force control."""
+
+    @override
+    def check(self) -> None:
         if self.per_action == 0.0 and self.per_N_s == 0.0:
             raise ConfigurationError("reinforcement.per_N_s", self.per_N_s, "below 0 where per_action is 0")
-        if not (isfinite(self.free_force_N) and self.free_force_N >= 0.0):
-            raise ConfigurationError("reinforcement.free_force_N", self.free_force_N, "a finite force from 0 N up")
 
     def __call__(self, outcome: ActionOutcome) -> float:
         """The cost of the action and of its impulse above the free force."""

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Annotated, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
+
+from palpate.core.ports import Range, Settings
 
 FULL_SCALE_COUNTS = 16384
 """Counts of a load of one full scale. FACT: comedi jr3_pci.h."""
@@ -23,48 +26,33 @@ ASSUMED_NOISE_SHARE = 0.0005
 ASSUMED_DRIFT_SHARE_PER_s = 0.001 / 600.0
 """Drift of the zero as a share of full scale a second, 0.1 % in ten minutes. assumed: no data sheet says."""
 
+_Scale: TypeAlias = Annotated[int, Range(1, 0xFFFF)]
 _TENTHS = np.array([1.0, 1.0, 1.0, 10.0, 10.0, 10.0])
 _MIRRORED = np.array([-1.0, 1.0, 1.0, -1.0, 1.0, 1.0])
 
 
 @dataclass(frozen=True, slots=True)
-class Jr3Config:
-    """One sensor with its board.
+class Jr3Config(Settings):
+    """One sensor with its board."""
 
-    Attributes:
-        full_scales: Fx, Fy, Fz in N, then Mx, My, Mz in 0.1 N m; unsigned 16-bit each.
-        boot_ns: Time from power to the first look at the wire, ns. FACT: 2 s in jr3-mbed-firmware-can main.cpp, 5 s
-            in jr3-mbed-firmware-uart.
-        eeprom_ns: Time to read the sensor's 256 calibration bytes, ns. CALC: one byte in each acquisition.
-        shortest_period_ns: Fastest the wire carries samples, ns; a shorter period asked for is stretched to it. CALC:
-            two CAN frames of 111 bits at 1 Mbit/s.
-        left_handed: Whether the axes are left-handed, so that Fx and Mx change sign. FACT: yarp-devices Jr3Pci.
-        connected: Whether a sensor is plugged into the board at power-up.
-        noise_share: Standard deviation of white noise on each acquisition, as a share of full scale.
-        drift_share_per_s: Drift of each axis, up or down, as a share of full scale a second.
-    """
-
-    full_scales: tuple[int, int, int, int, int, int] = WRIST_FULL_SCALES
-    boot_ns: int = 2_000_000_000
-    eeprom_ns: int = 32_896_000
-    shortest_period_ns: int = 222_000
+    full_scales: tuple[_Scale, _Scale, _Scale, _Scale, _Scale, _Scale] = WRIST_FULL_SCALES
+    """Fx, Fy, Fz in N, then Mx, My, Mz in 0.1 N m; unsigned 16-bit each."""
+    boot_ns: Annotated[int, Range(0)] = 2_000_000_000
+    """Time from power to the first look at the wire, ns. FACT: 2 s in jr3-mbed-firmware-can main.cpp, 5 s in
+    jr3-mbed-firmware-uart."""
+    eeprom_ns: Annotated[int, Range(0)] = 32_896_000
+    """Time to read the sensor's 256 calibration bytes, ns. CALC: one byte in each acquisition."""
+    shortest_period_ns: Annotated[int, Range(1)] = 222_000
+    """Fastest the wire carries samples, ns; a shorter period asked for is stretched to it. CALC: two CAN frames of 111
+    bits at 1 Mbit/s."""
     left_handed: bool = True
+    """Whether the axes are left-handed, so that Fx and Mx change sign. FACT: yarp-devices Jr3Pci."""
     connected: bool = True
-    noise_share: float = 0.0
-    drift_share_per_s: float = 0.0
-
-    def __post_init__(self) -> None:
-        """Refuse what no board could hold.
-
-        Raises:
-            ValueError: If a full scale is no positive unsigned 16-bit number, or a time or an error is negative.
-        """
-        if len(self.full_scales) != 6 or not all(1 <= scale <= 0xFFFF for scale in self.full_scales):
-            raise ValueError(f"full_scales: six numbers from 1 to 65535 expected, got {self.full_scales}")
-        if self.boot_ns < 0 or self.eeprom_ns < 0 or self.shortest_period_ns <= 0:
-            raise ValueError("boot_ns and eeprom_ns must not be negative, shortest_period_ns must be positive")
-        if self.noise_share < 0.0 or self.drift_share_per_s < 0.0:
-            raise ValueError("noise_share and drift_share_per_s must not be negative")
+    """Whether a sensor is plugged into the board at power-up."""
+    noise_share: Annotated[float, Range(0.0)] = 0.0
+    """Standard deviation of white noise on each acquisition, as a share of full scale."""
+    drift_share_per_s: Annotated[float, Range(0.0)] = 0.0
+    """Drift of each axis, up or down, as a share of full scale a second."""
 
     def counts(self, wrench: npt.ArrayLike) -> npt.NDArray[np.float64]:
         """Turn a true wrench into counts along the sensor's axes, neither rounded nor saturated.

@@ -3,51 +3,44 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass, fields
-from typing import Final
+from dataclasses import dataclass
+from typing import Annotated, Final, TypeAlias
 
 import numpy as np
 
+from palpate.core.ports import Range, Settings
+
 _NS: Final = 1_000_000_000
 _LONGEST_BYTE: Final = 12  # a slow byte covers no more fast ones than 230400 baud has in one of 19200
-_DELAY: Final = "delay_s"
+_Probability: TypeAlias = Annotated[float, Range(0.0, 1.0)]
 
 
 @dataclass(frozen=True, slots=True)
-class SerialFaults:
-    """What goes wrong between host and device; every field but `silent` and `delay_s` is a probability, 0 to 1.
+class SerialFaults(Settings):
+    """What goes wrong between host and device, and with which probability."""
 
-    Attributes:
-        drop_command_byte: A byte from the host is lost.
-        corrupt_command_byte: One of its bits flips.
-        drop_byte: A byte to the host is lost.
-        corrupt_byte: One of its bits flips.
-        duplicate_byte: It arrives twice.
-        drop_reply: A whole reply is lost.
-        duplicate_reply: It arrives twice.
-        delay_reply: It comes late by `delay_s`.
-        wrong_checksum: Its last byte is wrong, whatever the protocol uses that for.
-        delay_s: Length of a delay.
-        silent: The device receives and acts but sends nothing at all.
-    """
-
-    drop_command_byte: float = 0.0
-    corrupt_command_byte: float = 0.0
-    drop_byte: float = 0.0
-    corrupt_byte: float = 0.0
-    duplicate_byte: float = 0.0
-    drop_reply: float = 0.0
-    duplicate_reply: float = 0.0
-    delay_reply: float = 0.0
-    wrong_checksum: float = 0.0
-    delay_s: float = 0.05
+    drop_command_byte: _Probability = 0.0
+    """A byte from the host is lost."""
+    corrupt_command_byte: _Probability = 0.0
+    """One of its bits flips."""
+    drop_byte: _Probability = 0.0
+    """A byte to the host is lost."""
+    corrupt_byte: _Probability = 0.0
+    """One of its bits flips."""
+    duplicate_byte: _Probability = 0.0
+    """It arrives twice."""
+    drop_reply: _Probability = 0.0
+    """A whole reply is lost."""
+    duplicate_reply: _Probability = 0.0
+    """It arrives twice."""
+    delay_reply: _Probability = 0.0
+    """It comes late by `delay_s`."""
+    wrong_checksum: _Probability = 0.0
+    """Its last byte is wrong, whatever the protocol uses that for."""
+    delay_s: Annotated[float, Range(0.0)] = 0.05
+    """Length of a delay."""
     silent: bool = False
-
-    def __post_init__(self) -> None:
-        for field in fields(self):
-            value = getattr(self, field.name)
-            if value < 0.0 or (value > 1.0 and field.name != _DELAY):
-                raise ValueError(f"{field.name} = {value} is out of range")
+    """The device receives and acts but sends nothing at all."""
 
 
 NO_FAULTS: Final = SerialFaults()

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import exp
-from typing import Final, Protocol
+from typing import Annotated, Final, Protocol, TypeAlias
 
 from typing_extensions import override
 
-from palpate.core.ports import JointVector
+from palpate.core.ports import Holds, JointVector, Range, Settings
 from palpate.simulation.emulators.motors.gears import AXES, HOME_RAD, ArmGears
 
 _S_PER_NS: Final = 1e-9
+_Six: TypeAlias = Annotated[tuple[float, ...], Holds(lambda values: len(values) == AXES, f"{AXES} numbers")]
 _HOME_COUNTS: Final = (0.0,) * AXES
 
 
@@ -36,27 +37,18 @@ class Plant(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class MotorModel:
-    """How motors fall short of their set-points. The defaults follow exactly.
+class MotorModel(Settings):
+    """How motors fall short of their set-points. The defaults follow exactly."""
 
-    Attributes:
-        lag_s: Time constant of the first-order lag of a held motor behind its set-point.
-        load_counts: Steady error under static load, (6,) counts, added to what a held motor reaches.
-        free_speed_counts_per_s: Speed at full duty without load, (6,) counts/s (assumed: nothing is published).
-        wrist_backlash_rad: Full gap of the gears of joints 4 to 6 (assumed; 0.1 degree is plausible, but not default,
-            because it hides what else is wrong).
-    """
-
-    lag_s: float = 0.0
-    load_counts: tuple[float, ...] = (0.0,) * AXES
-    free_speed_counts_per_s: tuple[float, ...] = (60_000.0,) * AXES
-    wrist_backlash_rad: float = 0.0
-
-    def __post_init__(self) -> None:
-        if self.lag_s < 0.0 or self.wrist_backlash_rad < 0.0:
-            raise ValueError("lag_s and wrist_backlash_rad cannot be negative")
-        if len(self.load_counts) != AXES or len(self.free_speed_counts_per_s) != AXES:
-            raise ValueError(f"load_counts and free_speed_counts_per_s have {AXES} values")
+    lag_s: Annotated[float, Range(0.0)] = 0.0
+    """Time constant of the first-order lag of a held motor behind its set-point."""
+    load_counts: _Six = (0.0,) * AXES
+    """Steady error under static load, (6,) counts, added to what a held motor reaches."""
+    free_speed_counts_per_s: _Six = (60_000.0,) * AXES
+    """Speed at full duty without load, (6,) counts/s (assumed: nothing is published)."""
+    wrist_backlash_rad: Annotated[float, Range(0.0)] = 0.0
+    """Full gap of the gears of joints 4 to 6 (assumed; 0.1 degree is plausible, but not default, because it hides what
+    else is wrong)."""
 
 
 class _Backlash:

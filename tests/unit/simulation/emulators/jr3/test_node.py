@@ -195,5 +195,5 @@ def test_noise_and_drift_are_off_by_default_seeded_and_of_the_assumed_size() -> 
     [{"full_scales": (0, 1, 1, 1, 1, 1)}, {"boot_ns": -1}, {"noise_share": -0.1}, {"shortest_period_ns": 0}],
 )
 def test_impossible_sensors_are_refused(wrong: dict[str, Any]) -> None:
-    with pytest.raises(ValueError, match=r"full_scales|boot_ns|noise_share"):
+    with pytest.raises(ValueError, match=rf"^{next(iter(wrong))}.* is refused"):
         Jr3Config(**wrong)
