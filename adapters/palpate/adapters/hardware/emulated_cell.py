@@ -237,6 +237,6 @@ class EmulatedCell:
         """What the emulated sensor does not report: the noise that the simulated cell gives it, behind its filter."""
         noise = self.config.cell.sensor
         return {
-            "noise_N": _BEHIND_FILTER * noise.force_noise_N,
-            "noise_Nm": _BEHIND_FILTER * noise.torque_noise_Nm,
+            "noise_N": round(_BEHIND_FILTER * noise.force_noise_N, 6),
+            "noise_Nm": round(_BEHIND_FILTER * noise.torque_noise_Nm, 6),
         }

@@ -10,6 +10,7 @@ from typing import TypeVar
 from palpate.adapters.config import DeviceEntry, RigFile
 from palpate.adapters.hardware.arm_on_bus import BusArm
 from palpate.adapters.hardware.doctor.cia402 import examine_cia402
+from palpate.adapters.hardware.doctor.facts import judge_facts
 from palpate.adapters.hardware.doctor.findings import FindingsSection, Notebook, driver_error
 from palpate.adapters.hardware.doctor.jr3 import examine_jr3
 from palpate.adapters.hardware.doctor.pace import examine_clock
@@ -20,6 +21,7 @@ from palpate.adapters.hardware.doctor.wiring import Wiring, examine_sharing, wir
 from palpate.adapters.hardware.doctor.zebra import examine_zebra, tell_modules
 from palpate.adapters.hardware.jr3 import Jr3ForceSensor
 from palpate.adapters.hardware.plugins import ArmAdapter, RigContext, arm_maker, force_sensor_maker
+from palpate.adapters.hardware.sensor_facts import reported_by
 from palpate.core.errors import ConfigurationError
 from palpate.core.ports import ForceSensor
 from palpate.drivers.cia402 import Cia402Arm
@@ -103,11 +105,12 @@ class Examination:
         sensor.activate()
         mend_axes = "mirror one axis of forces and torques in the adapter"
         if isinstance(sensor, Jr3ForceSensor):
-            examine_jr3(sensor, clock, wishes.seconds, notes)
+            measured = examine_jr3(sensor, clock, wishes.seconds, notes)
             other = "right-handed" if sensor.settings.signs == LEFT_HANDED else "left-handed"
             mend_axes = f'[force_sensor] axes = "{other}"'
         else:
-            examine_force_sensor(sensor, clock, wishes.seconds, notes)
+            measured = examine_force_sensor(sensor, clock, wishes.seconds, notes)
+        judge_facts(self._file.facts, reported_by(sensor), measured, notes)
         if wishes.person is not None:
             PushCheck(sensor, clock, wishes.person, notes, mend_axes).run()
 

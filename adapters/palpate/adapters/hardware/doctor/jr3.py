@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
+from palpate.adapters.hardware.doctor.facts import MeasuredNoise
 from palpate.adapters.hardware.doctor.findings import Notebook
 from palpate.adapters.hardware.doctor.pace import distances, rate_Hz, spread_of
 from palpate.adapters.hardware.doctor.ports import WrenchReading, examine_wrench
@@ -17,7 +18,7 @@ _CLUMPED_MS: Final = 3.0
 """What readings may arrive late, usually, before an adapter is suspected. A choice: above a latency timer of 1 ms."""
 
 
-def examine_jr3(sensor: Jr3ForceSensor, clock: Clock, seconds: float, notes: Notebook) -> None:
+def examine_jr3(sensor: Jr3ForceSensor, clock: Clock, seconds: float, notes: Notebook) -> MeasuredNoise | None:
     """Identity, rate, counters, noise. The sensor is active.
 
     Args:
@@ -51,7 +52,7 @@ def examine_jr3(sensor: Jr3ForceSensor, clock: Clock, seconds: float, notes: Not
     _silence([before_ns, *arrivals, clock.now_ns()], asked.stall_ns, notes)
     _judge_counters(before, after, notes)
     resolution = 2.0 * max(*scales.lsb_N, *scales.lsb_Nm)
-    examine_wrench(readings, notes, (*newtons, *metres), resolution)
+    return examine_wrench(readings, notes, (*newtons, *metres), resolution)
 
 
 def _listen(device: Jr3, clock: Clock, seconds: float) -> tuple[list[WrenchReading], list[int]]:

@@ -8,6 +8,7 @@ from math import hypot
 from statistics import fmean, pstdev
 from typing import Final, TypeVar
 
+from palpate.adapters.hardware.doctor.facts import MeasuredNoise
 from palpate.adapters.hardware.doctor.findings import Notebook
 from palpate.adapters.hardware.doctor.pace import distances, rate_Hz, spread_of
 from palpate.core.errors import DeviceError
@@ -51,8 +52,8 @@ class WrenchReading:
 
 def examine_wrench(
     readings: Sequence[WrenchReading], notes: Notebook, full_scales: Sequence[float] = (), resolution: float = 0.0
-) -> None:
-    """Offsets, noise and saturation.
+) -> MeasuredNoise | None:
+    """Offsets, noise and saturation; what was measured of the noise, if anything.
 
     Args:
         readings: What was read while nobody touched the tool.
@@ -62,7 +63,7 @@ def examine_wrench(
     """
     if len(readings) < 2:
         notes.wrong(f"only {len(readings)} readings in all this time", "check cable and power, then try again")
-        return
+        return None
     series = list(zip(*((*r.force_N, *r.torque_Nm) for r in readings), strict=True))
     means, sigmas = [fmean(s) for s in series], [pstdev(s) for s in series]
     peaks = [max(max(s), -min(s)) for s in series]
@@ -75,6 +76,7 @@ def examine_wrench(
     notes.table((*columns, *(("full scale", "peak of it") if full_scales else ())), tuple(rows))
     _judge_range(readings, notes)
     _judge_noise(means, sigmas, notes, resolution)
+    return MeasuredNoise(max(sigmas[:3]), max(sigmas[3:]), rate_Hz([reading.time_ns for reading in readings]))
 
 
 def _judge_range(readings: Sequence[WrenchReading], notes: Notebook) -> None:
@@ -107,7 +109,7 @@ _POLL_NS = 1_000_000
 _SILENT = "check cable and power, and the adapter's own settings"
 
 
-def examine_force_sensor(sensor: ForceSensor, clock: Clock, seconds: float, notes: Notebook) -> None:
+def examine_force_sensor(sensor: ForceSensor, clock: Clock, seconds: float, notes: Notebook) -> MeasuredNoise | None:
     """Rate, marks, noise of an active force sensor.
 
     Args:
@@ -122,7 +124,7 @@ def examine_force_sensor(sensor: ForceSensor, clock: Clock, seconds: float, note
         for s in found
         if s.validity is not Validity.INVALID
     ]
-    examine_wrench(readings, notes)
+    return examine_wrench(readings, notes)
 
 
 def examine_encoder(
