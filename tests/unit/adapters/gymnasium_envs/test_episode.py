@@ -15,10 +15,9 @@ from palpate.adapters.gymnasium_envs.episode import (
     GivenActions,
     InsertionEpisodes,
     NotRunningError,
-    refuse_unknown,
     run_config,
 )
-from palpate.core.errors import CommandError, ConfigurationError, DeviceError, LifecycleError
+from palpate.core.errors import CommandError, DeviceError, LifecycleError
 from palpate.core.insertion import Outcome, Phase, TaskConfig
 from palpate.core.policy import Decision, Observation, Policy, Transition
 from palpate.core.ports.values import CommandReason, JointCommand
@@ -121,13 +120,6 @@ def test_a_worker_can_send_them_and_the_parent_makes_them_anew(error: Exception)
     arrived = pickle.loads(pickle.dumps(error))
     assert (type(arrived), str(arrived)) == (type(error), str(error))
     assert str(type(error)(arrived)) == str(error)
-
-
-def test_an_unknown_argument_is_named_and_so_are_those_that_there_are() -> None:
-    refuse_unknown("x-v0", {}, ("size",))
-    with pytest.raises(ConfigurationError) as caught:
-        refuse_unknown("x-v0", {"sise": 7}, ("map", "size"))
-    assert str(caught.value) == "sise = 7 is refused: no such argument of x-v0; there are map, size"
 
 
 # The policy of an environment hands out what it was given, once.

@@ -96,14 +96,6 @@ def test_a_free_step_keeps_its_direction_and_is_never_longer_than_the_longest(x:
         assert dx * x >= 0.0 <= dy * y
 
 
-def test_every_corner_of_the_box_is_an_action() -> None:
-    actions = FreeSteps(1e-3)
-    for corner in ((-1, -1), (-1, 1), (1, -1), (1, 1), (0, 0)):
-        action = np.array(corner, np.float32)
-        assert actions.space.contains(action)
-        assert actions.decision(action).action.name
-
-
 @pytest.mark.parametrize(
     "action", [(1.0001, 0.0), (0.0, -1.5), (nan, 0.0), (0.0, inf), (0.0,), (0.0, 0.0, 0.0), 3, None, "ab", [[0.0, 1.0]]]
 )

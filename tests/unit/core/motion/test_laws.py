@@ -268,20 +268,3 @@ def test_each_law_sees_and_moves_its_own_axes_only() -> None:
     assert along.calls == [((0.0, 0.0, 0.3), (0.0, 0.0, 0.6), (0.0, 0.0, 9.0))]
     law.reset()
     assert (across.resets, along.resets) == (1, 1)
-
-
-def test_the_speed_limit_of_one_does_not_slow_the_other() -> None:
-    velocity = HybridControl(position(70.0, 0.02), damping()).velocity_m_s(ORIGIN, (1.0, 0.0, 0.0), ORIGIN)
-    assert velocity == pytest.approx((0.02, 0.0, 0.0125))
-
-
-def test_a_slide_along_a_wall_while_pressing_settles_on_every_axis() -> None:
-    """The law of the insertion on a spring that is stiff across and soft along: both forces arrive."""
-    across, along = 4e4, 5e3
-    law = HybridControl(force(2.5e-4, speed=5e-3, k=across), damping(speed=0.02, k=along))
-    x, y, z = 2e-4, -1e-4, -1e-3
-    for _ in range(700):
-        force_N = (-across * x, -across * y, -along * max(z, 0.0))
-        vx, vy, vz = law.velocity_m_s((x, y, z), ORIGIN, force_N)
-        x, y, z = x + vx * PERIOD_S, y + vy * PERIOD_S, z + vz * PERIOD_S
-    assert (-across * x, -across * y, -along * z) == pytest.approx((0.0, 0.0, -5.0), abs=1e-3)

@@ -170,12 +170,3 @@ def test_a_urdf_without_the_flange_is_an_asset_error() -> None:
     with pytest.raises(AssetError, match="a frame 'gripper' for the flange") as caught:
         Kinematics(replace(ZEBRA, flange_frame="gripper"), ToolGeometry())
     assert isinstance(caught.value, ConfigurationError)
-
-
-def test_two_users_do_not_disturb_each_other() -> None:
-    one, other = Kinematics(ZEBRA, ToolGeometry()), Kinematics(ZEBRA, ToolGeometry())
-    first, second = random_angles(one, 2)
-    one.update(first)
-    before = one.tip_position_m.tolist()
-    other.update(second)
-    assert one.tip_position_m.tolist() == before

@@ -69,13 +69,6 @@ def test_the_tool_keeps_its_orientation(bench: Bench) -> None:
     assert np.linalg.norm(pin.log3(bench.rotation.T @ bench.look.tip_rotation)) < 1e-6
 
 
-def test_equal_motions_have_equal_bits(bench: Bench) -> None:
-    other = Bench(bench.look.arm.name)
-    for tick in range(150):
-        velocity = (0.01 * np.sin(tick), -0.007 * np.cos(2 * tick), 0.003)
-        assert bench.motion.move(velocity) == other.motion.move(velocity)
-
-
 def test_a_command_that_was_changed_is_taken_up(bench: Bench) -> None:
     first = bench.motion.move((0.02, 0.0, 0.0))
     for _ in range(30):

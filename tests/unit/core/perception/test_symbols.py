@@ -127,8 +127,3 @@ def test_thresholds_belong_to_features_and_a_gate_needs_a_middle_and_separate_on
         GatedThresholds.of({"x": (-1, 1)}, {"x": (-1, 1)})
     with pytest.raises(ConfigurationError, match=r"symboliser\.inner = .* 'thresholds'"):
         GatedThresholds(Thresholds.of({"x": (-1, 1)}), None)  # type: ignore[arg-type]
-
-
-def test_both_are_symbolisers() -> None:
-    assert isinstance(PAPER, Symboliser)
-    assert isinstance(PAPER.outer, Symboliser)
