@@ -8,10 +8,8 @@ from typing import ClassVar
 import pytest
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.ports.contracts.fakes import FakeArm, FakeClock
-from palpate.core.ports.contracts.motion import NO_MOTION, MotionLimits
-from palpate.core.ports.contracts.rigs import ArmCommandRig
-from palpate.core.ports.contracts.running import ClauseOutcome, run_clauses
+from palpate.core.ports.contracts import NO_MOTION, ArmCommandRig, ClauseOutcome, FakeClock, MotionLimits, run_clauses
+from palpate.core.ports.contracts.fakes import FakeArm
 from palpate.core.ports.values import AppliedCommand, JointCommand, JointVector
 from tests.contracts import test_fake as fake
 

@@ -22,10 +22,7 @@ from palpate.core.insertion.config import N_PER_KGF, ControlConfig, GoalConfig, 
 from palpate.core.insertion.frame import goal_in_base
 from palpate.core.insertion.measurement import Measurement
 from palpate.core.insertion.task import PERIOD_S, InsertionTask
-from palpate.core.motion.arm import arm_named
-from palpate.core.motion.inverse import InverseKinematics
-from palpate.core.motion.model import Array, Kinematics, ToolGeometry
-from palpate.core.motion.tip_motion import TipMotion
+from palpate.core.motion import Array, InverseKinematics, Kinematics, TipMotion, ToolGeometry, arm_named
 from palpate.core.perception import (
     GatedThresholds,
     IdentityState,
@@ -44,9 +41,8 @@ from palpate.core.policy import (
     Transition,
     compass_actions,
 )
+from palpate.core.ports import CONTROL_RATE_HZ, JointVector, Ports, Vector3, WrenchSample
 from palpate.core.ports.contracts.fakes import FakeArm, FakeClock, FakeForceSensor, FakeJointEncoder
-from palpate.core.ports.devices import Ports
-from palpate.core.ports.values import CONTROL_RATE_HZ, JointVector, Vector3, WrenchSample
 
 TOOL = ToolGeometry()
 STIFFNESS_N_PER_M = 5e3

@@ -1,7 +1,5 @@
 """A serial CAN adapter that stops taking bytes holds nobody up."""
 
-from __future__ import annotations
-
 import os
 import pty
 import threading

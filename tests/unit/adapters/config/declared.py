@@ -4,16 +4,14 @@ from collections.abc import Iterator
 from math import inf, isfinite, nan, nextafter
 from typing import Any, get_args, get_origin
 
-from palpate.adapters.config import GridLearning, RunConfig
-from palpate.adapters.config.real_time import RealTimeConfig
+from palpate.adapters.config import GridLearning, RealTimeConfig, RunConfig
 from palpate.adapters.config.rig import OperatorTable, WatchdogTable
 from palpate.adapters.fault_injection import FaultPlan
 from palpate.adapters.hardware.cia402 import _Cia402Table
 from palpate.adapters.hardware.jr3 import _CanTable, _UartTable
 from palpate.adapters.hardware.zebra_zero import _ZebraTable
-from palpate.core.automata import InferenceSettings
+from palpate.core.automata import InferenceSettings, TrainingSettings
 from palpate.core.automata.choice import ExtractionSettings
-from palpate.core.automata.training import TrainingSettings
 from palpate.core.policy import BackOff, SarsaParameters, TemperatureSchedule
 from palpate.core.ports.settings import OneOf, Range, Settings, kinds_of, optional_of, parts_of
 

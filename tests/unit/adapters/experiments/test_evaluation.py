@@ -1,7 +1,5 @@
 """A policy at work on a rig, and what a trip means for whoever calls next."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -9,13 +7,9 @@ from pathlib import Path
 import pytest
 
 from palpate.adapters.config.run import RunConfig
-from palpate.adapters.experiments.build import build_perception
-from palpate.adapters.experiments.evaluation import Recorded, run_policy
-from palpate.adapters.experiments.policies import comparator
+from palpate.adapters.experiments import Recorded, build_perception, comparator, run_policy
 from palpate.adapters.fault_injection.campaign.runs import read_back
-from palpate.adapters.log.trial_recorder import TrialRecorder
-from palpate.adapters.log.world import recorded_sensor
-from palpate.adapters.log.writer_client import MemorySink
+from palpate.adapters.log import MemorySink, TrialRecorder, recorded_sensor
 from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.core.errors import DeviceError, FaultLatchedError
 from tests.unit.adapters.samples import QUICK, ready_pose

@@ -10,8 +10,7 @@ from palpate.adapters.config.run import RunConfig
 from palpate.adapters.experiments import run_scored_trial, trial_setup, truth_fields
 from palpate.adapters.experiments import trial as experiment
 from palpate.core.insertion.trial import Outcome
-from palpate.core.ports.latch import FaultLatch
-from palpate.core.ports.rig import Truth
+from palpate.core.ports import FaultLatch, Truth
 from tests.unit.adapters.samples import scored_trial
 
 

@@ -1,7 +1,5 @@
 """The way of an arm to its ready pose."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import pairwise
 from math import dist
@@ -11,15 +9,12 @@ import pinocchio as pin
 import pytest
 
 from palpate.adapters.config.run import RunConfig
-from palpate.adapters.experiments.build import build_perception, build_task
-from palpate.adapters.experiments.policies import comparator
-from palpate.adapters.experiments.trial import run_scored_trial
+from palpate.adapters.experiments import build_perception, build_task, comparator, run_scored_trial
 from palpate.adapters.hardware.approach import WITHDRAWAL_M_S, find_approach, walk, withdrawal
 from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.core.errors import DeviceError
 from palpate.core.insertion.frame import goal_in_base
-from palpate.core.motion.inverse import InverseKinematics
-from palpate.core.motion.model import Kinematics, ToolGeometry
+from palpate.core.motion import InverseKinematics, Kinematics, ToolGeometry
 from palpate.core.ports.decorator import DeviceDecorator
 from palpate.core.ports.devices import ArmCommand, ForceSensor
 from palpate.core.ports.values import (

@@ -1,15 +1,12 @@
 """An arm on a bus that dies: told to stop by one thread, once, and soon over. Virtual time."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Iterator, Sequence
 
 import pytest
 
 from palpate.adapters.hardware.arm_on_bus import BusArm, OpenArm
-from palpate.core.ports.lifecycle import Life
-from palpate.core.ports.values import JointCommand
+from palpate.core.ports import JointCommand, Life
 from palpate.drivers.arm import Applied, ArmDriver, Measured
 from palpate.drivers.errors import SilentError
 from tests.contracts import test_cia402, test_jr3, test_zebra

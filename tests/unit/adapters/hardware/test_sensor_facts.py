@@ -1,7 +1,5 @@
 """Facts about the force sensor: what the rig file states and what the sensor reports, put together."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest

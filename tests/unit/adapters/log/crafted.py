@@ -1,7 +1,5 @@
 """Logs made by hand, small and quick: what a tick holds follows from its number, so that any reading can be checked."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from io import BytesIO

@@ -1,14 +1,11 @@
 """Small logs made for a test: everything in them is said by the test itself."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from palpate.adapters.config.run import scenario
-from palpate.adapters.config.toml import to_toml
+from palpate.adapters.config import scenario, to_toml
 from palpate.adapters.log.file import LogFile, NewFile, describe_channels
 from palpate.adapters.log.records import (
     CallEntry,

@@ -1,7 +1,5 @@
 """The four fake ports under a recorder, and a loop over them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any

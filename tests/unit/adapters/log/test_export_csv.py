@@ -1,7 +1,5 @@
 """Logs as CSV: every bit of every number."""
 
-from __future__ import annotations
-
 import csv
 import json
 import math
@@ -11,8 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from palpate.adapters.config.run import RunConfig, scenario
-from palpate.adapters.config.toml import overlay
+from palpate.adapters.config import RunConfig, overlay, scenario
 from palpate.adapters.log.export_csv import export_csv
 from palpate.adapters.log.records import CallEntry, DecisionEntry, EndRecord, EventEntry, LossEntry, ReinforcementEntry
 from palpate.core.errors import LogError, OutputError

@@ -1,7 +1,5 @@
 """Logs as a LeRobot dataset: frames of a fixed rate that hold what was newest, and say how old it was."""
 
-from __future__ import annotations
-
 import json
 import math
 import sys
@@ -13,12 +11,9 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
-from palpate.adapters.config.run import scenario
-from palpate.adapters.config.toml import to_toml
-from palpate.adapters.log.export_lerobot import Frames, export_lerobot, frames_of
-from palpate.adapters.log.reader import read_log
-from palpate.adapters.log.records import EndRecord, ReinforcementEntry
-from palpate.adapters.log.tick_layout import TickRecord
+from palpate.adapters.config import scenario, to_toml
+from palpate.adapters.log import EndRecord, ReinforcementEntry, TickRecord, export_lerobot, read_log
+from palpate.adapters.log.export_lerobot import Frames, frames_of
 from palpate.core.errors import ConfigurationError, LogError
 from palpate.core.ports.values import AppliedCommand, CommandReason, JointSample, Validity, WrenchSample
 from tests.unit.adapters.log.made_logs import PERIOD_NS, POSTURE, start, tick, write_log

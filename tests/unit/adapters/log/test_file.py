@@ -1,7 +1,5 @@
 """How a log grows on disk: by chunks of trial time, into a file that was not there before, on a disk that may fill."""
 
-from __future__ import annotations
-
 import errno
 import os
 from io import BytesIO

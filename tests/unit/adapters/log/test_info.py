@@ -1,18 +1,13 @@
 """What a log tells about itself."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from palpate.adapters.log.file import finite
-from palpate.adapters.log.info import LogInfo, info_of
-from palpate.adapters.log.info_text import describe, table
-from palpate.adapters.log.reader import read_log
-from palpate.adapters.log.records import CallEntry, EndRecord, LossEntry
+from palpate.adapters.log import CallEntry, EndRecord, LossEntry, describe, finite, info_of, read_log, table
+from palpate.adapters.log.info import LogInfo
 from palpate.core.errors import LogError
 from palpate.core.ports.values import AppliedCommand, CommandReason, JointSample, Validity, WrenchSample
 from tests.unit.adapters.log.made_logs import PERIOD_NS, POSTURE, start, tick, write_log

@@ -1,7 +1,5 @@
 """A picture of one trial, and the numbers that are drawn in it."""
 
-from __future__ import annotations
-
 import math
 import struct
 from dataclasses import replace
@@ -22,8 +20,7 @@ from palpate.adapters.log.series import series_of, tare_of
 from palpate.adapters.log.tick_layout import TickRecord
 from palpate.core.errors import LogError
 from palpate.core.insertion.frame import goal_in_base
-from palpate.core.motion.arm import arm_named
-from palpate.core.motion.model import Kinematics, ToolGeometry
+from palpate.core.motion import Kinematics, ToolGeometry, arm_named
 from palpate.core.ports.values import AppliedCommand, CommandReason, JointSample, Validity, WrenchSample
 from tests.unit.adapters.log.made_logs import PERIOD_NS, POSTURE, start, tick, write_log
 

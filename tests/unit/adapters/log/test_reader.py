@@ -1,7 +1,5 @@
 """A damaged log is never misread, and whatever is wrong with it is said in one line."""
 
-from __future__ import annotations
-
 import random
 import re
 import struct
@@ -18,17 +16,9 @@ from hypothesis import strategies as st
 from mcap.opcode import Opcode
 from mcap.writer import MCAP0_MAGIC, CompressionType
 
-from palpate.adapters.log import reader
-from palpate.adapters.log.reader import (
-    RawMessage,
-    TrialLog,
-    assemble,
-    learner_of_json,
-    outer_records,
-    read_log,
-    sound_messages,
-)
-from palpate.adapters.log.records import EventEntry, encode_record
+from palpate.adapters.log import EventEntry, TrialLog, assemble, learner_of_json, read_log, reader, sound_messages
+from palpate.adapters.log.reader import RawMessage, outer_records
+from palpate.adapters.log.records import encode_record
 from palpate.adapters.log.schema import EVENT, START, TICK
 from palpate.core.errors import LogError
 from tests.unit.adapters.log.crafted import ENDING, STARTING, log_bytes, messages, rewritten, start_with, tick_record

@@ -1,17 +1,13 @@
 """What a log holds, in which order, and what it says of what it does not hold."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from palpate.adapters.log.reader import sound_messages
-from palpate.adapters.log.records import CallEntry
+from palpate.adapters.log import CallEntry, TickRecord, sound_messages
 from palpate.adapters.log.schema import BY_ID
-from palpate.adapters.log.tick_layout import TickRecord
 from palpate.adapters.log.writer_client import Opening
 from palpate.core.control_loop import UnfinishedTick
 from palpate.core.errors import DeviceError, LogError

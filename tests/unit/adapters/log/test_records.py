@@ -1,7 +1,5 @@
 """Sparse records come back as they were."""
 
-from __future__ import annotations
-
 import struct
 from dataclasses import replace
 from typing import Any

@@ -1,7 +1,5 @@
 """A sound log of what is left of a torn or damaged one."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

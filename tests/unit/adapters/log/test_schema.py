@@ -1,21 +1,12 @@
 """The schema is what readers without palpate see of it: they must be able to do with the file alone."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest
 from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
 
 from palpate.adapters.log.file import describe_channels
-from palpate.adapters.log.schema import (
-    CHANNELS,
-    MESSAGES,
-    PACKAGE,
-    descriptor_set,
-    encode,
-    message_class,
-)
+from palpate.adapters.log.schema import CHANNELS, MESSAGES, PACKAGE, descriptor_set, encode, message_class
 from tests.unit.adapters.log.crafted import tick_record
 
 

@@ -1,7 +1,5 @@
 """The precompiled tick is, byte for byte, what protobuf makes of it."""
 
-from __future__ import annotations
-
 import struct
 from dataclasses import replace
 from math import isfinite

@@ -16,16 +16,13 @@ from palpate.adapters.experiments.policies import comparator, learning_policy
 from palpate.adapters.experiments.results import RunFolder
 from palpate.adapters.experiments.training import Trainer
 from palpate.adapters.experiments.trial import run_scored_trial, trial_setup
-from palpate.adapters.log.reader import TrialLog, learner_of_json, read_log
-from palpate.adapters.log.trial_recorder import TrialRecorder, set_aside
-from palpate.adapters.log.writer_client import MemorySink, Sink
+from palpate.adapters.log import MemorySink, TrialLog, TrialRecorder, learner_of_json, read_log, set_aside
+from palpate.adapters.log.writer_client import Sink
 from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.core.errors import DeviceError, OutputError
-from palpate.core.insertion.task import InsertionTask
-from palpate.core.insertion.trial import Outcome, TrialReport, TrialSetup
+from palpate.core.insertion import InsertionTask, Outcome, TrialReport, TrialSetup
 from palpate.core.policy import Policy
-from palpate.core.ports.rig import World
-from palpate.core.ports.values import WrenchSample
+from palpate.core.ports import World, WrenchSample
 from tests.unit.adapters.log.recording_bench import ChokingSink, log_of
 from tests.unit.adapters.samples import QUICK, ready_pose
 

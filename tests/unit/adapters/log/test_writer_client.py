@@ -1,7 +1,5 @@
 """The pipe to the writer process: never waited for in the loop, never hung on, nothing left behind."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess
@@ -12,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
+from palpate.adapters.log import MemorySink, read_log
 from palpate.adapters.log import writer_client as module
-from palpate.adapters.log.reader import read_log
-from palpate.adapters.log.writer_client import MemorySink, Opening, ProcessSink
+from palpate.adapters.log.writer_client import Opening, ProcessSink
 from palpate.adapters.log.writer_process import message_frame
 from palpate.core.errors import OutputError
 from tests.unit.adapters.log.crafted import log_bytes, messages

@@ -1,7 +1,5 @@
 """The writer process, as a class and as a process: whatever happens, a log is closed soundly or said not to be."""
 
-from __future__ import annotations
-
 import json
 import shutil
 import subprocess
@@ -11,10 +9,10 @@ from pathlib import Path
 
 import pytest
 
+from palpate.adapters.log import TickRecord, read_log
 from palpate.adapters.log import writer_process as module
 from palpate.adapters.log.file import describe_channels
-from palpate.adapters.log.reader import RawMessage, read_log
-from palpate.adapters.log.tick_layout import TickRecord
+from palpate.adapters.log.reader import RawMessage
 from palpate.adapters.log.writer_process import CLOSE, OPEN, QUIT, frame, message_frame, messages_in, serve
 from tests.unit.adapters.log.crafted import log_bytes, messages, tick_record
 

@@ -1,7 +1,5 @@
 """Finding logs, and holding the trials of a run against each other."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The gate bites: whatever of a log's outputs is altered by one bit is found, at the right tick and field."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from math import nextafter

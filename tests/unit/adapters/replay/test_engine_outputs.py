@@ -1,7 +1,5 @@
 """Every output of the core is held against the log: what else than commands and decisions may be altered is found."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from itertools import count

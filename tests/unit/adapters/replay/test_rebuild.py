@@ -1,7 +1,5 @@
 """What-if settings, and logs that do not say enough."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The ports over a recorded trial, call by call."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest

@@ -1,7 +1,5 @@
 """The agent: what policy and perception are given, when, and with which effort."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -11,14 +9,7 @@ import pytest
 from palpate.core.errors import LifecycleError
 from palpate.core.insertion.agent import Agent
 from palpate.core.perception import Perception, SelectedChannels, Thresholds
-from palpate.core.policy import (
-    ActionOutcome,
-    Decision,
-    Observation,
-    Reinforcement,
-    Transition,
-    compass_actions,
-)
+from palpate.core.policy import ActionOutcome, Decision, Observation, Reinforcement, Transition, compass_actions
 from palpate.core.ports.values import Vector3
 from tests.unit.core.policy.bench import Diary
 

@@ -1,7 +1,5 @@
 """The task's settings: defaults are the paper's, and nonsense is refused by name."""
 
-from __future__ import annotations
-
 import pytest
 
 from palpate.core.errors import ConfigurationError

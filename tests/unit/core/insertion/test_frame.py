@@ -1,7 +1,5 @@
 """The task frame, random offsets in it, and the square that may be explored."""
 
-from __future__ import annotations
-
 from math import hypot, pi
 
 import numpy as np

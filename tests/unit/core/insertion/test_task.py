@@ -1,7 +1,5 @@
 """The insertion task over bare ports: a trial as it should be, and what does not depend on the trial."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from math import hypot
@@ -11,9 +9,7 @@ import numpy as np
 import pytest
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.insertion.config import N_PER_KGF, ControlConfig
-from palpate.core.insertion.task import PERIOD_S
-from palpate.core.insertion.trial import Outcome, Phase, Purpose, TrialSetup, generator
+from palpate.core.insertion import N_PER_KGF, PERIOD_S, ControlConfig, Outcome, Phase, Purpose, TrialSetup, generator
 from palpate.core.policy import ActionOutcome, Transition
 from tests.unit.core.fake_world import (
     ACTIONS,

@@ -1,7 +1,5 @@
 """Every way in which a trial of the insertion task ends before the peg is in its hole."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from math import hypot, inf, nan
@@ -10,16 +8,8 @@ import numpy as np
 import pytest
 
 from palpate.core.errors import DeviceError
-from palpate.core.insertion.config import TaskConfig
-from palpate.core.insertion.task import PERIOD_S
-from palpate.core.insertion.trial import Outcome, Phase
-from palpate.core.ports.values import (
-    CommandReason,
-    JointSample,
-    Snapshot,
-    Validity,
-    WrenchSample,
-)
+from palpate.core.insertion import PERIOD_S, Outcome, Phase, TaskConfig
+from palpate.core.ports.values import CommandReason, JointSample, Snapshot, Validity, WrenchSample
 from tests.unit.core.fake_world import (
     FakeWorld,
     FollowTorque,

@@ -1,7 +1,5 @@
 """Contact that has to be proved: trials with an honest force sensor, and with sensors that lie in every phase."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from math import sqrt
@@ -10,10 +8,7 @@ import numpy as np
 import pytest
 
 from palpate.core.control_loop import run_trial
-from palpate.core.insertion.config import TaskConfig
-from palpate.core.insertion.expectation import TripReason
-from palpate.core.insertion.task import InsertionTask
-from palpate.core.insertion.trial import Outcome, Phase, TrialReport, TrialSetup
+from palpate.core.insertion import InsertionTask, Outcome, Phase, TaskConfig, TrialReport, TrialSetup, TripReason
 from palpate.core.ports.values import WrenchSample
 from tests.unit.core.fake_world import FakeWorld, FollowTorque, Pit, build_task
 

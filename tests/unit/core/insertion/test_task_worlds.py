@@ -1,18 +1,12 @@
 """The insertion task in other worlds: holes and plates elsewhere, dents, tilts, friction."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from palpate.core.insertion.config import TaskConfig
-from palpate.core.insertion.task import PERIOD_S
-from palpate.core.insertion.trial import Outcome, Phase
-from palpate.core.ports.values import (
-    WrenchSample,
-)
+from palpate.core.insertion import PERIOD_S, Outcome, Phase, TaskConfig
+from palpate.core.ports.values import WrenchSample
 from tests.unit.core.fake_world import (
     WEIGHT_AND_BIAS_N,
     FakeWorld,

@@ -1,7 +1,5 @@
 """Random streams: each belongs to (seed, purpose, trial) and to nothing else."""
 
-from __future__ import annotations
-
 from itertools import product
 
 from hypothesis import given

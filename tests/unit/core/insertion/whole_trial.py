@@ -1,21 +1,12 @@
 """Whole trials of the insertion task over bare ports, without a simulator."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 
 from palpate.core.control_loop import run_trial
-from palpate.core.insertion.config import N_PER_KGF, TaskConfig
-from palpate.core.insertion.task import InsertionTask
-from palpate.core.insertion.trial import Phase, TrialReport, TrialSetup
+from palpate.core.insertion import N_PER_KGF, InsertionTask, Phase, TaskConfig, TrialReport, TrialSetup
 from palpate.core.policy import Observation
-from palpate.core.ports.values import (
-    CommandReason,
-    JointCommand,
-    Snapshot,
-    Vector3,
-)
+from palpate.core.ports.values import CommandReason, JointCommand, Snapshot, Vector3
 from tests.unit.core.fake_world import (
     FakeWorld,
     FollowTorque,

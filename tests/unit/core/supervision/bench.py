@@ -1,15 +1,11 @@
 """A supervisor over made-up ticks: an arm that does what it is told, and knobs for everything that can go wrong."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 
 from palpate.core.control_loop import tick_time_ns
-from palpate.core.insertion.config import TaskConfig
-from palpate.core.insertion.expectation import Expectation, Supervised, Trip
-from palpate.core.motion.arm import arm_named
-from palpate.core.motion.model import Kinematics
+from palpate.core.insertion import Expectation, Supervised, TaskConfig, Trip
+from palpate.core.motion import Kinematics, arm_named
 from palpate.core.ports.sensor_facts import SensorFacts
 from palpate.core.ports.values import (
     AppliedCommand,
@@ -20,8 +16,7 @@ from palpate.core.ports.values import (
     Vector3,
     WrenchSample,
 )
-from palpate.core.supervision.config import SupervisionConfig
-from palpate.core.supervision.supervisor import Supervisor
+from palpate.core.supervision import SupervisionConfig, Supervisor
 from tests.unit.core.fake_world import TOOL, ready_pose
 
 BIAS = (0.7, -0.4, 6.0, 0.05, -0.02, 0.01)

@@ -1,7 +1,5 @@
 """Limits that are no limits are refused, and weaker ones have to be named."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import inf, nan
 from typing import Any
@@ -11,11 +9,10 @@ import pytest
 
 from palpate.core.errors import ConfigurationError
 from palpate.core.insertion.config import TaskConfig
-from palpate.core.motion.arm import arm_named
-from palpate.core.motion.model import Kinematics
+from palpate.core.motion import Kinematics, arm_named
 from palpate.core.ports.sensor_facts import SensorFacts
-from palpate.core.supervision.config import DEFAULTS, SupervisionConfig, weakened_lines, weaker_settings
-from palpate.core.supervision.fit import require_fitting
+from palpate.core.supervision import SupervisionConfig, require_fitting, weakened_lines, weaker_settings
+from palpate.core.supervision.config import DEFAULTS
 from tests.unit.core.fake_world import TOOL, ready_pose
 
 

@@ -1,7 +1,5 @@
 """A dead sensor that shows noise, a recording, and a wrong scale: none of them passes for a live sensor."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Any
 

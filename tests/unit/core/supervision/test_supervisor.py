@@ -1,7 +1,5 @@
 """Commands are clamped; after a trip, which latches, the arm is led back or held until a person acknowledges."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 from typing import Any
 
@@ -10,8 +8,7 @@ import pytest
 
 from palpate.core.errors import CommandError, ConfigurationError, DeviceError, FaultLatchedError, LifecycleError
 from palpate.core.insertion.expectation import TripReason
-from palpate.core.motion.arm import arm_named
-from palpate.core.motion.model import Kinematics
+from palpate.core.motion import Kinematics, arm_named
 from palpate.core.ports.latch import Acknowledgement, FaultLatch
 from palpate.core.ports.values import AppliedCommand, CommandReason, JointCommand, JointVector, Validity, WrenchKind
 from palpate.core.supervision.config import SupervisionConfig

@@ -2,8 +2,6 @@
 results.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cache
 from math import isfinite, nan
@@ -14,8 +12,7 @@ from hypothesis import strategies as st
 
 from palpate.core.insertion.expectation import Expectation
 from palpate.core.insertion.frame import ExplorationArea
-from palpate.core.motion.arm import arm_named
-from palpate.core.motion.model import Kinematics
+from palpate.core.motion import Kinematics, arm_named
 from palpate.core.ports.values import (
     AppliedCommand,
     CommandReason,
@@ -27,8 +24,8 @@ from palpate.core.ports.values import (
     Vector3,
     WrenchSample,
 )
-from palpate.core.supervision.config import SupervisionConfig
-from palpate.core.supervision.supervisor import Guard, Supervisor
+from palpate.core.supervision import SupervisionConfig, Supervisor
+from palpate.core.supervision.supervisor import Guard
 from tests.unit.core.fake_world import TOOL, ready_pose
 from tests.unit.core.supervision.bench import BIAS, supervisor
 

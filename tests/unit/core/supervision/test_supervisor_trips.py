@@ -1,7 +1,5 @@
 """Every reason to trip: at the first tick at which it should, and not just below the limit."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
 from math import nan
 from typing import Any

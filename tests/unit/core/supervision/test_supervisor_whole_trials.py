@@ -1,22 +1,16 @@
 """Whole trials over bare ports: a clean one is left alone, and a bad one ends with the peg out of the hole."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import pairwise
 
 import pytest
 
 from palpate.core.control_loop import run_trial
-from palpate.core.insertion.config import TaskConfig
-from palpate.core.insertion.expectation import Expectation, Supervised, TripReason
-from palpate.core.insertion.trial import Outcome, TrialSetup
-from palpate.core.motion.arm import arm_named
-from palpate.core.motion.model import Kinematics
-from palpate.core.ports.sensor_facts import SensorFacts
-from palpate.core.ports.values import CommandReason, JointCommand, Snapshot, Validity, Vector3, WrenchSample
-from palpate.core.supervision.config import SupervisionConfig
-from palpate.core.supervision.supervisor import Guard, Supervisor
+from palpate.core.insertion import Expectation, Outcome, Supervised, TaskConfig, TrialSetup, TripReason
+from palpate.core.motion import Kinematics, arm_named
+from palpate.core.ports import CommandReason, JointCommand, SensorFacts, Snapshot, Validity, Vector3, WrenchSample
+from palpate.core.supervision import SupervisionConfig, Supervisor
+from palpate.core.supervision.supervisor import Guard
 from tests.unit.core.fake_world import TOOL, FakeWorld, FollowTorque, Pit, build_task
 from tests.unit.core.supervision.bench import supervisor
 

@@ -1,7 +1,5 @@
 """What builds up over ticks before it trips: rates, lags, silence, motion; and commands that no arm may get."""
 
-from __future__ import annotations
-
 from math import nan
 from typing import Any
 

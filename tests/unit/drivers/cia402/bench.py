@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from palpate.drivers.cia402.arm import Cia402Arm
-from palpate.drivers.cia402.link import CanopenLink
-from palpate.drivers.cia402.settings import ArmSettings, JointDrive
+from palpate.drivers.cia402 import ArmSettings, CanopenLink, Cia402Arm, JointDrive
 from palpate.simulation.emulators.cia402.node import CanopenDrive
 from palpate.simulation.emulators.lines.can_bus import BusFrame
 from palpate.simulation.emulators.motors.plant import IdealPlant

@@ -1,7 +1,5 @@
 """The corpus of the fuzz harness, through the whole driver, and how each input must end."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """Every fault stops the arm, stays until a person acknowledges it, and then leaves it without power."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import pytest
@@ -55,7 +53,7 @@ def power_lost(bench: Bench) -> None:
 
 def strange_state(bench: Bench) -> None:
     bench.drives[1].machine.state = PowerState.SWITCHED_ON
-    bench.drives[1].machine.obey = lambda *_, **__: None  # type: ignore[method-assign]
+    bench.drives[1].machine.apply = lambda *_, **__: None  # type: ignore[method-assign]
 
 
 def astray(bench: Bench) -> None:
@@ -194,7 +192,7 @@ def test_answers_that_come_late_are_missing() -> None:
 
 def test_a_drive_that_does_not_obey_a_stop_is_a_fault() -> None:
     bench = Bench().enabled()
-    bench.drives[1].machine.obey = lambda *_, **__: None  # type: ignore[method-assign]
+    bench.drives[1].machine.apply = lambda *_, **__: None  # type: ignore[method-assign]
     bench.arm.stop()
     with pytest.raises(DeviceFaultError, match="drive 2: went to 'operation enabled' by itself"):
         bench.cycle(times=10)

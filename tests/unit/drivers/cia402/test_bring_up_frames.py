@@ -1,7 +1,5 @@
 """What the drives hear while they are set up, byte for byte, written from CiA 301 by hand."""
 
-from __future__ import annotations
-
 import pytest
 
 from palpate.drivers.cia402.object_dictionary import OperationMode

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 from palpate.drivers.cia402.mailbox import Mailbox
 
 

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import pytest
 
 from palpate.drivers.cia402.object_dictionary import (

@@ -7,12 +7,8 @@ from collections.abc import Callable
 
 from palpate.drivers.can_link import CanFrame
 from palpate.drivers.errors import SilentError
-from palpate.drivers.jr3.blocking import Pace
-from palpate.drivers.jr3.device import Jr3
-from palpate.drivers.jr3.messages import Jr3Sample
+from palpate.drivers.jr3 import CanTransport, Jr3, Jr3Sample, Jr3Settings, Pace
 from palpate.drivers.jr3.phases import Jr3Phase
-from palpate.drivers.jr3.settings import Jr3Settings
-from palpate.drivers.jr3.transport import CanTransport
 
 MS = 1_000_000
 FORCES_N, MOMENTS_DNM = (115, 111, 185), (56, 52, 61)

@@ -1,7 +1,5 @@
 """CAN frames: golden ones, every field of every message, and anything at all."""
 
-from __future__ import annotations
-
 import struct
 
 import pytest

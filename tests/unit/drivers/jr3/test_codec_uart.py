@@ -1,7 +1,5 @@
 """The serial parser: golden frames, any chunking, delimiters inside payloads, garbage between, bounded memory."""
 
-from __future__ import annotations
-
 import struct
 
 import pytest

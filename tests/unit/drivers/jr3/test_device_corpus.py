@@ -1,7 +1,5 @@
 """The corpus of the fuzz harness, through the codecs, and what each input must be."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

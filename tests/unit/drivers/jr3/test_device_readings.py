@@ -1,7 +1,5 @@
 """Halves joined, the counter unwrapped, counts scaled, settings checked."""
 
-from __future__ import annotations
-
 import itertools
 
 import pytest
@@ -9,19 +7,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from palpate.drivers.errors import DeviceFaultError, SettingError
+from palpate.drivers.jr3 import LEFT_HANDED, RIGHT_HANDED, Jr3Settings
 from palpate.drivers.jr3.codec_can import Reassembly
-from palpate.drivers.jr3.messages import (
-    LEFT_HANDED,
-    RIGHT_HANDED,
-    Forces,
-    FullScales,
-    Moments,
-    Reading,
-    Scaling,
-    peak_counts,
-)
+from palpate.drivers.jr3.messages import Forces, FullScales, Moments, Reading, Scaling, peak_counts
 from palpate.drivers.jr3.sampling import FrameCounter
-from palpate.drivers.jr3.settings import Jr3Settings, check_node, settling_ns
+from palpate.drivers.jr3.settings import check_node, settling_ns
 
 WRIST = FullScales((115, 111, 185), (56, 52, 61))
 

@@ -1,20 +1,16 @@
 """The conversation: from the first ping to the first reading, on both wires, and its end."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import pytest
 
 from palpate.drivers.can_link import CanFrame
 from palpate.drivers.errors import DeviceFaultError, GarbledError, SettingError, SilentError, StateError, WiringError
-from palpate.drivers.jr3.blocking import identify, shut_down, start_up, zero
-from palpate.drivers.jr3.device import Jr3
+from palpate.drivers.jr3 import CanTransport, Jr3, Jr3Settings, UartTransport, shut_down, start_up
+from palpate.drivers.jr3.blocking import identify, zero
 from palpate.drivers.jr3.messages import FullScales
 from palpate.drivers.jr3.phases import Jr3Phase
 from palpate.drivers.jr3.sampling import Zero
-from palpate.drivers.jr3.settings import Jr3Settings
-from palpate.drivers.jr3.transport import CanTransport, UartTransport
 from tests.unit.drivers.jr3.board import FORCES_N, MOMENTS_DNM, MS, Bench, FakeCanLink, forces, moments
 
 

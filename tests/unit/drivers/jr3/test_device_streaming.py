@@ -1,16 +1,13 @@
 """The conversation: samples, the board's zero, restarts, silence and pulled cables."""
 
-from __future__ import annotations
-
 import pytest
 
 from palpate.drivers.can_link import CanFrame
 from palpate.drivers.errors import DeviceFaultError, SilentError
-from palpate.drivers.jr3.blocking import shut_down
+from palpate.drivers.jr3 import Jr3Settings, shut_down
 from palpate.drivers.jr3.device import MAX_BOOTS
 from palpate.drivers.jr3.phases import Jr3Phase
 from palpate.drivers.jr3.sampling import Zero
-from palpate.drivers.jr3.settings import Jr3Settings
 from tests.unit.drivers.jr3.board import MS, Bench, forces, moments
 
 BOOTUP = CanFrame(0x701)

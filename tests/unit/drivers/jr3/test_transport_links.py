@@ -1,7 +1,5 @@
 """The links: python-can and pyserial objects that behave, misbehave and vanish."""
 
-from __future__ import annotations
-
 import errno
 import os
 import pty

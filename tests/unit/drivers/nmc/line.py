@@ -3,8 +3,6 @@
 Written against the protocol's tables, not against the driver: it shares no code with it.
 """
 
-from __future__ import annotations
-
 import struct
 from collections.abc import Callable
 from dataclasses import dataclass, field

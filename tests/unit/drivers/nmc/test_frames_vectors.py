@@ -6,10 +6,7 @@ from hypothesis import strategies as st
 
 from palpate.drivers.errors import RefusedError
 from palpate.drivers.nmc import commands
-from palpate.drivers.nmc.commands import (
-    acceleration_word,
-    velocity_word,
-)
+from palpate.drivers.nmc.commands import acceleration_word, velocity_word
 from palpate.drivers.nmc.frames import (
     EVERYBODY,
     Aux,

@@ -3,12 +3,8 @@
 import pytest
 
 from palpate.drivers.errors import SilentError, WiringError
-from palpate.drivers.nmc.bus import NmcBus
-from palpate.drivers.nmc.commands import NOP, stop_motor
-from palpate.drivers.nmc.frames import StatusItem, StopControl
-from palpate.drivers.nmc.replies import Reply
-from palpate.drivers.nmc.settings import BAUD_DIVISORS, BusSettings
-from palpate.drivers.nmc.startup import attach, start
+from palpate.drivers.nmc import NOP, BusSettings, NmcBus, Reply, StatusItem, StopControl, attach, start, stop_motor
+from palpate.drivers.nmc.settings import BAUD_DIVISORS
 from tests.unit.drivers.nmc.line import Line, Module
 
 

@@ -13,11 +13,10 @@ from palpate.drivers.errors import (
     WiringError,
 )
 from palpate.drivers.nmc.settings import BusSettings
-from palpate.drivers.zebra_zero.arm import ZebraZero
-from palpate.drivers.zebra_zero.counts import HOME_RAD, Transmission
+from palpate.drivers.zebra_zero import FaultKind, JointLimits, Streaming, Transmission, ZebraZero, ZebraZeroSettings
+from palpate.drivers.zebra_zero.counts import HOME_RAD
 from palpate.drivers.zebra_zero.servos import StopOutcome
-from palpate.drivers.zebra_zero.settings import JointLimits, Streaming, ZebraZeroSettings
-from palpate.drivers.zebra_zero.states import FaultKind, ZebraState
+from palpate.drivers.zebra_zero.states import ZebraState
 from tests.unit.drivers.nmc.line import Line, Module
 
 PERIOD_S = 3 / 140

@@ -1,7 +1,5 @@
 """What a notebook says, for tests."""
 
-from __future__ import annotations
-
 from palpate.adapters.hardware.doctor.findings import Level, Notebook
 
 

@@ -1,7 +1,5 @@
 """The order of things: what is opened is closed, one failure hides nothing else, nothing gets power unasked."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -9,10 +7,7 @@ from typing import Any
 import pytest
 
 from palpate.adapters.config.rig import DeviceEntry, RigFile
-from palpate.adapters.hardware.doctor import examination
-from palpate.adapters.hardware.doctor.examination import Examination, Wishes
-from palpate.adapters.hardware.doctor.findings import FindingsSection, Level
-from palpate.adapters.hardware.doctor.system import System
+from palpate.adapters.hardware.doctor import Examination, FindingsSection, Level, System, Wishes, examination
 from palpate.adapters.hardware.doctor.wiring import Wiring
 from palpate.adapters.hardware.plugins import ArmAdapter, RigContext
 from palpate.core.errors import ConfigurationError, DeviceError

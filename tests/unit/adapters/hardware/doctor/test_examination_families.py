@@ -1,7 +1,5 @@
 """Our own devices, each against its emulator in virtual time."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any

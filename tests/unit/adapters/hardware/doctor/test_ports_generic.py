@@ -1,7 +1,5 @@
 """Times, wrenches and devices of which only the ports are known."""
 
-from __future__ import annotations
-
 import pytest
 
 from palpate.adapters.hardware.doctor.findings import Level, Notebook

@@ -1,17 +1,13 @@
 """Fakes under a stopwatch; every clock and every account is the test's own."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
-from palpate.adapters.hardware.real_time import Limits, Stopwatch, ThreadAccount
+from palpate.adapters.hardware.real_time import LateTick, Limits, SlowCore, Stopwatch, ThreadAccount
 from palpate.adapters.hardware.real_time.attribution import Account
-from palpate.adapters.hardware.real_time.lateness import LateTick, SlowCore
 from palpate.core.control_loop import LoopObserver, next_snapshot, trial_ticks
 from palpate.core.insertion.trial import Outcome, TrialReport, TrialSetup
+from palpate.core.ports import JointCommand, JointSample, Ports, WrenchSample
 from palpate.core.ports.contracts.fakes import FakeArm, FakeClock, FakeForceSensor, FakeJointEncoder
-from palpate.core.ports.devices import Ports
-from palpate.core.ports.values import JointCommand, JointSample, WrenchSample
 
 SETUP = TrialSetup(0, 0, (0.0, 0.0))
 HOME_RAD = (0.1, -0.2, 0.3)

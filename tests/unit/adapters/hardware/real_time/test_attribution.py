@@ -1,7 +1,5 @@
 """The lateness of a tick is shared out between our own work and the system."""
 
-from __future__ import annotations
-
 import threading
 import time
 

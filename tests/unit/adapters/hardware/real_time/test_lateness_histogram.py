@@ -1,7 +1,5 @@
 """Distributions in fixed memory: quantiles within a bin, everything else exact."""
 
-from __future__ import annotations
-
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st

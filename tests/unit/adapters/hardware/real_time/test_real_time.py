@@ -1,7 +1,5 @@
 """Wishes are granted or refused in words, held where they belong, and given back."""
 
-from __future__ import annotations
-
 import errno
 import gc
 import os

@@ -1,7 +1,5 @@
 """A trial that is kept in time, and what becomes of one that was not."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Each section is charged its own time, late ticks are told with their causes, and memory does not grow."""
 
-from __future__ import annotations
-
 import json
 
 import pytest

@@ -1,7 +1,5 @@
 """What the tests of watchdogs need: an arm that tells of its stops, and patience without a stopwatch."""
 
-from __future__ import annotations
-
 import os
 import threading
 import time
@@ -10,9 +8,8 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from palpate.core.errors import DeviceError
+from palpate.core.ports import Clock, JointCommand
 from palpate.core.ports.contracts.fakes import FakeArm
-from palpate.core.ports.devices import Clock
-from palpate.core.ports.values import JointCommand
 
 PATIENCE_S = 30.0
 HERE = JointCommand((0.0,))

@@ -1,7 +1,5 @@
 """Arms that stop when commands stop coming, and arms that stay at rest."""
 
-from __future__ import annotations
-
 import signal
 import threading
 
@@ -12,9 +10,8 @@ from palpate.adapters.hardware.watchdogs import GuardedArm, WatchdogTrip, Watche
 from palpate.adapters.hardware.watchdogs.arm import AgeWatch
 from palpate.adapters.hardware.watchdogs.trip import Latch
 from palpate.core.errors import ConfigurationError, FaultLatchedError, LifecycleError
+from palpate.core.ports import CommandReason, Life
 from palpate.core.ports.contracts.fakes import TICK_NS, FakeClock
-from palpate.core.ports.lifecycle import Life
-from palpate.core.ports.values import CommandReason
 from tests.unit.adapters.hardware.watchdogs.bench import HERE, active_arm, nothing_left_behind, wait_for
 
 LIMIT_NS = 3000 * TICK_NS

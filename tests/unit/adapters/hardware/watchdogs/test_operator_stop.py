@@ -1,7 +1,5 @@
 """Every way in which an operator may stop the arm."""
 
-from __future__ import annotations
-
 import hashlib
 import os
 import pty

@@ -1,7 +1,5 @@
 """A process that watches the loop, and acts when it dies."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

@@ -10,11 +10,9 @@ from uuid import uuid4
 import can
 import numpy as np
 
-from palpate.simulation.emulators.jr3.can import Jr3CanNode
-from palpate.simulation.emulators.jr3.sensor import Jr3Config
-from palpate.simulation.emulators.lines.can_bus import EmulatedCanBus
+from palpate.simulation.emulators.jr3 import Jr3CanNode, Jr3Config
+from palpate.simulation.emulators.lines import EmulatedCanBus, SlcanServer
 from palpate.simulation.emulators.lines.can_bus_server import CanBusServer, VirtualBusServer
-from palpate.simulation.emulators.lines.slcan import SlcanServer
 
 FULL = (115.0, 111.0, 185.0, 5.6, 5.2, 6.1)
 MILLISECOND = 1_000_000
