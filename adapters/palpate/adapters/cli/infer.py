@@ -18,7 +18,6 @@ from palpate.core.automata import (
     Inference,
     Machine,
     Progress,
-    Strings,
     infer,
     read_strings,
     save_network,
@@ -52,7 +51,10 @@ def infer_command(options: InferOptions) -> int:
             bar.set_postfix_str(f"lowest loss {point.best_loss:.4g}")
 
         found = infer(strings, options.settings, held_out=held_out, progress=show)
-    machine = found.machine if options.keep_all or strings.labelled else _taken(found.machine, strings)
+    machine = found.machine
+    if not (options.keep_all or strings.labelled):
+        # Without the transitions that no string takes.
+        machine = replace(machine, transitions=AutomatonState.of(machine, strings).transitions)
     with new_folder(out) as folder:
         _save(found, machine, folder)
     sys.stdout.write(
@@ -65,11 +67,6 @@ def infer_command(options: InferOptions) -> int:
         )
         return 2
     return 0
-
-
-def _taken(machine: Machine, strings: Strings) -> Machine:
-    """The machine without the transitions that no string takes."""
-    return replace(machine, transitions=AutomatonState.of(machine, strings).transitions)
 
 
 def _save(found: Inference, machine: Machine, folder: Path) -> None:

@@ -135,7 +135,11 @@ def stage_from_dict(data: object, where: str = "perception.stage") -> Any:
         raise ConfigurationError(f"{where}.kind", kind, f"one of {', '.join(_KINDS)}")
     wanted = [f.name for f in dataclasses.fields(known) if f.init]
     require_keys(where, data, ["kind", *wanted])
-    values = {key: _value(data[key], f"{where}.{key}") for key in wanted}
+    # A table in a table is a stage too.
+    values = {
+        key: stage_from_dict(data[key], f"{where}.{key}") if isinstance(data[key], dict) else data[key]
+        for key in wanted
+    }
     try:
         return known(**values)
     except ConfigurationError as error:
@@ -171,10 +175,6 @@ def _plain(value: object) -> object:
     if dataclasses.is_dataclass(value):
         return stage_to_dict(value)
     return [_plain(item) for item in value] if isinstance(value, (tuple, list)) else value
-
-
-def _value(value: object, where: str) -> object:
-    return stage_from_dict(value, where) if isinstance(value, dict) else value
 
 
 def _placed(error: ConfigurationError, where: str, wanted: list[str]) -> ConfigurationError:

@@ -16,7 +16,7 @@ from palpate.adapters.visualisation.report.learning_pictures import (
     ReferenceLevel,
     learning_picture,
 )
-from palpate.adapters.visualisation.report.page import Cell, Page, PageSection, PageTable, Picture, counted, share
+from palpate.adapters.visualisation.report.page import Page, PageSection, PageTable, Picture, counted, share
 from palpate.adapters.visualisation.report.policy_pictures import arrows_pictures, q_picture
 from palpate.adapters.visualisation.report.run_source import policy_in
 from palpate.core.errors import OutputError
@@ -110,7 +110,7 @@ def explore_page(folder: Path, title: str, *, logs: bool) -> Page:
             *_policy(folder, [int(score["seed"]) for score in scores], rows),
             PageSection("Settings", listing="".join(f"{name} = {value}\n" for name, value in learning.items())),
         ),
-        summary=tuple(_line(score, summary) for score in scores),
+        summary=tuple({**score, **{key: summary[key] for key, _ in _BOUNDS}} for score in scores),
     )
 
 
@@ -163,7 +163,3 @@ def _policy(folder: Path, seeds: list[int], rows: list[str]) -> list[PageSection
     if machine is not None:
         sections.append(automaton_section(machine, text="Its states are the policy's."))
     return sections
-
-
-def _line(score: dict[str, Any], summary: dict[str, Any]) -> dict[str, Cell]:
-    return {**score, **{key: summary[key] for key, _ in _BOUNDS}}

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
-from palpate.adapters.experiments import mean_with_interval, shown_interval, wilson_interval
+from palpate.adapters.experiments import mean_with_interval, moving_average, shown_interval, wilson_interval
 from palpate.adapters.visualisation.report.automaton_section import automaton_section, machine_in
 from palpate.adapters.visualisation.report.learning_pictures import Axes, ReferenceLevel, learning_picture, window_of
 from palpate.adapters.visualisation.report.logs import logs_in
@@ -174,19 +175,13 @@ def _curves(study: StudySource, settings: list[Setting]) -> PageSection:
                 )
         if curves:
             picture = learning_picture(f"learning-{number:02d}", curves, levels, Axes(highest=highest))
-            pictures.append(titled(picture, shown_setting(setting)))
+            title = shown_setting(setting)
+            pictures.append(replace(picture, alt=f"{title}. {picture.alt}", caption=f"{title}. {picture.caption}"))
     return PageSection("Learning curves", pictures=tuple(pictures))
-
-
-def titled(picture: Picture, title: str) -> Picture:
-    """The picture with words before its caption and its description."""
-    return Picture(picture.name, f"{title}. {picture.alt}", f"{title}. {picture.caption}", picture.png, picture.wide)
 
 
 def _highest(study: StudySource) -> float:
     """A limit for all curves alike: where no moving average goes beyond."""
-    from palpate.adapters.experiments import moving_average
-
     highest = 0.0
     for cell in study.cells:
         times = [row.exploration_time_s for row in cell.run.rows]
