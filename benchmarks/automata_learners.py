@@ -40,7 +40,7 @@ from palpate.core.automata.partition import partition
 from palpate.core.automata.strings import Strings
 from palpate.core.automata.training import TrainingSettings
 from palpate.simulation.grid.maps import GridMap
-from palpate.simulation.grid.strings import walk_strings
+from palpate.simulation.grid.trial import walk_strings
 
 FIRST_SEED, LEARNING_SEED = 300, 2200
 CONVERGED = {"1": (6.0, 5.0, 4.5, 4.0, 3.55), "2": (10.0, 8.0, 6.0), "twin": (10.0, 8.0, 6.0)}

@@ -30,7 +30,7 @@ from palpate.core.automata.machine import Kind, Machine
 from palpate.core.automata.prefix_tree import PrefixTree
 from palpate.core.automata.strings import Strings
 from palpate.core.automata.training import TrainingSettings
-from palpate.simulation.grid.strings import walk_strings
+from palpate.simulation.grid.trial import walk_strings
 
 FIRST_SEED = 200
 

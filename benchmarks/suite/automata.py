@@ -25,7 +25,7 @@ def inferred(form: Form) -> list[Row]:
     from palpate.adapters.experiments.grid.worlds import grid_named
     from palpate.core.automata.elman import Architecture, Readout
     from palpate.core.automata.training import train
-    from palpate.simulation.grid.strings import walk_strings
+    from palpate.simulation.grid.trial import walk_strings
 
     strings = walk_strings(grid_named("1", 7), form.walks, SEED, 30)
     settings = TrainingSettings(restarts=form.restarts, seed=SEED)

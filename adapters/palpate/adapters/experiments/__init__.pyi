@@ -13,6 +13,7 @@ from .evaluation import NOBODY_KNOWS as NOBODY_KNOWS
 from .evaluation import ChosenPolicy as ChosenPolicy
 from .evaluation import Recorded as Recorded
 from .evaluation import run_policy as run_policy
+from .evaluation import warm_up as warm_up
 from .evaluation import write_evaluation as write_evaluation
 from .figure import Canvas as Canvas
 from .figure import drawing as drawing
@@ -52,4 +53,3 @@ from .trial import run_scored_trial as run_scored_trial
 from .trial import score as score
 from .trial import trial_setup as trial_setup
 from .trial import truth_fields as truth_fields
-from .warm_up import warm_up as warm_up

@@ -15,11 +15,19 @@ from palpate.adapters.experiments.fitting import configured_perception
 from palpate.adapters.experiments.policies import COMPARATORS, comparator, loaded_policy, perception_of
 from palpate.adapters.experiments.results import RunFolder, TrialRow
 from palpate.adapters.experiments.statistics import policy_summary
-from palpate.adapters.experiments.trial import ScoredTrial, interrupting, require_sound, run_scored_trial
+from palpate.adapters.experiments.trial import (
+    ScoredTrial,
+    interrupting,
+    require_sound,
+    run_scored_trial,
+    trial_setup,
+)
 from palpate.adapters.hardware.real_time import RealTimeSession
 from palpate.adapters.log import TrialRecorder
+from palpate.adapters.mujoco import SimulatedRig
+from palpate.core.control_loop import run_trial
 from palpate.core.errors import ConfigurationError
-from palpate.core.insertion import Outcome, ReadyPose
+from palpate.core.insertion import Outcome, ReadyPose, TrialReport
 from palpate.core.perception import Perception
 from palpate.core.policy import Policy, PolicyDocument
 from palpate.core.ports import Rig
@@ -158,3 +166,18 @@ def true_hole_m(rig: Rig) -> Sequence[float]:
     if truth is None:
         raise ConfigurationError("policy", "omniscient", NOBODY_KNOWS)
     return truth.hole_in_task_m
+
+
+def warm_up(config: RunConfig, ready: ReadyPose) -> TrialReport:
+    """Run one whole trial in the simulator, with parts of its own, so that nothing of it reaches the run.
+
+    Late imports, caches and the interpreter's own adaptation then do not fall on the first ticks of a real arm.
+
+    Returns:
+        What the trial came to.
+    """
+    with SimulatedRig(config, ready) as rig:
+        rig.prepare(0)
+        policy = comparator("torque", config, lambda: rig.truth().hole_in_task_m)
+        task = build_task(config, ready, build_perception(RunConfig(task=config.task)), policy)
+        return run_trial(task, rig.ports, trial_setup(config, 0), supervisor_of(rig, config, ready))

@@ -9,9 +9,9 @@ from .maps import GridMap as GridMap
 from .maps import grid_actions as grid_actions
 from .optimum import belief_optimum as belief_optimum
 from .optimum import full_information_optimum as full_information_optimum
-from .strings import walk_strings as walk_strings
 from .trial import PENALTY as PENALTY
 from .trial import STEP_LIMIT as STEP_LIMIT
 from .trial import Walk as Walk
 from .trial import Walker as Walker
 from .trial import run_trial as run_trial
+from .trial import walk_strings as walk_strings

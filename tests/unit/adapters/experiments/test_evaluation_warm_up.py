@@ -1,7 +1,7 @@
 """The trial before the first."""
 
 from palpate.adapters.config.run import RunConfig
-from palpate.adapters.experiments.warm_up import warm_up
+from palpate.adapters.experiments.evaluation import warm_up
 from palpate.core.insertion.trial import Outcome
 from tests.unit.adapters.samples import ready_pose
 

@@ -7,7 +7,7 @@ import pytest
 from palpate.core.automata.strings import read_strings, write_strings
 from palpate.core.errors import ConfigurationError
 from palpate.simulation.grid.maps import SCENARIO_1, GridMap
-from palpate.simulation.grid.strings import walk_strings
+from palpate.simulation.grid.trial import walk_strings
 from tests.unit.simulation.grid.test_maps import can_print
 
 GRID = GridMap.from_regions(SCENARIO_1)
