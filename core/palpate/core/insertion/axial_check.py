@@ -5,7 +5,6 @@ from __future__ import annotations
 import enum
 from typing import Final
 
-from palpate.core.insertion.samples import Mean
 from palpate.core.ports import CONTROL_RATE_HZ
 
 LOWEST_SHARE: Final = 0.65
@@ -28,6 +27,26 @@ _LEAST_LIFT_SHARE: Final = 0.25
 """An arm that lifts by less than this share of what it was commanded counts as lifted by this."""
 _ROUNDS: Final = 2
 """A share out of bounds is measured once more before it counts."""
+
+
+class _Mean:
+    """A mean over new samples; a repeated one adds nothing.
+
+    Attributes:
+        value: The mean so far; 0 before the first.
+    """
+
+    __slots__ = ("_count", "value")
+
+    def __init__(self) -> None:
+        self.value, self._count = 0.0, 0
+
+    def add(self, number: float, new: bool) -> int:
+        """Take a number in if it is new; returns how many there are."""
+        if new:
+            self._count += 1
+            self.value += (number - self.value) / self._count
+        return self._count
 
 
 class _Stage(enum.Enum):
@@ -124,4 +143,4 @@ class AxialCheck:
         return self._force.add(force_z_N, new) == _SAMPLES
 
     def _enter(self, stage: _Stage) -> None:
-        self._stage, self._ticks, self._force, self._depth = stage, 0, Mean(), Mean()
+        self._stage, self._ticks, self._force, self._depth = stage, 0, _Mean(), _Mean()

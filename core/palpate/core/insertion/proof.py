@@ -109,10 +109,21 @@ class ContactProof:
         )
         return Trip(TripReason.WALL_NOT_FELT, tick, self.wall.answer_N, ANSWER_N, text)
 
-    def no_floor(self, tick: int, depth_m: float) -> Trip:
+    def no_floor(self, tick: int, depth_m: float, limit_m: float) -> Trip:
         """The tip went past the floor that it seemed to touch."""
-        text = f"the tip is {depth_m * 1e3:.2f} mm deep and the force of the floor does not grow: nothing is there"
-        return Trip(TripReason.FORCE_WITHOUT_SPRING, tick, 0.0, LOWEST_SHARE, text)
+        text = (
+            f"the tip is {depth_m * 1e3:.2f} mm deep, where the floor must be above {limit_m * 1e3:.2f} mm, and the"
+            " force does not grow: nothing is there"
+        )
+        return Trip(TripReason.FORCE_WITHOUT_SPRING, tick, depth_m * 1e3, limit_m * 1e3, text)
+
+    def floor_too_soft(self, tick: int, press_N: float, needed_N: float) -> Trip:
+        """No lift could be made on the floor in the time for it."""
+        text = (
+            f"the floor bore no lift in time: it pushes back with {press_N:.2f} N, {needed_N:.2f} N needed;"
+            " friction carries the rest, or the force sensor is wrong"
+        )
+        return Trip(TripReason.FORCE_WITHOUT_SPRING, tick, press_N, needed_N, text)
 
     def no_spring(self, tick: int) -> Trip:
         """A lift did not change the force as the gripper's spring does."""
@@ -121,4 +132,5 @@ class ContactProof:
             f"the force follows a lift with {share:.2f} of control.axial_stiffness_N_per_mm, {LOWEST_SHARE:g} to"
             f" {HIGHEST_SHARE:g} are right: the force sensor does not show what there is, or the gripper is another one"
         )
-        return Trip(TripReason.FORCE_WITHOUT_SPRING, tick, share, LOWEST_SHARE, text)
+        limit = HIGHEST_SHARE if share > HIGHEST_SHARE else LOWEST_SHARE
+        return Trip(TripReason.FORCE_WITHOUT_SPRING, tick, share, limit, text)

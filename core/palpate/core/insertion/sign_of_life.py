@@ -50,6 +50,10 @@ class SignOfLife:
             self._torque_square += dp * dp + dq * dq
             self._quiet += 1
 
+    def resume(self) -> None:
+        """The slide begins, here or anew: what changed since the last sample is none of its changes."""
+        self._last = None
+
     def watch(self, wrench: WrenchSample, reference_m: Vector3) -> None:
         """A sample of a tool that presses on the plate, commanded to this place, task frame."""
         place, self._place = self._place, reference_m[:2]
@@ -72,8 +76,8 @@ class SignOfLife:
         self.travel_m = 0.0
         self._restart()
 
-    def question(self) -> None:
-        """Something else gave a reason to check."""
+    def demand_check(self) -> None:
+        """A check is due for another reason."""
         self.travel_m = inf
 
     @property

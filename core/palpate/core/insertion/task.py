@@ -511,11 +511,13 @@ class InsertionTask:
             return *across, 0.0
         if not self._checking:
             self._countdown -= 1
-            if depth > self._depth_m + self._tolerance_m + self._slack_m + _PAST_FLOOR_M:
-                self._doubt(proof.no_floor(self._tick, depth))
+            deepest_m = self._depth_m + self._tolerance_m + self._slack_m + _PAST_FLOOR_M
+            pressed_N, needed_N = -self._measurement.filtered_force_z_N, _SEATED_SHARE * self._press_N
+            if depth > deepest_m:
+                self._doubt(proof.no_floor(self._tick, depth, deepest_m))
             elif self._countdown <= 0:
-                self._doubt(proof.no_floor(self._tick, depth))
-            elif self._measurement.filtered_force_z_N > -_SEATED_SHARE * self._press_N:
+                self._doubt(proof.floor_too_soft(self._tick, pressed_N, needed_N))
+            elif pressed_N < needed_N:
                 return self._sinking()
             self._checking = True
             proof.axial.begin()
@@ -563,7 +565,7 @@ class InsertionTask:
         if share is not None and LOWEST_SHARE <= share <= HIGHEST_SHARE:
             self._event("proof", f"first touch: {share:.2f} of the gripper's stiffness")
         else:
-            proof.life.question()
+            proof.life.demand_check()
 
     def _check_at_rest(self, proof: ContactProof) -> Vector3 | None:
         """A peg that rests on something on its way down has met a wall or the plate, or its sensor is held."""
@@ -625,6 +627,8 @@ class InsertionTask:
     def _enter(self, phase: Phase) -> None:
         self.phase = phase
         touching = phase not in (Phase.TRANSFER, Phase.SETTLE)
+        if phase is Phase.EXPLORE and self._proof is not None:
+            self._proof.life.resume()
         self.expectation = Expectation(touching, self._bias, self._area if phase is Phase.EXPLORE else None)
         self._event("phase", phase.value)
 
