@@ -41,12 +41,6 @@ def test_every_log_is_a_test_beside_others_and_one_that_differs_fails_in_one_lin
     assert "Traceback" not in done.stdout
 
 
-def test_logs_can_be_chosen_among(laboratory: Path) -> None:
-    done = run_pytest(laboratory, "--palpate-logs", "trials", "-k", "ur5")
-    assert done.returncode == 0, done.stdout
-    assert "1 passed, 1 deselected" in done.stdout
-
-
 def test_a_folder_that_is_not_there_is_a_wrong_call(laboratory: Path) -> None:
     done = run_pytest(laboratory, "--palpate-logs", "nowhere")
     assert done.returncode == 4

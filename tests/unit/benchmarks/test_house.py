@@ -36,25 +36,6 @@ def test_arrows_are_between_rooms_of_one_root_however_they_are_imported(tmp_path
     assert adapters.room_circles == adapters.file_circles == []
 
 
-def test_a_package_s_face_leads_to_the_package_and_a_submodule_to_itself(tmp_path: Path) -> None:
-    build(
-        tmp_path,
-        core__policy____init__="from palpate.core.policy.table import Table\n",
-        core__policy__table="",
-        core__loop="from palpate.core.policy import Table, table\n",
-    )
-    core = house(tmp_path).roots["core"]
-    assert core.arrows == {"loop": ["policy"]}
-    assert core.file_circles == []
-
-
-def test_an_arrow_that_only_a_string_makes_is_told_apart(tmp_path: Path) -> None:
-    tables = '"""See palpate.adapters.log."""\nCOMMANDS = {"run": "palpate.adapters.runs.run:main"}\n'
-    build(tmp_path, adapters__cli__main=tables, adapters__runs__run="", adapters__log="")
-    adapters = house(tmp_path).roots["adapters"]
-    assert (adapters.arrows, adapters.arrows_by_name) == ({}, ["cli -> runs"])
-
-
 def test_circles_are_named_and_stand_on_one_floor(tmp_path: Path) -> None:
     build(
         tmp_path,
@@ -68,15 +49,6 @@ def test_circles_are_named_and_stand_on_one_floor(tmp_path: Path) -> None:
     assert found.roots["core"].file_circles == [["palpate.core.b", "palpate.core.c"]]
     assert found.roots["core"].floors == 3
     assert "circle of rooms in core: b, c" in text(found)
-
-
-def test_rooms_may_circle_without_files_doing_so(tmp_path: Path) -> None:
-    build(
-        tmp_path, core__a__x="import palpate.core.b.y\n", core__b__y="", core__b__z="import palpate.core.a.w\n",
-        core__a__w="",
-    )  # fmt: skip
-    core = house(tmp_path).roots["core"]
-    assert (core.room_circles, core.file_circles) == ([["a", "b"]], [])
 
 
 def test_lines_and_class_names(tmp_path: Path) -> None:

@@ -95,13 +95,6 @@ def test_a_ramp_is_followed(mode: OperationMode) -> None:
     assert measured.position_rad[0] == pytest.approx(0.5, abs=2 / SCALE)
 
 
-def test_what_is_measured_does_not_depend_on_the_set_point_of_its_cycle() -> None:
-    bench = Bench().enabled()
-    before = bench.cycle()
-    assert bench.cycle(0.005).position_rad == before.position_rad
-    assert bench.cycle(0.005).position_rad != before.position_rad
-
-
 def test_without_a_set_point_the_last_one_holds() -> None:
     bench = Bench().enabled()
     bench.cycle(0.005)

@@ -134,12 +134,6 @@ def test_streaming_follows_the_documented_firmware(line):
     assert running(other).report.streaming is Streaming.STOP_HERE
 
 
-def test_measured_does_not_know_of_the_setpoint_of_its_cycle(line):
-    arm = running(line)
-    assert tick(arm, line, moved(0.005)).position_rad == HOME_RAD
-    assert tick(arm, line).position_rad == pytest.approx(moved(0.005), abs=1e-4)
-
-
 def test_the_arm_moves_at_its_highest_velocity(line):
     arm = running(line)
     before = tick(arm, line, moved(1.0), times=10)
