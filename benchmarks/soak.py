@@ -122,7 +122,7 @@ def soak(options: argparse.Namespace, folder: Path, note: Callable[[list[object]
         RealTimeSession(real_time) as session,
     ):
         task = build_task(config, ready, perception, policy)
-        supervisor = build_supervisor(config, rig.sensor_facts)
+        supervisor = build_supervisor(config, ready, rig.sensor_facts)
         recorder.of("soak", config, ready, task, perception, policy, name="torque")
         begin_s, trial = time.monotonic(), 0
         while time.monotonic() - begin_s < options.minutes * 60.0:

@@ -64,7 +64,7 @@ def measured(trials: int, rounds: int) -> Found:
     with SimulatedRig(config, ready) as rig:
         for trial in range(trials):
             rig.prepare(trial)
-            supervisor = build_supervisor(config, rig.sensor_facts)
+            supervisor = build_supervisor(config, ready, rig.sensor_facts)
             overheard_trials.append(overheard(supervisor))
             run_trial(task, rig.ports, trial_setup(config, trial), supervisor)
     ticks = sum(map(len, overheard_trials))
@@ -72,7 +72,7 @@ def measured(trials: int, rounds: int) -> Found:
     for _ in range(rounds):
         spent = thought = 0
         for number, heard in enumerate(overheard_trials):
-            supervisor = build_supervisor(config, rig.sensor_facts)
+            supervisor = build_supervisor(config, ready, rig.sensor_facts)
             supervisor.begin()
             begin = time.perf_counter_ns()
             for seen in heard:

@@ -139,7 +139,9 @@ def over_simulated_ports(checkout: Path, folder: Path, walk: Callable[[Trial], N
     policy, build, trial = parts.comparator("torque", config, tuple), parts.build_supervisor, parts.run_scored_trial
     with parts.SimulatedRig(config, ready) as cell:
         # Once the noise of the sensor was taken from the configuration.
-        supervisor = build(config, cell.sensor_facts) if "sensor" in signature(build).parameters else build(config)
+        supervisor = (
+            build(config, ready, cell.sensor_facts) if "sensor" in signature(build).parameters else build(config)
+        )
         if not rig:
             task = parts.build_task(config, ready, perception, policy)
             walk(lambda: trial(config, cell, task, 0, None, 0, supervisor))

@@ -217,7 +217,7 @@ def recorded(mishap: Mishap) -> bytes:
         ports = replace(ports, arm=_Answering(ports.arm, mishap.answers))
         observers = (recorder.begin(setup, world_of(rig), "mishap"), _Outside(mishap, rig, task))
         try:
-            report = run_trial(task, ports, setup, build_supervisor(config, rig.sensor_facts), observers)
+            report = run_trial(task, ports, setup, build_supervisor(config, ready, rig.sensor_facts), observers)
         except PalpateError as error:
             recorder.fail(task.report, error)
         else:

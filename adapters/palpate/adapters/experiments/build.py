@@ -111,17 +111,23 @@ def build_task(config: RunConfig, ready: ReadyPose, perception: Perception, poli
     return InsertionTask(replace(config.task, play_mm=play_mm), config.control, measurement, motion, agent)
 
 
-def build_supervisor(config: RunConfig, sensor: SensorFacts, latch: FaultLatch | None = None) -> Supervisor:
+def build_supervisor(
+    config: RunConfig, ready: ReadyPose, sensor: SensorFacts, latch: FaultLatch | None = None
+) -> Supervisor:
     """The supervisor that stands between the task and the arm.
 
     Args:
         config: The run's configuration.
+        ready: The ready pose.
         sensor: What is known of the force sensor: the rig's facts, or those of a log.
         latch: The rig's, so that nothing moves on there after a trip, whoever calls; None for a supervisor of its own,
             as a simulated cell or a replay has that begins anew.
     """
     kinematics = Kinematics(arm_named(config.arm), ToolGeometry())
-    return Supervisor(config.supervision, config.task, kinematics, sensor, config.perception.calibration, latch)
+    ready_rad = tuple(ready.q_rad.tolist())
+    return Supervisor(
+        config.supervision, config.task, kinematics, sensor, config.perception.calibration, latch, ready_rad
+    )
 
 
 def supervisor_of(rig: Rig, config: RunConfig, ready: ReadyPose) -> Supervisor:
@@ -133,7 +139,7 @@ def supervisor_of(rig: Rig, config: RunConfig, ready: ReadyPose) -> Supervisor:
     """
     rig.latch.require_free()
     require_limits(config, ready, rig.sensor_facts)
-    return build_supervisor(config, rig.sensor_facts, rig.latch)
+    return build_supervisor(config, ready, rig.sensor_facts, rig.latch)
 
 
 def require_usable(config: RunConfig, ready: ReadyPose, rig_file: str = "") -> None:

@@ -118,7 +118,7 @@ class InsertionEpisodes:
     """
 
     def __init__(self, config: RunConfig) -> None:
-        ready = find_ready_pose(config.arm, config.task)
+        self._ready = ready = find_ready_pose(config.arm, config.task)
         require_usable(config, ready)
         self.config, self.trial, self.skipped = config, 0, 0
         self._opened = ExitStack()
@@ -126,7 +126,7 @@ class InsertionEpisodes:
         self.perception = configured_perception(config) or fitted_perception(config, ready, self.rig)
         self._policy = GivenActions()
         self.task = build_task(config, ready, self.perception, self._policy)
-        self._supervisor = build_supervisor(config, self.rig.sensor_facts)
+        self._supervisor = build_supervisor(config, ready, self.rig.sensor_facts)
         duration_s = config.task.ticks_per_action * PERIOD_S
         self.plain_reinforcement = build_reinforcement(config)(ActionOutcome(duration_s, 0.0, 0.0, 0.0))
         self._ticks: Generator[Snapshot, JointCommand, None] | None = None
@@ -176,7 +176,7 @@ class InsertionEpisodes:
         self._let_go()
         if self._supervisor.trip is not None:
             # Only a person may acknowledge a trip. A simulated cell begins anew, and its supervisor with it.
-            self._supervisor = build_supervisor(self.config, self.rig.sensor_facts)
+            self._supervisor = build_supervisor(self.config, self._ready, self.rig.sensor_facts)
         self.rig.seed = self.config.seed
         # The clock too, so that an episode is the same to the last bit whatever was before.
         self.rig.set_clock_ticks(0)

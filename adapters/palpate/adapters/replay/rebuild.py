@@ -169,7 +169,7 @@ class Rebuilder:
         sensor = _sensor(log, config)
         if self._supervisor is None or self._supervisor.trip is not None or sensor != self._sensor:
             # A trip waits for a person; another trial gets another supervisor.
-            self._supervisor, self._sensor = build_supervisor(config, sensor), sensor
+            self._supervisor, self._sensor = build_supervisor(config, ready, sensor), sensor
         supervisor = self._supervisor
         if interrupted:
             self._kept = None

@@ -52,7 +52,7 @@ class SupervisionConfig(Settings):
     """New force samples in a row that came before in the same order, as only a recording's do."""
     flat_line_samples: Annotated[int, Limit(10, 1_000_000, "samples")] = 20
     """New force samples for which a channel may stay within a third of its own noise, as a live one's does not."""
-    max_noise_ratio: Annotated[float, Limit(2.0, 1e6, "times the sensor's own")] = 3.0
+    max_noise_ratio: Annotated[float, Limit(1.2, 1e6, "times the sensor's own")] = 1.8
     """Noise of a channel while the sensor is tared and nothing moves."""
     max_gap_ms: Annotated[float, Limit(9.0, 1000.0, "ms")] = 50.0
     """Time from one control tick to the next; the period is 7.1 ms."""

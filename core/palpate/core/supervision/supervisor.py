@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import enum
-from math import isfinite
+from math import isfinite, pi
 from operator import sub
 from typing import Final
 
@@ -77,6 +77,8 @@ class Supervisor:
         sensor: What is known of the force sensor. Where it has noise, it has to show it.
         scale: Factors on the sensor's six channels after taring, (6,), as the task applies them.
         latch: Of the rig, for all who watch it; None for one of its own.
+        ready_rad: The ready pose, (n,); a trial begins within half a turn of it on each joint. None where that is not
+            known.
     """
 
     def __init__(
@@ -87,11 +89,12 @@ class Supervisor:
         sensor: SensorFacts,
         scale: tuple[float, ...] = (1.0,) * 6,
         latch: FaultLatch | None = None,
+        ready_rad: JointVector | None = None,
     ) -> None:
         lower: JointVector = tuple(kinematics.lower_rad.tolist())
         upper: JointVector = tuple(kinematics.upper_rad.tolist())
         velocity: JointVector = tuple(kinematics.velocity_limit_rad_s.tolist())
-        self._latch = FaultLatch() if latch is None else latch
+        self._latch, self._ready_rad = FaultLatch() if latch is None else latch, ready_rad
         self._samples, self._wrench = SampleWatch(config, sensor), WrenchWatch(config, scale)
         self._noise = NoiseWatch(config, task, sensor) if sensor.noise_N > 0.0 or sensor.noise_Nm > 0.0 else None
         self._frame = sensor.frame
@@ -116,6 +119,11 @@ class Supervisor:
     def trip(self) -> Trip | None:
         """The latched cause; None while there is none."""
         return self._trip
+
+    @property
+    def latched(self) -> bool:
+        """Whether no trial may begin before somebody acknowledges, be it for a trip or for how one began."""
+        return bool(self._latch.cause)
 
     @property
     def retracting(self) -> bool:
@@ -170,7 +178,8 @@ class Supervisor:
 
         Raises:
             LifecycleError: No trial has begun.
-            DeviceError: As the trial begins it is not known where the arm is, or wrenches are of another frame or kind.
+            DeviceError: As the trial begins it is not known where the arm is, or wrenches are of another frame or kind;
+                nothing has been commanded.
             CommandError: The command has another number of joints than the arm.
         """
         if self._state is not Guard.ACTIVE:
@@ -231,6 +240,14 @@ class Supervisor:
         if joints.validity is not Validity.VALID or len(joints.position_rad) != self._count:
             problem = f"the first sample of the trial is {joints.validity.value}, {len(joints.position_rad)} joints"
             raise DeviceError("joint encoder", problem)
+        for number, (q, ready) in enumerate(zip(joints.position_rad, self._ready_rad or (), strict=False), start=1):
+            if abs(q - ready) > pi:
+                # To hold this place would be the wrong command.
+                problem = (
+                    f"joint {number} reads {q:.4f} rad, more than half a turn from the ready pose, {ready:.4f} rad"
+                )
+                self._latch.set(problem)
+                raise DeviceError("joint encoder", problem)
         wrench = snapshot.wrench
         if wrench.kind is not WrenchKind.RAW or wrench.frame != self._frame:
             raise DeviceError("force sensor", f"{wrench_text(wrench)}; the task needs raw ones in {self._frame!r}")

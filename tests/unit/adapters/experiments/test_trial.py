@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from palpate.adapters.config.run import RunConfig
-from palpate.adapters.experiments import run_scored_trial, trial_setup, truth_fields
+from palpate.adapters.experiments import falsely_inserted, run_scored_trial, trial_setup, truth_fields
 from palpate.adapters.experiments import trial as experiment
 from palpate.core.insertion.trial import Outcome
 from palpate.core.ports import FaultLatch, Truth
@@ -46,6 +46,23 @@ class StandIn:
 
     def stopped_by(self) -> str:
         return ""
+
+
+@pytest.mark.parametrize(
+    ("outcome", "aside_m", "depth_m", "false"),
+    [
+        (Outcome.INSERTED, 0.0, 0.00981, False),
+        (Outcome.INSERTED, 0.0, 0.00979, True),
+        (Outcome.INSERTED, 0.0012, 0.01, True),  # beside the plate
+        (Outcome.JAMMED, 0.0, 0.005, False),
+    ],
+)
+def test_a_false_success_is_a_peg_called_inserted_that_is_not(
+    outcome: Outcome, aside_m: float, depth_m: float, false: bool
+) -> None:
+    report = replace(scored_trial(5).report, outcome=outcome)
+    assert falsely_inserted(RunConfig(), report, Truth((0.0, 0.0, 0.0), (aside_m, 0.0, depth_m), depth_m, 5.0)) is false
+    assert not falsely_inserted(RunConfig(), report, None)
 
 
 @pytest.mark.parametrize(

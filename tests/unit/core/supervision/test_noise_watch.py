@@ -88,7 +88,7 @@ def test_a_recording_trips_whatever_its_length() -> None:
     assert trip.text == "6 new force samples in a row came before in the same order, 100 samples ago; limit 5"
 
 
-@pytest.mark.parametrize(("scale", "trips"), [(1.0, False), (2.0, False), (10.0, True), (100.0, True)])
+@pytest.mark.parametrize(("scale", "trips"), [(1.0, False), (1.4, False), (2.0, True), (10.0, True), (100.0, True)])
 def test_a_scale_shows_in_the_noise_while_the_sensor_is_tared(scale: float, trips: bool) -> None:
     readings = live(2, scale)
     weak = {"max_force_N": 200.0, "max_torque_Nm": 10.0, "max_force_rate_N_s": 1e5}

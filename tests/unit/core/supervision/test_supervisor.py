@@ -1,6 +1,7 @@
 """Commands are clamped; after a trip, which latches, the arm is led back or held until a person acknowledges."""
 
 from itertools import pairwise
+from math import tau
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from palpate.core.ports.values import AppliedCommand, CommandReason, JointComman
 from palpate.core.supervision.config import SupervisionConfig
 from palpate.core.supervision.retreat import Retreat
 from palpate.core.supervision.supervisor import TRANSITIONS, Guard, GuardEvent
-from tests.unit.core.fake_world import TOOL
+from tests.unit.core.fake_world import TOOL, ready_pose
 from tests.unit.core.supervision.bench import TOUCHING, Bench
 
 HIT: dict[str, Any] = {"force_N": (0, 0, -41.0), "wrench": {"sequence": 10_000}}
@@ -199,6 +200,18 @@ def test_nobody_commands_an_arm_whose_place_is_not_known() -> None:
     bench = Bench()
     with pytest.raises(DeviceError, match="5 joints"):
         bench.tick(measured_rad=bench.home_rad[:5])
+
+
+@pytest.mark.parametrize("turns", [1, -1])
+def test_an_encoder_that_has_lost_a_turn_is_found_before_anything_is_commanded(turns: int) -> None:
+    home, _ = ready_pose("ur5")
+    off = (home[0], home[1] + turns * tau, *home[2:])
+    latch = FaultLatch()
+    bench = Bench(arm="ur5", latch=latch, ready_rad=home)
+    with pytest.raises(DeviceError, match=r"joint encoder: joint 2 reads .* more than half a turn from the ready pose"):
+        bench.tick(measured_rad=off)
+    assert bench.results == []
+    assert latch.cause.startswith("joint 2 reads")
 
 
 def test_a_command_for_another_arm_is_refused() -> None:

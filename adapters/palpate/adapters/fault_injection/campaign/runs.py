@@ -64,7 +64,7 @@ class FaultRun:
         outcome: How the trial ended, or the error that ended it.
         ticks_to_stop: From the delivery to the last tick; None when the trial ended in the ordinary way.
         cause: What stopped it, in words; empty when nothing did.
-        latched: The supervisor tripped, so that no further trial begins until that is acknowledged.
+        latched: The supervisor has seen to it that no further trial begins until that is acknowledged.
         safe_stop: The arm was sent a stop at the end, as the log shows.
         peak_force_N: Largest true force; where that is not known, the largest change that the sensor measured before
             any fault of its own.
@@ -188,7 +188,7 @@ class Bench:
         policy = comparator(_POLICY, config, lambda: (0.0, 0.0))
         task = build_task(config, self._ready, build_perception(RunConfig(task=config.task)), policy)
         # The next run begins anew after a trip: that is what a campaign is for.
-        supervisor = build_supervisor(config, self._rig.sensor_facts) if self._supervised else None
+        supervisor = build_supervisor(config, self._ready, self._rig.sensor_facts) if self._supervised else None
         return task, supervisor
 
     def _judged(
@@ -224,7 +224,7 @@ class Bench:
             outcome=outcome,
             ticks_to_stop=ticks,
             cause="" if stop is None else _cause(supervisor, error, report),
-            latched=supervisor is not None and supervisor.trip is not None,
+            latched=supervisor is not None and supervisor.latched,
             safe_stop=stopped,
             peak_force_N=peak_N,
             damage=damage,
