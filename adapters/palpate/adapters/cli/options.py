@@ -112,6 +112,8 @@ class ReplayOptions(Settings):
     """Folder for the logs of a what-if; it must not be there yet."""
     strict: bool = False
     """Let a log from another processor fail when its last bits differ."""
+    markdown: str = ""
+    """Write what differs as a Markdown table to this file, for the review of a change."""
     jobs: Jobs = 0
     """Processes; 0 takes one per core."""
     verbose: bool = False

@@ -16,17 +16,22 @@ from palpate.adapters.config import RunConfig, overlay, read_toml, recorded_conf
 from palpate.adapters.experiments import COMPARATORS, aligned
 from palpate.adapters.replay import (
     Changes,
+    FolderFindings,
     Replay,
     Verdict,
     WhatIf,
     exit_code,
     explanation,
     find_logs,
+    judge_folders,
     learning_problems,
+    markdown,
+    not_checked,
     parse_setting,
     replay_files,
 )
 from palpate.core.errors import ConfigurationError, LogError, OutputError
+from palpate.core.files import require_no_file, write_whole
 from palpate.core.policy import PolicyDocument
 from palpate.core.ports import CONTROL_RATE_HZ
 
@@ -40,7 +45,10 @@ def replay(options: ReplayOptions) -> int:
     if not options.logs:
         raise LogError("palpate replay", "", "no log was named", "name logs, folders of logs, or patterns in quotes")
     changes = read_changes(options)
+    findings = FolderFindings() if changes.any else judge_folders(options.logs)
     paths = find_logs(options.logs)
+    if options.markdown:
+        require_no_file(Path(options.markdown), "--markdown")
     out = Path(options.out) if options.out else None
     if out is not None and os.path.lexists(out):
         raise OutputError(options.out, "is there already", "name another folder with --out")
@@ -53,7 +61,11 @@ def replay(options: ReplayOptions) -> int:
             bar.update(len(part))
     seconds = time.perf_counter() - began
     report(replays, changes, verbose=options.verbose, strict=options.strict)
-    problems = [] if changes.any else _report_learning(replays)
+    _report_folders(findings)
+    problems = findings.problems if changes.any else [*findings.problems, *_report_learning(replays)]
+    if options.markdown:
+        write_whole(Path(options.markdown), markdown(replays))
+        sys.stdout.write(f"table of what differs: {options.markdown}\n")
     if out is not None:
         sys.stdout.write(f"logs of what came of it are in {out}\n")
     ticks = sum(one.ticks for one in replays)
@@ -109,6 +121,11 @@ def report(replays: Sequence[Replay], changes: Changes, *, verbose: bool, strict
         f", {n} {names.get(verdict, verdict.value)}" for verdict, n in counts if n and verdict is not Verdict.EQUAL
     )
     sys.stdout.write(f"{equal} of {len(replays)} equal in every bit{others}\n")
+    other = sum(one.verdict is Verdict.EQUAL and one.other_code for one in replays)
+    if other:
+        sys.stdout.write(f"the core's code is not the one that recorded {other} of them, and yet gives the same\n")
+    if len(replays) == 1 and replays[0].verdict is Verdict.EQUAL and not changes.any:
+        sys.stdout.write(f"not checked, for only the world and the recorder know it: {not_checked(replays[0])}\n")
 
 
 def table(replays: Sequence[Replay], changes: Changes) -> str:
@@ -123,10 +140,22 @@ def table(replays: Sequence[Replay], changes: Changes) -> str:
     return aligned(lines)
 
 
+def _report_folders(findings: FolderFindings) -> None:
+    for line in findings.notices:
+        sys.stdout.write(f"{line}\n")
+    for line in findings.problems[:_MOST_EXPLAINED]:
+        sys.stdout.write(f"folder: {line}\n")
+    more = len(findings.problems) - _MOST_EXPLAINED
+    if more > 0:
+        sys.stdout.write(f"folder: and {more} more like these\n")
+
+
 def _report_learning(replays: Sequence[Replay]) -> list[str]:
-    links, problems = learning_problems(replays)
+    links, problems, gaps = learning_problems(replays)
+    for gap in gaps:
+        sys.stdout.write(f"learning: {gap}\n")
     for problem in problems:
         sys.stdout.write(f"learning: {problem}\n")
-    if links and not problems:
+    if links and not problems and not gaps and all(one.verdict is not Verdict.REFUSED for one in replays):
         sys.stdout.write("learning: each trial begins with the values that the one before ended with\n")
     return problems

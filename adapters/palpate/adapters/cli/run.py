@@ -64,6 +64,7 @@ def _run(options: RunOptions, kept: ExitStack) -> int:
         # Only now are words, files and devices known to be good: a refused call must not leave a folder in the way.
         kept.enter_context(folder.writing())
         folder.write("run.toml", run_toml(config, "run", trials=options.trials, policy=options.policy))
+        folder.keep_manifest("run")
         recorder = folder.recorder(recording_for(config, options.rig), opened)
         session = opened.enter_context(RealTimeSession(config.real_time)) if options.rig else None
         print_grants(session, config)
@@ -74,6 +75,7 @@ def _run(options: RunOptions, kept: ExitStack) -> int:
             sys.stdout.write(session.report() + "\n")
     print_troubles(recorder)
     summary = write_evaluation(config, folder, options.policy, chosen, rows, options.trials)
+    folder.seal()
     low, high = summary["success_95"]
     sys.stdout.write(
         f"{options.policy}, {config.arm}, scenario {config.scenario}, seed {config.seed}: {len(rows)} trials\n"
@@ -120,6 +122,7 @@ def run_named(
         def done(scored: ScoredTrial) -> None:
             if folder is not None:
                 folder.append_trial(scored, FIRST_EVALUATION_TRIAL)
+                folder.note_trial()
             bar.update()
 
         rows = run_policy(config, ready, rig, chosen.perception, policy, trials, done, recorded, session)

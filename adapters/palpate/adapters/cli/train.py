@@ -26,6 +26,7 @@ from palpate.adapters.experiments import (
     moving_average,
     open_rig,
     perception_of,
+    read_manifest,
     require_limits,
     require_usable,
     resume_from,
@@ -107,6 +108,9 @@ def _train(options: TrainOptions, folder: RunFolder, checkpoint: Checkpoint | No
         else:
             folder.write("run.toml", run_toml(config, "train", trials=options.trials, policy=options.policy))
         trainer.checkpoint()
+        if checkpoint is not None and read_manifest(folder.path) is None:
+            sys.stderr.write(f"palpate: {folder.path} has no manifest: an older run, taken as it is\n")
+        folder.keep_manifest("train", first)
         _announce(config, folder, options.trials, first)
         print_weakened(config)
         _with_progress(trainer, options.trials, first, folder)
@@ -115,6 +119,7 @@ def _train(options: TrainOptions, folder: RunFolder, checkpoint: Checkpoint | No
     if session is not None:
         say(session.report())
     _finish(config, folder, options.trials)
+    folder.seal()
     if trainer.interrupted:
         again = ["palpate", "train", "--resume", "--out", str(folder.path), "--trials", str(options.trials)]
         if document is not None:

@@ -20,6 +20,8 @@ from .figure import drawing as drawing
 from .figure import learning_curve as learning_curve
 from .fitting import configured_perception as configured_perception
 from .fitting import fitted_perception as fitted_perception
+from .manifest import MANIFEST as MANIFEST
+from .manifest import read_manifest as read_manifest
 from .policies import COMPARATORS as COMPARATORS
 from .policies import comparator as comparator
 from .policies import learning_policy as learning_policy

@@ -2,7 +2,7 @@
 
 ``run.toml`` (resolved configuration and versions), ``trials.csv``, ``decisions.csv``, ``policy.json``,
 ``summary.json``, ``learning_curve.png``; ``checkpoint.json`` is what ``--resume`` goes on from; ``logs`` holds the
-recording of each trial.
+recording of each trial; ``manifest.json`` tells what belongs to the run, byte for byte.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from palpate.adapters.config import RecordingConfig
+from palpate.adapters.experiments.manifest import RUN_FILES, Manifest
 from palpate.adapters.experiments.tables import csv_text
 from palpate.adapters.experiments.trial import ScoredTrial
 from palpate.adapters.experiments.writer_lock import only_writer
@@ -25,10 +26,6 @@ from palpate.adapters.log import LOG_FOLDER, TrialRecorder
 from palpate.core.errors import OutputError
 from palpate.core.files import write_whole
 
-RUN_FILES: Final = (
-    "run.toml", "trials.csv", "decisions.csv", "checkpoint.json", "policy.json", "summary.json", "learning_curve.png",
-    "compare.csv", "compare.txt", "logs",
-)  # fmt: skip
 _OF_DECISION: Final = ("tick", "symbol", "state", "action", "source", "reinforcement")
 
 
@@ -114,6 +111,8 @@ class RunFolder:
 
     def __init__(self, path: Path) -> None:
         self.path = path
+        self._manifest: Manifest | None = None
+        self._recorder: TrialRecorder | None = None
 
     def require_free(self) -> None:
         """Make sure that nothing would be overwritten.
@@ -124,7 +123,7 @@ class RunFolder:
         # os.path.exists, unlike Path.exists, takes a name that is too long or not permitted for not there.
         if os.path.exists(self.path) and not os.path.isdir(self.path):
             raise OutputError(str(self.path), "is a file, not a folder", "name another folder with --out")
-        found = [name for name in RUN_FILES if os.path.exists(self.path / name)]
+        found = [name for name in (*RUN_FILES, LOG_FOLDER) if os.path.exists(self.path / name)]
         if found:
             raise OutputError(
                 str(self.path),
@@ -166,7 +165,32 @@ class RunFolder:
     def recorder(self, config: RecordingConfig, opened: ExitStack) -> TrialRecorder | None:
         """A recorder of trials into the folder ``logs``, until ``opened`` closes; None where none is asked for."""
         recorder = TrialRecorder.into(self.path / LOG_FOLDER, config)
-        return None if recorder is None else opened.enter_context(recorder)
+        if recorder is not None:
+            self._recorder = opened.enter_context(recorder)
+        return recorder
+
+    def keep_manifest(self, command: str, trials: int = 0) -> None:
+        """Write a manifest from now on; ``run.toml`` is there already.
+
+        Args:
+            command: The command that runs.
+            trials: How many trials the folder holds.
+
+        Raises:
+            OutputError: The folder holds the manifest of another run, or one that cannot be read.
+        """
+        self._manifest = Manifest(self.path, command)
+        self._manifest.begin(trials)
+
+    def note_trial(self) -> None:
+        """A trial is finished, and all that is written of it is written."""
+        if self._manifest is not None:
+            self._manifest.trial({} if self._recorder is None else self._recorder.closed())
+
+    def seal(self) -> None:
+        """Nothing more is written: the manifest tells of every file of the run."""
+        if self._manifest is not None:
+            self._manifest.end({} if self._recorder is None else self._recorder.closed())
 
     def write(self, name: str, content: str | bytes, *, durable: bool = True) -> None:
         """Write or replace a file, whole or not at all; ``durable`` as in :func:`write_whole`.

@@ -169,6 +169,7 @@ class Trainer:
                 self._folder.append_trial(scored)
                 self.next_trial += 1
                 self.checkpoint()
+                self._folder.note_trial()
                 on_trial(scored)
 
     def checkpoint(self) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
+from hashlib import sha256
 from pathlib import Path
 from tempfile import TemporaryFile
 from typing import IO, Any, Final, Protocol
@@ -122,6 +123,7 @@ class NewFile:
         self.path = path
         self._fd = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o666)
         self._size = 0
+        self._digest = sha256()
         self.trouble: str | None = None
         self._reserve: IO[bytes] | None = None
         if reserve_bytes:
@@ -138,7 +140,13 @@ class NewFile:
             self._give_up_reserve()
             self._write_all(data)
         self._size += len(data)
+        self._digest.update(data)
         return len(data)
+
+    @property
+    def sha256(self) -> str:
+        """Digest of what was written so far."""
+        return self._digest.hexdigest()
 
     def tell(self) -> int:
         """Bytes written so far."""

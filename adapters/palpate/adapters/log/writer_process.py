@@ -54,10 +54,13 @@ class Writer:
 
     Args:
         report: Takes path and problem of a log that could not be written as it should.
+        closed: Takes path, size and digest of each log that is closed.
     """
 
-    def __init__(self, report: Callable[[str, str], None]) -> None:
-        self._report = report
+    def __init__(
+        self, report: Callable[[str, str], None], closed: Callable[[str, int, str], None] = lambda *_: None
+    ) -> None:
+        self._report, self._closed = report, closed
         self._channels: list[dict[str, Any]] | None = None
         self._file: NewFile | None = None
         self._log: LogFile | None = None
@@ -91,6 +94,7 @@ class Writer:
             self._tell(f"cannot be finished ({_reason(error)})")
         finally:
             file.close()
+            self._closed(self._path, file.tell(), file.sha256)
 
     def _open(self, told: dict[str, Any]) -> None:
         self.finish()
@@ -134,9 +138,11 @@ class Writer:
         self._report(self._path, problem)
 
 
-def serve(source: BinaryIO, report: Callable[[str, str], None]) -> None:
-    """Write what the source says, to its end."""
-    writer = Writer(report)
+def serve(
+    source: BinaryIO, report: Callable[[str, str], None], closed: Callable[[str, int, str], None] = lambda *_: None
+) -> None:
+    """Write what the source says, to its end; arguments as of :class:`Writer`."""
+    writer = Writer(report, closed)
     try:
         while head := _exactly(source, FRAME.size):
             kind, channel, time_ns, length = FRAME.unpack(head)
@@ -164,17 +170,23 @@ def main() -> None:
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.SIG_IGN)
 
-    def report(path: str, problem: str) -> None:
+    def tell(**told: Any) -> None:
         try:
-            sys.stdout.write(json.dumps({"path": path, "problem": problem}) + "\n")
+            sys.stdout.write(json.dumps(told) + "\n")
             sys.stdout.flush()
         except OSError:
             # Nobody listens any more.
             return
 
+    def report(path: str, problem: str) -> None:
+        tell(path=path, problem=problem)
+
+    def closed(path: str, size: int, digest: str) -> None:
+        tell(path=path, problem="", size=size, sha256=digest)
+
     # Nothing to report, but by this the run knows that we are there.
     report("", "")
-    serve(sys.stdin.buffer, report)
+    serve(sys.stdin.buffer, report, closed)
 
 
 if __name__ == "__main__":

@@ -3,8 +3,12 @@ from .batch import exit_code as exit_code
 from .batch import explanation as explanation
 from .batch import find_logs as find_logs
 from .batch import learning_problems as learning_problems
+from .batch import markdown as markdown
+from .batch import not_checked as not_checked
 from .batch import replay_files as replay_files
 from .engine import Replay as Replay
 from .engine import Verdict as Verdict
+from .folders import FolderFindings as FolderFindings
+from .folders import judge_folders as judge_folders
 from .rebuild import Changes as Changes
 from .rebuild import parse_setting as parse_setting

@@ -9,6 +9,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
+from typing import Final
 
 from joblib import Parallel, delayed
 
@@ -117,24 +118,28 @@ def _names(paths: Sequence[Path]) -> list[str]:
     return names
 
 
-def learning_problems(replays: Sequence[Replay]) -> tuple[int, list[str]]:
+def learning_problems(replays: Sequence[Replay]) -> tuple[int, list[str], list[str]]:
     """Whether the trials of each training run hand on what was learned, and its policy file holds it.
 
     Returns:
-        How many hand-overs from trial to trial were looked at, and what is wrong.
+        How many hand-overs from trial to trial were looked at, what is wrong, and where trials are missing in between.
     """
     runs: dict[tuple[Path, str], list[Replay]] = {}
     for one in replays:
         if one.lesson is not None:
             runs.setdefault((Path(one.path).parent, one.lesson.run), []).append(one)
-    problems: list[str] = []
+    problems, gaps, links = list[str](), list[str](), 0
     for (folder, _), trials in runs.items():
         trials.sort(key=lambda one: one.lesson.trial if one.lesson else 0)
         problems += _broken_links(trials)
+        numbers = [one.lesson.trial for one in trials if one.lesson]
+        apart = [(before, after) for before, after in pairwise(numbers) if after > before + 1]
+        gaps += [f"{folder}: nothing is known of what came between trials {a} and {b}" for a, b in apart]
+        links += len(numbers) - 1 - len(apart)
         # Only what was learned last is in the policy file.
         if Path(trials[-1].path) == max(folder.glob("trial-*.mcap"), default=None):
             problems += _policy_problem(folder, trials[-1])
-    return sum(len(trials) - 1 for trials in runs.values()), problems
+    return links, problems, gaps
 
 
 def _broken_links(trials: Sequence[Replay]) -> Iterator[str]:
@@ -156,6 +161,9 @@ def _policy_problem(folder: Path, last: Replay) -> Iterator[str]:
         return
     if values_digest(document.values()) != last.lesson.after:
         yield f"{path}: does not hold the values that trial {last.lesson.trial} ended with"
+    own = {name: value for name, value in document.perception.items() if name != "signal"}
+    if own != last.lesson.perception:
+        yield f"{path}: perceives otherwise than trial {last.lesson.trial} did"
 
 
 def exit_code(replays: Sequence[Replay], problems: Sequence[str], *, strict: bool) -> int:
@@ -193,3 +201,43 @@ def _changes_told(changes: Changes) -> list[str]:
     if changes.config is not None:
         told.append("the configuration given")
     return told
+
+
+def markdown(replays: Sequence[Replay]) -> str:
+    """What differs, as a table for the review of a change; logs that are equal are only counted."""
+    rows = [
+        (
+            one.path,
+            one.recorded_outcome or "-",
+            one.replayed_outcome or "-",
+            "-" if one.first is None else str(one.first.tick),
+            one.problem if one.first is None else f"{one.first.channel} {one.first.field}",
+            one.verdict.value,
+        )
+        for one in replays
+        if one.verdict is not Verdict.EQUAL
+    ]
+    head = ("log", "outcome before", "outcome after", "first tick", "field", "result")
+    lines = [head, ("---",) * len(head), *rows] if rows else []
+    text = "".join("| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |\n" for row in lines)
+    return (
+        f"{text}{chr(10) if text else ''}{len(replays) - len(rows)} of {len(replays)} logs replay equal in every bit.\n"
+    )
+
+
+_WORLDS: Final = {
+    "true_peak_force_N": "the true peak force",
+    "true_depth_m": "the true depth",
+    "true_tip_in_task_m": "the true place of the tip",
+    "true_hole_in_task_m": "the true hole",
+    "stopped_by": "what stopped the arm",
+    "timing_json": "the time that sections of a tick took",
+}
+
+
+def not_checked(one: Replay) -> str:
+    """What of a log no output of the core depends on: what only the world, or whoever recorded it, knew."""
+    always = (
+        "the command's name, versions, processor, the ready pose, times of receipt, what the arm answered at the end"
+    )
+    return "; ".join([*(_WORLDS[name] for name in one.only_told if name in _WORLDS), always])

@@ -7,7 +7,7 @@ import hashlib
 import json
 from collections.abc import Mapping
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any, Final
 
 from palpate.adapters.experiments import ScoredTrial
@@ -68,12 +68,14 @@ class Lesson:
         trial: Index of the trial in its run.
         before: Digest of the learned values as it began.
         after: Digest of the learned values as it ended.
+        perception: The stages of its perception.
     """
 
     run: str
     trial: int
     before: str
     after: str
+    perception: Any = None
 
 
 @dataclass(frozen=True)
@@ -96,6 +98,7 @@ class Replay:
             samples are no answer to what the core does. None when all commands are equal.
         lesson: For a trial that taught something: its place in the course of learning.
         other_code: Whether other code of the core recorded it; False where the log does not say.
+        only_told: Fields of the end record that nothing of the core can be held against.
     """
 
     path: str
@@ -112,6 +115,7 @@ class Replay:
     counterfactual_from: int | None = None
     lesson: Lesson | None = None
     other_code: bool = False
+    only_told: tuple[str, ...] = ()
 
 
 _STILL_RUNNING: Final = "still running"
@@ -177,8 +181,15 @@ def replay(
         decisions=tuple(decisions),
         counterfactual_from=tape.differences.first_command_tick,
         lesson=_lesson(log),
+        only_told=_only_told(log),
         other_code=bool(log.start.core_sha256) and log.start.core_sha256 != core_sha256(),
     )
+
+
+def _only_told(log: TrialLog) -> tuple[str, ...]:
+    end, names = log.end, ("stopped_by", "timing_json")
+    told = [] if end is None else [field.name for field in fields(end) if field.name.startswith("true_")]
+    return tuple(name for name in (*told, *names) if end is not None and getattr(end, name))
 
 
 def run_over(tape: Tape, rebuilt: Rebuilt, recording: WhatIfRecording, beginning: Beginning) -> BaseException | None:
@@ -295,7 +306,10 @@ def _lesson(log: TrialLog) -> Lesson | None:
     after = learner_of_json(end.learner_json)
     common = (log.start.config_toml, log.start.perception_json, log.start.policy_json)
     run = hashlib.sha256(repr(common).encode()).hexdigest()
-    return None if after is None else Lesson(run, log.start.trial, values_digest(start), values_digest(after))
+    if after is None:
+        return None
+    perception = json.loads(log.start.perception_json)
+    return Lesson(run, log.start.trial, values_digest(start), values_digest(after), perception)
 
 
 def values_digest(learner: Mapping[str, Any]) -> str:

@@ -42,16 +42,16 @@ def lesson(trial: int, before: str, after: str, *, run: str = "r", folder: str =
 
 
 def test_what_is_learned_is_handed_on() -> None:
-    links, problems = learning_problems([lesson(1, "b", "c"), lesson(0, "a", "b"), lesson(2, "c", "d")])
-    assert (links, problems) == (2, [])
+    links, problems, gaps = learning_problems([lesson(1, "b", "c"), lesson(0, "a", "b"), lesson(2, "c", "d")])
+    assert (links, problems, gaps) == (2, [], [])
 
 
 def test_a_broken_hand_over_is_told() -> None:
-    _, problems = learning_problems([lesson(0, "a", "b"), lesson(1, "x", "c")])
+    _, problems, _ = learning_problems([lesson(0, "a", "b"), lesson(1, "x", "c")])
     assert problems == ["logs/trial-00001.mcap: does not begin with the values that trial 0 ended with"]
 
 
 def test_trials_that_do_not_follow_each_other_prove_nothing() -> None:
     runs = [lesson(0, "a", "b"), lesson(2, "c", "d"), lesson(1, "p", "q", run="other"), lesson(1, "u", "v", folder="o")]
-    assert learning_problems(runs) == (1, [])
-    assert learning_problems([replace(lesson(0, "a", "b"), lesson=None)]) == (0, [])
+    assert learning_problems(runs) == (0, [], ["logs: nothing is known of what came between trials 0 and 2"])
+    assert learning_problems([replace(lesson(0, "a", "b"), lesson=None)]) == (0, [], [])

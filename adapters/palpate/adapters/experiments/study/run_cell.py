@@ -170,6 +170,7 @@ def _run(job: CellJob, config: RunConfig, path: Path) -> CellOutcome:
     if not whole:
         return CellOutcome.INTERRUPTED
     folder.write_json(CELL_FILE, job.cell.document())
+    folder.seal()
     return CellOutcome.FINISHED
 
 
@@ -183,6 +184,7 @@ def _train(job: CellJob, config: RunConfig, folder: RunFolder) -> bool:
             perception = fitted_perception(config, ready, rig)
         policy = learning_policy(config, perception)
         folder.write("run.toml", run_toml(config, "train", trials=job.trials, policy=job.cell.policy))
+        folder.keep_manifest("train")
         recorder = folder.recorder(config.recording, opened)
         trainer = Trainer(config, folder, ready, rig, perception, policy, recorder=recorder)
         trainer.checkpoint()
@@ -201,12 +203,14 @@ def _evaluate(job: CellJob, config: RunConfig, folder: RunFolder) -> bool:
         rig = opened.enter_context(open_rig(config, ready, ""))
         require_usable(config, ready)
         folder.write("run.toml", run_toml(config, "run", trials=job.trials, policy=name))
+        folder.keep_manifest("run")
         recorder = folder.recorder(config.recording, opened)
         comparator = name if chosen.document is None else ""
         recorded = None if recorder is None else Recorded(recorder, "run", comparator)
 
         def done(scored: ScoredTrial) -> None:
             folder.append_trial(scored, FIRST_EVALUATION_TRIAL)
+            folder.note_trial()
 
         rows = run_policy(config, ready, rig, chosen.perception, chosen.on(rig), job.trials, done, recorded)
     _require_recorded(recorder)

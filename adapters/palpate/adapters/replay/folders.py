@@ -1,0 +1,72 @@
+"""Whole run folders: whether all is there that belongs to a run, and nothing else."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from palpate.adapters.experiments import MANIFEST, RunFolder, read_manifest
+from palpate.adapters.log import LOG_FOLDER, trial_name
+from palpate.core.errors import OutputError
+
+
+@dataclass
+class FolderFindings:
+    """What was found in run folders.
+
+    Attributes:
+        problems: What is missing, cut, altered or foreign, a line each.
+        notices: What else is to be known, a line each.
+    """
+
+    problems: list[str] = field(default_factory=list)
+    notices: list[str] = field(default_factory=list)
+
+
+def judge_folders(names: Sequence[str]) -> FolderFindings:
+    """Hold every run folder that is named, or lies below a named one, against its manifest.
+
+    Raises:
+        OutputError: A manifest cannot be read, or is that of another run.
+    """
+    found = FolderFindings()
+    for folder in _run_folders(names):
+        manifest = read_manifest(folder)
+        if manifest is None:
+            found.notices.append(f"{folder} has no manifest: an older run, whose files are taken as they are")
+            found.problems += _missing_logs(folder)
+            continue
+        found.problems += manifest.problems(folder)
+        if not manifest.finished:
+            found.notices.append(
+                f"{folder} is of a run that is under way, or was cut short after {manifest.trials} trials"
+            )
+    return found
+
+
+def _run_folders(names: Sequence[str]) -> list[Path]:
+    folders: dict[Path, None] = {}
+    for name in filter(os.path.isdir, names):
+        top = Path(name)
+        above = [top.parent] if top.name == LOG_FOLDER else []
+        below = sorted({path.parent for sign in (MANIFEST, "run.toml") for path in top.rglob(sign)})
+        folders.update((folder, None) for folder in (*above, *below) if _is_run(folder))
+    return list(folders)
+
+
+def _is_run(folder: Path) -> bool:
+    return any(os.path.lexists(folder / sign) for sign in (MANIFEST, "run.toml"))
+
+
+def _missing_logs(folder: Path) -> list[str]:
+    """Logs of trials in the table that are not there, though there are others."""
+    logs = folder / LOG_FOLDER
+    try:
+        rows = RunFolder(folder).read_trials()
+    except OutputError as error:
+        return [str(error)]
+    there = {path.stem for path in logs.glob("*.mcap")}
+    gone = [logs / f"{trial_name(row.trial)}.mcap" for row in rows if trial_name(row.trial) not in there]
+    return [f"{path}: is missing" for path in gone] if there else []

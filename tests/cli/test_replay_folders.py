@@ -1,0 +1,169 @@
+"""``palpate replay FOLDER``: whatever is missing, cut, altered or foreign in a run folder is found."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import pytest
+
+from tests.command_line import CommandLine
+from tests.log_surgery import Change, changed, in_start, indices, messages_of, one_ulp, write_log
+
+Tampering: TypeAlias = Callable[[Path], None]
+GOLDEN = Path(__file__).parents[1] / "golden"
+BEFORE = GOLDEN / "before" / "run"
+
+
+def gone(name: str) -> Tampering:
+    return lambda folder: (folder / name).unlink()
+
+
+def cut(name: str, share: float = 0.5) -> Tampering:
+    return lambda folder: _write(folder / name, lambda data: data[: int(len(data) * share)])
+
+
+def swapped(name: str, old: str, new: str) -> Tampering:
+    def swap(data: bytes) -> bytes:
+        assert old.encode() in data
+        return data.replace(old.encode(), new.encode(), 1)
+
+    return lambda folder: _write(folder / name, swap)
+
+
+def _write(path: Path, change: Callable[[bytes], bytes]) -> None:
+    path.write_bytes(change(path.read_bytes()))
+
+
+def log_with(topic: str, number: int, change: Change, name: str = "trial-00001.mcap") -> Tampering:
+    """One message of a log is changed, and its checksums are made good."""
+
+    def tamper(folder: Path) -> None:
+        path = folder / "logs" / name
+        messages = messages_of(path)
+        path.unlink()
+        write_log(path, changed(messages, indices(messages, topic)[number], change))
+
+    return tamper
+
+
+def _in_json(name: str, change: Callable[[Any], None]) -> Tampering:
+    def tamper(folder: Path) -> None:
+        content = json.loads((folder / name).read_text())
+        change(content)
+        (folder / name).write_text(json.dumps(content))
+
+    return tamper
+
+
+def _set(**fields: Any) -> Change:
+    return lambda made: [setattr(made, name, value) for name, value in fields.items()] and None
+
+
+def _two_logs_change_places(folder: Path) -> None:
+    first, second, aside = (folder / "logs" / name for name in ("trial-00000.mcap", "trial-00001.mcap", "x"))
+    first.rename(aside)
+    second.rename(first)
+    aside.rename(second)
+
+
+TAMPERINGS: dict[str, Tampering] = {
+    "first log gone": gone("logs/trial-00000.mcap"),
+    "middle log gone": gone("logs/trial-00001.mcap"),
+    "last log gone": gone("logs/trial-00002.mcap"),
+    "log cut": cut("logs/trial-00001.mcap"),
+    "log cut by a byte": cut("logs/trial-00001.mcap", 0.9999),
+    "log emptied": cut("logs/trial-00002.mcap", 0.0),
+    "log of another run in its place": lambda f: shutil.copy(GOLDEN / "train-paper.mcap", f / "logs/trial-00001.mcap"),
+    "log added": lambda f: shutil.copy(f / "logs/trial-00001.mcap", f / "logs/trial-00007.mcap"),
+    "foreign log added": lambda f: shutil.copy(GOLDEN / "train-paper.mcap", f / "logs/other.mcap"),
+    "two logs change places": _two_logs_change_places,
+    "a log's command": log_with("/tick", 40, one_ulp("asked_rad", 1)),
+    "a log's true peak force": log_with("/end", 0, one_ulp("true_peak_force_N")),
+    "a log's versions": log_with("/start", 0, in_start(versions_json={"palpate": "9"})),
+    "a log's time of receipt": log_with("/tick", 9, lambda made: setattr(made.wrench, "receive_time_ns", 1)),
+    "a log's learner": log_with("/start", 0, _set(learner_json="")),
+    "a log's outcome": log_with("/end", 0, _set(outcome="inserted", success=True)),
+    "a log's end gone": log_with("/end", 0, _set(error="KeyboardInterrupt", outcome="")),
+    "policy gone": gone("policy.json"),
+    "policy's value": _in_json("policy.json", lambda p: p.update(schema=p["schema"])),
+    "policy's thresholds": swapped("policy.json", "-0.001", "-0.002"),
+    "policy cut": cut("policy.json"),
+    "trials gone": gone("trials.csv"),
+    "a trial's outcome": swapped("trials.csv", "time limit", "inserted"),
+    "a trial's line gone": lambda f: _write(f / "trials.csv", lambda d: b"".join(d.splitlines(True)[:-1])),
+    "a trial's line added": lambda f: _write(f / "trials.csv", lambda d: d + d.splitlines(True)[-1]),
+    "decisions gone": gone("decisions.csv"),
+    "a decision's action": swapped("decisions.csv", ",+", ",-"),
+    "settings": swapped("run.toml", "seed = 0", "seed = 1"),
+    "settings gone": gone("run.toml"),
+    "checkpoint": swapped("checkpoint.json", '"next_trial": 3', '"next_trial": 2'),
+    "summary": swapped("summary.json", '"trials": 3', '"trials": 4'),
+    "picture": cut("learning_curve.png", 0.9),
+    "manifest's digest": _in_json("manifest.json", lambda m: m["files"]["policy.json"].update(sha256="0" * 64)),
+    "manifest's entry": _in_json("manifest.json", lambda m: m["files"].pop("policy.json")),
+    "manifest cut": cut("manifest.json"),
+    "table of a comparison added": lambda f: _write(shutil.copy(f / "trials.csv", f / "compare.csv"), bytes),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", TAMPERINGS)
+def test_a_folder_that_was_tampered_with(palpate: CommandLine, trained: Path, tmp_path: Path, kind: str) -> None:
+    shutil.copytree(trained, tmp_path / "run")
+    TAMPERINGS[kind](tmp_path / "run")
+    done = palpate("replay", "run", "--jobs", 1)
+    assert done.code in (1, 2), done
+
+
+def test_a_whole_folder_is_called_whole(palpate: CommandLine, trained: Path) -> None:
+    assert "folder:" not in palpate.succeed("replay", trained, "--jobs", 1)
+    # The folder of its logs stands for it.
+    assert "no manifest" not in palpate.succeed("replay", trained / "logs", "--jobs", 1)
+
+
+def test_a_manifest_of_another_run_is_refused_in_one_line(palpate: CommandLine, trained: Path, tmp_path: Path) -> None:
+    shutil.copytree(trained, tmp_path / "run")
+    _in_json("run/manifest.json", _other_digests)(tmp_path)
+    line = palpate.refusal("replay", "run", "--jobs", 1)
+    assert "run/manifest.json: is that of another run" in line
+    line = palpate.refusal("train", "--resume", "--out", "run", "--trials", 9, "--task.time-limit-s", 2)
+    assert "run/manifest.json: is that of another run" in line
+
+
+def _other_digests(manifest: Any) -> None:
+    for told in manifest["files"].values():
+        told["sha256"] = "0" * 64
+
+
+def test_an_older_folder_is_told_so_and_used(palpate: CommandLine, tmp_path: Path) -> None:
+    printed = palpate.succeed("replay", BEFORE, "--jobs", 1)
+    assert "has no manifest: an older run" in printed
+    assert "the core's code is not the one that recorded 3 of them, and yet gives the same" in printed
+    # Its table tells how many logs there should be.
+    shutil.copytree(BEFORE, tmp_path / "run")
+    (tmp_path / "run/logs/trial-00001.mcap").unlink()
+    done = palpate("replay", "run", "--jobs", 1)
+    assert done.code == 1
+    assert "trial-00001.mcap: is missing" in done.stdout
+    assert "nothing is known of what came between trials 0 and 2" in done.stdout
+    assert "each trial begins" not in done.stdout
+
+
+def test_what_a_single_log_cannot_be_checked_for_is_named(palpate: CommandLine, trained: Path) -> None:
+    printed = palpate.succeed("replay", trained / "logs" / "trial-00001.mcap")
+    assert "not checked, for only the world and the recorder know it: the true peak force;" in printed
+
+
+def test_differences_as_a_table_for_a_review(palpate: CommandLine, trained: Path, tmp_path: Path) -> None:
+    shutil.copytree(trained, tmp_path / "run")
+    log_with("/tick", 40, one_ulp("asked_rad", 1))(tmp_path / "run")
+    assert palpate("replay", "run", "--jobs", 1, "--markdown", "table.md").code == 1
+    lines = (tmp_path / "table.md").read_text().splitlines()
+    assert lines[0] == "| log | outcome before | outcome after | first tick | field | result |"
+    assert lines[2].startswith("| run/logs/trial-00001.mcap | time limit | ")
+    assert lines[2].endswith("| 40 | /tick asked_rad[1] | DIVERGED |")
+    assert lines[-1] == "2 of 3 logs replay equal in every bit."
+    assert "is there already" in palpate.refusal("replay", "run", "--jobs", 1, "--markdown", "table.md")
