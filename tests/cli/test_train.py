@@ -25,7 +25,7 @@ def table(path: Path) -> list[dict[str, str]]:
 
 
 def test_a_run_leaves_these_files_and_no_others(trained: Path) -> None:
-    assert {path.name for path in trained.iterdir()} == {*RESULTS, "run.toml", "logs"}
+    assert {path.name for path in trained.iterdir()} == {*RESULTS, "run.toml", "logs", "manifest.json"}
 
 
 def test_trials_have_their_columns_and_decisions_belong_to_them(trained: Path) -> None:

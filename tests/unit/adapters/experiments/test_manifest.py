@@ -80,7 +80,7 @@ def test_wherever_it_is_killed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
             moments += 1
         if ended:
             break
-    assert moments > 10 * TRIALS
+    assert moments > 20
 
 
 def test_a_run_that_goes_on_keeps_what_is_known_of_its_logs(tmp_path: Path) -> None:

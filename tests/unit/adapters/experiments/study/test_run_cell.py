@@ -22,7 +22,8 @@ def test_a_cell_is_a_run_folder_and_says_which(tmp_path: Path) -> None:
     assert json.loads((folder / "cell.json").read_text()) == {
         "fields": {"task.start_uncertainty_mm": 1.0}, "policy": "torque", "seed": 3, "format": 1,
     }  # fmt: skip
-    names = {"cell.json", "run.toml", "trials.csv", "decisions.csv", "summary.json", "learning_curve.png"}
+    names = {"cell.json", "run.toml", "trials.csv", "decisions.csv", "summary.json", "learning_curve.png",
+             "manifest.json"}  # fmt: skip
     assert {path.name for path in folder.iterdir()} == names
     assert "start_uncertainty_mm = 1.0" in (folder / "run.toml").read_text()
 
