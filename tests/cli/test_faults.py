@@ -8,7 +8,7 @@ from tests.command_line import CommandLine
 
 def test_a_share_of_the_campaign_ends_in_stops_and_readable_logs(palpate: CommandLine, tmp_path: Path) -> None:
     out = tmp_path / "runs.csv"
-    printed = palpate.succeed("faults", "--group", "devices", "--most", 23, "--jobs", 1, "--out", out)
+    printed = palpate.succeed("faults", "--group", "devices", "--most", 14, "--jobs", 1, "--out", out)
     assert "14 runs, the fault struck in 14" in printed
     assert "failed: 0" in printed
     assert "unreadable logs, or logs that do not tell of their fault: 0" in printed
