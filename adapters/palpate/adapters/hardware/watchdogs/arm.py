@@ -13,7 +13,7 @@ from palpate.adapters.hardware.watchdogs.trip import Latch, Latching, TellTrip, 
 from palpate.core.errors import ConfigurationError, FaultLatchedError, LifecycleError
 from palpate.core.ports import AppliedCommand, ArmCommand, Clock, CommandReason, DeviceDecorator, JointCommand, Life
 
-_JOIN_S: Final = 5.0
+_JOIN_S: Final = 1.0
 _NS: Final = 1_000_000_000
 
 

@@ -19,7 +19,7 @@ from palpate.adapters.hardware.watchdogs.trip import Latch, Latching, TellTrip, 
 from palpate.core.errors import LifecycleError, require_in
 from palpate.core.ports import ArmCommand, Clock
 
-_JOIN_S: Final = 5.0
+_JOIN_S: Final = 1.0
 _WAKE: Final = b"\0"
 
 

@@ -10,6 +10,7 @@ import sys
 import time
 from abc import abstractmethod
 from collections.abc import Sequence
+from contextlib import suppress
 from types import TracebackType
 from typing import Final, Protocol, Self
 
@@ -149,7 +150,8 @@ class ProcessWatchdog(Latching):
         except (OSError, subprocess.TimeoutExpired):
             # It has died, or hangs in its function.
             process.kill()
-            process.wait()
+            with suppress(subprocess.TimeoutExpired):
+                process.wait(_END_S)
         finally:
             for pipe in (feeding, reports):
                 if pipe is not None:
