@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import signal
 import sys
 from dataclasses import replace
 from pathlib import Path
-from types import FrameType
+from threading import Event
 
 from palpate.adapters.cli.notices import say
 from palpate.adapters.cli.options import EmulateOptions
 from palpate.adapters.config import scenario
+from palpate.adapters.experiments import interrupting
 from palpate.adapters.hardware import EmulatedCell, EmulationConfig
 from palpate.adapters.hardware.real_time import take_real_time
 from palpate.core.files import new_file, require_no_file
@@ -26,31 +26,22 @@ def emulate(options: EmulateOptions) -> int:
     )
     if options.rig_file:
         require_no_file(Path(options.rig_file), "--rig-file")
-    ended = False
-
-    def end(number: int, frame: FrameType | None) -> None:
-        nonlocal ended
-        ended = True
-
+    ended = Event()
     if options.priority:
         # Before any thread is started: all that serve inherit it.
         sys.stderr.write(f"palpate: {take_real_time(options.priority)}\n")
-    before = {number: signal.signal(number, end) for number in (signal.SIGINT, signal.SIGTERM)}
-    try:
-        counts = str(Path(options.rig_file).resolve().with_suffix(".counts.json")) if options.rig_file else ""
-        with EmulatedCell(config, find_ready_pose(config.arm, config.task), emulation, counts) as cell:
-            rig = cell.rig_toml()
-            if options.rig_file:
-                with new_file(Path(options.rig_file), "--rig-file") as passing:
-                    passing.write_text(rig, encoding="utf-8")
-            say(rig + "\n# serving; end with Ctrl-C")
+    counts = str(Path(options.rig_file).resolve().with_suffix(".counts.json")) if options.rig_file else ""
+    ready = find_ready_pose(config.arm, config.task)
+    with interrupting(ended.set), EmulatedCell(config, ready, emulation, counts) as cell:
+        rig = cell.rig_toml()
+        if options.rig_file:
+            with new_file(Path(options.rig_file), "--rig-file") as passing:
+                passing.write_text(rig, encoding="utf-8")
+        say(rig + "\n# serving; end with Ctrl-C")
 
-            def show(truth: Truth) -> None:
-                say(f"# inserted {cell.insertions}: depth {truth.depth_m * 1e3:.2f} mm, peak force so far"
-                    f" {truth.peak_force_N:.1f} N")  # fmt: skip
+        def show(truth: Truth) -> None:
+            say(f"# inserted {cell.insertions}: depth {truth.depth_m * 1e3:.2f} mm, peak force so far"
+                f" {truth.peak_force_N:.1f} N")  # fmt: skip
 
-            cell.run(lambda: ended, show)
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
+        cell.run(ended.is_set, show)
     return 0

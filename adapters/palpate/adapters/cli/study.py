@@ -7,7 +7,7 @@ import shlex
 import signal
 import sys
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import ExitStack, closing, contextmanager
+from contextlib import ExitStack, closing
 from pathlib import Path
 from typing import Final, NoReturn
 
@@ -15,6 +15,7 @@ from tqdm import tqdm
 
 from palpate.adapters.cli.notices import print_weakened, say
 from palpate.adapters.cli.study_options import StudyOptions
+from palpate.adapters.experiments import on_signals
 from palpate.adapters.experiments.study import (
     MOST_CELLS,
     CellJob,
@@ -73,7 +74,7 @@ def study(options: StudyOptions) -> int:
         jobs = _jobs(asked, folder, [cell for cell in cells if cell.name not in finished], files)
         progress = _Progress(len(cells), len(finished))
         try:
-            with _signals_raise():
+            with on_signals(signal.default_int_handler):
                 progress.follow(engine, jobs)
         finally:
             # What workers left that died, or that were ended now.
@@ -146,18 +147,6 @@ class _Progress:
                 bar.write(f"palpate: {report.name} failed: {report.problem}", file=sys.stderr)
         else:
             bar.update()
-
-
-@contextmanager
-def _signals_raise() -> Iterator[None]:
-    """While inside, SIGTERM ends the study as Ctrl-C does, and that also where a shell lets it be ignored."""
-    numbers = (signal.SIGINT, signal.SIGTERM)
-    before = {number: signal.signal(number, signal.default_int_handler) for number in numbers}
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
 
 
 def _end(options: StudyOptions, folder: StudyFolder, progress: _Progress, whole: int, total: int) -> int:

@@ -51,6 +51,8 @@ from .training import run_toml as run_toml
 from .training import write_training as write_training
 from .trial import ScoredTrial as ScoredTrial
 from .trial import falsely_inserted as falsely_inserted
+from .trial import interrupting as interrupting
+from .trial import on_signals as on_signals
 from .trial import run_scored_trial as run_scored_trial
 from .trial import score as score
 from .trial import trial_setup as trial_setup

@@ -181,6 +181,17 @@ def require_sound(scored: ScoredTrial) -> None:
 
 
 @contextmanager
+def on_signals(handle: Callable[[int, FrameType | None], object]) -> Iterator[None]:
+    """While inside, SIGINT and SIGTERM are handled by this, also where a shell lets them be ignored."""
+    before = {number: signal.signal(number, handle) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+@contextmanager
 def interrupting(request_end: Callable[[], None]) -> Iterator[None]:
     """While inside, the first SIGINT or SIGTERM asks for an orderly end; a second SIGINT stops at once.
 
@@ -194,9 +205,5 @@ def interrupting(request_end: Callable[[], None]) -> Iterator[None]:
         signal.signal(signal.SIGINT, signal.default_int_handler)
         request_end()
 
-    before = {number: signal.signal(number, handle) for number in (signal.SIGINT, signal.SIGTERM)}
-    try:
+    with on_signals(handle):
         yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
