@@ -15,7 +15,7 @@ from palpate.core.errors import DeviceError
 from palpate.core.insertion import PERIOD_S, ReadyPose, goal_in_base
 from palpate.core.motion import ArmDescription, InverseKinematics, Kinematics, ToolGeometry, arm_named
 from palpate.core.ports import CONTROL_RATE_HZ, CommandReason, JointCommand, JointVector, Ports, Validity, Vector3
-from palpate.core.supervision import WITHDRAWAL_SHARE
+from palpate.core.supervision import WITHDRAWAL_SHARE, require_raw
 
 WITHDRAWAL_M_S: Final = 0.02
 """Speed at which a peg that was left in its hole is drawn out: that of free motion near the plate."""
@@ -60,7 +60,8 @@ def walk(approach: Approach, ports: Ports, speed_rad_s: float, limit_N: float) -
             stops the arm; during the withdrawal twice as much, because an arm that was left pressing lets go of that.
 
     Raises:
-        DeviceError: The arm does not follow, is held back, meets something, or a sensor fails.
+        DeviceError: The arm does not follow, is held back, meets something, or a sensor fails or gives wrenches of
+            another frame or kind.
     """
     path = withdrawal(approach, ports.joint_encoder.read().position_rad)
     if path:
@@ -113,6 +114,7 @@ def _force_N(ports: Ports) -> Vector3:
     for _ in range(_BLIND_TICKS):
         sample = ports.force_sensor.read()
         if sample.validity is Validity.VALID:
+            require_raw(sample)
             return sample.force_N
         ports.clock.sleep_until(ports.clock.now_ns() + _TICK_NS)
     raise DeviceError("rig", f"force sample {sample.validity.value} before the way to the ready pose")

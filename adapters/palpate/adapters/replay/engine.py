@@ -34,7 +34,6 @@ from palpate.adapters.replay.compare import (
 from palpate.adapters.replay.handover import WhatIfRecording, continue_in_mujoco
 from palpate.adapters.replay.rebuild import Rebuilder, Rebuilt
 from palpate.adapters.replay.tape import (
-    SENSOR_FRAME,
     Difference,
     Differences,
     ReplayArm,
@@ -47,7 +46,7 @@ from palpate.adapters.replay.tape import (
 from palpate.core.control_loop import run_trial
 from palpate.core.errors import LogError
 from palpate.core.insertion import INTERRUPT, TrialReport
-from palpate.core.ports import Ports, World, WrenchKind
+from palpate.core.ports import SENSOR_FRAME, Ports, World, WrenchKind
 
 
 class Verdict(enum.Enum):

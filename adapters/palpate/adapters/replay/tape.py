@@ -15,6 +15,7 @@ from palpate.adapters.replay.calls import FORCE, JOINTS, NOW, SEND, SLEEP, STOP,
 from palpate.core import errors
 from palpate.core.errors import CommandError, LogError, PalpateError
 from palpate.core.ports import (
+    SENSOR_FRAME,
     AppliedCommand,
     ArmCommand,
     Clock,
@@ -92,8 +93,6 @@ class Differences:
             self.first_gross = difference
 
 
-SENSOR_FRAME: Final = "sensor"
-"""The frame in which the core takes every wrench to be."""
 RELATIVE: Final = 1e-9
 """Numbers this close may come from another processor's last bits."""
 _ABSOLUTE: Final = 1e-12

@@ -36,6 +36,7 @@ from .settings import kinds_of as kinds_of
 from .settings import parts_of as parts_of
 from .settings import require_keys as require_keys
 from .values import CONTROL_RATE_HZ as CONTROL_RATE_HZ
+from .values import SENSOR_FRAME as SENSOR_FRAME
 from .values import AppliedCommand as AppliedCommand
 from .values import CommandReason as CommandReason
 from .values import JointCommand as JointCommand

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from math import inf, isfinite
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.ports.values import CONTROL_RATE_HZ, Vector3
+from palpate.core.ports.values import CONTROL_RATE_HZ, SENSOR_FRAME, Vector3
 
 _TABLE = "force_sensor.facts"
 """Where a rig file states them."""
@@ -33,7 +33,7 @@ class SensorFacts:
     range_N: Vector3 = (inf, inf, inf)
     range_Nm: Vector3 = (inf, inf, inf)
     rate_Hz: float = float(CONTROL_RATE_HZ)
-    frame: str = "sensor"
+    frame: str = SENSOR_FRAME
 
     def __post_init__(self) -> None:
         for name in ("noise_N", "noise_Nm"):

@@ -30,6 +30,10 @@ class Validity(enum.Enum):
     INVALID = "invalid"
 
 
+SENSOR_FRAME: Final = "sensor"
+"""Name of the frame of wrenches that the task works with: z along the tool axis, out of the tool."""
+
+
 class WrenchKind(enum.Enum):
     """What has already been taken out of a wrench."""
 
@@ -72,7 +76,7 @@ class WrenchSample:
     sequence: int
     validity: Validity = Validity.VALID
     kind: WrenchKind = WrenchKind.RAW
-    frame: str = "sensor"
+    frame: str = SENSOR_FRAME
 
     def __post_init__(self) -> None:
         (fx, fy, fz), (tx, ty, tz) = self.force_N, self.torque_Nm

@@ -6,3 +6,4 @@ from .limits import WITHDRAWAL_SHARE as WITHDRAWAL_SHARE
 from .limits import force_limits as force_limits
 from .limits import limits_line as limits_line
 from .supervisor import Supervisor as Supervisor
+from .watches import require_raw as require_raw

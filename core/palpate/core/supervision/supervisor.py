@@ -22,12 +22,11 @@ from palpate.core.ports import (
     Snapshot,
     Validity,
     Vector3,
-    WrenchKind,
 )
 from palpate.core.supervision.config import SupervisionConfig
 from palpate.core.supervision.noise_watch import NoiseWatch
 from palpate.core.supervision.retreat import Retreat
-from palpate.core.supervision.watches import JointWatch, SampleWatch, WorkspaceWatch, WrenchWatch, wrench_text
+from palpate.core.supervision.watches import JointWatch, SampleWatch, WorkspaceWatch, WrenchWatch, require_raw
 
 
 class Guard(enum.Enum):
@@ -248,9 +247,7 @@ class Supervisor:
                 )
                 self._latch.set(problem)
                 raise DeviceError("joint encoder", problem)
-        wrench = snapshot.wrench
-        if wrench.kind is not WrenchKind.RAW or wrench.frame != self._frame:
-            raise DeviceError("force sensor", f"{wrench_text(wrench)}; the task needs raw ones in {self._frame!r}")
+        require_raw(snapshot.wrench, self._frame)
         self._limiter.start(joints.position_rad)
         self._held = self._clamped(joints.position_rad)
 

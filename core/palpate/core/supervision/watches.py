@@ -7,9 +7,11 @@ from math import sqrt
 from operator import le, sub
 from typing import Final
 
+from palpate.core.errors import DeviceError
 from palpate.core.insertion import Expectation, TaskConfig, Trip, TripReason
 from palpate.core.ports import (
     CONTROL_RATE_HZ,
+    SENSOR_FRAME,
     JointVector,
     SensorFacts,
     Snapshot,
@@ -284,7 +286,7 @@ class SampleWatch:
         return Trip(TripReason.SAMPLE_FROZEN, tick, float(found), float(most), text)
 
     def _not_as_agreed(self, tick: int, wrench: WrenchSample) -> Trip:
-        text = f"{wrench_text(wrench)}, agreed were raw ones in {self._frame!r}"
+        text = f"{_wrench_text(wrench)}, agreed were raw ones in {self._frame!r}"
         return Trip(TripReason.WRENCH_CONTRACT, tick, 1.0, 0.0, text)
 
     @staticmethod
@@ -292,8 +294,17 @@ class SampleWatch:
         return Trip(TripReason.SAMPLE_INVALID, tick, 1.0, 0.0, f"the {name} sample is {validity.value}")
 
 
-def wrench_text(wrench: WrenchSample) -> str:
-    """What a sample says of itself."""
+def require_raw(wrench: WrenchSample, frame: str = SENSOR_FRAME) -> None:
+    """Before anything moves: is a wrench what the task works with?
+
+    Raises:
+        DeviceError: It is of another kind or in another frame.
+    """
+    if wrench.kind is not _RAW or wrench.frame != frame:
+        raise DeviceError("force sensor", f"{_wrench_text(wrench)}; the task needs raw ones in {frame!r}")
+
+
+def _wrench_text(wrench: WrenchSample) -> str:
     return f"wrenches are {wrench.kind.value} ones in the frame {wrench.frame!r}"
 
 

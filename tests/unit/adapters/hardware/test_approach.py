@@ -15,7 +15,7 @@ from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.core.errors import DeviceError
 from palpate.core.insertion.frame import goal_in_base
 from palpate.core.motion import InverseKinematics, Kinematics, ToolGeometry
-from palpate.core.ports.decorator import DeviceDecorator
+from palpate.core.ports.decorator import DeviceDecorator, SensorDecorator
 from palpate.core.ports.devices import ArmCommand, ForceSensor
 from palpate.core.ports.values import (
     CONTROL_RATE_HZ,
@@ -75,6 +75,22 @@ def test_something_in_the_way_stops_the_arm() -> None:
             walk(APPROACH, rig.ports, 0.8, 0.001)
         reason = rig.ports.arm.send(JointCommand(APPROACH.poses_rad[0])).reason
     assert reason is CommandReason.STOPPED
+
+
+class InBase(SensorDecorator[WrenchSample], ForceSensor):
+    """A sensor whose wrenches are in another frame."""
+
+    def __init__(self, sensor: ForceSensor) -> None:
+        super().__init__(sensor, sensor.read, lambda sample: replace(sample, frame="base"))
+
+
+def test_wrenches_in_another_frame_are_refused_before_the_arm_moves() -> None:
+    with SimulatedRig(CONFIG, ready_pose()) as rig:
+        rig.prepare(0)
+        before = rig.ports.joint_encoder.read()
+        with pytest.raises(DeviceError, match="raw ones in the frame 'base'; the task needs raw ones in 'sensor'"):
+            walk(APPROACH, replace(rig.ports, force_sensor=InBase(rig.ports.force_sensor)), 0.8, 30.0)
+        assert rig.ports.joint_encoder.read() == before
 
 
 def test_an_arm_that_was_left_pressing_may_let_go_of_more_than_the_limit() -> None:
