@@ -103,25 +103,11 @@ class StopMotorBits(enum.IntFlag):
     ADVANCED = 0x20
 
 
-class HomingBits(enum.IntFlag):
-    """Control byte of SET_HOMING (FACT, libnmc)."""
-
-    LIMIT1 = 0x01
-    LIMIT2 = 0x02
-    MOTOR_OFF = 0x04
-    INDEX = 0x08
-    ABRUPT = 0x10
-    SMOOTH = 0x20
-    POSITION_ERROR = 0x40
-    OVERCURRENT = 0x80
-
-
 class Output(enum.IntFlag):
     """Control byte of IO_CTRL, as far as it changes what a module does (FACT, libnmc)."""
 
     OFF_AT_LIMIT = 0x04
     ABRUPT_AT_LIMIT = 0x08
-    FAST_PATH = 0x40
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,7 +11,6 @@ from palpate.simulation.emulators.nmc.frames import (
     Auxiliary,
     CommandCode,
     Frame,
-    HomingBits,
     ItemBits,
     Load,
     Output,
@@ -44,7 +43,7 @@ class NmcModule:
         group: Group address, 0x80 to 0xFF.
         leader: Whether it answers for its group.
         rejected: Commands since construction whose length or kind did not fit; they change nothing (assumed: the
-            firmware would take whatever its buffer holds).
+            firmware would take whatever its buffer holds). Path mode and homing are not emulated.
         muted: Fault: it acts but its replies are lost.
     """
 
@@ -124,18 +123,12 @@ class NmcModule:
                 servo.stop(how, struct.unpack("<i", data[1:])[0] if len(data) == 5 else 0)
             case CommandCode.IO_CTRL, 1:
                 servo.output = Output(data[0])
-            case CommandCode.SET_HOMING, 1:
-                servo.set_homing(HomingBits(data[0]))
             case CommandCode.SET_BAUD, 1 if frame.address & _GROUP_BIT:
                 self.baud = baud_of_divisor(data[0])
             case CommandCode.CLEAR_BITS, 0:
                 servo.clear_bits()
             case CommandCode.SAVE_AS_HOME, 0:
                 servo.home_counts = servo.measured_counts
-            case CommandCode.ADD_PATHPOINT, 0:
-                servo.start_path()
-            case CommandCode.ADD_PATHPOINT, n if n % 2 == 0:
-                servo.path.add(struct.unpack(f"<{n // 2}H", data))
             case _:
                 return False
         return True
@@ -195,7 +188,7 @@ class NmcModule:
         if mask & ItemBits.POSITION_ERROR:
             parts.append(_int16(servo.error_counts))
         if mask & ItemBits.PATH_POINTS:
-            parts.append(bytes([len(servo.path)]))
+            parts.append(bytes(1))
         return sealed(b"".join(parts))
 
     def _status(self, *, intact: bool) -> int:
@@ -208,7 +201,6 @@ class NmcModule:
             | StatusBits.POSITION_ERROR * servo.position_error
             | StatusBits.LIMIT1 * servo.limits[0]
             | StatusBits.LIMIT2 * servo.limits[1]
-            | StatusBits.HOMING * bool(servo.homing)
         )
 
     def _auxiliary(self) -> int:
@@ -220,7 +212,6 @@ class NmcModule:
             | Auxiliary.ACCELERATED * servo.profile.accelerated
             | Auxiliary.SLEWED * servo.profile.slewed
             | Auxiliary.SERVO_OVERRUN * servo.overrun
-            | Auxiliary.PATH_MODE * servo.path.active
         )
 
     def _watch(self, now_ns: int) -> None:

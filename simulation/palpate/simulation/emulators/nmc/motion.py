@@ -1,8 +1,7 @@
-"""How a servo's set-point moves: trapezoid and velocity profiles, and the path buffer."""
+"""How a servo's set-point moves: trapezoid and velocity profiles."""
 
 from __future__ import annotations
 
-from collections import deque
 from math import isqrt
 from typing import Final
 
@@ -69,11 +68,6 @@ class Profile:
         """Ramp down with the acceleration of the motion under way."""
         self.start_velocity(0, self.acceleration)
 
-    def drive(self, velocity: int) -> None:
-        """Move at a velocity without any ramp, as path mode does; never done by itself."""
-        self._target, self._limit, self.velocity, self.done = None, velocity, velocity, False
-        self.position += velocity
-
     def tick(self) -> None:
         """One servo tick."""
         if self._target is not None:
@@ -116,57 +110,3 @@ def _braking_speed(distance: int, step: int) -> int:
         return distance
     k = (isqrt(1 + 8 * distance // step) - 1) // 2
     return (distance + step * k * (k + 1) // 2) // (k + 1)
-
-
-CAPACITY: Final = 128
-"""Points that the buffer holds (FACT, as used by libnmc)."""
-_SLOW_TICKS: Final = 64  # 30 Hz, nominally: 64 ticks of 0.512 ms are 30.5 Hz (INFERENCE from whole ticks)
-
-
-class PathBuffer:
-    """The points of one module and the run under way.
-
-    A point is a 16-bit word: bit 0 is the direction, bit 1 chooses the lower of two rates, the rest is a velocity.
-    Distance times 4 at 30 Hz, 8 at 60 Hz or 16 at 120 Hz (FACT, libnmc) means that the upper 14 bits are always
-    counts in 1/30 s, and that only the duration changes (CALC).
-
-    Attributes:
-        active: Path mode is on.
-    """
-
-    def __init__(self) -> None:
-        self.active = False
-        self._points: deque[int] = deque()
-        self._velocity = 0
-        self._ticks_left = 0
-
-    def __len__(self) -> int:
-        return len(self._points)
-
-    def add(self, words: tuple[int, ...]) -> None:
-        """Append points; those that find no room are lost (assumed)."""
-        self._points.extend(words[: CAPACITY - len(self._points)])
-
-    def start(self) -> None:
-        """Begin to run what the buffer holds."""
-        self.active, self._ticks_left = bool(self._points), 0
-
-    def clear(self) -> None:
-        """Leave path mode and clear its points."""
-        self.active = False
-        self._points.clear()
-        self._ticks_left = 0
-
-    def next_velocity(self, *, fast: bool) -> int | None:
-        """Velocity for one tick in 1/65536 counts, or None when the path has ended; `fast` halves durations."""
-        if self._ticks_left == 0:
-            if not self._points:
-                self.active = False
-                return None
-            word = self._points.popleft()
-            speed = ((word >> 2) << 16) // _SLOW_TICKS
-            self._velocity = -speed if word & 1 else speed
-            ticks = _SLOW_TICKS if word & 2 else _SLOW_TICKS // 2
-            self._ticks_left = ticks // 2 if fast else ticks
-        self._ticks_left -= 1
-        return self._velocity

@@ -1,4 +1,4 @@
-"""The servo of one PIC-SERVO module: set-points, encoder register, trips, limits and homing."""
+"""The servo of one PIC-SERVO module: set-points, encoder register, trips, and limits."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Final
 
 from palpate.simulation.emulators.motors import Plant
-from palpate.simulation.emulators.nmc.frames import HomingBits, Load, Output, StopMotorBits
-from palpate.simulation.emulators.nmc.motion import PathBuffer, Profile
+from palpate.simulation.emulators.nmc.frames import Load, Output, StopMotorBits
+from palpate.simulation.emulators.nmc.motion import Profile
 from palpate.simulation.emulators.nmc.settings import GainParameters, ModuleSettings
 
 _HALF: Final = 1 << 31
@@ -46,13 +46,12 @@ class PicServo:
     """
 
     def __init__(self, axis: int, plant: Plant, settings: ModuleSettings, *, powered: bool = True) -> None:
-        self.profile, self.path = Profile(), PathBuffer()
+        self.profile = Profile()
         self.gains, self.buffer, self.output = GainParameters(), Trajectory(), Output(0)
         self.amplifier = self.on = False
         self.powered = powered
         self.limits = (False, False)
         self.home_counts = 0
-        self.homing = HomingBits(0)
         self.position_error = True  # the bit is set while the servo is off
         self.overcurrent = self.wrapped = self.overrun = self.index = False
         self.velocity_counts = 0
@@ -60,7 +59,6 @@ class PicServo:
         self._axis, self._plant, self._index_counts = axis, plant, settings.index_counts
         self._origin = plant.motor_counts(axis)
         self._duty = 0.0
-        self._homing_start = (self.limits, 0)
         self._limits_before = self.limits
         plant.set_motor_duty(axis, 0.0)
 
@@ -73,7 +71,6 @@ class PicServo:
         """Let what LOAD_TRAJ buffered take effect."""
         load = self.buffer
         backwards = -1 if load.control & Load.REVERSE else 1
-        self.path.clear()
         if not load.control & Load.SERVO:
             self.switch_off()
             self._duty = backwards * load.pwm / 255
@@ -93,42 +90,28 @@ class PicServo:
         if how & StopMotorBits.MOTOR_OFF:
             self.switch_off()
         elif how & StopMotorBits.ABRUPT:
-            self.path.clear()
             self._switch_on()
             self.profile.hold(self.measured_counts)
         elif how & StopMotorBits.SMOOTH:
             self.stop_smoothly()
         elif how & StopMotorBits.HERE:
-            self.path.clear()
             self._switch_on()
             self.profile.hold(here_counts)
 
     def stop_smoothly(self) -> None:
         """Ramp down; a servo that is off stays off (assumed)."""
-        self.path.clear()
         self.profile.stop_smoothly()
 
     def switch_off(self) -> None:
         """Leave the motor without torque."""
-        self.path.clear()
         self.profile.hold(self.measured_counts)
         self.on, self._duty, self.position_error = False, 0.0, True
         self._plant.set_motor_duty(self._axis, 0.0)
-
-    def start_path(self) -> None:
-        """Begin to run the path buffer; needs a servo that is on (assumed)."""
-        if self.on:
-            self.path.start()
 
     def set_position(self, counts: int) -> None:
         """Make the register show this where the motor is now; set-point and error stay where they are."""
         self.measured_counts = self._plant.motor_counts(self._axis) - self._origin
         self._shift(counts - self.measured_counts)
-
-    def set_homing(self, mode: HomingBits) -> None:
-        """Wait for one of the chosen events; 0 ends the wait."""
-        self.homing = mode
-        self._homing_start = (self.limits, self.measured_counts // self._index_counts)
 
     def clear_bits(self) -> None:
         """CLEAR_BITS; the position error bit returns at once while the servo is off."""
@@ -148,23 +131,13 @@ class PicServo:
         elif self._duty:
             self._plant.set_motor_duty(self._axis, self._duty if self.amplifier and self.powered else 0.0)
         self._measure()
-        tripped = self.on and abs(self.profile.counts - self.measured_counts) > self.gains.error_limit
-        if tripped:
+        if self.on and abs(self.profile.counts - self.measured_counts) > self.gains.error_limit:
             self.switch_off()
         if self.limits != self._limits_before:
             self._meet_limits()
-        if self.homing:
-            self._watch_home(tripped=tripped)
 
     def _move(self) -> None:
-        if self.path.active:
-            velocity = self.path.next_velocity(fast=bool(self.output & Output.FAST_PATH))
-            if velocity is None:
-                self.profile.hold(self.profile.counts)
-            else:
-                self.profile.drive(velocity)
-        else:
-            self.profile.tick()
+        self.profile.tick()
         if self.amplifier and self.gains.follow:
             self._plant.set_motor_counts(self._axis, self.profile.counts + self._origin)
         else:
@@ -195,25 +168,4 @@ class PicServo:
         if risen and self.output & Output.OFF_AT_LIMIT:
             self.switch_off()
         elif risen and self.on and self.output & Output.ABRUPT_AT_LIMIT:
-            self.path.clear()
             self.profile.hold(self.measured_counts)
-
-    def _watch_home(self, *, tripped: bool) -> None:
-        mode, (limits, turn) = self.homing, self._homing_start
-        found = (
-            (mode & HomingBits.LIMIT1 and self.limits[0] != limits[0])
-            or (mode & HomingBits.LIMIT2 and self.limits[1] != limits[1])
-            or (mode & HomingBits.INDEX and self.measured_counts // self._index_counts != turn)
-            or (mode & HomingBits.POSITION_ERROR and tripped)
-            or (mode & HomingBits.OVERCURRENT and self.overcurrent)
-        )
-        if not found:
-            return
-        self.home_counts, self.homing = self.measured_counts, HomingBits(0)
-        if mode & HomingBits.MOTOR_OFF:
-            self.switch_off()
-        elif self.on and mode & HomingBits.ABRUPT:
-            self.path.clear()
-            self.profile.hold(self.measured_counts)
-        elif mode & HomingBits.SMOOTH:
-            self.stop_smoothly()

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from palpate.simulation.emulators.nmc.motion import CAPACITY, ONE_COUNT, PathBuffer, Profile
+from palpate.simulation.emulators.nmc.motion import ONE_COUNT, Profile
 
 TICK_s = 512e-6
 VELOCITY_WORD_PER_COUNT_PER_s = 33.554432
@@ -86,31 +86,3 @@ def test_without_acceleration_nothing_moves() -> None:
     profile.start_trapezoid(1_000, 1 << 20, 0)
     assert run(profile, 100) == 100
     assert profile.counts == 0
-
-
-@pytest.mark.parametrize(
-    ("word", "fast", "ticks", "counts"),
-    [
-        (100 * 4 | 2, False, 64, 100),  # 30 Hz
-        (100 * 8, False, 32, 100),  # 60 Hz
-        (100 * 8 | 2, True, 32, 100),  # 60 Hz of the fast pair
-        (100 * 16 | 1, True, 16, -100),  # 120 Hz, backwards
-    ],
-)
-def test_path_points_cover_their_distance(word: int, fast: bool, ticks: int, counts: int) -> None:
-    path = PathBuffer()
-    path.add((word,))
-    path.start()
-    total = taken = 0
-    while (velocity := path.next_velocity(fast=fast)) is not None:
-        total, taken = total + velocity, taken + 1
-    assert (total, taken) == (counts * ONE_COUNT, ticks)
-    assert not path.active
-
-
-def test_the_path_buffer_has_an_end() -> None:
-    path = PathBuffer()
-    path.start()
-    assert not path.active
-    path.add(tuple(range(CAPACITY + 5)))
-    assert len(path) == CAPACITY

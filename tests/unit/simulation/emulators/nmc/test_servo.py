@@ -7,8 +7,8 @@ import pytest
 from palpate.simulation.emulators.nmc.settings import ModuleSettings, WatchdogAction
 from tests.unit.simulation.emulators.nmc_host import ALL, GAINS, TICK_NS, Bench, command, trajectory
 
-MOVE_DONE, OVERCURRENT, POWER, POSITION_ERROR, LIMIT1, HOMING = 0x01, 0x04, 0x08, 0x10, 0x20, 0x80
-WRAP, SERVO_ON, ACCELERATED, SLEWED, OVERRUN, PATH = 0x02, 0x04, 0x08, 0x10, 0x20, 0x40
+MOVE_DONE, OVERCURRENT, POWER, POSITION_ERROR, LIMIT1 = 0x01, 0x04, 0x08, 0x10, 0x20
+WRAP, SERVO_ON, ACCELERATED, SLEWED, OVERRUN = 0x02, 0x04, 0x08, 0x10, 0x20
 VELOCITY, ACCELERATION = 1_025_348, 5_250  # 1 rad/s and 10 rad/s^2 on joint 1
 
 
@@ -214,54 +214,6 @@ def test_limit_switches(mode: int, servo_on: bool, stops: bool) -> None:
     bench.tell(ALL, 0xF)
     bench.addressed()
     assert bench.status(1) & LIMIT1  # the switch is still pressed
-
-
-def test_homing_on_a_limit_captures_and_stops() -> None:
-    bench = moving(bench_of_one())
-    assert bench.ask(1, 0x9, b"\x11").status & HOMING
-    bench.wait(50)
-    here = bench.position(1)
-    bench.bus.modules[0].set_limits(True, False)
-    bench.wait(1)
-    assert bench.status(1) & HOMING == 0
-    (home,) = struct.unpack("<i", bench.read(1, 0x10))
-    assert here < home <= here + 16
-    bench.wait(50)
-    assert bench.position(1) == home
-
-
-@pytest.mark.parametrize(("stop", "servo_on"), [(0x20, True), (0x04, False), (0x00, True)])
-def test_homing_on_the_index(stop: int, servo_on: bool) -> None:
-    bench = moving(bench_of_one())
-    bench.ask(1, 0x9, bytes([0x08 | stop]))
-    bench.ticks_until(lambda: not bench.status(1) & HOMING)
-    (home,) = struct.unpack("<i", bench.read(1, 0x10))
-    assert home % 2_000 < 16
-    assert bool(bench.auxiliary(1) & SERVO_ON) is servo_on
-
-
-def test_homing_on_a_stall() -> None:
-    bench = bench_of_one()
-    bench.plant.jam(0)
-    bench.ask(1, 0x9, b"\x44")
-    moving(bench)
-    bench.wait(500)
-    assert bench.status(1) & (HOMING | POSITION_ERROR) == POSITION_ERROR
-
-
-def test_a_path_runs_its_points_and_ends() -> None:
-    bench = bench_of_one()
-    words = struct.pack("<3H", 200 * 8, 100 * 8, 50 * 8 | 1)
-    bench.ask(1, 0xD, words)
-    assert bench.read(1, 0x80) == b"\x03"
-    bench.ask(1, 0xD)
-    bench.wait(33)
-    assert bench.auxiliary(1) & PATH
-    assert bench.read(1, 0x80) == b"\x01"
-    bench.wait(100)
-    assert bench.auxiliary(1) & PATH == 0
-    assert bench.status(1) & MOVE_DONE
-    assert bench.position(1) == 250
 
 
 def test_the_rate_divisor_slows_the_servo() -> None:
