@@ -9,10 +9,9 @@ from pathlib import Path
 import pytest
 
 from benchmarks.suite import __main__ as suite
-from benchmarks.suite.machine import machine, processor
 from benchmarks.suite.processes import peak_MB
 from benchmarks.suite.rows import QUICK, Benchmark, Form, MissingError, Row, Suite
-from benchmarks.suite.text import BEGIN, END, number, rewrite, section, table
+from benchmarks.suite.text import BEGIN, END, rewrite, section, table
 
 
 def quick_rows(form: Form) -> list[Row]:
@@ -62,22 +61,6 @@ def test_the_table_has_a_line_for_every_figure_and_every_gap(measured: Suite) ->
     assert sum(line == "  not measured: aalpy is not installed" for line in lines) == 1
 
 
-@pytest.mark.parametrize(
-    ("value", "told"),
-    [
-        (0.0, "0"),
-        (12345.6, "12346"),
-        (123.4, "123"),
-        (12.34, "12.3"),
-        (1.234, "1.23"),
-        (0.001234, "0.00123"),
-        (-5.678, "-5.68"),
-    ],
-)
-def test_numbers_have_three_digits_that_count(value: float, told: str) -> None:
-    assert number(value) == told
-
-
 def test_the_section_is_rewritten_and_all_else_stays(tmp_path: Path, measured: Suite) -> None:
     document = tmp_path / "results.md"
     document.write_text(f"# Results\n\nbefore\n\n{BEGIN}\nold\n{END}\n\nafter, without a newline", encoding="utf-8")
@@ -103,17 +86,6 @@ def test_broken_marks_are_refused_and_the_document_stays(tmp_path: Path, measure
     assert document.read_text(encoding="utf-8") == text
 
 
-def test_the_machine_is_described(tmp_path: Path) -> None:
-    facts = machine()
-    assert "cores" in facts["processor"]
-    assert facts["memory"].endswith(" GB")
-    assert {"Python", "palpate", "mujoco"} <= facts.keys()
-    info = tmp_path / "cpuinfo"
-    info.write_text("processor : 0\nmodel name\t: A chip @ 2 GHz: fast\n")
-    assert processor(info) == "A chip @ 2 GHz: fast"
-    assert processor(tmp_path / "none")
-
-
 def test_the_command_measures_writes_and_tells(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -130,15 +102,6 @@ def test_the_command_measures_writes_and_tells(
     assert suite.main(["--from", str(figures), "--write", str(document)]) == 0
     assert document.read_text() == written
     assert suite.main(["--quick", "--only", "three"]) == 1
-
-
-def test_the_command_refuses_figures_of_others(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    other = tmp_path / "other.json"
-    for text in ("{}", "[]", "no json"):
-        other.write_text(text)
-        with pytest.raises(SystemExit):
-            suite.main(["--from", str(other)])
-        assert "holds no figures" in capsys.readouterr().err
 
 
 def test_a_short_benchmark_of_each_kind_gives_figures_with_floors() -> None:

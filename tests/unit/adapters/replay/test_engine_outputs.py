@@ -3,6 +3,7 @@
 import json
 from collections.abc import Callable
 from itertools import count
+from math import nextafter
 from pathlib import Path
 from typing import Any
 
@@ -56,6 +57,13 @@ def teach(place: str) -> Change:
     return change
 
 
+def one_value(made: Any) -> None:
+    """One bit more in a value that was learned."""
+    learner = json.loads(made.learner_json)
+    learner["q"][3][1] = nextafter(learner["q"][3][1], 1.0)
+    made.learner_json = json.dumps(learner)
+
+
 @pytest.mark.parametrize(
     ("topic", "number", "change", "field"),
     [
@@ -70,6 +78,15 @@ def teach(place: str) -> Change:
         ("/end", 0, said(clamped_ticks=1), "clamped_ticks"),
         ("/end", 0, said(counterfactual=True), "counterfactual"),
         ("/end", 0, teach("visits"), "learner.visits[0][0]"),
+        ("/end", 0, one_value, "learner.q[3][1]"),
+        *(("/end", 0, one_ulp(field), field) for field in ("exploration_time_s", "peak_force_N", "depth_m")),
+        ("/decision", 0, one_ulp("temperature"), "temperature"),
+        *(("/decision", n, said(**{f: "x- y-x"}), f) for f in ("action", "symbol", "state", "source") for n in (0, -1)),
+        ("/reinforcement", 0, one_ulp("reinforcement"), "reinforcement"),
+        ("/reinforcement", -1, one_ulp("reinforcement"), "reinforcement"),
+        ("/tick", 7, lambda made: setattr(made, "deadline_ns", made.deadline_ns + 1), "deadline_ns"),
+        ("/tick", 150, lambda made: made.wrench.force_N.__setitem__(2, -7.0), "asked_rad[1]"),
+        ("/start", 0, in_start(generator_json={"bit_generator": "PCG64"}), "generator"),
         ("/event", 2, said(counterfactual=True), "counterfactual"),
         ("/decision", 1, said(counterfactual=True), "counterfactual"),
         ("/tick", 150, in_wrench(frame="base"), "asked_rad[0]"),
@@ -94,6 +111,7 @@ def test_a_field_that_is_altered(
     assert one.verdict is Verdict.DIVERGED
     assert one.first is not None
     assert one.first.field == field
+    assert topic != "/tick" or one.first.tick == number
 
 
 @pytest.mark.parametrize("field", ["true_depth_m", "true_peak_force_N"])

@@ -4,11 +4,7 @@ import random
 
 import pytest
 
-from tests.unit.core.automata.others import (
-    SORTS,
-    CrossCheck,
-    pair,
-)
+from tests.unit.core.automata.others import SORTS, CrossCheck, pair
 
 PAIRS = {sort: 10 if sort == "large" else 80 for sort in SORTS}
 

@@ -7,15 +7,7 @@ from hypothesis import strategies as st
 from palpate.core.automata.machine import Kind, Machine
 from palpate.core.automata.minimise import AutomatonDifference, difference, equivalent_states, minimised
 from palpate.core.errors import ConfigurationError
-from tests.unit.core.automata.machines import (
-    KINDS,
-    canonical,
-    classes_by_table,
-    dfa,
-    doubled,
-    machines,
-    words,
-)
+from tests.unit.core.automata.machines import KINDS, canonical, classes_by_table, dfa, doubled, machines, words
 
 # Ends in "ab", with three copies of the state after "a" and one that no word leads to.
 ENDS_IN_AB = dfa([[1, 0], [2, 3], [4, 3], [1, 0], [1, 3], [5, 5]], [3], labels=("none", "a1", "a2", "ab", "a3", "x"))

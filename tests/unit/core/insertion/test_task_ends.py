@@ -10,13 +10,7 @@ import pytest
 from palpate.core.errors import DeviceError
 from palpate.core.insertion import PERIOD_S, Outcome, Phase, TaskConfig
 from palpate.core.ports.values import CommandReason, JointSample, Snapshot, Validity, WrenchSample
-from tests.unit.core.fake_world import (
-    FakeWorld,
-    FollowTorque,
-    Pit,
-    Steps,
-    build_task,
-)
+from tests.unit.core.fake_world import FakeWorld, FollowTorque, Pit, Steps, build_task
 from tests.unit.core.insertion.whole_trial import FAR_AWAY, HOLE, START, Trial, plus
 
 

@@ -7,12 +7,7 @@ import pytest
 
 from palpate.core.insertion import PERIOD_S, Outcome, Phase, TaskConfig
 from palpate.core.ports.values import WrenchSample
-from tests.unit.core.fake_world import (
-    WEIGHT_AND_BIAS_N,
-    FakeWorld,
-    Pit,
-    Steps,
-)
+from tests.unit.core.fake_world import WEIGHT_AND_BIAS_N, FakeWorld, Pit, Steps
 from tests.unit.core.insertion.whole_trial import EAST, FAR_AWAY, HOLE, START, Trial, plus
 
 

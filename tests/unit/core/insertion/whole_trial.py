@@ -7,12 +7,7 @@ from palpate.core.control_loop import run_trial
 from palpate.core.insertion import N_PER_KGF, InsertionTask, Phase, TaskConfig, TrialReport, TrialSetup
 from palpate.core.policy import Observation
 from palpate.core.ports.values import CommandReason, JointCommand, Snapshot, Vector3
-from tests.unit.core.fake_world import (
-    FakeWorld,
-    FollowTorque,
-    Pit,
-    build_task,
-)
+from tests.unit.core.fake_world import FakeWorld, FollowTorque, Pit, build_task
 
 HOLE = Pit(1.2e-3, -0.7e-3)
 FAR_AWAY = Pit(0.03, 0.03)

@@ -1,9 +1,6 @@
 """The links: python-can and pyserial objects that behave, misbehave and vanish."""
 
 import errno
-import os
-import pty
-import tty
 from collections.abc import Callable
 from typing import Any
 
@@ -114,28 +111,6 @@ def test_a_flood_is_taken_in_portions() -> None:
     link = link_to(*[can.Message(arbitration_id=0x701, is_extended_id=False)] * (MAX_FRAMES + 3))
     assert len(link.receive()) == MAX_FRAMES
     assert len(link.receive()) == 3
-
-
-def test_slcan_survives_what_would_end_a_receive_thread() -> None:
-    master, slave = pty.openpty()
-    tty.setraw(slave)
-    bus = can.Bus(interface="slcan", channel=os.ttyname(slave), sleep_after_open=0)
-    try:
-        link = CanLink(bus)
-        for line in (b"t1014ZZ\r", b"t1\r", b"t\r", b"\xff\xfe\r", b"t60180100\r"):
-            os.write(master, line)
-        for _ in range(8):
-            link.receive()
-        os.write(master, b"t7010\r")
-        frames: list[CanFrame] = []
-        while not frames:
-            frames = link.receive()
-        assert frames[-1].can_id == 0x701
-        assert link.garbled >= 4
-    finally:
-        bus.shutdown()
-        os.close(master)
-        os.close(slave)
 
 
 class ScriptedPort:

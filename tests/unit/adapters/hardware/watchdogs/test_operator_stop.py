@@ -18,13 +18,7 @@ from palpate.adapters.hardware.watchdogs.sources import SocketSource
 from palpate.core.errors import ConfigurationError, FaultLatchedError, LifecycleError
 from palpate.core.ports.contracts.fakes import FakeClock
 from palpate.core.ports.values import CommandReason
-from tests.unit.adapters.hardware.watchdogs.bench import (
-    HERE,
-    StoppedArm,
-    active_arm,
-    nothing_left_behind,
-    wait_for,
-)
+from tests.unit.adapters.hardware.watchdogs.bench import HERE, StoppedArm, active_arm, nothing_left_behind, wait_for
 
 NOTHING = OperatorSources(keys=False, signal_number=None)
 
