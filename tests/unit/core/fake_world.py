@@ -20,8 +20,9 @@ import pinocchio as pin
 from palpate.core.insertion.agent import Agent
 from palpate.core.insertion.config import N_PER_KGF, ControlConfig, GoalConfig, TaskConfig
 from palpate.core.insertion.frame import goal_in_base
+from palpate.core.insertion.laws import PERIOD_S
 from palpate.core.insertion.measurement import Measurement
-from palpate.core.insertion.task import PERIOD_S, InsertionTask
+from palpate.core.insertion.task import InsertionTask
 from palpate.core.motion import Array, InverseKinematics, Kinematics, TipMotion, ToolGeometry, arm_named
 from palpate.core.perception import (
     GatedThresholds,

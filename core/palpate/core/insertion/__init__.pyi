@@ -10,12 +10,12 @@ from .expectation import TripReason as TripReason
 from .frame import draw_in_disc as draw_in_disc
 from .frame import goal_in_base as goal_in_base
 from .frame import reachable_share as reachable_share
+from .laws import PERIOD_S as PERIOD_S
 from .measurement import Measurement as Measurement
 from .ready_pose import ReadyPose as ReadyPose
 from .ready_pose import find_ready_pose as find_ready_pose
 from .ready_pose import wander_m as wander_m
 from .task import INTERRUPT as INTERRUPT
-from .task import PERIOD_S as PERIOD_S
 from .task import InsertionTask as InsertionTask
 from .trial import Outcome as Outcome
 from .trial import Phase as Phase

@@ -23,6 +23,8 @@ class Measurement:
     Attributes:
         position_m: Tip according to the encoders, (3,); they cannot see the gripper's springs.
         force_N: Tared, scaled, unfiltered force, (3,).
+        torque_across_at_tip_Nm: Tared, scaled, unfiltered torque about the tip, across the tool axis; what touches the
+            tip has no lever there but the tip's own radius.
         filtered_force_z_N: Tared, scaled, filtered force along the tool axis.
         lever_m: Distance from the sensor's origin to the tip along the tool axis.
     """
@@ -32,7 +34,7 @@ class Measurement:
         self._task_in_base, self._joints = task_in_base.copy(), len(kinematics.lower_rad)
         self.lever_m = kinematics.tool.tip_from_sensor_m
         self._tip_in_sensor: Vector3 = (0.0, 0.0, self.lever_m)
-        self._scale, self._all_scales = signal.scale[:3], signal.scale
+        self._scale = signal.scale
         self.reset()
 
     def reset(self) -> None:
@@ -42,7 +44,7 @@ class Measurement:
         self._rotation = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
         self.position_m: Vector3 = (0.0, 0.0, 0.0)
         self.force_N: Vector3 = (0.0, 0.0, 0.0)
-        self.filtered_force_z_N = 0.0
+        self.filtered_force_z_N = self.torque_across_at_tip_Nm = 0.0
 
     def tare(self, bias: Wrench) -> None:
         """Take this wrench, six channels in the sensor frame, as zero from now on."""
@@ -68,10 +70,12 @@ class Measurement:
         px, py, pz = tip_in_task.translation.tolist()
         self.position_m = (px, py, pz)
         self._rotation = rotation = tip_in_task.rotation.tolist()
-        self._raw = raw = snapshot.wrench
-        bias, (sx, sy, sz) = self._bias, self._scale
-        fx, fy, fz = raw.force_N
-        self.force_N = _rotated(rotation, ((fx - bias[0]) * sx, (fy - bias[1]) * sy, (fz - bias[2]) * sz))
+        raw, lever_m = snapshot.wrench, self.lever_m
+        (bx, by, bz, btx, bty, _), (sx, sy, sz, stx, sty, _) = self._bias, self._scale
+        (fx, fy, fz), (tx, ty, _) = raw.force_N, raw.torque_Nm
+        fx, fy, fz = (fx - bx) * sx, (fy - by) * sy, (fz - bz) * sz
+        self.force_N = _rotated(rotation, (fx, fy, fz))
+        self.torque_across_at_tip_Nm = hypot((tx - btx) * stx + lever_m * fy, (ty - bty) * sty - lever_m * fx)
         self._filtered = filtered = self._signal.update((*raw.force_N, *raw.torque_Nm))
         self.filtered_force_z_N = filtered[2]
 
@@ -84,15 +88,9 @@ class Measurement:
         if len(q_rad) != self._joints:
             raise DeviceError("joint encoder", f"gives {len(q_rad)} joint angles, the arm has {self._joints}")
 
-    def torque_across_at_tip_Nm(self) -> float:
-        """Torque about the tip across the tool axis, tared and scaled, not filtered.
-
-        What touches the tip has no lever there but the tip's own radius.
-        """
-        raw, bias, scale, lever_m = self._raw, self._bias, self._all_scales, self.lever_m
-        fx, fy = (raw.force_N[0] - bias[0]) * scale[0], (raw.force_N[1] - bias[1]) * scale[1]
-        tx, ty = (raw.torque_Nm[0] - bias[3]) * scale[3], (raw.torque_Nm[1] - bias[4]) * scale[4]
-        return hypot(tx + lever_m * fy, ty - lever_m * fx)
+    def tip_depth_m(self, axial_N_per_m: float) -> float:
+        """Depth of the true tip below the nominal plane: the encoders', corrected for an axial spring so stiff."""
+        return self.position_m[2] + self.force_N[2] / axial_N_per_m
 
     def filtered_wrench_at_tip(self) -> tuple[Vector3, Vector3]:
         """Tared, filtered force (3,) N and torque about the tip (3,) N m.

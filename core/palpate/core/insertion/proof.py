@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from math import sqrt
-from typing import Final
+from abc import abstractmethod
+from math import inf, sqrt
+from typing import Final, Protocol
+
+from typing_extensions import override
 
 from palpate.core.insertion.axial_check import HIGHEST_SHARE, LOWEST_SHARE, AxialCheck
 from palpate.core.insertion.config import N_PER_KGF, ControlConfig, TaskConfig
@@ -12,8 +15,10 @@ from palpate.core.insertion.first_touch import FirstTouch
 from palpate.core.insertion.measurement import Measurement
 from palpate.core.insertion.sign_of_life import SignOfLife
 from palpate.core.insertion.wall_check import ANSWER_N, WallCheck
-from palpate.core.ports import CONTROL_RATE_HZ, Snapshot
+from palpate.core.ports import CONTROL_RATE_HZ, Snapshot, WrenchSample
 
+PAST_PLATE_M: Final = 1e-3
+"""A tip so far below where the plate must be is in the hole, or its sensor is dead."""
 _PULL_SHARE: Final = 0.5
 """A pull above this share of the pressing force is none of the plate's; a peg that drops rebounds with less."""
 _SAMPLES: Final = 4
@@ -24,7 +29,59 @@ _ARM_M: Final = 0.06
 """Largest radius of a tip: a force there has this lever about the tip's centre."""
 
 
-class ContactProof:
+class Proof(Protocol):
+    """What is asked of proofs of contact in every trial, with or without them.
+
+    Attributes:
+        deepest_plate_m: A tip that is deeper below the nominal plane has to be in the hole.
+    """
+
+    deepest_plate_m: float
+
+    @abstractmethod
+    def begin(self) -> None:
+        """A trial begins."""
+
+    @abstractmethod
+    def rest(self, wrench: WrenchSample) -> None:
+        """A sample of a tool at rest in free space."""
+
+    @abstractmethod
+    def watch_touch(self, snapshot: Snapshot, measured: Measurement) -> None:
+        """A tick of the approach or of the rest after it."""
+
+    @abstractmethod
+    def contradiction(self, snapshot: Snapshot, measured: Measurement, *, tared: bool) -> Trip | None:
+        """A tick of any phase, after the measurement's update.
+
+        Returns:
+            What no contact at the tip can give, in several samples in a row; None if there is nothing of the kind.
+        """
+
+
+class NoProof(Proof):
+    """Nothing is held against anything: what a log, run folder or policy file means that lacks the setting."""
+
+    deepest_plate_m = inf
+
+    @override
+    def begin(self) -> None:
+        return
+
+    @override
+    def rest(self, wrench: WrenchSample) -> None:
+        return
+
+    @override
+    def watch_touch(self, snapshot: Snapshot, measured: Measurement) -> None:
+        return
+
+    @override
+    def contradiction(self, snapshot: Snapshot, measured: Measurement, *, tared: bool) -> Trip | None:
+        return None
+
+
+class ContactProof(Proof):
     """What a trial holds force against position with, from the first touch to the floor of the hole.
 
     Args:
@@ -43,14 +100,15 @@ class ContactProof:
     def __init__(self, task: TaskConfig, control: ControlConfig, lever_m: float) -> None:
         stiffness_N_per_m, press_N = control.axial_stiffness_N_per_mm * 1e3, task.press_kgf * N_PER_KGF
         self._pull_N = _PULL_SHARE * press_N
+        self.deepest_plate_m = task.surface_uncertainty_mm * 1e-3 + PAST_PLATE_M
         self.touch = FirstTouch(stiffness_N_per_m, press_N)
         self.life = SignOfLife(lever_m)
         self.axial = AxialCheck(stiffness_N_per_m, press_N, task.travel_speed_mm_s * 1e-3, 1.0 / CONTROL_RATE_HZ)
         self.wall = WallCheck(task.play_mm * 1e-3)
         self.begin()
 
+    @override
     def begin(self) -> None:
-        """A trial begins."""
         self.touch.begin()
         self.life.begin()
         self.axial.begin()
@@ -60,17 +118,25 @@ class ContactProof:
         self._pulls = self._misfits = 0
         self._torque_Nm = self._torque_limit_Nm = 0.0
 
-    def update(self, snapshot: Snapshot) -> None:
-        """Take in one tick."""
+    @override
+    def rest(self, wrench: WrenchSample) -> None:
+        self.life.rest(wrench)
+
+    @override
+    def watch_touch(self, snapshot: Snapshot, measured: Measurement) -> None:
+        self.touch.watch(snapshot, measured.force_N[2], measured.position_m[2])
+
+    @override
+    def contradiction(self, snapshot: Snapshot, measured: Measurement, *, tared: bool) -> Trip | None:
         self.new = snapshot.wrench.sequence != self._sequence
         self._sequence = snapshot.wrench.sequence
-
-    def contradiction(self, tick: int, measured: Measurement) -> Trip | None:
-        """What no contact at the tip can give, in several samples in a row; None if there is nothing of the kind."""
+        if not tared:
+            return None
+        tick = snapshot.tick
         if self.new:
             x, y, z = measured.force_N
             self._pulls = self._pulls + 1 if z > self._pull_N else 0
-            self._torque_Nm = measured.torque_across_at_tip_Nm()
+            self._torque_Nm = measured.torque_across_at_tip_Nm
             self._torque_limit_Nm = _TORQUE_NM + _ARM_M * sqrt(x * x + y * y + z * z)
             self._misfits = self._misfits + 1 if self._torque_Nm > self._torque_limit_Nm else 0
         if self._pulls >= _SAMPLES:

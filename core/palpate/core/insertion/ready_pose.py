@@ -10,7 +10,7 @@ import pinocchio as pin
 
 from palpate.core.insertion.config import TaskConfig
 from palpate.core.insertion.frame import goal_in_base
-from palpate.core.insertion.task import PERIOD_S
+from palpate.core.insertion.laws import PERIOD_S
 from palpate.core.motion import Array, InverseKinematics, Kinematics, ToolGeometry, arm_named
 
 

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from palpate.core.insertion.axial_check import HIGHEST_SHARE, LOWEST_SHARE, AxialCheck
-from palpate.core.insertion.task import PERIOD_S
+from palpate.core.insertion.laws import PERIOD_S
 
 STIFFNESS_N_PER_M = 5e3
 PRESS_N = 4.9

@@ -34,16 +34,15 @@ class Held:
         self.proof = ContactProof(TaskConfig(), ControlConfig(), self.measurement.lever_m)
         self._tick = self._sequence = 0
 
-    def sample(self, wrench: Array, *, repeated: bool = False) -> Trip | None:
+    def sample(self, wrench: Array, *, repeated: bool = False, tared: bool = True) -> Trip | None:
         """The next tick, with a wrench in the sensor's frame."""
         self._tick += 1
         self._sequence += not repeated
         a, b, c, d, e, f = wrench.tolist()
         sample = WrenchSample((a, b, c), (d, e, f), 0, 0, self._sequence)
         snapshot = Snapshot(self._tick, 0, sample, JointSample(ANGLES, 0, 0, self._tick))
-        self.proof.update(snapshot)
         self.measurement.update(snapshot)
-        return self.proof.contradiction(self._tick, self.measurement)
+        return self.proof.contradiction(snapshot, self.measurement, tared=tared)
 
 
 def at_tip(force: tuple[float, float, float], point_m: tuple[float, float] = (0.0, 0.0)) -> Array:
@@ -81,6 +80,11 @@ def test_another_trial_starts_from_nothing(reason: str) -> None:
     assert trip is not None
     held.proof.begin()
     assert held.sample(wrench) is None
+
+
+def test_nothing_is_a_contradiction_before_the_sensor_is_tared() -> None:
+    held = Held()
+    assert all(held.sample(PULL, tared=False) is None for _ in range(10))
 
 
 def test_a_peg_that_rebounds_is_no_pull() -> None:

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from palpate.core.insertion.task import PERIOD_S
+from palpate.core.insertion.laws import PERIOD_S
 from palpate.core.insertion.wall_check import ANSWER_N, WallCheck
 from palpate.core.ports.values import Vector3
 

@@ -1,0 +1,76 @@
+"""Proofs of contact while the peg explores: the first touch, signs of life, lifts where these are missing."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from palpate.core.insertion.axial_check import HIGHEST_SHARE, LOWEST_SHARE
+from palpate.core.insertion.config import N_PER_KGF
+from palpate.core.insertion.phases.bench import Bench
+from palpate.core.insertion.phases.lift_check import LiftCheck
+from palpate.core.insertion.proof import ContactProof
+from palpate.core.ports import Vector3
+
+_PRESSED_SHARE: Final = 0.6
+"""Share of the pressing force, filtered, from which the plate is pressed enough for the lift."""
+_RISE_M: Final = 5e-4
+_RISEN_TICKS: Final = 8
+"""A tip that presses so far above the surface, for so long, presses on nothing."""
+
+
+class ExploringChecks:
+    """What is checked between the ticks of an action."""
+
+    def __init__(self, bench: Bench, proof: ContactProof) -> None:
+        self._bench, self._proof, self._lift = bench, proof, LiftCheck(bench, proof)
+        self._press_N = bench.task.press_kgf * N_PER_KGF
+        self.begin()
+
+    def begin(self) -> None:
+        """A trial begins."""
+        self._touch_judged, self._risen_ticks = False, 0
+        self._lift.running = False
+
+    def resume(self) -> None:
+        """Exploration begins, or goes on after a drop that was none."""
+        self._lift.running = False
+        self._proof.life.resume()
+
+    def step(self, countdown: int) -> Vector3 | None:
+        """Velocity of the tip while a check is made, (3,) m/s, task frame; None when there is nothing to check.
+
+        Args:
+            countdown: Ticks that are left of the running action.
+        """
+        bench, proof = self._bench, self._proof
+        measured, state, reference_m = bench.measurement, bench.state, bench.motion.reference_m
+        if not self._lift.running:
+            if not self._touch_judged:
+                self._judge_touch(countdown)
+            proof.life.watch(state.snapshot.wrench, reference_m)
+            rise_m = state.surface_m - measured.tip_depth_m(bench.axial_N_per_m)
+            self._risen_ticks = self._risen_ticks + 1 if rise_m > _RISE_M else 0
+            if self._touch_judged and self._risen_ticks > _RISEN_TICKS:
+                state.doubt(proof.above_plate(state.tick, rise_m, _RISE_M))
+            if not proof.life.due:
+                return None
+            if measured.filtered_force_z_N > -_PRESSED_SHARE * self._press_N:
+                return bench.laws.press.velocity_m_s(reference_m, reference_m, measured.force_N)
+            self._lift.begin()
+        along = self._lift.velocity_m_s()
+        if along is None and proof.axial.passed:
+            state.event("proof", f"lift: {proof.axial.share:.2f} of the gripper's stiffness")
+            proof.life.proved()
+        return 0.0, 0.0, along or 0.0
+
+    def _judge_touch(self, countdown: int) -> None:
+        """Before the first choice: the touch itself shows the gripper's stiffness, or a lift has to."""
+        proof, state = self._proof, self._bench.state
+        proof.watch_touch(state.snapshot, self._bench.measurement)
+        if countdown > 1:
+            return
+        self._touch_judged, share = True, proof.touch.share
+        if share is not None and LOWEST_SHARE <= share <= HIGHEST_SHARE:
+            state.event("proof", f"first touch: {share:.2f} of the gripper's stiffness")
+        else:
+            proof.life.demand_check()

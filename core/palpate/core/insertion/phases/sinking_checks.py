@@ -1,0 +1,79 @@
+"""Proofs of contact while the peg sinks: a wall has to answer, and a peg that rests on something is lifted."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from palpate.core.insertion.config import N_PER_KGF
+from palpate.core.insertion.phases.bench import Bench
+from palpate.core.insertion.phases.lift_check import LiftCheck
+from palpate.core.insertion.proof import PAST_PLATE_M, ContactProof
+from palpate.core.ports import CONTROL_RATE_HZ, Vector3
+
+_WALL_M: Final = 5e-4
+"""Depth at which a wall is looked for; half the insertion depth where that is less."""
+_UNPROVED_M: Final = 1.5e-3
+"""The tip goes so much deeper, and no further, before a wall has answered."""
+_RESTING_SHARE: Final = 0.45
+"""Share of the pressing force, filtered, from which the peg rests: a lift takes off 0.4 of the pressing force."""
+_RESTING_TICKS: Final = CONTROL_RATE_HZ // 10
+_BETWEEN_TICKS: Final = CONTROL_RATE_HZ // 2
+"""Ticks after a lift before the next one's rest begins to count."""
+
+
+class SinkingChecks:
+    """What is checked on the way down."""
+
+    def __init__(self, bench: Bench, proof: ContactProof) -> None:
+        self._bench, self._proof, self._lift = bench, proof, LiftCheck(bench, proof)
+        self._press_N = bench.task.press_kgf * N_PER_KGF
+        self._wall_depth_m = min(_WALL_M, 0.5 * bench.task.insertion_depth_mm * 1e-3)
+        self._rest_ticks = 0
+
+    def enter(self) -> None:
+        """The insertion begins here."""
+        self._lift.running, self._rest_ticks = False, 0
+        self._proof.wall.begin(self._bench.motion.reference_m[:2])
+
+    def step(self, depth_m: float) -> Vector3 | None:
+        """Velocity of the tip while a check is made, (3,) m/s, task frame; None when there is nothing to check.
+
+        Args:
+            depth_m: Depth of the tip below the surface.
+        """
+        check = self._check_at_rest()
+        if check is None and not self._proof.wall.answered and depth_m > self._wall_depth_m:
+            return self._push_aside(depth_m)
+        return check
+
+    def bounded(self, velocity_m_s: Vector3) -> Vector3:
+        """The velocity, without its part across the tool axis once the tip is as far out as a wall can be."""
+        return self._proof.wall.bounded(velocity_m_s, self._bench.motion.reference_m)
+
+    def _check_at_rest(self) -> Vector3 | None:
+        """A peg that rests on something on its way down has met a wall or the plate, or its sensor is held."""
+        resting = self._bench.measurement.filtered_force_z_N < -_RESTING_SHARE * self._press_N
+        self._rest_ticks = self._rest_ticks + 1 if resting else min(self._rest_ticks, 0)
+        if not self._lift.running:
+            if self._rest_ticks < _RESTING_TICKS:
+                return None
+            self._lift.begin()
+        along = self._lift.velocity_m_s()
+        if along is None:
+            self._rest_ticks = -_BETWEEN_TICKS
+        return 0.0, 0.0, along or 0.0
+
+    def _push_aside(self, depth_m: float) -> Vector3:
+        """Sink on, but not far, while a wall is looked for."""
+        bench, proof, state = self._bench, self._proof, self._bench.state
+        reference_m, force_N = bench.motion.reference_m, bench.measurement.force_N
+        across = proof.wall.velocity_m_s(force_N, proof.new, reference_m)
+        if proof.wall.answered:
+            state.event("proof", f"wall: {proof.wall.answer_N:.2f} N at {depth_m * 1e3:.2f} mm")
+        elif proof.wall.failed:
+            unseen, limit_m = state.slack_m > 0.0, state.slack_m + PAST_PLATE_M
+            state.doubt(proof.no_plate(state.tick, depth_m, limit_m) if unseen else proof.no_wall(state.tick, depth_m))
+        along = bench.laws.inserting.velocity_m_s(reference_m, reference_m, force_N)[2]
+        if depth_m > _WALL_M + state.slack_m + _UNPROVED_M:
+            along = min(along, 0.0)
+        return *across, along

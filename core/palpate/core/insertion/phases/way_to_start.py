@@ -1,0 +1,87 @@
+"""The phases in free space: out of the hole of the trial before, above the start, at rest while the sensor is tared."""
+
+from __future__ import annotations
+
+from palpate.core.insertion.phases.bench import Bench, RunningPhase
+from palpate.core.insertion.proof import Proof
+from palpate.core.ports import Vector3
+
+Bias = tuple[float, float, float, float, float, float]
+
+
+class Lift(RunningPhase):
+    """Straight up to the ready height."""
+
+    def __init__(self, bench: Bench) -> None:
+        self._motion, self._law = bench.motion, bench.laws.free
+        self._ready_z_m = -bench.task.ready_height_mm * 1e-3
+
+    def enter(self) -> None:
+        """Begin."""
+        self.over = False
+
+    def step(self) -> Vector3:
+        """Up; a tool that is there already moves nowhere, and the tick is the next phase's."""
+        x, y, z = self._motion.reference_m
+        if z <= self._ready_z_m + 1e-6:
+            self.over = True
+            return 0.0, 0.0, 0.0
+        return self._law.velocity_m_s((x, y, z), (x, y, self._ready_z_m), (0.0, 0.0, 0.0))
+
+
+class Transfer(RunningPhase):
+    """At the ready height to where the trial starts."""
+
+    def __init__(self, bench: Bench) -> None:
+        self._motion, self._law, self._state = bench.motion, bench.laws.free, bench.state
+        self._ready_z_m = -bench.task.ready_height_mm * 1e-3
+
+    def enter(self) -> None:
+        """Begin."""
+        self.over = False
+
+    def step(self) -> Vector3:
+        """Towards the start."""
+        reference = self._motion.reference_m
+        target = (*self._state.report.setup.start_m, self._ready_z_m)
+        self.over = max(abs(r - t) for r, t in zip(reference, target, strict=True)) < 1e-6
+        return self._law.velocity_m_s(reference, target, (0.0, 0.0, 0.0))
+
+
+class Settle(RunningPhase):
+    """At rest, while the vibrations of the way decay, and then while the sensor is tared.
+
+    Attributes:
+        bias: The wrench that counts as zero from then on, (6,), N and N m, sensor frame; None before.
+    """
+
+    def __init__(self, bench: Bench, proof: Proof) -> None:
+        self._state, self._measurement, self._proof = bench.state, bench.measurement, proof
+        self._tare_ticks = bench.task.tare_ticks
+        self.begin()
+
+    def begin(self) -> None:
+        """A trial begins."""
+        self.over = False
+        self.bias: Bias | None = None
+        self._sum = [0.0] * 6
+
+    def enter(self) -> None:
+        """Begin to rest."""
+        self._countdown = 2 * self._tare_ticks
+
+    def step(self) -> Vector3:
+        """Rest."""
+        self._countdown -= 1
+        if self._countdown < self._tare_ticks:
+            wrench = self._state.snapshot.wrench
+            self._proof.rest(wrench)
+            for i, value in enumerate((*wrench.force_N, *wrench.torque_Nm)):
+                self._sum[i] += value
+        if self._countdown == 0:
+            a, b, c, d, e, f = (total / self._tare_ticks for total in self._sum)
+            self.bias = (a, b, c, d, e, f)
+            self._measurement.tare(self.bias)
+            self._state.event("tare", f"{a:.6g} {b:.6g} {c:.6g} N, {d:.6g} {e:.6g} {f:.6g} N m, sensor frame")
+            self.over = True
+        return 0.0, 0.0, 0.0
