@@ -45,12 +45,7 @@ COMPARATORS: Final[dict[str, str]] = {
 
 
 def comparator(name: str, config: RunConfig, hole_m: Hole) -> Policy:
-    """The comparator of that name.
-
-    Args:
-        name: One of ``COMPARATORS``.
-        config: The run's configuration.
-        hole_m: Gives the true hole of the running trial; only the omniscient one uses it.
+    """The comparator of that name, one of ``COMPARATORS``; only the omniscient one uses the true hole.
 
     Raises:
         ConfigurationError: There is none of that name.
@@ -110,10 +105,7 @@ def perception_settings(config: RunConfig, perception: Perception) -> dict[str, 
 def perception_of(document: PolicyDocument, config: RunConfig, configured: Perception | None) -> Perception:
     """The perception that a policy file was made with, checked against the run's.
 
-    Args:
-        document: The policy file.
-        config: The run's configuration.
-        configured: The run's perception; None where it would have to be fitted: then the file's serves.
+    ``configured`` is None where the run's perception would have to be fitted: then the file's serves.
 
     Raises:
         ConfigurationError: They differ.

@@ -33,14 +33,7 @@ class _Level:
 class Restarts:
     """Parameters of R networks, (R, ...) each, drawn from a normal distribution.
 
-    The r-th network depends on the seed and r alone, not on how many are drawn.
-
-    Args:
-        architecture: Their shape.
-        count: How many, R.
-        seed: Equal seeds give equal networks.
-        scale: Standard deviation of the parameters.
-        skip: How many networks of this seed come before.
+    The r-th network depends on the seed and r alone, not on how many are drawn; with ``skip`` so many come before.
     """
 
     def __init__(self, architecture: Architecture, count: int, *, seed: int, scale: float = 1.0, skip: int = 0) -> None:

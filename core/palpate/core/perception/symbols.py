@@ -220,14 +220,9 @@ class RandomPartition(NearestPrototype):
 
     @classmethod
     def draw(cls, bounds: Mapping[str, tuple[float, float]], regions: int, seed: int) -> RandomPartition:
-        """Draw the points evenly inside bounds.
+        """Draw the points evenly inside bounds: for each feature, in order, the lowest and highest value, in its unit.
 
         Distances are measured in parts of the bounds, so that no feature outweighs another.
-
-        Args:
-            bounds: For each feature, in order, the lowest and highest value, in its unit.
-            regions: How many points.
-            seed: Equal seeds give equal partitions.
 
         Raises:
             ConfigurationError: Bounds that do not rise, or a number out of range.

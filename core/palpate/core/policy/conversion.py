@@ -63,16 +63,11 @@ def policy_from(
     *,
     frozen: bool = True,
 ) -> Policy:
-    """Bring a document back to life.
+    """The policy of a document, for a task with these states and actions.
 
-    The actions are the task's own: those of the file are rounded to mm, which could cost the last bit.
-
-    Args:
-        document: The content of a policy file.
-        states: The states of the task that it is to serve.
-        actions: The action set of the task.
-        frozen: Learn nothing more. Otherwise learning resumes; the next trial is number
-            ``document.learner.trials_learned`` if the temperature is to go on where it was.
+    The actions are the task's own: those of the file are rounded to mm, which could cost the last bit. Unless
+    ``frozen``, learning resumes; the next trial is number ``document.learner.trials_learned`` if the temperature is to
+    go on where it was.
 
     Raises:
         ConfigurationError: The task has other states or actions.
@@ -130,12 +125,7 @@ def new_learner(
 ) -> TabularLearner:
     """The learner that has such settings: Sarsa(lambda) for those with a trace decay, Q-learning for the others.
 
-    Args:
-        parameters: Its settings.
-        states: Names of the states.
-        actions: The action set.
-        back_off: The symbols that stand in for states that were little tried; Q-learning only.
-        frozen: Learn nothing, and keep the temperature at its floor.
+    With ``back_off``, for Q-learning only, symbols stand in for states that were little tried.
 
     Raises:
         ConfigurationError: A value is out of its range, names repeat, or Sarsa is to back off.

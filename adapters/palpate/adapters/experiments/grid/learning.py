@@ -46,15 +46,7 @@ def learn(
     trials: int = TRIALS,
     on_trial: Callable[[Walk], None] = lambda walk: None,
 ) -> LearningRun:
-    """Learn from scratch.
-
-    Args:
-        grid: The map.
-        make_identifier: Makes the states.
-        learning: Settings.
-        seed: With the index of a trial it gives the start and the choices; nothing else does.
-        trials: How many.
-        on_trial: Called with every trial.
+    """Learn from scratch. Start and choices of a trial follow from the seed and its index, and from nothing else.
 
     Raises:
         ConfigurationError: The states are over other symbols, or there are too many or too few trials.

@@ -97,12 +97,7 @@ class StudyFolder:
             return 0
 
     def require_fits(self, study: Study, cells: Sequence[StudyCell], files: Mapping[str, str]) -> None:
-        """Make sure that the folder is free, or holds this study or a smaller one.
-
-        Args:
-            study: What is asked.
-            cells: Its cells.
-            files: Digests of files that its results depend on.
+        """Make sure that the folder is free, or holds this study, made of files with these digests, or a smaller one.
 
         Raises:
             OutputError: It holds something else, or cells that the study does not have.

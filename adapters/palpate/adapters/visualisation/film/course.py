@@ -55,14 +55,7 @@ class Course:
         return min(begin, last), min(end, last)
 
     def film(self, begin_s: float, end_s: float, fps: float, speed: float, most: int) -> list[Moment]:
-        """A moment for each picture of a film, the last one included.
-
-        Args:
-            begin_s: Where it begins.
-            end_s: Where it ends.
-            fps: Pictures per second of the film.
-            speed: Seconds of the trial per second of the film.
-            most: So many pictures may it have.
+        """A moment for each picture of a film, the last one included; ``speed`` is in seconds of the trial per second.
 
         Raises:
             ConfigurationError: That makes too many pictures.

@@ -40,12 +40,9 @@ def require_video() -> Any:
 
 
 def write_mp4(path: Path, pictures: Iterable[Image.Image], fps: float) -> None:
-    """H.264, which every player decodes. Equal pictures give equal bytes with equal versions of PyAV.
+    """H.264, which every player decodes, of RGB pictures of one size with even sides; at least one.
 
-    Args:
-        path: The file.
-        pictures: RGB, all of one size with even sides; at least one.
-        fps: Pictures per second.
+    Equal pictures give equal bytes with equal versions of PyAV.
 
     Raises:
         UsageError: PyAV is not there.

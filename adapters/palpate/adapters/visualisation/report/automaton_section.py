@@ -41,14 +41,7 @@ def machine_in(document: PolicyDocument) -> Machine | None:
 def automaton_section(
     machine: Machine, name: str = "automaton", title: str = "Automaton", text: str = ""
 ) -> PageSection:
-    """The automaton as a picture, where it is small enough, and as a table.
-
-    Args:
-        machine: The automaton.
-        name: The picture's file name.
-        title: The section's heading.
-        text: What the automaton is for; empty without.
-    """
+    """The automaton as a picture, where it is small enough, and as a table, below a text on what it is for."""
     states, names = len(machine.transitions), machine.names
     pictures: tuple[Picture, ...] = ()
     if states <= _MOST_DRAWN:

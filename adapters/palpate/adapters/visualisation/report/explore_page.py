@@ -27,14 +27,7 @@ _SHADES = ("#d6e6f2", "#fae3d3", "#d8efe5", "#efdcea", "#f7ecd0", "#dceef8", "#e
 
 
 def grid_picture(name: str, document: PolicyDocument, rows: Sequence[str], title: str) -> Picture:
-    """The best action of each cell's sensor value; cells of one value have one colour.
-
-    Args:
-        name: The picture's file name.
-        document: A policy whose states are sensor values.
-        rows: The map, the upper row first.
-        title: Of what it is.
-    """
+    """The best action of each cell's sensor value, which is a state of the policy; each value has one colour."""
     table = {row.state: row for row in document.table}
     steps = {action.name: action.displacement_mm for action in document.actions}
     width, height = max(map(len, rows)), len(rows)

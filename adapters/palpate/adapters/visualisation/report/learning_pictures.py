@@ -69,15 +69,9 @@ def window_of(trials: int) -> int:
 def learning_picture(
     name: str, curves: Sequence[LearningCurve], levels: Sequence[ReferenceLevel] = (), axes: Axes | None = None
 ) -> Picture:
-    """Cost above and success below, over the trials.
+    """Cost above and success below, over the trials, of one or more curves with a trial or more.
 
     A single curve of a single run has its trials as dots; several runs have a band, the t interval of their mean.
-
-    Args:
-        name: The picture's file name.
-        curves: At least one, each with at least one trial.
-        levels: What stands beside them.
-        axes: Names and limits.
     """
     axes = axes or Axes()
     with drawn(5.0) as canvas:

@@ -24,11 +24,7 @@ _NEVER: Final = "#ececec"
 def arrows_pictures(name: str, document: PolicyDocument, title: str, *, up: bool = False) -> tuple[Picture, ...]:
     """The best action of each state as an arrow, on the colour of its value.
 
-    Args:
-        name: Beginning of the pictures' file names.
-        document: The policy.
-        title: Of what it is.
-        up: Whether y points up, as in grid worlds; down, as seen from above the insertion, if not.
+    With ``up`` y points up, as in grid worlds; else down, as seen from above the insertion.
 
     Returns:
         A picture for each map of states; one for states that have no place on a map.

@@ -24,12 +24,8 @@ Action = Callable[[int], None]
 class CanBusServer(ABC):
     """Moves the wire along with a clock, in a thread of its own.
 
-    Only that thread touches wire and nodes; whoever wants to act on them meanwhile hands in an `Action`.
-
-    Args:
-        wire: The bus with its nodes.
-        tick_s: Longest pause between two looks at the nodes, s.
-        clock_ns: Monotonic clock.
+    Only that thread touches wire and nodes; whoever wants to act on them meanwhile hands in an `Action`. It looks at
+    the nodes every `tick_s` at least.
     """
 
     def __init__(
@@ -115,11 +111,7 @@ class CanBusServer(ABC):
 class VirtualBusServer(CanBusServer):
     """Serves a channel of python-can's virtual interface, for drivers in the same process.
 
-    Args:
-        wire: The bus with its nodes.
-        channel: Name of the channel; names are global in the process, so take a fresh one for each bus.
-        tick_s: Longest pause between two looks at the nodes, s.
-        clock_ns: Monotonic clock.
+    Names of channels are global in the process, so take a fresh one for each bus.
     """
 
     def __init__(

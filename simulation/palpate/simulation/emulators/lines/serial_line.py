@@ -59,10 +59,7 @@ class LineSpeed:
 class SerialLine(Generic[Emulator]):
     """The line, without any input, output or clock of its own. The device keeps its power while no host is there.
 
-    Args:
-        emulator: The device.
-        timing: How fast the line is.
-        seed: Of the faults and of the garbage after a mismatch of line rates.
+    The seed is that of the faults and of the garbage after a mismatch of line rates.
     """
 
     def __init__(self, emulator: Emulator, timing: LineSpeed | None = None, *, seed: int = 0) -> None:

@@ -210,12 +210,6 @@ class SlcanServer(CanBusServer):
     """Serves an slcan adapter at the path `channel`, for drivers in this or another process.
 
     An adapter that is set to another bit rate than the bus exchanges nothing with it.
-
-    Args:
-        wire: The bus with its nodes.
-        generator: Source of random line faults.
-        tick_s: Longest pause between two looks at the nodes, s.
-        clock_ns: Monotonic clock.
     """
 
     def __init__(

@@ -19,11 +19,7 @@ class NmcChain:
 
     A module receives nothing before its predecessor has got an address (FACT, libnmc's start-up), and keeps listening
     when the predecessor is reset later (assumed). What two modules answer at once is mixed up (assumed: wired AND).
-
-    Args:
-        plant: What the motors move; its axis i belongs to the i-th module of the chain.
-        settings: How the modules are built, the same for all.
-        modules: Length of the chain.
+    Axis i of the plant belongs to the i-th module of the chain.
     """
 
     def __init__(self, plant: Plant, settings: ModuleSettings | None = None, modules: int = AXES) -> None:

@@ -33,11 +33,6 @@ _SET_POSITION: Final = 0x02
 class NmcModule:
     """A servo module. The bus decides which frames reach it; the host's view of it is `execute()`.
 
-    Args:
-        axis: The plant's axis that its motor drives, 0 to 5.
-        plant: What the motor moves.
-        settings: How it is built.
-
     Attributes:
         address: Own address, 0 until SET_ADDR.
         group: Group address, 0x80 to 0xFF.

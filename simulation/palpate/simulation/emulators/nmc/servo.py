@@ -37,12 +37,6 @@ class PicServo:
 
     The register is zero at the motor's place at power-up, whatever the arm's true pose (FACT: the encoders are
     incremental).
-
-    Args:
-        axis: The plant's axis, 0 to 5.
-        plant: What the motor moves.
-        settings: How the module is built.
-        powered: Whether the motor supply is on.
     """
 
     def __init__(self, axis: int, plant: Plant, settings: ModuleSettings, *, powered: bool = True) -> None:
