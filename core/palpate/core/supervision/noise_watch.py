@@ -45,7 +45,7 @@ class NoiseWatch:
     def __init__(self, config: SupervisionConfig, task: TaskConfig, sensor: SensorFacts) -> None:
         force, torque = sensor.noise_N, sensor.noise_Nm
         self._noise: _Six = (force, force, force, torque, torque, torque)
-        self._most_flat, self._most_ratio = config.flat_line_samples, config.max_noise_ratio
+        self._longest, self._most_ratio = config.flat_line_samples - 1, config.max_noise_ratio
         self._most_recurring = config.max_recurring_samples
         self._still: deque[_Six] = deque(maxlen=task.tare_ticks)
         self.begin()
@@ -58,7 +58,7 @@ class NoiseWatch:
         self._band = _bands(self._noise)
         # No sample has a channel that is none: the first one begins a run on each.
         self._begun: _Six = (nan, nan, nan, nan, nan, nan)
-        self._runs = (0, 0, 0, 0, 0, 0)
+        self._since = (0, 0, 0, 0, 0, 0)
         self._seen: dict[float, int] = {}
         self._count = self._lag = self._recurring = 0
 
@@ -76,42 +76,41 @@ class NoiseWatch:
         tx, ty, tz = wrench.torque_Nm
         a, b, c, d, e, f = self._begun
         u, v, w, x, y, z = self._band
-        one, two, three, four, five, six = self._runs
-        # Unrolled, for this is most of what the supervisor costs in a tick.
-        if -u <= fx - a <= u:
-            one += 1
-        else:
-            a, one = fx, 1
-        if -v <= fy - b <= v:
-            two += 1
-        else:
-            b, two = fy, 1
-        if -w <= fz - c <= w:
-            three += 1
-        else:
-            c, three = fz, 1
-        if -x <= tx - d <= x:
-            four += 1
-        else:
-            d, four = tx, 1
-        if -y <= ty - e <= y:
-            five += 1
-        else:
-            e, five = ty, 1
-        if -z <= tz - f <= z:
-            six += 1
-        else:
-            f, six = tz, 1
-        self._begun, self._runs = (a, b, c, d, e, f), (one, two, three, four, five, six)
-        most = self._most_flat
-        if one >= most or two >= most or three >= most or four >= most or five >= most or six >= most:
-            return self._flat(snapshot.tick)
+        one, two, three, four, five, six = self._since
+        count = self._count = self._count + 1
+        first = count - self._longest
+        # Unrolled, for this is most of what the supervisor costs in a tick. Most samples begin a new run.
+        if not -u <= fx - a <= u:
+            a, one = fx, count
+        elif one <= first:
+            return self._flat(snapshot.tick, 0)
+        if not -v <= fy - b <= v:
+            b, two = fy, count
+        elif two <= first:
+            return self._flat(snapshot.tick, 1)
+        if not -w <= fz - c <= w:
+            c, three = fz, count
+        elif three <= first:
+            return self._flat(snapshot.tick, 2)
+        if not -x <= tx - d <= x:
+            d, four = tx, count
+        elif four <= first:
+            return self._flat(snapshot.tick, 3)
+        if not -y <= ty - e <= y:
+            e, five = ty, count
+        elif five <= first:
+            return self._flat(snapshot.tick, 4)
+        if not -z <= tz - f <= z:
+            f, six = tz, count
+        elif six <= first:
+            return self._flat(snapshot.tick, 5)
+        self._begun, self._since = (a, b, c, d, e, f), (one, two, three, four, five, six)
         # A sum in place of six values to be hashed: that it comes again several times in order is no accident either.
-        key, self._count = fx + fy + fz + tx + ty + tz, self._count + 1
-        before = self._seen.get(key)
-        self._seen[key] = self._count
-        if before is not None:
-            return self._recurs(snapshot.tick, self._count - before)
+        key, seen = fx + fy + fz + tx + ty + tz, self._seen
+        if key in seen:
+            before, seen[key] = seen[key], count
+            return self._recurs(snapshot.tick, count - before)
+        seen[key] = count
         self._recurring = 0
         return None
 
@@ -133,8 +132,8 @@ class NoiseWatch:
         self._band = _bands([min(pair) for pair in zip(shown, self._noise, strict=True)])
         return None
 
-    def _flat(self, tick: int) -> Trip:
-        most, place = self._most_flat, max(range(6), key=self._runs.__getitem__)
+    def _flat(self, tick: int, place: int) -> Trip:
+        most = self._longest + 1
         name, unit = CHANNELS[place], "N" if place < _FORCES else "N m"
         text = f"{name} stayed within {self._band[place]:.3g} {unit} for {most} new samples: it lacks its own noise"
         return Trip(TripReason.CHANNEL_FLAT, tick, float(most), float(most), text)

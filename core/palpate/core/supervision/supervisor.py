@@ -206,9 +206,13 @@ class Supervisor:
             trip = _not_finite(snapshot.tick, "what the arm says that it applied", applied.position_rad)
         if trip is not None:
             return self._take_command(trip, snapshot, position)
-        within = self._limiter.limited(position, snapshot.tick * 10**9 // CONTROL_RATE_HZ)
-        if within.reason is CommandReason.AS_ASKED:
+        time_ns = snapshot.tick * 1_000_000_000 // CONTROL_RATE_HZ
+        if self._limiter.passes(position, time_ns):
             self._held = position
+            return Supervised(asked)
+        within = self._limiter.limited(position, time_ns)
+        if within.reason is CommandReason.AS_ASKED:
+            self._held = within.position_rad
             return Supervised(asked)
         # Whatever is not finite, or jumps, is beyond a limit of the limiter, too: only here it has to be looked for.
         trip = self._fault_of_command(snapshot.tick, position)

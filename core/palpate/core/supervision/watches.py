@@ -77,7 +77,9 @@ class WrenchWatch:
             self._last = wrench.force_N
             last_ns, self._last_ns = self._last_ns, wrench.source_time_ns
             x, y, z = (fx - u) * kx, (fy - v) * ky, (fz - w) * kz
-            change, dt_ns = x * x + y * y + z * z, max(self._last_ns - last_ns, _SHORTEST_NS)
+            change, dt_ns = x * x + y * y + z * z, self._last_ns - last_ns
+            if dt_ns < _SHORTEST_NS:
+                dt_ns = _SHORTEST_NS
             most = self._rate_N_ns * dt_ns
             if not change <= most * most:
                 rate, limit = sqrt(change) / dt_ns * 1e9, self._rate_N_s
