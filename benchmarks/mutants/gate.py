@@ -38,7 +38,12 @@ COUNT: Final = 400
 LEAST: Final = 4
 """So many mutants of each module, if it has them."""
 EQUIVALENT: Final = Path(__file__).with_name("equivalent.json")
-THOROUGH: Final = ("core/palpate/core/supervision/", "core/palpate/core/insertion/task.py")
+THOROUGH: Final = (
+    "core/palpate/core/supervision/",
+    "core/palpate/core/insertion/task.py",
+    "core/palpate/core/insertion/trial_state.py",
+    "core/palpate/core/insertion/phases/",
+)
 """Where no survivor stays unexplained, and every line is to be run, if a trial runs the module at all."""
 _REFUSING: Final = ("check", "__post_init__", "require", "_require")
 """How functions are called, or begin, that refuse what was set before any trial."""

@@ -177,6 +177,27 @@ def test_a_peg_stuck_in_the_hole_under_a_held_sensor_bends_the_gripper_little() 
     assert trial.peak_N < 60.0
 
 
+@pytest.mark.parametrize(
+    ("follows", "text"), [(True, "where the floor must be above"), (False, "bore no lift in time")]
+)
+def test_a_floor_that_bears_nothing_is_doubted(follows: bool, text: str) -> None:
+    """A hole without a floor, under a sensor that shows some of one; the arm sinks past it, or stops on its way."""
+    world = FakeWorld(replace(HOLE, depth_m=0.05))
+
+    def lie(held: np.ndarray, true: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+        if world.tip_m[2] < 9.7e-3:
+            return true
+        if not follows and world.tip_m[2] > 10.3e-3:
+            world.arm._max_step_rad = 0.0
+        return true - (0.0, 0.0, 2.0, 0.0, 0.0, 0.0)
+
+    trial = Trial(world, lie, Phase.INSERT)
+    assert trial.report.outcome is Outcome.UNPROVED
+    (doubt,) = trial.details("doubt")
+    assert doubt.startswith("FORCE_WITHOUT_SPRING")
+    assert text in doubt
+
+
 def test_without_proof_the_task_is_what_it_was() -> None:
     """What older logs and run folders mean: nothing is pushed, lifted or doubted."""
     task = build_task(FollowTorque())

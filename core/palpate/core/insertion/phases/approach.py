@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Final
 
+from typing_extensions import override
+
 from palpate.core.insertion.config import N_PER_KGF
 from palpate.core.insertion.phases.bench import Bench, RunningPhase
 from palpate.core.insertion.proof import Proof
@@ -33,6 +35,7 @@ class Approach(RunningPhase):
         self.over = self.touched = False
         self._target_m = self._motion.reference_m
 
+    @override
     def step(self) -> Vector3:
         """Down."""
         measured, state = self._measurement, self._state

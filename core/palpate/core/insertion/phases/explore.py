@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Final
 
+from typing_extensions import override
+
 from palpate.core.insertion.config import N_PER_KGF
 from palpate.core.insertion.frame import ExplorationArea
 from palpate.core.insertion.phases.bench import Bench, RunningPhase
@@ -61,6 +63,7 @@ class Explore(RunningPhase):
         if self._checks is not None:
             self._checks.resume()
 
+    @override
     def step(self) -> Vector3:
         """On with the action; where one is over, ``state.observation`` is what the next one is to be chosen by."""
         measured, state = self._measurement, self._state

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Final
 
+from typing_extensions import override
+
 from palpate.core.insertion.config import N_PER_KGF
 from palpate.core.insertion.phases.bench import Bench, RunningPhase
 from palpate.core.insertion.phases.explore import DROP_M
@@ -46,6 +48,7 @@ class Insert(RunningPhase):
         if self._checks is not None:
             self._checks.enter()
 
+    @override
     def step(self) -> Vector3:
         """Down."""
         state, measured = self._state, self._measurement

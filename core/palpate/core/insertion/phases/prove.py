@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Final
 
+from typing_extensions import override
+
 from palpate.core.insertion.config import N_PER_KGF
 from palpate.core.insertion.phases.bench import Bench, RunningPhase
 from palpate.core.insertion.phases.lift_check import LiftCheck
@@ -35,6 +37,7 @@ class Prove(RunningPhase):
         self._floor, self._countdown = in_contact or self._bench.state.slack_m > 0.0, _SEATING_TICKS
         self._proof.wall.begin(self._bench.motion.reference_m[:2])
 
+    @override
     def step(self) -> Vector3:
         """Press on the floor, then lift; or push aside."""
         bench = self._bench

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing_extensions import override
+
 from palpate.core.insertion.phases.bench import Bench, RunningPhase
 from palpate.core.insertion.proof import Proof
 from palpate.core.ports import Vector3
@@ -20,6 +22,7 @@ class Lift(RunningPhase):
         """Begin."""
         self.over = False
 
+    @override
     def step(self) -> Vector3:
         """Up; a tool that is there already moves nowhere, and the tick is the next phase's."""
         x, y, z = self._motion.reference_m
@@ -40,6 +43,7 @@ class Transfer(RunningPhase):
         """Begin."""
         self.over = False
 
+    @override
     def step(self) -> Vector3:
         """Towards the start."""
         reference = self._motion.reference_m
@@ -70,6 +74,7 @@ class Settle(RunningPhase):
         """Begin to rest."""
         self._countdown = 2 * self._tare_ticks
 
+    @override
     def step(self) -> Vector3:
         """Rest."""
         self._countdown -= 1
