@@ -134,9 +134,12 @@ class InsertionTask:
             self._motion.start(snapshot.joints.position_rad)
         if snapshot.applied is not None and snapshot.applied.reason is not CommandReason.AS_ASKED:
             state.report.clamped_ticks += 1
-            self._motion.adopt(snapshot.applied)
+            sound = self._motion.adopt(snapshot.applied)
             if snapshot.applied.reason is CommandReason.STOPPED:
                 state.end(Outcome.STOPPED, "the arm was stopped from outside")
+                return None
+            if not sound:
+                state.end(Outcome.SENSOR_FAULT, "the arm answers a command with joint angles that it cannot have")
                 return None
         # A limit that a sample shows may be exceeded further by the truth: saturation ends the trial too.
         if snapshot.wrench.validity is not Validity.VALID or snapshot.joints.validity is not Validity.VALID:

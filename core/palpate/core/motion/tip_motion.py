@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import isfinite
+
 import numpy as np
 import pinocchio as pin
 
@@ -38,10 +40,17 @@ class TipMotion:
         x, y, z = self._task.actInv(self._kinematics.tip_position_m).tolist()
         self.reference_m = (x, y, z)
 
-    def adopt(self, applied: AppliedCommand) -> None:
-        """Go on from what the arm really did, so that a limited command does not wind up."""
+    def adopt(self, applied: AppliedCommand) -> bool:
+        """Go on from what the arm really did, so that a limited command does not wind up.
+
+        Returns:
+            False where that is nothing that an arm can do: not finite, or of another number of joints.
+        """
         if applied.reason is not CommandReason.AS_ASKED:
+            if len(applied.position_rad) != len(self._q) or not isfinite(sum(applied.position_rad)):
+                return False
             self._q = np.array(applied.position_rad)
+        return True
 
     def move(self, velocity_m_s: Vector3) -> JointCommand:
         """Advance the reference by one control period and follow it.
