@@ -17,10 +17,10 @@ import sys
 from collections import Counter
 from time import perf_counter
 
+from benchmarks.automata_others import SORTS, CrossCheck, pair, to_automata_lib
 from palpate.core.automata.machine import Kind
 from palpate.core.automata.minimise import minimised
 from tests.unit.core.automata.machines import doubled, random_machine
-from tests.unit.core.automata.others import SORTS, CrossCheck, pair, to_automata_lib
 
 LARGE = (100, 1000, 10_000)
 

@@ -90,7 +90,7 @@ def minimised(form: Form) -> list[Row]:
     for library in ("aalpy", "automata"):
         if importlib.util.find_spec(library) is None:
             raise MissingError(f"{library} is not installed")
-    from tests.unit.core.automata.others import SORTS, CrossCheck, pair
+    from benchmarks.automata_others import SORTS, CrossCheck, pair
 
     rng, check = random.Random(1), CrossCheck()
     for index in range(form.machines // 2):

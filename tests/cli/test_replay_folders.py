@@ -1,7 +1,5 @@
 """``palpate replay FOLDER``: whatever is missing, cut, altered or foreign in a run folder is found."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """What the clauses send to an arm that somebody could stand beside."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 from typing import ClassVar
 

@@ -15,9 +15,8 @@ from palpate.adapters.config.rig import OperatorTable, WatchdogTable
 from palpate.adapters.hardware import ArmAdapter, HardwareRig, RigContext, find_approach
 from palpate.adapters.hardware import rig as hardware_rig
 from palpate.core.errors import ConfigurationError, DeviceError, FaultLatchedError
+from palpate.core.ports import AppliedCommand, CommandReason, JointCommand, Life
 from palpate.core.ports.contracts.fakes import FakeArm, FakeForceSensor, FakeJointEncoder
-from palpate.core.ports.lifecycle import Life
-from palpate.core.ports.values import AppliedCommand, CommandReason, JointCommand
 from tests.unit.adapters.hardware.watchdogs.bench import nothing_left_behind, wait_for
 from tests.unit.adapters.samples import ready_pose
 

@@ -4,17 +4,16 @@ import ast
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, cast
+from typing import cast
 
 import pytest
 
 from benchmarks.mutants import gate
 from benchmarks.mutants.draw import draw, mutated
 from benchmarks.mutants.functions import functions_in, functions_of
-from benchmarks.mutants.guards import guards
 from benchmarks.mutants.operators import places
 from benchmarks.mutants.trees import Ran, Tree
-from benchmarks.mutants.verdicts import Judge, compared, lost
+from benchmarks.mutants.verdicts import Judge
 
 SOURCE = '''
 class Watch:
@@ -92,16 +91,6 @@ def test_operators(body: str, operator: str, expected: list[str]) -> None:
     assert variants(head + body)[operator] == [head + one for one in expected]
 
 
-def test_branches_of_a_whole_statement_are_swapped_and_an_elif_is_left_in_its_place() -> None:
-    source = "def f(a):\n    if a:\n        g()\n    elif a.b:\n        h()\n    else:\n        i()\n    return a\n"
-    (swapped,) = variants(source)["branches"]
-    assert swapped == (
-        "def f(a):\n    if a:\n        if a.b:\n            h()\n        else:\n            i()\n    else:\n"
-        "        g()\n    return a\n"
-    )
-    assert "    elif (not a.b):\n" in variants(source)["boolean"][1]
-
-
 def test_every_mutation_is_python_and_another_function() -> None:
     _, trip = functions_in(SOURCE, "f.py")
     for ones in places(trip.node).values():
@@ -141,39 +130,6 @@ def test_the_same_mutants_come_of_both_checkouts_and_one_that_goes_does_not_chan
         found = mutated(mutant, function, (after / function.file).read_text())
         assert found is not None
         assert found.diff.count("\n+ ") == 1
-
-
-@pytest.fixture
-def tested(tmp_path: Path) -> Path:
-    for file in (
-        "unit/core/test_cycle.py", "unit/core/test_values.py", "unit/core/policy/test_base.py",
-        "unit/core/policy/test_table.py", "unit/adapters/log/files/test_writer.py", "unit/adapters/log/test_reader.py",
-        "integration/test_golden_logs.py", "integration/test_cli_run.py", "contracts/test_fake.py",
-        "contracts/test_jr3.py", "contracts/test_replay.py", "unit/adapters/test_options.py",
-    ):  # fmt: skip
-        path = tmp_path / "tests" / file
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text("from palpate.core.values import X\n" if path.stem in ("test_cycle", "test_base") else "")
-    return tmp_path
-
-
-@pytest.mark.parametrize(
-    ("file", "room"),
-    [
-        ("core/palpate/core/values.py", ["unit/core/test_values.py", "unit/core/test_cycle.py"]),
-        ("core/palpate/core/cycle.py", ["unit/core/test_cycle.py"]),
-        ("core/palpate/core/policy/table.py", ["unit/core/policy/test_table.py", "unit/core/policy/test_base.py"]),
-        ("adapters/palpate/adapters/log/files/writer.py",
-         ["unit/adapters/log/files/test_writer.py", "unit/adapters/log/test_reader.py"]),
-        ("adapters/palpate/adapters/cli/run.py", ["integration/test_cli_run.py"]),
-        ("adapters/palpate/adapters/cli/options.py", ["unit/adapters/test_options.py"]),
-        ("core/palpate/core/contracts/clock.py", []),
-    ],
-)  # fmt: skip
-def test_a_room_s_tests(tested: Path, file: str, room: list[str]) -> None:
-    stages = dict(guards(tested, file))
-    assert stages.get("room", []) == [f"tests/{one}" for one in room]
-    assert stages["golden"] == ["tests/integration/test_golden_logs.py"]
 
 
 class FakeTree:
@@ -218,22 +174,6 @@ def test_verdicts(tree: FakeTree, verdict: str, stage: str) -> None:
     assert (found["verdict"], found["stage"]) == (verdict, stage)
     assert found["distrusted"] == tree.left_out
     assert tree.script == []
-
-
-def told(id_: str, verdict: str) -> dict[str, Any]:
-    diff = "--- f.py\n+++ f.py\n@@ -1 +1 @@\n-a < b\n+a <= b"
-    return {"id": id_, "name": "f", "file": "f.py", "line": 1, "verdict": verdict, "killed_by": "", "diff": diff}
-
-
-def test_what_is_not_killed_any_more_is_listed(tmp_path: Path) -> None:
-    words = ("killed", "killed by timeout", "survived", "killed", "not killed in time")
-    before = {str(n): told(str(n), word) for n, word in enumerate(words)}
-    after = {**before, "1": told("1", "survived"), "2": told("2", "killed"), "3": told("3", "gone")}
-    assert lost(before, after) == ["1", "3"]
-    text = compared(before, after)
-    assert "killed after and not before: 1\nkilled before and not after: 2\n" in text
-    assert "1 f, f.py:1 -> f.py: survived" in text
-    assert "  +a <= b" in text
 
 
 def test_survivors_of_the_gate_are_told_but_for_those_with_a_reason() -> None:

@@ -1,7 +1,5 @@
 """The manifest of a run folder is right at every moment, wherever the run is killed."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """A folder has one writer; one that crashed is told of and blocks nobody, unless another host's cannot be asked."""
 
-from __future__ import annotations
-
 import os
 import signal
 import socket

@@ -1,7 +1,5 @@
 """The lift that shows whether the force follows the gripper's spring, on a spring of the test's own."""
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Callable
 

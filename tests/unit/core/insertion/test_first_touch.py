@@ -1,7 +1,5 @@
 """The stiffness of the first touch, on a spring that sensor and encoders read at times of their own."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

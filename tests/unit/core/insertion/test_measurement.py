@@ -1,7 +1,5 @@
 """Measurement: from raw samples to the task frame, without weight, without bias, and with torque about the tip."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What no contact at the tip can give, and the trips of a proof that fails."""
 
-from __future__ import annotations
-
 from math import cos, sin
 
 import numpy as np
@@ -9,14 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from palpate.core.insertion import ControlConfig, Measurement, TaskConfig, Trip, TripReason, goal_in_base
 from palpate.core.insertion.axial_check import HIGHEST_SHARE, LOWEST_SHARE
-from palpate.core.insertion.config import ControlConfig, GoalConfig, TaskConfig
-from palpate.core.insertion.expectation import Trip, TripReason
-from palpate.core.insertion.frame import goal_in_base
-from palpate.core.insertion.measurement import Measurement
+from palpate.core.insertion.config import GoalConfig
 from palpate.core.insertion.proof import ContactProof
-from palpate.core.motion.arm import arm_named
-from palpate.core.motion.model import Array, Kinematics
+from palpate.core.motion import Array, Kinematics, arm_named
 from palpate.core.perception import SignalProcessor
 from palpate.core.ports.values import CONTROL_RATE_HZ, JointSample, Snapshot, WrenchSample
 from tests.unit.core.fake_world import TOOL, ready_pose

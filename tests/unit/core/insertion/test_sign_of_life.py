@@ -1,7 +1,5 @@
 """Signs of life of a force sensor while the tool slides: force and torque that change together."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

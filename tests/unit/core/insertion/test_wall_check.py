@@ -1,7 +1,5 @@
 """The light push that is answered between walls, on walls of the test's own."""
 
-from __future__ import annotations
-
 from collections import deque
 from dataclasses import dataclass
 from math import hypot

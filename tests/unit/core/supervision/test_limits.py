@@ -1,12 +1,9 @@
 """One table of the force limits: in the code, in the document, and on the terminal of a run on a rig."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from palpate.core.insertion.config import TaskConfig
-from palpate.core.supervision.config import SupervisionConfig
-from palpate.core.supervision.limits import force_limits, limits_line
+from palpate.core.supervision import SupervisionConfig, force_limits, limits_line
 
 DOCUMENT = Path(__file__).parents[4] / "docs" / "safety.md"
 
