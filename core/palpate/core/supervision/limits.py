@@ -61,6 +61,5 @@ def force_limits(supervision: SupervisionConfig, task: TaskConfig) -> list[Force
 
 def limits_line(supervision: SupervisionConfig, task: TaskConfig) -> str:
     """The limits in one line, to be shown when a run on a rig starts."""
-    return "limits of the force: " + ", ".join(
-        f"{each.limit_N:g} N ({each.setting})" for each in force_limits(supervision, task)
-    )
+    texts = (f"{each.limit_N:g} N ({each.setting})" for each in force_limits(supervision, task))
+    return "limits of the force: " + ", ".join(dict.fromkeys(texts))

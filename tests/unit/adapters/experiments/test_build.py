@@ -6,14 +6,15 @@ import numpy as np
 import pytest
 
 from palpate.adapters.config.run import LearningConfig, PerceptionConfig, RunConfig
-from palpate.adapters.experiments.build import build_perception, build_reinforcement, task_actions
+from palpate.adapters.experiments.build import build_perception, build_reinforcement, supervisor_of, task_actions
 from palpate.adapters.mujoco.rig import SimulatedRig
-from palpate.core.errors import UnreachableError
+from palpate.core.errors import ConfigurationError, UnreachableError
 from palpate.core.insertion import N_PER_KGF, TaskConfig, find_ready_pose, goal_in_base
 from palpate.core.insertion.config import GoalConfig
 from palpate.core.motion import Kinematics, ToolGeometry, arm_named
 from palpate.core.policy import ActionOutcome
-from palpate.core.ports import CommandReason, JointCommand, Life
+from palpate.core.ports import CommandReason, JointCommand, Life, SensorFacts
+from palpate.simulation.work_cell import SensorConfig
 from tests.unit.adapters.samples import QUICK, ready_pose
 
 
@@ -111,3 +112,22 @@ def test_preparing_a_trial_gives_what_its_number_says() -> None:
     assert first == again
     assert first[0] != second[0]
     assert first[1] != second[1]
+
+
+class Narrow(SimulatedRig):
+    """A cell whose sensor is said to end early."""
+
+    @property
+    def sensor_facts(self) -> SensorFacts:
+        return replace(super().sensor_facts, range_N=(115.0, 111.0, 30.0))
+
+
+def test_limits_are_held_against_the_facts_of_the_rig_whatever_the_cell_is_set_to() -> None:
+    silent = replace(QUICK, cell=replace(QUICK.cell, sensor=SensorConfig(force_noise_N=0.0, torque_noise_Nm=0.0)))
+    with Narrow(silent, ready_pose()) as rig:
+        with pytest.raises(
+            ConfigurationError, match=r"max_force_N = 40.0 is refused: below 30, the most that the sens"
+        ):
+            supervisor_of(rig, QUICK, ready_pose())
+        fits = replace(QUICK, supervision=replace(QUICK.supervision, max_force_N=25.0))
+        assert supervisor_of(rig, fits, ready_pose()).trip is None
