@@ -138,15 +138,10 @@ class ChosenPolicy:
 def write_evaluation(
     config: RunConfig, folder: RunFolder, name: str, chosen: ChosenPolicy, rows: Sequence[TrialRow], trials: int
 ) -> dict[str, Any]:
-    """Write ``summary.json``, the times as a picture, and the policy; the figures of the summary.
+    """Write ``summary.json``, the times as a picture, and the policy, of which so many trials were to be made.
 
-    Args:
-        config: The run's configuration.
-        folder: Where to.
-        name: What the policy is called.
-        chosen: The policy.
-        rows: The finished trials.
-        trials: How many were asked.
+    Returns:
+        The figures of the summary.
     """
     summary = policy_summary(config, name, rows, trials)
     folder.write_json("summary.json", summary)

@@ -29,10 +29,7 @@ def load_json(path: str | Path, whole: str, read: Callable[[str], T]) -> T:
 def parse_json(text: str, whole: str, schema: str) -> dict[str, Any]:
     """The object in a text of strict JSON: no NaN, no infinity, no key twice.
 
-    Args:
-        text: All of it.
-        whole: What sort of file it is, for messages.
-        schema: What its key ``schema`` must hold. Checked first: a file of another schema may have other keys.
+    Its key ``schema`` must hold ``schema``, which is checked first: a file of another schema may have other keys.
 
     Raises:
         ConfigurationError: It is no such object.

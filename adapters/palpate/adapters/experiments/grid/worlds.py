@@ -120,13 +120,9 @@ class Followed:
 
 
 def inferred(grid: GridMap, seed: int, walks: int, longest: int) -> Followed:
-    """States of an automaton that is inferred from random walks in a map, as the paper does (section 4).
+    """States of an automaton that is inferred from random walks in a map, as in the paper (section 4).
 
-    Args:
-        grid: The map.
-        seed: Gives the walks and the first weights of the networks.
-        walks: Number of walks.
-        longest: Most symbols of a walk; longer ones are left out.
+    Walks of more symbols than ``longest`` are left out; the seed gives them and the first weights of the networks.
 
     Raises:
         ConfigurationError: The walks make no set of strings that an automaton can be inferred from.

@@ -63,14 +63,10 @@ def write_mp4(path: Path, pictures: Iterable[Image.Image], fps: float) -> None:
 def write_gif(
     path: Path, pictures: Iterable[Image.Image], fps: float, count: int, samples: Sequence[Image.Image]
 ) -> None:
-    """A GIF that begins again and again, all pictures with the same colours, which keeps it small.
+    """A GIF of ``count`` RGB pictures of one size, which begins again and again.
 
-    Args:
-        path: The file.
-        pictures: RGB, all of one size; at least one.
-        fps: Pictures per second; the format counts in hundredths of a second.
-        count: How many pictures there are.
-        samples: Some of the pictures, from which the colours are taken.
+    All pictures have the same colours, taken from the samples, which keeps it small. The format counts time in
+    hundredths of a second.
     """
     palette = _common_palette(samples)
     frames = (picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in pictures)

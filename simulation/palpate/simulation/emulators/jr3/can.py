@@ -45,14 +45,8 @@ class Jr3CanNode:
     out of `feed` for its own command but up to a millisecond later. More than 32 waiting push out the oldest
     (INFERENCE: circular buffer of Mbed OS).
 
-    Args:
-        node_id: Node number, 1 to 127.
-        wrench: Gives the true wrench; see `WrenchSource`.
-        config: The sensor and its board.
-        generator: Source of noise, drift and random faults.
-
     Raises:
-        ValueError: If the node number is out of range.
+        ValueError: The node number is not from 1 to 127.
     """
 
     def __init__(

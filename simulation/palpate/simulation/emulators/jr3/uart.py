@@ -74,11 +74,6 @@ class Jr3UartNode:
     The sampling threads go on streaming while the main loop sleeps (INFERENCE from the threads of jr3-mbed-firmware
     Jr3Controller.cpp). An acknowledgement and a sample never mix on the line (assumed: in the firmware two threads
     write to one buffer without a lock).
-
-    Args:
-        wrench: Gives the true wrench; see `WrenchSource`.
-        config: The sensor and its board.
-        generator: Source of noise, drift and random faults.
     """
 
     def __init__(

@@ -123,11 +123,6 @@ class EmulatedCanBus:
     identifier goes first; each device keeps the order of its own frames. A frame is received by all but its sender
     when its last bit is over. On a bus with more frames than it can carry, devices lose their newest ones.
 
-    Args:
-        nodes: The emulated devices.
-        bit_rate_Hz: Speed of the bus, bit/s.
-        generator: Source of random faults.
-
     Raises:
         ValueError: If the bit rate is not positive.
     """

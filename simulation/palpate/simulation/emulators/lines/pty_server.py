@@ -76,14 +76,8 @@ class PtyServer(Generic[Emulator]):
     """A thread that connects an emulator to a pseudo-terminal.
 
     Tests reach the device while it runs through `exclusive()`, and the line through `faults`, `unplug()` and
-    `replug()`. Unplugging is like pulling the adapter: the host gets a hang-up, the device keeps its power.
-
-    Args:
-        emulator: The device.
-        timing: How fast the line is.
-        seed: Of the faults and of the garbage after a mismatch of line rates.
-        link: Symbolic link to keep on the terminal's path, which changes whenever it is plugged in again.
-        clock_ns: Monotonic clock.
+    `replug()`. Unplugging is like pulling the adapter: the host gets a hang-up, the device keeps its power. The path of
+    the terminal changes whenever it is plugged in again; the symbolic link `link` is kept on it.
     """
 
     def __init__(
