@@ -27,7 +27,17 @@ from palpate.adapters.log import MemorySink, TrialRecorder, world_of
 from palpate.core.control_loop import LoopObserver, run_trial
 from palpate.core.errors import DeviceError, PalpateError
 from palpate.core.insertion import InsertionTask, find_ready_pose
-from palpate.core.ports import AppliedCommand, ArmCommand, CommandReason, DeviceDecorator, JointCommand, Rig
+from palpate.core.ports import (
+    AppliedCommand,
+    ArmCommand,
+    CommandReason,
+    DeviceDecorator,
+    ForceSensor,
+    JointCommand,
+    Rig,
+    WrenchKind,
+    WrenchSample,
+)
 from palpate.core.supervision import weaker_settings
 
 _FRESH_NS: Final = 10**12
@@ -43,6 +53,7 @@ class Mishap:
         settings: Over those that all of them have.
         at: Tick, and what happens outside of the core then: ``stop``, ``interrupt`` or ``abort``.
         answers: By tick, what the arm says that it applied: a joint, its angle in rad, and why.
+        tared_from: Tick from which the force sensor says that its samples are tared.
         policy: Name of the comparator.
         trial: Index of the trial.
         max_age_ns: Age above which the ports mark a sample that a fault holds back.
@@ -52,6 +63,7 @@ class Mishap:
     settings: Mapping[str, Any] = field(default_factory=dict)
     at: tuple[int, str] | None = None
     answers: Mapping[int, tuple[int, float, CommandReason]] = field(default_factory=dict)
+    tared_from: int | None = None
     policy: str = "torque"
     trial: int = 0
     max_age_ns: int = _FRESH_NS
@@ -73,6 +85,16 @@ def _clock(kind: str, tick: int, **plan: Any) -> Mapping[str, Any]:
     return {"kind": kind, "port": "clock", "first_tick": tick, **plan}
 
 
+def _dead(tick: int) -> tuple[Mapping[str, Any], ...]:
+    """A force sensor that gives its noise and nothing else."""
+    forces, torques = (0, 1, 2), (3, 4, 5)
+    return (
+        _force("unit", tick, factor=1e-4),
+        _force("noise", tick, magnitude=0.1, channels=forces),
+        _force("noise", tick, magnitude=0.004, channels=torques),
+    )
+
+
 def _weak(**limits: Any) -> dict[str, Any]:
     return {"supervision": limits}
 
@@ -88,6 +110,8 @@ def _near_walls(**margins: float) -> dict[str, Any]:
     """Encoders may jump, so that it is the tip's place that trips."""
     return _weak(max_tracking_error_mrad=500.0, max_joint_velocity_share=5.0, **margins)
 
+
+_CALIBRATED: Final = {"perception": {"calibration": [1.1, 0.9, 1.2, 0.8, 1.3, 0.7]}}
 
 MISHAPS: Final[dict[str, Mishap]] = {
     "trip-invalid": Mishap((_force("nan", 20),)),
@@ -141,6 +165,61 @@ MISHAPS: Final[dict[str, Mishap]] = {
     "arm-gone": Mishap((_arm("disconnect", 20),)),
     "first-joints-invalid": Mishap((_joints("nan", 0),)),
     "first-force-invalid": Mishap((_force("nan", 0),)),
+    "calibrated": Mishap(settings=_CALIBRATED),
+    "calibrated-first-order": Mishap(
+        settings={"perception": {**_CALIBRATED["perception"], "filter_order": 1}, "task": {"time_limit_s": 1.0}},
+        trial=3,
+    ),
+    "calibrated-torque": Mishap((_force("spike", _EXPLORING, magnitude=9.0, channels=(4,)),), _CALIBRATED),
+    "calibrated-rate": Mishap((_force("spike", _EXPLORING, magnitude=27.0, channels=(0, 1)),), _CALIBRATED),
+    "calibrated-contact": Mishap((_force("spike", 20, magnitude=-3.0, channels=(0, 1)),), _CALIBRATED),
+    "effort": Mishap(
+        (_force("spike", _EXPLORING, magnitude=-4.0, channels=(2,)),), {"learning": {"reinforcement": "effort"}}
+    ),
+    "irregular": Mishap(
+        (
+            _clock("overrun", 5, time_s=0.01, probability=0.2),
+            _joints("duplicate", 5, probability=0.4),
+            _force("duplicate", 9, probability=0.2),
+        ),
+        {"task": {"time_limit_s": 0.4}},
+    ),
+    "proportional": Mishap(settings={"control": {"force_proportional_m_per_N": 1e-5}, "task": {"time_limit_s": 3.0}}),
+    "lift-first": Mishap(
+        (_joints("offset", 0, magnitude=0.02, channels=(1,)), _force("bias-drift", 0, magnitude=15.0, channels=(0,))),
+        _weak(max_tracking_error_mrad=500.0),
+    ),
+    "trip-area-start": Mishap(
+        (_joints("spike", _EXPLORING, magnitude=-0.0095, channels=(0,)),),
+        {"supervision": {"area_margin_mm": 0.05}, "task": {"area_centre": "start"}},
+        trial=2,
+    ),
+    "inserted-ur5": Mishap(settings={"arm": "ur5", "task": {"time_limit_s": 4.0, "insertion_depth_mm": 3.0}}),
+    "inserted-blind": Mishap(
+        settings={"task": {"time_limit_s": 6.0}, "cell": {"hole_uncertainty_mm": 3.0, "hole_height_error_mm": 0.3}},
+        trial=1,
+    ),
+    "lies-dead-approach": Mishap(_dead(0)),
+    "lies-dead-explore": Mishap(_dead(_EXPLORING), {"task": {"time_limit_s": 4.0}}),
+    "lies-dead-in-the-hole": Mishap(_dead(232), {"task": {"time_limit_s": 4.0}}),
+    "lies-noisier": Mishap((_force("noise", 20, magnitude=0.45),), {"supervision": {"max_noise_ratio": 2.0}}),
+    "trip-kind": Mishap(tared_from=20),
+    **{
+        f"lies-{name}": Mishap((fault,), {"task": {"time_limit_s": 4.0}})
+        for name, fault in {
+            "scaled-0.01": _force("unit", 20, factor=0.01),
+            "scaled-0.5": _force("unit", _EXPLORING, factor=0.5),
+            "inverted": _force("unit", 20, factor=-1.0),
+            "flat-channel": _force("freeze", 20, channels=(2,)),
+            "recurring": _force("repeat", 40, span_ticks=20, honest=False),
+            "noisy": _force("noise", 20, magnitude=1.0),
+            "swapped": _force("swap", 20, channels=(0, 2)),
+            "torque-scaled": _force("unit", _EXPLORING, factor=5.0, channels=(3, 4)),
+            "pulled": _force("offset", _EXPLORING, magnitude=12.0, channels=(2,)),
+            "drifting": _force("bias-drift", _EXPLORING, magnitude=4.0, channels=(2,)),
+            "dead": _force("unit", 120, factor=0.0001),
+        }.items()
+    },
     "straight-in": Mishap(
         settings={
             "task": {"start_uncertainty_mm": 0.0, "insertion_depth_mm": 1.0},
@@ -174,6 +253,20 @@ class _Answering(DeviceDecorator, ArmCommand):
 
     def stop(self) -> None:
         self._arm.stop()
+
+
+class _Taring(DeviceDecorator, ForceSensor):
+    """A force sensor that says from some sample on that it tares."""
+
+    def __init__(self, sensor: ForceSensor, first: int | None) -> None:
+        super().__init__(sensor)
+        self._sensor, self._first, self._reads = sensor, first, -1
+
+    def read(self) -> WrenchSample:
+        self._reads += 1
+        sample = self._sensor.read()
+        told = self._first is not None and self._reads >= self._first
+        return replace(sample, kind=WrenchKind.TARED) if told else sample
 
 
 class _Outside(LoopObserver):
@@ -214,7 +307,8 @@ def recorded(mishap: Mishap) -> bytes:
         recorder.of("run", config, ready, task, perception, policy, name=mishap.policy)
         rig.prepare(mishap.trial)
         ports = faulty(rig.ports, plans, max_age_ns=mishap.max_age_ns)
-        ports = replace(ports, arm=_Answering(ports.arm, mishap.answers))
+        arm, sensor = _Answering(ports.arm, mishap.answers), _Taring(ports.force_sensor, mishap.tared_from)
+        ports = replace(ports, arm=arm, force_sensor=sensor)
         observers = (recorder.begin(setup, world_of(rig), "mishap"), _Outside(mishap, rig, task))
         try:
             report = run_trial(task, ports, setup, build_supervisor(config, ready, rig.sensor_facts), observers)

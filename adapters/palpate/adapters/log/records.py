@@ -134,7 +134,8 @@ class EndRecord:
     """What a trial came to, and the learner after it. ``true_...`` is the simulator's truth; None on an arm.
 
     ``stopped_by`` is what stopped the arm besides core and supervisor; ``timing_json`` tells, on rigs, what each
-    section of a tick took, from the run's start to this trial's end.
+    section of a tick took, from the run's start to this trial's end. The last four are the core's own count of how
+    regular its ticks and samples were; None in logs from before they were kept.
     """
 
     tick: int
@@ -156,6 +157,10 @@ class EndRecord:
     counterfactual: bool = False
     stopped_by: str = ""
     timing_json: str = ""
+    worst_late_ns: int | None = None
+    late_ticks: int | None = None
+    skipped_slots: int | None = None
+    repeated_samples: int | None = None
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)

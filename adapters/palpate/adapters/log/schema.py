@@ -160,6 +160,10 @@ MESSAGES: Final[Mapping[str, tuple[tuple[str, str, int], ...]]] = {
         ("counterfactual", "bool", 17),
         ("stopped_by", "string", 18),
         ("timing_json", "string", 19),
+        ("worst_late_ns", "sfixed64", 20),
+        ("late_ticks", "sfixed64", 21),
+        ("skipped_slots", "sfixed64", 22),
+        ("repeated_samples", "sfixed64", 23),
     ),
 }
 """Field name, kind and number of each message."""

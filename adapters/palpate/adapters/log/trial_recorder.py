@@ -195,6 +195,10 @@ def end_of(report: TrialReport, **others: Any) -> EndRecord:
         depth_m=report.depth_m,
         ticks=report.ticks,
         clamped_ticks=report.clamped_ticks,
+        worst_late_ns=report.timing.worst_late_ns,
+        late_ticks=report.timing.late_ticks,
+        skipped_slots=report.timing.skipped_slots,
+        repeated_samples=report.timing.repeated_samples,
         **others,
     )
 

@@ -166,6 +166,9 @@ def compare_ends(differences: Differences, log: TrialLog, report: TrialReport, c
         "outcome", "exploration_time_s", "actions", "peak_force_N", "depth_m", "ticks", "clamped_ticks", "tick",
     ):  # fmt: skip
         _compare_values(differences, "/end", end.tick, name, getattr(end, name), getattr(replayed, name))
+    for name in ("worst_late_ns", "late_ticks", "skipped_slots", "repeated_samples"):
+        if getattr(end, name) is not None:
+            _compare_values(differences, "/end", end.tick, name, getattr(end, name), getattr(replayed, name))
     if differences.count == 0 and end.success is not None:
         _compare_values(differences, "/end", end.tick, "success", end.success, _success(end, report, config))
     if not log.start.derived_from and _claims_what_if(log):
