@@ -31,8 +31,8 @@ _PATIENCE_TICKS: Final = 3 * CONTROL_RATE_HZ
 
 
 @dataclass(frozen=True, slots=True)
-class Approach:
-    """What an arm must know to come to the ready pose from anywhere.
+class WayToReadyPose:
+    """What an arm needs to come to the ready pose from anywhere.
 
     Attributes:
         arm: Which arm.
@@ -47,7 +47,7 @@ class Approach:
     poses_rad: tuple[JointVector, ...]
 
 
-def walk(approach: Approach, ports: Ports, speed_rad_s: float, limit_N: float) -> None:
+def walk(approach: WayToReadyPose, ports: Ports, speed_rad_s: float, limit_N: float) -> None:
     """Draw the tool straight out of a hole that it may be in, then pass the poses of an approach.
 
     The arm is left as it is on every way out: it holds its last set-point, or was stopped.
@@ -72,7 +72,7 @@ def walk(approach: Approach, ports: Ports, speed_rad_s: float, limit_N: float) -
         _follow(ports, _joint_line(begin, pose, speed_rad_s), first_N, limit_N)
 
 
-def withdrawal(approach: Approach, begin_rad: JointVector) -> list[JointVector]:
+def withdrawal(approach: WayToReadyPose, begin_rad: JointVector) -> list[JointVector]:
     """Joint poses, tick by tick, that draw a tool back along its own axis until it is clear of the plate.
 
     Returns:
@@ -162,7 +162,7 @@ APPROACH_HEIGHT_M: Final = 0.1
 """Height above the plate by which an arm on its way to the ready pose passes."""
 
 
-def find_approach(config: RunConfig, ready: ReadyPose) -> Approach:
+def find_approach(config: RunConfig, ready: ReadyPose) -> WayToReadyPose:
     """The way to the ready pose for an arm that comes from anywhere: clear of the plate, well above it, down to it.
 
     Raises:
@@ -173,4 +173,4 @@ def find_approach(config: RunConfig, ready: ReadyPose) -> Approach:
     above = goal.act(np.array([0.0, 0.0, -APPROACH_HEIGHT_M]))
     q = inverse.solve(pin.SE3(ready.tip_rotation, above), free_yaw=False, seed_rad=ready.q_rad, field="task.goal")
     poses = tuple(q.tolist()), tuple(ready.q_rad.tolist())
-    return Approach(arm_named(config.arm), goal, config.task.ready_height_mm * 1e-3, poses)
+    return WayToReadyPose(arm_named(config.arm), goal, config.task.ready_height_mm * 1e-3, poses)

@@ -12,7 +12,7 @@ from typing import Any, Self
 from typing_extensions import override
 
 from palpate.adapters.config import RealTimeConfig, RigFile, RunConfig
-from palpate.adapters.hardware.approach import Approach, walk
+from palpate.adapters.hardware.approach import WayToReadyPose, walk
 from palpate.adapters.hardware.clock import MonotonicClock
 from palpate.adapters.hardware.plugins import RigContext, arm_maker, force_sensor_maker
 from palpate.adapters.hardware.real_time import RealTime, join_loop
@@ -46,7 +46,7 @@ class HardwareRig(Rig):
         operator: Stops the arm at a person's word.
     """
 
-    def __init__(self, file: RigFile, config: RunConfig, approach: Approach) -> None:
+    def __init__(self, file: RigFile, config: RunConfig, approach: WayToReadyPose) -> None:
         clock, real_time = MonotonicClock(), config.real_time
         context = replace(RigContext.of(config.arm, clock), hurry=lambda: join_loop(real_time))
         sensor = force_sensor_maker(file.force_sensor.adapter)(file.force_sensor.settings, context)

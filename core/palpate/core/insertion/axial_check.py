@@ -84,12 +84,18 @@ class AxialCheck:
         """The next :meth:`velocity_m_s` is the first of a check; the tool has to be pressing."""
         self.share: float | None = None
         self._rounds = 0
+        self._pressed_N = self._pressed_m = 0.0
         self._enter(_Stage.BEFORE)
 
     @property
     def passed(self) -> bool:
         """Whether the share is known and within its bounds."""
         return self.share is not None and LOWEST_SHARE <= self.share <= HIGHEST_SHARE
+
+    @property
+    def tip_depth_m(self) -> float:
+        """Depth of the tip while it pressed, before the last lift: by encoders, corrected for the gripper's spring."""
+        return self._pressed_m + self._pressed_N / self._stiffness
 
     def velocity_m_s(self, force_z_N: float, new: bool, reference_z_m: float, measured_z_m: float) -> float | None:
         """Velocity along the tool axis for this tick; None when the check is over and the tool is back in place.

@@ -20,7 +20,7 @@ from palpate.core.insertion.laws import Laws
 from palpate.core.insertion.measurement import Measurement
 from palpate.core.insertion.phases import (
     Approach,
-    Bench,
+    Equipment,
     Explore,
     ExploringChecks,
     Insert,
@@ -69,7 +69,7 @@ class InsertionTask:
         self._max_force_N = task.max_force_N
         axial_N_per_m = control.axial_stiffness_N_per_mm * 1e3
         self._state = TrialState(agent, measurement, axial_N_per_m)
-        bench = Bench(task, axial_N_per_m, measurement, motion, Laws.of(task, control), agent, self._state)
+        equipment = Equipment(task, axial_N_per_m, measurement, motion, Laws.of(task, control), agent, self._state)
         self._proof: Proof = NoProof()
         self._prove: Prove | None = None
         exploring: ExploringChecks | None = None
@@ -77,13 +77,13 @@ class InsertionTask:
         if task.prove_contact:
             self._proof = proof = ContactProof(task, control, measurement.lever_m)
             exploring, sinking, self._prove = (
-                ExploringChecks(bench, proof),
-                SinkingChecks(bench, proof),
-                Prove(bench, proof),
+                ExploringChecks(equipment, proof),
+                SinkingChecks(equipment, proof),
+                Prove(equipment, proof),
             )
-        self._lift, self._transfer, self._settle = Lift(bench), Transfer(bench), Settle(bench, self._proof)
-        self._approach, self._explore = Approach(bench, self._proof), Explore(bench, exploring)
-        self._insert = Insert(bench, sinking)
+        self._lift, self._transfer, self._settle = Lift(equipment), Transfer(equipment), Settle(equipment, self._proof)
+        self._approach, self._explore = Approach(equipment, self._proof), Explore(equipment, exploring)
+        self._insert = Insert(equipment, sinking)
         self._running: RunningPhase = self._lift
         self._interrupted = False
 

@@ -1,6 +1,6 @@
 from .approach import Approach as Approach
-from .bench import Bench as Bench
-from .bench import RunningPhase as RunningPhase
+from .equipment import Equipment as Equipment
+from .equipment import RunningPhase as RunningPhase
 from .explore import Explore as Explore
 from .exploring_checks import ExploringChecks as ExploringChecks
 from .insert import Insert as Insert

@@ -7,7 +7,7 @@ from typing import Final
 from typing_extensions import override
 
 from palpate.core.insertion.config import N_PER_KGF
-from palpate.core.insertion.phases.bench import Bench, RunningPhase
+from palpate.core.insertion.phases.equipment import Equipment, RunningPhase
 from palpate.core.insertion.proof import Proof
 from palpate.core.insertion.trial import Outcome
 from palpate.core.ports import Vector3
@@ -23,10 +23,10 @@ class Approach(RunningPhase):
         touched: Whether the plate was touched; where it was not, and the phase is over, the tip is past it.
     """
 
-    def __init__(self, bench: Bench, proof: Proof) -> None:
-        task = bench.task
-        self._state, self._measurement, self._motion = bench.state, bench.measurement, bench.motion
-        self._law, self._proof, self._axial_N_per_m = bench.laws.press, proof, bench.axial_N_per_m
+    def __init__(self, equipment: Equipment, proof: Proof) -> None:
+        task = equipment.task
+        self._state, self._measurement, self._motion = equipment.state, equipment.measurement, equipment.motion
+        self._law, self._proof, self._axial_N_per_m = equipment.laws.press, proof, equipment.axial_N_per_m
         self._contact_N, self._depth_m = task.contact_kgf * N_PER_KGF, task.insertion_depth_mm * 1e-3
         self._tolerance_m, self._slack_m = task.depth_tolerance_mm * 1e-3, task.surface_uncertainty_mm * 1e-3
 

@@ -8,7 +8,7 @@ from typing_extensions import override
 
 from palpate.core.insertion.config import N_PER_KGF
 from palpate.core.insertion.frame import ExplorationArea
-from palpate.core.insertion.phases.bench import Bench, RunningPhase
+from palpate.core.insertion.phases.equipment import Equipment, RunningPhase
 from palpate.core.insertion.phases.exploring_checks import ExploringChecks
 from palpate.core.insertion.trial import Outcome
 from palpate.core.ports import CONTROL_RATE_HZ, Vector3
@@ -27,7 +27,7 @@ class Explore(RunningPhase):
     """Actions across the plate, each a steady step and a rest.
 
     Args:
-        bench: What the phases share.
+        equipment: What the phases share.
         checks: Prove contact between; None for a task without proofs.
 
     Attributes:
@@ -35,11 +35,11 @@ class Explore(RunningPhase):
         countdown: Ticks that are left of the running action.
     """
 
-    def __init__(self, bench: Bench, checks: ExploringChecks | None) -> None:
-        task = bench.task
-        self._task, self._state, self._agent = task, bench.state, bench.agent
-        self._measurement, self._motion, self._law = bench.measurement, bench.motion, bench.laws.press
-        self._checks, self._axial_N_per_m = checks, bench.axial_N_per_m
+    def __init__(self, equipment: Equipment, checks: ExploringChecks | None) -> None:
+        task = equipment.task
+        self._task, self._state, self._agent = task, equipment.state, equipment.agent
+        self._measurement, self._motion, self._law = equipment.measurement, equipment.motion, equipment.laws.press
+        self._checks, self._axial_N_per_m = checks, equipment.axial_N_per_m
         self._contact_N, self._press_N = task.contact_kgf * N_PER_KGF, task.press_kgf * N_PER_KGF
 
     def begin(self, start_m: tuple[float, float]) -> None:

@@ -6,7 +6,7 @@ from typing import Final
 
 from palpate.core.insertion.axial_check import HIGHEST_SHARE, LOWEST_SHARE
 from palpate.core.insertion.config import N_PER_KGF
-from palpate.core.insertion.phases.bench import Bench
+from palpate.core.insertion.phases.equipment import Equipment
 from palpate.core.insertion.phases.lift_check import LiftCheck
 from palpate.core.insertion.proof import ContactProof
 from palpate.core.ports import Vector3
@@ -21,9 +21,9 @@ _RISEN_TICKS: Final = 8
 class ExploringChecks:
     """What is checked between the ticks of an action."""
 
-    def __init__(self, bench: Bench, proof: ContactProof) -> None:
-        self._bench, self._proof, self._lift = bench, proof, LiftCheck(bench, proof)
-        self._press_N = bench.task.press_kgf * N_PER_KGF
+    def __init__(self, equipment: Equipment, proof: ContactProof) -> None:
+        self._bench, self._proof, self._lift = equipment, proof, LiftCheck(equipment, proof)
+        self._press_N = equipment.task.press_kgf * N_PER_KGF
         self.begin()
 
     def begin(self) -> None:
@@ -42,20 +42,20 @@ class ExploringChecks:
         Args:
             countdown: Ticks that are left of the running action.
         """
-        bench, proof = self._bench, self._proof
-        measured, state, reference_m = bench.measurement, bench.state, bench.motion.reference_m
+        equipment, proof = self._bench, self._proof
+        measured, state, reference_m = equipment.measurement, equipment.state, equipment.motion.reference_m
         if not self._lift.running:
             if not self._touch_judged:
                 self._judge_touch(countdown)
             proof.life.watch(state.snapshot.wrench, reference_m)
-            rise_m = state.surface_m - measured.tip_depth_m(bench.axial_N_per_m)
+            rise_m = state.surface_m - measured.tip_depth_m(equipment.axial_N_per_m)
             self._risen_ticks = self._risen_ticks + 1 if rise_m > _RISE_M else 0
             if self._touch_judged and self._risen_ticks > _RISEN_TICKS:
                 state.doubt(proof.above_plate(state.tick, rise_m, _RISE_M))
             if not proof.life.due:
                 return None
             if measured.filtered_force_z_N > -_PRESSED_SHARE * self._press_N:
-                return bench.laws.press.velocity_m_s(reference_m, reference_m, measured.force_N)
+                return equipment.laws.press.velocity_m_s(reference_m, reference_m, measured.force_N)
             self._lift.begin()
         along = self._lift.velocity_m_s()
         if along is None and proof.axial.passed:

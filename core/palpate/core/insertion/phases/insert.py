@@ -7,7 +7,7 @@ from typing import Final
 from typing_extensions import override
 
 from palpate.core.insertion.config import N_PER_KGF
-from palpate.core.insertion.phases.bench import Bench, RunningPhase
+from palpate.core.insertion.phases.equipment import Equipment, RunningPhase
 from palpate.core.insertion.phases.explore import DROP_M
 from palpate.core.insertion.phases.sinking_checks import SinkingChecks
 from palpate.core.insertion.trial import Outcome
@@ -23,7 +23,7 @@ class Insert(RunningPhase):
     """Sinks until the peg is deep enough, has met an edge, or jams.
 
     Args:
-        bench: What the phases share.
+        equipment: What the phases share.
         checks: Prove contact on the way; None for a task without proofs.
 
     Attributes:
@@ -31,10 +31,10 @@ class Insert(RunningPhase):
         deep: Whether that is as deep as it shall be; where it is not, and the phase is over, the drop was no hole.
     """
 
-    def __init__(self, bench: Bench, checks: SinkingChecks | None) -> None:
-        task = bench.task
-        self._state, self._measurement, self._motion = bench.state, bench.measurement, bench.motion
-        self._law, self._checks, self._axial_N_per_m = bench.laws.inserting, checks, bench.axial_N_per_m
+    def __init__(self, equipment: Equipment, checks: SinkingChecks | None) -> None:
+        task = equipment.task
+        self._state, self._measurement, self._motion = equipment.state, equipment.measurement, equipment.motion
+        self._law, self._checks, self._axial_N_per_m = equipment.laws.inserting, checks, equipment.axial_N_per_m
         self._contact_N, self._full_depth_m = task.contact_kgf * N_PER_KGF, task.insertion_depth_mm * 1e-3
         self._tolerance_m = task.depth_tolerance_mm * 1e-3
 

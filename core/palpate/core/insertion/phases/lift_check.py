@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from palpate.core.insertion.phases.bench import Bench
+from palpate.core.insertion.phases.equipment import Equipment
 from palpate.core.insertion.proof import ContactProof
 
 
@@ -13,8 +13,8 @@ class LiftCheck:
         running: Whether it has begun and is not over.
     """
 
-    def __init__(self, bench: Bench, proof: ContactProof) -> None:
-        self._state, self._measurement, self._motion = bench.state, bench.measurement, bench.motion
+    def __init__(self, equipment: Equipment, proof: ContactProof) -> None:
+        self._state, self._measurement, self._motion = equipment.state, equipment.measurement, equipment.motion
         self._proof = proof
         self.running = False
 

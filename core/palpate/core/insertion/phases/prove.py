@@ -7,7 +7,7 @@ from typing import Final
 from typing_extensions import override
 
 from palpate.core.insertion.config import N_PER_KGF
-from palpate.core.insertion.phases.bench import Bench, RunningPhase
+from palpate.core.insertion.phases.equipment import Equipment, RunningPhase
 from palpate.core.insertion.phases.lift_check import LiftCheck
 from palpate.core.insertion.proof import ContactProof
 from palpate.core.ports import CONTROL_RATE_HZ, Vector3
@@ -23,9 +23,9 @@ _SEATING_TICKS: Final = CONTROL_RATE_HZ // 2
 class Prove(RunningPhase):
     """Holds what the sensor shows at full depth against what the hole gives there; the trial ends in it."""
 
-    def __init__(self, bench: Bench, proof: ContactProof) -> None:
-        task = bench.task
-        self._bench, self._proof, self._lift = bench, proof, LiftCheck(bench, proof)
+    def __init__(self, equipment: Equipment, proof: ContactProof) -> None:
+        task = equipment.task
+        self._bench, self._proof, self._lift = equipment, proof, LiftCheck(equipment, proof)
         self._contact_N, self._press_N = task.contact_kgf * N_PER_KGF, task.press_kgf * N_PER_KGF
         self._deepest_m = task.insertion_depth_mm * 1e-3 + task.depth_tolerance_mm * 1e-3
 
@@ -40,13 +40,13 @@ class Prove(RunningPhase):
     @override
     def step(self) -> Vector3:
         """Press on the floor, then lift; or push aside."""
-        bench = self._bench
-        depth_m = bench.measurement.tip_depth_m(bench.axial_N_per_m) - bench.state.surface_m
+        equipment = self._bench
+        depth_m = equipment.measurement.tip_depth_m(equipment.axial_N_per_m) - equipment.state.surface_m
         return self._try_floor(depth_m) if self._floor else self._try_wall(depth_m)
 
     def _try_wall(self, depth_m: float) -> Vector3:
-        bench, proof, state = self._bench, self._proof, self._bench.state
-        across = proof.wall.velocity_m_s(bench.measurement.force_N, proof.new, bench.motion.reference_m)
+        equipment, proof, state = self._bench, self._proof, self._bench.state
+        across = proof.wall.velocity_m_s(equipment.measurement.force_N, proof.new, equipment.motion.reference_m)
         if proof.wall.failed:
             state.doubt(proof.no_wall(state.tick, depth_m))
         elif proof.wall.answered:
@@ -70,10 +70,10 @@ class Prove(RunningPhase):
         along = self._lift.velocity_m_s()
         if along is None and proof.axial.passed:
             state.event("proof", f"floor: {proof.axial.share:.2f} of the gripper's stiffness")
-            state.end_inserted(depth_m)
+            state.end_inserted(proof.axial.tip_depth_m - state.surface_m)
         return 0.0, 0.0, along or 0.0
 
     def _press_on(self) -> Vector3:
-        bench, reference_m = self._bench, self._bench.motion.reference_m
-        velocity = bench.laws.inserting.velocity_m_s(reference_m, reference_m, bench.measurement.force_N)
+        equipment, reference_m = self._bench, self._bench.motion.reference_m
+        velocity = equipment.laws.inserting.velocity_m_s(reference_m, reference_m, equipment.measurement.force_N)
         return self._proof.wall.bounded(velocity, reference_m)

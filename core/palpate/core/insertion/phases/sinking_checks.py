@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 from palpate.core.insertion.config import N_PER_KGF
-from palpate.core.insertion.phases.bench import Bench
+from palpate.core.insertion.phases.equipment import Equipment
 from palpate.core.insertion.phases.lift_check import LiftCheck
 from palpate.core.insertion.proof import PAST_PLATE_M, ContactProof
 from palpate.core.ports import CONTROL_RATE_HZ, Vector3
@@ -24,10 +24,10 @@ _BETWEEN_TICKS: Final = CONTROL_RATE_HZ // 2
 class SinkingChecks:
     """What is checked on the way down."""
 
-    def __init__(self, bench: Bench, proof: ContactProof) -> None:
-        self._bench, self._proof, self._lift = bench, proof, LiftCheck(bench, proof)
-        self._press_N = bench.task.press_kgf * N_PER_KGF
-        self._wall_depth_m = min(_WALL_M, 0.5 * bench.task.insertion_depth_mm * 1e-3)
+    def __init__(self, equipment: Equipment, proof: ContactProof) -> None:
+        self._bench, self._proof, self._lift = equipment, proof, LiftCheck(equipment, proof)
+        self._press_N = equipment.task.press_kgf * N_PER_KGF
+        self._wall_depth_m = min(_WALL_M, 0.5 * equipment.task.insertion_depth_mm * 1e-3)
         self._rest_ticks = 0
 
     def enter(self) -> None:
@@ -65,15 +65,15 @@ class SinkingChecks:
 
     def _push_aside(self, depth_m: float) -> Vector3:
         """Sink on, but not far, while a wall is looked for."""
-        bench, proof, state = self._bench, self._proof, self._bench.state
-        reference_m, force_N = bench.motion.reference_m, bench.measurement.force_N
+        equipment, proof, state = self._bench, self._proof, self._bench.state
+        reference_m, force_N = equipment.motion.reference_m, equipment.measurement.force_N
         across = proof.wall.velocity_m_s(force_N, proof.new, reference_m)
         if proof.wall.answered:
             state.event("proof", f"wall: {proof.wall.answer_N:.2f} N at {depth_m * 1e3:.2f} mm")
         elif proof.wall.failed:
             unseen, limit_m = state.slack_m > 0.0, state.slack_m + PAST_PLATE_M
             state.doubt(proof.no_plate(state.tick, depth_m, limit_m) if unseen else proof.no_wall(state.tick, depth_m))
-        along = bench.laws.inserting.velocity_m_s(reference_m, reference_m, force_N)[2]
+        along = equipment.laws.inserting.velocity_m_s(reference_m, reference_m, force_N)[2]
         if depth_m > _WALL_M + state.slack_m + _UNPROVED_M:
             along = min(along, 0.0)
         return *across, along

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing_extensions import override
 
-from palpate.core.insertion.phases.bench import Bench, RunningPhase
+from palpate.core.insertion.phases.equipment import Equipment, RunningPhase
 from palpate.core.insertion.proof import Proof
 from palpate.core.ports import Vector3
 
@@ -14,9 +14,9 @@ Bias = tuple[float, float, float, float, float, float]
 class Lift(RunningPhase):
     """Straight up to the ready height."""
 
-    def __init__(self, bench: Bench) -> None:
-        self._motion, self._law = bench.motion, bench.laws.free
-        self._ready_z_m = -bench.task.ready_height_mm * 1e-3
+    def __init__(self, equipment: Equipment) -> None:
+        self._motion, self._law = equipment.motion, equipment.laws.free
+        self._ready_z_m = -equipment.task.ready_height_mm * 1e-3
 
     def enter(self) -> None:
         """Begin."""
@@ -35,9 +35,9 @@ class Lift(RunningPhase):
 class Transfer(RunningPhase):
     """At the ready height to where the trial starts."""
 
-    def __init__(self, bench: Bench) -> None:
-        self._motion, self._law, self._state = bench.motion, bench.laws.free, bench.state
-        self._ready_z_m = -bench.task.ready_height_mm * 1e-3
+    def __init__(self, equipment: Equipment) -> None:
+        self._motion, self._law, self._state = equipment.motion, equipment.laws.free, equipment.state
+        self._ready_z_m = -equipment.task.ready_height_mm * 1e-3
 
     def enter(self) -> None:
         """Begin."""
@@ -59,9 +59,9 @@ class Settle(RunningPhase):
         bias: The wrench that counts as zero from then on, (6,), N and N m, sensor frame; None before.
     """
 
-    def __init__(self, bench: Bench, proof: Proof) -> None:
-        self._state, self._measurement, self._proof = bench.state, bench.measurement, proof
-        self._tare_ticks = bench.task.tare_ticks
+    def __init__(self, equipment: Equipment, proof: Proof) -> None:
+        self._state, self._measurement, self._proof = equipment.state, equipment.measurement, proof
+        self._tare_ticks = equipment.task.tare_ticks
         self.begin()
 
     def begin(self) -> None:

@@ -16,7 +16,7 @@ from palpate.core.ports import Vector3
 
 
 @dataclass(frozen=True, slots=True)
-class Bench:
+class Equipment:
     """What the phases share.
 
     Attributes:
