@@ -29,7 +29,7 @@ from palpate.core.control_loop import run_trial
 from palpate.core.errors import ConfigurationError
 from palpate.core.insertion import Outcome, ReadyPose, TrialReport
 from palpate.core.perception import Perception
-from palpate.core.policy import Policy, PolicyDocument
+from palpate.core.policy import Policy, PolicyDocument, learner_of
 from palpate.core.ports import Rig
 
 FIRST_EVALUATION_TRIAL: Final = 500_000
@@ -63,7 +63,7 @@ def run_policy(
     recorded: Recorded | None = None,
     session: RealTimeSession | None = None,
 ) -> list[TrialRow]:
-    """Run a policy that does not learn; returns early on Ctrl-C with the trials that were finished.
+    """Run a policy, recorded as frozen or learning; returns early on Ctrl-C with the trials that were finished.
 
     Raises:
         FaultLatchedError: A trip on this rig has not been acknowledged (``rig.latch.acknowledge``).
@@ -73,9 +73,10 @@ def run_policy(
     task = build_task(config, ready, perception, policy)
     supervisor = supervisor_of(rig, config, ready)
     if recorded is not None:
+        learner = learner_of(policy)
         recorded.recorder.of(
             recorded.command, config, ready, task, perception, policy,
-            name=recorded.comparator, subfolder=recorded.subfolder,
+            name=recorded.comparator, frozen=learner is None or learner.frozen, subfolder=recorded.subfolder,
         )  # fmt: skip
     rows: list[TrialRow] = []
     ended = False

@@ -198,7 +198,7 @@ class RunFolder:
         Raises:
             OutputError: It cannot be written.
         """
-        write_whole(self.path / name, content, remedy="nothing was lost", durable=durable)
+        write_whole(self.path / name, content, remedy="what was written before is there", durable=durable)
 
     def write_json(self, name: str, content: Any, *, durable: bool = True) -> None:
         """Write or replace a JSON file, as :meth:`write` does."""

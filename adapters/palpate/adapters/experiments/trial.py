@@ -7,7 +7,7 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, replace
-from math import dist
+from math import dist, sin
 from types import FrameType
 from typing import Any
 
@@ -113,10 +113,15 @@ def score(config: RunConfig, report: TrialReport, truth: Truth | None) -> Scored
     success = (
         report.outcome is Outcome.INSERTED
         and not _beside(config, truth)
-        and truth.depth_m >= config.task.insertion_depth_mm * 1e-3 - FULL_DEPTH_TOLERANCE_M
+        and truth.depth_m >= config.task.insertion_depth_mm * 1e-3 - FULL_DEPTH_TOLERANCE_M - _leaning_m(config)
         and truth.peak_force_N < config.task.max_force_N
     )
     return ScoredTrial(report, truth, success, marked)
+
+
+def _leaning_m(config: RunConfig) -> float:
+    """How far the centre of a leaning peg's end face is above its deepest edge, on which it stands in the hole."""
+    return 0.5e-3 * config.cell.peg.diameter_mm * sin(config.cell.tilt_mrad * 1e-3)
 
 
 def _beside(config: RunConfig, truth: Truth) -> bool:

@@ -153,7 +153,8 @@ class FlightRecorder(LoopObserver):
             self._follow()
         if len(self._batch) >= _BATCH:
             self._hand_over()
-        if self._stop and self.troubles:
+        # Without a writer nothing more is kept, whatever is to be done about smaller troubles.
+        if self.troubles and (self._stop or self._sink.gone):
             raise DeviceError("flight recorder", self.troubles[-1])
 
     @override

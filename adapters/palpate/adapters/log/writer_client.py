@@ -71,6 +71,11 @@ class Sink(Protocol):
     def shut(self) -> str | None:
         """Finish everything; returns as ``trouble`` does, which tells the rest."""
 
+    @property
+    def gone(self) -> bool:
+        """Whether nobody takes anything any more."""
+        return False
+
     def closed(self) -> dict[str, tuple[int, str]]:
         """Size and digest of the logs closed since this was last asked, by their absolute paths."""
         return {}
@@ -159,6 +164,11 @@ class ProcessSink(Sink):
         self._listen()
         told, self._closed = self._closed, {}
         return told
+
+    @property
+    @override
+    def gone(self) -> bool:
+        return self._gone
 
     @property
     def process_id(self) -> int:

@@ -7,11 +7,23 @@ from pathlib import Path
 import pytest
 
 from palpate.adapters.config.run import RunConfig
-from palpate.adapters.experiments import Recorded, build_perception, comparator, run_policy
+from palpate.adapters.experiments import (
+    Recorded,
+    build_perception,
+    comparator,
+    learning_policy,
+    loaded_policy,
+    run_policy,
+)
+from palpate.adapters.experiments.policies import perception_settings
 from palpate.adapters.fault_injection.campaign.runs import read_back
-from palpate.adapters.log import MemorySink, TrialRecorder, recorded_sensor
+from palpate.adapters.log import MemorySink, TrialRecorder, read_log, recorded_sensor
 from palpate.adapters.mujoco.rig import SimulatedRig
+from palpate.adapters.replay.batch import replay_file
+from palpate.adapters.replay.engine import Verdict
+from palpate.adapters.replay.rebuild import Rebuilder
 from palpate.core.errors import DeviceError, FaultLatchedError
+from palpate.core.policy import document_of
 from tests.unit.adapters.samples import QUICK, ready_pose
 
 
@@ -39,3 +51,18 @@ def test_after_a_trip_nothing_moves_on_the_same_rig_whoever_calls_until_it_is_ac
     assert (acknowledged["by"], acknowledged["reason"]) == ("Ada", "the limit was a joke")
     assert "limit 5.5 N" in acknowledged["cause"]
     assert recorded_sensor(json.dumps(world)) == rig.sensor_facts
+
+
+@pytest.mark.parametrize("learning", [True, False])
+def test_a_policy_is_recorded_as_what_it_is(tmp_path: Path, learning: bool) -> None:
+    perception = build_perception(QUICK)
+    policy = learning_policy(QUICK, perception)
+    if not learning:
+        document = document_of(policy, created_with={}, perception=perception_settings(QUICK, perception))
+        policy = loaded_policy(document, QUICK, perception, frozen=True)
+    sink = MemorySink()
+    with SimulatedRig(QUICK, ready_pose()) as rig, TrialRecorder(lambda: sink, tmp_path, QUICK.recording) as recorder:
+        run_policy(QUICK, ready_pose(), rig, perception, policy, 1, lambda scored: None, Recorded(recorder, "run"))
+    (tmp_path / "log.mcap").write_bytes(sink.logs[0])
+    assert read_log(tmp_path / "log.mcap").start.frozen is not learning
+    assert replay_file(tmp_path / "log.mcap", Rebuilder()).verdict is Verdict.EQUAL

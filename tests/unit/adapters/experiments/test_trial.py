@@ -11,6 +11,7 @@ from palpate.adapters.experiments import falsely_inserted, run_scored_trial, tri
 from palpate.adapters.experiments import trial as experiment
 from palpate.core.insertion.trial import Outcome
 from palpate.core.ports import FaultLatch, Truth
+from palpate.simulation.work_cell import CellConfig
 from tests.unit.adapters.samples import scored_trial
 
 
@@ -86,6 +87,14 @@ def test_success_is_full_depth_within_the_force_limit(
     scored = run_scored_trial(RunConfig(), rig, task, 5)
     assert scored.success is success
     assert rig.prepared == [5]
+
+
+@pytest.mark.parametrize(("tilt_mrad", "depth_m", "success"), [(5.0, 0.00993, True), (5.0, 0.00986, False)])
+def test_a_leaning_pegs_centre_stands_above_its_edge(tilt_mrad: float, depth_m: float, success: bool) -> None:
+    config = RunConfig(cell=CellConfig(tilt_mrad=tilt_mrad))
+    report = replace(scored_trial(5).report, outcome=Outcome.INSERTED)
+    truth = Truth((0.0, 0.0, 0.0), (0.0, 0.0, depth_m), depth_m, 5.0)
+    assert experiment.score(config, report, truth).success is success
 
 
 def test_where_nobody_knows_the_truth_a_log_holds_none() -> None:

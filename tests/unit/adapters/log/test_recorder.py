@@ -266,6 +266,26 @@ def test_trouble_ends_the_trial_where_that_is_wanted() -> None:
     assert log.end.error == "DeviceError"
 
 
+class DeadSink(ChokingSink):
+    """Its writer was killed."""
+
+    @property
+    def gone(self) -> bool:
+        return self.full
+
+
+def test_a_writer_that_is_gone_ends_the_trial_in_any_case() -> None:
+    sink = DeadSink()
+    bench = Bench(sink)
+    bench.begin()
+    bench.run(20)
+    sink.full = True
+    sink.tells.append("x.mcap: the log writer is gone (Broken pipe)")
+    with pytest.raises(DeviceError, match="the log writer is gone"):
+        bench.run(100)
+    assert bench.tick < 40
+
+
 def test_a_full_queue_ends_the_trial_where_that_is_wanted() -> None:
     sink = ChokingSink()
     bench = Bench(sink, stop_on_trouble=True)
