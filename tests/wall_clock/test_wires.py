@@ -1,6 +1,5 @@
 """Each wire once as it is on a rig: adapters with their threads, kernel terminals, real time; the emulator is near."""
 
-import threading
 import time
 from collections.abc import Iterator
 from contextlib import ExitStack
@@ -17,13 +16,11 @@ from palpate.adapters.hardware.zebra_zero import make_zebra_nmc
 from palpate.core.errors import DeviceError, FaultLatchedError
 from palpate.core.motion.arm import arm_named
 from palpate.core.ports import CommandReason, ForceSensor, JointCommand, Life, Validity
-from palpate.drivers.cia402.link import CanopenLink
 from palpate.simulation.emulators.cia402.node import CanopenDrive
 from palpate.simulation.emulators.cia402.servo import PowerState
 from palpate.simulation.emulators.jr3 import UART_CONFIG, Jr3CanNode, Jr3Config, Jr3UartNode
 from palpate.simulation.emulators.jr3 import uart as jr3_uart
 from palpate.simulation.emulators.lines import EmulatedCanBus, PtyServer, SlcanServer
-from palpate.simulation.emulators.lines.can_bus_server import VirtualBusServer
 from palpate.simulation.emulators.motors import HOME_RAD, DirectMotors
 from palpate.simulation.emulators.motors.plant import IdealPlant
 from palpate.simulation.emulators.nmc.bus import NmcChain
@@ -121,7 +118,7 @@ def test_cia402_on_a_serial_adapter(
     assert {drive.machine.state for drive in drives} == {PowerState.SWITCH_ON_DISABLED}
 
 
-@pytest.mark.parametrize("line", [b"t181501234567zz\r", b"t1815012\r", b"\xff\xfe\r", None], ids=repr)
+@pytest.mark.parametrize("line", [b"t181501234567zz\r", None], ids=repr)
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
 def test_an_adapter_that_ends_receiving_or_is_unplugged_is_noticed(
     context: RigContext, served: ExitStack, host: Host, drives: list[CanopenDrive], line: bytes | None
@@ -139,25 +136,6 @@ def test_an_adapter_that_ends_receiving_or_is_unplugged_is_noticed(
     host.wait_for(lambda: arm.life is Life.FAULTED)
     arm.stop()
     arm.close()
-
-
-def test_the_receive_thread_is_told_once_that_it_is_one() -> None:
-    channel = "cia402 receive thread"
-    wire = EmulatedCanBus([CanopenDrive(1, IdealPlant(), 0)], generator=np.random.default_rng(1))
-    told: list[str] = []
-    with (
-        VirtualBusServer(wire, channel),
-        CanopenLink.open(
-            interface="virtual", channel=channel, bitrate=1_000_000,
-            in_receiver=lambda: told.append(threading.current_thread().name),
-        ) as link,
-    ):  # fmt: skip
-        time.sleep(0.05)
-        objects = link.objects(1, 5.0)
-        assert objects.read(0x1000) is not None
-        assert objects.read(0x1000) is not None
-    assert len(told) == 1
-    assert told[0] != threading.main_thread().name
 
 
 def read_and_press(sensor: ForceSensor, load: Load, host: Host) -> None:

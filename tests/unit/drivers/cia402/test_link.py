@@ -1,3 +1,4 @@
+import threading
 import time
 
 import can
@@ -18,8 +19,13 @@ def wait_for(condition: object) -> None:
 
 def test_frames_go_out_and_come_in() -> None:
     heard: list[tuple[int, bytes]] = []
+    receivers: list[str] = []
+
+    def told() -> None:
+        receivers.append(threading.current_thread().name)
+
     with (
-        CanopenLink.open(channel="link-frames", **BUS) as link,  # type: ignore[arg-type]
+        CanopenLink.open(channel="link-frames", in_receiver=told, **BUS) as link,  # type: ignore[arg-type]
         can.Bus(interface="virtual", channel="link-frames") as peer,
     ):
         link.subscribe(0x181, lambda can_id, data, _: heard.append((can_id, bytes(data))))
@@ -27,12 +33,16 @@ def test_frames_go_out_and_come_in() -> None:
         message = peer.recv(1.0)
         assert message is not None
         assert (message.arbitration_id, bytes(message.data), message.is_extended_id) == (0x201, b"\x0f\x00", False)
-        peer.send(can.Message(arbitration_id=0x181, data=b"\x01", is_extended_id=False))
-        wait_for(lambda: heard)
+        for number in (1, 2):
+            peer.send(can.Message(arbitration_id=0x181, data=b"\x01", is_extended_id=False))
+            wait_for(lambda number=number: len(heard) == number)
         link.unsubscribe(0x181)
         link.unsubscribe(0x181)
         link.require_alive()
-    assert heard == [(0x181, b"\x01")]
+    assert heard == [(0x181, b"\x01")] * 2
+    # The receive thread is told once that it is one.
+    assert len(receivers) == 1
+    assert receivers[0] != threading.main_thread().name
 
 
 def test_a_bus_that_does_not_exist() -> None:

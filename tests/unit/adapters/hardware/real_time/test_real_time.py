@@ -11,7 +11,7 @@ from collections.abc import Iterator
 import pytest
 
 from palpate.adapters.config.real_time import RealTimeConfig
-from palpate.adapters.hardware.real_time import Grant, Kernel, RealTime, join_loop, request, take_real_time
+from palpate.adapters.hardware.real_time import Kernel, RealTime, join_loop, request, take_real_time
 
 ALL = RealTimeConfig(scheduling=True, priority=7, lock_memory=True, cpu=1, garbage_collection="off", stay_awake=True)
 FIFO, FLAG = 1, 0x4000_0000
@@ -159,11 +159,6 @@ def test_frozen_objects_are_thawed() -> None:
     with RealTime(RealTimeConfig(garbage_collection="frozen"), FakeKernel()):
         assert gc.get_freeze_count() > 0
     assert gc.get_freeze_count() == 0
-
-
-def test_a_grant_reads_as_a_line() -> None:
-    assert str(Grant("a", True)) == "granted: a"
-    assert str(Grant("a", False, "b", "c")) == "refused: a: b; c"
 
 
 def test_the_system_itself_is_asked_without_an_error() -> None:
