@@ -1,7 +1,6 @@
 """A rig of devices, here fake ones in real time: what is wired around them by default."""
 
 import os
-import signal
 import sys
 import threading
 from collections.abc import Callable
@@ -171,16 +170,3 @@ def test_a_function_that_is_not_there_is_refused_before_anything_moves(rig_of: M
         pass
     assert not devices.arm.is_open
     assert not devices.sensor.is_open
-
-
-def test_the_operator_stops_the_arm_and_nobody_goes_on(rig_of: Make) -> None:
-    rig, devices = rig_of(WatchdogTable(command_ms=60_000, sensor_ms=60_000), NO_KEYS)
-    with nothing_left_behind(), rig:
-        rig.prepare(0)
-        os.kill(os.getpid(), signal.SIGUSR1)
-        wait_for(rig.stopped_by)
-        assert rig.stopped_by() == "signal: signal SIGUSR1"
-        assert rig.ports.arm.send(HERE).reason is CommandReason.STOPPED
-        with pytest.raises(FaultLatchedError, match="SIGUSR1"):
-            rig.prepare(1)
-    assert not devices.arm.is_open

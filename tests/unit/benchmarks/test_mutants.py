@@ -1,51 +1,16 @@
 """Mutations of made-up functions, which tests guard a file, and what verdicts come of their runs."""
 
-import ast
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from pathlib import Path
 from typing import cast
 
 import pytest
 
 from benchmarks.mutants import gate
-from benchmarks.mutants.draw import draw, mutated
-from benchmarks.mutants.functions import functions_in, functions_of
+from benchmarks.mutants.functions import functions_in
 from benchmarks.mutants.operators import places
 from benchmarks.mutants.trees import Ran, Tree
 from benchmarks.mutants.verdicts import Judge
-
-SOURCE = '''
-class Watch:
-    """A class."""
-
-    @property
-    def late(self) -> int:
-        """Docstring with 1 number."""
-        return self.x
-
-    def trip(self, force: float, limit: float = 2.5) -> str | None:
-        """Docstring."""
-        from palpate.core.values import X
-
-        # é: the place is counted in bytes, not in characters.
-        if "é" in self.names and force < -limit * 3:
-            self.count += 1
-            return f"{force * 2} is {1 + 1}"
-        elif not force:
-            raise X("none")
-        else:
-            done: bool = True
-        return None if done else "x"
-
-
-def stub() -> None:
-    """Nothing."""
-
-
-def refuse() -> None:
-    raise NotImplementedError
-'''
 
 
 def variants(source: str) -> dict[str, list[str]]:
@@ -55,17 +20,6 @@ def variants(source: str) -> dict[str, list[str]]:
         operator: [place.applied(source, n) for place in ones for n in range(len(place.variants))]
         for operator, ones in places(function.node).items()
     }
-
-
-def test_functions_are_told_by_name_and_text() -> None:
-    late, trip = functions_in(SOURCE, "f.py")
-    assert (late.name, trip.name) == ("Watch.late", "Watch.trip")
-    assert late.text == "@property\ndef late(self) -> int:\n    return self.x"
-    assert "Docstring" not in trip.text
-    moved = SOURCE.replace("palpate.core.values", "palpate.core.ports.values").replace("Docstring", "Other")
-    moved = moved.replace("        # é: the place is counted in bytes, not in characters.\n", "")
-    assert [f.key for f in functions_in(moved, "g.py")] == [late.key, trip.key]
-    assert [f.key for f in functions_in(SOURCE.replace("2.5", "2.0"), "g.py")] != [late.key, trip.key]
 
 
 @pytest.mark.parametrize(
@@ -89,47 +43,6 @@ def test_functions_are_told_by_name_and_text() -> None:
 def test_operators(body: str, operator: str, expected: list[str]) -> None:
     head = "def f(a: int, b: 'x < 1') -> None:\n    "
     assert variants(head + body)[operator] == [head + one for one in expected]
-
-
-def test_every_mutation_is_python_and_another_function() -> None:
-    _, trip = functions_in(SOURCE, "f.py")
-    for ones in places(trip.node).values():
-        for place in ones:
-            for n in range(len(place.variants)):
-                text = place.applied(SOURCE, n)
-                ast.parse(text)
-                assert functions_in(text, "f.py")[1].text != trip.text
-
-
-def checkout(folder: Path, **files: str) -> Path:
-    for name, text in files.items():
-        path = folder.joinpath("core", "palpate", "core", *name.split("__")).with_suffix(".py")
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text)
-    return folder
-
-
-def numbered(*numbers: int) -> str:
-    return "\n\n".join(f"def f{n}(a):\n    return a + {n}\n" for n in numbers)
-
-
-def test_the_same_mutants_come_of_both_checkouts_and_one_that_goes_does_not_change_the_others(tmp_path: Path) -> None:
-    before = checkout(tmp_path / "before", cycle=numbered(*range(20)))
-    after = checkout(tmp_path / "after", loop__one=numbered(*range(7)), loop__two=numbered(*range(7, 20)))
-    drawn = draw(before, after, 10, 1)
-    assert drawn == draw(after, before, 10, 1)
-    assert [m.id for m in drawn] != [m.id for m in draw(before, after, 10, 2)]
-    gone = int(drawn[3].name[1:])
-    checkout(tmp_path / "after", loop__one=numbered(*(n for n in range(7) if n != gone)))
-    checkout(tmp_path / "after", loop__two=numbered(*(n for n in range(7, 20) if n != gone)))
-    again = draw(before, after, 10, 1)
-    assert again[:9] == [*drawn[:3], *drawn[4:]]
-    there = {f.key: f for f in functions_of(after)}
-    for mutant in again:
-        function = there[mutant.name, mutant.text]
-        found = mutated(mutant, function, (after / function.file).read_text())
-        assert found is not None
-        assert found.diff.count("\n+ ") == 1
 
 
 class FakeTree:

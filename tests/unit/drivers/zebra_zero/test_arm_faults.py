@@ -270,9 +270,3 @@ def test_release_that_is_not_confirmed(line):
     line.modules[1].address = 0x70
     with pytest.raises(SilentError, match=r"motors \[2\]"):
         arm.release()
-
-
-def test_echo_in_place_of_the_arm(line):
-    line.is_echo = True
-    with pytest.raises(WiringError, match="comes back"):
-        arm_on(line).connect()

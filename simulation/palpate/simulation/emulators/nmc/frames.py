@@ -103,13 +103,6 @@ class StopMotorBits(enum.IntFlag):
     ADVANCED = 0x20
 
 
-class Output(enum.IntFlag):
-    """Control byte of IO_CTRL, as far as it changes what a module does (FACT, libnmc)."""
-
-    OFF_AT_LIMIT = 0x04
-    ABRUPT_AT_LIMIT = 0x08
-
-
 @dataclass(frozen=True, slots=True)
 class Frame:
     """One complete command.

@@ -13,7 +13,6 @@ from palpate.simulation.emulators.nmc.frames import (
     Frame,
     ItemBits,
     Load,
-    Output,
     StatusBits,
     StopMotorBits,
     baud_of_divisor,
@@ -38,7 +37,7 @@ class NmcModule:
         group: Group address, 0x80 to 0xFF.
         leader: Whether it answers for its group.
         rejected: Commands since construction whose length or kind did not fit; they change nothing (assumed: the
-            firmware would take whatever its buffer holds). Path mode and homing are not emulated.
+            firmware would take whatever its buffer holds). Path mode, homing and outputs are not emulated.
         muted: Fault: it acts but its replies are lost.
     """
 
@@ -116,8 +115,6 @@ class NmcModule:
                 if bool(how & StopMotorBits.HERE) != (len(data) == 5):
                     return False
                 servo.stop(how, struct.unpack("<i", data[1:])[0] if len(data) == 5 else 0)
-            case CommandCode.IO_CTRL, 1:
-                servo.output = Output(data[0])
             case CommandCode.SET_BAUD, 1 if frame.address & _GROUP_BIT:
                 self.baud = baud_of_divisor(data[0])
             case CommandCode.CLEAR_BITS, 0:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from palpate.simulation.emulators.motors import Plant
-from palpate.simulation.emulators.nmc.frames import Load, Output, StopMotorBits
+from palpate.simulation.emulators.nmc.frames import Load, StopMotorBits
 from palpate.simulation.emulators.nmc.motion import Profile
 from palpate.simulation.emulators.nmc.settings import GainParameters, ModuleSettings
 
@@ -41,7 +41,7 @@ class PicServo:
 
     def __init__(self, axis: int, plant: Plant, settings: ModuleSettings, *, powered: bool = True) -> None:
         self.profile = Profile()
-        self.gains, self.buffer, self.output = GainParameters(), Trajectory(), Output(0)
+        self.gains, self.buffer = GainParameters(), Trajectory()
         self.amplifier = self.on = False
         self.powered = powered
         self.limits = (False, False)
@@ -53,7 +53,6 @@ class PicServo:
         self._axis, self._plant, self._index_counts = axis, plant, settings.index_counts
         self._origin = plant.motor_counts(axis)
         self._duty = 0.0
-        self._limits_before = self.limits
         plant.set_motor_duty(axis, 0.0)
 
     @property
@@ -127,8 +126,6 @@ class PicServo:
         self._measure()
         if self.on and abs(self.profile.counts - self.measured_counts) > self.gains.error_limit:
             self.switch_off()
-        if self.limits != self._limits_before:
-            self._meet_limits()
 
     def _move(self) -> None:
         self.profile.tick()
@@ -155,11 +152,3 @@ class PicServo:
         if self.powered and not self.on:
             self.profile.hold(self.measured_counts)
             self.on = True
-
-    def _meet_limits(self) -> None:
-        risen = any(now and not before for now, before in zip(self.limits, self._limits_before, strict=True))
-        self._limits_before = self.limits
-        if risen and self.output & Output.OFF_AT_LIMIT:
-            self.switch_off()
-        elif risen and self.on and self.output & Output.ABRUPT_AT_LIMIT:
-            self.profile.hold(self.measured_counts)

@@ -183,29 +183,6 @@ def test_a_fault_without_power_moves_nothing() -> None:
     assert host.drive.machine.state is PowerState.FAULT
 
 
-@pytest.mark.parametrize(
-    ("option", "state"),
-    [
-        ("0000", PowerState.ENABLED),
-        ("0100", PowerState.FAULT),
-        ("0200", PowerState.SWITCH_ON_DISABLED),
-        ("0300", PowerState.QUICK_STOP),
-    ],
-)
-def test_a_host_that_falls_silent(option: str, state: PowerState) -> None:
-    host = Host()
-    host.map_pdos()
-    host.sdo(f"2b076000{option}0000")
-    host.sdo("2316100132007e00")  # node 126 within 50 ms
-    host.enable()
-    assert host.wait(100) == []  # not one heartbeat so far, so nothing is watched
-    host.send(0x77E, "05")
-    assert host.wait(50) == []
-    assert host.wait(10) == [(0x085, "3081010000000000")]
-    host.wait(10)
-    assert host.drive.machine.state is state
-
-
 def test_an_rpdo_that_acts_at_once() -> None:
     host = Host()
     host.map_pdos()

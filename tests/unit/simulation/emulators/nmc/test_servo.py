@@ -200,22 +200,6 @@ def test_power_loss_switches_the_servo_off_for_good() -> None:
     assert bench.auxiliary(1) & SERVO_ON
 
 
-@pytest.mark.parametrize(("mode", "servo_on", "stops"), [(0x00, True, False), (0x04, False, True), (0x08, True, True)])
-def test_limit_switches(mode: int, servo_on: bool, stops: bool) -> None:
-    bench = moving(bench_of_one())
-    bench.ask(1, 0x8, bytes([mode]))
-    bench.bus.modules[0].set_limits(True, False)
-    bench.wait(1)
-    assert bench.status(1) & LIMIT1
-    assert bool(bench.auxiliary(1) & SERVO_ON) is servo_on
-    here = bench.position(1)
-    bench.wait(20)
-    assert (bench.position(1) == here) is stops
-    bench.tell(ALL, 0xF)
-    bench.addressed()
-    assert bench.status(1) & LIMIT1  # the switch is still pressed
-
-
 def test_the_rate_divisor_slows_the_servo() -> None:
     bench = bench_of_one()
     bench.ask(1, 0x6, GAINS[:-2] + b"\x04\x00")
