@@ -115,3 +115,8 @@ def test_show_needs_nothing_but_the_file(palpate: CommandLine, trained: Path, tm
     assert len(lines) == 3 + 17
     (tmp_path / "policy.json").write_text("{}")
     assert "schema" in palpate.refusal("show", "policy.json")
+
+
+def test_flags_for_learning_are_refused_where_nothing_learns(palpate: CommandLine) -> None:
+    line = palpate.refusal("run", "--policy", "torque", "--learning.alpha", 0.5)
+    assert "--learning.alpha changes nothing: palpate run does not learn" in line

@@ -14,7 +14,7 @@ import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, is_dataclass, replace
 from pathlib import Path
-from typing import Annotated, Any, TypeAlias, TypeVar, get_args, get_origin
+from typing import Annotated, Any, Final, TypeAlias, TypeVar, get_args, get_origin
 
 import tyro
 from typing_extensions import override
@@ -240,6 +240,8 @@ def parse(kind: type[T], command: str, arguments: Sequence[str]) -> T:
     """
     flags = _flags(kind)
     _require_once(arguments, flags)
+    if command == "run":
+        _require_no_learning(arguments)
     default: Any = None
     cell_in_file = False
     if "run" in kind.__dataclass_fields__:  # type: ignore[attr-defined]
@@ -269,6 +271,22 @@ def parse(kind: type[T], command: str, arguments: Sequence[str]) -> T:
         raise UsageError(f"{unknown[0]} is not an option of palpate {command}{_suggestion(flags, unknown[0])}")
     result: T = parsed
     return _on_rig(result, arguments, cell_in_file) if getattr(result, "rig", "") and default is not None else result
+
+
+_EARNED: Final = ("--learning.reinforcement", "--learning.effort-per-n-s")
+"""What an action earns is in the tables of a run that does not learn, too."""
+
+
+def _require_no_learning(arguments: Sequence[str]) -> None:
+    """Refuse what a policy that does not learn would ignore.
+
+    Raises:
+        UsageError: A flag would set how to learn.
+    """
+    for word in arguments:
+        name = word.partition("=")[0]
+        if name.startswith("--learning.") and name.replace("_", "-").lower() not in _EARNED:
+            raise UsageError(f"{name} changes nothing: palpate run does not learn; palpate train --policy FILE does")
 
 
 def _on_rig(options: Any, arguments: Sequence[str], cell_in_file: bool) -> Any:
