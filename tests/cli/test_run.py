@@ -120,3 +120,15 @@ def test_show_needs_nothing_but_the_file(palpate: CommandLine, trained: Path, tm
 def test_flags_for_learning_are_refused_where_nothing_learns(palpate: CommandLine) -> None:
     line = palpate.refusal("run", "--policy", "torque", "--learning.alpha", 0.5)
     assert "--learning.alpha changes nothing: palpate run does not learn" in line
+
+
+def test_logs_that_lost_their_ends_are_told_and_make_the_run_fail(
+    palpate: CommandLine, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lost = "trial-00000.mcap: cannot be written (No space left on device); nothing after that is kept"
+    monkeypatch.setattr(
+        "palpate.adapters.log.writer_client.ProcessSink.trouble", lambda _, told=[lost]: told.pop() if told else None
+    )
+    done = palpate("run", "--policy", "random", "--trials", 1, *QUICK, "--out", "run")
+    assert done.code == 1
+    assert f"palpate: recording: {lost}" in done.stderr

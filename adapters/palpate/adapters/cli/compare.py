@@ -8,7 +8,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
-from palpate.adapters.cli.notices import print_troubles, print_weakened
+from palpate.adapters.cli.notices import print_troubles, print_weakened, unrecorded
 from palpate.adapters.cli.options import CompareOptions
 from palpate.adapters.cli.run import run_named
 from palpate.adapters.experiments import (
@@ -49,6 +49,8 @@ def _compare(options: CompareOptions, kept: ExitStack) -> int:
     finished = True
     with ExitStack() as opened:
         recorder = folder.recorder(config.recording, opened)
+        # On every way out: what a log has lost is told beside the error that ended the run.
+        kept.callback(print_troubles, recorder)
         for number, policy in enumerate(chosen):
             # Two runs may have folders of the same name, or one of a comparator's.
             taken = policy.label in summaries or (policy.label in COMPARATORS and policy.name not in COMPARATORS)
@@ -61,7 +63,6 @@ def _compare(options: CompareOptions, kept: ExitStack) -> int:
                 summaries[policy.name if taken else policy.label] = summary_of(rows)
             if not finished:
                 break
-    print_troubles(recorder)
     width_mm = round(capture_half_width_m(config, ready) * 1e3, 4) if finished else None
     table = comparison_table(summaries)
     foot = f"{config.arm}, scenario {config.scenario}, seed {config.seed}, {options.trials} trials each"
@@ -71,7 +72,7 @@ def _compare(options: CompareOptions, kept: ExitStack) -> int:
     folder.write_json("summary.json", {"capture_half_width_mm": width_mm, "finished": finished, "policies": summaries})
     folder.seal()
     sys.stdout.write("\n" + table + foot + f"saved in {folder.path}\n")
-    return 0 if finished else 130
+    return int(unrecorded(recorder)) if finished else 130
 
 
 def comparison_table(summaries: Mapping[str, Mapping[str, Any]]) -> str:

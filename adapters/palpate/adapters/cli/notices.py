@@ -53,6 +53,11 @@ def marked_line(summary: Mapping[str, Any], *, learned: bool | None = None) -> s
     return f"marked for their timing: {summary['marked']} of {summary['trials']} trials{fate} ({why})\n"
 
 
+def unrecorded(recorder: TrialRecorder | None) -> bool:
+    """Whether anything could not be recorded: then a run has not gone well."""
+    return recorder is not None and bool(recorder.troubles)
+
+
 def print_troubles(recorder: TrialRecorder | None) -> None:
     """Print what could not be recorded; nothing when all was."""
     if recorder is None or not recorder.troubles:

@@ -8,7 +8,14 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from palpate.adapters.cli.notices import marked_line, print_grants, print_troubles, print_weakened, recording_for
+from palpate.adapters.cli.notices import (
+    marked_line,
+    print_grants,
+    print_troubles,
+    print_weakened,
+    recording_for,
+    unrecorded,
+)
 from palpate.adapters.cli.options import RunOptions
 from palpate.adapters.config import RunConfig
 from palpate.adapters.experiments import (
@@ -66,6 +73,8 @@ def _run(options: RunOptions, kept: ExitStack) -> int:
         folder.write("run.toml", run_toml(config, "run", trials=options.trials, policy=options.policy))
         folder.keep_manifest("run")
         recorder = folder.recorder(recording_for(config, options.rig), opened)
+        # On every way out: what a log has lost is told beside the error that ended the run.
+        kept.callback(print_troubles, recorder)
         session = opened.enter_context(RealTimeSession(config.real_time)) if options.rig else None
         print_grants(session, config)
         rows, finished = run_named(
@@ -73,7 +82,6 @@ def _run(options: RunOptions, kept: ExitStack) -> int:
         )
         if session is not None:
             sys.stdout.write(session.report() + "\n")
-    print_troubles(recorder)
     summary = write_evaluation(config, folder, options.policy, chosen, rows, options.trials)
     folder.seal()
     low, high = summary["success_95"]
@@ -84,7 +92,7 @@ def _run(options: RunOptions, kept: ExitStack) -> int:
         f"peak force {summary['peak_force_N']:.1f} N; outcomes {summary['outcomes']}\n"
         f"{marked_line(summary)}saved in {folder.path}\n"
     )
-    return 0 if finished else 130
+    return int(unrecorded(recorder)) if finished else 130
 
 
 def run_named(

@@ -9,7 +9,15 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from palpate.adapters.cli.notices import marked_line, print_grants, print_troubles, print_weakened, recording_for, say
+from palpate.adapters.cli.notices import (
+    marked_line,
+    print_grants,
+    print_troubles,
+    print_weakened,
+    recording_for,
+    say,
+    unrecorded,
+)
 from palpate.adapters.cli.options import TrainOptions
 from palpate.adapters.config import RunConfig, read_toml, recorded_config, to_toml
 from palpate.adapters.experiments import (
@@ -95,6 +103,8 @@ def _train(options: TrainOptions, folder: RunFolder, checkpoint: Checkpoint | No
         if checkpoint is None:
             kept.enter_context(folder.writing())
         recorder = folder.recorder(recording_for(config, options.rig), opened)
+        # On every way out: what a log has lost is told beside the error that ended the run.
+        kept.callback(print_troubles, recorder)
         session = opened.enter_context(RealTimeSession(config.real_time)) if options.rig else None
         print_grants(session, config)
         trainer = Trainer(config, folder, ready, rig, perception, policy, first, recorder, session)
@@ -115,7 +125,6 @@ def _train(options: TrainOptions, folder: RunFolder, checkpoint: Checkpoint | No
         print_weakened(config)
         _with_progress(trainer, options.trials, first, folder)
         trainer.save_policy()
-    print_troubles(recorder)
     if session is not None:
         say(session.report())
     _finish(config, folder, options.trials)
@@ -126,7 +135,7 @@ def _train(options: TrainOptions, folder: RunFolder, checkpoint: Checkpoint | No
             again += ["--policy", options.policy]
         say(f"ended after {trainer.next_trial} of {options.trials} trials; go on with: {shlex.join(again)}")
         return 130
-    return 0
+    return int(unrecorded(recorder))
 
 
 def _require_same(options: TrainOptions, folder: RunFolder) -> None:

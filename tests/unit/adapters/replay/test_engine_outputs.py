@@ -191,3 +191,19 @@ def test_a_cut_log_that_lacks_what_was_surely_written(
     missing = indices(messages, "/decision")[0]
     one = replayed([*messages[:missing], *messages[missing + 1 : cut]])
     assert one.verdict is Verdict.DIVERGED
+
+
+@pytest.mark.parametrize(
+    ("watch", "name"),
+    [
+        ("SampleWatch", "trip-frozen"),
+        ("WrenchWatch", "trip-torque-tared"),
+        ("JointWatch", "trip-tracking"),
+        ("WorkspaceWatch", "trip-workspace-y"),
+    ],
+)
+def test_a_supervisor_with_a_watch_disarmed(
+    golden_here: Callable[[str], Path], monkeypatch: pytest.MonkeyPatch, watch: str, name: str
+) -> None:
+    monkeypatch.setattr(f"palpate.core.supervision.watches.{watch}.trip", lambda *_: None)
+    assert replay_file(golden_here(name), Rebuilder()).verdict is Verdict.DIVERGED
