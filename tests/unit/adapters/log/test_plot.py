@@ -87,12 +87,6 @@ def test_without_a_tare_event_the_mean_at_rest_serves(tmp_path: Path) -> None:
     assert "mean of the settle phase, 9 samples" in tare.origin
 
 
-def test_without_either_the_wrench_stays_raw(tmp_path: Path) -> None:
-    series = series_of(log(tmp_path, [tick(0), tick(1)]))
-    assert series.wrench[1] == pytest.approx([0.1, -1.0, 3.0, 0.01, 0.02, 0.03])
-    assert "raw" in series.tare.origin
-
-
 def test_the_tip_is_where_the_kinematics_say_in_the_task_frame(tmp_path: Path) -> None:
     series = series_of(log(tmp_path, [tick(0), tick(5)]))
     kinematics = Kinematics(arm_named("zebra-zero"), ToolGeometry())

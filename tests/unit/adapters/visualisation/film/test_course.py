@@ -102,11 +102,6 @@ def test_half_the_speed_makes_twice_the_pictures(recorded: Course) -> None:
     assert slow[::2] == real
 
 
-def test_a_rate_above_the_loops_shows_ticks_again(recorded: Course) -> None:
-    ticks = [moment.tick for moment in recorded.film(0.0, 0.1, 280.0, 1.0, 1000)]
-    assert ticks == [k // 2 for k in range(29)]
-
-
 def test_too_long_a_film_is_refused(recorded: Course) -> None:
     with pytest.raises(ConfigurationError, match="more than 10"):
         recorded.film(0.0, 2.0, 25.0, 1.0, 10)

@@ -30,10 +30,6 @@ def test_trials_come_back(run: Path) -> None:
     assert [row.trial for row in read_trials(run)] == [0, 1, 2]
 
 
-def test_no_trials_yet(tmp_path: Path) -> None:
-    assert read_trials(tmp_path) == ()
-
-
 @pytest.mark.parametrize("cut", range(1, 12))
 def test_trials_that_end_in_the_middle_of_a_line(run: Path, cut: int) -> None:
     path = run / "trials.csv"
@@ -107,12 +103,6 @@ def test_tables_that_are_damaged(tmp_path: Path, text: str, problem: str) -> Non
     path.write_text(text)
     with pytest.raises(OutputError, match=problem):
         read_table(path, ("a", "b"))
-
-
-def test_a_table(tmp_path: Path) -> None:
-    path = tmp_path / "x.csv"
-    path.write_text("a,b,more\n1,2,3\n")
-    assert read_table(path, ("a", "b")) == [{"a": "1", "b": "2", "more": "3"}]
 
 
 def test_a_picture_must_be_whole(tmp_path: Path) -> None:

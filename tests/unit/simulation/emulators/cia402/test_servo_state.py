@@ -58,16 +58,3 @@ def test_fault_reset_acts_on_the_rising_edge_only() -> None:
     machine.apply(0x00, fault_persists=False)
     machine.apply(0x80, fault_persists=False)
     assert machine.state is S.SWITCH_ON_DISABLED
-
-
-def test_waking_and_failing() -> None:
-    machine = PowerMachine()
-    machine.wake()
-    assert machine.state is S.SWITCH_ON_DISABLED
-    machine.fail()
-    assert machine.state is S.FAULT_REACTION
-    machine.stopped(stay=True)
-    assert machine.state is S.FAULT
-    machine.fail()
-    machine.wake()
-    assert machine.state is S.FAULT

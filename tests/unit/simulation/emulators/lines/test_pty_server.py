@@ -65,13 +65,6 @@ def test_what_the_device_says_by_itself_arrives(echo: PtyServer[Echo]) -> None:
         assert port.read(5) == b"hello"
 
 
-def test_hosts_come_and_go(nmc: PtyServer[NmcChain]) -> None:
-    with connect(nmc.path, 19_200) as port:
-        address_all(lambda data: exchange(port, data))
-    with connect(nmc.path, 19_200) as port:
-        assert exchange(port, NOP) == b"\x19\x19"
-
-
 def test_a_rate_without_a_name_in_termios_is_understood() -> None:
     with PtyServer(Echo(250_000), AT_ONCE) as server, connect(server.path, 250_000) as port:
         assert exchange(port, b"x\n") == b"x\n"

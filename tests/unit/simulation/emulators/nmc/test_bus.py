@@ -84,13 +84,6 @@ def test_modules_take_addresses_one_after_the_other() -> None:
     assert bench.raw(command(6, 0xE)) == b""
 
 
-def test_the_chain_can_be_started_again() -> None:
-    bench = Bench().addressed()
-    bench.tell(ALL, 0xF)
-    assert [module.address for module in bench.bus.modules] == [0] * 6
-    bench.addressed()
-
-
 def test_only_the_leader_answers_for_its_group() -> None:
     bench = Bench()
     for number in range(1, 7):

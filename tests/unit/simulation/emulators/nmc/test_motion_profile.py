@@ -79,10 +79,3 @@ def test_velocity_profile_ramps_and_holds() -> None:
     assert not profile.done
     assert run(profile) == 1_000
     assert profile.velocity == 0
-
-
-def test_without_acceleration_nothing_moves() -> None:
-    profile = Profile()
-    profile.start_trapezoid(1_000, 1 << 20, 0)
-    assert run(profile, 100) == 100
-    assert profile.counts == 0
