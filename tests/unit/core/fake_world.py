@@ -99,6 +99,7 @@ class FakeWorld:
         pits: The hole and other places where the plate lies deeper.
         height_m: The plate's surface below the nominal plane; inf takes the plate away.
         slope: How much deeper it is for each m along x.
+        friction: Of the plate, which has none unless it is given.
         stiffness_N_per_m: Of the spring between flange and peg.
         spoil: What befalls each force sample on its way; None for nothing.
         tip_m: Where the tip was when the sensor was last read, task frame.
@@ -108,7 +109,8 @@ class FakeWorld:
     def __init__(self, *pits: Pit, height_m: float = 0.0, start_m: Vector3 = (0.0, 0.0, -3e-3)) -> None:
         self.clock = FakeClock()
         self.pits, self.height_m, self.slope = pits, height_m, 0.0
-        self.stiffness_N_per_m = STIFFNESS_N_PER_M
+        self.stiffness_N_per_m, self.friction = STIFFNESS_N_PER_M, 0.0
+        self._stuck_m = (0.0, 0.0)
         self.spoil: Callable[[WrenchSample], WrenchSample] | None = None
         self.tip_m: Vector3 = (0.0, 0.0, 0.0)
         self.force_N: Vector3 = (0.0, 0.0, 0.0)
@@ -166,9 +168,21 @@ class FakeWorld:
         pit = self._inside
         push = self.stiffness_N_per_m * max(z - height - (pit.depth_m if pit else 0.0), 0.0)
         if pit is None or not pit.walls:
-            return np.array([0.0, 0.0, -push]), self._cue(x, y, push)
+            across_x, across_y = self._rub(x, y, push)
+            return np.array([across_x, across_y, -push]), self._cue(x, y, push)
         push, across = max(push, pit.friction_N), LATERAL_N_PER_M
         return np.array([across * (pit.x_m - x), across * (pit.y_m - y), -push]), np.zeros(3)
+
+    def _rub(self, x: float, y: float, push: float) -> tuple[float, float]:
+        """What the plate's friction holds the tip with: it sticks until the gripper has bent enough, then slides."""
+        if push == 0.0 or self.friction == 0.0:
+            self._stuck_m = (x, y)
+            return 0.0, 0.0
+        dx, dy = x - self._stuck_m[0], y - self._stuck_m[1]
+        bent, most = hypot(dx, dy), self.friction * push / LATERAL_N_PER_M
+        if bent > most:
+            self._stuck_m = (x - dx * most / bent, y - dy * most / bent)
+        return LATERAL_N_PER_M * (self._stuck_m[0] - x), LATERAL_N_PER_M * (self._stuck_m[1] - y)
 
     def _cue(self, x: float, y: float, push: float) -> Array:
         if not self.pits:

@@ -8,7 +8,16 @@ import numpy as np
 import pytest
 
 from palpate.core.control_loop import run_trial
-from palpate.core.insertion import InsertionTask, Outcome, Phase, TaskConfig, TrialReport, TrialSetup, TripReason
+from palpate.core.insertion import (
+    PERIOD_S,
+    InsertionTask,
+    Outcome,
+    Phase,
+    TaskConfig,
+    TrialReport,
+    TrialSetup,
+    TripReason,
+)
 from palpate.core.ports.values import WrenchSample
 from tests.unit.core.fake_world import FakeWorld, FollowTorque, Pit, build_task
 
@@ -206,3 +215,25 @@ def test_without_proof_the_task_is_what_it_was() -> None:
         report = run_trial(task, world.ports, SETUP)
     assert report.outcome is Outcome.INSERTED
     assert {event.name for event in report.events}.isdisjoint({"proof", "doubt"})
+
+
+class Drifting:
+    """An axial force that drifts from its first sample on, in N/s."""
+
+    def __init__(self, rate_N_s: float) -> None:
+        self._rate_N_s, self._samples = rate_N_s, 0
+
+    def __call__(self, held: np.ndarray, true: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+        self._samples += 1
+        wrench = true + NOISE * rng.standard_normal(6)
+        wrench[2] += self._rate_N_s * self._samples * PERIOD_S
+        return wrench
+
+
+@pytest.mark.parametrize("rate_N_s", [5.0, 15.0])
+def test_a_peg_that_sinks_while_it_is_borne_is_doubted_though_friction_answers_like_a_wall(rate_N_s: float) -> None:
+    world = FakeWorld(FAR_AWAY)
+    world.friction = 0.4
+    trial = Trial(world, Drifting(rate_N_s), Phase.EXPLORE)
+    assert trial.report.outcome is Outcome.UNPROVED
+    assert trial.peak_N < 30.0

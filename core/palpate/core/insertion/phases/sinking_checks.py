@@ -13,7 +13,11 @@ from palpate.core.ports import CONTROL_RATE_HZ, Vector3
 _WALL_M: Final = 5e-4
 """Depth at which a wall is looked for; half the insertion depth where that is less."""
 _UNPROVED_M: Final = 1.5e-3
-"""The tip goes so much deeper, and no further, before a wall has answered."""
+"""The tip goes so much deeper, and no further, before a wall has answered and the plate's force has gone."""
+_FREE_SAMPLES: Final = 3
+"""So many samples in a row without contact show that the plate bears the tool no more."""
+_HELD_TICKS: Final = CONTROL_RATE_HZ // 2
+"""Time for that at rest; friction on the wall goes when the lateral force is regulated away."""
 _RESTING_SHARE: Final = 0.45
 """Share of the pressing force, filtered, from which the peg rests: a lift takes off 0.4 of the pressing force."""
 _RESTING_TICKS: Final = CONTROL_RATE_HZ // 10
@@ -26,13 +30,15 @@ class SinkingChecks:
 
     def __init__(self, equipment: Equipment, proof: ContactProof) -> None:
         self._bench, self._proof, self._lift = equipment, proof, LiftCheck(equipment, proof)
-        self._press_N = equipment.task.press_kgf * N_PER_KGF
+        self._press_N, self._contact_N = equipment.task.press_kgf * N_PER_KGF, equipment.task.contact_kgf * N_PER_KGF
         self._wall_depth_m = min(_WALL_M, 0.5 * equipment.task.insertion_depth_mm * 1e-3)
-        self._rest_ticks = 0
+        self._rest_ticks = self._free_samples = self._held_ticks = 0
+        self._freed = False
 
     def enter(self) -> None:
         """The insertion begins here."""
         self._lift.running, self._rest_ticks = False, 0
+        self._freed, self._free_samples, self._held_ticks = False, 0, 0
         self._proof.wall.begin(self._bench.motion.reference_m[:2])
 
     def step(self, depth_m: float) -> Vector3 | None:
@@ -41,9 +47,15 @@ class SinkingChecks:
         Args:
             depth_m: Depth of the tip below the surface.
         """
+        if self._proof.new and not self._freed and self._rest_ticks >= 0 and not self._lift.running:
+            free = self._bench.measurement.force_N[2] > -self._contact_N
+            self._free_samples = self._free_samples + 1 if free else 0
+            self._freed = self._free_samples >= _FREE_SAMPLES
         check = self._check_at_rest()
         if check is None and not self._proof.wall.answered and depth_m > self._wall_depth_m:
             return self._push_aside(depth_m)
+        if check is None and not self._freed and self._at_bound(depth_m):
+            return self._hold(depth_m)
         return check
 
     def bounded(self, velocity_m_s: Vector3) -> Vector3:
@@ -74,6 +86,17 @@ class SinkingChecks:
             unseen, limit_m = state.slack_m > 0.0, state.slack_m + PAST_PLATE_M
             state.doubt(proof.no_plate(state.tick, depth_m, limit_m) if unseen else proof.no_wall(state.tick, depth_m))
         along = equipment.laws.inserting.velocity_m_s(reference_m, reference_m, force_N)[2]
-        if depth_m > _WALL_M + state.slack_m + _UNPROVED_M:
-            along = min(along, 0.0)
-        return *across, along
+        return *across, min(along, 0.0) if self._at_bound(depth_m) else along
+
+    def _hold(self, depth_m: float) -> Vector3:
+        """A peg that sinks under the plate's force is not in a hole: the sensor drifts, and friction was the wall."""
+        equipment, state, force_N = self._bench, self._bench.state, self._bench.measurement.force_N
+        self._held_ticks += 1
+        if self._held_ticks > _HELD_TICKS:
+            state.doubt(self._proof.still_borne(state.tick, depth_m, -force_N[2], self._contact_N))
+        reference_m = equipment.motion.reference_m
+        x, y, z = self.bounded(equipment.laws.inserting.velocity_m_s(reference_m, reference_m, force_N))
+        return x, y, min(z, 0.0)
+
+    def _at_bound(self, depth_m: float) -> bool:
+        return depth_m > _WALL_M + self._bench.state.slack_m + _UNPROVED_M
