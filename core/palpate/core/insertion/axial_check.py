@@ -29,7 +29,7 @@ _ROUNDS: Final = 2
 """A share out of bounds is measured once more before it counts."""
 
 
-class _Mean:
+class Mean:
     """A mean over new samples; a repeated one adds nothing.
 
     Attributes:
@@ -149,4 +149,4 @@ class AxialCheck:
         return self._force.add(force_z_N, new) == _SAMPLES
 
     def _enter(self, stage: _Stage) -> None:
-        self._stage, self._ticks, self._force, self._depth = stage, 0, _Mean(), _Mean()
+        self._stage, self._ticks, self._force, self._depth = stage, 0, Mean(), Mean()

@@ -175,13 +175,13 @@ class ContactProof(Proof):
         )
         return Trip(TripReason.WALL_NOT_FELT, tick, self.wall.answer_N, ANSWER_N, text)
 
-    def still_borne(self, tick: int, depth_m: float, force_N: float, limit_N: float) -> Trip:
-        """The tip sank, and the force that bore it did not go."""
+    def drifts(self, tick: int, depth_m: float, change_N: float, limit_N: float) -> Trip:
+        """The tip sank without the plate's force going, and at rest the force changes by itself."""
         text = (
-            f"the tip sank by {depth_m * 1e3:.2f} mm and the plate's force never went below {limit_N:.2f} N for some"
-            " samples, as it does in a hole: the force sensor drifts, or the peg is stuck"
+            f"the force changes by {change_N:+.2f} N in half a second while the tool stands still at"
+            f" {depth_m * 1e3:.2f} mm, at most {limit_N:g} N is right: the force sensor drifts"
         )
-        return Trip(TripReason.FORCE_WITHOUT_SPRING, tick, force_N, limit_N, text)
+        return Trip(TripReason.FORCE_WITHOUT_SPRING, tick, abs(change_N), limit_N, text)
 
     def no_floor(self, tick: int, depth_m: float, limit_m: float) -> Trip:
         """The tip went past the floor that it seemed to touch."""

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from typing import Final
 
+from palpate.core.insertion.axial_check import Mean
 from palpate.core.insertion.config import N_PER_KGF
 from palpate.core.insertion.phases.equipment import Equipment
 from palpate.core.insertion.phases.lift_check import LiftCheck
 from palpate.core.insertion.proof import PAST_PLATE_M, ContactProof
+from palpate.core.insertion.trial import Outcome
 from palpate.core.ports import CONTROL_RATE_HZ, Vector3
 
 _WALL_M: Final = 5e-4
@@ -17,7 +19,14 @@ _UNPROVED_M: Final = 1.5e-3
 _FREE_SAMPLES: Final = 3
 """So many samples in a row without contact show that the plate bears the tool no more."""
 _HELD_TICKS: Final = CONTROL_RATE_HZ // 2
-"""Time for that at rest; friction on the wall goes when the lateral force is regulated away."""
+"""A tool that is still borne is held so long; its force is compared between the ends of that time."""
+_COMPARED_TICKS: Final = 24
+_STEADY_N: Final = 0.25
+"""A force that changes by more while the tool stands still drifts, or bears a peg that is still sinking."""
+_UNSTEADY_ROUNDS: Final = 3
+"""A peg that sinks on comes to rest in less than so many times that."""
+_LONGEST_TICKS: Final = 10 * CONTROL_RATE_HZ
+"""Time for the way down; in it, the deepest hole that can be asked for takes five seconds."""
 _RESTING_SHARE: Final = 0.45
 """Share of the pressing force, filtered, from which the peg rests: a lift takes off 0.4 of the pressing force."""
 _RESTING_TICKS: Final = CONTROL_RATE_HZ // 10
@@ -32,13 +41,16 @@ class SinkingChecks:
         self._bench, self._proof, self._lift = equipment, proof, LiftCheck(equipment, proof)
         self._press_N, self._contact_N = equipment.task.press_kgf * N_PER_KGF, equipment.task.contact_kgf * N_PER_KGF
         self._wall_depth_m = min(_WALL_M, 0.5 * equipment.task.insertion_depth_mm * 1e-3)
-        self._rest_ticks = self._free_samples = self._held_ticks = 0
+        self._rest_ticks = self._free_samples = self._entered_tick = 0
         self._freed = False
+        self._stand_still()
 
     def enter(self) -> None:
         """The insertion begins here."""
         self._lift.running, self._rest_ticks = False, 0
-        self._freed, self._free_samples, self._held_ticks = False, 0, 0
+        self._freed, self._free_samples, self._unsteady = False, 0, 0
+        self._entered_tick = self._bench.state.tick
+        self._stand_still()
         self._proof.wall.begin(self._bench.motion.reference_m[:2])
 
     def step(self, depth_m: float) -> Vector3 | None:
@@ -47,6 +59,10 @@ class SinkingChecks:
         Args:
             depth_m: Depth of the tip below the surface.
         """
+        if self._bench.state.tick - self._entered_tick > _LONGEST_TICKS:
+            time_s = _LONGEST_TICKS / CONTROL_RATE_HZ
+            self._bench.state.end(Outcome.JAMMED, f"at {depth_m * 1e3:.2f} mm, after {time_s:g} s")
+            return 0.0, 0.0, 0.0
         if self._proof.new and not self._freed and self._rest_ticks >= 0 and not self._lift.running:
             free = self._bench.measurement.force_N[2] > -self._contact_N
             self._free_samples = self._free_samples + 1 if free else 0
@@ -89,14 +105,28 @@ class SinkingChecks:
         return *across, min(along, 0.0) if self._at_bound(depth_m) else along
 
     def _hold(self, depth_m: float) -> Vector3:
-        """A peg that sinks under the plate's force is not in a hole: the sensor drifts, and friction was the wall."""
+        """A peg that sinks though it is borne hangs on a wall, or its sensor drifts: at rest the force shows which."""
         equipment, state, force_N = self._bench, self._bench.state, self._bench.measurement.force_N
         self._held_ticks += 1
-        if self._held_ticks > _HELD_TICKS:
-            state.doubt(self._proof.still_borne(state.tick, depth_m, -force_N[2], self._contact_N))
+        if self._held_ticks <= _COMPARED_TICKS:
+            self._early.add(force_N[2], self._proof.new)
+        elif self._held_ticks > _HELD_TICKS - _COMPARED_TICKS:
+            self._late.add(force_N[2], self._proof.new)
+        if self._held_ticks == _HELD_TICKS:
+            change_N = self._late.value - self._early.value
+            if abs(change_N) > _STEADY_N:
+                self._unsteady += 1
+                if self._unsteady == _UNSTEADY_ROUNDS:
+                    state.doubt(self._proof.drifts(state.tick, depth_m, change_N, _STEADY_N))
+            elif self._late.value > -_RESTING_SHARE * self._press_N:
+                self._freed = True
+            self._stand_still()
         reference_m = equipment.motion.reference_m
         x, y, z = self.bounded(equipment.laws.inserting.velocity_m_s(reference_m, reference_m, force_N))
         return x, y, min(z, 0.0)
+
+    def _stand_still(self) -> None:
+        self._held_ticks, self._early, self._late = 0, Mean(), Mean()
 
     def _at_bound(self, depth_m: float) -> bool:
         return depth_m > _WALL_M + self._bench.state.slack_m + _UNPROVED_M
