@@ -95,13 +95,6 @@ def test_a_film_shows_each_time_the_newest_tick(recorded: Course) -> None:
     assert len(moments) == 44
 
 
-def test_half_the_speed_makes_twice_the_pictures(recorded: Course) -> None:
-    slow, real = (recorded.film(0.0, 2.0, 14.0, speed, 1000) for speed in (0.5, 1.0))
-    assert len(real) == 29
-    assert len(slow) == 57
-    assert slow[::2] == real
-
-
 def test_too_long_a_film_is_refused(recorded: Course) -> None:
     with pytest.raises(ConfigurationError, match="more than 10"):
         recorded.film(0.0, 2.0, 25.0, 1.0, 10)

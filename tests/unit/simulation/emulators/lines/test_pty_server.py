@@ -58,13 +58,6 @@ def test_every_byte_value_passes(echo: PtyServer[Echo]) -> None:
         assert exchange(port, everything, 256) == everything
 
 
-def test_what_the_device_says_by_itself_arrives(echo: PtyServer[Echo]) -> None:
-    with connect(echo.path) as port:
-        with echo.exclusive() as emulator:
-            emulator.spontaneous = b"hello"
-        assert port.read(5) == b"hello"
-
-
 def test_a_rate_without_a_name_in_termios_is_understood() -> None:
     with PtyServer(Echo(250_000), AT_ONCE) as server, connect(server.path, 250_000) as port:
         assert exchange(port, b"x\n") == b"x\n"

@@ -4,7 +4,6 @@ import pytest
 
 from palpate.simulation.emulators.motors.plant import IdealPlant
 from palpate.simulation.emulators.nmc.bus import NmcChain
-from palpate.simulation.emulators.nmc.frames import baud_of_divisor
 from palpate.simulation.emulators.nmc.settings import ModuleSettings
 from tests.unit.simulation.emulators.nmc_host import ALL, TICK_NS, Bench, command
 
@@ -135,14 +134,6 @@ def test_the_rate_changes_for_groups_only() -> None:
     assert bench.bus.baud == 57_600
 
 
-@pytest.mark.parametrize(
-    ("divisor", "baud"),
-    [(63, 19_200), (64, 19_200), (20, 57_600), (21, 57_600), (10, 115_200), (5, 230_400), (129, 9_615)],
-)
-def test_divisors(divisor: int, baud: int) -> None:
-    assert baud_of_divisor(divisor) == baud
-
-
 def test_a_module_that_missed_the_change_is_lost_until_reset() -> None:
     bench = Bench(modules=3)
     bench.raw(SET_ADDRESS_1)
@@ -181,16 +172,6 @@ def test_a_muted_module_still_obeys() -> None:
     bench.tell(1, 0x2, b"\x20")
     bench.bus.modules[0].muted = False
     assert bench.ask(1, 0xE).items == b"\x00\x0a"
-
-
-def test_a_power_cycle_forgets_all_but_the_motors_places() -> None:
-    bench = Bench().addressed()
-    bench.plant.push(0, 500.0)
-    bench.bus.power_cycle()
-    assert [module.address for module in bench.bus.modules] == [0] * 6
-    bench.addressed()
-    assert bench.position(1) == 0
-    assert bench.plant.motor_counts(0) == 500
 
 
 def test_time_is_relative_and_never_goes_back() -> None:
