@@ -74,7 +74,7 @@ def test_a_cell_is_what_train_or_run_leaves(palpate: CommandLine, studied: Path,
     palpate.succeed("train", *flags, "--out", "trained")
     assert results_in(cell) == results_in(tmp_path / "trained")
     assert (cell / "run.toml").read_bytes() == (tmp_path / "trained" / "run.toml").read_bytes()
-    assert {path.name for path in cell.iterdir()} == {*RESULTS, "run.toml", "cell.json"}
+    assert {path.name for path in cell.iterdir()} == {*RESULTS, "run.toml", "manifest.json", "cell.json"}
     cell = studied / "cells" / StudyCell({}, "torque", 1).name
     palpate.succeed("run", "--policy", "torque", *flags, "--out", "run")
     assert files_in(cell) == {**files_in(tmp_path / "run"), "cell.json": (cell / "cell.json").read_bytes()}
