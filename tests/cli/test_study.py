@@ -77,7 +77,9 @@ def test_a_cell_is_what_train_or_run_leaves(palpate: CommandLine, studied: Path,
     assert {path.name for path in cell.iterdir()} == {*RESULTS, "run.toml", "manifest.json", "cell.json"}
     cell = studied / "cells" / StudyCell({}, "torque", 1).name
     palpate.succeed("run", "--policy", "torque", *flags, "--out", "run")
-    assert files_in(cell) == {**files_in(tmp_path / "run"), "cell.json": (cell / "cell.json").read_bytes()}
+    # Besides what says which cell it is, and the manifest that lists this.
+    own = {name: (cell / name).read_bytes() for name in ("cell.json", "manifest.json")}
+    assert files_in(cell) == {**files_in(tmp_path / "run"), **own}
 
 
 def test_finished_cells_are_not_made_again(palpate: CommandLine, studied: Path, tmp_path: Path) -> None:
