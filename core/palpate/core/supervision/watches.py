@@ -142,13 +142,11 @@ class JointWatch:
         self._tracking_rad = config.max_tracking_error_mrad * 1e-3
         self._commands: deque[JointVector] = deque(maxlen=config.tracking_lag_ticks + 1)
         self._samples: deque[tuple[int, JointVector]] = deque()
-        self._sequence: int | None = None
 
     def begin(self) -> None:
         """A trial begins."""
         self._commands.clear()
         self._samples.clear()
-        self._sequence = None
 
     def trip(self, snapshot: Snapshot, held_rad: JointVector) -> Trip | None:
         """What is wrong with this tick's joint angles, which are valid; None if nothing is.
@@ -161,20 +159,18 @@ class JointWatch:
         q = joints.position_rad
         if not (all(map(le, self._lower, q)) and all(map(le, q, self._upper))):
             return self._outside(snapshot.tick, q)
-        if joints.sequence != self._sequence:
-            self._sequence = joints.sequence
-            samples, now_ns = self._samples, joints.source_time_ns
-            # The same reading under another number is no measure of velocity.
-            if not samples or now_ns > samples[-1][0]:
-                samples.append((now_ns, q))
-                while len(samples) > 1 and now_ns - samples[1][0] >= _WINDOW_NS:
-                    samples.popleft()
-                then_ns, then = samples[0]
-                dt_ns = now_ns - then_ns
-                if dt_ns >= _WINDOW_NS and max(map(abs, map(sub, q, then))) > self._least_velocity_rad_ns * dt_ns:
-                    trip = self._fast(snapshot.tick, q, then, dt_ns * 1e-9)
-                    if trip is not None:
-                        return trip
+        samples, now_ns = self._samples, joints.source_time_ns
+        # A reading that is repeated, be it under another number, is no measure of velocity.
+        if not samples or now_ns > samples[-1][0]:
+            samples.append((now_ns, q))
+            while len(samples) > 1 and now_ns - samples[1][0] >= _WINDOW_NS:
+                samples.popleft()
+            then_ns, then = samples[0]
+            dt_ns = now_ns - then_ns
+            if dt_ns >= _WINDOW_NS and max(map(abs, map(sub, q, then))) > self._least_velocity_rad_ns * dt_ns:
+                trip = self._fast(snapshot.tick, q, then, dt_ns * 1e-9)
+                if trip is not None:
+                    return trip
         commands = self._commands
         commands.append(held_rad)
         if max(map(abs, map(sub, q, commands[0]))) <= self._tracking_rad:

@@ -44,9 +44,7 @@ class Explore(RunningPhase):
 
     def begin(self, start_m: tuple[float, float]) -> None:
         """A trial begins that starts here, (x, y), task frame."""
-        self.over = False
         self.area = ExplorationArea.of(self._task, start_m)
-        self.countdown = self._lost_ticks = 0
         if self._checks is not None:
             self._checks.begin()
 
