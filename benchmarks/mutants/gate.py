@@ -319,6 +319,7 @@ def run(checkout: Path, out: Path, count: int, seed: int, only: str = "") -> int
         with suppress(Exception):
             importlib.import_module(name)
     chosen = [one for one in draw(candidates(checkout, lines), count, seed) if only in one.mutant.file]
+    chosen.sort(key=lambda one: not one.mutant.file.startswith(THOROUGH))  # those that must not survive come first
     done = read(out)
     begin = time.monotonic()
     for number, one in enumerate(chosen):

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from math import nan
 from pathlib import Path
 from typing import Any, Final
 
@@ -54,6 +55,7 @@ class Mishap:
         at: Tick, and what happens outside of the core then: ``stop``, ``interrupt`` or ``abort``.
         answers: By tick, what the arm says that it applied: a joint, its angle in rad, and why.
         tared_from: Tick from which the force sensor says that its samples are tared.
+        ahead: By tick, how much later than its own the time is that a force sample has, ns.
         policy: Name of the comparator.
         trial: Index of the trial.
         max_age_ns: Age above which the ports mark a sample that a fault holds back.
@@ -64,6 +66,7 @@ class Mishap:
     at: tuple[int, str] | None = None
     answers: Mapping[int, tuple[int, float, CommandReason]] = field(default_factory=dict)
     tared_from: int | None = None
+    ahead: Mapping[int, int] = field(default_factory=dict)
     policy: str = "torque"
     trial: int = 0
     max_age_ns: int = _FRESH_NS
@@ -170,7 +173,8 @@ MISHAPS: Final[dict[str, Mishap]] = {
         settings={"perception": {**_CALIBRATED["perception"], "filter_order": 1}, "task": {"time_limit_s": 1.0}},
         trial=3,
     ),
-    "calibrated-torque": Mishap((_force("spike", _EXPLORING, magnitude=9.0, channels=(4,)),), _CALIBRATED),
+    "calibrated-torque": Mishap((_force("spike", _EXPLORING, magnitude=9.0, channels=(3, 4, 5)),), _CALIBRATED),
+    "calibrated-misfit": Mishap((_force("offset", _EXPLORING, magnitude=2.0, channels=(3, 4)),), _CALIBRATED),
     "calibrated-rate": Mishap((_force("spike", _EXPLORING, magnitude=27.0, channels=(0, 1)),), _CALIBRATED),
     "calibrated-contact": Mishap((_force("spike", 20, magnitude=-3.0, channels=(0, 1)),), _CALIBRATED),
     "effort": Mishap(
@@ -204,6 +208,71 @@ MISHAPS: Final[dict[str, Mishap]] = {
     "lies-dead-in-the-hole": Mishap(_dead(232), {"task": {"time_limit_s": 4.0}}),
     "lies-noisier": Mishap((_force("noise", 20, magnitude=0.45),), {"supervision": {"max_noise_ratio": 2.0}}),
     "trip-kind": Mishap(tared_from=20),
+    "first-kind": Mishap(tared_from=0),
+    "first-joint-turned": Mishap((_joints("offset", 0, magnitude=6.3, channels=(3,)),)),
+    "trip-force-early": Mishap(ahead={20: 51_428_571, 30: 51_428_572}),
+    "trip-workspace-x-low": Mishap(
+        (_joints("spike", 20, magnitude=-0.13, channels=(1,)),),
+        _near_walls(side_margin_mm=1.0, height_margin_mm=300.0),
+    ),
+    "trip-workspace-y-low": Mishap((_joints("spike", 20, magnitude=0.08, channels=(0,)),), _near_walls()),
+    "answer-not-finite": Mishap(answers={20: (4, nan, _POSITION)}),
+    "close-samples": Mishap(
+        (
+            _clock("overrun", 5, time_s=0.0055, probability=0.5),
+            _force("spike", _EXPLORING, magnitude=9.0, channels=(0,)),
+        ),
+    ),
+    "few-tared": Mishap((_force("freeze", 30, channels=(3,)),), {"task": {"tare_ticks": 4}}),
+    "no-torque-noise": Mishap(
+        (_force("freeze", 20, channels=(1,)),), {"cell": {"sensor": {"torque_noise_Nm": 0.0}}}
+    ),
+    "noiseless": Mishap((_force("freeze", 20),), {"cell": {"sensor": {"torque_noise_Nm": 0.0, "force_noise_N": 0.0}},
+        "task": {"time_limit_s": 0.1}}),
+    "retract-far": Mishap((_force("nan", 20),), _weak(retract_mm=200.0, retract_speed_mm_s=1000.0)),
+    "retract-fast": Mishap((_force("nan", 20),), _weak(retract_mm=20.0, retract_speed_mm_s=1000.0)),
+    **{
+        f"lies-flat-{name}": Mishap((_force("freeze", 20, channels=(channel,)),))
+        for name, channel in (("fy", 1), ("tx", 3), ("ty", 4), ("tz", 5))
+    },
+    "false-drop": Mishap(
+        (_force("offset", _EXPLORING, magnitude=1.4, channels=(2,), duration_ticks=8),),
+        {"task": {"time_limit_s": 0.9, "contact_kgf": 0.4}},
+    ),
+    "short-actions": Mishap(settings={"task": {"ticks_per_action": 4, "time_limit_s": 0.6}}),
+    "above-plate": Mishap(
+        (_joints("offset", 115, magnitude=-0.003, channels=(1,)),),
+        {"task": {"ticks_per_action": 8}, **_weak(max_tracking_error_mrad=500.0)},
+    ),
+    "lies-dead-across": Mishap(
+        (
+            _force("unit", 183, factor=1e-4, channels=(0, 1, 3, 4)),
+            _force("noise", 183, magnitude=0.1, channels=(0, 1)),
+            _force("noise", 183, magnitude=0.004, channels=(3, 4)),
+        ),
+        {"task": {"insertion_depth_mm": 3.0, "time_limit_s": 4.0}},
+    ),
+    "no-floor": Mishap(
+        settings={
+            "task": {"start_uncertainty_mm": 0.0, "insertion_depth_mm": 2.0},
+            "cell": {"peg": {"hole_depth_mm": 10.0}},
+        },
+    ),
+    "floor-too-soft": Mishap(
+        settings={
+            "task": {"start_uncertainty_mm": 0.0, "insertion_depth_mm": 2.0, "ready_height_mm": 0.5},
+            "cell": {"peg": {"hole_depth_mm": 2.0}},
+            "control": {"damping_N_s_per_m": 4000.0},
+        },
+    ),
+    "lies-unsteady": Mishap(
+        (
+            _force("offset", 172, magnitude=-1.2, channels=(2,)),
+            _force("offset", 280, magnitude=1.4, channels=(2,), duration_ticks=2),
+            *(_force("offset", 227 + 70 * n, magnitude=-0.5, channels=(2,), duration_ticks=35) for n in range(3)),
+        ),
+        {"task": {"time_limit_s": 4.0}},
+    ),
     **{
         f"lies-{name}": Mishap((fault,), {"task": {"time_limit_s": 4.0}})
         for name, fault in {
@@ -255,16 +324,18 @@ class _Answering(DeviceDecorator, ArmCommand):
         self._arm.stop()
 
 
-class _Taring(DeviceDecorator, ForceSensor):
-    """A force sensor that says from some sample on that it tares."""
+class _Odd(DeviceDecorator, ForceSensor):
+    """A force sensor that says from some sample on that it tares, and whose clock is ahead in some ticks."""
 
-    def __init__(self, sensor: ForceSensor, first: int | None) -> None:
+    def __init__(self, sensor: ForceSensor, mishap: Mishap) -> None:
         super().__init__(sensor)
-        self._sensor, self._first, self._reads = sensor, first, -1
+        self._sensor, self._first, self._ahead, self._reads = sensor, mishap.tared_from, mishap.ahead, -1
 
     def read(self) -> WrenchSample:
         self._reads += 1
         sample = self._sensor.read()
+        if self._reads in self._ahead:
+            return replace(sample, source_time_ns=sample.source_time_ns + self._ahead[self._reads])
         told = self._first is not None and self._reads >= self._first
         return replace(sample, kind=WrenchKind.TARED) if told else sample
 
@@ -307,7 +378,7 @@ def recorded(mishap: Mishap) -> bytes:
         recorder.of("run", config, ready, task, perception, policy, name=mishap.policy)
         rig.prepare(mishap.trial)
         ports = faulty(rig.ports, plans, max_age_ns=mishap.max_age_ns)
-        arm, sensor = _Answering(ports.arm, mishap.answers), _Taring(ports.force_sensor, mishap.tared_from)
+        arm, sensor = _Answering(ports.arm, mishap.answers), _Odd(ports.force_sensor, mishap)
         ports = replace(ports, arm=arm, force_sensor=sensor)
         observers = (recorder.begin(setup, world_of(rig), "mishap"), _Outside(mishap, rig, task))
         try:

@@ -44,7 +44,7 @@ from palpate.adapters.replay.tape import (
     TapeEndError,
 )
 from palpate.core.control_loop import run_trial
-from palpate.core.errors import LogError
+from palpate.core.errors import DeviceError, LogError
 from palpate.core.insertion import INTERRUPT, TrialReport
 from palpate.core.ports import SENSOR_FRAME, Ports, World, WrenchKind
 
@@ -165,7 +165,7 @@ def replay(
             if not rebuilder.what_if:
                 compare_learners(tape.differences, log.end, rebuilt)
         if not in_mujoco:
-            _compare_calls(tape, report)
+            _compare_calls(tape, report, refused=isinstance(error, DeviceError))
         compare_recorder(tape.differences, log)
     return Replay(
         path=log.path,
@@ -251,7 +251,7 @@ def _is_torn(last: TickRecord | None) -> bool:
     return last is not None and last.joints is not None and last.asked_rad is None
 
 
-def _compare_calls(tape: Tape, report: TrialReport) -> None:
+def _compare_calls(tape: Tape, report: TrialReport, *, refused: bool) -> None:
     """Hold all port calls in their order against the recorded ones, and each wrench against what the core takes it for.
 
     Raises:
@@ -265,7 +265,12 @@ def _compare_calls(tape: Tape, report: TrialReport) -> None:
         tick, told, made = parted
         differences.add(Difference(max(tick, 0), "/call", "port call", told or None, made or None), gross=True)
     odd = tape.odd_tick
-    if odd is not None and not any(event.name in ("trip", "end") and event.tick <= odd + 1 for event in report.events):
+    # A trial that ends with its first tick, by an error, has refused it.
+    if (
+        odd is not None
+        and not (refused and odd == 0 == tape.tick)
+        and not any(event.name in ("trip", "end") and event.tick <= odd + 1 for event in report.events)
+    ):
         now = f"{WrenchKind.RAW.value}, frame {SENSOR_FRAME!r}, as the core takes it"
         differences.add(Difference(odd, "/tick", "wrench", "of another kind or frame", now), gross=True)
 
