@@ -237,3 +237,23 @@ def test_a_peg_that_sinks_while_it_is_borne_is_doubted_though_friction_answers_l
     trial = Trial(world, Drifting(rate_N_s), Phase.EXPLORE)
     assert trial.report.outcome is Outcome.UNPROVED
     assert trial.peak_N < 30.0
+
+
+class HeldAtTheTouch:
+    """Holds its sample, with noise of its own, as soon as it shows just enough force to pass for contact."""
+
+    def __init__(self) -> None:
+        self._rest_N: float | None = None
+        self._held: np.ndarray | None = None
+
+    def __call__(self, held: np.ndarray, true: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+        self._rest_N = true[2] if self._rest_N is None else self._rest_N
+        if self._held is None and abs(true[2] - self._rest_N) > 1.1:
+            self._held = true
+        return (true if self._held is None else self._held) + NOISE * rng.standard_normal(6)
+
+
+def test_a_sensor_that_dies_at_the_touch_does_not_let_the_tool_press_on_for_good() -> None:
+    trial = Trial(FakeWorld(FAR_AWAY), HeldAtTheTouch(), Phase.APPROACH)
+    assert trial.report.outcome is Outcome.UNPROVED
+    assert trial.peak_N < 30.0

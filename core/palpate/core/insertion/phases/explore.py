@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import inf
 from typing import Final
 
 from typing_extensions import override
@@ -10,6 +11,7 @@ from palpate.core.insertion.config import N_PER_KGF
 from palpate.core.insertion.frame import ExplorationArea
 from palpate.core.insertion.phases.equipment import Equipment, RunningPhase
 from palpate.core.insertion.phases.exploring_checks import ExploringChecks
+from palpate.core.insertion.proof import PAST_PLATE_M
 from palpate.core.insertion.trial import Outcome
 from palpate.core.ports import CONTROL_RATE_HZ, Vector3
 
@@ -40,6 +42,7 @@ class Explore(RunningPhase):
         self._task, self._state, self._agent = task, equipment.state, equipment.agent
         self._measurement, self._motion, self._law = equipment.measurement, equipment.motion, equipment.laws.press
         self._checks, self._axial_N_per_m = checks, equipment.axial_N_per_m
+        self._first_drop_m = inf if checks is None else PAST_PLATE_M
         self._contact_N, self._press_N = task.contact_kgf * N_PER_KGF, task.press_kgf * N_PER_KGF
 
     def begin(self, start_m: tuple[float, float]) -> None:
@@ -72,7 +75,8 @@ class Explore(RunningPhase):
         lost = measured.force_N[2] > -self._contact_N
         # Friction on the hole's wall can go on pushing back while the peg already sinks: depth shows it as well.
         # Before the first action the surface is not known well: encoders on a slow bus lag behind the force.
-        sunk = bool(self._agent.decisions) and measured.tip_depth_m(self._axial_N_per_m) - state.surface_m > DROP_M
+        drop_m = DROP_M if self._agent.decisions else self._first_drop_m
+        sunk = measured.tip_depth_m(self._axial_N_per_m) - state.surface_m > drop_m
         if lost or sunk:
             # Moving on across a hole while the peg drops would press it against the wall: the step ends here.
             self._step_from_m, self._step_m = self._motion.reference_m, (0.0, 0.0)
