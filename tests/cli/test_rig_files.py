@@ -4,7 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from palpate.adapters.cli.options import RunOptions, parse
+from palpate.adapters.cli.arguments import parse
+from palpate.adapters.cli.options import RunOptions
 from palpate.adapters.config.run import RunConfig
 from tests.command_line import CommandLine
 

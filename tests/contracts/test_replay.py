@@ -12,7 +12,8 @@ from palpate.adapters.log.reader import RawMessage
 from palpate.adapters.log.records import encode_call, encode_record
 from palpate.adapters.log.schema import CALL, START, TICK
 from palpate.adapters.log.tick_layout import encode_tick
-from palpate.adapters.replay.tape import ReplayArm, ReplayClock, ReplayForceSensor, ReplayJointEncoder, Tape
+from palpate.adapters.replay.ports import ReplayArm, ReplayClock, ReplayForceSensor, ReplayJointEncoder
+from palpate.adapters.replay.tape import Tape
 from palpate.core.errors import PalpateError
 from palpate.core.ports import Clock, DeviceDecorator, JointCommand, JointVector
 from palpate.core.ports.contracts import (

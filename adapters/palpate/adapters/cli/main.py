@@ -55,7 +55,7 @@ def _run(name: str, words: Sequence[str]) -> int:
     options: object = words
     if command.options:
         # Each command is imported when it runs, after its words were found good: it may load the simulator.
-        from palpate.adapters.cli.options import parse
+        from palpate.adapters.cli.arguments import parse
 
         options = parse(options_of(command.options), f"{group} {name}".lstrip(), words)
     code = loaded(command.function)(options)

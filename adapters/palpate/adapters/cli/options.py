@@ -1,30 +1,20 @@
-"""Command-line options of each subcommand, and how flags, TOML files and presets come together.
+"""Command-line options of each subcommand.
 
 Light to import: nothing here loads the simulator, so that ``--help`` and wrong words are answered at once.
 """
 
 from __future__ import annotations
 
-import contextlib
-import difflib
-import io
-import os
-import re
-import sys
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, is_dataclass, replace
-from pathlib import Path
-from typing import Annotated, Any, Final, TypeAlias, TypeVar, get_args, get_origin
+from dataclasses import dataclass, field
+from typing import Annotated, TypeAlias
 
 import tyro
 from typing_extensions import override
 
-from palpate.adapters.cli.commands import COMMANDS, options_of
-from palpate.adapters.config import RENAMED, RunConfig, now_called, overlay, read_toml, recorded, scenario
-from palpate.core.errors import ConfigurationError, UsageError
-from palpate.core.ports import OneOf, Range, Settings, kinds_of
+from palpate.adapters.config import RunConfig
+from palpate.core.errors import ConfigurationError
+from palpate.core.ports import OneOf, Range, Settings
 
-T = TypeVar("T")
 Flat = Annotated[RunConfig, tyro.conf.arg(name="")]
 Trials: TypeAlias = Annotated[int, Range(1, 1_000_000)]
 Jobs: TypeAlias = Annotated[int, Range(0, 1024)]
@@ -230,188 +220,3 @@ class FaultsOptions(RunSettings):
     """CSV file with a line for every run; it must not be there yet."""
     jobs: Jobs = 0
     """Processes in the simulator; 0 takes one per core."""
-
-
-def parse(kind: type[T], command: str, arguments: Sequence[str]) -> T:
-    """The options on a command line, over those of ``--config``, over those of the scenario.
-
-    Raises:
-        ConfigurationError: Something on the command line or in the file cannot be used; one line says what.
-    """
-    flags = _flags(kind)
-    _require_once(arguments, flags)
-    if command == "run":
-        _require_no_learning(arguments)
-    default: Any = None
-    cell_in_file = False
-    if "run" in kind.__dataclass_fields__:  # type: ignore[attr-defined]
-        config, facts, cell_in_file = _base(arguments)
-        # A run.toml also holds how many trials the same command ran, and with which policy.
-        begun = facts if facts.get("command") == command else {}
-        known = {name: _frozen(begun[name]) for name in ("trials", "policy") if name in begun}
-        default = kind(run=config, **known)  # type: ignore[call-arg]
-    output = io.StringIO()
-    try:
-        with contextlib.redirect_stdout(output), contextlib.redirect_stderr(output):
-            parsed, unknown = tyro.cli(
-                kind,
-                prog=f"palpate {command}",
-                args=list(arguments),
-                default=default,
-                return_unknown_args=True,
-                # Help texts are docstrings; looking for them in comments would take longer than all the rest.
-                config=(tyro.conf.HelptextFromCommentsOff,),
-            )
-    except SystemExit as end:
-        if not end.code:
-            sys.stdout.write(output.getvalue())
-            raise
-        raise UsageError(_one_line(output.getvalue())) from None
-    if unknown:
-        raise UsageError(f"{unknown[0]} is not an option of palpate {command}{_suggestion(flags, unknown[0])}")
-    result: T = parsed
-    return _on_rig(result, arguments, cell_in_file) if getattr(result, "rig", "") and default is not None else result
-
-
-_EARNED: Final = ("--learning.reinforcement", "--learning.effort-per-n-s")
-"""What an action earns is in the tables of a run that does not learn, too."""
-
-
-def _require_no_learning(arguments: Sequence[str]) -> None:
-    """Refuse what a policy that does not learn would ignore.
-
-    Raises:
-        UsageError: A flag would set how to learn.
-    """
-    for word in arguments:
-        name = word.partition("=")[0]
-        if name.startswith("--learning.") and name.replace("_", "-").lower() not in _EARNED:
-            raise UsageError(f"{name} changes nothing: palpate run does not learn; palpate train --policy FILE does")
-
-
-def _on_rig(options: Any, arguments: Sequence[str], cell_in_file: bool) -> Any:
-    """The options with nothing of the simulated cell's in them: what is true of a real rig is said by the rig.
-
-    Raises:
-        UsageError: A flag would set up the cell.
-    """
-    for word in arguments:
-        if word.startswith("--cell."):
-            flag = word.partition("=")[0]
-            raise UsageError(f"{flag} sets up the simulated cell; beside --rig, the rig says what is true of it")
-    if not cell_in_file or "--resume" in arguments:
-        return options
-    sys.stderr.write(
-        f"palpate: [cell] of {_value_of('--config', arguments)} is ignored: the rig says what is true of it\n"
-    )
-    return replace(options, run=replace(options.run, cell=scenario(options.run.scenario).cell))
-
-
-def _frozen(value: Any) -> Any:
-    return tuple(value) if isinstance(value, list) else value
-
-
-def _base(arguments: Sequence[str]) -> tuple[RunConfig, dict[str, Any], bool]:
-    """What the flags start from: the scenario, named on the command line or in the file, and the file over it.
-
-    Returns:
-        The configuration, the table ``[run]`` of the file, and whether the file sets up the simulated cell.
-    """
-    table: dict[str, Any] = {}
-    facts: dict[str, Any] = {}
-    path = _value_of("--config", arguments) or _resumed_run(arguments)
-    if path:
-        table = read_toml(Path(path))
-        if "run" in table:
-            facts = table.pop("run")
-            table = recorded(table)
-    named, written = _value_of("--scenario", arguments), table.get("scenario")
-    if named and written is not None and named != written:
-        # The file's settings would win over the other scenario's and leave it in name only.
-        raise ConfigurationError("scenario", named, f"{written!r}, as in {path}, or a file that names no scenario")
-    name = named or ("paper" if written is None else written)
-    if not isinstance(name, str):
-        raise ConfigurationError("scenario", name, "a name")
-    config = overlay(scenario(name), {**table, "scenario": name})
-    return config, facts if isinstance(facts, dict) else {}, "cell" in table
-
-
-def _resumed_run(arguments: Sequence[str]) -> str:
-    """With ``--resume``, the settings that the run in ``--out`` began with."""
-    if "--resume" not in arguments:
-        return ""
-    folder = _value_of("--out", arguments) or f"runs/{_value_of('--scenario', arguments) or 'paper'}"
-    path = Path(folder) / "run.toml"
-    # Not Path.exists, which raises where it may not look.
-    return str(path) if os.path.exists(path) else ""
-
-
-def _value_of(flag: str, arguments: Sequence[str]) -> str:
-    value = ""
-    for i, word in enumerate(arguments):
-        if word == flag and i + 1 < len(arguments):
-            value = arguments[i + 1]
-        elif word.startswith(flag + "="):
-            value = word.split("=", 1)[1]
-    return value
-
-
-def _one_line(boxed: str) -> str:
-    """The message in the parser's box, without the box, its title and its hints."""
-    flat = " ".join(re.sub(r"[╭╮╰╯│]", " ", boxed).split())
-    parts = [part.strip(" ─-") for part in re.split(r"[─-]{5,}", flat)]
-    message = next((part for part in parts if part.startswith("Error parsing")), "") or max(parts, key=len, default="")
-    refused = re.search(r"Error parsing [^:]*: (\S+ = .* is refused: .*)$", message)
-    return refused.group(1) if refused else message
-
-
-def _flags(kind: type) -> dict[str, bool]:
-    """Every flag of a command; True for those that may be given several times."""
-    found: dict[str, bool] = {}
-    for path, marks, base in _walk(kind, ()):
-        if tyro.conf.Positional not in marks:
-            *outer, last = (part.replace("_", "-") for part in path)
-            for name in (last, f"no-{last}") if base is bool else (last,):
-                found["--" + ".".join((*outer, name))] = tyro.conf.UseAppendAction in marks
-    return found
-
-
-def _walk(kind: type, outer: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], tuple[Any, ...], Any]]:
-    for name, annotation in kinds_of(kind).items():
-        base, *marks = get_args(annotation) if get_origin(annotation) is Annotated else (annotation,)
-        if isinstance(base, type) and is_dataclass(base):
-            flat = any(getattr(mark, "name", None) == "" for mark in marks)
-            yield from _walk(base, outer if flat else (*outer, name))
-        else:
-            yield (*outer, name), tuple(marks), base
-
-
-def _require_once(arguments: Sequence[str], flags: Mapping[str, bool]) -> None:
-    """Refuse a setting that is given twice: the parser would take the last one without a word."""
-    given: dict[str, str] = {}
-    for i, word in enumerate(arguments):
-        flag, equals, value = word.partition("=")
-        flag = flag.replace("_", "-")
-        if flags.get(flag) is not False:
-            continue
-        if not equals:
-            value = arguments[i + 1] if i + 1 < len(arguments) and not arguments[i + 1].startswith("--") else ""
-        # --no-x is the other value of --x.
-        setting = re.sub(r"([-.])no-(?=[^.]*$)", r"\1", flag) if flag.replace("no-", "", 1) in flags else flag
-        written = f"{flag} {value}".strip()
-        if setting in given:
-            raise UsageError(f"{setting} is given twice: {given[setting]} and {written}; give it once")
-        given[setting] = written
-
-
-def _suggestion(flags: Iterable[str], word: str) -> str:
-    word = word.split("=", 1)[0].replace("_", "-")
-    old = {f"--{name.replace('_', '-')}": name for name in RENAMED}
-    if word in old:
-        return f"; it is called {now_called(old[word])} now"
-    near = difflib.get_close_matches(word, flags, n=1, cutoff=0.6)
-    places = {name: command.options for name, command in COMMANDS.items() if command.options}
-    others = [name for name, place in places.items() if word in _flags(options_of(place))] if word[:2] == "--" else []
-    if others:
-        return f", but of palpate {', '.join(others)}" + (f"; did you mean {near[0]}?" if near else "")
-    return f"; did you mean {near[0]}?" if near else "; see --help"

@@ -22,8 +22,8 @@ from palpate.adapters.log import (
     end_of,
     learner_of_json,
 )
+from palpate.adapters.replay.differences import Difference, Differences, close_enough, same_bits
 from palpate.adapters.replay.rebuild import Rebuilt
-from palpate.adapters.replay.tape import Difference, Differences, close_enough, same_bits
 from palpate.core.control_loop import LoopObserver
 from palpate.core.insertion import Purpose, TrialReport, generator
 from palpate.core.policy import learner_of

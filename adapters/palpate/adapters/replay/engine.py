@@ -31,18 +31,11 @@ from palpate.adapters.replay.compare import (
     compare_start,
     decisions_of,
 )
+from palpate.adapters.replay.differences import Difference, Differences
 from palpate.adapters.replay.handover import WhatIfRecording, continue_in_mujoco
+from palpate.adapters.replay.ports import ReplayArm, ReplayClock, ReplayForceSensor, ReplayJointEncoder
 from palpate.adapters.replay.rebuild import Rebuilder, Rebuilt
-from palpate.adapters.replay.tape import (
-    Difference,
-    Differences,
-    ReplayArm,
-    ReplayClock,
-    ReplayForceSensor,
-    ReplayJointEncoder,
-    Tape,
-    TapeEndError,
-)
+from palpate.adapters.replay.tape import Tape, TapeEndError
 from palpate.core.control_loop import run_trial
 from palpate.core.errors import DeviceError, LogError
 from palpate.core.insertion import INTERRUPT, TrialReport

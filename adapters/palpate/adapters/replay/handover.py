@@ -16,8 +16,9 @@ from typing import Any
 from palpate.adapters.experiments import ScoredTrial, score, truth_fields
 from palpate.adapters.log import TrialLog, TrialRecorder
 from palpate.adapters.mujoco import SimulatedRig
+from palpate.adapters.replay.differences import same_bits
 from palpate.adapters.replay.rebuild import Rebuilt, log_config
-from palpate.adapters.replay.tape import Tape, same_bits
+from palpate.adapters.replay.tape import Tape
 from palpate.core.control_loop import LoopObserver, run_trial
 from palpate.core.errors import LogError
 from palpate.core.ports import (

@@ -1,32 +1,23 @@
-"""The four ports over a recorded trial: inputs come from the log, outputs are held against it."""
+"""A recorded trial, port by port: what each call gave, and how what the core put out is held against it."""
 
 from __future__ import annotations
 
-import struct
 from collections import defaultdict, deque
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import Final, Generic, NamedTuple, TypeVar
-
-from typing_extensions import override
+from typing import Generic, NamedTuple, TypeVar
 
 from palpate.adapters.log import CallEntry, TickRecord, TrialLog
 from palpate.adapters.replay.calls import FORCE, JOINTS, NOW, SEND, SLEEP, STOP, CallOrder
+from palpate.adapters.replay.differences import Difference, Differences, close_enough, same_bits
 from palpate.core import errors
-from palpate.core.errors import CommandError, LogError, PalpateError
+from palpate.core.errors import LogError, PalpateError
 from palpate.core.ports import (
     SENSOR_FRAME,
     AppliedCommand,
-    ArmCommand,
-    Clock,
     CommandReason,
-    ForceSensor,
-    JointCommand,
-    JointEncoder,
     JointSample,
     JointVector,
-    Life,
-    ManagedDevice,
     WrenchKind,
     WrenchSample,
 )
@@ -44,69 +35,6 @@ class TapeEndError(PalpateError):
     def __init__(self, port: str) -> None:
         self.port = port
         super().__init__(f"the recording of {port} ends here")
-
-
-@dataclass(frozen=True, slots=True)
-class Difference:
-    """One output of the core that is not what was recorded.
-
-    Attributes:
-        tick: Control tick.
-        channel: Topic of the log.
-        field: Which field of the message.
-        recorded: What the log holds.
-        replayed: What the core gave now.
-    """
-
-    tick: int
-    channel: str
-    field: str
-    recorded: object
-    replayed: object
-
-    def __str__(self) -> str:
-        return f"tick {self.tick}, {self.channel} {self.field}: recorded {self.recorded}, replayed {self.replayed}"
-
-
-class Differences:
-    """Collects what differs: the first, and the first that is more than a matter of the last bits.
-
-    Attributes:
-        first: The first difference.
-        first_gross: The first that is beyond the tolerance of :func:`close_enough`.
-        first_command_tick: Tick of the first command that differs.
-        count: How many there are.
-    """
-
-    def __init__(self) -> None:
-        self.first_command_tick: int | None = None
-        self.first: Difference | None = None
-        self.first_gross: Difference | None = None
-        self.count = 0
-
-    def add(self, difference: Difference, *, gross: bool) -> None:
-        """Take note of one."""
-        self.count += 1
-        if self.first is None or difference.tick < self.first.tick:
-            self.first = difference
-        if gross and (self.first_gross is None or difference.tick < self.first_gross.tick):
-            self.first_gross = difference
-
-
-RELATIVE: Final = 1e-9
-"""Numbers this close may come from another processor's last bits."""
-_ABSOLUTE: Final = 1e-12
-
-
-def close_enough(a: float, b: float) -> bool:
-    """Whether two numbers differ by no more than another processor may make them differ."""
-    return abs(a - b) <= max(RELATIVE * max(abs(a), abs(b)), _ABSOLUTE)
-
-
-def same_bits(a: Iterable[float], b: Iterable[float]) -> bool:
-    """Whether two vectors are equal bit by bit: -0.0 is not 0.0, and a NaN is itself."""
-    x, y = tuple(a), tuple(b)
-    return len(x) == len(y) and struct.pack(f"{len(x)}d", *x) == struct.pack(f"{len(y)}d", *y)
 
 
 @dataclass(frozen=True, slots=True)
@@ -324,102 +252,3 @@ class Tape:
 
 def _as_measured(wrench: WrenchSample) -> bool:
     return wrench.kind is WrenchKind.RAW and wrench.frame == SENSOR_FRAME
-
-
-class ReplayClock(Clock):
-    """The recorded time, reading by reading.
-
-    Args:
-        tape: The recorded trial.
-    """
-
-    def __init__(self, tape: Tape) -> None:
-        self._tape = tape
-
-    def now_ns(self) -> int:
-        """The clock's reading at this call."""
-        return self._tape.clock.next()
-
-    def sleep_until(self, deadline_ns: int) -> None:
-        """A tick begins: no time passes."""
-        tape = self._tape
-        tape.tick += 1
-        tape.check_deadline(deadline_ns)
-        if tape.at_tick is not None:
-            tape.at_tick(tape.tick)
-
-
-class ReplayForceSensor(ManagedDevice, ForceSensor):
-    """The recorded force samples, call by call."""
-
-    def __init__(self, tape: Tape) -> None:
-        super().__init__("recorded force sensor")
-        self._track, self._next = tape.wrenches, tape.wrenches.next
-
-    @override
-    def read(self) -> WrenchSample:
-        if self._life is not Life.ACTIVE:
-            self._track.refused()
-            self._require_active("read()")
-        return self._next()
-
-
-class ReplayJointEncoder(ManagedDevice, JointEncoder):
-    """The recorded joint samples, call by call."""
-
-    def __init__(self, tape: Tape) -> None:
-        super().__init__("recorded encoders")
-        self._track, self._next = tape.joints, tape.joints.next
-
-    @override
-    def read(self) -> JointSample:
-        if self._life is not Life.ACTIVE:
-            self._track.refused()
-            self._require_active("read()")
-        return self._next()
-
-
-class ReplayArm(ManagedDevice, ArmCommand):
-    """Answers a command as the arm did when it was recorded; a command that differs is noted.
-
-    After the first difference the arm's answer is unknown: what was asked counts as applied, unless
-    the arm was held back or stopped at that time.
-    """
-
-    def __init__(self, tape: Tape) -> None:
-        super().__init__("recorded arm")
-        self._tape = tape
-        self._stopped = False
-        self._held: JointVector = ()
-
-    @override
-    def send(self, command: JointCommand) -> AppliedCommand:
-        tape, asked = self._tape, command.position_rad
-        if self._life is not Life.ACTIVE:
-            tape.sends.refused()
-            self._require_active("send()")
-        if self._stopped and not tape.sends.left:
-            tape.order.made.append(SEND)
-            return AppliedCommand(self._held, CommandReason.STOPPED)
-        sent = tape.sends.next()
-        if len(asked) != len(sent.asked_rad):
-            raise CommandError(f"the arm has {len(sent.asked_rad)} joints, the command has another number", len(asked))
-        tape.check_command(sent, asked)
-        applied = sent.applied
-        if applied.reason is CommandReason.AS_ASKED and tape.differences.first_command_tick is not None:
-            applied = AppliedCommand(asked)
-        self._held = applied.position_rad
-        return applied
-
-    @override
-    def stop(self) -> None:
-        # There is nothing to bring to rest; whether it is called, and how often, is held against the log.
-        if self._life is Life.ACTIVE:
-            self._stopped = True
-            if self._tape.stops.waiting:
-                self._tape.stops.next()
-            else:
-                self._tape.order.made.append(STOP)
-
-    def _on_activate(self) -> None:
-        self._stopped = False

@@ -5,7 +5,8 @@ from typing import Any
 
 import pytest
 
-from palpate.adapters.cli.options import TrainOptions, parse
+from palpate.adapters.cli.arguments import parse
+from palpate.adapters.cli.options import TrainOptions
 from palpate.adapters.config import RunConfig, field_value, overlay
 from palpate.core.errors import ConfigurationError, UsageError
 from palpate.core.ports.settings import Settings

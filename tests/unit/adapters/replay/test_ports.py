@@ -7,16 +7,8 @@ import pytest
 from palpate.adapters.log.reader import TrialLog
 from palpate.adapters.log.records import CallEntry, LossEntry, StartRecord
 from palpate.adapters.log.tick_layout import TickRecord, encode_tick
-from palpate.adapters.replay.tape import (
-    ReplayArm,
-    ReplayClock,
-    ReplayForceSensor,
-    ReplayJointEncoder,
-    Tape,
-    TapeEndError,
-    close_enough,
-    same_bits,
-)
+from palpate.adapters.replay.ports import ReplayArm, ReplayClock, ReplayForceSensor, ReplayJointEncoder
+from palpate.adapters.replay.tape import Tape, TapeEndError
 from palpate.core.errors import CommandError, DeviceError, LifecycleError, LogError
 from palpate.core.ports.values import AppliedCommand, CommandReason, JointCommand, JointSample, WrenchSample
 
@@ -159,18 +151,3 @@ def test_a_sleep_until_another_time_is_a_difference() -> None:
     ReplayClock(tape).sleep_until(1)
     assert tape.differences.first is not None
     assert tape.differences.first.field == "deadline_ns"
-
-
-@pytest.mark.parametrize(
-    ("a", "b", "close"),
-    [(1.0, 1.0 + 1e-10, True), (1.0, 1.0 + 1e-8, False), (0.0, 1e-13, True), (0.0, 1e-9, False)],
-)
-def test_what_another_processor_may_do(a: float, b: float, close: bool) -> None:
-    assert close_enough(a, b) is close
-
-
-def test_bits_are_compared_not_values() -> None:
-    nan = float("nan")
-    assert same_bits((nan,), (nan,))
-    assert not same_bits((0.0,), (-0.0,))
-    assert not same_bits((0.0,), (0.0, 0.0))

@@ -5,8 +5,9 @@ from pathlib import Path
 
 import pytest
 
+from palpate.adapters.cli.arguments import _flags, parse
 from palpate.adapters.cli.explore_options import ExploreOptions
-from palpate.adapters.cli.options import CompareOptions, ReplayOptions, RunOptions, TrainOptions, _flags, parse
+from palpate.adapters.cli.options import CompareOptions, ReplayOptions, RunOptions, TrainOptions
 from palpate.adapters.config.run import RunConfig, scenario
 from palpate.core.errors import ConfigurationError, UsageError
 

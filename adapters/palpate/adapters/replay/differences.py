@@ -1,0 +1,71 @@
+"""What a replay gave otherwise than it was recorded, and how far two numbers may be apart."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Final
+
+
+@dataclass(frozen=True, slots=True)
+class Difference:
+    """One output of the core that is not what was recorded.
+
+    Attributes:
+        tick: Control tick.
+        channel: Topic of the log.
+        field: Which field of the message.
+        recorded: What the log holds.
+        replayed: What the core gave now.
+    """
+
+    tick: int
+    channel: str
+    field: str
+    recorded: object
+    replayed: object
+
+    def __str__(self) -> str:
+        return f"tick {self.tick}, {self.channel} {self.field}: recorded {self.recorded}, replayed {self.replayed}"
+
+
+class Differences:
+    """Collects what differs: the first, and the first that is more than a matter of the last bits.
+
+    Attributes:
+        first: The first difference.
+        first_gross: The first that is beyond the tolerance of :func:`close_enough`.
+        first_command_tick: Tick of the first command that differs.
+        count: How many there are.
+    """
+
+    def __init__(self) -> None:
+        self.first_command_tick: int | None = None
+        self.first: Difference | None = None
+        self.first_gross: Difference | None = None
+        self.count = 0
+
+    def add(self, difference: Difference, *, gross: bool) -> None:
+        """Take note of one."""
+        self.count += 1
+        if self.first is None or difference.tick < self.first.tick:
+            self.first = difference
+        if gross and (self.first_gross is None or difference.tick < self.first_gross.tick):
+            self.first_gross = difference
+
+
+RELATIVE: Final = 1e-9
+"""Numbers this close may come from another processor's last bits."""
+_ABSOLUTE: Final = 1e-12
+
+
+def close_enough(a: float, b: float) -> bool:
+    """Whether two numbers differ by no more than another processor may make them differ."""
+    return abs(a - b) <= max(RELATIVE * max(abs(a), abs(b)), _ABSOLUTE)
+
+
+def same_bits(a: Iterable[float], b: Iterable[float]) -> bool:
+    """Whether two vectors are equal bit by bit: -0.0 is not 0.0, and a NaN is itself."""
+    x, y = tuple(a), tuple(b)
+    return len(x) == len(y) and struct.pack(f"{len(x)}d", *x) == struct.pack(f"{len(y)}d", *y)

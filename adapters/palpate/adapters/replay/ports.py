@@ -1,0 +1,122 @@
+"""The four ports over a recorded trial: inputs come from the log, outputs are held against it."""
+
+from __future__ import annotations
+
+from typing_extensions import override
+
+from palpate.adapters.replay.calls import SEND, STOP
+from palpate.adapters.replay.tape import Tape
+from palpate.core.errors import CommandError
+from palpate.core.ports import (
+    AppliedCommand,
+    ArmCommand,
+    Clock,
+    CommandReason,
+    ForceSensor,
+    JointCommand,
+    JointEncoder,
+    JointSample,
+    JointVector,
+    Life,
+    ManagedDevice,
+    WrenchSample,
+)
+
+
+class ReplayClock(Clock):
+    """The recorded time, reading by reading.
+
+    Args:
+        tape: The recorded trial.
+    """
+
+    def __init__(self, tape: Tape) -> None:
+        self._tape = tape
+
+    def now_ns(self) -> int:
+        """The clock's reading at this call."""
+        return self._tape.clock.next()
+
+    def sleep_until(self, deadline_ns: int) -> None:
+        """A tick begins: no time passes."""
+        tape = self._tape
+        tape.tick += 1
+        tape.check_deadline(deadline_ns)
+        if tape.at_tick is not None:
+            tape.at_tick(tape.tick)
+
+
+class ReplayForceSensor(ManagedDevice, ForceSensor):
+    """The recorded force samples, call by call."""
+
+    def __init__(self, tape: Tape) -> None:
+        super().__init__("recorded force sensor")
+        self._track, self._next = tape.wrenches, tape.wrenches.next
+
+    @override
+    def read(self) -> WrenchSample:
+        if self._life is not Life.ACTIVE:
+            self._track.refused()
+            self._require_active("read()")
+        return self._next()
+
+
+class ReplayJointEncoder(ManagedDevice, JointEncoder):
+    """The recorded joint samples, call by call."""
+
+    def __init__(self, tape: Tape) -> None:
+        super().__init__("recorded encoders")
+        self._track, self._next = tape.joints, tape.joints.next
+
+    @override
+    def read(self) -> JointSample:
+        if self._life is not Life.ACTIVE:
+            self._track.refused()
+            self._require_active("read()")
+        return self._next()
+
+
+class ReplayArm(ManagedDevice, ArmCommand):
+    """Answers a command as the arm did when it was recorded; a command that differs is noted.
+
+    After the first difference the arm's answer is unknown: what was asked counts as applied, unless
+    the arm was held back or stopped at that time.
+    """
+
+    def __init__(self, tape: Tape) -> None:
+        super().__init__("recorded arm")
+        self._tape = tape
+        self._stopped = False
+        self._held: JointVector = ()
+
+    @override
+    def send(self, command: JointCommand) -> AppliedCommand:
+        tape, asked = self._tape, command.position_rad
+        if self._life is not Life.ACTIVE:
+            tape.sends.refused()
+            self._require_active("send()")
+        if self._stopped and not tape.sends.left:
+            tape.order.made.append(SEND)
+            return AppliedCommand(self._held, CommandReason.STOPPED)
+        sent = tape.sends.next()
+        if len(asked) != len(sent.asked_rad):
+            raise CommandError(f"the arm has {len(sent.asked_rad)} joints, the command has another number", len(asked))
+        tape.check_command(sent, asked)
+        applied = sent.applied
+        if applied.reason is CommandReason.AS_ASKED and tape.differences.first_command_tick is not None:
+            applied = AppliedCommand(asked)
+        self._held = applied.position_rad
+        return applied
+
+    @override
+    def stop(self) -> None:
+        # There is nothing to bring to rest; whether it is called, and how often, is held against the log.
+        if self._life is Life.ACTIVE:
+            self._stopped = True
+            if self._tape.stops.waiting:
+                self._tape.stops.next()
+            else:
+                self._tape.order.made.append(STOP)
+
+    def _on_activate(self) -> None:
+        self._stopped = False
