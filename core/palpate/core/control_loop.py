@@ -265,6 +265,7 @@ def trial_ticks(
         raise
     else:
         _stop(arm, observers)
+        task.conclude()
 
 
 def _listeners(observers: Sequence[LoopObserver], event: str) -> tuple[Callable[..., None], ...]:

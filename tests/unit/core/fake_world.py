@@ -36,6 +36,7 @@ from palpate.core.policy import (
     Action,
     ActionPenalty,
     Decision,
+    Hindsight,
     Observation,
     Policy,
     Reinforcement,
@@ -204,11 +205,13 @@ class FollowTorque(Policy):
     Attributes:
         seen: Every observation, in order.
         learned: Every transition, in order.
+        ended: What each trial came to.
         before: Called before each choice.
     """
 
     seen: list[Observation] = field(default_factory=list)
     learned: list[Transition] = field(default_factory=list)
+    ended: list[Hindsight] = field(default_factory=list)
     before: Callable[[], None] = lambda: None
     temperature: float | None = None
 
@@ -227,6 +230,9 @@ class FollowTorque(Policy):
 
     def learn(self, transition: Transition) -> None:
         self.learned.append(transition)
+
+    def end_trial(self, hindsight: Hindsight) -> None:
+        self.ended.append(hindsight)
 
 
 @dataclass

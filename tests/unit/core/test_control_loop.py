@@ -243,6 +243,39 @@ def test_an_error_that_looks_like_the_end_is_none() -> None:
         assert_stopped(world)
 
 
+@pytest.mark.parametrize("tripped", [False, True])
+def test_what_a_trial_came_to_is_told_once_all_of_it_is_known(tripped: bool) -> None:
+    world, policy = FakeWorld(Pit(0.3e-3, -0.2e-3)), FollowTorque()
+    supervisor = Supervisor(
+        SupervisionConfig(), TaskConfig(), Kinematics(arm_named("zebra-zero"), TOOL), SensorFacts(0.0, 0.0)
+    )
+
+    class Last(Watch):
+        def act(self) -> JointCommand:
+            assert policy.ended == []
+            command = super().act()
+            # The supervisor trips in the tick in which the task says that the peg is in.
+            jump = 1.0 if tripped and self._task.done else 0.0
+            return JointCommand(tuple(q + jump for q in command.position_rad))
+
+    with world:
+        report = run_trial(Last(world, policy), world.ports, SETUP, supervisor)  # type: ignore[arg-type]
+        assert_stopped(world)
+    (told,) = policy.ended
+    assert (report.outcome, told.inserted) == ((Outcome.TRIPPED, False) if tripped else (Outcome.INSERTED, True))
+    assert told.tip_m[:2] == pytest.approx((0.3e-3, -0.2e-3), abs=0.2e-3)
+    assert told.depth_m == report.depth_m > 9e-3
+
+
+def test_a_trial_that_an_error_ended_came_to_nothing() -> None:
+    world, policy = FakeWorld(HOLE), FollowTorque()
+    watch = Watch(world, policy)
+    watch.on_step = lambda tick: world.arm.fail("follow-up error") if tick == 30 else None
+    with world, pytest.raises(DeviceError):
+        run(world, watch)
+    assert policy.ended == []
+
+
 class Diary(LoopObserver):
     """Keeps the names of all events but ``ended``, and what some of them brought."""
 

@@ -10,7 +10,7 @@ import numpy as np
 from palpate.core.errors import LifecycleError
 from palpate.core.insertion.trial import DecisionRecord
 from palpate.core.perception import Perception
-from palpate.core.policy import ActionOutcome, Decision, Observation, Policy, Reinforcement, Transition
+from palpate.core.policy import ActionOutcome, Decision, Hindsight, Observation, Policy, Reinforcement, Transition
 from palpate.core.ports import Vector3
 
 
@@ -106,6 +106,10 @@ class Agent:
         """The trial ended without the goal: the running action leads to whatever state this is."""
         if self._pending is not None:
             self._settle(next_state=self._observe(position_m, force_N, torque_Nm))
+
+    def end(self, hindsight: Hindsight) -> None:
+        """The trial is over, and this is what it came to."""
+        self._policy.end_trial(hindsight)
 
     def _observe(self, position_m: Vector3, force_N: Vector3, torque_Nm: Vector3) -> int:
         self.percept = self._perception.observe((*position_m, *force_N, *torque_Nm))

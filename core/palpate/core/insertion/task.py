@@ -35,7 +35,7 @@ from palpate.core.insertion.proof import ContactProof, NoProof, Proof
 from palpate.core.insertion.trial import Outcome, Phase, Purpose, TrialReport, TrialSetup, generator
 from palpate.core.insertion.trial_state import TrialState
 from palpate.core.motion import TipMotion
-from palpate.core.policy import Observation
+from palpate.core.policy import Hindsight, Observation
 from palpate.core.ports import CommandReason, JointCommand, Snapshot, Validity, Vector3
 
 INTERRUPT: Final = "interrupt"
@@ -234,6 +234,14 @@ class InsertionTask:
         elif self._state.report.outcome is Outcome.INSERTED:
             # Said in this very tick, from samples that are not to be trusted.
             self._state.report.outcome = Outcome.TRIPPED
+
+    def conclude(self) -> None:
+        """The loop is done with the trial: the policy gets what it came to.
+
+        Not as soon as the peg is in: a trip in that very tick, or while the arm comes to rest, makes it untrue.
+        """
+        report = self._state.report
+        self._agent.end(Hindsight(report.outcome is Outcome.INSERTED, self.tip_m, report.depth_m))
 
     def clamped(self, intervention: Intervention) -> None:
         """The supervisor has changed a command; noted at the first tick of each stretch."""

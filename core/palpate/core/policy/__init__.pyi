@@ -7,6 +7,7 @@ from .base import PROGRAMMED as PROGRAMMED
 from .base import Action as Action
 from .base import Decision as Decision
 from .base import FixedPolicy as FixedPolicy
+from .base import Hindsight as Hindsight
 from .base import Observation as Observation
 from .base import Policy as Policy
 from .base import Transition as Transition
@@ -25,6 +26,7 @@ from .exploration import boltzmann as boltzmann
 from .exploration import boltzmann_probabilities as boltzmann_probabilities
 from .file import SCHEMA as SCHEMA
 from .file import PolicyDocument as PolicyDocument
+from .learner import Learner as Learner
 from .programmed import AssignedPolicy as AssignedPolicy
 from .programmed import MixedPolicy as MixedPolicy
 from .programmed import ProgrammedPolicy as ProgrammedPolicy

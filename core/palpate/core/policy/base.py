@@ -2,7 +2,8 @@
 
 The task calls ``choose`` before each action and, when the action was one of the set, ``learn`` with
 what came of it. A trial that is aborted ends with an ordinary transition: running out of time is not
-the goal, and calling it one would make lost regions look good.
+the goal, and calling it one would make lost regions look good. When all is over, ``end_trial`` has what
+the port data came to.
 """
 
 from __future__ import annotations
@@ -140,6 +141,26 @@ class Transition:
             raise CommandError("a reinforcement must be finite", self.reinforcement)
 
 
+@dataclass(frozen=True, slots=True)
+class Hindsight:
+    """What the port data came to when a trial was over: what its observations were of.
+
+    Attributes:
+        inserted: Whether the peg was found to be in the hole; never of a trial that the supervisor ended.
+        tip_m: Tip by the encoders, (3,), as ``position_m`` of an observation: when inserted it is where the hole is.
+            Zeros where not one sample was sound.
+        depth_m: Depth of the tip below the plate's surface, at least 0.
+    """
+
+    inserted: bool
+    tip_m: Vector3
+    depth_m: float
+
+    def __post_init__(self) -> None:
+        if not (all(map(isfinite, self.tip_m)) and isfinite(self.depth_m) and self.depth_m >= 0.0):
+            raise CommandError("hindsight must be finite, and a depth at least 0", (self.tip_m, self.depth_m))
+
+
 @runtime_checkable
 class Policy(Protocol):
     """Chooses actions; may learn."""
@@ -174,6 +195,14 @@ class Policy(Protocol):
     @abstractmethod
     def learn(self, transition: Transition) -> None:
         """Learn from what came of an action; a policy that does not learn ignores it."""
+
+    def end_trial(self, hindsight: Hindsight) -> None:
+        """Take note of what a trial came to, once, after its last ``learn`` and with the arm at rest.
+
+        A trial that an error ended has none. What takes long belongs into the next ``begin_trial``. A policy that
+        derives from this class and does not override it ignores it.
+        """
+        return
 
 
 class FixedPolicy(Policy):

@@ -11,14 +11,15 @@ from palpate.core.policy.base import EXAMPLES, LEARNED, PROGRAMMED, Action, Poli
 from palpate.core.policy.entries import ActionEntry, BackOffEntry, LearnerEntry, TableRow
 from palpate.core.policy.examples import ExamplesPolicy
 from palpate.core.policy.file import PolicyDocument
+from palpate.core.policy.learner import Learner
 from palpate.core.policy.programmed import AssignedPolicy, MixedPolicy, ProgrammedPolicy
 from palpate.core.policy.sarsa import Sarsa, SarsaParameters
 from palpate.core.policy.tabular import QLearning, QParameters, TabularLearner
 
 
-def learner_of(policy: Policy) -> TabularLearner | None:
+def learner_of(policy: Policy) -> Learner | None:
     """The learner that a policy is or has as a part; the first one."""
-    return next((part for part in _parts_of(policy) if isinstance(part, TabularLearner)), None)
+    return next((part for part in _parts_of(policy) if isinstance(part, Learner)), None)
 
 
 def document_of(policy: Policy, *, created_with: Mapping[str, Any], perception: Mapping[str, Any]) -> PolicyDocument:
@@ -38,7 +39,7 @@ def document_of(policy: Policy, *, created_with: Mapping[str, Any], perception: 
             accepted = "programmed, examples, Q-learning and Sarsa; nothing else fits a policy file"
             raise ConfigurationError("policy", type(part).__name__, accepted)
         parts.append(part)
-    learner = learner_of(policy)
+    learner = next((part for part in parts if isinstance(part, TabularLearner)), None)
     states, actions = parts[0].states, parts[0].actions
     if any(part.states != states or part.actions != actions for part in parts):
         raise ConfigurationError("policy", "parts that differ", "the same states and actions in all its parts")

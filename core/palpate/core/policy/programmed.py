@@ -14,6 +14,7 @@ from palpate.core.policy.base import (
     Action,
     Decision,
     FixedPolicy,
+    Hindsight,
     Observation,
     Policy,
     Transition,
@@ -160,6 +161,11 @@ class MixedPolicy(Policy):
         """Begin the trial in every part; they share ``rng``."""
         for part in self.parts:
             part.begin_trial(trial, rng)
+
+    @override
+    def end_trial(self, hindsight: Hindsight) -> None:
+        for part in self.parts:
+            part.end_trial(hindsight)
 
     def choose(self, observation: Observation) -> Decision:
         """What the part in charge of the state chooses.

@@ -16,12 +16,12 @@ from palpate.core.policy.base import (
     Action,
     Decision,
     Observation,
-    Policy,
     Transition,
     check_names,
     drawing_from,
 )
 from palpate.core.policy.exploration import TemperatureSchedule, boltzmann
+from palpate.core.policy.learner import Learner
 from palpate.core.ports import Discount, HalvingVisits, LearningRate, Range, Settings, require_floor
 
 
@@ -59,7 +59,7 @@ class QParameters(Settings):
         return max(self.alpha_floor, self.alpha / (1.0 + visits / self.alpha_visits))
 
 
-class TabularLearner(Policy):
+class TabularLearner(Learner):
     """Chooses by Boltzmann exploration over a table of Q; how the table is learned is up to each learner.
 
     Args:
@@ -106,8 +106,8 @@ class TabularLearner(Policy):
         return tuple(map(tuple, self._visits))
 
     @property
+    @override
     def trials_learned(self) -> int:
-        """Number of trials in which it learned anything."""
         return self._trials_learned
 
     def serves(self, state: int) -> bool:
@@ -152,11 +152,8 @@ class TabularLearner(Policy):
             self._trial_counted = True
             self._trials_learned += 1
 
+    @override
     def get_state(self) -> dict[str, Any]:
-        """All that learning has changed, as plain JSON values that keep every bit.
-
-        The random generator belongs to the caller and is not in it.
-        """
         return {
             "q": [list(row) for row in self._q],
             "visits": [list(row) for row in self._visits],
@@ -165,12 +162,8 @@ class TabularLearner(Policy):
             "temperature": self._temperature,
         }
 
+    @override
     def set_state(self, state: Mapping[str, Any]) -> None:
-        """Go back to what :meth:`get_state` gave.
-
-        Raises:
-            ConfigurationError: It is the state of a learner of another size; nothing is changed then.
-        """
         shape = [len(self.actions)] * len(self.states)
         for key in ("q", "visits"):
             sizes = [len(row) for row in state[key]]

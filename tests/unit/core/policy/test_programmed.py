@@ -3,7 +3,7 @@ import pytest
 from scipy.stats import chisquare
 
 from palpate.core.errors import ConfigurationError, LifecycleError
-from palpate.core.policy.base import Action, Decision, Policy, Transition
+from palpate.core.policy.base import Action, Decision, Hindsight, Policy, Transition
 from palpate.core.policy.examples import ExamplesPolicy
 from palpate.core.policy.exploration import TemperatureSchedule
 from palpate.core.policy.programmed import AssignedPolicy, MixedPolicy, ProgrammedPolicy, RandomWalkPolicy, check_known
@@ -123,6 +123,9 @@ class Spy(Policy):
     def learn(self, transition) -> None:
         self.learned.append(transition)
 
+    def end_trial(self, hindsight) -> None:
+        self.learned.append(hindsight)
+
 
 def test_in_each_state_the_first_part_that_serves_it_decides():
     programmed = ProgrammedPolicy(STATES, TWO, {"a": LEFT})
@@ -140,10 +143,12 @@ def test_trials_and_transitions_reach_every_part():
     policy = MixedPolicy(STATES, spies)
     rng = np.random.default_rng(0)
     policy.begin_trial(4, rng)
+    hindsight = Hindsight(True, (1e-3, 0.0, 0.0), 0.01)
     policy.learn(Transition(0, 1, -1.0, 2))
+    policy.end_trial(hindsight)
     for spy in spies:
         assert spy.begun == [(4, rng)]
-        assert spy.learned == [Transition(0, 1, -1.0, 2)]
+        assert spy.learned == [Transition(0, 1, -1.0, 2), hindsight]
 
 
 def test_a_learner_values_programmed_states_by_the_programmed_action_and_others_by_the_best():
