@@ -14,6 +14,8 @@ from .provenance import core_sha256 as core_sha256
 from .provenance import decisive as decisive
 from .provenance import made_with as made_with
 from .provenance import processor as processor
+from .raised import BY_CORE as BY_CORE
+from .raised import raised_by as raised_by
 from .reader import TrialLog as TrialLog
 from .reader import assemble as assemble
 from .reader import learner_of_json as learner_of_json

@@ -115,6 +115,11 @@ class FlightRecorder(LoopObserver):
         """The tick that is under way; -1 before the first."""
         return self._tick
 
+    @property
+    def failed_port(self) -> str:
+        """The port whose call ended the trial; empty where it was none."""
+        return self._unfinished.calling
+
     def call(self, entry: CallEntry) -> None:
         """Record a port call that is none of a tick's four: one that failed, or one outside the loop."""
         if self._recording:

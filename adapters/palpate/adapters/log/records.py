@@ -134,8 +134,9 @@ class EndRecord:
     """What a trial came to, and the learner after it. ``true_...`` is the simulator's truth; None on an arm.
 
     ``stopped_by`` is what stopped the arm besides core and supervisor; ``timing_json`` tells, on rigs, what each
-    section of a tick took, from the run's start to this trial's end. The last four are the core's own count of how
-    regular its ticks and samples were; None in logs from before they were kept.
+    section of a tick took, from the run's start to this trial's end. Four are the core's own count of how regular its
+    ticks and samples were; None in logs from before they were kept. ``raised_by`` is who raised ``error``: core, port
+    or outside (observers, the clock, signals); empty in logs from before it was kept.
     """
 
     tick: int
@@ -161,6 +162,7 @@ class EndRecord:
     late_ticks: int | None = None
     skipped_slots: int | None = None
     repeated_samples: int | None = None
+    raised_by: str = ""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)

@@ -164,6 +164,7 @@ MESSAGES: Final[Mapping[str, tuple[tuple[str, str, int], ...]]] = {
         ("late_ticks", "sfixed64", 21),
         ("skipped_slots", "sfixed64", 22),
         ("repeated_samples", "sfixed64", 23),
+        ("raised_by", "string", 24),
     ),
 }
 """Field name, kind and number of each message."""

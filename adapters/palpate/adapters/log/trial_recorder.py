@@ -12,6 +12,7 @@ from typing import Any, Final, Self
 from palpate.adapters.config import RecordingConfig, RunConfig, to_toml
 from palpate.adapters.log.file import dump_json
 from palpate.adapters.log.provenance import arm_sha256, core_sha256, made_with, processor
+from palpate.adapters.log.raised import raised_by
 from palpate.adapters.log.recorder import FlightRecorder
 from palpate.adapters.log.records import EndRecord, StartRecord
 from palpate.adapters.log.schema import SCHEMA
@@ -175,7 +176,8 @@ class TrialRecorder:
             # The task did not even begin: this is the report of the trial before.
             report = TrialReport(self._setup)
         learner = "" if self._subject is None else self._subject.learner_json()
-        text = {"error": type(error).__name__, "text": str(error)}
+        by = raised_by(error, self.flight.failed_port)
+        text = {"error": type(error).__name__, "text": str(error), "raised_by": by}
         self.flight.end(end_of(report, learner_json=learner, **text, **(facts or {})))
 
 

@@ -12,6 +12,7 @@ from typing import Any, Final
 
 from palpate.adapters.experiments import ScoredTrial
 from palpate.adapters.log import (
+    BY_CORE,
     DecisionEntry,
     TickRecord,
     TrialLog,
@@ -21,6 +22,7 @@ from palpate.adapters.log import (
     learner_of_json,
     made_with,
     processor,
+    raised_by,
 )
 from palpate.adapters.replay.compare import (
     Beginning,
@@ -221,6 +223,10 @@ def _ending(tape: Tape, rebuilt: Rebuilt, error: BaseException | None) -> str:
     if isinstance(error, TapeEndError):
         if end is None:
             return f"the log ends at tick {len(tape.log.ticks) - 1}, before the trial did"
+        if end.error and end.raised_by == BY_CORE:
+            told = f"{end.error}: {end.text}"
+            differences.add(Difference(tick, "/end", "error", told, _STILL_RUNNING), gross=True)
+            return ""
         if end.error and not end.outcome:
             return f"the recording was ended by {end.error} at tick {len(tape.log.ticks) - 1}"
         differences.add(Difference(tick, "/end", "outcome", end.outcome, _STILL_RUNNING), gross=True)
@@ -229,12 +235,14 @@ def _ending(tape: Tape, rebuilt: Rebuilt, error: BaseException | None) -> str:
         if told != f"{type(error).__name__}: {error}":
             now = f"{type(error).__name__}: {error}"
             differences.add(Difference(tick, "/end", "error", told or None, now), gross=True)
+        elif end is not None and end.raised_by and (end.raised_by == BY_CORE) is not (raised_by(error) == BY_CORE):
+            differences.add(Difference(tick, "/end", "raised_by", end.raised_by, raised_by(error)), gross=True)
     elif tape.sends.left:
         outcome = rebuilt.task.report.outcome
         now = "" if outcome is None else outcome.value
         recorded = _STILL_RUNNING if end is None else f"{end.ticks} ticks"
         differences.add(Difference(tick, "/end", "ticks", recorded, f"{tick + 1} ticks, {now}"), gross=True)
-    elif end is not None and (end.error or end.text):
+    elif end is not None and (end.error or end.text or end.raised_by):
         differences.add(Difference(tick, "/end", "error", f"{end.error}: {end.text}", None), gross=True)
     return ""
 

@@ -80,6 +80,7 @@ RECORDS = [
             counterfactual=True,
             stopped_by="key: 'q' was pressed",
             timing_json='{"ticks": 3}',
+            raised_by="core",
         ),
     ),
 ]

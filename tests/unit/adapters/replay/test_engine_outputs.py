@@ -69,6 +69,7 @@ def one_value(made: Any) -> None:
     [
         ("/end", 0, said(error="DeviceError", text="arm: cable pulled"), "error"),
         ("/end", 0, said(text="all well"), "error"),
+        ("/end", 0, said(raised_by="core"), "error"),
         ("/end", 0, said(outcome="inserted"), "outcome"),
         ("/end", 0, said(outcome="", error="KeyboardInterrupt"), "error"),
         ("/end", 0, said(success=True), "success"),
@@ -207,3 +208,21 @@ def test_a_supervisor_with_a_watch_disarmed(
 ) -> None:
     monkeypatch.setattr(f"palpate.core.supervision.watches.{watch}.trip", lambda *_: None)
     assert replay_file(golden_here(name), Rebuilder()).verdict is Verdict.DIVERGED
+
+
+def test_an_error_of_the_core_s_own_that_it_raises_no_more(
+    golden_here: Callable[[str], Path], replayed: Callable[[list[RawMessage]], Replay], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    log = golden_here("first-kind")
+    messages = messages_of(log)
+    by_outside = replayed(changed(messages, indices(messages, "/end")[0], said(raised_by="outside")))
+    assert by_outside.first is not None
+    assert (by_outside.first.field, by_outside.first.replayed) == ("raised_by", "core")
+    monkeypatch.setattr("palpate.core.supervision.supervisor.require_raw", lambda *_: None)
+    one = replay_file(log, Rebuilder())
+    assert one.verdict is Verdict.DIVERGED
+    assert one.first is not None
+    assert (one.first.field, one.first.replayed) == ("error", "still running")
+    # A log from before that was recorded says no more than that an error ended the recording.
+    older = replayed(changed(messages, indices(messages, "/end")[0], lambda made: made.ClearField("raised_by")))
+    assert older.verdict is Verdict.EQUAL
