@@ -34,12 +34,17 @@ class LearningConfig(Settings):
     """The learning rate never falls below this."""
     gamma: Discount = 1.0
     """Discount."""
+    initial_value: Annotated[float, Range(-1e6, 1e6)] = -5.0
+    """Q before the first visit: near what the way to the goal costs. From 0, which promises the goal at once, values
+    sink for hundreds of trials and hide which action is best."""
     temperature: Annotated[float, Range(0.0, 1e6, above=True)] = 5.0
     """Boltzmann temperature of the first trial."""
     temperature_decay: TemperatureDecay = 0.95
     """Its factor from trial to trial."""
     temperature_floor: Temperature = 0.2
     """It never falls below this: states are aliased, and a greedy policy would loop in them."""
+    temperature_in_use: Temperature = 0.1
+    """Temperature of the policy when it is used without learning, where this is below the floor."""
     back_off_visits: HalvingVisits = 0.0
     """With a memory: visits after which a state's own experience counts as much as that of its last symbol, which
     stands in for it until then; 0 for never."""

@@ -67,12 +67,17 @@ def comparator(name: str, config: RunConfig, hole_m: Hole) -> Policy:
 def learning_parameters(config: RunConfig) -> QParameters:
     """The learner's parameters."""
     learning = config.learning
+    floor, in_use = learning.temperature_floor, learning.temperature_in_use
+    schedule = TemperatureSchedule(
+        learning.temperature, learning.temperature_decay, floor, in_use if in_use < floor else None
+    )
     return QParameters(
         alpha=learning.alpha,
         gamma=learning.gamma,
-        temperature=TemperatureSchedule(learning.temperature, learning.temperature_decay, learning.temperature_floor),
+        temperature=schedule,
         alpha_visits=learning.alpha_visits,
         alpha_floor=learning.alpha_floor,
+        initial_value=learning.initial_value,
     )
 
 

@@ -183,7 +183,8 @@ class LearnerEntry(Settings):
     def content(self) -> dict[str, Any]:
         """The learner as JSON has it."""
         settings = asdict(self.parameters)
-        temperature = {"temperature": settings.pop("temperature"), "trials_learned": self.trials_learned}
+        schedule = {key: value for key, value in settings.pop("temperature").items() if value is not None}
+        temperature = {"temperature": schedule, "trials_learned": self.trials_learned}
         content = {"kind": self.kind, **settings, "alpha_visits": settings["alpha_visits"] or None, **temperature}
         return content if self.back_off is None else content | {"back_off": asdict(self.back_off)}
 

@@ -32,6 +32,8 @@ class TemperatureSchedule(Settings):
     """Factor from one trial to the next."""
     floor: Temperature
     """Lowest temperature, at most the initial one."""
+    in_use: Temperature | None = None
+    """Temperature of a policy that does not learn, where it is below the floor; None for the floor."""
 
     @override
     def check(self) -> None:
@@ -40,6 +42,11 @@ class TemperatureSchedule(Settings):
     def at(self, trial: int) -> float:
         """Temperature of a trial, counted from 0."""
         return max(self.floor, self.initial * self.decay**trial)
+
+    @property
+    def when_frozen(self) -> float:
+        """Temperature of a policy that does not learn."""
+        return self.floor if self.in_use is None else min(self.floor, self.in_use)
 
 
 def boltzmann_probabilities(values: Sequence[float], temperature: float) -> list[float]:

@@ -66,7 +66,7 @@ class TabularLearner(Learner):
         states: Names of the states.
         actions: The action set.
         parameters: Its settings.
-        frozen: Learn nothing, and keep the temperature at the floor of the schedule.
+        frozen: Learn nothing, and keep the temperature of the schedule for that.
 
     Raises:
         ConfigurationError: A value is out of its range, or names repeat.
@@ -122,7 +122,7 @@ class TabularLearner(Learner):
 
     def _temperature_of(self, trial: int) -> float:
         schedule = self.parameters.temperature
-        return schedule.floor if self.frozen else schedule.at(trial)
+        return schedule.when_frozen if self.frozen else schedule.at(trial)
 
     def choose(self, observation: Observation) -> Decision:
         """Draw an action by Boltzmann exploration; exactly one random number.

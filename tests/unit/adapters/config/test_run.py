@@ -71,6 +71,7 @@ def test_presets() -> None:
     assert paper == RunConfig()
     assert paper.cell.hole_uncertainty_mm == 0.0
     assert blind.cell.hole_uncertainty_mm == 3.0
+    assert (paper.perception.position_threshold_mm, blind.perception.position_threshold_mm) == (1.0, 50.0)
     assert blind.task == paper.task
     with pytest.raises(ConfigurationError, match="one of paper, blind"):
         scenario("dark")

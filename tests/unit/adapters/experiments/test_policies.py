@@ -10,7 +10,7 @@ import pytest
 
 from palpate.adapters.config.run import LearningConfig, PerceptionConfig, RunConfig
 from palpate.adapters.experiments import COMPARATORS, build_perception, comparator, learning_policy, perception_of
-from palpate.adapters.experiments.policies import perception_settings
+from palpate.adapters.experiments.policies import loaded_policy, perception_settings
 from palpate.adapters.log.provenance import made_with
 from palpate.core.errors import ConfigurationError
 from palpate.core.insertion.config import N_PER_KGF, TaskConfig
@@ -74,6 +74,19 @@ def test_learning_settings_reach_the_learner() -> None:
         policy.begin_trial(trial, np.random.default_rng(0))
         temperatures.append(policy.temperature)
     assert temperatures == [2.0, 1.0, 0.5, 0.5]
+    assert policy.q[0][0] == settings.initial_value == -5.0
+
+
+@pytest.mark.parametrize(("in_use", "temperature"), [(0.1, 0.1), (0.0, 0.0), (0.5, 0.5), (3.0, 0.5)])
+def test_a_policy_in_use_is_colder_than_in_training_through_its_file(in_use: float, temperature: float) -> None:
+    config = RunConfig(learning=LearningConfig(temperature_floor=0.5, temperature_in_use=in_use))
+    perception = build_perception(DEFAULT)
+    policy = learning_policy(config, perception)
+    text = document_of(policy, created_with={}, perception={}).to_json_text()
+    assert ("in_use" in text) == (temperature < 0.5)
+    # Whatever the run is configured to, the file says it.
+    loaded = loaded_policy(PolicyDocument.from_json_text(text), RunConfig(), perception, frozen=True)
+    assert loaded.temperature == temperature
 
 
 def test_programmed_and_example_states_stand_beside_learned_ones(tmp_path: Path) -> None:

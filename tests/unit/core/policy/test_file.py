@@ -109,7 +109,8 @@ def test_the_file_looks_as_documented():
 
 def test_the_json_schema_has_the_declared_ranges_of_a_learner():
     written = FORMAT["properties"]["learner"]["properties"]
-    declared = {"alpha_visits": {"exclusiveMinimum": 0}}  # in the file a rate that stays is null
+    # In the file a rate that stays is null, and what is not set is not there.
+    declared = {"alpha_visits": {"exclusiveMinimum": 0}, "in_use": {"minimum": 0}}
     for table, schema in ((SarsaParameters, written), (TemperatureSchedule, written["temperature"]["properties"])):
         for name, kind in kinds_of(table).items():
             ends = {key: value for key, value in json_schema(kind).items() if "imum" in key and value < 1e6}
