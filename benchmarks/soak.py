@@ -146,8 +146,8 @@ def soak(options: argparse.Namespace, folder: Path, note: Callable[[list[object]
             if outcome != Outcome.INSERTED.value:
                 rig.return_to_ready()
             # The person who has looked at it.
-            if supervisor.trip is not None:
-                supervisor.acknowledge("the soak", "what trips here is planned")
+            if supervisor.latch.cause:
+                supervisor.latch.acknowledge("the soak", "what trips here is planned")
             if rig.ports.arm.life is Life.FAULTED:
                 rig.ports.arm.acknowledge_fault()
             if rig.ports.force_sensor.life is Life.FAULTED:

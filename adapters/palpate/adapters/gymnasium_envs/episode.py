@@ -174,8 +174,8 @@ class InsertionEpisodes:
 
     def _begin(self) -> None:
         self._let_go()
-        if self._supervisor.trip is not None:
-            # Only a person may acknowledge a trip. A simulated cell begins anew, and its supervisor with it.
+        if self._supervisor.latch.cause:
+            # Only a person may acknowledge that. A simulated cell begins anew, and its supervisor with it.
             self._supervisor = build_supervisor(self.config, self._ready, self.rig.sensor_facts)
         self.rig.seed = self.config.seed
         # The clock too, so that an episode is the same to the last bit whatever was before.

@@ -167,7 +167,7 @@ class Rebuilder:
             self._kept, self._key, self._supervisor = self._build(log), key, None
         config, ready, perception, policy, task = self._kept
         sensor = _sensor(log, config)
-        if self._supervisor is None or self._supervisor.latched or sensor != self._sensor:
+        if self._supervisor is None or self._supervisor.latch.cause or sensor != self._sensor:
             # A trip, or a refused beginning, waits for a person; another trial gets another supervisor.
             self._supervisor, self._sensor = build_supervisor(config, ready, sensor), sensor
         supervisor = self._supervisor

@@ -20,6 +20,8 @@ What is left of the noise of a channel that has died, a twentieth, stays within 
 """
 _FEWEST: Final = 8
 """A standard deviation of fewer samples than this says nothing."""
+_REMEMBERED: Final = 2**15
+"""At least so many samples are remembered, nearly four minutes of them; never more than twice as many."""
 CHANNELS: Final = ("Fx", "Fy", "Fz", "Tx", "Ty", "Tz")
 _Six: TypeAlias = tuple[float, float, float, float, float, float]
 _FORCES: Final = 3
@@ -60,6 +62,7 @@ class NoiseWatch:
         self._begun: _Six = (nan, nan, nan, nan, nan, nan)
         self._since = (0, 0, 0, 0, 0, 0)
         self._seen: dict[float, int] = {}
+        self._seen_before: dict[float, int] = {}
         self._count = self._lag = self._recurring = 0
 
     def trip(self, snapshot: Snapshot, expectation: Expectation) -> Trip | None:
@@ -107,10 +110,13 @@ class NoiseWatch:
         self._begun, self._since = (a, b, c, d, e, f), (one, two, three, four, five, six)
         # A sum in place of six values to be hashed: that it comes again several times in order is no accident either.
         key, seen = fx + fy + fz + tx + ty + tz, self._seen
-        if key in seen:
-            before, seen[key] = seen[key], count
-            return self._recurs(snapshot.tick, count - before)
+        before = seen.get(key) or self._seen_before.get(key)
+        if len(seen) >= _REMEMBERED:
+            self._seen_before = seen
+            seen = self._seen = {}
         seen[key] = count
+        if before is not None:
+            return self._recurs(snapshot.tick, count - before)
         self._recurring = 0
         return None
 

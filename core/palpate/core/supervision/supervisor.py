@@ -45,7 +45,6 @@ class GuardEvent(enum.Enum):
     TRIP_AND_RETRACT = "trip, retracting"
     TRIP_AND_HOLD = "trip, holding"
     ARRIVE = "end of the retraction"
-    ACKNOWLEDGE = "acknowledge()"
 
 
 TRANSITIONS: Final[dict[tuple[Guard, GuardEvent], Guard]] = {
@@ -54,9 +53,9 @@ TRANSITIONS: Final[dict[tuple[Guard, GuardEvent], Guard]] = {
     (Guard.ACTIVE, GuardEvent.TRIP_AND_RETRACT): Guard.TRIPPED_RETRACTING,
     (Guard.ACTIVE, GuardEvent.TRIP_AND_HOLD): Guard.TRIPPED_HOLDING,
     (Guard.TRIPPED_RETRACTING, GuardEvent.ARRIVE): Guard.TRIPPED_HOLDING,
-    # A retraction may have been cut short by an exception; a person may acknowledge that too.
-    (Guard.TRIPPED_RETRACTING, GuardEvent.ACKNOWLEDGE): Guard.READY,
-    (Guard.TRIPPED_HOLDING, GuardEvent.ACKNOWLEDGE): Guard.READY,
+    # The latch is free again: a person has acknowledged. A retraction may have been cut short by an exception.
+    (Guard.TRIPPED_RETRACTING, GuardEvent.BEGIN): Guard.ACTIVE,
+    (Guard.TRIPPED_HOLDING, GuardEvent.BEGIN): Guard.ACTIVE,
 }
 
 
@@ -67,7 +66,7 @@ class Supervisor:
     """Watches one arm, trial by trial. Without I/O and without a clock: a function of the snapshots so far.
 
     What a joint limit forbids is clamped. What a trial may not go on from trips: the first cause is latched, the arm is
-    led back or held, and only :meth:`acknowledge` lets another trial begin.
+    led back or held, and another trial begins only once a person has acknowledged it at the latch.
 
     Args:
         config: The limits; :func:`~palpate.core.supervision.fit.require_fitting` checks that they suit this arm.
@@ -78,6 +77,9 @@ class Supervisor:
         latch: Of the rig, for all who watch it; None for one of its own.
         ready_rad: The ready pose, (n,); a trial begins within half a turn of it on each joint. None where that is not
             known.
+
+    Attributes:
+        latch: What keeps another trial from beginning.
     """
 
     def __init__(
@@ -93,7 +95,7 @@ class Supervisor:
         lower: JointVector = tuple(kinematics.lower_rad.tolist())
         upper: JointVector = tuple(kinematics.upper_rad.tolist())
         velocity: JointVector = tuple(kinematics.velocity_limit_rad_s.tolist())
-        self._latch, self._ready_rad = FaultLatch() if latch is None else latch, ready_rad
+        self.latch, self._ready_rad = FaultLatch() if latch is None else latch, ready_rad
         self._samples, self._wrench = SampleWatch(config, sensor), WrenchWatch(config, scale)
         self._noise = NoiseWatch(config, task, sensor) if sensor.noise_N > 0.0 or sensor.noise_Nm > 0.0 else None
         self._frame = sensor.frame
@@ -116,13 +118,8 @@ class Supervisor:
 
     @property
     def trip(self) -> Trip | None:
-        """The latched cause; None while there is none."""
+        """What ended the newest trial; None while nothing has."""
         return self._trip
-
-    @property
-    def latched(self) -> bool:
-        """Whether no trial may begin before somebody acknowledges, be it for a trip or for how one began."""
-        return bool(self._latch.cause)
 
     @property
     def retracting(self) -> bool:
@@ -135,34 +132,14 @@ class Supervisor:
         Raises:
             FaultLatchedError: A trip has not been acknowledged, be it of another supervisor of the same rig.
         """
-        self._latch.require_free()
-        if self._trip is not None:
-            # Acknowledged at the rig's latch.
-            self._move(GuardEvent.ACKNOWLEDGE)
-            self._trip = None
+        self.latch.require_free()
         self._move(GuardEvent.BEGIN)
+        self._trip = None
         for watch in (self._samples, self._wrench, self._joints):
             watch.begin()
         if self._noise is not None:
             self._noise.begin()
         self._held = ()
-
-    def acknowledge(self, by: str, reason: str) -> None:
-        """Clear the latched trip; a person's decision, never a program's.
-
-        Args:
-            by: Who decides it.
-            reason: Why it is safe to go on.
-
-        Raises:
-            LifecycleError: There is none.
-            ConfigurationError: Nobody is named, or no reason is given.
-        """
-        if self._trip is None:
-            raise LifecycleError(_NAME, self._state.value, GuardEvent.ACKNOWLEDGE.value, "there is no trip")
-        self._latch.acknowledge(by, reason)
-        self._move(GuardEvent.ACKNOWLEDGE)
-        self._trip = None
 
     def check(
         self, snapshot: Snapshot, asked: JointCommand, expectation: Expectation, tip_m: Vector3 | None = None
@@ -249,7 +226,7 @@ class Supervisor:
                 problem = (
                     f"joint {number} reads {q:.4f} rad, more than half a turn from the ready pose, {ready:.4f} rad"
                 )
-                self._latch.set(problem)
+                self.latch.set(problem)
                 raise DeviceError("joint encoder", problem)
         require_raw(snapshot.wrench, self._frame)
         self._limiter.start(joints.position_rad)
@@ -280,7 +257,7 @@ class Supervisor:
 
     def _take_command(self, trip: Trip, snapshot: Snapshot, asked_rad: JointVector) -> Supervised:
         self._trip = trip
-        self._latch.set(trip.text)
+        self.latch.set(trip.text)
         self._move(GuardEvent.TRIP_AND_RETRACT if self._retracts else GuardEvent.TRIP_AND_HOLD)
         if self._retracts:
             self._retreat.start(self._held)

@@ -108,7 +108,7 @@ def reused(config: SupervisionConfig) -> Supervisor:
 def begun(config: SupervisionConfig) -> Supervisor:
     made = reused(config)
     if made.trip is not None:
-        made.acknowledge("a person", "it was a test")
+        made.latch.acknowledge("a person", "it was a test")
     made.begin()
     return made
 

@@ -224,7 +224,7 @@ class Bench:
             outcome=outcome,
             ticks_to_stop=ticks,
             cause="" if stop is None else _cause(supervisor, error, report),
-            latched=supervisor is not None and supervisor.latched,
+            latched=supervisor is not None and bool(supervisor.latch.cause),
             safe_stop=stopped,
             peak_force_N=peak_N,
             damage=damage,

@@ -22,7 +22,7 @@ class ExploringChecks:
     """What is checked between the ticks of an action."""
 
     def __init__(self, equipment: Equipment, proof: ContactProof) -> None:
-        self._bench, self._proof, self._lift = equipment, proof, LiftCheck(equipment, proof)
+        self._equipment, self._proof, self._lift = equipment, proof, LiftCheck(equipment, proof)
         self._press_N = equipment.task.press_kgf * N_PER_KGF
         self.begin()
 
@@ -42,7 +42,7 @@ class ExploringChecks:
         Args:
             countdown: Ticks that are left of the running action.
         """
-        equipment, proof = self._bench, self._proof
+        equipment, proof = self._equipment, self._proof
         measured, state, reference_m = equipment.measurement, equipment.state, equipment.motion.reference_m
         if not self._lift.running:
             if not self._touch_judged:
@@ -65,8 +65,8 @@ class ExploringChecks:
 
     def _judge_touch(self, countdown: int) -> None:
         """Before the first choice: the touch itself shows the gripper's stiffness, or a lift has to."""
-        proof, state = self._proof, self._bench.state
-        proof.watch_touch(state.snapshot, self._bench.measurement)
+        proof, state = self._proof, self._equipment.state
+        proof.watch_touch(state.snapshot, self._equipment.measurement)
         if countdown > 1:
             return
         self._touch_judged, share = True, proof.touch.share

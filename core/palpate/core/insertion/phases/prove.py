@@ -25,7 +25,7 @@ class Prove(RunningPhase):
 
     def __init__(self, equipment: Equipment, proof: ContactProof) -> None:
         task = equipment.task
-        self._bench, self._proof, self._lift = equipment, proof, LiftCheck(equipment, proof)
+        self._equipment, self._proof, self._lift = equipment, proof, LiftCheck(equipment, proof)
         self._contact_N, self._press_N = task.contact_kgf * N_PER_KGF, task.press_kgf * N_PER_KGF
         self._deepest_m = task.insertion_depth_mm * 1e-3 + task.depth_tolerance_mm * 1e-3
 
@@ -33,19 +33,19 @@ class Prove(RunningPhase):
         """The tip is as deep as it shall be."""
         self.over, self._lift.running = False, False
         # Where the plate was never touched, only the floor can show that the force along the axis is alive.
-        in_contact = self._bench.measurement.filtered_force_z_N < -self._contact_N
-        self._floor, self._countdown = in_contact or self._bench.state.slack_m > 0.0, _SEATING_TICKS
-        self._proof.wall.begin(self._bench.motion.reference_m[:2])
+        in_contact = self._equipment.measurement.filtered_force_z_N < -self._contact_N
+        self._floor, self._countdown = in_contact or self._equipment.state.slack_m > 0.0, _SEATING_TICKS
+        self._proof.wall.begin(self._equipment.motion.reference_m[:2])
 
     @override
     def step(self) -> Vector3:
         """Press on the floor, then lift; or push aside."""
-        equipment = self._bench
+        equipment = self._equipment
         depth_m = equipment.measurement.tip_depth_m(equipment.axial_N_per_m) - equipment.state.surface_m
         return self._try_floor(depth_m) if self._floor else self._try_wall(depth_m)
 
     def _try_wall(self, depth_m: float) -> Vector3:
-        equipment, proof, state = self._bench, self._proof, self._bench.state
+        equipment, proof, state = self._equipment, self._proof, self._equipment.state
         across = proof.wall.velocity_m_s(equipment.measurement.force_N, proof.new, equipment.motion.reference_m)
         if proof.wall.failed:
             state.doubt(proof.no_wall(state.tick, depth_m))
@@ -55,11 +55,11 @@ class Prove(RunningPhase):
         return *across, 0.0
 
     def _try_floor(self, depth_m: float) -> Vector3:
-        proof, state = self._proof, self._bench.state
+        proof, state = self._proof, self._equipment.state
         if not self._lift.running:
             self._countdown -= 1
             deepest_m = self._deepest_m + state.slack_m + _PAST_FLOOR_M
-            pressed_N, needed_N = -self._bench.measurement.filtered_force_z_N, _SEATED_SHARE * self._press_N
+            pressed_N, needed_N = -self._equipment.measurement.filtered_force_z_N, _SEATED_SHARE * self._press_N
             if depth_m > deepest_m:
                 state.doubt(proof.no_floor(state.tick, depth_m, deepest_m))
             elif self._countdown <= 0:
@@ -74,6 +74,6 @@ class Prove(RunningPhase):
         return 0.0, 0.0, along or 0.0
 
     def _press_on(self) -> Vector3:
-        equipment, reference_m = self._bench, self._bench.motion.reference_m
+        equipment, reference_m = self._equipment, self._equipment.motion.reference_m
         velocity = equipment.laws.inserting.velocity_m_s(reference_m, reference_m, equipment.measurement.force_N)
         return self._proof.wall.bounded(velocity, reference_m)

@@ -38,7 +38,7 @@ class SinkingChecks:
     """What is checked on the way down."""
 
     def __init__(self, equipment: Equipment, proof: ContactProof) -> None:
-        self._bench, self._proof, self._lift = equipment, proof, LiftCheck(equipment, proof)
+        self._equipment, self._proof, self._lift = equipment, proof, LiftCheck(equipment, proof)
         self._press_N, self._contact_N = equipment.task.press_kgf * N_PER_KGF, equipment.task.contact_kgf * N_PER_KGF
         self._wall_depth_m = min(_WALL_M, 0.5 * equipment.task.insertion_depth_mm * 1e-3)
         self._rest_ticks = self._free_samples = self._entered_tick = 0
@@ -49,9 +49,9 @@ class SinkingChecks:
         """The insertion begins here."""
         self._lift.running, self._rest_ticks = False, 0
         self._freed, self._free_samples, self._unsteady = False, 0, 0
-        self._entered_tick = self._bench.state.tick
+        self._entered_tick = self._equipment.state.tick
         self._stand_still()
-        self._proof.wall.begin(self._bench.motion.reference_m[:2])
+        self._proof.wall.begin(self._equipment.motion.reference_m[:2])
 
     def step(self, depth_m: float) -> Vector3 | None:
         """Velocity of the tip while a check is made, (3,) m/s, task frame; None when there is nothing to check.
@@ -59,12 +59,12 @@ class SinkingChecks:
         Args:
             depth_m: Depth of the tip below the surface.
         """
-        if self._bench.state.tick - self._entered_tick > _LONGEST_TICKS:
+        if self._equipment.state.tick - self._entered_tick > _LONGEST_TICKS:
             time_s = _LONGEST_TICKS / CONTROL_RATE_HZ
-            self._bench.state.end(Outcome.JAMMED, f"at {depth_m * 1e3:.2f} mm, after {time_s:g} s")
+            self._equipment.state.end(Outcome.JAMMED, f"at {depth_m * 1e3:.2f} mm, after {time_s:g} s")
             return 0.0, 0.0, 0.0
         if self._proof.new and not self._freed and self._rest_ticks >= 0 and not self._lift.running:
-            free = self._bench.measurement.force_N[2] > -self._contact_N
+            free = self._equipment.measurement.force_N[2] > -self._contact_N
             self._free_samples = self._free_samples + 1 if free else 0
             self._freed = self._free_samples >= _FREE_SAMPLES
         check = self._check_at_rest()
@@ -76,11 +76,11 @@ class SinkingChecks:
 
     def bounded(self, velocity_m_s: Vector3) -> Vector3:
         """The velocity, without its part across the tool axis once the tip is as far out as a wall can be."""
-        return self._proof.wall.bounded(velocity_m_s, self._bench.motion.reference_m)
+        return self._proof.wall.bounded(velocity_m_s, self._equipment.motion.reference_m)
 
     def _check_at_rest(self) -> Vector3 | None:
         """A peg that rests on something on its way down has met a wall or the plate, or its sensor is held."""
-        resting = self._bench.measurement.filtered_force_z_N < -_RESTING_SHARE * self._press_N
+        resting = self._equipment.measurement.filtered_force_z_N < -_RESTING_SHARE * self._press_N
         self._rest_ticks = self._rest_ticks + 1 if resting else min(self._rest_ticks, 0)
         if not self._lift.running:
             if self._rest_ticks < _RESTING_TICKS:
@@ -93,7 +93,7 @@ class SinkingChecks:
 
     def _push_aside(self, depth_m: float) -> Vector3:
         """Sink on, but not far, while a wall is looked for."""
-        equipment, proof, state = self._bench, self._proof, self._bench.state
+        equipment, proof, state = self._equipment, self._proof, self._equipment.state
         reference_m, force_N = equipment.motion.reference_m, equipment.measurement.force_N
         across = proof.wall.velocity_m_s(force_N, proof.new, reference_m)
         if proof.wall.answered:
@@ -106,7 +106,7 @@ class SinkingChecks:
 
     def _hold(self, depth_m: float) -> Vector3:
         """A peg that sinks though it is borne hangs on a wall, or its sensor drifts: at rest the force shows which."""
-        equipment, state, force_N = self._bench, self._bench.state, self._bench.measurement.force_N
+        equipment, state, force_N = self._equipment, self._equipment.state, self._equipment.measurement.force_N
         self._held_ticks += 1
         if self._held_ticks <= _COMPARED_TICKS:
             self._early.add(force_N[2], self._proof.new)
@@ -129,4 +129,4 @@ class SinkingChecks:
         self._held_ticks, self._early, self._late = 0, Mean(), Mean()
 
     def _at_bound(self, depth_m: float) -> bool:
-        return depth_m > _WALL_M + self._bench.state.slack_m + _UNPROVED_M
+        return depth_m > _WALL_M + self._equipment.state.slack_m + _UNPROVED_M
