@@ -131,6 +131,9 @@ def test_a_sensor_without_news_is_an_error_wherever_it_is_read(rig_of: Make) -> 
         clock.sleep_until(clock.now_ns() + 40_000_000)
         with pytest.raises(DeviceError, match="no new sample for"):
             rig.ports.force_sensor.read()
+        with pytest.raises(DeviceError, match="no new sample for"):
+            rig.prepare(0)
+        assert "no new sample for" in rig.latch.cause
 
 
 def test_a_process_calls_its_function_when_the_loop_has_died(

@@ -6,6 +6,7 @@ from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
+from palpate.core.errors import DeviceError
 from palpate.core.insertion import Intervention, Supervised, TrialReport, TrialSetup, TrialTiming
 from palpate.core.ports import (
     CONTROL_RATE_HZ,
@@ -131,7 +132,7 @@ def run_trial(
         observers: Are called in this order at each event.
 
     Raises:
-        FaultLatchedError: The supervisor has tripped before, and nobody has acknowledged it.
+        FaultLatchedError: The supervisor has tripped before, or a device has failed, and nobody has acknowledged it.
     """
     ticks = trial_ticks(task, ports, setup, supervisor, observers)
     on_sensed, on_chosen = _listeners(observers, "sensed"), _listeners(observers, "chosen")
@@ -182,7 +183,7 @@ def trial_ticks(
         observers: Are called in this order at each event.
 
     Raises:
-        FaultLatchedError: The supervisor has tripped before, and nobody has acknowledged it.
+        FaultLatchedError: The supervisor has tripped before, or a device has failed, and nobody has acknowledged it.
     """
     clock, sensor, encoder, arm = ports.clock, ports.force_sensor, ports.joint_encoder, ports.arm
     on_waited, on_clock, on_force, on_joints, on_acted, on_supervised, on_sent, on_ended = (
@@ -261,10 +262,10 @@ def trial_ticks(
             for call in on_ended:
                 call()
     except BaseException as error:
-        _stop(arm, observers, error, UnfinishedTick(calling, time_ns, wrench, joints, command))
+        _stop(arm, supervisor, observers, error, UnfinishedTick(calling, time_ns, wrench, joints, command))
         raise
     else:
-        _stop(arm, observers)
+        _stop(arm, supervisor, observers)
         task.conclude()
 
 
@@ -276,11 +277,12 @@ def _listeners(observers: Sequence[LoopObserver], event: str) -> tuple[Callable[
 
 def _stop(
     arm: ArmCommand,
+    supervisor: Supervisor | None,
     observers: Sequence[LoopObserver],
     error: BaseException | None = None,
     tick: UnfinishedTick | None = None,
 ) -> None:
-    """First of all the arm."""
+    """First of all the arm. What a device failed by, the stop included, is latched as a trip is."""
     trouble: BaseException | None = None
     try:
         arm.stop()
@@ -288,6 +290,9 @@ def _stop(
         trouble = raised
         raise
     finally:
+        for fault in (error, trouble):
+            if supervisor is not None and isinstance(fault, DeviceError):
+                supervisor.latch.set(str(fault))
         if error is not None:
             for call in _listeners(observers, "failed"):
                 call(error, tick)

@@ -134,7 +134,7 @@ def supervisor_of(rig: Rig, config: RunConfig, ready: ReadyPose) -> Supervisor:
     """The supervisor of an open rig: with the rig's facts, the rig's latch, and limits that fit both.
 
     Raises:
-        FaultLatchedError: A trip on this rig has not been acknowledged.
+        FaultLatchedError: A trip or fault on this rig has not been acknowledged.
         ConfigurationError: A limit does not suit the rig.
     """
     rig.latch.require_free()

@@ -66,7 +66,7 @@ def run_policy(
     """Run a policy, recorded as frozen or learning; returns early on Ctrl-C with the trials that were finished.
 
     Raises:
-        FaultLatchedError: A trip on this rig has not been acknowledged (``rig.latch.acknowledge``).
+        FaultLatchedError: A trip or fault on this rig has not been acknowledged (``rig.latch.acknowledge``).
         DeviceError: A sensor failed, the arm was stopped, or the supervisor tripped.
     """
     recorder = None if recorded is None else recorded.recorder

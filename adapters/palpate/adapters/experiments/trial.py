@@ -78,7 +78,7 @@ def run_scored_trial(
         session: Keeps it in time; None where time waits.
 
     Raises:
-        FaultLatchedError: A trip on this rig has not been acknowledged.
+        FaultLatchedError: A trip or fault on this rig has not been acknowledged.
     """
     # Making ready moves an arm, too.
     rig.latch.require_free()

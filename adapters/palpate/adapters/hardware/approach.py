@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import dist
+from math import copysign, dist, pi, tau
 from typing import Final
 
 import numpy as np
@@ -60,16 +60,34 @@ def walk(approach: WayToReadyPose, ports: Ports, speed_rad_s: float, limit_N: fl
             stops the arm; during the withdrawal twice as much, because an arm that was left pressing lets go of that.
 
     Raises:
-        DeviceError: The arm does not follow, is held back, meets something, or a sensor fails or gives wrenches of
-            another frame or kind.
+        DeviceError: An encoder may have lost a turn, the arm does not follow, is held back, meets something, or a
+            sensor fails or gives wrenches of another frame or kind.
     """
-    path = withdrawal(approach, ports.joint_encoder.read().position_rad)
+    begin = ports.joint_encoder.read().position_rad
+    require_right_turn(approach, begin)
+    path = withdrawal(approach, begin)
     if path:
         _follow(ports, path, _force_N(ports), WITHDRAWAL_SHARE * limit_N)
     first_N = _force_N(ports)
     for pose in approach.poses_rad:
         begin = ports.joint_encoder.read().position_rad
         _follow(ports, _joint_line(begin, pose, speed_rad_s), first_N, limit_N)
+
+
+def require_right_turn(approach: WayToReadyPose, begin_rad: JointVector) -> None:
+    """A joint that reads more than half a turn from the ready pose must not be as well a turn nearer to it.
+
+    Raises:
+        DeviceError: An encoder may have lost a turn before the run: to go by it would lead the arm astray.
+    """
+    limits = Kinematics(approach.arm, ToolGeometry())
+    joints = zip(begin_rad, approach.poses_rad[-1], limits.lower_rad, limits.upper_rad, strict=False)
+    for number, (q, ready, low, high) in enumerate(joints, start=1):
+        nearer = q - copysign(tau, q - ready)
+        if abs(q - ready) > pi and (low <= nearer <= high or not low <= q <= high):
+            problem = f"joint {number} reads {q:.4f} rad, more than half a turn from the ready pose, {ready:.4f} rad"
+            remedy = "see whether its encoder has lost a turn, or bring it nearer by hand"
+            raise DeviceError("joint encoder", f"{problem}: {remedy}")
 
 
 def withdrawal(approach: WayToReadyPose, begin_rad: JointVector) -> list[JointVector]:

@@ -28,7 +28,7 @@ from palpate.adapters.hardware.watchdogs import (
     WatchedForceSensor,
     WatchedJointEncoder,
 )
-from palpate.core.errors import LifecycleError
+from palpate.core.errors import DeviceError, LifecycleError
 from palpate.core.ports import FaultLatch, Life, Ports, Rig, SensorFacts, World
 
 
@@ -42,7 +42,7 @@ class HardwareRig(Rig):
 
     Attributes:
         ports: What the core runs over.
-        latch: Set by a trip; while it is, no trial begins here.
+        latch: Set by a trip or a fault of a device; while it is, no trial begins here.
         operator: Stops the arm at a person's word.
     """
 
@@ -106,12 +106,17 @@ class HardwareRig(Rig):
         """Free the arm from its last stop; before the first trial, move it to the ready pose.
 
         Raises:
-            DeviceError: A device failed, or the arm met something on its way.
+            DeviceError: A device failed, or the arm met something on its way, which is latched.
         """
         self._free()
         if not self._at_ready:
-            with self._real_time.loop():
-                walk(self._approach, self.ports, self._file.approach_rad_s, self._limit_N)
+            try:
+                with self._real_time.loop():
+                    walk(self._approach, self.ports, self._file.approach_rad_s, self._limit_N)
+            except DeviceError as error:
+                # No supervisor watches this way.
+                self.latch.set(str(error))
+                raise
             # Nobody commands it until the trial begins, and nobody need.
             self.ports.arm.stop()
             self._at_ready = True

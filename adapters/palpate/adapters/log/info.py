@@ -116,6 +116,7 @@ class LogInfo:
         losses: The recorder's entries about that, in words.
         errors: Port calls that failed, in words.
         stops: How often the arm was stopped.
+        acknowledged: Who had let trials go on before on this rig, why, and after what, in words.
         end: What the trial came to; None when the log ends before it did.
     """
 
@@ -134,6 +135,7 @@ class LogInfo:
     losses: tuple[str, ...]
     errors: tuple[str, ...]
     stops: int
+    acknowledged: tuple[str, ...]
     end: dict[str, Any] | None
 
 
@@ -170,6 +172,7 @@ def info_of(log: TrialLog) -> LogInfo:
         losses=tuple(f"tick {loss.tick}: {loss.problem}: {loss.text}" for loss in log.losses),
         errors=tuple(f"tick {c.tick}: {c.port}.{c.call}: {c.error}: {c.text}" for c in log.calls if c.error),
         stops=calls["arm", "stop"],
+        acknowledged=_acknowledged(log),
         end=_end(log),
     )
 
@@ -195,6 +198,15 @@ def _what(log: TrialLog) -> dict[str, Any]:
         "derived_from": start.derived_from,
         "what_if": bool(log.end is not None and log.end.counterfactual) or bool(start.derived_from),
     }
+
+
+def _acknowledged(log: TrialLog) -> tuple[str, ...]:
+    found = json_in(log, "start.world_json", log.start.world_json).get("acknowledged", [])
+    try:
+        return tuple(f"{one['by']}: {one['reason']} (after: {one['cause']})" for one in found)
+    except (TypeError, KeyError) as error:
+        problem = "says in no known way who acknowledged what"
+        raise LogError(log.path, "start.world_json", problem, "it was altered") from error
 
 
 def _messages(log: TrialLog) -> dict[str, int]:

@@ -35,6 +35,8 @@ def describe(info: LogInfo) -> str:
     altered = _counts(info.altered_commands)
     lines.append(_line("commands", f"altered: {altered}" if altered else "all applied as asked"))
     lines.append(_line("arm stopped", f"{info.stops} time{'s' * (info.stops != 1)}"))
+    if info.acknowledged:
+        lines += _listed("acknowledged", info.acknowledged)
     lines += _listed("errors", info.errors)
     lines += _listed("recorder", info.losses, head=f"{info.dropped_messages} messages dropped")
     return "".join(line + "\n" for line in lines + _end(info.end))

@@ -23,7 +23,7 @@ class SimulatedRig(Rig):
     """The MuJoCo work cell with its four ports. A context manager: on exit every device is closed.
 
     Attributes:
-        latch: Set by a trip; while it is, no trial begins here.
+        latch: Set by a trip or a fault of a device; while it is, no trial begins here.
         cell: The work cell behind them, for scoring and for pictures.
         seed: Gives, with a trial's index, its hole and sensor errors; may be another from one trial to the next.
     """

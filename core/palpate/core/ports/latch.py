@@ -1,4 +1,4 @@
-"""What keeps a rig still after a trip, whoever calls next, until a person acknowledges it by name."""
+"""What keeps a rig still after a trip or a device's fault, whoever calls next, until a person acknowledges by name."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ _NAME = "supervisor"
 
 @dataclass(frozen=True, slots=True)
 class Acknowledgement:
-    """A person's decision that trials may go on after a trip.
+    """A person's decision that trials may go on after a trip or a fault.
 
     Attributes:
         by: Who decided it.
         reason: Why it is safe to go on.
-        cause: What had tripped.
+        cause: What had tripped or failed.
 
     Raises:
         ConfigurationError: Nobody is named, or no reason is given.
@@ -36,7 +36,7 @@ class FaultLatch:
     """One for each open rig, and shared by all supervisors that watch it.
 
     Attributes:
-        cause: What tripped; empty while nothing has.
+        cause: What tripped or failed; empty while nothing has.
         acknowledgements: All of them so far, in order; the log of every later trial holds them.
     """
 
@@ -45,14 +45,14 @@ class FaultLatch:
         self.acknowledgements: list[Acknowledgement] = []
 
     def set(self, cause: str) -> None:
-        """Something tripped; the first cause stays."""
+        """Something tripped or failed; the first cause stays."""
         self.cause = self.cause or cause
 
     def require_free(self) -> None:
         """Before anything is begun.
 
         Raises:
-            FaultLatchedError: A trip has not been acknowledged.
+            FaultLatchedError: A trip or fault has not been acknowledged.
         """
         if self.cause:
             raise FaultLatchedError(_NAME, self.cause)

@@ -51,7 +51,7 @@ class Rig(Protocol):
 
     Attributes:
         ports: What the core runs over.
-        latch: Set by a trip; while it is, no trial begins here, whoever calls.
+        latch: Set by a trip or a fault of a device; while it is, no trial begins here, whoever calls.
     """
 
     ports: Ports

@@ -223,11 +223,10 @@ class Supervisor:
         for number, (q, ready) in enumerate(zip(joints.position_rad, self._ready_rad or (), strict=False), start=1):
             if abs(q - ready) > pi:
                 # To hold this place would be the wrong command.
-                problem = (
-                    f"joint {number} reads {q:.4f} rad, more than half a turn from the ready pose, {ready:.4f} rad"
+                raise DeviceError(
+                    "joint encoder",
+                    f"joint {number} reads {q:.4f} rad, more than half a turn from the ready pose, {ready:.4f} rad",
                 )
-                self.latch.set(problem)
-                raise DeviceError("joint encoder", problem)
         require_raw(snapshot.wrench, self._frame)
         self._limiter.start(joints.position_rad)
         self._held = self._clamped(joints.position_rad)

@@ -1,6 +1,7 @@
 """A policy at work on a rig, and what a trip means for whoever calls next."""
 
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,8 +17,9 @@ from palpate.adapters.experiments import (
     run_policy,
 )
 from palpate.adapters.experiments.policies import perception_settings
+from palpate.adapters.fault_injection import FaultPlan, faulty
 from palpate.adapters.fault_injection.campaign.runs import read_back
-from palpate.adapters.log import MemorySink, TrialRecorder, read_log, recorded_sensor
+from palpate.adapters.log import MemorySink, TrialRecorder, describe, info_of, read_log, recorded_sensor
 from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.adapters.replay.batch import replay_file
 from palpate.adapters.replay.engine import Verdict
@@ -27,7 +29,17 @@ from palpate.core.policy import document_of
 from tests.unit.adapters.samples import QUICK, ready_pose
 
 
-def test_after_a_trip_nothing_moves_on_the_same_rig_whoever_calls_until_it_is_acknowledged(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("broken", "cause"),
+    [
+        (None, r"limit 5\.5 N"),
+        (FaultPlan("disconnect", "force_sensor", 60), "force_sensor: does not answer"),
+        (FaultPlan("disconnect", "arm", 60), "arm: does not answer"),
+    ],
+)
+def test_after_a_trip_or_a_device_s_error_nothing_moves_on_the_same_rig_until_it_is_acknowledged(
+    tmp_path: Path, broken: FaultPlan | None, cause: str
+) -> None:
     strict = replace(QUICK, supervision=replace(QUICK.supervision, max_force_N=5.5))
 
     def run(config: RunConfig, recorded: Recorded | None = None) -> None:
@@ -35,10 +47,14 @@ def test_after_a_trip_nothing_moves_on_the_same_rig_whoever_calls_until_it_is_ac
         run_policy(config, ready_pose(), rig, build_perception(config), walk, 1, lambda scored: None, recorded)
 
     with SimulatedRig(QUICK, ready_pose()) as rig:
-        with pytest.raises(DeviceError, match=r"limit 5\.5 N"):
-            run(strict)
+        sound = rig.ports
+        if broken is not None:
+            rig.ports = faulty(sound, (broken,), lambda delivery: None)
+        with pytest.raises(DeviceError, match=cause):
+            run(QUICK if broken else strict)
+        rig.ports = sound
         for again in (strict, QUICK):
-            with pytest.raises(FaultLatchedError, match=r"limit 5\.5 N.*acknowledge it before going on"):
+            with pytest.raises(FaultLatchedError, match=f"{cause}.*acknowledge it before going on"):
                 run(again)
         rig.latch.acknowledge("Ada", "the limit was a joke")
         sink = MemorySink()
@@ -49,7 +65,8 @@ def test_after_a_trip_nothing_moves_on_the_same_rig_whoever_calls_until_it_is_ac
     world = json.loads(log.start.world_json)
     (acknowledged,) = world["acknowledged"]
     assert (acknowledged["by"], acknowledged["reason"]) == ("Ada", "the limit was a joke")
-    assert "limit 5.5 N" in acknowledged["cause"]
+    assert re.search(cause, acknowledged["cause"])
+    assert describe(info_of(log)).count(f"Ada: the limit was a joke (after: {acknowledged['cause']})") == 1
     assert recorded_sensor(json.dumps(world)) == rig.sensor_facts
 
 

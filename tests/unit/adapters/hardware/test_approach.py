@@ -1,8 +1,9 @@
 """The way of an arm to its ready pose."""
 
+from contextlib import nullcontext
 from dataclasses import replace
 from itertools import pairwise
-from math import dist
+from math import dist, tau
 
 import numpy as np
 import pinocchio as pin
@@ -10,18 +11,20 @@ import pytest
 
 from palpate.adapters.config.run import RunConfig
 from palpate.adapters.experiments import build_perception, build_task, comparator, run_scored_trial
-from palpate.adapters.hardware.approach import WITHDRAWAL_M_S, find_approach, walk, withdrawal
+from palpate.adapters.hardware.approach import WITHDRAWAL_M_S, find_approach, require_right_turn, walk, withdrawal
 from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.core.errors import DeviceError
+from palpate.core.insertion import find_ready_pose
 from palpate.core.insertion.frame import goal_in_base
 from palpate.core.motion import InverseKinematics, Kinematics, ToolGeometry
 from palpate.core.ports.decorator import DeviceDecorator, SensorDecorator
-from palpate.core.ports.devices import ArmCommand, ForceSensor
+from palpate.core.ports.devices import ArmCommand, ForceSensor, JointEncoder
 from palpate.core.ports.values import (
     CONTROL_RATE_HZ,
     AppliedCommand,
     CommandReason,
     JointCommand,
+    JointSample,
     JointVector,
     Validity,
     WrenchSample,
@@ -66,6 +69,52 @@ def test_an_arm_that_is_clear_or_points_elsewhere_is_not_drawn_back() -> None:
     assert withdrawal(APPROACH, above) == []
     aside = (*ready[:4], ready[4] + 0.4, ready[5])
     assert withdrawal(APPROACH, aside) == []
+
+
+@pytest.mark.parametrize(
+    ("arm", "joint", "off_rad", "refused"),
+    [
+        ("zebra-zero", 0, tau, True),
+        ("zebra-zero", 5, -tau, True),
+        ("zebra-zero", 5, 3.1, False),
+        ("ur5", 1, tau, True),
+        # Beyond half a turn, and yet a turn less would be outside the elbow's limits.
+        ("ur5", 2, -3.2, False),
+        ("ur5", 2, tau, True),
+    ],
+)
+def test_an_encoder_that_lost_a_turn_is_refused_before_the_arm_moves(
+    arm: str, joint: int, off_rad: float, refused: bool
+) -> None:
+    config = replace(CONFIG, arm=arm)
+    approach = find_approach(config, find_ready_pose(arm, config.task))
+    read = list(approach.poses_rad[-1])
+    read[joint] += off_rad
+    with pytest.raises(DeviceError, match=f"joint {joint + 1} reads") if refused else nullcontext():
+        require_right_turn(approach, tuple(read))
+
+
+class ATurnOff(SensorDecorator[JointSample], JointEncoder):
+    """Joint 5 reads a turn too much."""
+
+    def __init__(self, encoder: JointEncoder) -> None:
+        def off(sample: JointSample) -> JointSample:
+            q = sample.position_rad
+            return replace(sample, position_rad=(*q[:4], q[4] + tau, q[5]))
+
+        super().__init__(encoder, encoder.read, off)
+
+
+def test_an_arm_whose_encoder_lost_a_turn_does_not_move() -> None:
+    with SimulatedRig(CONFIG, ready_pose()) as rig:
+        rig.prepare(0)
+        sent = SentCommands(rig.ports.arm)
+        off = ATurnOff(rig.ports.joint_encoder)
+        with pytest.raises(
+            DeviceError, match=r"joint encoder: joint 5 reads 6\.89\d\d rad, .* ready pose, 0\.6101 rad"
+        ):
+            walk(APPROACH, replace(rig.ports, joint_encoder=off, arm=sent), 0.8, 30.0)
+    assert sent.asked == []
 
 
 def test_something_in_the_way_stops_the_arm() -> None:

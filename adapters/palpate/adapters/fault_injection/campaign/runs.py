@@ -64,7 +64,7 @@ class FaultRun:
         outcome: How the trial ended, or the error that ended it.
         ticks_to_stop: From the delivery to the last tick; None when the trial ended in the ordinary way.
         cause: What stopped it, in words; empty when nothing did.
-        latched: The supervisor has seen to it that no further trial begins until that is acknowledged.
+        latched: Its latch sees to it that no further trial begins until that is acknowledged.
         safe_stop: The arm was sent a stop at the end, as the log shows.
         peak_force_N: Largest true force; where that is not known, the largest change that the sensor measured before
             any fault of its own.
