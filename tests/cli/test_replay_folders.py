@@ -128,6 +128,23 @@ def _other_digests(manifest: Any) -> None:
         told["sha256"] = "0" * 64
 
 
+def test_in_a_run_that_was_cut_short_logs_before_the_newest_trial_s_are_missed(
+    palpate: CommandLine, trained: Path, tmp_path: Path
+) -> None:
+    shutil.copytree(trained, tmp_path / "run")
+    files = ("run.toml", "trials.csv", "decisions.csv")
+
+    def cut_short(manifest: Any) -> None:
+        manifest.update(finished=False, files={name: manifest["files"][name] for name in files})
+
+    _in_json("run/manifest.json", cut_short)(tmp_path)
+    gone("run/logs/trial-00002.mcap")(tmp_path)
+    gone("run/policy.json")(tmp_path)
+    assert "cut short after 3 trials" in palpate.succeed("replay", "run", "--jobs", 1)
+    gone("run/logs/trial-00001.mcap")(tmp_path)
+    assert "trial-00001.mcap: is missing" in palpate("replay", "run", "--jobs", 1).stdout
+
+
 def test_an_older_folder_is_told_so_and_used(palpate: CommandLine, tmp_path: Path) -> None:
     printed = palpate.succeed("replay", BEFORE, "--jobs", 1)
     assert "has no manifest: an older run" in printed

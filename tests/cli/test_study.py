@@ -1,6 +1,7 @@
 """``palpate study``: cells like runs of their own, on any engine, interrupted, killed, extended, never made twice."""
 
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -13,6 +14,7 @@ from pathlib import Path
 import pytest
 
 from palpate.adapters.experiments.study.cell import StudyCell
+from palpate.adapters.replay import judge_folders
 from palpate.simulation.work_cell.cell import WorkCell
 from tests.command_line import RESULTS, CommandLine, Done, Output, files_in, results_in, shared_folder, wait_until
 
@@ -80,6 +82,16 @@ def test_a_cell_is_what_train_or_run_leaves(palpate: CommandLine, studied: Path,
     # Besides what says which cell it is, and the manifest that lists this.
     own = {name: (cell / name).read_bytes() for name in ("cell.json", "manifest.json")}
     assert files_in(cell) == {**files_in(tmp_path / "run"), **own}
+
+
+@pytest.mark.parametrize("name", ["summary.csv", "study.toml", "cells/*/manifest.json"])
+def test_a_study_s_folder_is_held_against_its_manifest(studied: Path, tmp_path: Path, name: str) -> None:
+    shutil.copytree(studied, tmp_path / "out")
+    whole = judge_folders([str(tmp_path / "out")])
+    assert (whole.problems, whole.notices) == ([], [])
+    altered = min((tmp_path / "out").glob(name))
+    altered.write_text(altered.read_text() + "\n")
+    assert judge_folders([str(tmp_path / "out")]).problems == [f"{altered}: is altered"]
 
 
 def test_finished_cells_are_not_made_again(palpate: CommandLine, studied: Path, tmp_path: Path) -> None:

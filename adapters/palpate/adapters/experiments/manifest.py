@@ -96,18 +96,25 @@ class Manifest:
 
     def _write(self, *, finished: bool) -> None:
         grown = {} if finished else {name: one.now() for name, one in self._grown.items() if one.exists}
-        content = {
-            "schema": SCHEMA,
-            "command": self._command,
-            "finished": finished,
-            "trials": self._trials,
-            "files": {
-                name: {"bytes": one.size, "sha256": one.sha256} for name, one in sorted((self._files | grown).items())
-            },
-        }
-        # After every trial: waiting for the disk would take a twentieth of a simulated one.
-        text = json.dumps(content, indent=1) + "\n"
-        write_whole(self._folder / MANIFEST, text, remedy="the run's results are there", durable=finished)
+        write_manifest(self._folder, self._command, self._trials, self._files | grown, finished=finished)
+
+
+def write_manifest(folder: Path, command: str, trials: int, files: Mapping[str, Print], *, finished: bool) -> None:
+    """Write or replace the manifest of a folder.
+
+    Raises:
+        OutputError: It cannot be written.
+    """
+    content = {
+        "schema": SCHEMA,
+        "command": command,
+        "finished": finished,
+        "trials": trials,
+        "files": {name: {"bytes": one.size, "sha256": one.sha256} for name, one in sorted(files.items())},
+    }
+    # After every trial: waiting for the disk would take a twentieth of a simulated one.
+    text = json.dumps(content, indent=1) + "\n"
+    write_whole(folder / MANIFEST, text, remedy="the run's results are there", durable=finished)
 
 
 class _Grown:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -36,10 +36,18 @@ def judge_folders(names: Sequence[str]) -> FolderFindings:
         manifest = read_manifest(folder)
         if manifest is None:
             found.notices.append(f"{folder} has no manifest: an older run, whose files are taken as they are")
-            found.problems += _missing_logs(folder)
+            try:
+                trials = [row.trial for row in RunFolder(folder).read_trials()]
+            except OutputError as error:
+                found.problems.append(str(error))
+            else:
+                found.problems += _missing_logs(folder, trials)
             continue
         found.problems += manifest.problems(folder)
         if not manifest.finished:
+            # The log of the newest trial need not have been begun when the run was cut short.
+            gone = _missing_logs(folder, range(manifest.trials - 1))
+            found.problems += [line for line in gone if line not in found.problems]
             found.notices.append(
                 f"{folder} is of a run that is under way, or was cut short after {manifest.trials} trials"
             )
@@ -60,13 +68,9 @@ def _is_run(folder: Path) -> bool:
     return any(os.path.lexists(folder / sign) for sign in (MANIFEST, "run.toml"))
 
 
-def _missing_logs(folder: Path) -> list[str]:
-    """Logs of trials in the table that are not there, though there are others."""
+def _missing_logs(folder: Path, trials: Iterable[int]) -> list[str]:
+    """Logs of these trials that are not there, though there are others."""
     logs = folder / LOG_FOLDER
-    try:
-        rows = RunFolder(folder).read_trials()
-    except OutputError as error:
-        return [str(error)]
     there = {path.stem for path in logs.glob("*.mcap")}
-    gone = [logs / f"{trial_name(row.trial)}.mcap" for row in rows if trial_name(row.trial) not in there]
+    gone = [logs / f"{trial_name(trial)}.mcap" for trial in trials if trial_name(trial) not in there]
     return [f"{path}: is missing" for path in gone] if there else []

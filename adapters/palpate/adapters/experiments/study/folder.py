@@ -1,4 +1,4 @@
-"""A study's folder: what was asked, a folder for every cell, and ``summary.csv`` of all."""
+"""A study's folder: what was asked, a folder for every cell, ``summary.csv`` of all, and a manifest."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from palpate.adapters.config import read_toml
+from palpate.adapters.experiments.manifest import MANIFEST, Print, write_manifest
 from palpate.adapters.experiments.results import RunFolder
 from palpate.adapters.experiments.study.cell import CELL_FILE, StudyCell
 from palpate.adapters.experiments.study.document import Study
@@ -74,7 +75,9 @@ def _word(value: Any) -> Any:
     return json.dumps(value, ensure_ascii=False) if isinstance(value, (list, dict)) else value
 
 
+_COMMAND: Final = "study"
 STUDY_FILE: Final = "study.toml"
+_TABLE: Final = "summary.csv"
 CELLS: Final = "cells"
 _ELSEWHERE: Final = "name another folder with --out"
 
@@ -147,6 +150,8 @@ class StudyFolder:
         """
         RunFolder(self.cells).create()
         with only_writer(self.path):
+            # Until the table is written the manifest lists nothing: what is here grows and is replaced.
+            write_manifest(self.path, _COMMAND, 0, {}, finished=False)
             RunFolder(self.path).write(STUDY_FILE, study.text(made_with(), files))
             yield
 
@@ -182,10 +187,17 @@ class StudyFolder:
         return half
 
     def write_table(self, study: Study, cells: Sequence[StudyCell]) -> int:
-        """Write ``summary.csv``, a line for each finished cell in the order of the study; returns their number."""
+        """Write ``summary.csv``, a line for each finished cell in the order of the study; returns their number.
+
+        The manifest then lists it, with what was asked and each of these cells' own manifest.
+        """
         finished = self.finished(cells)
         rows = [(cell, _json(self.cells / cell.name / "summary.json")) for cell in cells if cell.name in finished]
-        RunFolder(self.path).write("summary.csv", table_of(study, rows))
+        RunFolder(self.path).write(_TABLE, table_of(study, rows))
+        own = (f"{CELLS}/{cell.name}/{MANIFEST}" for cell, _ in rows)
+        # A cell from before manifests has none.
+        told = {name: Print.of(self.path / name) for name in (_TABLE, STUDY_FILE, *own) if (self.path / name).is_file()}
+        write_manifest(self.path, _COMMAND, study.trials * len(rows), told, finished=len(rows) == len(cells))
         return len(rows)
 
 
