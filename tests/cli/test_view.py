@@ -52,14 +52,17 @@ class Window:
 def test_trials_are_shown_until_they_are_done_or_the_window_is_closed(
     palpate: CommandLine, monkeypatch: pytest.MonkeyPatch, patience: int, trials: int
 ) -> None:
-    window = Window(patience)
+    window, shown = Window(patience), list[Any]()
 
     def opened(model: Any, data: Any, target_m: tuple[float, float, float]) -> Window:
         assert target_m == pytest.approx((0.4, 0.0, 0.02))
+        shown.append(data)
         return window
 
     monkeypatch.setattr(view, "open_viewer", opened)
     monkeypatch.setattr(view, "require_display", lambda: None)
-    printed = palpate.succeed("view", "--policy", "torque", "--trials", 2, "--speed", 100).splitlines()
+    # The grip of this seed is not the one that the window is opened with, and yet the peg is seen going in.
+    grip = ("--scenario", "blind-tilt-2", "--seed", 3)
+    printed = palpate.succeed("view", "--policy", "omniscient", "--trials", 2, "--speed", 100, *grip).splitlines()
     assert [line.split(",")[0] for line in printed] == [f"trial {k}: inserted" for k in range(trials)]
-    assert window.shown == patience or window.shown > 400
+    assert window.shown == patience or (window.shown > 400 and shown[0].site("tip").xpos[2] < 0.0105)

@@ -176,7 +176,7 @@ class EmulateOptions(Settings):
     rig_file: str = ""
     """Write the rig file here; it must not be there yet."""
     scenario: str = "paper"
-    """Scenario of the simulated cell: paper or blind."""
+    """Scenario of the simulated cell, one of those of palpate train; the cell is that of its first trial."""
     seed: int = 0
     """Its seed: gives hole and sensor errors."""
     baud: int = 230400

@@ -161,7 +161,8 @@ def _require_same(options: TrainOptions, folder: RunFolder) -> None:
 def _announce(config: RunConfig, folder: RunFolder, trials: int, first: int) -> None:
     begin = f"trial {first + 1} to {trials}" if first else f"{trials} trials"
     say(f"{config.arm}, scenario {config.scenario}, seed {config.seed}: {begin}, results in {folder.path}")
-    share = reachable_share(config.task, config.cell.hole_uncertainty_mm)
+    cell = config.cell
+    share = reachable_share(config.task, cell.hole_uncertainty_mm, cell.conditions.hole_shift_mm)
     if share < 0.9995:
         say(f"only {share:.1%} of the holes lie inside the exploration area: no strategy can do much better")
 

@@ -6,6 +6,8 @@ import sys
 from contextlib import suppress
 from dataclasses import replace
 
+from typing_extensions import override
+
 from palpate.adapters.cli.picture_options import ViewOptions
 from palpate.adapters.experiments import (
     COMPARATORS,
@@ -16,9 +18,27 @@ from palpate.adapters.experiments import (
     run_policy,
 )
 from palpate.adapters.mujoco import SimulatedRig
-from palpate.adapters.visualisation import ShownClock, WindowClosedError, open_viewer, require_display
+from palpate.adapters.visualisation import ShownClock, Viewer, WindowClosedError, open_viewer, require_display
 from palpate.core.errors import ConfigurationError
 from palpate.core.insertion import find_ready_pose
+from palpate.simulation.work_cell import WorkCell
+
+
+class _Window(Viewer):
+    """The viewer shows the model that it was opened with; when the cell makes another, that one stands as it does."""
+
+    def __init__(self, viewer: Viewer, cell: WorkCell) -> None:
+        self._viewer, self._cell, self._model, self._data = viewer, cell, cell.model, cell.data
+
+    @override
+    def sync(self) -> None:
+        if self._cell.data is not self._data:
+            self._cell.pose(self._model, self._data)
+        self._viewer.sync()
+
+    @override
+    def is_running(self) -> bool:
+        return self._viewer.is_running()
 
 
 def view(options: ViewOptions) -> int:
@@ -42,7 +62,7 @@ def view(options: ViewOptions) -> int:
         open_viewer(rig.cell.model, rig.cell.data, target_m) as window,
         suppress(WindowClosedError),
     ):
-        shown = ShownClock(rig.ports.clock, window, options.speed)
+        shown = ShownClock(rig.ports.clock, _Window(window, rig.cell), options.speed)
         rig.ports = replace(rig.ports, clock=shown)
 
         def done(scored: ScoredTrial) -> None:

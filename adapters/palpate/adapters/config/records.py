@@ -12,6 +12,19 @@ from palpate.adapters.config.toml import overlay
 from palpate.core.supervision import SupervisionConfig, weaker_settings
 
 UNTOLD: Final[Mapping[str, Any]] = {
+    "cell.conditions.hole_shift_mm": 0.0,
+    "cell.conditions.hole_shift_trials": 0,
+    "cell.conditions.tilt_heading": "set",
+    "cell.conditions.grip_trials": 0,
+    "cell.conditions.zero_shift_N": 0.0,
+    "cell.conditions.zero_shift_Nm": 0.0,
+    "cell.conditions.zero_drift_N_s": 0.0,
+    "cell.conditions.zero_drift_Nm_s": 0.0,
+    "cell.conditions.zero_heading": "set",
+    "cell.conditions.zero_heading_deg": 0.0,
+    "cell.conditions.zero_trials": 0,
+    "cell.conditions.wear_mm": 0.0,
+    "cell.conditions.wear_trials": 100,
     "perception.memory": "none",
     "learning.back_off_visits": 0.0,
     "learning.initial_value": 0.0,

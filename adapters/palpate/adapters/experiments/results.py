@@ -12,7 +12,7 @@ import dataclasses
 import json
 import os
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any, Final
@@ -31,7 +31,11 @@ _OF_DECISION: Final = ("tick", "symbol", "state", "action", "source", "reinforce
 
 @dataclasses.dataclass(frozen=True)
 class TrialRow:
-    """One line of ``trials.csv``. Where the hole is unknown, its columns are empty."""
+    """One line of ``trials.csv``. Where the hole is unknown, its columns are empty.
+
+    Attributes:
+        drawn: What else was drawn for the trial, each in a column of its own after the others; see ``Truth.drawn``.
+    """
 
     trial: int
     outcome: str
@@ -48,6 +52,7 @@ class TrialRow:
     ticks: int
     temperature: float | None
     marked: str
+    drawn: Mapping[str, float] = dataclasses.field(default_factory=dict)
 
     @classmethod
     def of(cls, scored: ScoredTrial, first: int = 0) -> TrialRow:
@@ -75,14 +80,21 @@ class TrialRow:
             ticks=report.ticks,
             temperature=report.temperature,
             marked=scored.marked,
+            drawn={} if truth is None else truth.drawn,
         )
+
+    def cells(self) -> dict[str, Any]:
+        """What stands in each column."""
+        own = {f.name: getattr(self, f.name) for f in _COLUMNS}
+        return own | dict(self.drawn)
 
     @classmethod
     def read(cls, cells: dict[str, str]) -> TrialRow:
         """The line back from its cells."""
         values: dict[str, Any] = {}
-        for f in dataclasses.fields(cls):
-            text = cells[f.name]
+        others = dict(cells)
+        for f in _COLUMNS:
+            text = others.pop(f.name)
             if f.type == "str":
                 values[f.name] = text
             elif f.type == "bool":
@@ -91,7 +103,10 @@ class TrialRow:
                 values[f.name] = int(text)
             else:
                 values[f.name] = float(text) if text else None
-        return cls(**values)
+        return cls(**values, drawn={name: float(text) for name, text in others.items()})
+
+
+_COLUMNS: Final = dataclasses.fields(TrialRow)[:-1]
 
 
 def next_free_folder(stem: str) -> RunFolder:
@@ -208,7 +223,8 @@ class RunFolder:
         """Add a finished trial to ``trials.csv`` and ``decisions.csv``; ``first`` as in ``TrialRow.of``."""
         row = TrialRow.of(scored, first)
         report = scored.report
-        self._append("trials.csv", tuple(f.name for f in dataclasses.fields(TrialRow)), [dataclasses.astuple(row)])
+        cells = row.cells()
+        self._append("trials.csv", tuple(cells), [tuple(cells.values())])
         decisions = [
             (row.trial, *(getattr(decision, name) for name in _OF_DECISION), report.temperature)
             for decision in report.decisions

@@ -146,7 +146,7 @@ def training_summary(config: RunConfig, rows: Sequence[TrialRow], trials: int) -
         "finished": len(rows) >= trials,
         **summary_of(rows),
         "learning": learning_summary(rows),
-        "holes_inside_area": round(reachable_share(config.task, config.cell.hole_uncertainty_mm), 4),
+        "holes_inside_area": round(_inside_area(config), 4),
     }
 
 
@@ -159,6 +159,10 @@ def policy_summary(config: RunConfig, policy: str, rows: Sequence[TrialRow], tri
         **summary_of(rows),
         "finished": len(rows) == trials,
     }
+
+
+def _inside_area(config: RunConfig) -> float:
+    return reachable_share(config.task, config.cell.hole_uncertainty_mm, config.cell.conditions.hole_shift_mm)
 
 
 def _reasons(rows: Sequence[TrialRow]) -> dict[str, int]:

@@ -126,7 +126,7 @@ def _leaning_m(config: RunConfig) -> float:
 
 def _beside(config: RunConfig, truth: Truth) -> bool:
     off_m = dist(truth.tip_in_task_m[:2], truth.hole_in_task_m[:2])
-    return off_m >= _BESIDE_M + config.cell.peg.clearance_mm * 1e-3
+    return off_m >= _BESIDE_M + max(config.cell.peg.clearance_mm, config.cell.worn_clearance_mm) * 1e-3
 
 
 def falsely_inserted(config: RunConfig, report: TrialReport, truth: Truth | None) -> bool:

@@ -90,7 +90,7 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
     Terminated: inserted, or failed (jammed, force limit, safety trip). Truncated: the task's time limit.
 
     Args:
-        scenario: ``paper`` or ``blind``; empty takes that of ``config``, or ``paper``.
+        scenario: ``paper``, ``blind`` or another preset; empty takes that of ``config``, or ``paper``.
         arm: ``zebra-zero`` or ``ur5``; empty takes that of ``config``.
         actions: ``discrete``: the eight compass steps; ``continuous``: any step in the plane, (2,), see
             :class:`~palpate.adapters.gymnasium_envs.spaces.FreeSteps`.

@@ -32,11 +32,8 @@ class RunningCell(DrawnCell):
 
     def follow(self) -> None:
         """Stand as the simulated cell does now."""
-        self.data.qpos[:] = self._source.data.qpos
-        self.mouth_m = self._source.model.body_pos[self._plate].copy()
-        self.model.body_pos[self._plate] = self.mouth_m
-        mujoco.mj_kinematics(self.model, self.data)
-        mujoco.mj_camlight(self.model, self.data)
+        self._source.pose(self.model, self.data)
+        self.mouth_m = self.model.body_pos[self._plate].copy()
 
 
 class Camera:

@@ -197,6 +197,7 @@ def _what(log: TrialLog) -> dict[str, Any]:
         "schema": start.schema,
         "derived_from": start.derived_from,
         "what_if": bool(log.end is not None and log.end.counterfactual) or bool(start.derived_from),
+        "drawn": json_in(log, "start.world_json", start.world_json).get("drawn", {}),
     }
 
 

@@ -22,6 +22,8 @@ def describe(info: LogInfo) -> str:
         _line("schema", what["schema"]),
         _line("versions", ", ".join(f"{name} {version}" for name, version in info.versions.items())),
     ]  # fmt: skip
+    if what["drawn"]:
+        lines.append(_line("drawn", ", ".join(f"{name} {value}" for name, value in what["drawn"].items())))
     if what["derived_from"]:
         lines.append(_line("made from", what["derived_from"]))
     lines += [

@@ -67,14 +67,13 @@ class SimulatedRig(Rig):
 
     def world(self) -> World:
         """What a log must hold of the trial that was just prepared, to set this cell up for it again."""
-        return World(
-            SIMULATOR,
-            {
-                "ticks": self.cell.ticks,
-                "model_sha256": self._model_sha256,
-                "hole_in_task_m": list(self.truth().hole_in_task_m),
-            },
-        )
+        truth = self.truth()
+        facts = {
+            "ticks": self.cell.ticks,
+            "model_sha256": self._model_sha256,
+            "hole_in_task_m": list(truth.hole_in_task_m),
+        }
+        return World(SIMULATOR, facts | ({"drawn": dict(truth.drawn)} if truth.drawn else {}))
 
     @property
     def clock_ticks(self) -> int:

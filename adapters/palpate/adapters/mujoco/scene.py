@@ -17,7 +17,7 @@ from palpate.core.errors import LogError, PalpateError
 from palpate.core.insertion import goal_in_base, wander_m
 from palpate.core.motion import Kinematics, ToolGeometry, arm_named, wrench_about
 from palpate.core.ports import CONTROL_RATE_HZ, JointVector, Vector3
-from palpate.simulation.work_cell import PLATE_REACH_M, build_work_cell
+from palpate.simulation.work_cell import PLATE_REACH_M, build_work_cell, trial_world
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,8 @@ class DrawnCell:
     def __init__(self, log: TrialLog) -> None:
         config = config_of(log)
         goal = goal_in_base(config.task.goal)
-        reach = wander_m(config.task) + config.cell.hole_uncertainty_mm * 1e-3 + 1e-3
+        cell = trial_world(config.cell, log.start.seed, log.start.trial).cell
+        reach = wander_m(config.task) + cell.hole_reach_mm * 1e-3 + 1e-3
         try:
             kinematics = Kinematics(arm_named(config.arm), ToolGeometry())
             yaw = goal.rotation.T @ np.array(log.start.tip_rotation).reshape(3, 3)[:, 0]
@@ -79,7 +80,7 @@ class DrawnCell:
                 raise ValueError("the tool's orientation is none")
             self.model = build_work_cell(
                 kinematics,
-                config.cell,
+                cell,
                 goal_in_base=goal,
                 tool_yaw_rad=float(np.arctan2(yaw[1], yaw[0])),
                 period_s=1.0 / CONTROL_RATE_HZ,
@@ -94,10 +95,10 @@ class DrawnCell:
         self.data = mujoco.MjData(self.model)
         self.goal_in_base = goal
         self.mouth_m: Array = goal.act(np.zeros(3) if hole is None else np.array(hole))
-        self.peg_diameter_m = config.cell.peg.diameter_mm * 1e-3
-        self.hole_radius_m = self.peg_diameter_m / 2.0 + config.cell.peg.clearance_mm * 1e-3
-        self.plate_depth_m = config.cell.peg.hole_depth_mm * 1e-3 + 0.005
-        self._compliance, self._tool = config.cell.compliance, kinematics.tool
+        self.peg_diameter_m = cell.peg.diameter_mm * 1e-3
+        self.hole_radius_m = self.peg_diameter_m / 2.0 + cell.peg.clearance_mm * 1e-3
+        self.plate_depth_m = cell.peg.hole_depth_mm * 1e-3 + 0.005
+        self._compliance, self._tool = cell.compliance, kinematics.tool
         self.model.body_pos[self.model.body("plate").id] = self.mouth_m
         self._springs = [int(self.model.joint(name).qposadr[0]) for name in _SPRINGS]
         self._path = log.path

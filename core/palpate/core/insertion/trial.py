@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import enum
 from dataclasses import dataclass, field
+from typing import Final
 
 import numpy as np
 
@@ -147,6 +148,14 @@ class Purpose(enum.IntEnum):
     PARTITION = 4
     FITTING = 5
     WALKS = 6
+    HOLE_SHIFT = 7
+    GRIP = 8
+    ZERO = 9
+
+
+TRIALS_OF_A_SERIES: Final = 500_000
+"""Each multiple of this begins a series of trials with random streams of its own: first those of training, then those
+of evaluation, then those that fit a perception."""
 
 
 def generator(seed: int, purpose: Purpose, trial: int = 0) -> np.random.Generator:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from types import TracebackType
 from typing import Any, Final, Protocol, Self
 
@@ -21,12 +22,14 @@ class Truth:
         tip_in_task_m: Centre of the peg's end face, (3,), task frame.
         depth_m: Depth of the tip below the plate's surface, 0 while it is above.
         peak_force_N: Largest norm of the force through the wrist over all physics steps, without the tool's weight.
+        drawn: What else was drawn for this trial or its batch, by names with units; empty where nothing was.
     """
 
     hole_in_task_m: tuple[float, float, float]
     tip_in_task_m: tuple[float, float, float]
     depth_m: float
     peak_force_N: float
+    drawn: Mapping[str, float] = field(default_factory=dict)
 
 
 SIMULATOR: Final = "simulator"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterator
+from functools import partial
 from typing import Final, TypeAlias
 
 import mujoco
@@ -11,17 +12,20 @@ import numpy as np
 import numpy.typing as npt
 import pinocchio as pin
 
-from palpate.core.insertion import Purpose, draw_in_disc, generator
+from palpate.core.insertion import Purpose, generator
 from palpate.core.motion import Kinematics
 from palpate.core.ports import JointVector, Truth
 from palpate.simulation.work_cell.config import CellConfig
 from palpate.simulation.work_cell.model import PLATE_REACH_M, build_work_cell
+from palpate.simulation.work_cell.trial_world import trial_world
 
 Array: TypeAlias = npt.NDArray[np.float64]
 
 _NS: Final = 1_000_000_000
 _NOISE_BLOCK: Final = 512
 _PEAK_BLOCK: Final = 4096
+_RELIEF_TICKS: Final = 28
+"""After so long without load, 0.2 s, the sensor's zero is back: before any tare, and not in a bounce."""
 _HISTORY_HEADER: Final = 2  # MuJoCo puts two words (period and cursor) before a sensor's sample times
 
 
@@ -29,7 +33,7 @@ class WorkCell:
     """One simulated work cell. Time goes on by whole control ticks, exactly.
 
     Args:
-        kinematics: The arm with its tool; read at construction only.
+        kinematics: The arm with its tool; its configuration is read at construction only.
         config: Physical parameters.
         goal_in_base: Placement of the nominal goal.
         ready_rad: Joint angles that every trial starts from, (n,), tool pointing down.
@@ -37,6 +41,8 @@ class WorkCell:
         wander_m: How far from the nominal goal the peg may be led; the plate is made large enough for it.
 
     Attributes:
+        model: MuJoCo's model, made anew for a trial whose grip or clearance is another.
+        data: Its state, made anew with it.
         ticks: Control ticks since construction; resets do not turn time back.
         time_ns: The time of that tick, exact and rounded down to whole nanoseconds.
     """
@@ -54,40 +60,36 @@ class WorkCell:
         kinematics.update(ready_rad)
         yaw_axis = kinematics.tip_in(goal_in_base).rotation[:, 0]
         self.config = config
-        self.model = build_work_cell(
+        self._model_of = partial(
+            build_work_cell,
             kinematics,
-            config,
             goal_in_base=goal_in_base,
             tool_yaw_rad=float(np.arctan2(yaw_axis[1], yaw_axis[0])),
             period_s=1.0 / rate_Hz,
-            plate_reach_m=max(PLATE_REACH_M, wander_m + config.hole_uncertainty_mm * 1e-3 + 1e-3),
+            plate_reach_m=max(PLATE_REACH_M, wander_m + config.hole_reach_mm * 1e-3 + 1e-3),
         )
-        self.data = mujoco.MjData(self.model)
         self.joints = kinematics.joints
         self.ticks = self.time_ns = 0
         self._rate_Hz = rate_Hz
         self._goal = goal_in_base.copy()
         self._ready: Array = ready_rad.copy()
-        self._plate = self.model.body("plate").id
         share = config.sensor.encoder_counts_share
         self._encoder_step: Array | None = np.array(kinematics.arm.encoder_step_rad) * share if share else None
-        start = int(self.model.sensor_historyadr[0]) + _HISTORY_HEADER + config.substeps
-        # Views into MuJoCo's memory, which stays where it is.
-        self._wrench: Array = self.data.sensordata[:6]
-        self._ctrl: Array = self.data.ctrl
-        self._qpos: Array = self.data.qpos[: self.joints]
-        self._force_history: Array = self.data.history[start : start + 3 * config.substeps]
+        self._world = trial_world(config, 0, 0)
+        self._build(self._world.cell)
         self._peak_rows: Array = np.empty((_PEAK_BLOCK, 3 * config.substeps))
         self.reset(0, 0)
 
     def reset(self, seed: int, trial: int) -> None:
         """Put the arm at its ready pose over a hole and with sensor errors that belong to (seed, trial)."""
-        config = self.config
-        rng = generator(seed, Purpose.HOLE, trial)
-        x, y = draw_in_disc(rng, config.hole_uncertainty_mm * 1e-3, "disc")
-        self._hole = (x, y, -config.hole_height_error_mm * 1e-3)
+        before, self._world = self._world, trial_world(self.config, seed, trial)
+        if self._world.cell != before.cell:
+            self._build(self._world.cell)
+        self._zero_shift, self._zero_drift = np.array(self._world.zero_shift), np.array(self._world.zero_drift_per_s)
+        self._zero_moves = bool(self._zero_shift.any() or self._zero_drift.any())
+        self._begun, self._loaded = self.ticks, self.ticks - _RELIEF_TICKS
         mujoco.mj_resetData(self.model, self.data)
-        self.model.body_pos[self._plate] = self._goal.act(np.array(self._hole))
+        self.model.body_pos[self._plate] = self._goal.act(np.array(self._world.hole_in_task_m))
         self.data.qpos[: self.joints] = self._ready
         self.data.ctrl[:] = self._ready
         mujoco.mj_forward(self.model, self.data)
@@ -105,6 +107,8 @@ class WorkCell:
             self._fold_peaks()
         self._peak_rows[self._peak_count] = self._force_history
         self._peak_count += 1
+        if self._zero_moves and self.data.ncon:
+            self._loaded = self.ticks
 
     def place(self, position_rad: JointVector) -> None:
         """Put the arm elsewhere than at its ready pose, (n,) rad, at rest."""
@@ -127,7 +131,7 @@ class WorkCell:
         MuJoCo reports the force from child to parent body; the world's force on the tool is its negative.
         """
         wrench: list[float] = (next(self._noise) - self._wrench).tolist()
-        return wrench
+        return [a + b for a, b in zip(wrench, self._moved_zero(), strict=True)] if self._zero_moves else wrench
 
     def measure_joints(self) -> JointVector:
         """Joint angles as the encoders count them, (n,) rad."""
@@ -145,17 +149,49 @@ class WorkCell:
         mujoco.mj_saveModel(self.model, None, buffer)
         return hashlib.sha256(buffer.tobytes()).hexdigest()
 
+    def pose(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
+        """Let another model of this cell, with its state, stand as this one does, for pictures."""
+        data.qpos[:] = self.data.qpos
+        model.body_pos[self._plate] = self.model.body_pos[self._plate]
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_camlight(model, data)
+
     def truth(self) -> Truth:
         """The true state of the trial so far."""
         self._fold_peaks()
         tip = self._goal.actInv(self.data.site("tip").xpos.copy())
-        depth = float(tip[2]) - self._hole[2]
+        hole = self._world.hole_in_task_m
+        depth = float(tip[2]) - hole[2]
         return Truth(
-            self._hole,
+            hole,
             (float(tip[0]), float(tip[1]), float(tip[2])),
             max(depth, 0.0),
             float(self._peak_square**0.5),
+            self._world.drawn,
         )
+
+    def _build(self, cell: CellConfig) -> None:
+        """Make the model of a cell; a grip or clearance other than the last trial's takes it, and some milliseconds."""
+        self.model = self._model_of(cell)
+        self.data = mujoco.MjData(self.model)
+        self._plate = self.model.body("plate").id
+        start = int(self.model.sensor_historyadr[0]) + _HISTORY_HEADER + cell.substeps
+        # Views into MuJoCo's memory, which stays where it is.
+        self._wrench: Array = self.data.sensordata[:6]
+        self._ctrl: Array = self.data.ctrl
+        self._qpos: Array = self.data.qpos[: self.joints]
+        self._force_history: Array = self.data.history[start : start + 3 * cell.substeps]
+
+    def _moved_zero(self) -> list[float]:
+        """By what the sensor's zero has moved since the trial began, (6,).
+
+        Strain gauges have hysteresis and creep: under load their zero shifts, and without load it comes back. What
+        they are tared to in free air is therefore wrong as soon as the peg presses.
+        """
+        loaded = self.ticks - self._loaded < _RELIEF_TICKS
+        drift = self._zero_drift * ((self.ticks - self._begun) / self._rate_Hz)
+        moved: list[float] = (drift + self._zero_shift if loaded else drift).tolist()
+        return moved
 
     def _fold_peaks(self) -> None:
         if self._peak_count:

@@ -5,7 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Annotated, ClassVar
 
+from typing_extensions import override
+
+from palpate.core.errors import ConfigurationError
 from palpate.core.ports import OneOf, Range, Settings
+from palpate.simulation.work_cell.conditions import ConditionsConfig
 
 
 @dataclass(frozen=True)
@@ -81,6 +85,7 @@ class CellConfig(Settings):
     peg: PegConfig = field(default_factory=PegConfig)
     compliance: ComplianceConfig = field(default_factory=ComplianceConfig)
     sensor: SensorConfig = field(default_factory=SensorConfig)
+    conditions: ConditionsConfig = field(default_factory=ConditionsConfig)
     hole_uncertainty_mm: Annotated[float, Range(0.0, 50.0)] = 0.0
     """The true hole lies anywhere within this distance of the nominal goal, drawn anew for each trial."""
     hole_height_error_mm: Annotated[float, Range(-5.0, 5.0)] = 0.0
@@ -91,3 +96,19 @@ class CellConfig(Settings):
     """Direction in which it leans, from x towards y of the task frame."""
     substeps: Annotated[int, Range(3, 100)] = 5
     """Physics steps per control tick (140 Hz): 5 is a time step of 1/700 s."""
+
+    @property
+    def hole_reach_mm(self) -> float:
+        """How far from the nominal goal the hole may lie."""
+        return self.hole_uncertainty_mm + self.conditions.hole_shift_mm
+
+    @property
+    def worn_clearance_mm(self) -> float:
+        """The clearance once all wear is done."""
+        return self.peg.clearance_mm + self.conditions.wear_mm
+
+    @override
+    def check(self) -> None:
+        if not 0.001 <= self.worn_clearance_mm <= 5.0:
+            accepted = f"a number that leaves a clearance of 0.001 to 5 beside {self.peg.clearance_mm:g}"
+            raise ConfigurationError(self.conditions.dotted("wear_mm"), self.conditions.wear_mm, accepted)

@@ -1,13 +1,20 @@
 """Settings that do not go with others, or that only the objects made of them can judge, are refused by their names."""
 
+import re
+from dataclasses import replace
+from pathlib import Path
+from tomllib import loads
 from typing import Any
 
 import pytest
 
+from palpate.adapters.config.records import recorded_config
 from palpate.adapters.config.run import SCENARIOS, RunConfig, scenario
-from palpate.adapters.config.toml import overlay
+from palpate.adapters.config.toml import overlay, to_toml
 from palpate.adapters.experiments.build import require_usable
 from palpate.core.errors import ConfigurationError
+from palpate.core.insertion import find_ready_pose
+from palpate.core.ports.json_schema import json_schema
 from tests.unit.adapters.samples import ready_pose
 
 
@@ -66,7 +73,6 @@ def test_stages_that_do_not_fit_together_are_refused(perception: dict[str, Any],
 
 
 def test_presets() -> None:
-    assert set(SCENARIOS) == {"paper", "blind"}
     paper, blind = scenario("paper"), scenario("blind")
     assert paper == RunConfig()
     assert paper.cell.hole_uncertainty_mm == 0.0
@@ -75,3 +81,17 @@ def test_presets() -> None:
     assert blind.task == paper.task
     with pytest.raises(ConfigurationError, match="one of paper, blind"):
         scenario("dark")
+
+
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_a_preset_can_be_run_differs_from_the_others_and_is_told_of(name: str) -> None:
+    config = scenario(name)
+    require_usable(config, find_ready_pose(config.arm, config.task))
+    assert config.scenario == name
+    assert recorded_config(loads(to_toml(config))) == config
+    assert sum(replace(scenario(other), scenario=name) == config for other in SCENARIOS) == 1
+    assert config.cell.hole_reach_mm <= config.task.area_half_width_mm
+    told = json_schema(RunConfig)["properties"]["scenario"]["description"]
+    page = Path(__file__).parents[4] / "docs" / "how-to" / "choose-conditions.md"
+    assert re.search(rf"\b{name}\b", told)
+    assert f"| `{name}` |" in page.read_text(encoding="utf-8")

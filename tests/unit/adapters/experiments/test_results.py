@@ -1,6 +1,7 @@
 """The run folder: what is in it reads back, and no error loses what was there before."""
 
 import csv
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -37,6 +38,17 @@ def test_trials_read_back(folder: RunFolder) -> None:
     for scored in trials:
         folder.append_trial(scored)
     assert folder.read_trials() == [TrialRow.of(scored) for scored in trials]
+
+
+def test_what_was_drawn_has_columns_of_its_own(folder: RunFolder) -> None:
+    drawn = {"tilt_heading_deg": -12.5, "clearance_mm": 0.08}
+    plain = scored_trial(0)
+    assert plain.truth is not None
+    scored = replace(plain, truth=replace(plain.truth, drawn=drawn))
+    folder.append_trial(scored)
+    header = (folder.path / "trials.csv").read_text().splitlines()[0]
+    assert header.endswith(",marked,tilt_heading_deg,clearance_mm")
+    assert folder.read_trials() == [TrialRow.of(scored)]
 
 
 def test_decisions_say_which_trial_and_what_came_of_them(folder: RunFolder) -> None:

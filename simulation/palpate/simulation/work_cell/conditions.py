@@ -1,0 +1,60 @@
+"""What is not the same in every trial, or not throughout one, beyond the hole's scatter and the sensor's noise."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, ClassVar, Final, TypeAlias
+
+from typing_extensions import override
+
+from palpate.core.errors import ConfigurationError
+from palpate.core.ports import OneOf, Range, Settings
+
+DRAWN: Final = "drawn"
+_Heading: TypeAlias = Annotated[str, OneOf("set", DRAWN)]
+_Batch: TypeAlias = Annotated[int, Range(0, 100_000)]
+
+
+@dataclass(frozen=True)
+class ConditionsConfig(Settings):
+    """Conditions that change: hole, grip, sensor's zero, wear. As they come, nothing of it happens."""
+
+    TABLE: ClassVar[str] = "cell.conditions"
+
+    hole_shift_mm: Annotated[float, Range(0.0, 50.0)] = 0.0
+    """The plate is set up anew for each batch: the middle of the disc in which its holes are drawn lies anywhere
+    within this distance of the nominal goal."""
+    hole_shift_trials: _Batch = 0
+    """Trials of such a batch; 0: all trials of a seed are one."""
+    tilt_heading: _Heading = "set"
+    """set: the peg leans towards cell.tilt_heading_deg; drawn: anywhere, drawn anew for each grip."""
+    grip_trials: _Batch = 0
+    """Trials until the peg is gripped anew; 0: never in a seed's trials."""
+    zero_shift_N: Annotated[float, Range(0.0, 100.0)] = 0.0
+    """Force, across the tool axis, by which the sensor's zero moves under load: a tare in free air cannot see it."""
+    zero_shift_Nm: Annotated[float, Range(0.0, 100.0)] = 0.0
+    """Torque, across the tool axis, by which it moves with it."""
+    zero_drift_N_s: Annotated[float, Range(0.0, 1000.0)] = 0.0
+    """Force, across the tool axis, by which the zero drifts throughout a trial."""
+    zero_drift_Nm_s: Annotated[float, Range(0.0, 1000.0)] = 0.0
+    """Torque, across the tool axis, by which it drifts with it."""
+    zero_heading: _Heading = "set"
+    """set: the zero moves towards zero_heading_deg; drawn: anywhere, drawn anew for each batch."""
+    zero_heading_deg: Annotated[float, Range(-360.0, 360.0)] = 0.0
+    """Direction of these forces and torques, from x towards y of the sensor's frame."""
+    zero_trials: _Batch = 0
+    """Trials of such a batch; 0: all trials of a seed are one."""
+    wear_mm: Annotated[float, Range(-5.0, 5.0)] = 0.0
+    """By how much the clearance has grown after wear_trials trials: evenly up to there, and then no more."""
+    wear_trials: Annotated[int, Range(1, 100_000)] = 100
+    """Trials that wear takes."""
+
+    @override
+    def check(self) -> None:
+        for trials, heading in (("grip_trials", "tilt_heading"), ("zero_trials", "zero_heading")):
+            if getattr(self, trials) and getattr(self, heading) != DRAWN:
+                accepted = f"0, unless {self.dotted(heading)} is drawn: nothing would change from batch to batch"
+                raise ConfigurationError(self.dotted(trials), getattr(self, trials), accepted)
+        if self.hole_shift_trials and not self.hole_shift_mm:
+            accepted = f"0, unless {self.dotted('hole_shift_mm')} is more: no hole would move"
+            raise ConfigurationError(self.dotted("hole_shift_trials"), self.hole_shift_trials, accepted)

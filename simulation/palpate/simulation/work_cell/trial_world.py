@@ -1,0 +1,89 @@
+"""What the simulated world of one trial is: a function of configuration, seed and trial, and of nothing else."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from math import cos, radians, sin
+from typing import Final
+
+from palpate.core.insertion import TRIALS_OF_A_SERIES, Purpose, draw_in_disc, generator
+from palpate.simulation.work_cell.conditions import DRAWN
+from palpate.simulation.work_cell.config import CellConfig
+
+Wrench = tuple[float, float, float, float, float, float]
+_STILL: Final[Wrench] = (0.0,) * 6
+
+
+@dataclass(frozen=True)
+class TrialWorld:
+    """What is true in one trial.
+
+    Attributes:
+        cell: The cell as it stands then: heading of the tilt and clearance are this trial's.
+        hole_in_task_m: Centre of the hole's mouth, (3,), task frame.
+        zero_shift: By what the sensor's zero is off under load, (6,), N and N m, sensor frame.
+        zero_drift_per_s: How fast it drifts, (6,), N/s and N m/s, sensor frame.
+        drawn: What of it the configuration lets differ from trial to trial, the hole excepted: by names with units.
+    """
+
+    cell: CellConfig
+    hole_in_task_m: tuple[float, float, float]
+    zero_shift: Wrench
+    zero_drift_per_s: Wrench
+    drawn: Mapping[str, float]
+
+
+def trial_world(config: CellConfig, seed: int, trial: int) -> TrialWorld:
+    """The world of a trial.
+
+    Args:
+        config: The cell, with the conditions that change in it.
+        seed: The run's seed.
+        trial: Index of the trial. Batches and wear are counted from the beginning of its series.
+    """
+    conditions, peg, drawn = config.conditions, config.peg, dict[str, float]()
+    count = trial % TRIALS_OF_A_SERIES
+    x, y = draw_in_disc(generator(seed, Purpose.HOLE, trial), config.hole_uncertainty_mm * 1e-3, "disc")
+    if conditions.hole_shift_mm:
+        rng = generator(seed, Purpose.HOLE_SHIFT, _batch(trial, conditions.hole_shift_trials))
+        dx, dy = draw_in_disc(rng, conditions.hole_shift_mm * 1e-3, "disc")
+        x, y = x + dx, y + dy
+        drawn |= {"hole_shift_x_mm": dx * 1e3, "hole_shift_y_mm": dy * 1e3}
+    tilt_deg, zero_deg = config.tilt_heading_deg, conditions.zero_heading_deg
+    if conditions.tilt_heading == DRAWN:
+        rng = generator(seed, Purpose.GRIP, _batch(trial, conditions.grip_trials))
+        drawn["tilt_heading_deg"] = tilt_deg = rng.uniform(-180.0, 180.0)
+    if conditions.zero_heading == DRAWN:
+        rng = generator(seed, Purpose.ZERO, _batch(trial, conditions.zero_trials))
+        drawn["zero_heading_deg"] = zero_deg = rng.uniform(-180.0, 180.0)
+    if conditions.wear_mm:
+        clearance_mm = peg.clearance_mm + conditions.wear_mm * min(count / conditions.wear_trials, 1.0)
+        drawn["clearance_mm"] = clearance_mm
+        peg = replace(peg, clearance_mm=clearance_mm)
+    return TrialWorld(
+        replace(config, peg=peg, tilt_heading_deg=tilt_deg),
+        (x, y, -config.hole_height_error_mm * 1e-3),
+        _across(conditions.zero_shift_N, conditions.zero_shift_Nm, zero_deg),
+        _across(conditions.zero_drift_N_s, conditions.zero_drift_Nm_s, zero_deg),
+        {name: round(value, 6) for name, value in drawn.items()},
+    )
+
+
+def _batch(trial: int, trials: int) -> int:
+    """Index of the batch of so many trials that a trial belongs to, for random streams; 0 throughout where all are one.
+
+    No two series have a batch in common: a policy is not tried on the grips that it was trained on.
+    """
+    if not trials:
+        return 0
+    count = trial % TRIALS_OF_A_SERIES
+    return trial - count + count // trials
+
+
+def _across(force: float, torque: float, heading_deg: float) -> Wrench:
+    """A force and a torque of these sizes, both towards this heading."""
+    if not force and not torque:
+        return _STILL
+    c, s = cos(radians(heading_deg)), sin(radians(heading_deg))
+    return force * c, force * s, 0.0, torque * c, torque * s, 0.0
