@@ -111,8 +111,6 @@ class ContactProof(Proof):
     def begin(self) -> None:
         self.touch.begin()
         self.life.begin()
-        self.axial.begin()
-        self.wall.begin()
         self.new = True
         self._sequence: int | None = None
         self._pulls = self._misfits = 0

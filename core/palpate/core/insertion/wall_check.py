@@ -32,10 +32,9 @@ class WallCheck:
 
     def __init__(self, play_m: float) -> None:
         self._reach_m = play_m + _BEND_M
-        self.begin()
 
-    def begin(self, from_m: tuple[float, float] = (0.0, 0.0)) -> None:
-        """The next :meth:`velocity_m_s` is the first of a check; way counts from this place, task frame."""
+    def begin(self, from_m: Vector3) -> None:
+        """The next :meth:`velocity_m_s` is the first of a check; way counts from this place, (3,), task frame."""
         self.answered, self.answer_N = False, 0.0
         self._forces: deque[tuple[float, float]] = deque(maxlen=_SAMPLES)
         self._base_N: tuple[float, float] | None = None

@@ -50,7 +50,6 @@ class NoiseWatch:
         self._longest, self._most_ratio = config.flat_line_samples - 1, config.max_noise_ratio
         self._most_recurring = config.max_recurring_samples
         self._still: deque[_Six] = deque(maxlen=task.tare_ticks)
-        self.begin()
 
     def begin(self) -> None:
         """A trial begins."""

@@ -40,7 +40,6 @@ class WrenchWatch:
         self._force_square, self._torque_square = self._force_N**2, self._torque_Nm**2
         self._rate_N_ns, self._contact_square = self._rate_N_s * 1e-9, self._contact_N**2
         self._scale = scale
-        self.begin()
 
     def begin(self) -> None:
         """A trial begins."""
@@ -223,7 +222,6 @@ class SampleWatch:
         self._gap_ns = round(config.max_gap_ms * _NS_PER_MS)
         self._most_repeats, self._most_equal = config.max_repeats, config.max_equal_samples
         self._noisy, self._frame = sensor.noise_N > 0.0, sensor.frame
-        self.begin()
 
     def begin(self) -> None:
         """A trial begins."""

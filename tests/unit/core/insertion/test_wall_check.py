@@ -38,7 +38,7 @@ def push(
 ) -> Course:
     """Push a peg that stands beside the middle of a round hole with this gap to every side."""
     check = WallCheck(PLAY_M)
-    check.begin(at_m)
+    check.begin((*at_m, 0.0))
     rng, seen = np.random.default_rng(5), deque[Vector3](maxlen=1)
     (x, y), (px, py) = at_m, at_m
     peak_N = 0.0
@@ -120,7 +120,7 @@ def test_the_answer_grows_with_the_sensors_scale(scale: float) -> None:
 
 def test_a_tip_as_far_out_as_a_wall_can_be_goes_no_further_out() -> None:
     check = WallCheck(PLAY_M)
-    check.begin((1e-3, 0.0))
+    check.begin((1e-3, 0.0, 0.0))
     outside, inside = (1e-3 + PLAY_M + 2e-4, 0.0, 0.0), (1e-3 + PLAY_M, 0.0, 0.0)
     outwards, inwards = (0.005, 0.001, 0.01), (-0.005, 0.001, 0.01)
     assert check.bounded(outwards, inside) == outwards

@@ -92,8 +92,8 @@ class Explore(RunningPhase):
                     return check
             self.countdown -= 1
             if self.countdown <= 0:
+                # Where to go is known when the policy has chosen.
                 self._perceive()
-                return 0.0, 0.0, 0.0  # where to go is known when the policy has chosen
         return self._way_on()
 
     def choose(self) -> Vector3:

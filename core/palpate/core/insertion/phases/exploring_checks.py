@@ -24,12 +24,10 @@ class ExploringChecks:
     def __init__(self, equipment: Equipment, proof: ContactProof) -> None:
         self._equipment, self._proof, self._lift = equipment, proof, LiftCheck(equipment, proof)
         self._press_N = equipment.task.press_kgf * N_PER_KGF
-        self.begin()
 
     def begin(self) -> None:
         """A trial begins."""
         self._touch_judged, self._risen_ticks = False, 0
-        self._lift.running = False
 
     def resume(self) -> None:
         """Exploration begins, or goes on after a drop that was none."""

@@ -41,7 +41,6 @@ class Insert(RunningPhase):
     def enter(self) -> None:
         """The reaction of the plate is lost here."""
         self.over = self.deep = False
-        self.depth_m = 0.0
         self._state.hole_tick = self._last_progress = self._state.tick
         self._best_depth_m = 0.0
         self._law.reset()
@@ -67,8 +66,7 @@ class Insert(RunningPhase):
         ):
             state.event("hole", f"found after {state.exploration_s:.3f} s")
             self.over = self.deep = True
-            return velocity
-        if stalled > _STALL_TICKS and self._best_depth_m < DROP_M:
+        elif stalled > _STALL_TICKS and self._best_depth_m < DROP_M:
             state.event("false drop", f"to {self._best_depth_m * 1e3:.3f} mm")
             state.hole_tick = None
             self.over = True

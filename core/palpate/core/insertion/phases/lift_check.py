@@ -10,13 +10,13 @@ class LiftCheck:
     """Lifts a tool that presses, by a little, and doubts the force sensor where the force does not follow.
 
     Attributes:
-        running: Whether it has begun and is not over.
+        running: Whether it has begun and is not over; the phase that lifts sets it as it is entered.
     """
 
     def __init__(self, equipment: Equipment, proof: ContactProof) -> None:
         self._state, self._measurement, self._motion = equipment.state, equipment.measurement, equipment.motion
         self._proof = proof
-        self.running = False
+        self.running: bool
 
     def begin(self) -> None:
         """The next :meth:`velocity_m_s` is the first of a lift."""

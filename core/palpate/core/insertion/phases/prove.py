@@ -35,7 +35,7 @@ class Prove(RunningPhase):
         # Where the plate was never touched, only the floor can show that the force along the axis is alive.
         in_contact = self._equipment.measurement.filtered_force_z_N < -self._contact_N
         self._floor, self._countdown = in_contact or self._equipment.state.slack_m > 0.0, _SEATING_TICKS
-        self._proof.wall.begin(self._equipment.motion.reference_m[:2])
+        self._proof.wall.begin(self._equipment.motion.reference_m)
 
     @override
     def step(self) -> Vector3:

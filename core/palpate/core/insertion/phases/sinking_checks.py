@@ -41,9 +41,6 @@ class SinkingChecks:
         self._equipment, self._proof, self._lift = equipment, proof, LiftCheck(equipment, proof)
         self._press_N, self._contact_N = equipment.task.press_kgf * N_PER_KGF, equipment.task.contact_kgf * N_PER_KGF
         self._wall_depth_m = min(_WALL_M, 0.5 * equipment.task.insertion_depth_mm * 1e-3)
-        self._rest_ticks = self._free_samples = self._entered_tick = 0
-        self._freed = False
-        self._stand_still()
 
     def enter(self) -> None:
         """The insertion begins here."""
@@ -51,7 +48,7 @@ class SinkingChecks:
         self._freed, self._free_samples, self._unsteady = False, 0, 0
         self._entered_tick = self._equipment.state.tick
         self._stand_still()
-        self._proof.wall.begin(self._equipment.motion.reference_m[:2])
+        self._proof.wall.begin(self._equipment.motion.reference_m)
 
     def step(self, depth_m: float) -> Vector3 | None:
         """Velocity of the tip while a check is made, (3,) m/s, task frame; None when there is nothing to check.
