@@ -167,10 +167,11 @@ class Rebuilder:
             self._kept, self._key, self._supervisor = self._build(log), key, None
         config, ready, perception, policy, task = self._kept
         sensor = _sensor(log, config)
-        if self._supervisor is None or self._supervisor.latch.cause or sensor != self._sensor:
-            # A trip, or a refused beginning, waits for a person; another trial gets another supervisor.
+        if self._supervisor is None or sensor != self._sensor:
             self._supervisor, self._sensor = build_supervisor(config, ready, sensor), sensor
         supervisor = self._supervisor
+        if supervisor.latch.cause:
+            supervisor.latch.acknowledge("replay", "a recording moves nothing")
         if interrupted:
             self._kept = None
         try:

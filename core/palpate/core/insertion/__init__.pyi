@@ -12,6 +12,7 @@ from .frame import goal_in_base as goal_in_base
 from .frame import reachable_share as reachable_share
 from .laws import PERIOD_S as PERIOD_S
 from .measurement import Measurement as Measurement
+from .measurement import require_place as require_place
 from .ready_pose import ReadyPose as ReadyPose
 from .ready_pose import find_ready_pose as find_ready_pose
 from .ready_pose import wander_m as wander_m

@@ -9,7 +9,7 @@ import pinocchio as pin
 from palpate.core.errors import DeviceError
 from palpate.core.motion import Kinematics, wrench_about
 from palpate.core.perception import SignalProcessor, Wrench
-from palpate.core.ports import JointVector, Snapshot, Vector3
+from palpate.core.ports import JointSample, JointVector, Snapshot, Validity, Vector3
 
 
 class Measurement:
@@ -27,11 +27,12 @@ class Measurement:
             tip has no lever there but the tip's own radius.
         filtered_force_z_N: Tared, scaled, filtered force along the tool axis.
         lever_m: Distance from the sensor's origin to the tip along the tool axis.
+        joints: Number of the arm's joints.
     """
 
     def __init__(self, kinematics: Kinematics, task_in_base: pin.SE3, signal: SignalProcessor) -> None:
         self._kinematics, self._signal = kinematics, signal
-        self._task_in_base, self._joints = task_in_base.copy(), len(kinematics.lower_rad)
+        self._task_in_base, self.joints = task_in_base.copy(), len(kinematics.lower_rad)
         self.lever_m = kinematics.tool.tip_from_sensor_m
         self._tip_in_sensor: Vector3 = (0.0, 0.0, self.lever_m)
         self._scale = signal.scale
@@ -64,7 +65,7 @@ class Measurement:
             DeviceError: The encoders give another number of joint angles than the arm has.
         """
         kinematics, q_rad = self._kinematics, snapshot.joints.position_rad
-        self.require_joints(q_rad)
+        require_joints(q_rad, self.joints)
         kinematics.update(q_rad)
         tip_in_task = kinematics.tip_in(self._task_in_base)
         px, py, pz = tip_in_task.translation.tolist()
@@ -79,15 +80,6 @@ class Measurement:
         self._filtered = filtered = self._signal.update((*raw.force_N, *raw.torque_Nm))
         self.filtered_force_z_N = filtered[2]
 
-    def require_joints(self, q_rad: JointVector) -> None:
-        """Refuse joint angles that cannot be this arm's.
-
-        Raises:
-            DeviceError: There is another number of them than the arm has joints.
-        """
-        if len(q_rad) != self._joints:
-            raise DeviceError("joint encoder", f"gives {len(q_rad)} joint angles, the arm has {self._joints}")
-
     def tip_depth_m(self, axial_N_per_m: float) -> float:
         """Depth of the true tip below the nominal plane: the encoders', corrected for an axial spring so stiff."""
         return self.position_m[2] + self.force_N[2] / axial_N_per_m
@@ -101,6 +93,27 @@ class Measurement:
         fx, fy, fz, tx, ty, tz = self._filtered
         torque = wrench_about((fx, fy, fz), (tx, ty, tz), self._tip_in_sensor)
         return _rotated(self._rotation, (fx, fy, fz)), _rotated(self._rotation, torque)
+
+
+def require_joints(q_rad: JointVector, count: int) -> None:
+    """Refuse joint angles that cannot be this arm's.
+
+    Raises:
+        DeviceError: There is another number of them than the arm has joints.
+    """
+    if len(q_rad) != count:
+        raise DeviceError("joint encoder", f"gives {len(q_rad)} joint angles, the arm has {count}")
+
+
+def require_place(joints: JointSample, count: int) -> None:
+    """Refuse the first joint sample of a trial where it does not tell where the arm is.
+
+    Raises:
+        DeviceError: It is not valid, or has another number of joint angles than the arm has joints.
+    """
+    if joints.validity is not Validity.VALID:
+        raise DeviceError("joint encoder", f"the first sample of the trial is {joints.validity.value}")
+    require_joints(joints.position_rad, count)
 
 
 def _rotated(rotation: list[list[float]] | tuple[Vector3, Vector3, Vector3], vector: Vector3) -> Vector3:

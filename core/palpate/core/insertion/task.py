@@ -12,12 +12,11 @@ from __future__ import annotations
 from math import dist, sqrt
 from typing import Final
 
-from palpate.core.errors import DeviceError
 from palpate.core.insertion.agent import Agent
 from palpate.core.insertion.config import ControlConfig, TaskConfig
 from palpate.core.insertion.expectation import Expectation, Intervention, Trip
 from palpate.core.insertion.laws import Laws
-from palpate.core.insertion.measurement import Measurement
+from palpate.core.insertion.measurement import Measurement, require_place
 from palpate.core.insertion.phases import (
     Approach,
     Equipment,
@@ -128,9 +127,7 @@ class InsertionTask:
         state.tick = snapshot.tick
         state.report.ticks = snapshot.tick + 1
         if snapshot.tick == 0:
-            if snapshot.joints.validity is not Validity.VALID:
-                raise DeviceError("joint encoder", f"the first sample of the trial is {snapshot.joints.validity.value}")
-            self._measurement.require_joints(snapshot.joints.position_rad)
+            require_place(snapshot.joints, self._measurement.joints)
             self._motion.start(snapshot.joints.position_rad)
         if snapshot.applied is not None and snapshot.applied.reason is not CommandReason.AS_ASKED:
             state.report.clamped_ticks += 1

@@ -8,7 +8,7 @@ from operator import sub
 from typing import Final
 
 from palpate.core.errors import CommandError, DeviceError, LifecycleError
-from palpate.core.insertion import Expectation, Intervention, Supervised, TaskConfig, Trip, TripReason
+from palpate.core.insertion import Expectation, Intervention, Supervised, TaskConfig, Trip, TripReason, require_place
 from palpate.core.motion import Kinematics
 from palpate.core.ports import (
     CONTROL_RATE_HZ,
@@ -20,7 +20,6 @@ from palpate.core.ports import (
     JointVector,
     SensorFacts,
     Snapshot,
-    Validity,
     Vector3,
 )
 from palpate.core.supervision.config import SupervisionConfig
@@ -180,7 +179,7 @@ class Supervisor:
         if trip is None:
             trip = expectation.doubt
         if trip is None and not sound and applied is not None:
-            trip = _not_finite(snapshot.tick, "what the arm says that it applied", applied.position_rad)
+            trip = _not_finite(snapshot.tick, applied.position_rad)
         if trip is not None:
             return self._take_command(trip, snapshot, position)
         time_ns = snapshot.tick * 1_000_000_000 // CONTROL_RATE_HZ
@@ -191,7 +190,7 @@ class Supervisor:
         if within.reason is CommandReason.AS_ASKED:
             self._held = within.position_rad
             return Supervised(asked)
-        # Whatever is not finite, or jumps, is beyond a limit of the limiter, too: only here it has to be looked for.
+        # Whatever jumps is beyond a limit of the limiter, too: only here it has to be looked for.
         trip = self._fault_of_command(snapshot.tick, position)
         if trip is not None:
             return self._take_command(trip, snapshot, position)
@@ -217,9 +216,7 @@ class Supervisor:
 
     def _take_over(self, snapshot: Snapshot) -> None:
         joints = snapshot.joints
-        if joints.validity is not Validity.VALID or len(joints.position_rad) != self._count:
-            problem = f"the first sample of the trial is {joints.validity.value}, {len(joints.position_rad)} joints"
-            raise DeviceError("joint encoder", problem)
+        require_place(joints, self._count)
         for number, (q, ready) in enumerate(zip(joints.position_rad, self._ready_rad or (), strict=False), start=1):
             if abs(q - ready) > pi:
                 # To hold this place would be the wrong command.
@@ -246,8 +243,6 @@ class Supervisor:
         )
 
     def _fault_of_command(self, tick: int, position: JointVector) -> Trip | None:
-        if not isfinite(sum(position)):
-            return _not_finite(tick, "the command", position)
         jump = max(map(abs, map(sub, position, self._held)))
         if jump <= self._jump_rad:
             return None
@@ -279,7 +274,7 @@ class Supervisor:
         self._state = state
 
 
-def _not_finite(tick: int, what: str, position: JointVector) -> Trip:
+def _not_finite(tick: int, position: JointVector) -> Trip:
     bad = sum(not isfinite(q) for q in position)
-    text = f"{what} has {bad} joint angles that are not finite"
+    text = f"what the arm says that it applied has {bad} joint angles that are not finite"
     return Trip(TripReason.COMMAND_NOT_FINITE, tick, float(bad), 0.0, text)

@@ -176,13 +176,12 @@ class JointWatch:
             return None
         return self._astray(snapshot.tick, q)
 
-    def _outside(self, tick: int, q: JointVector) -> Trip | None:
-        for number, (value, low, high) in enumerate(zip(q, self._lower, self._upper, strict=True), start=1):
-            if not low <= value <= high:
-                limit = low if value < low else high
-                text = f"joint {number} at {value:.4f} rad, limit {limit:.4f} rad"
-                return Trip(TripReason.JOINT_POSITION, tick, value, limit, text)
-        return None
+    def _outside(self, tick: int, q: JointVector) -> Trip:
+        joints = enumerate(zip(q, self._lower, self._upper, strict=True), start=1)
+        number, (value, low, high) = next(one for one in joints if not one[1][1] <= one[1][0] <= one[1][2])
+        limit = low if value < low else high
+        text = f"joint {number} at {value:.4f} rad, limit {limit:.4f} rad"
+        return Trip(TripReason.JOINT_POSITION, tick, value, limit, text)
 
     def _fast(self, tick: int, q: JointVector, then: JointVector, dt_s: float) -> Trip | None:
         for number, (now, before, limit) in enumerate(zip(q, then, self._velocity, strict=True), start=1):

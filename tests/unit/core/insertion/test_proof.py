@@ -125,6 +125,7 @@ def test_a_spring_out_of_bounds_is_held_against_the_bound_that_it_is_beyond(shar
 
 def test_the_trips_hold_lengths_in_mm_and_forces_in_N() -> None:
     proof = Held().proof
+    proof.wall.begin((0.0, 0.0, 0.0))
     past, soft, plate, above, wall = (
         proof.no_floor(1, 0.0110, 0.0105),
         proof.floor_too_soft(1, 2.0, 3.4),

@@ -45,7 +45,7 @@ class Trial:
         self.tips: list[Vector3] = []
         self.forces: list[Vector3] = []
         self._on_step = on_step
-        self.begin, self.choose = self.task.begin, self.task.choose
+        self.begin, self.choose, self.conclude = self.task.begin, self.task.choose, self.task.conclude
         with world:
             run_trial(self, world.ports, TrialSetup(index, 1, start_m))  # type: ignore[arg-type]
             here = world.arm.position_rad()

@@ -190,10 +190,10 @@ def test_hold_holds_what_the_arm_was_told() -> None:
 
 def test_nobody_commands_an_arm_whose_place_is_not_known() -> None:
     bench = Bench()
-    with pytest.raises(DeviceError, match="joint encoder: the first sample of the trial is stale, 6 joints"):
+    with pytest.raises(DeviceError, match="joint encoder: the first sample of the trial is stale"):
         bench.tick(joints={"validity": Validity.STALE})
     bench = Bench()
-    with pytest.raises(DeviceError, match="5 joints"):
+    with pytest.raises(DeviceError, match="gives 5 joint angles"):
         bench.tick(measured_rad=bench.home_rad[:5])
 
 

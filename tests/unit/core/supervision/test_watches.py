@@ -6,9 +6,9 @@ from typing import Any
 import pytest
 
 from palpate.core.insertion.expectation import Expectation, TripReason
-from palpate.core.ports.values import AppliedCommand, CommandReason, JointCommand, Validity
+from palpate.core.ports.values import AppliedCommand, CommandReason, Validity
 from palpate.core.supervision.config import SupervisionConfig
-from tests.unit.core.supervision.bench import TOUCHING, UNTARED, Bench
+from tests.unit.core.supervision.bench import UNTARED, Bench
 
 MS = 1_000_000
 
@@ -203,19 +203,6 @@ def test_a_jump_trips_and_is_not_sent() -> None:
     assert abs(done.command.position_rad[0] - home[0]) < 1e-3
     assert done.intervention is not None
     assert done.intervention.asked_rad[0] == home[0] + 0.0501
-
-
-@pytest.mark.parametrize("bad", [nan, float("inf"), -float("inf")])
-def test_a_command_that_is_not_finite_trips(bad: float) -> None:
-    bench = Bench()
-    bench.clean(3)
-    asked = JointCommand(bench.home_rad)
-    object.__setattr__(asked, "position_rad", (*bench.home_rad[:5], bad))
-    bench.supervisor.check(bench.snapshot(), asked, TOUCHING, None)
-    trip = bench.supervisor.trip
-    assert trip is not None
-    assert trip.reason is TripReason.COMMAND_NOT_FINITE
-    assert trip.text == "the command has 1 joint angles that are not finite"
 
 
 def test_an_arm_that_says_nonsense_trips() -> None:
