@@ -32,6 +32,7 @@ class TrialState:
         hole_tick: Tick in which the hole was found; None before, and after a drop that was none.
         surface_m: Height of the plate's surface below the nominal plane, as far as it was found.
         slack_m: How far it may lie elsewhere; 0 where the plate was touched.
+        edge_m: How far it may lie higher, where the touch was so brief that it may have been the hole's edge.
     """
 
     def __init__(self, agent: Agent, measurement: Measurement, axial_N_per_m: float) -> None:
@@ -54,7 +55,7 @@ class TrialState:
         self.observation: Observation | None = None
         self.tick = self.explore_start = 0
         self.hole_tick: int | None = None
-        self.surface_m = self.slack_m = 0.0
+        self.surface_m = self.slack_m = self.edge_m = 0.0
 
     def enter(self, phase: Phase, expectation: Expectation) -> None:
         """Another phase begins."""

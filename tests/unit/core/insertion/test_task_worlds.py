@@ -31,6 +31,23 @@ def test_a_hole_right_below_the_start() -> None:
     assert trial.report.depth_m == pytest.approx(0.010, abs=5e-5)
 
 
+@pytest.mark.parametrize("proved", [True, False])
+def test_the_edge_of_the_hole_is_not_taken_for_the_surface(proved: bool) -> None:
+    # It bears the peg for a moment on its way in, and the filtered force shows that when the tip is deeper already.
+    world, samples = FakeWorld(Pit(*START)), iter(range(7))
+
+    def edge(sample: WrenchSample) -> WrenchSample:
+        borne = world.tip_m[2] > 0.0 and next(samples, None) is not None
+        return replace(sample, force_N=plus(sample.force_N, (0.0, 0.0, -2.0))) if borne else sample
+
+    world.spoil = edge
+    trial = Trial(world, config=TaskConfig(prove_contact=proved))
+    assert float(trial.events("contact")[0].detail.split()[2]) > 0.25  # mm: more than the depth may fall short by
+    assert trial.report.actions == 0
+    assert trial.report.outcome is Outcome.INSERTED
+    assert 0.010 < trial.tips[-1][2] < 0.011  # on the floor, pressing
+
+
 def test_an_arm_that_stands_deep_is_lifted_straight_up_first() -> None:
     # As after a trial that ended in the hole.
     below = Pit(0.5e-3, 0.5e-3, depth_m=0.02)

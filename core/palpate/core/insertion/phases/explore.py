@@ -48,6 +48,7 @@ class Explore(RunningPhase):
     def begin(self, start_m: tuple[float, float]) -> None:
         """A trial begins that starts here, (x, y), task frame."""
         self.area = ExplorationArea.of(self._task, start_m)
+        self._surface_found = False
         if self._checks is not None:
             self._checks.begin()
 
@@ -83,6 +84,9 @@ class Explore(RunningPhase):
             self._lost_ticks += 1
             if self._lost_ticks == _LOST_TICKS:
                 state.event("contact lost" if lost else "sunk below the surface")
+                if not self._surface_found:
+                    # The filter shows a brief touch late, and an edge lets the peg sink meanwhile.
+                    state.edge_m = max(state.surface_m + self._task.surface_uncertainty_mm * 1e-3, 0.0)
                 self.over = True
         else:
             self._lost_ticks = 0
@@ -132,3 +136,4 @@ class Explore(RunningPhase):
         first = not self._agent.decisions
         if measured.force_N[2] < -0.5 * self._press_N and (first or abs(rise) < _SURFACE_M):
             state.surface_m += rise if first else 0.3 * rise
+            self._surface_found, state.edge_m = True, 0.0

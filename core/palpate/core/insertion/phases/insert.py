@@ -61,7 +61,7 @@ class Insert(RunningPhase):
                 return check
         velocity = self._law.velocity_m_s(self._motion.reference_m, self._motion.reference_m, measured.force_N)
         if depth >= self._full_depth_m + self._tolerance_m or (
-            depth >= self._full_depth_m - self._tolerance_m - state.slack_m
+            depth >= self._full_depth_m - self._tolerance_m - state.slack_m - state.edge_m
             and measured.filtered_force_z_N < -self._contact_N
         ):
             state.event("hole", f"found after {state.exploration_s:.3f} s")
