@@ -29,6 +29,7 @@ from palpate.core.insertion.ready_pose import find_ready_pose
 from palpate.core.insertion.task import InsertionTask
 from palpate.core.policy import Observation
 from palpate.core.ports.values import JointCommand, Snapshot
+from palpate.simulation.work_cell.contact_search import Search
 
 RATE_HZ = 140
 
@@ -38,7 +39,7 @@ class Recorded:
 
     def __init__(self, rig: SimulatedRig) -> None:
         self.cell = rig.cell
-        self.trials: list[tuple[np.ndarray, np.ndarray, list[np.ndarray]]] = []
+        self.trials: list[tuple[np.ndarray, np.ndarray, list[tuple[np.ndarray, Search | None]]]] = []
         self._reset, self._advance = rig.cell.reset, rig.cell.advance
         rig.cell.reset = self.reset  # type: ignore[method-assign]
         rig.cell.advance = self.advance  # type: ignore[method-assign]
@@ -48,12 +49,13 @@ class Recorded:
         self.trials.append((self.cell.data.qpos.copy(), self.cell.model.body_pos.copy(), []))
 
     def advance(self) -> None:
-        self.trials[-1][2].append(self.cell.data.ctrl.copy())
+        command, contacts = self.cell.data.ctrl.copy(), self.cell.contacts
         self._advance()
+        self.trials[-1][2].append((command, None if contacts is None else contacts.search))
 
     def bare_seconds(self, calls_per_tick: int) -> float:
         """Time of the same physics without anything else, with so many ``mj_step`` calls for the steps of a tick."""
-        model, nstep = self.cell.model, self.cell.config.substeps
+        model, nstep, contacts = self.cell.model, self.cell.config.substeps, self.cell.contacts
         data = mujoco.MjData(model)
         total = 0.0
         for qpos, body_pos, commands in self.trials:
@@ -62,9 +64,13 @@ class Recorded:
             data.qpos[:] = qpos
             data.ctrl[:] = qpos[: len(data.ctrl)]
             mujoco.mj_forward(model, data)
+            looked_for = None
             start = time.process_time()
-            for command in commands:
+            for command, search in commands:
                 data.ctrl[:] = command
+                # The same contacts are looked for as in the run.
+                if contacts is not None and search is not None and search is not looked_for:
+                    contacts.look_for(looked_for := search)
                 for _ in range(calls_per_tick):
                     mujoco.mj_step(model, data, nstep // calls_per_tick)
             total += time.process_time() - start

@@ -39,12 +39,14 @@ class Floor:
     Attributes:
         model: The MuJoCo model.
         substeps: Physics steps of a call.
+        contacts: Decides which contacts are looked for; None where all are.
         stretches: For each reset: state, plate and so on to begin from, and what was commanded call by call.
     """
 
     model: Any
     substeps: int
-    stretches: list[tuple[dict[str, Any], list[dict[str, Any]]]] = field(default_factory=list)
+    contacts: Any = None
+    stretches: list[tuple[dict[str, Any], list[tuple[dict[str, Any], Any]]]] = field(default_factory=list)
 
     def begin(self, data: Any) -> None:
         begin = {
@@ -54,7 +56,8 @@ class Floor:
 
     def command(self, data: Any) -> None:
         commands = {name: getattr(data, name).copy() for name in ("ctrl", "mocap_pos", "mocap_quat")}
-        self.stretches[-1][1].append({name: value for name, value in commands.items() if value.size})
+        told = {name: value for name, value in commands.items() if value.size}
+        self.stretches[-1][1].append((told, None if self.contacts is None else self.contacts.search))
 
     def seconds(self) -> float:
         import mujoco
@@ -67,8 +70,10 @@ class Floor:
                 if name != "body_pos":
                     getattr(data, name)[:] = value
             mujoco.mj_forward(self.model, data)
-            for command in commands:
+            for command, search in commands:
                 # Setting the commands is no physics.
+                if search is not None:
+                    self.contacts.look_for(search)
                 for name, value in command.items():
                     getattr(data, name)[:] = value
                 start = time.process_time()
@@ -113,13 +118,13 @@ def palpate_round(count: int, **arguments: Any) -> dict[str, Any]:
     seconds = steps_of(env, count, nothing, nothing)
     # Once more, equal to the bit, now with a look at every command: a step is many calls here.
     cell = env.unwrapped.cell
-    floor = Floor(cell.model, cell.config.substeps)
+    floor = Floor(cell.model, cell.config.substeps, cell.contacts)
     stepping, advance = False, cell.advance
 
     def watched() -> None:
+        advance()
         if stepping:
             floor.command(cell.data)
-        advance()
 
     def begin() -> None:
         nonlocal stepping

@@ -233,6 +233,12 @@ def test_the_simulator_goes_on_from_the_first_other_command(palpate: CommandLine
     assert "1 of 1 equal" in same
 
 
+def test_the_simulator_goes_on_from_an_older_log_in_the_cell_that_recorded_it(palpate: CommandLine) -> None:
+    log = Path(__file__).parents[1] / "golden" / "inserted-ur5.mcap"  # It has no cell.contacts.
+    same = palpate.succeed("replay", log, "--set", "task.max_force_N=300", "--continue-in-mujoco")
+    assert "1 of 1 equal" in same
+
+
 @pytest.mark.parametrize("words", ["--set task.max_force_N=5.2", "--policy torque --continue-in-mujoco"])
 def test_what_ifs_leave_logs_marked_as_such(palpate: CommandLine, log: Path, tmp_path: Path, words: str) -> None:
     done = palpate("replay", log, *words.split(), "--out", "out")

@@ -7,7 +7,7 @@ of the wrist sensor are off; the encoders keep their steps. Positions are in the
 from functools import cache
 from math import atan2, cos, degrees, hypot, pi, remainder, sin, sqrt
 from types import TracebackType
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 
@@ -36,10 +36,10 @@ def quiet(
     *,
     peg: PegConfig | None = None,
     compliance: ComplianceConfig | None = None,
-    substeps: int = 5,
+    **settings: Any,
 ) -> RunConfig:
-    """A run whose wrist sensor has neither noise nor bias."""
-    cell = CellConfig(peg or PegConfig(), compliance or ComplianceConfig(), _SILENT, substeps=substeps)
+    """A run whose wrist sensor has neither noise nor bias, and whose cell has these settings."""
+    cell = CellConfig(peg or PegConfig(), compliance or ComplianceConfig(), _SILENT, **settings)
     return RunConfig(arm=arm, cell=cell)
 
 

@@ -25,6 +25,7 @@ UNTOLD: Final[Mapping[str, Any]] = {
     "cell.conditions.zero_trials": 0,
     "cell.conditions.wear_mm": 0.0,
     "cell.conditions.wear_trials": 100,
+    "cell.contacts": "searched",
     "perception.memory": "none",
     "learning.back_off_visits": 0.0,
     "learning.initial_value": 0.0,

@@ -16,7 +16,10 @@ from palpate.core.insertion import Purpose, generator
 from palpate.core.motion import Kinematics
 from palpate.core.ports import JointVector, Truth
 from palpate.simulation.work_cell.config import CellConfig
-from palpate.simulation.work_cell.model import PLATE_REACH_M, build_work_cell
+from palpate.simulation.work_cell.contact_pairs import Leeway
+from palpate.simulation.work_cell.contact_search import ContactSearch
+from palpate.simulation.work_cell.contact_shapes import PLATE_REACH_M, outermost_m, peg_rings
+from palpate.simulation.work_cell.model import build_work_cell
 from palpate.simulation.work_cell.trial_world import trial_world
 
 Array: TypeAlias = npt.NDArray[np.float64]
@@ -43,6 +46,7 @@ class WorkCell:
     Attributes:
         model: MuJoCo's model, made anew for a trial whose grip or clearance is another.
         data: Its state, made anew with it.
+        contacts: Which contacts are looked for, made anew with it; None where MuJoCo searches for all in every step.
         ticks: Control ticks since construction; resets do not turn time back.
         time_ns: The time of that tick, exact and rounded down to whole nanoseconds.
     """
@@ -59,14 +63,16 @@ class WorkCell:
     ) -> None:
         kinematics.update(ready_rad)
         yaw_axis = kinematics.tip_in(goal_in_base).rotation[:, 0]
-        self.config = config
+        self.config, self._yaw_rad = config, float(np.arctan2(yaw_axis[1], yaw_axis[0]))
+        # Where the peg may be led, seen from the true hole, and a little more: springs give.
+        self._far_m = wander_m + config.hole_reach_mm * 1e-3 + 1e-3
         self._model_of = partial(
             build_work_cell,
             kinematics,
             goal_in_base=goal_in_base,
-            tool_yaw_rad=float(np.arctan2(yaw_axis[1], yaw_axis[0])),
+            tool_yaw_rad=self._yaw_rad,
             period_s=1.0 / rate_Hz,
-            plate_reach_m=max(PLATE_REACH_M, wander_m + config.hole_reach_mm * 1e-3 + 1e-3),
+            plate_reach_m=max(PLATE_REACH_M, self._far_m),
         )
         self.joints = kinematics.joints
         self.ticks = self.time_ns = 0
@@ -90,9 +96,7 @@ class WorkCell:
         self._begun, self._loaded = self.ticks, self.ticks - _RELIEF_TICKS
         mujoco.mj_resetData(self.model, self.data)
         self.model.body_pos[self._plate] = self._goal.act(np.array(self._world.hole_in_task_m))
-        self.data.qpos[: self.joints] = self._ready
-        self.data.ctrl[:] = self._ready
-        mujoco.mj_forward(self.model, self.data)
+        self.place(self._ready)
         self._peak_count, self._peak_square = 0, 0.0
         # The tool hangs at rest: what the sensor carries now is weight.
         self._weight: Array = self._wrench[:3].copy()
@@ -100,7 +104,10 @@ class WorkCell:
 
     def advance(self) -> None:
         """One control tick of physics under the present set-points."""
-        mujoco.mj_step(self.model, self.data, nstep=self.config.substeps)
+        if self.contacts is not None:
+            self.contacts.step(self.config.substeps)
+        else:
+            mujoco.mj_step(self.model, self.data, nstep=self.config.substeps)
         self.ticks += 1
         self.time_ns = self.ticks * _NS // self._rate_Hz
         if self._peak_count == _PEAK_BLOCK:
@@ -110,11 +117,14 @@ class WorkCell:
         if self._zero_moves and self.data.ncon:
             self._loaded = self.ticks
 
-    def place(self, position_rad: JointVector) -> None:
-        """Put the arm elsewhere than at its ready pose, (n,) rad, at rest."""
+    def place(self, position_rad: JointVector | Array) -> None:
+        """Put the arm somewhere, (n,) rad, at rest."""
         self.data.qpos[: self.joints] = position_rad
         self.data.ctrl[:] = position_rad
-        mujoco.mj_forward(self.model, self.data)
+        if self.contacts is not None:
+            self.contacts.forward()
+        else:
+            mujoco.mj_forward(self.model, self.data)
 
     def set_ticks(self, ticks: int) -> None:
         """Set the clock, so that a trial can be run again at the time at which it once ran."""
@@ -172,8 +182,13 @@ class WorkCell:
 
     def _build(self, cell: CellConfig) -> None:
         """Make the model of a cell; a grip or clearance other than the last trial's takes it, and some milliseconds."""
-        self.model = self._model_of(cell)
+        leeway = Leeway.of(cell, self._far_m) if cell.contacts == "listed" else None
+        self.model = self._model_of(cell, listed=leeway)
         self.data = mujoco.MjData(self.model)
+        self.contacts: ContactSearch | None = None
+        if leeway is not None:
+            radius_m = outermost_m(peg_rings(cell.peg)[0])
+            self.contacts = ContactSearch(self.model, self.data, leeway, radius_m, self._yaw_rad)
         self._plate = self.model.body("plate").id
         start = int(self.model.sensor_historyadr[0]) + _HISTORY_HEADER + cell.substeps
         # Views into MuJoCo's memory, which stays where it is.

@@ -94,6 +94,8 @@ class CellConfig(Settings):
     """Tilt of the peg in the gripper against the hole's axis."""
     tilt_heading_deg: Annotated[float, Range(-360.0, 360.0)] = 0.0
     """Direction in which it leans, from x towards y of the task frame."""
+    contacts: Annotated[str, OneOf("listed", "searched")] = "listed"
+    """listed: only what can touch near the hole is tried there, with the same result; searched: MuJoCo tries all."""
     substeps: Annotated[int, Range(3, 100)] = 5
     """Physics steps per control tick (140 Hz): 5 is a time step of 1/700 s."""
 

@@ -7,7 +7,7 @@ cylinder on a flat plate gives torque directions that are wrong by tens of degre
 
 from __future__ import annotations
 
-from math import cos, hypot, pi, sin, sqrt
+from math import cos, hypot, sin, sqrt
 from typing import Final
 
 import mujoco
@@ -16,13 +16,10 @@ import pinocchio as pin
 
 from palpate.core.motion import Kinematics
 from palpate.simulation.work_cell.config import CellConfig
-from palpate.simulation.work_cell.cross_section import CrossSection
+from palpate.simulation.work_cell.contact_pairs import Leeway, listed_pairs
+from palpate.simulation.work_cell.contact_shapes import PLATE_REACH_M, UPPER_RING_M, Box, peg_rings, plate_boxes
 
 GRAVITY_M_S2: Final = 9.81
-PLATE_REACH_M: Final = 0.009
-"""How far from the hole's edge the plate's surface is closed at the least: the peg may wander as far as that."""
-_UPPER_RING_M: Final = 0.008
-_RIM_M: Final = 0.003
 _SERVO_INTEGRAL_S: Final = 0.05  # integral time of the joint servos: assumed
 _PEG: Final = 1  # collision groups: only peg against plate
 _PLATE: Final = 2
@@ -38,6 +35,7 @@ def build_work_cell(
     tool_yaw_rad: float,
     period_s: float,
     plate_reach_m: float = PLATE_REACH_M,
+    listed: Leeway | None = None,
 ) -> mujoco.MjModel:
     """The compiled model.
 
@@ -52,6 +50,7 @@ def build_work_cell(
             tool; a peg that is not round is gripped so that it fits the hole at this yaw.
         period_s: Control period; the time step is this over ``config.substeps``.
         plate_reach_m: How far from the hole's edge the plate's surface is closed.
+        listed: Pairs of sphere and box are listed for a peg within this; None lists none, MuJoCo searches.
     """
     spec = mujoco.MjSpec()
     spec.modelname = f"palpate work cell, {kinematics.arm.name}"
@@ -71,8 +70,11 @@ def build_work_cell(
 
     flange = _add_arm(spec, kinematics)
     _add_wrist(spec, flange, kinematics, config, tool_yaw_rad)
-    _add_plate(spec, config, goal_in_base, plate_reach_m)
+    boxes = plate_boxes(config.peg, plate_reach_m)
+    _add_plate(spec, config, goal_in_base, boxes)
     _add_sensors(spec, config)
+    if listed is not None:
+        _list_pairs(spec, config, boxes, listed)
     return spec.compile()
 
 
@@ -194,13 +196,12 @@ def _add_wrist(
             damping=(2.0 * springs.damping_ratio * sqrt(stiffness * inertia), 0.0, 0.0),
             limited=mujoco.mjtLimited.mjLIMITED_FALSE,
         )  # fmt: skip
-    section = CrossSection.named(peg.cross_section, peg.diameter_mm * 0.5e-3)
     rim = peg.rim_radius_mm * 1e-3
     c, s = cos(-tool_yaw_rad), sin(-tool_yaw_rad)
     # The upper ring is a body of its own: far above the plate, its whole bounding volume is then passed over at once.
     upper = body.add_body(name="peg_upper", mass=1e-6, inertia=(1e-12, 1e-12, 1e-12), explicitinertial=True)
-    for ring, height in ((body, rim), (upper, _UPPER_RING_M)):
-        for x, y in section.rim(peg.rim_spheres, rim):
+    for ring, height, centres in zip((body, upper), (rim, UPPER_RING_M), peg_rings(peg), strict=True):
+        for x, y in centres:
             ring.add_geom(
                 type=mujoco.mjtGeom.mjGEOM_SPHERE,
                 size=(rim, 0.0, 0.0),
@@ -217,7 +218,7 @@ def _add_wrist(
     length = tool.tip_from_sensor_m / 2
     body.add_geom(
         type=mujoco.mjtGeom.mjGEOM_CYLINDER,
-        size=(section.apothem_m, length, 0.0),
+        size=(peg.diameter_mm * 0.5e-3, length, 0.0),
         pos=(0.0, 0.0, -length),
         contype=0,
         conaffinity=0,
@@ -228,35 +229,54 @@ def _add_wrist(
     body.add_site(name="tip", pos=(0.0, 0.0, 0.0))
 
 
-def _add_plate(spec: mujoco.MjSpec, config: CellConfig, goal_in_base: pin.SE3, reach_m: float) -> None:
+def _add_plate(spec: mujoco.MjSpec, config: CellConfig, goal_in_base: pin.SE3, boxes: list[Box]) -> None:
     """The plate with its hole, in the task frame: z into the hole, surface at 0."""
     peg = config.peg
     plate = spec.worldbody.add_body(name="plate", pos=goal_in_base.translation, quat=_quaternion(goal_in_base.rotation))
-    contact = {
-        "contype": _PLATE, "conaffinity": _PEG, "condim": 3, "friction": (peg.friction, 0.0, 0.0),
-        "solref": _SOLREF, "solimp": _SOLIMP, "rgba": (0.55, 0.6, 0.6, 1.0),
-    }  # fmt: skip
-    hole = CrossSection.named(peg.cross_section, (peg.diameter_mm * 0.5 + peg.clearance_mm) * 1e-3)
-    depth = peg.hole_depth_mm * 1e-3
-    half_thickness = (depth + 0.005) / 2
-    # Two rings: short boxes at the rim keep MuJoCo's bounding volumes tight, which saved a seventh of a step's cost.
-    # The outer ring has fewer, broader ones, and begins far enough inside the inner ring to leave no slit.
-    outer_boxes = peg.wall_boxes // 2
-    slit = 0.0 if hole.sides else (hole.apothem_m + _RIM_M) * (1.0 - cos(pi / outer_boxes))
-    for boxes, start, end in ((peg.wall_boxes, 0.0, _RIM_M), (outer_boxes, _RIM_M - slit, reach_m)):
-        half_radial = (end - start + 0.0002) / 2
-        for wall in CrossSection(hole.sides, hole.apothem_m + start).walls(boxes, end - start):
-            c, s = cos(wall.heading_rad), sin(wall.heading_rad)
-            centre = wall.distance_m + half_radial
-            plate.add_geom(
-                type=mujoco.mjtGeom.mjGEOM_BOX,
-                size=(half_radial, wall.half_width_m, half_thickness),
-                pos=(c * centre, s * centre, half_thickness),
-                quat=(cos(wall.heading_rad / 2), 0.0, 0.0, sin(wall.heading_rad / 2)),
-                **contact,
-            )
-    side = hole.apothem_m * 2.2
-    plate.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=(side, side, 0.0025), pos=(0.0, 0.0, depth + 0.0025), **contact)
+    for box in boxes:
+        half_heading = box.heading_rad / 2
+        plate.add_geom(
+            type=mujoco.mjtGeom.mjGEOM_BOX,
+            size=box.half_m,
+            pos=(cos(box.heading_rad) * box.distance_m, sin(box.heading_rad) * box.distance_m, box.depth_m),
+            quat=(cos(half_heading), 0.0, 0.0, sin(half_heading)),
+            contype=_PLATE,
+            conaffinity=_PEG,
+            condim=3,
+            friction=(peg.friction, 0.0, 0.0),
+            solref=_SOLREF,
+            solimp=_SOLIMP,
+            rgba=(0.55, 0.6, 0.6, 1.0),
+        )
+
+
+def _list_pairs(spec: mujoco.MjSpec, config: CellConfig, boxes: list[Box], leeway: Leeway) -> None:
+    """Pairs of sphere and box for a peg within the leeway, and a sensor that tells whether it is."""
+    spheres = [geom for geom in spec.geoms if geom.type == mujoco.mjtGeom.mjGEOM_SPHERE]
+    plates = list(spec.body("plate").geoms)
+    for name, geoms in (("sphere", spheres), ("box", plates)):
+        for number, geom in enumerate(geoms):
+            geom.name = f"{name}_{number}"
+    for sphere, box in listed_pairs(config, boxes, leeway):
+        spec.add_pair(
+            geomname1=spheres[sphere].name,
+            geomname2=plates[box].name,
+            condim=3,
+            friction=(config.peg.friction, config.peg.friction, 0.0, 0.0, 0.0),
+            solref=_SOLREF,
+            solimp=_SOLIMP,
+        )
+    for name, kind in (
+        ("tip_in_plate", mujoco.mjtSensor.mjSENS_FRAMEPOS),
+        ("tip_x_in_plate", mujoco.mjtSensor.mjSENS_FRAMEXAXIS),
+        ("tip_z_in_plate", mujoco.mjtSensor.mjSENS_FRAMEZAXIS),
+    ):
+        spec.add_sensor(
+            name=name, type=kind, objtype=mujoco.mjtObj.mjOBJ_SITE, objname="tip",
+            reftype=mujoco.mjtObj.mjOBJ_XBODY, refname="plate",
+        )  # fmt: skip
+    # One peg on one plate is one island: looking for more costs time and changes nothing.
+    spec.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_ISLAND)
 
 
 def _add_sensors(spec: mujoco.MjSpec, config: CellConfig) -> None:

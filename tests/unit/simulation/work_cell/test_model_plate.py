@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from palpate.simulation.work_cell.config import CellConfig, PegConfig
+from palpate.simulation.work_cell.contact_shapes import PLATE_REACH_M
 from palpate.simulation.work_cell.cross_section import CrossSection
-from palpate.simulation.work_cell.model import PLATE_REACH_M
 from tests.unit.simulation.work_cell.test_model import cell_of
 
 

@@ -1,0 +1,72 @@
+"""Which spheres of the peg can touch which boxes of the plate, while the peg stays near the hole."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import cos, hypot, sin, sqrt
+from typing import Final, Self
+
+from palpate.simulation.work_cell.config import CellConfig
+from palpate.simulation.work_cell.contact_shapes import UPPER_RING_M, Box, outermost_m, peg_rings
+
+_SLACK_M: Final = 0.25e-3
+"""How far a sphere may move in a tick at the end of which it is found to be where pairs are not listed."""
+_LEAN: Final = 0.02
+_TURN: Final = 0.01
+
+
+@dataclass(frozen=True, slots=True)
+class Leeway:
+    """Where the peg may be for the listed pairs to be all that can touch.
+
+    Attributes:
+        aside_m: Distance of its tip from the hole's axis.
+        lean: Sine of the angle between its axis and the hole's.
+        turn: Sine of the angle by which it may be turned about its axis.
+        play_m: Distance of its axis from the hole's at the height of the upper ring, once that is in the hole.
+    """
+
+    aside_m: float
+    lean: float
+    turn: float
+    play_m: float
+
+    @classmethod
+    def of(cls, config: CellConfig, aside_m: float) -> Self:
+        """What the listed pairs of a cell allow.
+
+        Args:
+            config: Physical parameters.
+            aside_m: How far from the hole's axis the peg is expected.
+        """
+        lean = sin(config.tilt_mrad * 1e-3) + _LEAN
+        play_m = config.peg.clearance_mm * 1e-3 + UPPER_RING_M * lean + _SLACK_M
+        return cls(aside_m, lean, _TURN, play_m)
+
+
+def listed_pairs(config: CellConfig, boxes: list[Box], leeway: Leeway) -> list[tuple[int, int]]:
+    """Numbers of sphere and box that can touch within the leeway; the upper ring's spheres count on from the lower's.
+
+    Args:
+        config: Physical parameters.
+        boxes: The plate's.
+        leeway: Where the peg may be.
+    """
+    lower, upper = peg_rings(config.peg)
+    radius_m = config.peg.rim_radius_mm * 1e-3
+    pairs = []
+    for first, ring, aside_m in ((0, lower, leeway.aside_m), (len(lower), upper, leeway.play_m)):
+        outermost = outermost_m(ring)
+        shift_m = aside_m + outermost * (leeway.turn + 1.0 - sqrt(1.0 - leeway.lean**2)) + radius_m + _SLACK_M
+        for sphere, (x, y) in enumerate(ring, first):
+            pairs += [(sphere, number) for number, box in enumerate(boxes) if _beside_m(box, x, y) <= shift_m]
+    # The upper ring never comes down to the floor, which is the last box.
+    return [(sphere, box) for sphere, box in pairs if sphere < len(lower) or box < len(boxes) - 1]
+
+
+def _beside_m(box: Box, x: float, y: float) -> float:
+    """How far a point is beside a box, seen along the hole's axis; 0 above or below it."""
+    c, s = cos(box.heading_rad), sin(box.heading_rad)
+    along = abs(c * x + s * y - box.distance_m) - box.half_m[0]
+    across = abs(c * y - s * x) - box.half_m[1]
+    return hypot(max(along, 0.0), max(across, 0.0))
