@@ -1,45 +1,32 @@
 """The loop over the ports: exact times, honest snapshots, and an arm that is stopped on every way out."""
 
-from collections.abc import Callable
 from fractions import Fraction
 from itertools import pairwise
-from typing import Any
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from palpate.core.control_loop import (
-    LoopObserver,
-    UnfinishedTick,
     next_slot,
     next_snapshot,
     run_trial,
     tick_time_ns,
     trial_ticks,
 )
-from palpate.core.errors import DeviceError, LifecycleError
-from palpate.core.insertion import Outcome, Supervised, TaskConfig, TrialReport, TrialSetup
+from palpate.core.errors import LifecycleError
+from palpate.core.insertion import Outcome, TaskConfig, TrialSetup
 from palpate.core.motion import Kinematics, arm_named
-from palpate.core.policy import Observation
 from palpate.core.ports.contracts.fakes import FakeClock
 from palpate.core.ports.devices import Ports
-from palpate.core.ports.lifecycle import Life
 from palpate.core.ports.sensor_facts import SensorFacts
 from palpate.core.ports.values import (
     CONTROL_RATE_HZ,
-    AppliedCommand,
-    CommandReason,
     JointCommand,
-    JointSample,
-    Snapshot,
-    WrenchSample,
 )
 from palpate.core.supervision import SupervisionConfig, Supervisor
 from tests.unit.core.fake_world import TOOL, FakeWorld, FollowTorque, Pit, build_task
-
-SETUP = TrialSetup(0, 1, (1e-3, 1e-3))
-HOLE = Pit(0.0, 0.0)
+from tests.unit.core.watched_task import HOLE, SETUP, Watch, assert_stopped, run
 
 
 @given(start=st.integers(-(2**60), 2**60), tick=st.integers(0, 10**12))
@@ -55,42 +42,6 @@ def test_a_million_ticks_do_not_drift() -> None:
     assert times[1_000_000] == 123 + 10**15 // 140
     # A sum of rounded periods would be 0.14 ms late by now.
     assert times[1_000_000] - 123 - 1_000_000 * 7142857 == 142857
-
-
-class Watch:
-    """A task that passes everything through and keeps the snapshots and commands."""
-
-    def __init__(self, world: FakeWorld, policy: FollowTorque | None = None) -> None:
-        self._task = build_task(policy or FollowTorque())
-        self._world = world
-        self.snapshots: list[Snapshot] = []
-        self.commands: list[JointCommand] = []
-        self.on_step: Callable[[int], None] = lambda tick: None
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._task, name)
-
-    def sense(self, snapshot: Snapshot) -> Observation | None:
-        self.on_step(snapshot.tick)
-        self.snapshots.append(snapshot)
-        return self._task.sense(snapshot)
-
-    def act(self) -> JointCommand:
-        self.commands.append(self._task.act())
-        return self.commands[-1]
-
-
-def run(world: FakeWorld, watch: Watch) -> Outcome | None:
-    return run_trial(watch, world.ports, SETUP).outcome  # type: ignore[arg-type]
-
-
-def assert_stopped(world: FakeWorld) -> None:
-    """The arm holds still and takes no command."""
-    here = world.arm.position_rad()
-    applied = world.arm.send(JointCommand(tuple(q + 1e-3 for q in here)))
-    world.clock.advance(10)
-    assert applied.reason is CommandReason.STOPPED
-    assert world.arm.position_rad() == here
 
 
 def test_ticks_come_at_their_times_and_with_their_samples() -> None:
@@ -152,7 +103,7 @@ class UnwellError(Exception):
     """Not of palpate's tree."""
 
 
-@pytest.mark.parametrize("error", [UnwellError, KeyboardInterrupt, SystemExit])
+@pytest.mark.parametrize("error", [UnwellError, KeyboardInterrupt, SystemExit, StopIteration])
 @pytest.mark.parametrize("tick", [0, 1, 100])
 def test_the_arm_is_stopped_when_the_task_fails(error: type[BaseException], tick: int) -> None:
     world = FakeWorld(HOLE)
@@ -167,19 +118,6 @@ def test_the_arm_is_stopped_when_the_task_fails(error: type[BaseException], tick
         with pytest.raises(error):
             run(world, watch)
         assert_stopped(world)
-
-
-def test_the_arm_is_stopped_when_it_refuses_a_command() -> None:
-    world = FakeWorld(HOLE)
-    watch = Watch(world)
-    watch.on_step = lambda tick: world.arm.fail("follow-up error") if tick == 30 else None
-    with world:
-        with pytest.raises(DeviceError, match="follow-up error"):
-            run(world, watch)
-        assert world.arm.life is Life.FAULTED
-        here = world.arm.position_rad()
-        world.clock.advance(10)
-        assert world.arm.position_rad() == here
 
 
 def test_the_arm_is_stopped_when_a_trial_cannot_begin() -> None:
@@ -228,21 +166,6 @@ def test_a_caller_who_steps_the_task_itself_has_the_same_trial() -> None:
     assert choices == report.actions > 1
 
 
-def test_an_error_that_looks_like_the_end_is_none() -> None:
-    world = FakeWorld(HOLE)
-    watch = Watch(world)
-
-    def fail(tick: int) -> None:
-        if tick == 5:
-            raise StopIteration
-
-    watch.on_step = fail
-    with world:
-        with pytest.raises(StopIteration):
-            run(world, watch)
-        assert_stopped(world)
-
-
 @pytest.mark.parametrize("tripped", [False, True])
 def test_what_a_trial_came_to_is_told_once_all_of_it_is_known(tripped: bool) -> None:
     world, policy = FakeWorld(Pit(0.3e-3, -0.2e-3)), FollowTorque()
@@ -265,187 +188,3 @@ def test_what_a_trial_came_to_is_told_once_all_of_it_is_known(tripped: bool) -> 
     assert (report.outcome, told.inserted) == ((Outcome.TRIPPED, False) if tripped else (Outcome.INSERTED, True))
     assert told.tip_m[:2] == pytest.approx((0.3e-3, -0.2e-3), abs=0.2e-3)
     assert told.depth_m == report.depth_m > 9e-3
-
-
-def test_a_trial_that_an_error_ended_came_to_nothing() -> None:
-    world, policy = FakeWorld(HOLE), FollowTorque()
-    watch = Watch(world, policy)
-    watch.on_step = lambda tick: world.arm.fail("follow-up error") if tick == 30 else None
-    with world, pytest.raises(DeviceError):
-        run(world, watch)
-    assert policy.ended == []
-
-
-class Diary(LoopObserver):
-    """Keeps the names of all events but ``ended``, and what some of them brought."""
-
-    def __init__(self, world: FakeWorld) -> None:
-        self.events: list[str] = []
-        self.ticks: list[tuple[int, int]] = []
-        self.sends: list[tuple[JointCommand, AppliedCommand]] = []
-        self.failures: list[tuple[BaseException, UnfinishedTick]] = []
-        self.stops: list[BaseException | None] = []
-        self._world = world
-
-    def begun(self, start_ns: int, report: TrialReport) -> None:
-        self.events.append("begun")
-        self.report = report
-
-    def waited(self, tick: int, deadline_ns: int) -> None:
-        self.events.append("waited")
-        self.ticks.append((tick, deadline_ns))
-
-    def clock_read(self, deadline_ns: int, time_ns: int) -> None:
-        self.events.append("clock_read")
-
-    def force_read(self, sample: WrenchSample) -> None:
-        self.events.append("force_read")
-
-    def joints_read(self, sample: JointSample) -> None:
-        self.events.append("joints_read")
-
-    def sensed(self, observation: Observation | None) -> None:
-        self.events.append("sensed")
-
-    def chosen(self) -> None:
-        self.events.append("chosen")
-
-    def acted(self, command: JointCommand) -> None:
-        self.events.append("acted")
-
-    def supervised(self, supervised: Supervised) -> None:
-        self.events.append("supervised")
-        assert supervised.command is not None
-
-    def sent(self, snapshot: Snapshot, command: JointCommand, applied: AppliedCommand) -> None:
-        self.events.append("sent")
-        self.sends.append((command, applied))
-
-    def failed(self, error: BaseException, tick: UnfinishedTick) -> None:
-        self.events.append("failed")
-        self.failures.append((error, tick))
-        assert_stopped(self._world)
-
-    def stopped(self, error: BaseException | None) -> None:
-        self.events.append("stopped")
-        self.stops.append(error)
-        assert_stopped(self._world)
-
-
-PLAIN_TICK = ["waited", "clock_read", "force_read", "joints_read", "sensed", "acted", "sent"]
-
-
-def split(events: list[str]) -> list[list[str]]:
-    """Tick by tick."""
-    starts = [at for at, name in enumerate(events) if name == "waited"]
-    return [events[a:b] for a, b in pairwise([*starts, len(events)])]
-
-
-def test_observers_are_called_in_order_and_change_nothing() -> None:
-    world, alone = FakeWorld(HOLE), FakeWorld(HOLE)
-    diary, again = Diary(world), Diary(world)
-    task = build_task(FollowTorque())
-    with world, alone:
-        report = run_trial(task, world.ports, SETUP, None, (diary, LoopObserver(), again))
-        assert report == run_trial(build_task(FollowTorque()), alone.ports, SETUP)
-    assert diary.report is report
-    assert diary.events == again.events
-    assert diary.events[0] == "begun"
-    assert diary.events.pop() == "stopped"
-    assert diary.stops == [None]
-    ticks = split(diary.events)
-    choosing = [*PLAIN_TICK[:5], "chosen", *PLAIN_TICK[5:]]
-    assert [tick for tick in ticks if tick != PLAIN_TICK] == [choosing] * report.actions
-    assert len(ticks) == report.ticks == len(diary.sends)
-    assert diary.ticks == [(tick, tick_time_ns(0, tick)) for tick in range(report.ticks)]
-
-
-def test_a_retreat_is_observed_without_anything_asked() -> None:
-    world = FakeWorld(HOLE)
-    kinematics = Kinematics(arm_named("zebra-zero"), TOOL)
-    diary, supervisor = Diary(world), Supervisor(SupervisionConfig(), TaskConfig(), kinematics, SensorFacts(0.0, 0.0))
-
-    class Jumpy(Watch):
-        def act(self) -> JointCommand:
-            command = super().act()
-            return command if len(self.commands) < 50 else JointCommand(tuple(q + 1.0 for q in command.position_rad))
-
-    with world:
-        report = run_trial(Jumpy(world), world.ports, SETUP, supervisor, (diary,))  # type: ignore[arg-type]
-    assert report.outcome is Outcome.TRIPPED
-    assert diary.events.pop() == "stopped"
-    ticks = split(diary.events)
-    watched = [*PLAIN_TICK[:6], "supervised", "sent"]
-    retreat = [name for name in watched if name not in ("sensed", "acted")]
-    assert ticks == [watched] * report.ticks + [retreat] * (len(ticks) - report.ticks)
-    assert len(ticks) > report.ticks
-
-
-@pytest.mark.parametrize(("device", "calling"), [("sensor", "force_sensor"), ("encoder", "joint_encoder")])
-def test_what_failed_is_observed_with_the_tick_as_far_as_it_came(device: str, calling: str) -> None:
-    world = FakeWorld(HOLE)
-    diary, watch = Diary(world), Watch(world)
-    watch.on_step = lambda tick: setattr(getattr(world, device), "disconnected", tick == 50)
-    with world, pytest.raises(DeviceError, match="does not answer") as caught:
-        run_trial(watch, world.ports, SETUP, None, (diary,))  # type: ignore[arg-type]
-    ((error, tick),) = diary.failures
-    assert error is caught.value
-    assert (tick.calling, tick.time_ns) == (calling, tick_time_ns(0, 51))
-    assert (tick.wrench is None, tick.joints, tick.command) == (device == "sensor", None, None)
-    assert diary.events[-2:] == ["failed", "stopped"]
-
-
-def test_a_command_that_is_refused_is_observed() -> None:
-    world = FakeWorld(HOLE)
-    diary, watch = Diary(world), Watch(world)
-    watch.on_step = lambda tick: world.arm.fail("follow-up error") if tick == 30 else None
-    with world, pytest.raises(DeviceError, match="follow-up error"):
-        run_trial(watch, world.ports, SETUP, None, (diary,))  # type: ignore[arg-type]
-    ((_, tick),) = diary.failures
-    assert (tick.calling, tick.command) == ("arm", watch.commands[-1])
-    assert tick.wrench is not None
-
-
-def test_an_observer_that_raises_ends_the_trial_and_is_no_port() -> None:
-    world = FakeWorld(HOLE)
-    diary = Diary(world)
-
-    class Strict(LoopObserver):
-        def clock_read(self, deadline_ns: int, time_ns: int) -> None:
-            raise DeviceError("control loop", "late")
-
-    with world, pytest.raises(DeviceError, match="late"):
-        run_trial(build_task(FollowTorque()), world.ports, SETUP, None, (diary, Strict()))
-    ((_, tick),) = diary.failures
-    assert (tick.calling, tick.wrench) == ("", None)
-    assert diary.events == ["begun", "waited", "clock_read", "failed", "stopped"]
-
-
-def test_an_arm_that_cannot_be_stopped_is_observed_too(monkeypatch: pytest.MonkeyPatch) -> None:
-    world, error = FakeWorld(HOLE), DeviceError("arm", "cable cut")
-    diary = Diary(world)
-
-    def fail() -> None:
-        raise error
-
-    monkeypatch.setattr(Diary, "stopped", lambda self, error: self.stops.append(error))
-    with world:
-        with monkeypatch.context() as cut:
-            cut.setattr(world.arm, "stop", fail)
-            with pytest.raises(DeviceError, match="cable cut"):
-                run_trial(build_task(FollowTorque()), world.ports, SETUP, None, (diary,))
-    assert diary.stops == [error]
-    assert diary.failures == []
-
-
-def test_ticks_that_are_let_go_are_observed() -> None:
-    world = FakeWorld(HOLE)
-    diary, task = Diary(world), build_task(FollowTorque())
-    with world:
-        ticks = trial_ticks(task, world.ports, SETUP, None, (diary,))
-        task.sense(next(ticks))
-        ticks.close()
-    ((error, tick),) = diary.failures
-    assert isinstance(error, GeneratorExit)
-    assert (tick.wrench is None, tick.joints is None, tick.calling) == (False, False, "")
-    assert diary.events == ["begun", *PLAIN_TICK[:4], "failed", "stopped"]

@@ -10,16 +10,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from palpate.adapters.cli.notices import marked_line
-from palpate.adapters.experiments.statistics import (
-    learning_summary,
+from palpate.adapters.experiments import (
     mean_with_interval,
     moving_average,
-    quantile_interval,
     shown_interval,
     summary_of,
     t_half_width,
     wilson_interval,
 )
+from palpate.adapters.experiments.statistics import learning_summary, quantile_interval
 from tests.unit.adapters.samples import trial_rows
 
 

@@ -6,21 +6,20 @@ from pathlib import Path
 from typing import Any
 
 from palpate.adapters.config import scenario, to_toml
-from palpate.adapters.log.file import LogFile, NewFile, describe_channels
-from palpate.adapters.log.records import (
+from palpate.adapters.log import (
     CallEntry,
     DecisionEntry,
     EndRecord,
     EventEntry,
     LossEntry,
     ReinforcementEntry,
-    StartRecord,
-    encode_call,
-    encode_record,
+    TickRecord,
 )
+from palpate.adapters.log.file import LogFile, NewFile, describe_channels
+from palpate.adapters.log.records import StartRecord, encode_call, encode_record
 from palpate.adapters.log.schema import BY_TOPIC, SCHEMA
-from palpate.adapters.log.tick_layout import TickRecord, encode_tick
-from palpate.core.ports.values import AppliedCommand, JointSample, WrenchSample
+from palpate.adapters.log.tick_layout import encode_tick
+from palpate.core.ports import AppliedCommand, JointSample, WrenchSample
 
 PERIOD_NS = 1_000_000_000 // 140
 POSTURE = (0.0, 1.0752755, -1.4561609, 0.0, 0.6101755, 0.0)

@@ -9,21 +9,10 @@ from google.protobuf.message import DecodeError
 from hypothesis import given
 from hypothesis import strategies as st
 
-from palpate.adapters.log.records import (
-    CallEntry,
-    DecisionEntry,
-    EndRecord,
-    EventEntry,
-    LossEntry,
-    ReinforcementEntry,
-    StartRecord,
-    decode_call,
-    decode_record,
-    encode_call,
-    encode_record,
-)
+from palpate.adapters.log import CallEntry, DecisionEntry, EndRecord, EventEntry, LossEntry, ReinforcementEntry
+from palpate.adapters.log.records import StartRecord, decode_call, decode_record, encode_call, encode_record
 from palpate.adapters.log.schema import message_class
-from palpate.core.ports.values import AppliedCommand, CommandReason
+from palpate.core.ports import AppliedCommand, CommandReason
 from tests.unit.adapters.log.crafted import ENDING, STARTING, tick_record
 
 DECIDED = DecisionEntry(tick=14, number=1, symbol="x+ y0", state="x+ y0", action="-x", source="learned")

@@ -9,6 +9,7 @@ from palpate.core.automata import Kind, Machine, document, load, to_json_text
 from palpate.core.automata.document import from_json_text, save
 from palpate.core.errors import ConfigurationError
 from tests.unit.core.automata.machines import dfa, machines
+from tests.unit.core.json_changes import put, remove, repeat, require_refused
 
 PARITY = dfa([[1, 0], [0, None]], [0], labels=("even", "odd"))
 MEALY = Machine(Kind.MEALY, ("a", "b"), ((0, None),), edge_outputs=((("x", "y"), None),))
@@ -61,30 +62,6 @@ def test_a_saved_machine_is_loaded(tmp_path):
     assert load(tmp_path / "machine.json") == PARITY
 
 
-def put(*keys_and_value):
-    *keys, last, value = keys_and_value
-
-    def change(made):
-        for key in keys:
-            made = made[key]
-        made[last] = value
-
-    return change
-
-
-def remove(*keys):
-    def change(made):
-        for key in keys[:-1]:
-            made = made[key]
-        del made[keys[-1]]
-
-    return change
-
-
-def repeat_state(made):
-    made["states"].append(made["states"][0])
-
-
 BAD_ACCEPTORS = [
     (remove("schema"), "schema"),
     (put("schema", "palpate.automaton/2"), "schema"),
@@ -110,7 +87,7 @@ BAD_ACCEPTORS = [
     (put("states", 1, "odd"), "states[1]"),
     (remove("states", 1, "output"), "states[1]"),
     (put("states", 1, "comment", ""), "states[1]"),
-    (repeat_state, "states[2]"),
+    (repeat("states"), "states[2]"),
     (put("states", 1, "name", ""), "states[1]"),
     (put("states", 1, "name", 5), "states[1].name"),
     (put("states", 0, "output", "x"), "states[0].output"),
@@ -139,12 +116,7 @@ BAD_TRANSDUCERS = [
 def test_every_bad_file_is_one_clear_line(tmp_path, machine, change, field):
     made = json.loads(to_json_text(machine))
     change(made)
-    path = tmp_path / "machine.json"
-    path.write_text(json.dumps(made), encoding="utf-8")
-    with pytest.raises(ConfigurationError) as refused:
-        load(path)
-    assert refused.value.field == f"{path}: {field}"
-    assert len(str(refused.value).splitlines()) == 1
+    require_refused(load, tmp_path / "machine.json", made, field)
 
 
 def test_an_output_of_a_moore_machine_is_checked():

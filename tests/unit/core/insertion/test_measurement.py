@@ -8,13 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.core.errors import DeviceError
+from palpate.core.insertion import Measurement, goal_in_base
 from palpate.core.insertion.config import GoalConfig
-from palpate.core.insertion.frame import goal_in_base
-from palpate.core.insertion.measurement import Measurement
-from palpate.core.motion.arm import arm_named
-from palpate.core.motion.model import Array, Kinematics, ToolGeometry
+from palpate.core.motion import Array, Kinematics, ToolGeometry, arm_named
 from palpate.core.perception import SignalProcessor, Wrench
-from palpate.core.ports.values import CONTROL_RATE_HZ, JointSample, JointVector, Snapshot, Vector3, WrenchSample
+from palpate.core.ports import CONTROL_RATE_HZ, JointSample, JointVector, Snapshot, Vector3, WrenchSample
 
 ARM = arm_named("zebra-zero")
 GOAL = goal_in_base(GoalConfig())

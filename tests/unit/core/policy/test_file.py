@@ -16,6 +16,7 @@ from palpate.core.policy.sarsa import SarsaParameters
 from palpate.core.policy.tabular import QParameters
 from palpate.core.ports.json_schema import json_schema
 from palpate.core.ports.settings import kinds_of
+from tests.unit.core.json_changes import put, remove, repeat, require_refused
 
 ACTIONS = compass_actions(0.001)
 STATES = ("a", "b")
@@ -123,30 +124,6 @@ def test_written_files_agree_with_the_json_schema(learner):
     assert list(disagreements(content(learner=learner), FORMAT)) == []
 
 
-def remove(*keys):
-    def change(made):
-        for key in keys[:-1]:
-            made = made[key]
-        del made[keys[-1]]
-
-    return change
-
-
-def put(*keys_and_value):
-    *keys, last, value = keys_and_value
-
-    def change(made):
-        for key in keys:
-            made = made[key]
-        made[last] = value
-
-    return change
-
-
-def repeat(key):
-    return lambda made: made[key].append(made[key][0])
-
-
 # What a schema can see is refused by both; the rest by the reader alone.
 SEEN_BY_SCHEMA = [
     (remove("schema"), "schema"),
@@ -201,12 +178,7 @@ SEEN_BY_READER = [
 def test_every_bad_file_is_one_clear_line(tmp_path, change, field):
     made = content()
     change(made)
-    path = tmp_path / "policy.json"
-    path.write_text(json.dumps(made), encoding="utf-8")
-    with pytest.raises(ConfigurationError) as refused:
-        PolicyDocument.load(path)
-    assert refused.value.field == f"{path}: {field}"
-    assert len(str(refused.value).splitlines()) == 1
+    require_refused(PolicyDocument.load, tmp_path / "policy.json", made, field)
 
 
 @pytest.mark.parametrize("change", [change for change, _ in SEEN_BY_SCHEMA])

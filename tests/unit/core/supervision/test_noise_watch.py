@@ -6,9 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from palpate.core.insertion.expectation import TripReason
-from palpate.core.supervision import noise_watch
-from palpate.core.supervision.config import SupervisionConfig
+from palpate.core.insertion import TripReason
+from palpate.core.supervision import SupervisionConfig, noise_watch
 from tests.unit.core.supervision.bench import FREE, TOUCHING, UNTARED, Bench
 
 NOISE = np.array([0.1] * 3 + [0.004] * 3)

@@ -6,19 +6,11 @@ from math import nan
 import pytest
 
 from palpate.adapters.config import RunConfig
-from palpate.adapters.experiments import build_perception, build_task, comparator, run_scored_trial
-from palpate.adapters.experiments.build import supervisor_of
+from palpate.adapters.experiments import build_perception, build_task, comparator, run_scored_trial, supervisor_of
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.errors import FaultLatchedError
 from palpate.core.insertion import Outcome, TripReason
-from palpate.core.ports import (
-    AppliedCommand,
-    ArmCommand,
-    CommandReason,
-    DeviceDecorator,
-    JointCommand,
-    JointVector,
-)
+from palpate.core.ports import AppliedCommand, ArmCommand, CommandReason, DeviceDecorator, JointCommand, JointVector
 from tests.unit.adapters.samples import ready_pose
 
 

@@ -1,13 +1,7 @@
 import pytest
 
-from palpate.drivers.cia402.object_dictionary import (
-    PATTERNS,
-    TRANSITIONS,
-    Controlword,
-    DriveState,
-    command_towards,
-    state_of,
-)
+from palpate.drivers.cia402 import DriveState
+from palpate.drivers.cia402.object_dictionary import PATTERNS, TRANSITIONS, Controlword, command_towards, state_of
 
 # Statuswords as drives send them: state bits with voltage, remote, target and warning bits set or not.
 WORDS = {

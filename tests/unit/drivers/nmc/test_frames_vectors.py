@@ -5,20 +5,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from palpate.drivers.errors import RefusedError
-from palpate.drivers.nmc import commands
-from palpate.drivers.nmc.commands import acceleration_word, velocity_word
-from palpate.drivers.nmc.frames import (
-    EVERYBODY,
+from palpate.drivers.nmc import (
     Aux,
-    Code,
     NmcCommand,
     NmcStatus,
     StatusItem,
     StopControl,
     TrajectoryControl,
-    checksum,
-    find_frame,
+    acceleration_word,
+    commands,
+    velocity_word,
 )
+from palpate.drivers.nmc.frames import EVERYBODY, Code, checksum, find_frame
 from palpate.drivers.nmc.replies import decode_reply, reply_size_bytes
 
 GAINS = {

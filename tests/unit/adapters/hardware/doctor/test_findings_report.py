@@ -2,15 +2,8 @@ import json
 
 import pytest
 
-from palpate.adapters.hardware.doctor.findings import (
-    Finding,
-    FindingsSection,
-    Level,
-    Notebook,
-    report_json,
-    section_text,
-    summary_text,
-)
+from palpate.adapters.hardware.doctor import FindingsSection, Level, report_json, section_text, summary_text
+from palpate.adapters.hardware.doctor.findings import Finding, Notebook
 from palpate.adapters.hardware.errors import translating
 from palpate.core.errors import PalpateError
 from palpate.drivers.errors import SilentError

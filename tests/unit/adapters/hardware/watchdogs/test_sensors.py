@@ -9,16 +9,15 @@ from typing import cast
 import pytest
 
 from palpate.adapters.config import RunConfig
-from palpate.adapters.experiments import build_perception, build_task, comparator, run_scored_trial
-from palpate.adapters.experiments.build import supervisor_of
+from palpate.adapters.experiments import build_perception, build_task, comparator, run_scored_trial, supervisor_of
 from palpate.adapters.fault_injection import FaultPlan, FaultyForceSensor
 from palpate.adapters.hardware.watchdogs import WatchdogTrip, WatchedForceSensor, WatchedJointEncoder
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.errors import ConfigurationError, DeviceError, FaultLatchedError
 from palpate.core.insertion import Outcome, TripReason
-from palpate.core.ports import JointEncoder, SensorDecorator
-from palpate.core.ports.contracts.fakes import TICK_NS, FakeClock, FakeForceSensor, FakeJointEncoder
-from palpate.core.ports.values import JointSample, Validity, WrenchSample
+from palpate.core.ports import JointEncoder, JointSample, SensorDecorator, Validity, WrenchSample
+from palpate.core.ports.contracts import TICK_NS, FakeClock
+from palpate.core.ports.contracts.fakes import FakeForceSensor, FakeJointEncoder
 from tests.unit.adapters.samples import ready_pose
 
 NEVER_NS = 10**15

@@ -7,17 +7,9 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from palpate.adapters.mujoco.arrows import ACTION, FORCE
-from palpate.adapters.visualisation.film.film import (
-    HOLD_S,
-    gif_durations_ms,
-    panel_size,
-    require_video,
-    sheet,
-    title_px,
-    write_gif,
-    write_mp4,
-)
+from palpate.adapters.mujoco import ACTION, FORCE
+from palpate.adapters.visualisation.film import panel_size, require_video, sheet, write_gif, write_mp4
+from palpate.adapters.visualisation.film.film import HOLD_S, gif_durations_ms, title_px
 from palpate.core.errors import UsageError
 
 SIZE = (160, 120)

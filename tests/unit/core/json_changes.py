@@ -1,0 +1,51 @@
+"""A JSON file with one thing changed, and how it is refused."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import pytest
+
+from palpate.core.errors import ConfigurationError
+
+Change: TypeAlias = Callable[[Any], None]
+
+
+def put(*keys_and_value: Any) -> Change:
+    """The last one is put where the others lead to."""
+    *keys, last, value = keys_and_value
+
+    def change(made: Any) -> None:
+        for key in keys:
+            made = made[key]
+        made[last] = value
+
+    return change
+
+
+def remove(*keys: Any) -> Change:
+    def change(made: Any) -> None:
+        for key in keys[:-1]:
+            made = made[key]
+        del made[keys[-1]]
+
+    return change
+
+
+def repeat(key: str) -> Change:
+    """A list has its first item twice."""
+
+    def change(made: Any) -> None:
+        made[key].append(made[key][0])
+
+    return change
+
+
+def require_refused(load: Callable[[Path], object], path: Path, made: Any, field: str) -> None:
+    """The file is refused in one line that names the field."""
+    path.write_text(json.dumps(made), encoding="utf-8")
+    with pytest.raises(ConfigurationError) as refused:
+        load(path)
+    assert refused.value.field == f"{path}: {field}"
+    assert len(str(refused.value).splitlines()) == 1
