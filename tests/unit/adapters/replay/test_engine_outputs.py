@@ -5,7 +5,7 @@ from collections.abc import Callable
 from itertools import count
 from math import nextafter
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import pytest
 
@@ -14,19 +14,30 @@ from palpate.adapters.log.reader import RawMessage
 from palpate.adapters.log.records import CallEntry, LossEntry, encode_call, encode_record
 from palpate.adapters.log.schema import CALL, RECORDER
 from palpate.adapters.replay.batch import replay_file
+from palpate.adapters.replay.differences import Difference
 from palpate.adapters.replay.engine import Replay, Verdict
 from palpate.adapters.replay.rebuild import Rebuilder
 from palpate.core.ports.decorator import DeviceDecorator
 from tests.log_surgery import Change, changed, in_start, indices, messages_of, one_ulp, write_log
 
+Replayed: TypeAlias = Callable[[list[RawMessage]], Replay]
+Golden: TypeAlias = Callable[[str], Path]
+
+
+def diverged(one: Replay) -> Difference:
+    """The first output that is not what was recorded."""
+    assert one.verdict is Verdict.DIVERGED
+    assert one.first is not None
+    return one.first
+
 
 @pytest.fixture
-def messages(golden_here: Callable[[str], Path]) -> list[RawMessage]:
+def messages(golden_here: Golden) -> list[RawMessage]:
     return messages_of(golden_here("train-paper"))
 
 
 @pytest.fixture
-def replayed(tmp_path: Path) -> Callable[[list[RawMessage]], Replay]:
+def replayed(tmp_path: Path) -> Replayed:
     """Replays a log of these messages, with checksums and counts made good."""
     numbers = count()
     return lambda messages: replay_file(write_log(tmp_path / f"{next(numbers)}.mcap", messages), Rebuilder())
@@ -101,55 +112,34 @@ def one_value(made: Any) -> None:
     ],
 )
 def test_a_field_that_is_altered(
-    messages: list[RawMessage],
-    replayed: Callable[[list[RawMessage]], Replay],
-    topic: str,
-    number: int,
-    change: Change,
-    field: str,
+    messages: list[RawMessage], replayed: Replayed, topic: str, number: int, change: Change, field: str
 ) -> None:
-    one = replayed(changed(messages, indices(messages, topic)[number], change))
-    assert one.verdict is Verdict.DIVERGED
-    assert one.first is not None
-    assert one.first.field == field
-    assert topic != "/tick" or one.first.tick == number
+    first = diverged(replayed(changed(messages, indices(messages, topic)[number], change)))
+    assert first.field == field
+    assert topic != "/tick" or first.tick == number
 
 
 @pytest.mark.parametrize("field", ["true_depth_m", "true_peak_force_N"])
-def test_a_truth_that_contradicts_the_score(
-    golden_here: Callable[[str], Path], replayed: Callable[[list[RawMessage]], Replay], field: str
-) -> None:
+def test_a_truth_that_contradicts_the_score(golden_here: Golden, replayed: Replayed, field: str) -> None:
     whole = messages_of(golden_here("torque-ur5"))
-    one = replayed(changed(whole, indices(whole, "/end")[0], said(**{field: 0.001 if "depth" in field else 99.0})))
-    assert one.first is not None
-    assert one.first.field == "success"
+    lie = said(**{field: 0.001 if "depth" in field else 99.0})
+    assert diverged(replayed(changed(whole, indices(whole, "/end")[0], lie))).field == "success"
 
 
-def test_a_stop_that_is_missing_or_made_up(
-    messages: list[RawMessage], replayed: Callable[[list[RawMessage]], Replay]
-) -> None:
+def test_a_stop_that_is_missing_or_made_up(messages: list[RawMessage], replayed: Replayed) -> None:
     stop = indices(messages, "/call")[-1]
     for altered in (messages[:stop] + messages[stop + 1 :], [*messages[:stop], messages[stop], *messages[stop:]]):
-        one = replayed(altered)
-        assert one.verdict is Verdict.DIVERGED
-        assert one.first is not None
-        assert one.first.field == "port call"
+        assert diverged(replayed(altered)).field == "port call"
 
 
-def test_a_recorder_that_misses_messages_which_are_there(
-    messages: list[RawMessage], replayed: Callable[[list[RawMessage]], Replay]
-) -> None:
+def test_a_recorder_that_misses_messages_which_are_there(messages: list[RawMessage], replayed: Replayed) -> None:
     loss = LossEntry(tick=99, problem="queue full", text="10 messages are missing", dropped_messages=10)
     told = RawMessage(RECORDER.id, messages[100].time_ns, encode_record("Recorder", loss))
-    one = replayed([*messages[:100], told, *messages[100:]])
-    assert one.verdict is Verdict.DIVERGED
-    assert one.first is not None
-    assert one.first.recorded == "10 (10 messages are missing)"
+    first = diverged(replayed([*messages[:100], told, *messages[100:]]))
+    assert first.recorded == "10 (10 messages are missing)"
 
 
-def test_calls_that_are_none_of_the_core_are_no_outputs(
-    messages: list[RawMessage], replayed: Callable[[list[RawMessage]], Replay]
-) -> None:
+def test_calls_that_are_none_of_the_core_are_no_outputs(messages: list[RawMessage], replayed: Replayed) -> None:
     struck = encode_call(CallEntry(tick=50, port="force_sensor", call="fault", text="drop"))
     one = replayed([*messages[:60], RawMessage(CALL.id, messages[60].time_ns, struck), *messages[60:]])
     assert one.verdict is Verdict.EQUAL
@@ -165,18 +155,16 @@ class _Unstoppable(DeviceDecorator):
     def stop(self) -> None: ...
 
 
-def test_a_core_that_does_not_stop_the_arm(golden_here: Callable[[str], Path], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_core_that_does_not_stop_the_arm(golden_here: Golden, monkeypatch: pytest.MonkeyPatch) -> None:
     stop = control_loop._stop
     monkeypatch.setattr(control_loop, "_stop", lambda arm, *others: stop(_Unstoppable(arm), *others))
     for name in ("train-paper", "torque-ur5", "spiral-force-limit"):
-        one = replay_file(golden_here(name), Rebuilder())
-        assert one.verdict is Verdict.DIVERGED
-        assert one.first is not None
-        assert (one.first.field, one.first.recorded, one.first.replayed) == ("port call", "arm.stop", None)
+        first = diverged(replay_file(golden_here(name), Rebuilder()))
+        assert (first.field, first.recorded, first.replayed) == ("port call", "arm.stop", None)
 
 
 def test_a_log_cut_between_any_two_messages_is_judged_by_what_was_surely_written(
-    messages: list[RawMessage], replayed: Callable[[list[RawMessage]], Replay]
+    messages: list[RawMessage], replayed: Replayed
 ) -> None:
     places = [place + more for place in indices(messages, "/decision")[:3] for more in range(-2, 3)]
     for place in places:
@@ -185,13 +173,10 @@ def test_a_log_cut_between_any_two_messages_is_judged_by_what_was_surely_written
         assert "before the trial did" in one.note
 
 
-def test_a_cut_log_that_lacks_what_was_surely_written(
-    messages: list[RawMessage], replayed: Callable[[list[RawMessage]], Replay]
-) -> None:
+def test_a_cut_log_that_lacks_what_was_surely_written(messages: list[RawMessage], replayed: Replayed) -> None:
     cut = indices(messages, "/decision")[2]
     missing = indices(messages, "/decision")[0]
-    one = replayed([*messages[:missing], *messages[missing + 1 : cut]])
-    assert one.verdict is Verdict.DIVERGED
+    diverged(replayed([*messages[:missing], *messages[missing + 1 : cut]]))
 
 
 @pytest.mark.parametrize(
@@ -204,25 +189,22 @@ def test_a_cut_log_that_lacks_what_was_surely_written(
     ],
 )
 def test_a_supervisor_with_a_watch_disarmed(
-    golden_here: Callable[[str], Path], monkeypatch: pytest.MonkeyPatch, watch: str, name: str
+    golden_here: Golden, monkeypatch: pytest.MonkeyPatch, watch: str, name: str
 ) -> None:
     monkeypatch.setattr(f"palpate.core.supervision.watches.{watch}.trip", lambda *_: None)
     assert replay_file(golden_here(name), Rebuilder()).verdict is Verdict.DIVERGED
 
 
 def test_an_error_of_the_core_s_own_that_it_raises_no_more(
-    golden_here: Callable[[str], Path], replayed: Callable[[list[RawMessage]], Replay], monkeypatch: pytest.MonkeyPatch
+    golden_here: Golden, replayed: Replayed, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     log = golden_here("first-kind")
     messages = messages_of(log)
-    by_outside = replayed(changed(messages, indices(messages, "/end")[0], said(raised_by="outside")))
-    assert by_outside.first is not None
-    assert (by_outside.first.field, by_outside.first.replayed) == ("raised_by", "core")
+    by_outside = diverged(replayed(changed(messages, indices(messages, "/end")[0], said(raised_by="outside"))))
+    assert (by_outside.field, by_outside.replayed) == ("raised_by", "core")
     monkeypatch.setattr("palpate.core.supervision.supervisor.require_raw", lambda *_: None)
-    one = replay_file(log, Rebuilder())
-    assert one.verdict is Verdict.DIVERGED
-    assert one.first is not None
-    assert (one.first.field, one.first.replayed) == ("error", "still running")
+    first = diverged(replay_file(log, Rebuilder()))
+    assert (first.field, first.replayed) == ("error", "still running")
     # A log from before that was recorded says no more than that an error ended the recording.
     older = replayed(changed(messages, indices(messages, "/end")[0], lambda made: made.ClearField("raised_by")))
     assert older.verdict is Verdict.EQUAL
