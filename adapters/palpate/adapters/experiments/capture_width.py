@@ -11,6 +11,7 @@ from palpate.adapters.experiments.comparators import StraightPass
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.control_loop import run_trial
 from palpate.core.insertion import InsertionTask, ReadyPose, TrialSetup
+from palpate.simulation.work_cell import ConditionsConfig
 
 _APPROACH_M = 2e-3
 _PAST_M = 4e-3
@@ -37,7 +38,7 @@ def capture_half_width_m(
         precision_m: The bisection ends at this width.
     """
     sensor = replace(config.cell.sensor, force_noise_N=0.0, torque_noise_Nm=0.0)
-    cell = replace(config.cell, sensor=sensor, hole_uncertainty_mm=0.0)
+    cell = replace(config.cell, sensor=sensor, hole_uncertainty_mm=0.0, conditions=ConditionsConfig())
     action_s = config.task.ticks_per_action / 140
     task_config = replace(
         config.task,

@@ -83,3 +83,4 @@ def test_every_hole_of_the_usual_scenarios_can_be_reached() -> None:
 def test_the_share_of_a_small_area_is_that_of_the_areas() -> None:
     small = TaskConfig(area_half_width_mm=1.0, start_uncertainty_mm=1.0)
     assert reachable_share(small, hole_uncertainty_mm=3.0) == pytest.approx(4 / (9 * pi), abs=0.005)
+    assert reachable_share(small, 0.0, hole_shift_mm=3.0) == pytest.approx(4 / (9 * pi), abs=0.005)

@@ -51,12 +51,6 @@ def test_no_two_conditions_share_their_chance() -> None:
     assert both["tilt_heading_deg"] != both["zero_heading_deg"]
 
 
-def test_the_drawn_grip_is_the_built_one() -> None:
-    gripped = world(tilt_heading="drawn")
-    assert gripped.cell.tilt_heading_deg == pytest.approx(gripped.drawn["tilt_heading_deg"], abs=1e-6)
-    assert gripped.cell.tilt_mrad == 4.0
-
-
 def test_the_zero_moves_across_the_tool_axis_towards_its_heading() -> None:
     moved = world(zero_shift_N=0.2, zero_shift_Nm=0.03, zero_drift_Nm_s=0.001, zero_heading_deg=90.0)
     assert moved.zero_shift == pytest.approx((0.0, 0.2, 0.0, 0.0, 0.03, 0.0))
