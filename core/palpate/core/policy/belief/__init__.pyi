@@ -1,0 +1,5 @@
+from .learner import BeliefLearner as BeliefLearner
+from .model import TouchModel as TouchModel
+from .settings import BeliefParameters as BeliefParameters
+from .touches import Touch as Touch
+from .touches import TouchedTrial as TouchedTrial

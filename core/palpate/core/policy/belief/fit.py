@@ -1,0 +1,148 @@
+"""Fits a touch model to labelled touches: part by part, each to what the others leave, a few times round.
+
+No matrix is solved and no random number drawn, so the same touches give the same model to the last bit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import sqrt
+from typing import Final
+
+import numpy as np
+
+from palpate.core.errors import ConfigurationError
+from palpate.core.policy.belief.arithmetic import Floats
+from palpate.core.policy.belief.model import RINGS_M, SECTORS, Directions, Pair, TouchModel
+from palpate.core.policy.belief.touches import Examples, TouchedTrial
+
+FEWEST_TOUCHES: Final = 6
+"""Below this many nothing is fitted."""
+_LAGS: Final = (0.0, 0.2, 0.4, 0.6, 0.8)
+_SWEEPS: Final = 8
+_CUE_COUNT: Final = 2.0
+"""The cue of a ring is shrunk to that of all rings as if so many touches had shown it."""
+_RESIDUAL_COUNT: Final = 2.0
+"""A residual is shrunk to 0 likewise."""
+_NOISE_COUNT: Final = 5.0
+"""The noise of a ring is shrunk to that of all rings likewise."""
+_BORROWED: Final = 0.1
+"""Share of its neighbours' touches that a ring takes for its own."""
+_BIAS_TRIALS: Final = 2.0
+"""What is believed of the bias beforehand is worth so many trials."""
+_BIAS_SHARE: Final = 0.3
+"""Beforehand, the bias is this share of the noise."""
+_LEAST_NM: Final = 1e-4
+"""Nothing is less noisy than this."""
+
+
+def fit_touch_model(trials: Sequence[TouchedTrial]) -> TouchModel:
+    """The touch model that these trials show.
+
+    Raises:
+        ConfigurationError: They hold too few touches.
+    """
+    examples = Examples.of(trials)
+    if len(examples.trial) < FEWEST_TOUCHES:
+        accepted = f"at least {FEWEST_TOUCHES} touches in trials that ended in the hole"
+        raise ConfigurationError("touch model", f"{len(examples.trial)} touches", accepted)
+    fits = [_Fit(examples, lag) for lag in _LAGS]
+    return min(fits, key=lambda fit: fit.pooled).model()
+
+
+class _Fit:
+    """The fit at one lag."""
+
+    def __init__(self, examples: Examples, lag: float) -> None:
+        self._lag, self._torque, self._trial = lag, examples.torque_Nm, examples.trial
+        # The torque is that of a place which the tip has already left.
+        place = examples.to_hole_m + lag * examples.step_m
+        self._at = Directions.of(place[:, 0], place[:, 1])
+        count = len(self._torque)
+        self._trials = int(self._trial.max()) + 1
+        self._per_trial = np.bincount(self._trial, minlength=self._trials).astype(float)
+        self._offset = np.zeros(2)
+        self._cue = np.zeros((len(RINGS_M), 2))
+        self._residual = np.zeros((len(RINGS_M), SECTORS, 2))
+        self._bias = np.zeros((self._trials, 2))
+        self._offsets, self._cues, self._residuals = np.zeros((count, 2)), np.zeros((count, 2)), np.zeros((count, 2))
+        self.pooled = float(np.square(self._torque).mean())
+        self._bias_variance = _BIAS_SHARE**2 * self.pooled
+        for _ in range(_SWEEPS):
+            self._sweep()
+
+    def _sweep(self) -> None:
+        biases = self._bias[self._trial]
+        left = self._torque - self._cues - self._residuals - biases
+        self._offset = left.sum(axis=0) / (len(left) + 1.0)
+        self._fit_cue(self._torque - self._offset - self._residuals - biases)
+        self._fit_residual(self._torque - self._offset - self._cues - biases)
+        self._fit_bias(self._torque - self._offset - self._cues - self._residuals)
+        left = self._torque - self._offset - self._cues - self._residuals - self._bias[self._trial]
+        self._left = np.square(left).mean(axis=1)
+        self.pooled = max(float(self._left.mean()), _LEAST_NM**2)
+
+    def _fit_cue(self, left: Floats) -> None:
+        turned = self._at.turned_back(left)
+        sums, counts = self._by_ring(turned), self._by_ring(np.ones((len(turned), 1)))
+        common = sums.sum(axis=0) / (counts.sum() + _CUE_COUNT)
+        sums, counts = _borrowing(sums), _borrowing(counts)
+        self._cue = (sums + _CUE_COUNT * common) / (counts + _CUE_COUNT)
+        self._cues = self._at.turned(self._at.between(self._cue))
+
+    def _fit_residual(self, left: Floats) -> None:
+        cells = self._at.ring * SECTORS + self._at.sector
+        size, (low, high) = len(RINGS_M) * SECTORS, (1.0 - self._at.share, self._at.share)
+        table = np.zeros((size, 3))
+        for column, values in enumerate((left[:, 0], left[:, 1], np.ones(len(left)))):
+            table[:, column] = np.bincount(cells, low * values, size)
+            table[:, column] += np.bincount(cells + SECTORS, high * values, size)
+        means = table[:, :2] / (table[:, 2:] + _RESIDUAL_COUNT)
+        self._residual = means.reshape(len(RINGS_M), SECTORS, 2)
+        self._residuals = self._at.residual(self._residual)
+
+    def _fit_bias(self, left: Floats) -> None:
+        """A random intercept a trial; its variance by expectation maximisation."""
+        sums = np.stack([np.bincount(self._trial, left[:, k], self._trials) for k in (0, 1)], axis=1)
+        known = self._per_trial + self.pooled / self._bias_variance
+        self._bias = sums / known[:, None]
+        spread = float((np.square(self._bias).mean(axis=1) + self.pooled / known).sum())
+        before = _BIAS_TRIALS * _BIAS_SHARE**2 * self.pooled
+        self._bias_variance = max((spread + before) / (self._trials + _BIAS_TRIALS), _LEAST_NM**2)
+
+    def _by_ring(self, values: Floats) -> Floats:
+        """Sums of values (n, k) by ring, each value shared between the two rings it lies between."""
+        rings = len(RINGS_M)
+        columns = [
+            np.bincount(self._at.ring, (1.0 - self._at.share) * column, rings)
+            + np.bincount(self._at.ring + 1, self._at.share * column, rings)
+            for column in values.T
+        ]
+        return np.stack(columns, axis=1)
+
+    def model(self) -> TouchModel:
+        """What was fitted."""
+        counts = self._by_ring(np.ones((len(self._left), 1)))[:, 0]
+        variance = (self._by_ring(self._left[:, None])[:, 0] + _NOISE_COUNT * self.pooled) / (counts + _NOISE_COUNT)
+        return TouchModel(
+            lag=self._lag,
+            offset_Nm=_pair(self._offset),
+            cue_Nm=tuple(map(_pair, self._cue)),
+            residual_Nm=tuple(tuple(map(_pair, ring)) for ring in self._residual),
+            noise_Nm=tuple(sqrt(max(float(value), _LEAST_NM**2)) for value in variance),
+            bias_Nm=sqrt(self._bias_variance),
+            touches=len(self._left),
+        )
+
+
+def _borrowing(table: Floats) -> Floats:
+    """A table by rings (rings, k), each with a share of its neighbours'."""
+    lent = _BORROWED * table
+    table = table.copy()
+    table[1:] += lent[:-1]
+    table[:-1] += lent[1:]
+    return table
+
+
+def _pair(values: Floats) -> Pair:
+    return float(values[0]), float(values[1])

@@ -1,0 +1,194 @@
+"""Learns from the end of each trial where the hole was, and acts by a belief over where it is."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Final
+
+import numpy as np
+from typing_extensions import override
+
+from palpate.core.errors import ConfigurationError
+from palpate.core.policy.base import LEARNED, Action, Decision, Hindsight, Observation, Transition
+from palpate.core.policy.belief.arithmetic import Floats
+from palpate.core.policy.belief.fit import FEWEST_TOUCHES, fit_touch_model
+from palpate.core.policy.belief.model import TouchModel
+from palpate.core.policy.belief.places import PlaceBelief, Places, TouchTable
+from palpate.core.policy.belief.planner import Planner, SpiralSearch
+from palpate.core.policy.belief.prior import place_prior
+from palpate.core.policy.belief.settings import BeliefParameters
+from palpate.core.policy.belief.touches import LENGTH_M, Touch, TouchedTrial
+from palpate.core.policy.learner import Learner
+
+SEARCH: Final = "search"
+"""Name of the steps of a search; those by the belief are named by heading and length."""
+_MOST_TOUCHES: Final = 120
+"""So many touches of a trial are remembered, its last ones; a blind search has many that are alike."""
+
+
+class BeliefLearner(Learner):
+    """A touch model, a belief over the hole's place, and a planner on it.
+
+    Until a trial has ended in the hole nothing is known of the touch, and the learner searches in a spiral. The model
+    is fitted between trials: while one runs, it is only read.
+
+    Args:
+        parameters: Its settings.
+        half_width_m: Half the side of the square about the goal that may be explored.
+        action_s: Time of an action.
+        frozen: Learn nothing more.
+    """
+
+    def __init__(
+        self, parameters: BeliefParameters, half_width_m: float, action_s: float, *, frozen: bool = False
+    ) -> None:
+        self.parameters, self.frozen = parameters, frozen
+        self._half_width_m = half_width_m
+        self._step_m = parameters.speed_mm_s * 1e-3 * action_s
+        self._places = Places(half_width_m)
+        self._planner = Planner(self._places, parameters.capture_mm * 1e-3, self._step_m)
+        self._trials: list[TouchedTrial] = []
+        self._trials_learned = 0
+        self._changed = True
+        self._model: TouchModel | None = None
+        self._table: TouchTable | None = None
+        self._touches: list[Touch] = []
+        self._log_prior = self._prior()
+        self._belief: PlaceBelief | None = None
+        self._search: SpiralSearch | None = None
+        self._steps = self._searched = 0
+
+    @property
+    @override
+    def temperature(self) -> float | None:
+        return None
+
+    @property
+    @override
+    def trials_learned(self) -> int:
+        return self._trials_learned
+
+    @property
+    def model(self) -> TouchModel | None:
+        """The touch model, fitted to what was learned so far; None while that is too little."""
+        self._refit()
+        return self._model
+
+    @property
+    def probabilities(self) -> Floats | None:
+        """How likely the hole is at each place, (in x, in y); None while nothing is known of the touch."""
+        return None if self._belief is None else self._belief.probabilities()
+
+    @override
+    def serves(self, state: int) -> bool:
+        return True
+
+    @override
+    def begin_trial(self, trial: int, rng: np.random.Generator) -> None:
+        self._refit()
+        self._touches = []
+        self._start_anew()
+        self._searched = 0
+
+    def _start_anew(self) -> None:
+        """Forget the evidence of the trial so far."""
+        self._belief = None if self._table is None else PlaceBelief(self._table, self._log_prior)
+        self._search, self._steps = None, 0
+
+    def _refit(self) -> None:
+        """Fit the model to the trials that are remembered, if there are other ones than before."""
+        if not self._changed:
+            return
+        self._changed = False
+        enough = sum(len(trial.touches) for trial in self._trials) >= FEWEST_TOUCHES
+        self._model = fit_touch_model(self._trials) if enough else None
+        self._table = None if self._model is None else TouchTable(self._model, self._places)
+        self._log_prior = self._prior()
+
+    def _prior(self) -> Floats:
+        return place_prior([trial.hole_m for trial in self._trials], self._places)
+
+    @override
+    def choose(self, observation: Observation) -> Decision:
+        """The step that brings the peg to the hole soonest, by what is believed."""
+        touch = Touch.of(observation)
+        before = self._touches[-1] if self._touches else touch
+        self._touches.append(touch)
+        if self._belief is None or self._model is None:
+            return self._searching(self._search or self._begin_search(self._log_prior), touch)
+        self._take_in(self._belief, self._model.lag, before, touch)
+        self._steps += 1
+        if self._search is not None:
+            if self._steps <= self.parameters.search_steps << self._searched:
+                return self._searching(self._search, touch)
+            self._searched += 1
+            self._start_anew()
+        probabilities = self._belief.probabilities()
+        if self._steps > self.parameters.patience:
+            self._steps = 0
+            return self._searching(self._begin_search(probabilities), touch)
+        dx, dy = self._planner.best(probabilities, self._inside(touch.place_m), self._half_width_m)
+        return Decision(Action(_name(dx, dy), (dx, dy)), None, LEARNED)
+
+    def _take_in(self, belief: PlaceBelief, lag: float, before: Touch, touch: Touch) -> None:
+        (x, y), (px, py) = touch.place_m, before.place_m
+        if touch is not before:
+            belief.pass_over(self._places.near_way((px, py), (x - px, y - py), self.parameters.capture_mm * 1e-3))
+        place = self._inside((x - lag * (x - px), y - lag * (y - py)))
+        belief.feel(*self._places.cell(*place), touch.torque_Nm)
+
+    def _inside(self, place_m: tuple[float, float]) -> tuple[float, float]:
+        """A place, held to the square that the belief covers."""
+        edge = float(self._places.axis_m[-1])
+        x, y = (min(max(value, -edge), edge) for value in place_m)
+        return x, y
+
+    def _begin_search(self, weights: Floats) -> SpiralSearch:
+        """A search about the likeliest place: of all, or the goal where none is more likely than others."""
+        size = self._places.size
+        row, column = divmod(int(np.argmax(weights)), size)
+        if weights[row, column] == weights[size // 2, size // 2]:
+            row = column = size // 2
+        centre = float(self._places.axis_m[row]), float(self._places.axis_m[column])
+        self._search = SpiralSearch(centre, self.parameters.pitch_mm * 1e-3, self._step_m)
+        return self._search
+
+    def _searching(self, search: SpiralSearch, touch: Touch) -> Decision:
+        return Decision(Action(SEARCH, search.next_m(touch.place_m)), None, LEARNED)
+
+    @override
+    def learn(self, transition: Transition) -> None:
+        """A single step teaches nothing here: what it was worth is known at the end."""
+
+    @override
+    def end_trial(self, hindsight: Hindsight) -> None:
+        if self.frozen or not hindsight.inserted:
+            return
+        x, y, _ = hindsight.tip_m
+        hole = round(x / LENGTH_M), round(y / LENGTH_M)
+        self._trials.append(TouchedTrial(hole, tuple(self._touches[-_MOST_TOUCHES:])))
+        del self._trials[: -self.parameters.memory_trials]
+        self._trials_learned += 1
+        self._changed = True
+
+    @override
+    def get_state(self) -> dict[str, Any]:
+        """The trials that are remembered, as plain JSON values; what was fitted follows from them."""
+        return {"trials": [trial.to_dict() for trial in self._trials], "trials_learned": self._trials_learned}
+
+    @override
+    def set_state(self, state: Mapping[str, Any]) -> None:
+        """Go back to what :meth:`get_state` gave.
+
+        Raises:
+            ConfigurationError: It is something else; nothing is changed then.
+        """
+        if set(state) != {"trials", "trials_learned"}:
+            raise ConfigurationError("learner", sorted(state), "trials and trials_learned")
+        trials = [TouchedTrial.from_dict(f"learner.trials[{k}]", data) for k, data in enumerate(state["trials"])]
+        self._trials, self._trials_learned, self._changed = trials, int(state["trials_learned"]), True
+
+
+def _name(dx_m: float, dy_m: float) -> str:
+    """Name of a step, such as ``+0.28-0.28mm``."""
+    return f"{dx_m * 1e3:+.2f}{dy_m * 1e3:+.2f}mm"

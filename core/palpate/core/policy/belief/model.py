@@ -1,0 +1,117 @@
+"""The touch model: which torque is to be expected how far and on which side of the hole.
+
+::
+
+    torque = offset + cue(distance) turned to the hole's heading + residual(distance, sector) + bias of trial + noise
+
+Nothing in it says which torque means which direction: the cue is learned, and shared over all headings, which is what
+a round peg gives; the residual takes what breaks that symmetry, such as a peg that leans in its grip. Over distance all
+are given at a few rings and linear between.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from math import cos, pi, sin
+from typing import Final
+
+import numpy as np
+
+from palpate.core.policy.belief.arithmetic import Floats
+
+RINGS_M: Final = (0.0, 2.5e-4, 5e-4, 8e-4, 1.2e-3, 1.8e-3, 2.6e-3, 3.6e-3, 5e-3, 7.5e-3)
+SECTORS: Final = 12
+_KNOTS: Final = np.array(RINGS_M)
+_EDGES: Final = np.array([(cos(2 * pi * k / SECTORS), sin(2 * pi * k / SECTORS)) for k in range(SECTORS + 1)])
+
+Pair = tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Directions:
+    """Ways to the hole, as the model's tables see them.
+
+    Attributes:
+        ring: Ring below each distance, (n,).
+        share: How far each distance is from that ring to the next one, 0 to 1, (n,).
+        sector: Sector of each heading, (n,).
+        unit: Each heading as a unit vector, (n, 2); that of no distance at all is x.
+    """
+
+    ring: np.ndarray
+    share: Floats
+    sector: np.ndarray
+    unit: Floats
+
+    @classmethod
+    def of(cls, x_m: Floats, y_m: Floats) -> Directions:
+        """Of these displacements from the tip to the hole, (n,) each."""
+        distance = np.sqrt(x_m * x_m + y_m * y_m)
+        ring = np.searchsorted(_KNOTS, distance, side="right") - 1
+        ring = np.minimum(ring, len(RINGS_M) - 2)
+        share = np.minimum((distance - _KNOTS[ring]) / (_KNOTS[ring + 1] - _KNOTS[ring]), 1.0)
+        somewhere = distance > 0.0
+        divisor = np.where(somewhere, distance, 1.0)
+        ux, uy = np.where(somewhere, x_m / divisor, 1.0), y_m / divisor
+        sector = np.zeros(len(distance), dtype=int)
+        for k, ((ax, ay), (bx, by)) in enumerate(pairwise(_EDGES)):
+            sector[(ax * uy - ay * ux >= 0.0) & (bx * uy - by * ux < 0.0)] = k
+        return cls(ring, share, sector, np.stack((ux, uy), axis=1))
+
+    def between(self, table: Floats) -> Floats:
+        """Linear between the rings of a table (rings, ...), at each of these."""
+        share = self.share.reshape(-1, *(1,) * (table.ndim - 1))
+        at: Floats = (1.0 - share) * table[self.ring] + share * table[self.ring + 1]
+        return at
+
+    def residual(self, table: Floats) -> Floats:
+        """The same of a table (rings, sectors, 2), in the sector of each: (n, 2)."""
+        share = self.share[:, None]
+        at: Floats = (1.0 - share) * table[self.ring, self.sector] + share * table[self.ring + 1, self.sector]
+        return at
+
+    def turned(self, vectors: Floats) -> Floats:
+        """Vectors given along and across the heading, (n, 2), in x and y."""
+        c, s = self.unit[:, 0], self.unit[:, 1]
+        along, across = vectors[:, 0], vectors[:, 1]
+        return np.stack((along * c - across * s, along * s + across * c), axis=1)
+
+    def turned_back(self, vectors: Floats) -> Floats:
+        """Vectors in x and y, (n, 2), along and across the heading."""
+        c, s = self.unit[:, 0], self.unit[:, 1]
+        x, y = vectors[:, 0], vectors[:, 1]
+        return np.stack((x * c + y * s, y * c - x * s), axis=1)
+
+
+@dataclass(frozen=True, slots=True)
+class TouchModel:
+    """What was learned of the touch; torques in N m, scaled to a pressing force of 4.9 N.
+
+    Attributes:
+        lag: Share of the last step by which the torque is behind the commanded tip.
+        offset_Nm: Torque of every touch, (2,).
+        cue_Nm: Along and across the heading of the hole, at each ring, (rings, 2).
+        residual_Nm: What the cue leaves, at each ring and sector, (rings, sectors, 2).
+        noise_Nm: Standard deviation of each component, at each ring, (rings,).
+        bias_Nm: Standard deviation of the offset from trial to trial, of each component.
+        touches: How many touches it was fitted to.
+    """
+
+    lag: float
+    offset_Nm: Pair
+    cue_Nm: tuple[Pair, ...]
+    residual_Nm: tuple[tuple[Pair, ...], ...]
+    noise_Nm: tuple[float, ...]
+    bias_Nm: float
+    touches: int
+
+    def expected_Nm(self, directions: Directions) -> Floats:
+        """Torque to be expected at these displacements, (n, 2)."""
+        cue = directions.turned(directions.between(np.array(self.cue_Nm)))
+        expected: Floats = np.array(self.offset_Nm) + cue + directions.residual(np.array(self.residual_Nm))
+        return expected
+
+    def variance(self, directions: Directions) -> Floats:
+        """Variance of each component of a touch there, in N m squared, (n,)."""
+        return directions.between(np.square(np.array(self.noise_Nm)))

@@ -1,0 +1,144 @@
+"""The belief over where the hole is: a grid of places, each with the logarithm of its evidence."""
+
+from __future__ import annotations
+
+from math import ceil, log
+from typing import Final
+
+import numpy as np
+
+from palpate.core.policy.belief.arithmetic import Floats, exponential, logarithm
+from palpate.core.policy.belief.model import Directions, TouchModel
+
+PITCH_M: Final = 1e-4
+"""Distance between places."""
+_EVIDENCE_POWER: Final = 0.7
+"""Touches of one slide are alike, so each counts for less than one of its own."""
+_KEPT: Final = 0.97
+"""Share of the evidence that is left after one more touch: what was learned may be a little wrong."""
+_MISSED: Final = log(0.3)
+"""Weight of a place that was passed over without a drop: it may still be the hole, by chance or tilt."""
+
+
+def near_way(x_m: Floats, y_m: Floats, dx_m: float, dy_m: float, width_m: float) -> np.ndarray:
+    """Which of these points are within ``width_m`` of the straight way from the origin to (dx, dy)."""
+    length = dx_m * dx_m + dy_m * dy_m
+    along = np.clip((x_m * dx_m + y_m * dy_m) / length, 0.0, 1.0) if length > 0.0 else np.zeros_like(x_m)
+    off_x, off_y = x_m - along * dx_m, y_m - along * dy_m
+    near: np.ndarray = off_x * off_x + off_y * off_y <= width_m * width_m
+    return near
+
+
+class Places:
+    """The upright square of places, centred at the nominal goal.
+
+    Args:
+        half_width_m: Half the side of the square.
+
+    Attributes:
+        size: Places in a row.
+        axis_m: Their coordinates, in x as in y, (size,).
+    """
+
+    def __init__(self, half_width_m: float) -> None:
+        half = ceil(half_width_m / PITCH_M)
+        self.size = 2 * half + 1
+        self.axis_m: Floats = np.arange(-half, half + 1, dtype=np.float64) * PITCH_M
+        self._half = half
+
+    def cell(self, x_m: float, y_m: float) -> tuple[int, int]:
+        """Row and column, x and y, of the nearest place; those beyond the edge have cells beyond it, too."""
+        return round(x_m / PITCH_M) + self._half, round(y_m / PITCH_M) + self._half
+
+    def near_way(self, from_m: tuple[float, float], way_m: tuple[float, float], width_m: float) -> np.ndarray:
+        """Which places are within ``width_m`` of a straight way, (size, size)."""
+        x, y = self.axis_m[:, None] - from_m[0], self.axis_m[None, :] - from_m[1]
+        return near_way(x, y, *way_m, width_m)
+
+
+class TouchTable:
+    """A touch model laid out over all displacements that there can be between two places, to be looked up fast.
+
+    Args:
+        model: The touch model.
+        places: Where the hole may be; the tip may be anywhere within them, too.
+
+    Attributes:
+        bias_precision: Precision of the bias of a trial.
+    """
+
+    def __init__(self, model: TouchModel, places: Places) -> None:
+        self._reach, self._size = places.size - 1, places.size
+        axis = np.arange(-self._reach, self._reach + 1) * PITCH_M
+        side = len(axis)
+        directions = Directions.of(np.repeat(axis, side), np.tile(axis, side))
+        expected, variance = model.expected_Nm(directions), model.variance(directions)
+        precision = 1.0 / variance
+        square = expected[:, 0] * expected[:, 0] + expected[:, 1] * expected[:, 1]
+        self._tables = [
+            table.reshape(side, side)
+            for table in (
+                precision,
+                precision * expected[:, 0],
+                precision * expected[:, 1],
+                precision * square + 2.0 * logarithm(variance),
+            )
+        ]
+        self.bias_precision = 1.0 / (model.bias_Nm * model.bias_Nm)
+
+    def at(self, row: int, column: int) -> list[Floats]:
+        """Of a touch at this cell, were the hole at each place, (size, size) each.
+
+        Returns:
+            Precision; precision times expected torque, x and y; and what does not depend on the torque that was felt:
+            precision times the square of the expected one, and the logarithm of the variances of both components.
+        """
+        # Displacements from this cell to all cells: to the first one it is -row, -column.
+        a, b = self._reach - row, self._reach - column
+        return [table[a : a + self._size, b : b + self._size] for table in self._tables]
+
+
+class PlaceBelief:
+    """Evidence of one trial for each place.
+
+    The bias of the trial, a torque that stays the same while it lasts, is integrated out: it is normal with the spread
+    that the model gives it, so the evidence has a closed form in a few running sums.
+
+    Args:
+        table: What touches are to be expected.
+        log_prior: Logarithm of the belief at the trial's start, (size, size).
+    """
+
+    def __init__(self, table: TouchTable, log_prior: Floats) -> None:
+        self._table = table
+        self._passed = log_prior.copy()
+        # Over the touches: precisions, left torque times precision in x and y, and its square with the variances.
+        self._sums = [np.zeros(log_prior.shape) for _ in range(4)]
+
+    def feel(self, row: int, column: int, torque_Nm: tuple[float, float]) -> None:
+        """A touch, at this cell."""
+        x, y = torque_Nm
+        precision, expected_x, expected_y, constant = self._table.at(row, column)
+        news = (
+            precision,
+            x * precision - expected_x,
+            y * precision - expected_y,
+            (x * x + y * y) * precision - 2.0 * (x * expected_x + y * expected_y) + constant,
+        )
+        for total, new in zip(self._sums, news, strict=True):
+            total *= _KEPT
+            total += new
+
+    def pass_over(self, cells: np.ndarray) -> None:
+        """These places, (size, size) of truth values, were passed without a drop."""
+        self._passed[cells] += _MISSED
+
+    def probabilities(self) -> Floats:
+        """How likely the hole is at each place, (size, size)."""
+        precision, x, y, square = self._sums
+        weight = precision + self._table.bias_precision
+        fit = square - (x * x + y * y) / weight + 2.0 * logarithm(weight)
+        evidence = self._passed - 0.5 * _EVIDENCE_POWER * fit
+        belief = exponential(evidence - evidence.max())
+        belief /= belief.sum()
+        return belief

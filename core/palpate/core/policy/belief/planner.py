@@ -1,0 +1,122 @@
+"""Which way to go by a belief over the hole's place."""
+
+from __future__ import annotations
+
+from math import ceil, cos, hypot, pi, sin
+from typing import Final
+
+import numpy as np
+
+from palpate.core.policy.belief.arithmetic import Floats
+from palpate.core.policy.belief.places import PITCH_M, Places, near_way
+
+HEADINGS: Final = 16
+LENGTHS_M: Final = (2e-4, 4e-4)
+"""Lengths of a step besides the longest, which is as far as the tool travels in an action."""
+_BLOCK: Final = 3
+"""Places in a row of a block."""
+_UNLIKELY: Final = 1e-4
+"""Blocks that are so much less likely than the likeliest one count for nothing."""
+
+
+class Planner:
+    """One step ahead: the endpoint from which the hole, if it was not on the way, is soonest reached.
+
+    Args:
+        places: Where the hole may be.
+        capture_m: A hole within this distance of the way takes the peg in.
+        speed_m: How far the tool goes in an action.
+
+    Attributes:
+        ways: The steps that it chooses from, (dx, dy) in m.
+    """
+
+    def __init__(self, places: Places, capture_m: float, speed_m: float) -> None:
+        self._places, self._speed_m = places, speed_m
+        self.ways: tuple[tuple[float, float], ...] = tuple(
+            (length * cos(2 * pi * k / HEADINGS), length * sin(2 * pi * k / HEADINGS))
+            for length in (*(length for length in LENGTHS_M if length < speed_m), speed_m)
+            for k in range(HEADINGS)
+        )
+        self._ends = np.array(self.ways)
+        reach = self._reach = ceil((speed_m + capture_m) / PITCH_M)
+        x, y = np.meshgrid(*(np.arange(-reach, reach + 1) * PITCH_M,) * 2, indexing="ij")
+        # What a place on the way would cost if the peg were not taken in there.
+        self._saved = np.stack(
+            [(near_way(x, y, dx, dy, capture_m) * self._cost(x - dx, y - dy)).reshape(-1) for dx, dy in self.ways]
+        )
+        blocks = -(-places.size // _BLOCK)
+        self._padded = blocks * _BLOCK
+        # Middles of the blocks; the last one may reach over the edge.
+        middle_m = (np.arange(blocks) * _BLOCK + (_BLOCK - 1) / 2) * PITCH_M + float(places.axis_m[0])
+        self._block_x, self._block_y = (axis.reshape(-1) for axis in np.meshgrid(middle_m, middle_m, indexing="ij"))
+
+    def _cost(self, x_m: Floats, y_m: Floats) -> Floats:
+        """Actions to a place so far away."""
+        cost: Floats = 1.0 + np.sqrt(x_m * x_m + y_m * y_m) / self._speed_m
+        return cost
+
+    def best(self, belief: Floats, from_m: tuple[float, float], limit_m: float) -> tuple[float, float]:
+        """The best way, (dx, dy) in m.
+
+        Args:
+            belief: How likely the hole is at each place, (size, size).
+            from_m: Where the tip is, (x, y), task frame.
+            limit_m: Ways that lead further than this from the goal in x or y are left out, if any does not.
+        """
+        ends = self._ends + np.array(from_m)
+        # The way to places far off is as long to the middle of their block.
+        blocks = np.zeros((self._padded, self._padded))
+        blocks[: belief.shape[0], : belief.shape[1]] = belief
+        count = self._padded // _BLOCK
+        weights = blocks.reshape(count, _BLOCK, count, _BLOCK).sum(axis=(1, 3)).reshape(-1)
+        likely = np.nonzero(weights > _UNLIKELY * weights.max())[0]
+        weights = weights[likely]
+        far = self._cost(self._block_x[likely] - ends[:, :1], self._block_y[likely] - ends[:, 1:])
+        row, column = self._places.cell(*from_m)
+        reach = self._reach
+        around = np.pad(belief, reach)[row : row + 2 * reach + 1, column : column + 2 * reach + 1].reshape(-1)
+        expected = (far * weights).sum(axis=1) - (self._saved * around).sum(axis=1)
+        outside = np.abs(ends).max(axis=1) > limit_m
+        expected[outside] += 1e6
+        return self.ways[int(np.argmin(expected))]
+
+
+class SpiralSearch:
+    """An Archimedean spiral about a point, in chords short enough to leave no gap.
+
+    Args:
+        centre_m: The point.
+        pitch_m: Distance between the turns.
+        step_m: Longest chord.
+    """
+
+    _SAGITTA_M: Final = 3e-5
+
+    def __init__(self, centre_m: tuple[float, float], pitch_m: float, step_m: float) -> None:
+        self._centre, self._pitch_m, self._step_m = centre_m, pitch_m, step_m
+        self._angle = 0.0
+
+    def next_m(self, from_m: tuple[float, float]) -> tuple[float, float]:
+        """The step from here to the next point; first of all straight to the centre."""
+        to_centre = self._centre[0] - from_m[0], self._centre[1] - from_m[1]
+        if self._angle == 0.0:
+            away = hypot(*to_centre)
+            if away > self._step_m:
+                return to_centre[0] * self._step_m / away, to_centre[1] * self._step_m / away
+            if away > PITCH_M:
+                return to_centre
+        per_angle = self._pitch_m / (2 * pi)
+        target = self._angle
+        travelled = 0.0
+        while True:
+            radius = per_angle * target
+            chord = min(self._step_m, 2.0 * (2.0 * max(radius, self._pitch_m) * self._SAGITTA_M) ** 0.5)
+            if travelled >= chord:
+                break
+            increment = 0.05
+            travelled += increment * hypot(radius, per_angle)
+            target += increment
+        self._angle = target
+        radius = per_angle * target
+        return to_centre[0] + radius * cos(target), to_centre[1] + radius * sin(target)

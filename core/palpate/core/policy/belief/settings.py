@@ -1,0 +1,28 @@
+"""Settings of the learner that acts by a belief over the hole's place."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+from palpate.core.ports import Range, Settings
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BeliefParameters(Settings):
+    """What does not follow from the task."""
+
+    TABLE: ClassVar[str] = "policy.belief"
+
+    capture_mm: Annotated[float, Range(0.02, 2.0)] = 0.15
+    """A hole within this distance of the peg's way takes it in."""
+    speed_mm_s: Annotated[float, Range(1.0, 100.0)] = 16.0
+    """Speed of a longest step, its rest included."""
+    pitch_mm: Annotated[float, Range(0.05, 5.0)] = 0.3
+    """Distance between the turns of a search; at most twice the capture width, or it leaves gaps."""
+    memory_trials: Annotated[int, Range(2, 1000)] = 60
+    """So many trials are remembered; what is older is forgotten."""
+    patience: Annotated[int, Range(1, 1000)] = 20
+    """After so many steps by the belief a search round the likeliest place begins, and then the belief anew."""
+    search_steps: Annotated[int, Range(1, 10000)] = 40
+    """Steps of the first such search; each later one of a trial has twice as many."""

@@ -1,0 +1,129 @@
+"""What a trial's touches were, and, when it ended in the hole, where that is: the examples of the touch model."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+
+from palpate.core.errors import ConfigurationError
+from palpate.core.policy.base import Observation
+from palpate.core.policy.belief.arithmetic import Floats
+
+LENGTH_M: Final = 1e-7
+"""Places are kept as whole multiples of this: they are written into every log, and an encoder's step is far larger."""
+TORQUE_NM: Final = 1e-6
+"""Torques are kept as whole multiples of this, a thousandth of a good sensor's noise."""
+_NOMINAL_N: Final = 4.9
+_LEAST_N: Final = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class Touch:
+    """One look at the wrench while the peg rests on the plate.
+
+    The torque is scaled to a pressing force of 4.9 N, since the place where the plate bears gives it a lever.
+
+    Attributes:
+        place: Commanded tip, (2,), task frame, in units of ``LENGTH_M``.
+        torque: Scaled torque about the tip, (2,), in units of ``TORQUE_NM``.
+    """
+
+    place: tuple[int, int]
+    torque: tuple[int, int]
+
+    @classmethod
+    def of(cls, observation: Observation) -> Touch:
+        """What an observation holds of it."""
+        x, y, _ = observation.reference_m
+        tx, ty, _ = observation.torque_Nm
+        scale = _NOMINAL_N / max(abs(observation.force_N[2]), _LEAST_N) / TORQUE_NM
+        return cls((round(x / LENGTH_M), round(y / LENGTH_M)), (round(tx * scale), round(ty * scale)))
+
+    @property
+    def place_m(self) -> tuple[float, float]:
+        """Commanded tip, (2,)."""
+        return self.place[0] * LENGTH_M, self.place[1] * LENGTH_M
+
+    @property
+    def torque_Nm(self) -> tuple[float, float]:
+        """Scaled torque about the tip, (2,)."""
+        return self.torque[0] * TORQUE_NM, self.torque[1] * TORQUE_NM
+
+
+@dataclass(frozen=True, slots=True)
+class TouchedTrial:
+    """A trial that ended in the hole.
+
+    Attributes:
+        hole: Where the hole was, (2,), task frame, in units of ``LENGTH_M``.
+        touches: Its touches, in their order.
+    """
+
+    hole: tuple[int, int]
+    touches: tuple[Touch, ...]
+
+    @property
+    def hole_m(self) -> tuple[float, float]:
+        """Where the hole was, (2,), task frame."""
+        return self.hole[0] * LENGTH_M, self.hole[1] * LENGTH_M
+
+    def to_dict(self) -> dict[str, Any]:
+        """As plain JSON values: whole numbers, x and y of the place and of the torque of each touch."""
+        return {"hole": list(self.hole), "touches": [[*touch.place, *touch.torque] for touch in self.touches]}
+
+    @classmethod
+    def from_dict(cls, where: str, data: Any) -> TouchedTrial:
+        """Read what :meth:`to_dict` gave.
+
+        Raises:
+            ConfigurationError: It is something else.
+        """
+        accepted = "the hole as two whole numbers, and each touch as four"
+        if not isinstance(data, Mapping) or set(data) != {"hole", "touches"}:
+            raise ConfigurationError(where, data, accepted)
+        hole, touches = data["hole"], data["touches"]
+        if not isinstance(touches, Sequence) or not _whole(hole, 2) or not all(_whole(row, 4) for row in touches):
+            raise ConfigurationError(where, data, accepted)
+        return cls((hole[0], hole[1]), tuple(Touch((a, b), (c, d)) for a, b, c, d in touches))
+
+
+def _whole(row: object, width: int) -> bool:
+    """Whether this is a list of so many whole numbers."""
+    return isinstance(row, list) and len(row) == width and all(type(value) is int for value in row)
+
+
+@dataclass(frozen=True, slots=True)
+class Examples:
+    """The touches of several trials as arrays, each with the way from where the peg was to the hole.
+
+    Attributes:
+        torque_Nm: Scaled torque, (n, 2).
+        to_hole_m: From the commanded tip to the hole, (n, 2).
+        step_m: From the touch before to this one, (n, 2); 0 for the first of a trial.
+        trial: Number of the trial, (n,).
+    """
+
+    torque_Nm: Floats
+    to_hole_m: Floats
+    step_m: Floats
+    trial: np.ndarray
+
+    @classmethod
+    def of(cls, trials: Sequence[TouchedTrial]) -> Examples:
+        """All touches of these trials."""
+        rows, numbers = [], []
+        for number, trial in enumerate(trials):
+            before = None
+            for touch in trial.touches:
+                x, y = touch.place
+                px, py = (x, y) if before is None else before.place
+                rows.append((*touch.torque, trial.hole[0] - x, trial.hole[1] - y, x - px, y - py))
+                numbers.append(number)
+                before = touch
+        table = np.array(rows, dtype=np.float64).reshape(-1, 6)
+        return cls(
+            table[:, :2] * TORQUE_NM, table[:, 2:4] * LENGTH_M, table[:, 4:] * LENGTH_M, np.array(numbers, dtype=int)
+        )
