@@ -1,0 +1,47 @@
+"""The fit of a touch model, on touches of a model that is known."""
+
+import numpy as np
+import pytest
+
+from palpate.core.errors import ConfigurationError
+from palpate.core.policy.belief.fit import fit_touch_model
+from palpate.core.policy.belief.model import Directions
+from palpate.core.policy.belief.touches import Touch, TouchedTrial
+from tests.unit.core.policy.belief.simulated_touch import CUE_NM, OFFSET_NM, trials
+
+
+def test_it_finds_cue_offset_and_noise() -> None:
+    model = fit_touch_model(trials(60))
+    assert model.offset_Nm == pytest.approx(OFFSET_NM, abs=1e-3)
+    # At distances that occurred often the torque lies across the heading, to the right of it.
+    for along, across in model.cue_Nm[4:8]:
+        assert along == pytest.approx(0.0, abs=2e-3)
+        assert across == pytest.approx(-CUE_NM, rel=0.1)
+    assert np.mean(model.noise_Nm[3:8]) == pytest.approx(0.003, rel=0.25)
+
+
+def test_it_foretells_touches_that_it_has_not_seen() -> None:
+    model, way = fit_touch_model(trials(20)), np.array([[0.001, 0.0], [0.0, -0.002]])
+    expected = model.expected_Nm(Directions.of(way[:, 0], way[:, 1]))
+    true = np.array([[0.0, -CUE_NM], [-CUE_NM, 0.0]]) + OFFSET_NM
+    assert expected == pytest.approx(true, abs=3e-3)
+
+
+def test_the_bias_of_a_trial_is_told_from_noise() -> None:
+    rng = np.random.default_rng(5)
+    biased = []
+    for trial in trials(40):
+        dx, dy = (0.01 * rng.standard_normal(2) / 1e-6).round().astype(int).tolist()
+        felt = tuple(Touch(touch.place, (touch.torque[0] + dx, touch.torque[1] + dy)) for touch in trial.touches)
+        biased.append(TouchedTrial(trial.hole, felt))
+    assert fit_touch_model(biased).bias_Nm == pytest.approx(0.01, rel=0.35)
+    assert fit_touch_model(trials(40)).bias_Nm < 0.002
+
+
+def test_equal_touches_give_an_equal_model() -> None:
+    assert fit_touch_model(trials(5)) == fit_touch_model(trials(5))
+
+
+def test_too_few_touches_are_refused() -> None:
+    with pytest.raises(ConfigurationError, match="at least 6 touches"):
+        fit_touch_model(trials(1, touches=5))

@@ -1,0 +1,123 @@
+"""The learner that acts by a belief over the hole's place, in a world of touches that is known."""
+
+from math import dist, hypot
+
+import numpy as np
+import pytest
+
+from palpate.core.errors import ConfigurationError
+from palpate.core.policy import Hindsight, Observation
+from palpate.core.policy.belief import BeliefLearner, BeliefParameters
+from palpate.core.policy.belief.learner import SEARCH
+from palpate.core.policy.belief.touches import TORQUE_NM
+from tests.unit.core.policy.belief.simulated_touch import touch_at, trials
+
+Place = tuple[float, float]
+
+
+def learner(*, frozen: bool = False) -> BeliefLearner:
+    return BeliefLearner(BeliefParameters(), 3.5e-3, 0.05, frozen=frozen)
+
+
+def play(policy: BeliefLearner, hole_m: Place, start_m: Place, seed: int = 0, most: int = 400) -> list[str]:
+    """One trial; the hole takes the peg in when its way passes within 0.15 mm."""
+    rng, place, hole = np.random.default_rng(seed), np.array(start_m), np.array(hole_m)
+    policy.begin_trial(0, rng)
+    names = []
+    for number in range(most):
+        tx, ty = np.array(touch_at(place, hole, rng).torque) * TORQUE_NM
+        x, y = place.tolist()
+        decision = policy.choose(Observation(0, (x, y, 0.0), (x, y, 0.0), (0.0, 0.0, -4.9), (tx, ty, 0.0), number))
+        names.append(decision.action.name)
+        way = np.array(decision.action.displacement_m)
+        for share in np.linspace(0.0, 1.0, 20):
+            if dist(place + share * way, hole) < 1.5e-4:
+                policy.end_trial(Hindsight(True, (*hole_m, 0.01), 0.01))
+                return names
+        place = place + way
+    policy.end_trial(Hindsight(False, (0.0, 0.0, 0.0), 0.0))
+    return names
+
+
+def test_with_nothing_known_it_searches_until_the_hole_is_found() -> None:
+    names = play(learner(), (1.9e-3, -1.1e-3), (-2e-3, 1e-3))
+    assert set(names) == {SEARCH}
+    assert len(names) < 400
+
+
+@pytest.mark.parametrize("hole_m", [(0.0, 0.0), (2.9e-3, 0.3e-3), (-1.5e-3, -2.5e-3)])
+def test_the_search_covers_the_area(hole_m: Place) -> None:
+    assert len(play(learner(), hole_m, (0.5e-3, 0.5e-3))) < 400
+
+
+def test_one_trial_teaches_it_the_way() -> None:
+    policy = learner()
+    play(policy, (1.9e-3, -1.1e-3), (-2e-3, 1e-3))
+    lengths = []
+    for seed in range(12):
+        heading = 2.4 * seed
+        hole = (2e-3 * np.cos(heading), 2e-3 * np.sin(heading))
+        lengths.append(len(play(policy, (float(hole[0]), float(hole[1])), (1e-3, 0.0), seed)))
+    assert np.median(lengths) <= 8
+
+
+def test_holes_that_stay_are_gone_to_straight() -> None:
+    policy = learner()
+    for seed in range(8):
+        play(policy, (0.4e-3, -0.2e-3), (2e-3 * (-1) ** seed, 1e-3), seed)
+    assert len(play(policy, (0.4e-3, -0.2e-3), (-2e-3, -1.5e-3), 20)) <= 5
+
+
+def test_what_it_saved_makes_the_same_choices() -> None:
+    first, second = learner(), learner()
+    for seed in range(3):
+        play(first, (1e-3, 1e-3), (-1e-3, 0.0), seed)
+    second.set_state(first.get_state())
+    assert play(second, (-1e-3, 2e-3), (1e-3, 0.0), 9) == play(first, (-1e-3, 2e-3), (1e-3, 0.0), 9)
+    assert second.get_state() == first.get_state()
+
+
+def test_frozen_it_learns_nothing() -> None:
+    policy = learner(frozen=True)
+    play(policy, (1e-3, 1e-3), (-1e-3, 0.0))
+    assert policy.trials_learned == 0
+    assert policy.model is None
+
+
+def test_a_trial_that_did_not_end_in_the_hole_teaches_nothing() -> None:
+    policy = learner()
+    play(policy, (1e-3, 1e-3), (-1e-3, 0.0), most=3)
+    assert policy.get_state() == {"trials": [], "trials_learned": 0}
+
+
+def test_it_forgets_what_is_older_than_its_memory() -> None:
+    policy = BeliefLearner(BeliefParameters(memory_trials=2), 3.5e-3, 0.05)
+    for seed in range(4):
+        play(policy, (1e-3, 1e-3), (-1e-3, 0.0), seed)
+    assert len(policy.get_state()["trials"]) == 2
+    assert policy.trials_learned == 4
+
+
+def test_no_step_is_longer_than_an_action_allows() -> None:
+    policy = learner()
+    policy.set_state({"trials": [trial.to_dict() for trial in trials(5)], "trials_learned": 5})
+    policy.begin_trial(0, np.random.default_rng(0))
+    for number, place in enumerate([(0.0, 0.0, 0.0), (3.5e-3, -3.5e-3, 0.0), (4e-3, 0.0, 0.0)]):
+        decision = policy.choose(Observation(0, place, place, (0.0, 0.0, 0.0), (0.01, 0.0, 0.0), number))
+        assert hypot(*decision.action.displacement_m) <= 8e-4 + 1e-9
+
+
+@pytest.mark.parametrize(
+    "state",
+    [
+        {"trials": []},
+        {"trials": [{"hole": [1, 2]}], "trials_learned": 1},
+        {"trials": [{"hole": [1, 2.5], "touches": []}], "trials_learned": 1},
+        {"trials": [{"hole": [1, 2], "touches": [[1, 2, 3]]}], "trials_learned": 1},
+    ],
+)
+def test_another_state_is_refused(state: dict[str, object]) -> None:
+    policy = learner()
+    with pytest.raises(ConfigurationError, match="learner"):
+        policy.set_state(state)
+    assert policy.get_state() == {"trials": [], "trials_learned": 0}
