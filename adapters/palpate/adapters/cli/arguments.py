@@ -19,7 +19,17 @@ from typing import Annotated, Any, Final, TypeVar, get_args, get_origin
 import tyro
 
 from palpate.adapters.cli.commands import COMMANDS, options_of
-from palpate.adapters.config import RENAMED, RunConfig, now_called, overlay, read_toml, recorded, scenario
+from palpate.adapters.config import (
+    LEARNERS,
+    OF_SOME,
+    RENAMED,
+    RunConfig,
+    now_called,
+    overlay,
+    read_toml,
+    recorded,
+    scenario,
+)
 from palpate.core.errors import ConfigurationError, UsageError
 from palpate.core.ports import kinds_of
 
@@ -119,15 +129,39 @@ def _base(arguments: Sequence[str]) -> tuple[RunConfig, dict[str, Any], bool]:
         if "run" in table:
             facts = table.pop("run")
             table = recorded(table)
-    named, written = _value_of("--scenario", arguments), table.get("scenario")
-    if named and written is not None and named != written:
-        # The file's settings would win over the other scenario's and leave it in name only.
-        raise ConfigurationError("scenario", named, f"{written!r}, as in {path}, or a file that names no scenario")
-    name = named or ("paper" if written is None else written)
-    if not isinstance(name, str):
-        raise ConfigurationError("scenario", name, "a name")
-    config = overlay(scenario(name), {**table, "scenario": name})
+    presets = {
+        "scenario": _preset("scenario", "paper", arguments, table, path),
+        "learner": _preset("learner", "q-learning", arguments, table, path),
+    }
+    _require_of_learner(presets["learner"], arguments, {} if facts else table.get("learning", {}))
+    config = overlay(scenario(*presets.values()), {**table, **presets})
     return config, facts if isinstance(facts, dict) else {}, "cell" in table
+
+
+def _preset(kind: str, usual: str, arguments: Sequence[str], table: Mapping[str, Any], path: str) -> str:
+    """Name of the scenario, or of the learner."""
+    named, written = _value_of(f"--{kind}", arguments), table.get(kind)
+    if named and written is not None and named != written:
+        # The file's settings would win over the other preset's and leave it in name only.
+        raise ConfigurationError(kind, named, f"{written!r}, as in {path}, or a file that names no {kind}")
+    name = named or (usual if written is None else written)
+    if not isinstance(name, str):
+        raise ConfigurationError(kind, name, "a name")
+    return name
+
+
+def _require_of_learner(learner: str, arguments: Sequence[str], learning: Any) -> None:
+    """Refuse what the learner would ignore, on the command line and in a person's file.
+
+    Raises:
+        ConfigurationError: Naming the setting.
+    """
+    flags = (word.partition("=")[0].replace("-", "_") for word in arguments if word.startswith("--learning."))
+    given = [*(flag.removeprefix("__learning.").partition(".")[0] for flag in flags), *learning]
+    for name in given:
+        has = next((has for setting, has in OF_SOME.items() if setting.lower() == name.lower()), LEARNERS)
+        if learner in LEARNERS and learner not in has:
+            raise ConfigurationError("learner", learner, f"{' or '.join(has)}, which learning.{name} is of")
 
 
 def _resumed_run(arguments: Sequence[str]) -> str:

@@ -31,14 +31,15 @@ class RunSettings(Settings):
 
 @dataclass(frozen=True)
 class TrainOptions(RunSettings):
-    """Learn an insertion from scratch by Q-learning, and leave a folder with everything about it."""
+    """Learn an insertion from scratch, and leave a folder with everything about it."""
 
     trials: Trials = 350
     """Number of trials."""
     out: str = ""
     """Folder for the results; runs/SCENARIO if not given. It must not hold a run already."""
     policy: str = "q-learning"
-    """q-learning, or a policy file to go on learning from (its Q values; exploration begins anew)."""
+    """q-learning, for what --learner names from scratch, or a policy file to go on learning from (exploration begins
+    anew)."""
     rig: str = ""
     """Rig file: train on its devices instead of in the simulator."""
     resume: bool = False

@@ -19,7 +19,7 @@ from palpate.adapters.cli.notices import (
     unrecorded,
 )
 from palpate.adapters.cli.options import TrainOptions
-from palpate.adapters.config import RunConfig, read_toml, recorded_config, to_toml
+from palpate.adapters.config import LEARNERS, RunConfig, read_toml, recorded_config, to_toml
 from palpate.adapters.experiments import (
     WINDOW,
     Checkpoint,
@@ -68,7 +68,8 @@ def train(options: TrainOptions) -> int:
 def _train(options: TrainOptions, folder: RunFolder, checkpoint: Checkpoint | None, kept: ExitStack) -> int:
     """Train into a folder that ``kept`` keeps other writers out of."""
     config = options.run
-    document = None if options.policy == "q-learning" else PolicyDocument.load(Path(options.policy))
+    named = _from(options)
+    document = None if named == config.learner else PolicyDocument.load(Path(named))
     if document is not None and (config.learning.programmed or config.learning.examples):
         raise ConfigurationError(
             "learning.programmed", config.learning.programmed or config.learning.examples,
@@ -116,7 +117,7 @@ def _train(options: TrainOptions, folder: RunFolder, checkpoint: Checkpoint | No
                     str(folder.path / "trials.csv"), f"does not hold the {first} finished trials", "begin a new run"
                 )
         else:
-            folder.write("run.toml", run_toml(config, "train", trials=options.trials, policy=options.policy))
+            folder.write("run.toml", run_toml(config, "train", trials=options.trials, policy=named))
         trainer.checkpoint()
         if checkpoint is not None and read_manifest(folder.path) is None:
             sys.stderr.write(f"palpate: {folder.path} has no manifest: an older run, taken as it is\n")
@@ -138,12 +139,20 @@ def _train(options: TrainOptions, folder: RunFolder, checkpoint: Checkpoint | No
     return int(unrecorded(recorder))
 
 
+def _from(options: TrainOptions) -> str:
+    """What is trained: a policy file, or the name of the learner where it begins from nothing."""
+    learner = options.run.learner
+    if options.policy in LEARNERS and options.policy not in ("q-learning", learner):
+        raise ConfigurationError("policy", options.policy, f"a policy file; --learner {options.policy} chooses it")
+    return learner if options.policy in LEARNERS else options.policy
+
+
 def _require_same(options: TrainOptions, folder: RunFolder) -> None:
-    config = options.run
+    config, named = options.run, _from(options)
     table = read_toml(folder.path / "run.toml")
     facts = table.pop("run", {})
-    if facts.get("policy") != options.policy:
-        raise ConfigurationError("policy", options.policy, f"{facts.get('policy')!r}, with which the run began")
+    if facts.get("policy") != named:
+        raise ConfigurationError("policy", named, f"{facts.get('policy')!r}, with which the run began")
     for name, version in made_with().items():
         began = facts.get("versions", {}).get(name)
         if began != version:

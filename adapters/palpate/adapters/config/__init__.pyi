@@ -1,5 +1,8 @@
 from .grid import TRIALS as TRIALS
 from .grid import GridLearning as GridLearning
+from .learning import LEARNERS as LEARNERS
+from .learning import OF_SOME as OF_SOME
+from .learning import LearningConfig as LearningConfig
 from .real_time import FROZEN as FROZEN
 from .real_time import OFF as OFF
 from .real_time import RealTimeConfig as RealTimeConfig

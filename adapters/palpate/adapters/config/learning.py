@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Annotated, ClassVar
+from typing import Annotated, ClassVar, Final
 
 from typing_extensions import override
 
@@ -19,10 +20,15 @@ from palpate.core.ports import (
     require_floor,
 )
 
+LEARNERS: Final = ("q-learning", "sarsa")
+"""Learners by name."""
+OF_SOME: Final[Mapping[str, tuple[str, ...]]] = {"back_off_visits": ("q-learning",), "trace_decay": ("sarsa",)}
+"""Settings of learning that not every learner has, and the learners that do."""
+
 
 @dataclass(frozen=True)
 class LearningConfig(Settings):
-    """Q-learning, what it is rewarded for, and what is programmed beside it."""
+    """The learner, what it is rewarded for, and what is programmed beside it."""
 
     TABLE: ClassVar[str] = "learning"
 
@@ -48,6 +54,8 @@ class LearningConfig(Settings):
     back_off_visits: HalvingVisits = 0.0
     """With a memory: visits after which a state's own experience counts as much as that of its last symbol, which
     stands in for it until then; 0 for never."""
+    trace_decay: Annotated[float, Range(0.0, 1.0)] = 0.8
+    """Lambda of sarsa."""
     reinforcement: Annotated[str, OneOf("action-penalty", "effort")] = "action-penalty"
     """action-penalty: -1 per action; effort: force beyond the pressing force costs too."""
     effort_per_N_s: Annotated[float, Range(-1e6, 0.0)] = -1.0

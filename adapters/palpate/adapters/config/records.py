@@ -12,6 +12,8 @@ from palpate.adapters.config.toml import overlay
 from palpate.core.supervision import SupervisionConfig, weaker_settings
 
 UNTOLD: Final[Mapping[str, Any]] = {
+    "learner": "q-learning",
+    "learning.trace_decay": 0.8,
     "cell.conditions.hole_shift_mm": 0.0,
     "cell.conditions.hole_shift_trials": 0,
     "cell.conditions.tilt_heading": "set",

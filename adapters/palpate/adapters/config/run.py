@@ -7,7 +7,7 @@ from typing import Annotated, ClassVar, Final, TypeAlias
 
 from typing_extensions import override
 
-from palpate.adapters.config.learning import LearningConfig
+from palpate.adapters.config.learning import LEARNERS, LearningConfig
 from palpate.adapters.config.real_time import RealTimeConfig
 from palpate.adapters.config.scenarios import BLIND, SCENARIOS
 from palpate.adapters.config.toml import overlay
@@ -121,6 +121,8 @@ class RunConfig(Settings):
     blind with one condition more: blind-tilt-2, blind-tilt-4 (mrad), blind-regrip, blind-bias, blind-bias-drawn,
     blind-drift, blind-noise, blind-batches, blind-wear, blind-corner, blind-smooth, blind-rough, blind-tight,
     blind-5 (mm)."""
+    learner: Annotated[str, OneOf(*LEARNERS)] = "q-learning"
+    """What learns; as the scenario, a preset that the other settings start from."""
     arm: str = "zebra-zero"
     """Arm: zebra-zero or ur5."""
     seed: Annotated[int, Range(0, 2**63 - 1)] = 0
@@ -152,12 +154,13 @@ class RunConfig(Settings):
             )
 
 
-def scenario(name: str) -> RunConfig:
-    """The preset of that name.
+def scenario(name: str, learner: str = "q-learning") -> RunConfig:
+    """The preset of a scenario, for a learner.
 
     Raises:
-        ConfigurationError: There is none.
+        ConfigurationError: There is none of that name.
     """
     require_one_of("scenario", name, tuple(SCENARIOS))
-    config = RunConfig(scenario=name)
+    require_one_of("learner", learner, LEARNERS)
+    config = RunConfig(scenario=name, learner=learner)
     return config if name == "paper" else overlay(overlay(config, BLIND), SCENARIOS[name])

@@ -22,6 +22,7 @@ from palpate.core.policy import (
     ProgrammedPolicy,
     QParameters,
     RandomWalkPolicy,
+    SarsaParameters,
     TemperatureSchedule,
     load_examples,
     new_learner,
@@ -71,18 +72,16 @@ def learning_parameters(config: RunConfig) -> QParameters:
     schedule = TemperatureSchedule(
         learning.temperature, learning.temperature_decay, floor, in_use if in_use < floor else None
     )
-    return QParameters(
-        alpha=learning.alpha,
-        gamma=learning.gamma,
-        temperature=schedule,
-        alpha_visits=learning.alpha_visits,
-        alpha_floor=learning.alpha_floor,
-        initial_value=learning.initial_value,
-    )
+    common: dict[str, Any] = {
+        name: getattr(learning, name) for name in ("alpha", "gamma", "alpha_visits", "alpha_floor", "initial_value")
+    }
+    if config.learner == "sarsa":
+        return SarsaParameters(**common, temperature=schedule, trace_decay=learning.trace_decay)
+    return QParameters(**common, temperature=schedule)
 
 
 def learning_policy(config: RunConfig, perception: Perception) -> Policy:
-    """Q-learning from scratch, with the programmed and the example states of the configuration beside it."""
+    """The learner from scratch, with the programmed and the example states of the configuration beside it."""
     learning, actions = config.learning, task_actions(config)
     parts: list[Policy] = []
     try:
@@ -134,8 +133,14 @@ def perception_of(document: PolicyDocument, config: RunConfig, configured: Perce
 
 
 def loaded_policy(document: PolicyDocument, config: RunConfig, perception: Perception, *, frozen: bool) -> Policy:
-    """The policy of a file: frozen as it is, or ready to learn on with the parameters of the configuration."""
+    """The policy of a file: frozen as it is, or ready to learn on with the parameters of the configuration.
+
+    Raises:
+        ConfigurationError: It has other states or actions, or is to learn on by another learner.
+    """
     if not frozen and document.learner is not None:
+        if document.learner.kind != config.learner:
+            raise ConfigurationError("learner", config.learner, f"{document.learner.kind!r}, as in the policy file")
         document = replace(document, learner=replace(document.learner, parameters=learning_parameters(config)))
     return policy_from(document, perception.states, task_actions(config), frozen=frozen)
 

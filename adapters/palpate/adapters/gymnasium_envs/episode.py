@@ -260,7 +260,7 @@ def run_config(scenario_name: str, arm: str, settings: Settings) -> RunConfig:
         # How the run of a run.toml came about is no setting.
         table = recorded(table)
     name = scenario_name or table.get("scenario", "paper")
-    config = overlay(scenario(name), {**table, "scenario": name})
+    config = overlay(scenario(name, table.get("learner", "q-learning")), {**table, "scenario": name})
     return replace(config, arm=arm) if arm else config
 
 

@@ -54,6 +54,15 @@ def test_a_scenario_other_than_the_file_s_is_refused(toml: str) -> None:
         config("--config", toml, "--scenario", "paper")
 
 
+def test_a_file_s_settings_of_another_learner_are_refused_but_not_a_record_s(tmp_path: Path) -> None:
+    file = tmp_path / "mine.toml"
+    file.write_text('learner = "sarsa"\n[learning]\nback_off_visits = 3.0\n')
+    with pytest.raises(ConfigurationError, match="q-learning, which learning"):
+        config("--config", str(file))
+    file.write_text(file.read_text() + '[run]\ncommand = "train"\n')
+    assert config("--config", str(file)).learner == "sarsa"
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [

@@ -14,7 +14,7 @@ from palpate.adapters.experiments.policies import loaded_policy, perception_sett
 from palpate.adapters.log.provenance import made_with
 from palpate.core.errors import ConfigurationError
 from palpate.core.insertion.config import N_PER_KGF, TaskConfig
-from palpate.core.policy import Policy, PolicyDocument, QLearning, document_of, learner_of
+from palpate.core.policy import Policy, PolicyDocument, QLearning, Sarsa, document_of, learner_of
 from tests.unit.adapters.samples import observation
 
 DEFAULT = RunConfig()
@@ -87,6 +87,17 @@ def test_a_policy_in_use_is_colder_than_in_training_through_its_file(in_use: flo
     # Whatever the run is configured to, the file says it.
     loaded = loaded_policy(PolicyDocument.from_json_text(text), RunConfig(), perception, frozen=True)
     assert loaded.temperature == temperature
+
+
+def test_a_learner_is_chosen_by_name_and_learns_on_as_what_it_is() -> None:
+    config = RunConfig(learner="sarsa", learning=LearningConfig(trace_decay=0.4))
+    policy, perception = learning_policy(config, build_perception(DEFAULT)), build_perception(DEFAULT)
+    assert isinstance(policy, Sarsa)
+    assert policy.parameters.trace_decay == 0.4
+    file = document_of(policy, created_with={}, perception={})
+    assert isinstance(loaded_policy(file, config, perception, frozen=False), Sarsa)
+    with pytest.raises(ConfigurationError, match="learner = 'q-learning' is refused: 'sarsa', as in the policy file"):
+        loaded_policy(file, DEFAULT, perception, frozen=False)
 
 
 def test_programmed_and_example_states_stand_beside_learned_ones(tmp_path: Path) -> None:

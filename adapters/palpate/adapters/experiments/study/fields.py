@@ -76,7 +76,7 @@ def configured(settings: Mapping[str, Any], folder: str) -> RunConfig:
     for field in FILES:
         if names_file(field, settings.get(field)):
             settings[field] = os.path.join(folder, settings[field])
-    name = settings.get("scenario", _DEFAULTS.scenario)
+    presets = settings.get("scenario", _DEFAULTS.scenario), settings.get("learner", _DEFAULTS.learner)
     table: dict[str, Any] = {}
     for dotted, value in settings.items():
         *path, last = dotted.split(".")
@@ -84,7 +84,7 @@ def configured(settings: Mapping[str, Any], folder: str) -> RunConfig:
         for part in path:
             inner = inner.setdefault(part, {})
         inner[last] = value
-    return overlay(scenario(name), table)
+    return overlay(scenario(*presets), table)
 
 
 def names_file(field: str, value: Any) -> bool:
