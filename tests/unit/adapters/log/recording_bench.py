@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 from palpate.adapters.log.reader import TrialLog, assemble, sound_messages
 from palpate.adapters.log.recorder import FlightRecorder
@@ -57,6 +57,14 @@ class Bench:
             device.configure()
             device.activate()
         self.tick, self.start_ns = 0, start_ns
+
+    @classmethod
+    def running(cls, ticks: int, sink: Sink | None = None, **more: Any) -> Self:
+        """In the middle of a trial."""
+        bench = cls(sink, **more)
+        bench.begin()
+        bench.run(ticks)
+        return bench
 
     def begin(self, path: Path = Path("x.mcap"), start: Callable[[], StartRecord] = lambda: STARTING) -> None:
         self.recorder.begin(Opening(path, {}), start)

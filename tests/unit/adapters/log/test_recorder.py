@@ -22,9 +22,7 @@ def topics(data: bytes) -> list[str]:
 
 
 def test_a_trial_in_order() -> None:
-    bench = Bench(start_ns=10**15)
-    bench.begin()
-    bench.run(30)
+    bench = Bench.running(30, start_ns=10**15)
     bench.recorder.stopped(None)
     bench.end(outcome="inserted")
     assert topics(bench.sink.logs[0]) == ["/start", "/call", *["/tick"] * 30, "/call", "/end"]  # type: ignore[attr-defined]
@@ -40,9 +38,7 @@ def test_a_trial_in_order() -> None:
 
 
 def test_a_tick_holds_what_passed_the_ports() -> None:
-    bench = Bench()
-    bench.begin()
-    bench.run(3)
+    bench = Bench.running(3)
     bench.end()
     record = list(bench.log().records())[2]
     now = bench.clock.now_ns()
@@ -52,9 +48,7 @@ def test_a_tick_holds_what_passed_the_ports() -> None:
 
 
 def test_messages_carry_the_time_of_the_run() -> None:
-    bench = Bench(start_ns=10**9)
-    bench.begin()
-    bench.run(5)
+    bench = Bench.running(5, start_ns=10**9)
     bench.end()
     times = [m.time_ns for m in sound_messages("x", bench.sink.logs[0])]  # type: ignore[attr-defined]
     assert times[0] == 10**9
@@ -111,9 +105,7 @@ def test_calls_besides_a_tick_are_recorded_with_it() -> None:
 def test_a_tick_that_fails_is_kept_as_far_as_it_came(
     calling: str, held: int, call: str | None, error: Exception
 ) -> None:
-    bench = Bench()
-    bench.begin()
-    bench.run(20)
+    bench = Bench.running(20)
     deadline_ns = bench.wait()
     command = JointCommand((0.1, -0.2, 0.3))
     parts: list[Any] = [deadline_ns + 3, bench.sensor.read(), bench.encoder.read(), command]
@@ -183,9 +175,7 @@ def test_one_log_at_a_time() -> None:
 @pytest.mark.parametrize(("from_tick", "to_tick"), [(14, 42), (0, 28), (20, 21), (20, 60)])
 def test_what_is_dropped_is_counted_and_marked(from_tick: int, to_tick: int) -> None:
     sink = ChokingSink()
-    bench = Bench(sink)
-    bench.begin()
-    bench.run(from_tick)
+    bench = Bench.running(from_tick, sink)
     sink.full = True
     bench.run(to_tick - from_tick)
     sink.full = False
@@ -210,9 +200,7 @@ def test_what_is_dropped_is_counted_and_marked(from_tick: int, to_tick: int) -> 
 
 def test_a_loss_at_the_very_end_is_marked_too() -> None:
     sink = ChokingSink()
-    bench = Bench(sink)
-    bench.begin()
-    bench.run(50)
+    bench = Bench.running(50, sink)
     sink.full = True
     bench.run(50)
     bench.end()
@@ -223,9 +211,7 @@ def test_a_loss_at_the_very_end_is_marked_too() -> None:
 def test_what_the_trial_starts_with_is_never_dropped() -> None:
     sink = ChokingSink()
     sink.full = True
-    bench = Bench(sink)
-    bench.begin()
-    bench.run(40)
+    bench = Bench.running(40, sink)
     bench.end()
     assert bench.log().start == STARTING
     assert bench.log().losses[0].dropped_messages == len([m for m in sink.lost if m[0] != 7])
@@ -235,9 +221,7 @@ def test_what_the_trial_starts_with_is_never_dropped() -> None:
 @pytest.mark.parametrize("resting", [False, True])
 def test_what_the_trial_came_to_is_never_dropped(ticks: int, resting: bool) -> None:
     sink = ChokingSink()
-    bench = Bench(sink)
-    bench.begin()
-    bench.run(ticks)
+    bench = Bench.running(ticks, sink)
     sink.full = True
     if resting:
         bench.wait()
@@ -251,9 +235,7 @@ def test_what_the_trial_came_to_is_never_dropped(ticks: int, resting: bool) -> N
 
 def test_trouble_ends_the_trial_where_that_is_wanted() -> None:
     sink = ChokingSink()
-    bench = Bench(sink, stop_on_trouble=True)
-    bench.begin()
-    bench.run(20)
+    bench = Bench.running(20, sink, stop_on_trouble=True)
     sink.tells.append("x.mcap: cannot be written (No space left on device)")
     with pytest.raises(DeviceError, match=r"flight recorder: x\.mcap: cannot be written"):
         bench.run(100)
@@ -276,9 +258,7 @@ class DeadSink(ChokingSink):
 
 def test_a_writer_that_is_gone_ends_the_trial_in_any_case() -> None:
     sink = DeadSink()
-    bench = Bench(sink)
-    bench.begin()
-    bench.run(20)
+    bench = Bench.running(20, sink)
     sink.full = True
     sink.tells.append("x.mcap: the log writer is gone (Broken pipe)")
     with pytest.raises(DeviceError, match="the log writer is gone"):
@@ -309,9 +289,7 @@ def test_trouble_is_only_reported_where_that_is_wanted() -> None:
 
 
 def test_a_value_that_no_log_can_hold_is_lost_and_the_trial_goes_on() -> None:
-    bench = Bench()
-    bench.begin()
-    bench.run(5)
+    bench = Bench.running(5)
     good, bench.sensor.read = bench.sensor.read, lambda: _with_sequence(bench, 2**64)  # type: ignore[method-assign]
     bench.run(3)
     bench.sensor.read = good  # type: ignore[method-assign]
