@@ -116,3 +116,6 @@ class IdleTask:
 
     def begin(self, setup: TrialSetup) -> None:
         pass
+
+    def conclude(self) -> None:
+        pass
