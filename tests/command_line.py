@@ -109,14 +109,6 @@ def command(*words: object) -> list[str]:
     return [sys.executable, "-W", "error", "-m", "palpate.adapters.cli.main", *map(str, words)]
 
 
-def in_own_process(*words: object) -> Done:
-    """Run a command to its end in a process of its own."""
-    done = subprocess.run(
-        command(*words), capture_output=True, text=True, timeout=120, check=False, stdin=subprocess.DEVNULL
-    )
-    return Done(done.returncode, done.stdout, done.stderr)
-
-
 @pytest.fixture
 def start() -> Iterator[Callable[..., subprocess.Popen[str]]]:
     """Starts commands in processes of their own, which end with the test."""

@@ -7,8 +7,6 @@ import pytest
 
 from tests.command_line import CommandLine, shared_folder
 
-STEPS_MM = (0.5, 0.7)
-SEEDS = (0, 1)
 TRIALS = 3
 
 

@@ -19,8 +19,6 @@ from google.protobuf.message import Message
 from palpate.core.ports import CommandReason, Validity, WrenchKind
 
 SCHEMA: Final = "palpate.log/1"
-PROFILE: Final = "palpate"
-"""MCAP profile of our files."""
 PACKAGE: Final = "palpate.log"
 
 ENUMS: Final[Mapping[str, tuple[tuple[Any, ...], str]]] = {

@@ -12,7 +12,6 @@ from palpate.core.supervision import SupervisionConfig
 
 _LATE: Final = 3
 """Ticks that a stop may take after the first sign."""
-FOR_EVER: Final = 0
 
 
 @dataclass(frozen=True)

@@ -62,13 +62,6 @@ class NmcChain:
         for module in self.modules:
             module.servo.set_power(powered=powered)
 
-    def power_cycle(self) -> None:
-        """Everything as after power-up, logic supply included; the motors stay where they are."""
-        for index, module in enumerate(self.modules):
-            module.power_up()
-            self._receiving[index] = index == 0
-        self._parser.reset()
-
     def _dispatch(self, frame: Frame, now_ns: int) -> bytes:
         baud = self.baud
         # Which modules listen is settled before any of them acts: SET_ADDR opens the next module for later frames.
