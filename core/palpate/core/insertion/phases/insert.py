@@ -66,7 +66,7 @@ class Insert(RunningPhase):
         ):
             state.event("hole", f"found after {state.exploration_s:.3f} s")
             self.over = self.deep = True
-        elif stalled > _STALL_TICKS and self._best_depth_m < DROP_M:
+        elif stalled > _STALL_TICKS and depth < DROP_M:
             state.event("false drop", f"to {self._best_depth_m * 1e3:.3f} mm")
             state.hole_tick = None
             self.over = True

@@ -119,14 +119,15 @@ class BeliefLearner(Learner):
         self._take_in(self._belief, self._model.lag, before, touch)
         self._steps += 1
         if self._search is not None:
-            if self._steps <= self.parameters.search_steps << self._searched:
+            if self._searched > 1 or self._steps <= self.parameters.search_steps:
                 return self._searching(self._search, touch)
-            self._searched += 1
             self._start_anew()
         probabilities = self._belief.probabilities()
         if self._steps > self.parameters.patience:
-            self._steps = 0
-            return self._searching(self._begin_search(probabilities), touch)
+            self._steps, self._searched = 0, self._searched + 1
+            # A belief that failed twice is wrong: from then on, everything is searched.
+            around = probabilities if self._searched == 1 else self._log_prior
+            return self._searching(self._begin_search(around), touch)
         dx, dy = self._planner.best(probabilities, self._inside(touch.place_m), self._half_width_m)
         return Decision(Action(_name(dx, dy), (dx, dy)), None, LEARNED)
 

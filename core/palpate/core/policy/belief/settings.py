@@ -23,6 +23,7 @@ class BeliefParameters(Settings):
     memory_trials: Annotated[int, Range(2, 1000)] = 60
     """So many trials are remembered; what is older is forgotten."""
     patience: Annotated[int, Range(1, 1000)] = 20
-    """After so many steps by the belief a search round the likeliest place begins, and then the belief anew."""
+    """After so many steps by the belief a search round the likeliest place begins, and then the belief anew; after as
+    many again a search of everything, to the end."""
     search_steps: Annotated[int, Range(1, 10000)] = 40
-    """Steps of the first such search; each later one of a trial has twice as many."""
+    """Steps of the first of these searches."""
