@@ -10,7 +10,7 @@ from typing_extensions import override
 
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy.base import LEARNED, Action, Decision, Hindsight, Observation, Transition
-from palpate.core.policy.belief.arithmetic import Floats
+from palpate.core.policy.belief.arithmetic import Floats, logarithm
 from palpate.core.policy.belief.fit import FEWEST_TOUCHES, fit_touch_model
 from palpate.core.policy.belief.model import TouchModel
 from palpate.core.policy.belief.places import PlaceBelief, Places, TouchTable
@@ -53,7 +53,7 @@ class BeliefLearner(Learner):
         self._model: TouchModel | None = None
         self._table: TouchTable | None = None
         self._touches: list[Touch] = []
-        self._log_prior = self._prior()
+        self._expect_place()
         self._belief: PlaceBelief | None = None
         self._search: SpiralSearch | None = None
         self._steps = self._searched = 0
@@ -103,10 +103,12 @@ class BeliefLearner(Learner):
         enough = sum(len(trial.touches) for trial in self._trials) >= FEWEST_TOUCHES
         self._model = fit_touch_model(self._trials) if enough else None
         self._table = None if self._model is None else TouchTable(self._model, self._places)
-        self._log_prior = self._prior()
+        self._expect_place()
 
-    def _prior(self) -> Floats:
-        return place_prior([trial.hole_m for trial in self._trials], self._places)
+    def _expect_place(self) -> None:
+        """The prior over places and its centre, by where the hole was so far."""
+        prior = place_prior([trial.hole_m for trial in self._trials], self._places)
+        self._log_prior, self._centre_m = logarithm(prior), self._places.mean_m(prior)
 
     @override
     def choose(self, observation: Observation) -> Decision:
@@ -115,7 +117,7 @@ class BeliefLearner(Learner):
         before = self._touches[-1] if self._touches else touch
         self._touches.append(touch)
         if self._belief is None or self._model is None:
-            return self._searching(self._search or self._begin_search(self._log_prior), touch)
+            return self._searching(self._search or self._begin_search(self._centre_m), touch)
         self._take_in(self._belief, self._model.lag, before, touch)
         self._steps += 1
         if self._search is not None:
@@ -126,8 +128,8 @@ class BeliefLearner(Learner):
         if self._steps > self.parameters.patience:
             self._steps, self._searched = 0, self._searched + 1
             # A belief that failed twice is wrong: from then on, everything is searched.
-            around = probabilities if self._searched == 1 else self._log_prior
-            return self._searching(self._begin_search(around), touch)
+            around_m = self._places.likeliest_m(probabilities) if self._searched == 1 else self._centre_m
+            return self._searching(self._begin_search(around_m), touch)
         dx, dy = self._planner.best(probabilities, self._inside(touch.place_m), self._half_width_m)
         return Decision(Action(_name(dx, dy), (dx, dy)), None, LEARNED)
 
@@ -144,14 +146,8 @@ class BeliefLearner(Learner):
         x, y = (min(max(value, -edge), edge) for value in place_m)
         return x, y
 
-    def _begin_search(self, weights: Floats) -> SpiralSearch:
-        """A search about the likeliest place: of all, or the goal where none is more likely than others."""
-        size = self._places.size
-        row, column = divmod(int(np.argmax(weights)), size)
-        if weights[row, column] == weights[size // 2, size // 2]:
-            row = column = size // 2
-        centre = float(self._places.axis_m[row]), float(self._places.axis_m[column])
-        self._search = SpiralSearch(centre, self.parameters.pitch_mm * 1e-3, self._step_m)
+    def _begin_search(self, centre_m: tuple[float, float]) -> SpiralSearch:
+        self._search = SpiralSearch(centre_m, self.parameters.pitch_mm * 1e-3, self._step_m)
         return self._search
 
     def _searching(self, search: SpiralSearch, touch: Touch) -> Decision:

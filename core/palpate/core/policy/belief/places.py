@@ -50,6 +50,15 @@ class Places:
         """Row and column, x and y, of the nearest place; those beyond the edge have cells beyond it, too."""
         return round(x_m / PITCH_M) + self._half, round(y_m / PITCH_M) + self._half
 
+    def likeliest_m(self, belief: Floats) -> tuple[float, float]:
+        """The place of the greatest belief, (x, y)."""
+        row, column = divmod(int(np.argmax(belief)), self.size)
+        return float(self.axis_m[row]), float(self.axis_m[column])
+
+    def mean_m(self, belief: Floats) -> tuple[float, float]:
+        """The mean place, (x, y)."""
+        return float((belief.sum(axis=1) * self.axis_m).sum()), float((belief.sum(axis=0) * self.axis_m).sum())
+
     def near_way(self, from_m: tuple[float, float], way_m: tuple[float, float], width_m: float) -> np.ndarray:
         """Which places are within ``width_m`` of a straight way, (size, size)."""
         x, y = self.axis_m[:, None] - from_m[0], self.axis_m[None, :] - from_m[1]

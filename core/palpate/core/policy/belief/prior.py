@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from palpate.core.policy.belief.arithmetic import Floats, exponential, logarithm
+from palpate.core.policy.belief.arithmetic import Floats, exponential
 from palpate.core.policy.belief.places import Places
 
 _WIDTHS_M: Final = (1e-4, 3e-4, 1e-3)
@@ -21,7 +21,7 @@ Hole = tuple[float, float]
 
 
 def place_prior(holes_m: Sequence[Hole], places: Places) -> Floats:
-    """Logarithm of the prior over places, (size, size).
+    """The prior over places, (size, size), all above 0.
 
     A mixture of kernel densities of different widths and an even one, each weighted by how well it foretold each hole
     from those before it.
@@ -37,7 +37,9 @@ def place_prior(holes_m: Sequence[Hole], places: Places) -> Floats:
         for x, y in holes_m:
             row, column = _kernel(places.axis_m - x, width), _kernel(places.axis_m - y, width)
             density += weight / len(holes_m) * row[:, None] * column[None, :]
-    return logarithm(density / density.sum() + _LEAST / density.size)
+    density /= density.sum()
+    density += _LEAST / density.size
+    return density
 
 
 def _weights(holes_m: Sequence[Hole], area_m2: float) -> list[float]:
