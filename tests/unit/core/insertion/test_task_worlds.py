@@ -7,7 +7,7 @@ import pytest
 
 from palpate.core.insertion import PERIOD_S, Outcome, Phase, TaskConfig
 from palpate.core.ports.values import WrenchSample
-from tests.unit.core.fake_world import WEIGHT_AND_BIAS_N, FakeWorld, Pit, Steps
+from tests.unit.core.fake_world import TOOL, WEIGHT_AND_BIAS_N, FakeWorld, FollowTorque, Pit, Steps, build_task
 from tests.unit.core.insertion.whole_trial import EAST, FAR_AWAY, HOLE, START, Trial, plus
 
 
@@ -41,7 +41,7 @@ def test_the_edge_of_the_hole_is_not_taken_for_the_surface(proved: bool) -> None
         return replace(sample, force_N=plus(sample.force_N, (0.0, 0.0, -2.0))) if borne else sample
 
     world.spoil = edge
-    trial = Trial(world, config=TaskConfig(prove_contact=proved))
+    trial = Trial(world, task=build_task(FollowTorque(), proves=proved))
     assert float(trial.events("contact")[0].detail.split()[2]) > 0.25  # mm: more than the depth may fall short by
     assert trial.report.actions == 0
     assert trial.report.outcome is Outcome.INSERTED
@@ -150,3 +150,34 @@ def test_the_peg_stays_inside_the_exploration_area() -> None:
     tips = np.array([trial.tips[tick] for tick in trial.in_phase(Phase.EXPLORE)])
     assert tips[:, 0].max() == pytest.approx(3.5e-3, abs=1e-6)
     assert tips[:, 1].min() == pytest.approx(-3.5e-3, abs=1e-6)
+
+
+@pytest.mark.parametrize("proved", [True, False])
+def test_a_peg_that_an_edge_holds_is_let_in(proved: bool) -> None:
+    # Friction on the edge bears it, so that neither a loss of contact nor its depth shows the hole.
+    world, reads = FakeWorld(HOLE), iter(range(10_000))
+
+    def held(sample: WrenchSample) -> WrenchSample:
+        across_N = 9.0 if next(reads) in range(170, 178) else 0.0
+        torque_Nm = plus(sample.torque_Nm, (0.0, TOOL.tip_from_sensor_m * across_N, 0.0))
+        return replace(sample, force_N=plus(sample.force_N, (across_N, 0.0, 0.0)), torque_Nm=torque_Nm)
+
+    world.spoil = held
+    trial = Trial(world, task=build_task(FollowTorque(), proves=proved))
+    # Logs from before proofs of contact replay as they were.
+    assert [event.name for event in trial.report.events].count("caught on an edge") == proved
+    assert trial.report.outcome is Outcome.INSERTED
+
+
+def test_one_deep_sample_makes_no_hole_of_a_false_drop() -> None:
+    world, reads = FakeWorld(HOLE), iter(range(10_000))
+
+    def dropped(sample: WrenchSample) -> WrenchSample:
+        read = next(reads)
+        lost = 0.0 if read not in range(170, 176) else 5.0 if read < 175 else 7.0
+        return replace(sample, force_N=plus(sample.force_N, (0.0, 0.0, lost)))
+
+    world.spoil = dropped
+    trial = Trial(world)
+    assert trial.events("false drop")
+    assert trial.report.outcome is Outcome.INSERTED

@@ -44,6 +44,9 @@ def test_purposes_are_never_renumbered() -> None:
         "PARTITION": 4,
         "FITTING": 5,
         "WALKS": 6,
+        "HOLE_SHIFT": 7,
+        "GRIP": 8,
+        "ZERO": 9,
     }
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import inf
+from math import hypot, inf
 from typing import Final
 
 from typing_extensions import override
@@ -19,6 +19,9 @@ DROP_M: Final = 3e-4
 """A tip this far below the surface is in the hole; a drop that ends before was an edge, and exploration goes on."""
 _LOST_TICKS: Final = 4
 """So many unfiltered samples without contact mean that it is lost; the filtered force lags by 60 ms."""
+_CAUGHT_SHARE: Final = 1.5
+"""A force across the tool above this share of the pressing force is none of friction's: an edge of the hole holds the
+peg, and friction there may bear it so that neither loss of contact nor depth shows it."""
 _SURFACE_M: Final = 1e-4
 """A height that differs by more than this from the surface's is not the surface's."""
 _MOVING_SHARE: Final = 0.8
@@ -43,6 +46,7 @@ class Explore(RunningPhase):
         self._measurement, self._motion, self._law = equipment.measurement, equipment.motion, equipment.laws.press
         self._checks, self._axial_N_per_m = checks, equipment.axial_N_per_m
         self._first_drop_m = inf if checks is None else PAST_PLATE_M
+        self._caught_N = inf if checks is None else _CAUGHT_SHARE * task.press_kgf * N_PER_KGF
         self._contact_N, self._press_N = task.contact_kgf * N_PER_KGF, task.press_kgf * N_PER_KGF
 
     def begin(self, start_m: tuple[float, float]) -> None:
@@ -78,12 +82,13 @@ class Explore(RunningPhase):
         # Before the first action the surface is not known well: encoders on a slow bus lag behind the force.
         drop_m = DROP_M if self._agent.decisions else self._first_drop_m
         sunk = measured.tip_depth_m(self._axial_N_per_m) - state.surface_m > drop_m
-        if lost or sunk:
+        caught = hypot(*measured.force_N[:2]) > self._caught_N
+        if lost or sunk or caught:
             # Moving on across a hole while the peg drops would press it against the wall: the step ends here.
             self._step_from_m, self._step_m = self._motion.reference_m, (0.0, 0.0)
             self._lost_ticks += 1
             if self._lost_ticks == _LOST_TICKS:
-                state.event("contact lost" if lost else "sunk below the surface")
+                state.event("contact lost" if lost else "sunk below the surface" if sunk else "caught on an edge")
                 if not self._surface_found:
                     # The filter shows a brief touch late, and an edge lets the peg sink meanwhile.
                     state.edge_m = max(state.surface_m + self._task.surface_uncertainty_mm * 1e-3, 0.0)
