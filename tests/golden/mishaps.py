@@ -297,7 +297,8 @@ MISHAPS: Final[dict[str, Mishap]] = {
     ),
     "no-contact": Mishap((_force("unit", 0, factor=0.01),), {"task": {"insertion_depth_mm": 0.5}}),
     "jammed": Mishap(
-        (_joints("freeze", 180),), {"task": {"time_limit_s": 5.0, "prove_contact": False}, **_weak(max_tracking_error_mrad=500.0)}
+        (_joints("freeze", 180),),
+        {"task": {"time_limit_s": 5.0, "prove_contact": False}, **_weak(max_tracking_error_mrad=500.0)},
     ),
     "leaning": Mishap(settings={"cell": {"tilt_mrad": 2.0, "tilt_heading_deg": 40.0}}),
 }  # fmt: skip
