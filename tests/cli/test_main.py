@@ -84,11 +84,17 @@ COMMANDS = (
         ("train --cell.peg.clearence-mm 1", "--cell.peg.clearence-mm", "did you mean --cell.peg.clearance-mm?"),
         ("train --config unknown.toml", "task.stepp_mm", "did you mean task.step_mm?"),
         ("train --scenario dark", "scenario = 'dark'", "one of paper, blind"),
-        ("train --learner cat", "learner = 'cat'", "one of q-learning, sarsa"),
+        ("train --learner cat", "learner = 'cat'", "one of q-learning, sarsa, belief"),
         (
             "train --learner sarsa --learning.back-off-visits 5",
             "learner = 'sarsa'",
             "q-learning, which learning.back_off_visits",
+        ),
+        ("train --learning.belief.patience 5", "learner = 'q-learning'", "belief, which learning.belief"),
+        (
+            "train --learner belief --learning.alpha 0.5",
+            "learner = 'belief'",
+            "q-learning or sarsa, which learning.alpha",
         ),
         ("train --policy sarsa", "policy = 'sarsa'", "--learner sarsa chooses it"),
         ("train --arm puma", "arm = 'puma'", "one of zebra-zero, ur5"),

@@ -139,6 +139,25 @@ def test_a_finished_run_can_be_extended(palpate: CommandLine, trained: Path, tmp
     assert results_in(tmp_path / "run") == results_in(trained)
 
 
+def test_a_belief_is_trained_resumed_used_replayed_and_shown(palpate: CommandLine, tmp_path: Path) -> None:
+    learn = ("train", "--learner", "belief", "--seed", 1, "--task.start-uncertainty-mm", "0.8")
+    palpate.succeed(*learn, "--trials", 3, "--out", "whole")
+    palpate.succeed(*learn, "--trials", 2, "--out", "run")
+    palpate.succeed("train", "--resume", "--trials", 3, "--out", "run")
+    assert results_in(tmp_path / "run") == results_in(tmp_path / "whole")
+    assert "learning: each trial begins with the values" in palpate.succeed("replay", tmp_path / "whole")
+    shown = palpate.succeed("show", "run/policy.json")
+    assert "8 actions; belief, " in shown
+    assert "touch model of " in shown
+    # Ten motions a second are another task; its own time of an action is a preset.
+    words = ("run", "--policy", "run/policy.json", "--trials", 1, "--seed", 2)
+    assert "or use --learner belief, or --config" in palpate.refusal(*words)
+    palpate.succeed(*words, "--learner", "belief", "--out", "used")
+    assert "1 of 1 equal" in palpate.succeed("replay", tmp_path / "used")
+    palpate.succeed("report", "run")
+    assert "touch model of " in (tmp_path / "run" / "report.html").read_text()
+
+
 def test_a_run_that_reached_its_trials_is_left_alone(palpate: CommandLine, trained: Path, tmp_path: Path) -> None:
     out = shutil.copytree(trained, tmp_path / "run")
     # Naming the settings again is allowed as long as they are the same.

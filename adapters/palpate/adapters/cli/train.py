@@ -188,8 +188,8 @@ def _with_progress(trainer: Trainer, trials: int, first: int, folder: RunFolder)
             recent = wins[-WINDOW:]
             temperature = scored.report.temperature
             bar.set_postfix_str(
-                f"time {moving_average(times[-WINDOW:])[-1]:.2f} s, success {sum(recent) / len(recent):.0%}, "
-                f"temperature {0.0 if temperature is None else temperature:.2f}"
+                f"time {moving_average(times[-WINDOW:])[-1]:.2f} s, success {sum(recent) / len(recent):.0%}"
+                + ("" if temperature is None else f", temperature {temperature:.2f}")
             )
             bar.update()
 

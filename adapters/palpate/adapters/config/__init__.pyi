@@ -1,6 +1,5 @@
 from .grid import TRIALS as TRIALS
 from .grid import GridLearning as GridLearning
-from .learning import LEARNERS as LEARNERS
 from .learning import OF_SOME as OF_SOME
 from .learning import LearningConfig as LearningConfig
 from .real_time import FROZEN as FROZEN
@@ -18,6 +17,7 @@ from .run import PerceptionConfig as PerceptionConfig
 from .run import RecordingConfig as RecordingConfig
 from .run import RunConfig as RunConfig
 from .run import scenario as scenario
+from .scenarios import LEARNERS as LEARNERS
 from .toml import field_value as field_value
 from .toml import literal as literal
 from .toml import overlay as overlay

@@ -8,6 +8,7 @@ from typing import Annotated, ClassVar, Final
 
 from typing_extensions import override
 
+from palpate.core.policy.belief import BeliefParameters
 from palpate.core.ports import (
     Discount,
     HalvingVisits,
@@ -20,9 +21,19 @@ from palpate.core.ports import (
     require_floor,
 )
 
-LEARNERS: Final = ("q-learning", "sarsa")
-"""Learners by name."""
-OF_SOME: Final[Mapping[str, tuple[str, ...]]] = {"back_off_visits": ("q-learning",), "trace_decay": ("sarsa",)}
+_OF_TABLES: Final = ("q-learning", "sarsa")
+OF_SOME: Final[Mapping[str, tuple[str, ...]]] = {
+    "back_off_visits": ("q-learning",),
+    "trace_decay": ("sarsa",),
+    "belief": ("belief",),
+    **dict.fromkeys(
+        (
+            "alpha", "alpha_visits", "alpha_floor", "gamma", "initial_value", "temperature", "temperature_decay",
+            "temperature_floor", "temperature_in_use",
+        ),
+        _OF_TABLES,
+    ),
+}  # fmt: skip
 """Settings of learning that not every learner has, and the learners that do."""
 
 
@@ -60,6 +71,7 @@ class LearningConfig(Settings):
     """action-penalty: -1 per action; effort: force beyond the pressing force costs too."""
     effort_per_N_s: Annotated[float, Range(-1e6, 0.0)] = -1.0
     """Reward per newton second of that excess."""
+    belief: BeliefParameters = field(default_factory=BeliefParameters)
     programmed: dict[str, str] = field(default_factory=dict)
     """State name to action name: these states are programmed, not learned."""
     examples: str = ""

@@ -7,9 +7,9 @@ from typing import Annotated, ClassVar, Final, TypeAlias
 
 from typing_extensions import override
 
-from palpate.adapters.config.learning import LEARNERS, LearningConfig
+from palpate.adapters.config.learning import LearningConfig
 from palpate.adapters.config.real_time import RealTimeConfig
-from palpate.adapters.config.scenarios import BLIND, SCENARIOS
+from palpate.adapters.config.scenarios import BLIND, LEARNERS, SCENARIOS
 from palpate.adapters.config.toml import overlay
 from palpate.core.errors import ConfigurationError, require_in, require_one_of
 from palpate.core.insertion import ControlConfig, TaskConfig
@@ -161,6 +161,6 @@ def scenario(name: str, learner: str = "q-learning") -> RunConfig:
         ConfigurationError: There is none of that name.
     """
     require_one_of("scenario", name, tuple(SCENARIOS))
-    require_one_of("learner", learner, LEARNERS)
-    config = RunConfig(scenario=name, learner=learner)
+    require_one_of("learner", learner, tuple(LEARNERS))
+    config = overlay(RunConfig(scenario=name, learner=learner), LEARNERS[learner])
     return config if name == "paper" else overlay(overlay(config, BLIND), SCENARIOS[name])

@@ -44,3 +44,10 @@ SCENARIOS: Final[Mapping[str, Table]] = {
     "blind-5": {"cell": {"hole_uncertainty_mm": 5.0}, "task": {"area_half_width_mm": 5.5}},
 }
 """Settings by the preset's name; over ``BLIND``, except for ``paper``."""
+
+LEARNERS: Final[Mapping[str, Table]] = {
+    "q-learning": {},
+    "sarsa": {},
+    "belief": {"task": {"ticks_per_action": 7}, "perception": {"cutoff_Hz": 7.0}},
+}
+"""What each learner begins with: the time of an action and the filter that suit it, over those of the scenario."""

@@ -31,6 +31,7 @@ from palpate.core.policy import (
     InternalEffort,
     Policy,
     RandomWalkPolicy,
+    Reach,
     Reinforcement,
     compass_actions,
 )
@@ -69,6 +70,13 @@ def identifier(memory: str, symbols: tuple[str, ...]) -> StateIdentifier:
 def task_actions(config: RunConfig) -> tuple[Action, ...]:
     """The compass steps that policies choose from."""
     return compass_actions(config.task.step_mm * 1e-3)
+
+
+def task_reach(config: RunConfig) -> Reach:
+    """What a belief has to cover: all of the area, wherever its centre may be."""
+    task = config.task
+    half_mm = task.area_half_width_mm + (task.start_uncertainty_mm if task.area_centre == "start" else 0.0)
+    return Reach(half_mm * 1e-3, task.ticks_per_action / CONTROL_RATE_HZ)
 
 
 def build_perception(config: RunConfig) -> Perception:

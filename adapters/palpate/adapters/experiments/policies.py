@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from palpate.adapters.config import RunConfig
-from palpate.adapters.experiments.build import task_actions
+from palpate.adapters.experiments.build import task_actions, task_reach
 from palpate.adapters.experiments.comparators import Omniscient, Spiral, TorqueFollowing
 from palpate.core.errors import ConfigurationError
 from palpate.core.insertion import N_PER_KGF
@@ -28,6 +28,7 @@ from palpate.core.policy import (
     new_learner,
     policy_from,
 )
+from palpate.core.policy.belief import BeliefLearner
 
 SPIRAL_PITCH_M: Final = 0.30e-3
 """Distance between the turns: 1.7 times the capture half-width of the default cell (docs/results.md), because chords
@@ -94,6 +95,10 @@ def learning_policy(config: RunConfig, perception: Perception) -> Policy:
         # In the configuration the setting has another name than in the core.
         field = error.field.replace("policy.", "learning.", 1)
         raise ConfigurationError(field, error.value, error.accepted) from error
+    if config.learner == "belief":
+        reach, none = task_reach(config), ProgrammedPolicy(perception.states, actions, {})
+        belief = BeliefLearner(learning.belief, reach.half_width_m, reach.action_s)
+        return MixedPolicy(perception.states, [*(parts or [none]), belief])
     back_off = BackOff.of(learning.back_off_visits, perception.identifier.symbol_of)
     parts.append(new_learner(learning_parameters(config), perception.states, actions, back_off=back_off))
     return parts[0] if len(parts) == 1 else MixedPolicy(perception.states, parts)
@@ -124,10 +129,11 @@ def perception_of(document: PolicyDocument, config: RunConfig, configured: Perce
     theirs = perception_settings(config, own if configured is None else configured)
     if dict(document.perception) != theirs:
         where, mine, wanted = _first_difference(document.perception, theirs)
+        remedy = "" if document.belief is None or config.learner == "belief" else "--learner belief, or "
         raise ConfigurationError(
             f"policy.perception.{where}",
             mine,
-            f"{wanted!r}, as the run is configured (or use --config with the run.toml beside the policy)",
+            f"{wanted!r}, as the run is configured (or use {remedy}--config with the run.toml beside the policy)",
         )
     return own
 
@@ -138,11 +144,14 @@ def loaded_policy(document: PolicyDocument, config: RunConfig, perception: Perce
     Raises:
         ConfigurationError: It has other states or actions, or is to learn on by another learner.
     """
+    kind = document.learner.kind if document.learner is not None else "belief" if document.belief is not None else ""
+    if not frozen and kind and kind != config.learner:
+        raise ConfigurationError("learner", config.learner, f"{kind!r}, as in the policy file")
+    if not frozen and document.belief is not None:
+        document = replace(document, belief=replace(document.belief, parameters=config.learning.belief))
     if not frozen and document.learner is not None:
-        if document.learner.kind != config.learner:
-            raise ConfigurationError("learner", config.learner, f"{document.learner.kind!r}, as in the policy file")
         document = replace(document, learner=replace(document.learner, parameters=learning_parameters(config)))
-    return policy_from(document, perception.states, task_actions(config), frozen=frozen)
+    return policy_from(document, perception.states, task_actions(config), frozen=frozen, reach=task_reach(config))
 
 
 def _first_difference(a: Any, b: Any, where: str = "") -> tuple[str, Any, Any]:

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 from palpate.core.policy import LEARNED, PolicyDocument, TableRow
+from palpate.core.policy.belief import RINGS_M, TouchModel
 
 
 def aligned(rows: Sequence[Sequence[str]], left: int | None = None) -> str:
@@ -37,13 +38,32 @@ def csv_text(rows: Iterable[Iterable[Any]]) -> str:
 def render_table(document: PolicyDocument) -> str:
     """State, source, best action, value and visits in aligned columns, in the order of the states.
 
-    The best action of a learned state that was never visited is not shown: all actions are equal there.
+    The best action of a learned state that was never visited is not shown: all actions are equal there. Of a belief,
+    its touch model.
     """
     learner = document.learner
     learned = f"{learner.kind}, {learner.trials_learned} trials learned" if learner else "nothing learned"
+    if document.belief is not None:
+        learned = f"belief, {document.belief.trials_learned} trials learned"
     head = f"{len(document.states)} states, {len(document.actions)} actions; {learned}"
     rows = [("state", "source", "best action", "value", "visits"), *map(_cells, document.table)]
-    return f"{head}\n\n{aligned(rows, left=3)}"
+    table = f"\n{aligned(rows, left=3)}" if len(rows) > 1 else ""
+    return f"{head}\n{table}" + ("" if document.belief is None else f"\n{_touches(document.belief.touch_model())}")
+
+
+def _touches(model: TouchModel | None) -> str:
+    """The touch model ring by ring; torques in N mm, scaled to a pressing force of 4.9 N."""
+    if model is None:
+        return "no touch model yet: too few touches in trials that ended in the hole\n"
+    offset_x, offset_y = (1e3 * value for value in model.offset_Nm)
+    head = (
+        f"touch model of {model.touches} touches: offset {offset_x:.2f} {offset_y:.2f} N mm,"
+        f" {1e3 * model.bias_Nm:.2f} N mm from trial to trial; torque behind by {model.lag:g} of a step\n\n"
+    )
+    rows: list[tuple[str, ...]] = [("mm from the hole", "torque along N mm", "across N mm", "noise N mm")]
+    for ring_m, (along, across), noise in zip(RINGS_M, model.cue_Nm, model.noise_Nm, strict=True):
+        rows.append((f"{1e3 * ring_m:.2f}", *(f"{1e3 * value:.2f}" for value in (along, across, noise))))
+    return head + aligned(rows, left=0)
 
 
 def _cells(row: TableRow) -> tuple[str, ...]:

@@ -318,6 +318,9 @@ def _lesson(log: TrialLog) -> Lesson | None:
 
 
 def values_digest(learner: Mapping[str, Any]) -> str:
-    """Digest of what a learner has learned: values and visits, of states and of symbols, to the last bit."""
-    tables = [learner["q"], learner["visits"], learner.get("symbol_q"), learner.get("symbol_visits")]
-    return hashlib.sha256(json.dumps(tables).encode()).hexdigest()
+    """Digest of what a learner has learned, to the last bit.
+
+    That is values and visits, of states and of symbols; or the trials of a belief.
+    """
+    names = ("trials", "trials_learned") if "trials" in learner else ("q", "visits", "symbol_q", "symbol_visits")
+    return hashlib.sha256(json.dumps([learner.get(name) for name in names]).encode()).hexdigest()

@@ -12,6 +12,8 @@ from .base import Observation as Observation
 from .base import Policy as Policy
 from .base import Transition as Transition
 from .base import compass_actions as compass_actions
+from .belief_entry import BeliefEntry as BeliefEntry
+from .belief_entry import Reach as Reach
 from .conversion import document_of as document_of
 from .conversion import learner_of as learner_of
 from .conversion import new_learner as new_learner

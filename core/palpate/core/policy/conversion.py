@@ -8,6 +8,8 @@ from typing import Any
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy.back_off import BackingOff, BackOff
 from palpate.core.policy.base import EXAMPLES, LEARNED, PROGRAMMED, Action, Policy
+from palpate.core.policy.belief import BeliefLearner
+from palpate.core.policy.belief_entry import BeliefEntry, Reach
 from palpate.core.policy.entries import ActionEntry, BackOffEntry, LearnerEntry, TableRow
 from palpate.core.policy.examples import ExamplesPolicy
 from palpate.core.policy.file import PolicyDocument
@@ -26,7 +28,8 @@ def document_of(policy: Policy, *, created_with: Mapping[str, Any], perception: 
     """The content of a policy, ready to be saved.
 
     Args:
-        policy: Programmed, examples, Q-learning, Sarsa, or a mixture of these.
+        policy: Programmed, examples, Q-learning, Sarsa, a belief, or a mixture of these; a belief only behind a part,
+            be it empty, that has names for states and actions.
         created_with: Versions of what made it.
         perception: Settings that turn sensor data into its states.
 
@@ -34,26 +37,34 @@ def document_of(policy: Policy, *, created_with: Mapping[str, Any], perception: 
         ConfigurationError: It is of another kind, or has no action for some state.
     """
     parts: list[AssignedPolicy | TabularLearner] = []
+    beliefs = [part for part in _parts_of(policy) if isinstance(part, BeliefLearner)]
     for part in _parts_of(policy):
+        if isinstance(part, BeliefLearner) and len(_parts_of(policy)) > 1:
+            continue
         if not isinstance(part, AssignedPolicy | TabularLearner):
-            accepted = "programmed, examples, Q-learning and Sarsa; nothing else fits a policy file"
+            accepted = "programmed, examples, Q-learning, Sarsa and, mixed, a belief; nothing else fits a policy file"
             raise ConfigurationError("policy", type(part).__name__, accepted)
         parts.append(part)
     learner = next((part for part in parts if isinstance(part, TabularLearner)), None)
     states, actions = parts[0].states, parts[0].actions
     if any(part.states != states or part.actions != actions for part in parts):
         raise ConfigurationError("policy", "parts that differ", "the same states and actions in all its parts")
-    if sum(isinstance(part, TabularLearner) for part in parts) > 1:
+    if sum(isinstance(part, Learner) for part in (*parts, *beliefs)) > 1:
         raise ConfigurationError("policy", "several learners", "at most one learner")
     return PolicyDocument(
         created_with=created_with,
         perception=perception,
         states=states,
         actions=tuple(ActionEntry.of(action) for action in actions),
-        table=tuple(_row_of(state, parts, learner) for state in range(len(states))),
+        table=tuple(
+            _row_of(state, parts, learner)
+            for state in range(len(states))
+            if not beliefs or any(part.serves(state) for part in parts)
+        ),
         learner=None
         if learner is None
         else LearnerEntry(learner.parameters, learner.trials_learned, _backing(learner)),
+        belief=BeliefEntry.of(beliefs[0]) if beliefs else None,
     )
 
 
@@ -63,15 +74,16 @@ def policy_from(
     actions: Sequence[Action],
     *,
     frozen: bool = True,
+    reach: Reach | None = None,
 ) -> Policy:
     """The policy of a document, for a task with these states and actions.
 
     The actions are the task's own: those of the file are rounded to mm, which could cost the last bit. Unless
     ``frozen``, learning resumes; the next trial is number ``document.learner.trials_learned`` if the temperature is to
-    go on where it was.
+    go on where it was. A belief needs ``reach``, which is the task's own, too.
 
     Raises:
-        ConfigurationError: The task has other states or actions.
+        ConfigurationError: The task has other states or actions, or it is not known what a belief has to cover.
     """
     document.check_matches(states, actions)
     pairs = {
@@ -79,7 +91,7 @@ def policy_from(
         for source in (PROGRAMMED, EXAMPLES)
     }
     parts: list[Policy] = []
-    if pairs[PROGRAMMED]:
+    if pairs[PROGRAMMED] or document.belief is not None:
         parts.append(ProgrammedPolicy(states, actions, dict(pairs[PROGRAMMED])))
     if pairs[EXAMPLES]:
         parts.append(ExamplesPolicy(states, actions, pairs[EXAMPLES]))
@@ -93,6 +105,10 @@ def policy_from(
             frozen=frozen,
         )
         parts.append(_learned(learner, document, document.learner))
+    if document.belief is not None:
+        if reach is None:
+            raise ConfigurationError("policy.belief", None, "the area and the time of an action of a task")
+        parts.append(document.belief.learner(reach, frozen=frozen))
     return parts[0] if len(parts) == 1 else MixedPolicy(states, parts)
 
 

@@ -18,6 +18,7 @@ from typing import Annotated, Any, ClassVar, Final
 from palpate.core.errors import ConfigurationError
 from palpate.core.files import write_whole
 from palpate.core.policy.base import LEARNED, Action
+from palpate.core.policy.belief_entry import BeliefEntry
 from palpate.core.policy.entries import ActionEntry, LearnerEntry, TableRow
 from palpate.core.ports import OneOf, Settings, load_json, parse_json, require_names
 
@@ -44,9 +45,11 @@ class PolicyDocument(Settings):
     actions: tuple[ActionEntry, ...]
     """The action set."""
     table: tuple[TableRow, ...]
-    """One row for each state, in the order of ``states``."""
+    """One row for each state, in the order of ``states``; with a belief, for those in which it does not act."""
     learner: LearnerEntry | None
-    """The learner; None when nothing was learned."""
+    """The learner of the table; None when nothing was learned there."""
+    belief: BeliefEntry | None = None
+    """The belief that acts in the states without a row; None without."""
 
     def __post_init__(self) -> None:
         Settings.__post_init__(self)
@@ -56,7 +59,13 @@ class PolicyDocument(Settings):
 
     def to_json_text(self) -> str:
         """The text of the file; floats are written so that they read back exactly."""
-        content = asdict(self) | {"learner": None if self.learner is None else self.learner.content()}
+        content = asdict(replace(self, belief=None)) | {
+            "learner": None if self.learner is None else self.learner.content()
+        }
+        if self.belief is None:
+            del content["belief"]
+        else:
+            content["belief"] = self.belief.content()
         return json.dumps(content, indent=1, allow_nan=False) + "\n"
 
     @classmethod
@@ -72,7 +81,9 @@ class PolicyDocument(Settings):
         require_names("actions", names)
         for number, row in enumerate(read.table):
             row.require_consistent(f"table[{number}]", names, read.learner is not None)
-        read = replace(read, table=_ordered(read.table, read.states))
+        if read.belief is not None and read.learner is not None:
+            raise ConfigurationError("learner", read.learner.kind, "null beside a belief; one of them learns")
+        read = replace(read, table=_ordered(read.table, read.states, whole=read.belief is None))
         if read.learner is not None and read.learner.back_off is not None:
             learned = read.values()
             read.learner.back_off.check_table([row.q or () for row in read.table], learned["visits"])
@@ -97,6 +108,8 @@ class PolicyDocument(Settings):
 
     def values(self) -> dict[str, Any]:
         """All that was learned, by the names and in the shapes that the state of a learner has."""
+        if self.belief is not None:
+            return self.belief.state()
         back_off = None if self.learner is None else self.learner.back_off
         learned = {} if back_off is None else back_off.tables()
         q = [list(row.q or ()) for row in self.table]
@@ -104,6 +117,8 @@ class PolicyDocument(Settings):
 
     def unlearned(self) -> PolicyDocument:
         """The same policy before it learned anything: what was programmed and set up, with initial values."""
+        if self.belief is not None:
+            return replace(self, belief=self.belief.unlearned())
         if self.learner is None:
             return self
         initial, names = self.learner.parameters.initial_value, [action.name for action in self.actions]
@@ -151,14 +166,14 @@ def _plain(where: str, value: Mapping[str, Any]) -> Any:
         raise ConfigurationError(where, value, f"values that JSON can express ({error})") from error
 
 
-def _ordered(table: Sequence[TableRow], states: Sequence[str]) -> tuple[TableRow, ...]:
-    """The rows in the order of the states; each state exactly once."""
+def _ordered(table: Sequence[TableRow], states: Sequence[str], *, whole: bool) -> tuple[TableRow, ...]:
+    """The rows in the order of the states; each state exactly once, or at most once."""
     rows: dict[str, TableRow] = {}
     for number, row in enumerate(table):
         if row.state not in states or row.state in rows:
             raise ConfigurationError(f"table[{number}].state", row.state, "each of the states once, and no other")
         rows[row.state] = row
     missing = [state for state in states if state not in rows]
-    if missing:
+    if missing and whole:
         raise ConfigurationError("table", f"no row for {missing[0]!r}", "one row for each of the states")
-    return tuple(rows[state] for state in states)
+    return tuple(rows[state] for state in states if state in rows)

@@ -8,13 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from palpate.adapters.config.run import LearningConfig, PerceptionConfig, RunConfig
+from palpate.adapters.config.run import LearningConfig, PerceptionConfig, RunConfig, scenario
 from palpate.adapters.experiments import COMPARATORS, build_perception, comparator, learning_policy, perception_of
+from palpate.adapters.experiments.build import task_reach
 from palpate.adapters.experiments.policies import loaded_policy, perception_settings
 from palpate.adapters.log.provenance import made_with
 from palpate.core.errors import ConfigurationError
 from palpate.core.insertion.config import N_PER_KGF, TaskConfig
-from palpate.core.policy import Policy, PolicyDocument, QLearning, Sarsa, document_of, learner_of
+from palpate.core.policy import Policy, PolicyDocument, QLearning, Reach, Sarsa, document_of, learner_of
 from tests.unit.adapters.samples import observation
 
 DEFAULT = RunConfig()
@@ -98,6 +99,14 @@ def test_a_learner_is_chosen_by_name_and_learns_on_as_what_it_is() -> None:
     assert isinstance(loaded_policy(file, config, perception, frozen=False), Sarsa)
     with pytest.raises(ConfigurationError, match="learner = 'q-learning' is refused: 'sarsa', as in the policy file"):
         loaded_policy(file, DEFAULT, perception, frozen=False)
+
+
+@pytest.mark.parametrize(("centre", "half_width_m"), [("goal", 3.5e-3), ("start", 6.5e-3)])
+def test_a_belief_covers_the_area_of_the_task_in_its_time_of_an_action(centre: str, half_width_m: float) -> None:
+    config = scenario("paper", "belief")
+    config = replace(config, task=replace(config.task, area_centre=centre))
+    assert (config.task.ticks_per_action, config.perception.cutoff_Hz) == (7, 7.0)
+    assert task_reach(config) == Reach(pytest.approx(half_width_m), 0.05)
 
 
 def test_programmed_and_example_states_stand_beside_learned_ones(tmp_path: Path) -> None:

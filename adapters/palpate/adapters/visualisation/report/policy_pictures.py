@@ -27,8 +27,10 @@ def arrows_pictures(name: str, document: PolicyDocument, title: str, *, up: bool
     With ``up`` y points up, as in grid worlds; else down, as seen from above the insertion.
 
     Returns:
-        A picture for each map of states; one for states that have no place on a map.
+        A picture for each map of states; one for states that have no place on a map. None of a belief.
     """
+    if document.belief is not None:
+        return ()
     from matplotlib.ticker import MaxNLocator
 
     blocks = blocks_of(document, MOST_STATES)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 
-from palpate.adapters.experiments import TrialRow, shown_interval, summary_of
+from palpate.adapters.experiments import TrialRow, render_table, shown_interval, summary_of
 from palpate.adapters.log import TrialLog, read_log
 from palpate.adapters.visualisation.report.automaton_section import automaton_section, machine_in
 from palpate.adapters.visualisation.report.files import is_there, read_text
@@ -85,8 +85,11 @@ def summary_cells(rows: Sequence[TrialRow], late: Sequence[TrialRow]) -> dict[st
 
 
 def policy_sections(document: PolicyDocument, name: str, title: str) -> list[PageSection]:
-    """The policy as arrows, and its Q values where it has some."""
+    """The policy as arrows, and its Q values where it has some; of a belief, what ``palpate show`` prints."""
     learner = document.learner
+    if document.belief is not None:
+        text = f"A belief over the hole's place, {counted(document.belief.trials_learned, 'trial')} learned."
+        return [PageSection("Policy", (text,), listing=render_table(document))]
     text = f"{counted(len(document.states), 'state')}, {counted(len(document.actions), 'action')}; "
     text += f"{learner.kind}, {counted(learner.trials_learned, 'trial')} learned." if learner else "nothing learned."
     visited = sum(row.visits > 0 for row in document.table)

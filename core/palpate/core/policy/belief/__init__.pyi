@@ -1,4 +1,5 @@
 from .learner import BeliefLearner as BeliefLearner
+from .model import RINGS_M as RINGS_M
 from .model import TouchModel as TouchModel
 from .settings import BeliefParameters as BeliefParameters
 from .touches import Touch as Touch

@@ -66,7 +66,7 @@ class _Fit:
         self._residual = np.zeros((len(RINGS_M), SECTORS, 2))
         self._bias = np.zeros((self._trials, 2))
         self._offsets, self._cues, self._residuals = np.zeros((count, 2)), np.zeros((count, 2)), np.zeros((count, 2))
-        self.pooled = float(np.square(self._torque).mean())
+        self.pooled = max(float(np.square(self._torque).mean()), _LEAST_NM**2)
         self._bias_variance = _BIAS_SHARE**2 * self.pooled
         for _ in range(_SWEEPS):
             self._sweep()

@@ -12,7 +12,7 @@ from palpate.core.ports import Range, Settings
 class BeliefParameters(Settings):
     """What does not follow from the task."""
 
-    TABLE: ClassVar[str] = "policy.belief"
+    TABLE: ClassVar[str] = "learning.belief"
 
     capture_mm: Annotated[float, Range(0.02, 2.0)] = 0.15
     """A hole within this distance of the peg's way takes it in."""

@@ -1,0 +1,87 @@
+"""A belief in a policy file, and what does not go together there."""
+
+import json
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from palpate.core.errors import ConfigurationError
+from palpate.core.policy import Hindsight, MixedPolicy, PolicyDocument, ProgrammedPolicy, document_of, policy_from
+from palpate.core.policy.belief import BeliefLearner, BeliefParameters
+from palpate.core.policy.belief_entry import Reach
+from tests.unit.core.policy.bench import LEFT, TWO, observation
+
+STATES = ("a", "b")
+REACH = Reach(1e-3, 0.05)
+
+
+def learned() -> tuple[MixedPolicy, BeliefLearner]:
+    """A belief that has learned two trials, behind a programmed state."""
+    learner = BeliefLearner(BeliefParameters(patience=7), REACH.half_width_m, REACH.action_s)
+    policy = MixedPolicy(STATES, [ProgrammedPolicy(STATES, TWO, {"a": LEFT}), learner])
+    for trial in range(2):
+        policy.begin_trial(trial, np.random.default_rng(trial))
+        for _ in range(4):
+            policy.choose(observation(1))
+        policy.end_trial(Hindsight(True, (2e-4, -3e-4, 0.01), 0.01))
+    return policy, learner
+
+
+def written() -> PolicyDocument:
+    return document_of(learned()[0], created_with={}, perception={})
+
+
+def test_a_belief_goes_on_from_its_file_with_what_is_programmed_beside_it() -> None:
+    policy, learner = learned()
+    text = document_of(policy, created_with={}, perception={}).to_json_text()
+    read = PolicyDocument.from_json_text(text)
+    assert read.to_json_text() == text
+    assert [(row.state, row.action) for row in read.table] == [("a", LEFT)]
+    assert read.values() == learner.get_state()
+    again = policy_from(read, STATES, TWO, frozen=False, reach=REACH)
+    assert isinstance(again, MixedPolicy)
+    for one in (policy, again):
+        one.begin_trial(2, np.random.default_rng(2))
+    assert [again.choose(observation(k)) for k in (0, 1)] == [policy.choose(observation(k)) for k in (0, 1)]
+    (_, resumed) = again.parts
+    assert isinstance(resumed, BeliefLearner)
+    assert resumed.parameters.patience == 7
+
+
+def test_a_belief_before_it_learned_has_no_trials_and_no_model() -> None:
+    blank = written().unlearned()
+    assert blank.values() == {"trials": [], "trials_learned": 0}
+    assert blank.belief is not None
+    assert blank.belief.touch_model() is None
+    full = written().belief
+    assert full is not None
+    assert full.touch_model() is not None
+
+
+def _without_names(made: dict[str, Any]) -> None:
+    made["belief"]["trials"][1]["touches"][0] = [1, 2, 3]
+
+
+def _two_learners(made: dict[str, Any]) -> None:
+    schedule = {"initial": 1.0, "decay": 1.0, "floor": 1.0}
+    made["table"][0] |= {"q": [0.0, 0.0], "visits_per_action": [0, 0], "value": 0.0}
+    made["learner"] = {
+        "kind": "q-learning", "alpha": 0.5, "gamma": 1.0, "alpha_visits": None, "alpha_floor": 0.0,
+        "initial_value": 0.0, "temperature": schedule, "trials_learned": 0,
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(("damage", "field"), [(_without_names, "belief.trials[1]"), (_two_learners, "learner")])
+def test_a_file_that_contradicts_itself_is_refused(damage: Callable[[dict[str, Any]], None], field: str) -> None:
+    made = json.loads(written().to_json_text())
+    damage(made)
+    with pytest.raises(ConfigurationError) as caught:
+        PolicyDocument.from_json_text(json.dumps(made))
+    assert caught.value.field == field
+
+
+def test_a_belief_needs_to_know_what_it_has_to_cover() -> None:
+    with pytest.raises(ConfigurationError, match="the area and the time of an action"):
+        policy_from(written(), STATES, TWO)
