@@ -83,7 +83,7 @@ class InsertionTask:
         self._lift, self._transfer, self._settle = Lift(equipment), Transfer(equipment), Settle(equipment, self._proof)
         self._approach, self._explore = Approach(equipment, self._proof), Explore(equipment, exploring)
         self._insert = Insert(equipment, sinking)
-        self._running: RunningPhase = self._lift
+        self._running: RunningPhase
         self._interrupted = False
 
     def begin(self, setup: TrialSetup) -> None:
@@ -94,12 +94,9 @@ class InsertionTask:
         self._settle.begin()
         self._explore.begin(setup.start_m)
         self._proof.begin()
-        self._lift.enter()
         self._running = self._lift
         self.expectation = self._state.expectation
-        self.tip_m: Vector3 = (0.0, 0.0, 0.0)
-        self._velocity_m_s: Vector3 = (0.0, 0.0, 0.0)
-        self._first_force_N: Vector3 = (0.0, 0.0, 0.0)
+        self.tip_m = self._measurement.position_m
         self._interrupt_noted = False
         self._clamped_tick = -2
 
@@ -183,7 +180,6 @@ class InsertionTask:
         """Which phase follows the one that is over."""
         phase = self._state.phase
         if phase is Phase.LIFT:
-            self._transfer.enter()
             self._enter(Phase.TRANSFER, self._transfer)
             # The tool was up already: this tick is the next phase's first.
             self._velocity_m_s = self._transfer.step()

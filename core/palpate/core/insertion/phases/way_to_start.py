@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from operator import sub
+from typing import Final
+
 from typing_extensions import override
 
 from palpate.core.insertion.phases.equipment import Equipment, RunningPhase
 from palpate.core.insertion.proof import Proof
 from palpate.core.ports import Vector3
 
+_NO_FORCE: Final = (0.0, 0.0, 0.0)
+"""In free space nothing is regulated."""
 Bias = tuple[float, float, float, float, float, float]
 
 
@@ -18,18 +23,12 @@ class Lift(RunningPhase):
         self._motion, self._law = equipment.motion, equipment.laws.free
         self._ready_z_m = -equipment.task.ready_height_mm * 1e-3
 
-    def enter(self) -> None:
-        """Begin."""
-        self.over = False
-
     @override
     def step(self) -> Vector3:
-        """Up; a tool that is there already moves nowhere, and the tick is the next phase's."""
+        """Up; of a tool that is there already the tick is the next phase's."""
         x, y, z = self._motion.reference_m
-        if z <= self._ready_z_m + 1e-6:
-            self.over = True
-            return 0.0, 0.0, 0.0
-        return self._law.velocity_m_s((x, y, z), (x, y, self._ready_z_m), (0.0, 0.0, 0.0))
+        self.over = z <= self._ready_z_m + 1e-6
+        return self._law.velocity_m_s((x, y, z), (x, y, self._ready_z_m), _NO_FORCE)
 
 
 class Transfer(RunningPhase):
@@ -39,17 +38,13 @@ class Transfer(RunningPhase):
         self._motion, self._law, self._state = equipment.motion, equipment.laws.free, equipment.state
         self._ready_z_m = -equipment.task.ready_height_mm * 1e-3
 
-    def enter(self) -> None:
-        """Begin."""
-        self.over = False
-
     @override
     def step(self) -> Vector3:
         """Towards the start."""
         reference = self._motion.reference_m
         target = (*self._state.report.setup.start_m, self._ready_z_m)
-        self.over = max(abs(r - t) for r, t in zip(reference, target, strict=True)) < 1e-6
-        return self._law.velocity_m_s(reference, target, (0.0, 0.0, 0.0))
+        self.over = max(map(abs, map(sub, reference, target))) < 1e-6
+        return self._law.velocity_m_s(reference, target, _NO_FORCE)
 
 
 class Settle(RunningPhase):
