@@ -1,4 +1,4 @@
-"""Mutants of the core, each replayed against the golden logs in a process of its own: what does the gate not see?
+"""Mutants of the core, each replayed against the golden logs in a fork of its own: what does the gate not see?
 
 Only what a trial runs is mutated: functions of modules in which a trial runs lines, as far as setting up and running
 the golden trials runs them, and the constants of those modules; no functions that only refuse settings, and nothing
@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import ast
 import hashlib
-import importlib
 import json
 import os
 import pickle
@@ -21,8 +20,7 @@ import signal
 import sys
 import time
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from importlib.machinery import SourceFileLoader
 from pathlib import Path
@@ -32,12 +30,16 @@ from typing import Any, Final
 from benchmarks.house import ROOTS
 from benchmarks.mutants.functions import functions_in, normalised
 from benchmarks.mutants.operators import Place, places
+from benchmarks.mutants.swapping import forget, swapped
 
 SEED: Final = 17
 COUNT: Final = 400
 LEAST: Final = 4
 """So many mutants of each module, if it has them."""
 EQUIVALENT: Final = Path(__file__).with_name("equivalent.json")
+NOT_RUN: Final = Path(__file__).with_name("not_run.json")
+"""Why no trial that is recorded runs a statement, by its function and what it says."""
+_SAME_BITS: Final = "it differs only where two measured numbers are equal in every bit"
 THOROUGH: Final = (
     "core/palpate/core/supervision/",
     "core/palpate/core/insertion/task.py",
@@ -89,12 +91,13 @@ def _logs(checkout: Path) -> list[Path]:
     return sorted((checkout / "tests" / "golden").glob("*.mcap"))
 
 
-def _replay(checkout: Path, prepared: Callable[[], None] = lambda: None) -> str:
+def _replay(checkout: Path, prepared: Callable[[], None] = lambda: None, logs: Sequence[Path] = ()) -> str:
     """What the gate says: the first log that does not replay, and why; empty if all do.
 
     Args:
         checkout: Whose core, and whose logs.
         prepared: Is called when all is imported.
+        logs: All of them in this order; in that of their names if there are none.
     """
     for root in reversed(ROOTS):
         sys.path.insert(0, str(checkout / root))
@@ -105,7 +108,7 @@ def _replay(checkout: Path, prepared: Callable[[], None] = lambda: None) -> str:
     prepared()
     rebuilder = Rebuilder()
     # Each twice with the same objects, as the trials of a run share theirs: what one leaves must not reach the next.
-    for path in (path for path in _logs(checkout) for _ in range(2)):
+    for path in (path for path in logs or _logs(checkout) for _ in range(2)):
         one = replay_file(path, rebuilder)
         if one.verdict is not Verdict.EQUAL:
             return f"{path.stem}: {one.first or one.problem}"
@@ -147,11 +150,11 @@ def _in_child(work: Callable[[], Any]) -> tuple[str, Any]:
     return "ended", f"by {-os.waitstatus_to_exitcode(status)} (its time was up, or it crashed)"
 
 
-def lines_run(checkout: Path) -> tuple[dict[str, set[int]], list[str]]:
-    """The core's lines that replaying the golden logs runs, by file; and what else is imported for it."""
+def lines_run(checkout: Path) -> dict[str, set[int]]:
+    """The core's lines that replaying the golden logs runs, by file."""
     root = str(checkout) + os.sep
 
-    def work() -> tuple[dict[str, set[int]], list[str]]:
+    def work() -> dict[str, set[int]]:
         found: dict[str, set[int]] = defaultdict(set)
         in_trials: set[str] = set()
         trials = 0
@@ -180,14 +183,13 @@ def lines_run(checkout: Path) -> tuple[dict[str, set[int]], list[str]]:
         sys.settrace(None)
         if problem:
             raise SystemExit(f"the golden logs do not replay: {problem}")
-        run = {file: lines for file, lines in found.items() if file in in_trials}
-        return run, [name for name in sys.modules if name.partition(".")[0] not in ("palpate", "benchmarks")]
+        return {file: lines for file, lines in found.items() if file in in_trials}
 
     kind, value = _in_child(work)
     if kind != "done":
         raise SystemExit(str(value))
-    lines, modules = value
-    return lines, modules
+    lines: dict[str, set[int]] = value
+    return lines
 
 
 def candidates(checkout: Path, lines: dict[str, set[int]]) -> dict[str, list[_Candidate]]:
@@ -267,9 +269,10 @@ def draw(found: dict[str, list[_Candidate]], count: int, seed: int) -> list[_Can
     return chosen
 
 
-def unrun(checkout: Path, lines: dict[str, set[int]]) -> list[str]:
-    """Statements of the thorough files that no golden log runs."""
-    told = []
+def unrun(checkout: Path, lines: dict[str, set[int]]) -> dict[str, str]:
+    """Statements of the thorough files that no golden log runs, and why; empty where no reason is known."""
+    reasons: dict[str, str] = json.loads(NOT_RUN.read_text(encoding="utf-8"))
+    told = {}
     for file in sorted(lines):
         if not file.startswith(THOROUGH):
             continue
@@ -277,7 +280,9 @@ def unrun(checkout: Path, lines: dict[str, set[int]]) -> list[str]:
         for function in functions_in(source, file):
             for node in ast.walk(function.node):
                 if isinstance(node, ast.stmt) and node is not function.node and not _is_text(node):
-                    told += [] if node.lineno in lines[file] else [f"{file}:{node.lineno} {function.name}"]
+                    statement = f"{function.name}: {ast.unparse(node).splitlines()[0]}"
+                    if node.lineno not in lines[file]:
+                        told[f"{file}:{node.lineno} {statement}"] = reasons.get(statement, "")
     return told
 
 
@@ -285,11 +290,12 @@ def _is_text(node: ast.stmt) -> bool:
     return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
 
 
-def _judged(checkout: Path, one: _Candidate) -> tuple[str, str]:
-    """Verdict, and what killed it."""
+def _judged(checkout: Path, one: _Candidate, logs: Sequence[Path]) -> tuple[str, str]:
+    """Verdict, and what killed it; the core is imported already."""
     target = str(checkout / one.mutant.file)
     source = (checkout / one.mutant.file).read_text(encoding="utf-8")
-    mutated = one.place.applied(source, one.variant).encode()
+    text = one.place.applied(source, one.variant)
+    mutated = text.encode()
     get_data, path_stats = SourceFileLoader.get_data, SourceFileLoader.path_stats
 
     def data(self: SourceFileLoader, path: str) -> bytes:
@@ -301,8 +307,11 @@ def _judged(checkout: Path, one: _Candidate) -> tuple[str, str]:
         return path_stats(self, path)
 
     def work() -> str:
+        if swapped(target, one.mutant.function, text):
+            return _replay(checkout, logs=logs)
+        forget()
         SourceFileLoader.get_data, SourceFileLoader.path_stats = data, stats  # type: ignore[method-assign, assignment]
-        return _replay(checkout)
+        return _replay(checkout, logs=logs)
 
     kind, value = _in_child(work)
     if kind == "done":
@@ -313,19 +322,18 @@ def _judged(checkout: Path, one: _Candidate) -> tuple[str, str]:
 def run(checkout: Path, out: Path, count: int, seed: int, only: str = "") -> int:
     """Judge all mutants that ``out`` does not know yet, and print the report; 1 if the aim is missed."""
     checkout = checkout.resolve()
-    lines, modules = lines_run(checkout)
-    for name in modules:
-        # What takes long to import is there before every fork; the core itself never is.
-        with suppress(Exception):
-            importlib.import_module(name)
+    lines = lines_run(checkout)
+    _replay(checkout)  # what there is to import is there before every fork
     chosen = [one for one in draw(candidates(checkout, lines), count, seed) if only in one.mutant.file]
     chosen.sort(key=lambda one: not one.mutant.file.startswith(THOROUGH))  # those that must not survive come first
-    done = read(out)
+    done, logs = read(out), _logs(checkout)
     begin = time.monotonic()
     for number, one in enumerate(chosen):
         if one.mutant.id in done:
             continue
-        verdict, by = _judged(checkout, one)
+        verdict, by = _judged(checkout, one, logs)
+        # The log that killed one mutant often kills its neighbours.
+        logs.sort(key=lambda path: path.stem != by.partition(":")[0])
         told = {**asdict(one.mutant), "verdict": verdict, "killed_by": by}
         done[one.mutant.id] = told
         with out.open("a", encoding="utf-8") as stream:
@@ -345,8 +353,14 @@ def read(path: Path) -> dict[str, dict[str, Any]]:
     return {one["id"]: one for one in map(json.loads, text.splitlines())}
 
 
-def report(judged: Sequence[dict[str, Any]], reasons: dict[str, str], lines: Sequence[str]) -> tuple[str, bool]:
-    """For people: how many are killed, and every survivor; and whether the aim is missed."""
+def report(judged: Sequence[dict[str, Any]], reasons: dict[str, str], lines: Mapping[str, str]) -> tuple[str, bool]:
+    """For people: how many are killed, and every survivor; and whether the aim is missed.
+
+    Args:
+        judged: The mutants and their verdicts.
+        reasons: Why some are equivalent, by their ids.
+        lines: Statements that are never run, and why.
+    """
     survived = [one for one in judged if one["verdict"] == "survived"]
     equivalent = [one for one in survived if one["id"] in reasons]
     unexplained = [one for one in survived if one["id"] not in reasons]
@@ -356,6 +370,8 @@ def report(judged: Sequence[dict[str, Any]], reasons: dict[str, str], lines: Seq
         f"{len(judged)} mutants of {len(modules)} modules: {killed} killed, {len(equivalent)} shown equivalent,"
         f" {len(unexplained)} survived; killed of those not shown equivalent: {killed / max(counted, 1):.1%}"
     ]
+    same_bits = sum(reasons[one["id"]] == _SAME_BITS for one in equivalent)
+    text.append(f"of those shown equivalent {same_bits} differ where two measured numbers are equal in every bit")
     by_operator = Counter(one["operator"] for one in judged)
     text.append("by operator: " + ", ".join(f"{by_operator[name]} {name}" for name in _OPERATORS))
     for title, ones in (("survived", unexplained), ("shown equivalent", equivalent)):
@@ -363,8 +379,8 @@ def report(judged: Sequence[dict[str, Any]], reasons: dict[str, str], lines: Seq
             text.append(f"{title}: {one['id']} {one['file']}:{one['line']} {one['function']} ({one['operator']})")
             text.append(f"    {one['was']}\n -> {one['becomes']}")
             text += [f"    because {reasons[one['id']]}"] if one["id"] in reasons else []
-    text += [f"never run: {line}" for line in lines]
+    text += [f"never run: {line}" + (f", because {why}" if why else "") for line, why in lines.items()]
     wrong = [one for one in judged if one["verdict"] == "killed" and one["id"] in reasons]
     text += [f"called equivalent, and yet killed: {one['id']} {one['file']}:{one['line']}" for one in wrong]
     thorough = [one for one in unexplained if one["file"].startswith(THOROUGH)]
-    return "\n".join(text), killed < 0.95 * counted or bool(thorough) or bool(wrong)
+    return "\n".join(text), killed < 0.95 * counted or bool(thorough or wrong) or not all(lines.values())

@@ -2,13 +2,15 @@
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from typing import cast
+from pathlib import Path
+from typing import Any, cast
 
 import pytest
 
 from benchmarks.mutants import gate
 from benchmarks.mutants.functions import functions_in
 from benchmarks.mutants.operators import places
+from benchmarks.mutants.swapping import swapped
 from benchmarks.mutants.trees import Ran, Tree
 from benchmarks.mutants.verdicts import Judge
 
@@ -96,11 +98,21 @@ def test_survivors_of_the_gate_are_told_but_for_those_with_a_reason() -> None:
          "verdict": "survived" if n < 2 else "killed", "killed_by": ""}
         for n, file in enumerate([supervision, *["core/palpate/core/errors.py"] * 59])
     ]  # fmt: skip
-    text, missed = gate.report(judged, {"1": "nobody reads it"}, ["core/x.py:7 f"])
+    text, missed = gate.report(judged, {"1": "nobody reads it"}, {"core/x.py:7 f": ""})
     assert missed  # 98 % are killed, but one survives in the supervisor without a reason
     assert f"survived: 0 {supervision}:3" in text
     assert "shown equivalent: 1 core/palpate/core/errors.py:3 f (constant)" in text
     assert "because nobody reads it" in text
     assert "never run: core/x.py:7 f" in text
-    assert not gate.report(judged, {"0": "same", "1": "same"}, [])[1]
-    assert gate.report(judged, {"0": "same", "1": "same", "2": "same"}, [])[1]  # a reason for one that was killed
+    assert not gate.report(judged, {"0": "same", "1": "same"}, {"core/x.py:7 f": "nobody calls it"})[1]
+    assert gate.report(judged, {"0": "same", "1": "same", "2": "same"}, {})[1]  # a reason for one that was killed
+
+
+def test_a_function_gets_the_code_of_another_text_and_a_default_is_left_to_an_import(tmp_path: Path) -> None:
+    text = "class A:\n    def f(self, n=1):\n        return n + 1\n"
+    path = tmp_path / "swapped_here.py"
+    space: dict[str, Any] = {}
+    exec(compile(text, str(path), "exec"), space)
+    assert swapped(str(path), "A.f", text.replace("n + 1", "n - 1"))
+    assert space["A"]().f() == 0
+    assert not swapped(str(path), "A.f", text.replace("n + 1", "n - 1").replace("n=1", "n=2"))
