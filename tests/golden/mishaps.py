@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from math import nan
+from math import nan, pi
 from pathlib import Path
 from typing import Any, Final
 
@@ -35,6 +35,9 @@ from palpate.core.ports import (
     DeviceDecorator,
     ForceSensor,
     JointCommand,
+    JointEncoder,
+    JointSample,
+    JointVector,
     Rig,
     WrenchKind,
     WrenchSample,
@@ -58,6 +61,7 @@ class Mishap:
         ahead: By tick, how much later than its own the time is that a force sample has, ns.
         policy: Name of the comparator.
         trial: Index of the trial.
+        placed: The first joint sample is the ready pose in every bit.
         max_age_ns: Age above which the ports mark a sample that a fault holds back.
     """
 
@@ -69,6 +73,7 @@ class Mishap:
     ahead: Mapping[int, int] = field(default_factory=dict)
     policy: str = "torque"
     trial: int = 0
+    placed: bool = False
     max_age_ns: int = _FRESH_NS
 
 
@@ -114,6 +119,16 @@ def _near_walls(**margins: float) -> dict[str, Any]:
     return _weak(max_tracking_error_mrad=500.0, max_joint_velocity_share=5.0, **margins)
 
 
+_SOON: Final = {"tare_ticks": 8, "start_uncertainty_mm": 0.0}
+"""Settings of the task with which it comes to the point soon."""
+_STRAIGHT_IN: Final = {
+    "task": _SOON | {"insertion_depth_mm": 1.0, "surface_uncertainty_mm": 0.0},
+    "cell": {"peg": {"hole_depth_mm": 1.0}},
+}
+_EDGE: Final[dict[str, Any]] = {
+    "task": _SOON | {"insertion_depth_mm": 2.0},
+    "cell": {"peg": {"hole_depth_mm": 2.0}},
+}
 _CALIBRATED: Final = {"perception": {"calibration": [1.1, 0.9, 1.2, 0.8, 1.3, 0.7]}}
 
 MISHAPS: Final[dict[str, Mishap]] = {
@@ -153,7 +168,7 @@ MISHAPS: Final[dict[str, Mishap]] = {
     "trip-and-hold": Mishap((_force("nan", 20),), {"supervision": {"on_trip": "hold"}}),
     "trip-then-stopped": Mishap((_force("freeze", 20),), {"supervision": {"retract_mm": 5.0}}, (32, "stop")),
     "clamp-position": Mishap(
-        settings=_weak(max_tracking_error_mrad=500.0), answers={20: (4, 3.15, _POSITION)}
+        settings=_weak(max_tracking_error_mrad=500.0), answers={2: (4, 3.15, _POSITION)}, at=(20, "stop")
     ),
     "clamped-by-the-arm": Mishap(
         answers={n: (3, 0.001, reason) for n, reason in ((4, _VELOCITY), (5, _VELOCITY), (30, _POSITION))},
@@ -178,7 +193,26 @@ MISHAPS: Final[dict[str, Mishap]] = {
     "calibrated-rate": Mishap((_force("spike", _EXPLORING, magnitude=27.0, channels=(0, 1)),), _CALIBRATED),
     "calibrated-contact": Mishap((_force("spike", 20, magnitude=-3.0, channels=(0, 1)),), _CALIBRATED),
     "effort": Mishap(
-        (_force("spike", _EXPLORING, magnitude=-4.0, channels=(2,)),), {"learning": {"reinforcement": "effort"}}
+        (
+            _force("offset", 76, magnitude=-1.0, channels=(2,)),
+            _force("offset", 76, magnitude=2.0, channels=(0,)),
+            _force("offset", 88, magnitude=3.0, channels=(2,), duration_ticks=1),
+        ),
+        {"learning": {"reinforcement": "effort"}, "task": {"tare_ticks": 8, "time_limit_s": 0.45}},
+    ),
+    "lies-pressing": Mishap(
+        (_force("spike", 110, magnitude=-4.0, channels=(2,)),), {"task": {"tare_ticks": 8, "time_limit_s": 0.6}}
+    ),
+    # The force across and the torque share their noise, as far as only a sensor at rest shows that it is noise.
+    "lies-correlated": Mishap(
+        (
+            _force("unit", 60, factor=1e-4, channels=(0, 1, 3, 4)),
+            _force("noise", 60, magnitude=0.1, channels=(0,)),
+            _force("noise", 60, magnitude=0.004, channels=(4,)),
+            _force("noise", 60, magnitude=0.05, channels=(1, 2)),
+            _force("noise", 60, magnitude=0.002, channels=(2, 3)),
+        ),
+        {"task": {"tare_ticks": 8, "time_limit_s": 0.5}},
     ),
     "irregular": Mishap(
         (
@@ -188,7 +222,12 @@ MISHAPS: Final[dict[str, Mishap]] = {
         ),
         {"task": {"time_limit_s": 0.4}},
     ),
-    "proportional": Mishap(settings={"control": {"force_proportional_m_per_N": 1e-5}, "task": {"time_limit_s": 3.0}}),
+    "proportional": Mishap(
+        settings={
+            "control": {"force_proportional_m_per_N": 1e-5},
+            "task": {"time_limit_s": 3.0, "tare_ticks": 8, "prove_contact": False},
+        }
+    ),
     "lift-first": Mishap(
         (_joints("offset", 0, magnitude=0.02, channels=(1,)), _force("bias-drift", 0, magnitude=15.0, channels=(0,))),
         _weak(max_tracking_error_mrad=500.0),
@@ -269,6 +308,7 @@ MISHAPS: Final[dict[str, Mishap]] = {
         (
             _force("offset", 172, magnitude=-1.2, channels=(2,)),
             _force("offset", 280, magnitude=1.4, channels=(2,), duration_ticks=2),
+            _force("offset", 356, magnitude=1.0, channels=(2,), duration_ticks=1),
             *(_force("offset", 227 + 70 * n, magnitude=-0.5, channels=(2,), duration_ticks=35) for n in range(3)),
         ),
         {"task": {"time_limit_s": 4.0}},
@@ -289,18 +329,85 @@ MISHAPS: Final[dict[str, Mishap]] = {
             "dead": _force("unit", 120, factor=0.0001),
         }.items()
     },
-    "straight-in": Mishap(
-        settings={
-            "task": {"start_uncertainty_mm": 0.0, "insertion_depth_mm": 1.0},
-            "cell": {"peg": {"hole_depth_mm": 1.0}},
-        }
+    "straight-in": Mishap(settings=_STRAIGHT_IN),
+    "inserted-late": Mishap(
+        (_clock("overrun", 72, time_s=0.1),), {**_STRAIGHT_IN, "task": _SOON | {"insertion_depth_mm": 1.0}}
+    ),
+    "edge": Mishap((_force("offset", 55, magnitude=-2.5, channels=(2,), duration_ticks=6),), _EDGE),
+    "edge-high": Mishap(
+        (_force("offset", 38, magnitude=-2.5, channels=(2,), duration_ticks=6),),
+        {**_EDGE, "cell": _EDGE["cell"] | {"hole_height_error_mm": 1.0}},
     ),
     "no-contact": Mishap((_force("unit", 0, factor=0.01),), {"task": {"insertion_depth_mm": 0.5}}),
-    "jammed": Mishap(
-        (_joints("freeze", 180),),
-        {"task": {"time_limit_s": 5.0, "prove_contact": False}, **_weak(max_tracking_error_mrad=500.0)},
-    ),
     "leaning": Mishap(settings={"cell": {"tilt_mrad": 2.0, "tilt_heading_deg": 40.0}}),
+    "lift-low": Mishap((_joints("offset", 0, magnitude=0.006, channels=(1,)),), {"task": _SOON}, (26, "stop")),
+    "placed": Mishap(settings={"task": _SOON}, at=(20, "stop"), placed=True),
+    "lies-dead-borne": Mishap(
+        (
+            _force("unit", 75, factor=1e-4, channels=(2,)),
+            _force("noise", 75, magnitude=0.1, channels=(2,)),
+            _force("offset", 75, magnitude=1.05, channels=(2,)),
+        ),
+        {"task": {"tare_ticks": 8, "ticks_per_action": 60, "time_limit_s": 1.0}},
+        (100, "stop"),
+    ),
+    "lost-at-once": Mishap(
+        (_force("offset", 75, magnitude=5.0, channels=(2,)),), {"task": {"tare_ticks": 8}}, (82, "stop")
+    ),
+    "pressing-lightly": Mishap(
+        (_force("offset", 84, magnitude=2.6, channels=(2,)),), {"task": {"tare_ticks": 8, "time_limit_s": 0.4}}
+    ),
+    "shallow": Mishap(
+        settings={
+            "task": {
+                "tare_ticks": 8, "insertion_depth_mm": 0.5, "time_limit_s": 4.0, "surface_uncertainty_mm": 0.0,
+                "depth_tolerance_mm": 0.05, "ready_height_mm": 0.5, "press_kgf": 0.14, "contact_kgf": 0.06,
+            },
+            "control": {"damping_N_s_per_m": 1000.0},
+        }
+    ),
+    "lies-dead-across-soon": Mishap(
+        (
+            _force("unit", 132, factor=1e-4, channels=(0, 1, 3, 4)),
+            _force("noise", 132, magnitude=0.1, channels=(0, 1)),
+            _force("noise", 132, magnitude=0.004, channels=(3, 4)),
+        ),
+        {"task": {"tare_ticks": 8, "time_limit_s": 4.0, "play_mm": 0.01}},
+    ),
+    **{
+        f"freed-{name}": Mishap(
+            tuple(_force("offset", tick, magnitude=-1.4, channels=(2,), **more) for tick, more in offsets),
+            {"task": _SOON | {"time_limit_s": 4.0}},
+            (100, "stop"),
+        )
+        for name, offsets in {
+            "by-three": ((74, {}),),
+            "by-two": ((73, {}),),
+            "by-three-later": ((73, {"duration_ticks": 1}), (77, {})),
+        }.items()
+    },
+    "fast-wrist": Mishap(
+        (_joints("spike", 20, magnitude=0.05443, channels=(5,)),),
+        {"arm": "ur5", "task": _SOON, **_weak(max_tracking_error_mrad=500.0)},
+        (24, "stop"),
+    ),
+    "wrist-back": Mishap(
+        settings={"arm": "ur5", "task": _SOON, **_weak(max_tracking_error_mrad=500.0)},
+        at=(30, "stop"),
+        answers={20: (5, 0.04, _VELOCITY)},
+    ),
+    "retract-blocked": Mishap(
+        (_force("nan", 5), _arm("stuck", 5)),
+        {"arm": "ur5", **_weak(retract_mm=20.0, retract_speed_mm_s=500.0, max_tracking_error_mrad=500.0)},
+        answers={4: (4, pi, _VELOCITY)},
+    ),
+    "too-slow": Mishap(
+        settings={
+            "task": _SOON | {"insertion_depth_mm": 30.0, "ready_height_mm": 0.5},
+            "cell": {"peg": {"hole_depth_mm": 40.0}, "sensor": {"torque_noise_Nm": 0.0, "force_noise_N": 0.0}},
+            "control": {"damping_N_s_per_m": 4000.0},
+        }
+    ),
 }  # fmt: skip
 
 
@@ -339,6 +446,19 @@ class _Odd(DeviceDecorator, ForceSensor):
             return replace(sample, source_time_ns=sample.source_time_ns + self._ahead[self._reads])
         told = self._first is not None and self._reads >= self._first
         return replace(sample, kind=WrenchKind.TARED) if told else sample
+
+
+class _Placed(DeviceDecorator, JointEncoder):
+    """Encoders that give a certain pose first."""
+
+    def __init__(self, encoder: JointEncoder, first_rad: JointVector) -> None:
+        super().__init__(encoder)
+        self._encoder, self._first_rad = encoder, first_rad
+
+    def read(self) -> JointSample:
+        sample, first_rad = self._encoder.read(), self._first_rad
+        self._first_rad = ()
+        return replace(sample, position_rad=first_rad) if first_rad else sample
 
 
 class _Outside(LoopObserver):
@@ -380,7 +500,8 @@ def recorded(mishap: Mishap) -> bytes:
         rig.prepare(mishap.trial)
         ports = faulty(rig.ports, plans, max_age_ns=mishap.max_age_ns)
         arm, sensor = _Answering(ports.arm, mishap.answers), _Odd(ports.force_sensor, mishap)
-        ports = replace(ports, arm=arm, force_sensor=sensor)
+        encoder = _Placed(ports.joint_encoder, tuple(ready.q_rad.tolist()) if mishap.placed else ())
+        ports = replace(ports, arm=arm, force_sensor=sensor, joint_encoder=encoder)
         observers = (recorder.begin(setup, world_of(rig), "mishap"), _Outside(mishap, rig, task))
         try:
             report = run_trial(task, ports, setup, build_supervisor(config, ready, rig.sensor_facts), observers)
