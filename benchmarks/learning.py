@@ -1,10 +1,11 @@
-"""The paper's learning curve over many seeds: 350 trials each, plain 17-state Q-learning.
+"""The paper's learning curve over many seeds: 350 trials each, plain 17-state Q-learning, and its end beside a rule.
 
     python benchmarks/learning.py --seeds 10 --jobs 2
 
 Prints one line per seed and the figures of docs/results.md, with bootstrap intervals over seeds; ``--out`` keeps every
-exploration time as CSV and draws the pooled curve. The seeds are 100, 101, ...: none of them was used while parameters
-were chosen (those were 0, 1 and 2).
+exploration time as CSV and draws the pooled curve. The last 50 trials are run twice more: with the learned policy as
+it is used, frozen, and with the hand-written torque rule; there what fails counts as the time limit. The seeds are
+100, 101, ...: none of them was used while parameters were chosen (those were 0, 1 and 2).
 """
 
 from __future__ import annotations
@@ -20,21 +21,28 @@ import numpy as np
 
 from palpate.adapters.config.run import scenario
 from palpate.adapters.experiments.build import build_perception, build_task
-from palpate.adapters.experiments.policies import learning_policy
+from palpate.adapters.experiments.policies import comparator, learning_policy, loaded_policy
 from palpate.adapters.experiments.statistics import moving_average
 from palpate.adapters.experiments.trial import run_scored_trial
 from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.core.insertion.ready_pose import find_ready_pose
+from palpate.core.policy import document_of
 
 FIRST_SEED = 100
 
 
-def learn(job: tuple[str, str, int, int]) -> tuple[int, list[float], list[bool], list[str], float]:
-    """One training run: seed, exploration times, successes, outcomes, highest true force."""
+LAST = 50
+
+
+def learn(
+    job: tuple[str, str, int, int],
+) -> tuple[int, list[float], list[bool], list[str], float, dict[str, list[float]]]:
+    """One training run: seed, times, successes, outcomes, highest true force, times of others in the last trials."""
     name, arm, seed, trials = job
     config = replace(scenario(name), arm=arm, seed=seed)
     ready, perception = find_ready_pose(config.arm, config.task), build_perception(config)
-    task = build_task(config, ready, perception, learning_policy(config, perception))
+    task_policy = learning_policy(config, perception)
+    task = build_task(config, ready, perception, task_policy)
     times, wins, outcomes, peak = [], [], [], 0.0
     with SimulatedRig(config, ready) as rig:
         for trial in range(trials):
@@ -43,7 +51,18 @@ def learn(job: tuple[str, str, int, int]) -> tuple[int, list[float], list[bool],
             wins.append(scored.success)
             outcomes.append(str(scored.report.outcome and scored.report.outcome.value))
             peak = max(peak, scored.truth.peak_force_N)
-    return seed, times, wins, outcomes, peak
+        document = document_of(task_policy, created_with={}, perception={})
+        others = {
+            "in_use": loaded_policy(document, config, perception, frozen=True),
+            "torque": comparator("torque", config, tuple),
+        }
+        beside = {}
+        for label, policy in others.items():
+            task = build_task(config, ready, perception, policy)
+            scores = [run_scored_trial(config, rig, task, trial) for trial in range(max(trials - LAST, 0), trials)]
+            limit_s = config.task.time_limit_s
+            beside[label] = [one.report.exploration_time_s if one.success else limit_s for one in scores]
+    return seed, times, wins, outcomes, peak, beside
 
 
 def ratio_interval(a: np.ndarray, b: np.ndarray) -> tuple[float, float, float]:
@@ -70,9 +89,12 @@ def main() -> None:
         for seed in range(options.first_seed, options.first_seed + options.seeds)
     ]
     times, wins = [], []
+    beside: dict[str, list[float]] = {}
     failures: dict[str, int] = {}
     with Pool(options.jobs) as pool:
-        for seed, t, w, outcomes, peak in pool.imap(learn, jobs):
+        for seed, t, w, outcomes, peak, others in pool.imap(learn, jobs):
+            for label, found in others.items():
+                beside.setdefault(label, []).extend(found)
             times.append(t)
             wins.append(w)
             for outcome in outcomes[125:]:
@@ -82,7 +104,8 @@ def main() -> None:
             print(
                 f"seed {seed}: 1-25 {first:.2f} s, 126-150 {late:.2f} s, ratio {first / late:.1f}, "
                 f"301-350 {np.mean(t[300:]) if len(t) > 300 else float('nan'):.2f} s, "
-                f"success from 126 {share:.3f}, peak {peak:.1f} N",
+                f"success from 126 {share:.3f}, peak {peak:.1f} N; last {LAST}: "
+                + ", ".join(f"{label} {np.mean(found):.2f} s" for label, found in others.items()),
                 flush=True,
             )
     T, W = np.array(times), np.array(wins)
@@ -106,6 +129,10 @@ def main() -> None:
             "success_from_126_worst_seed": round(float(W[:, 125:].mean(axis=1).min()), 4),
             "outcomes_from_126": failures,
             "late_over_early": [round(decay, 3), round(low, 3), round(high, 3)],
+            f"last_{LAST}_mean_p95_s": {
+                label: [round(float(np.mean(found)), 3), round(float(np.quantile(found, 0.95)), 3)]
+                for label, found in {"learning": np.where(W, T, 20.0)[:, -LAST:].ravel(), **beside}.items()
+            },
         }
         print(json.dumps(summary, indent=1))
         if options.out:
