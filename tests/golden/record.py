@@ -16,6 +16,10 @@ from tests.golden.mishaps import MISHAPS, recorded
 
 HERE = Path(__file__).parent
 SHORT = ("--task.time-limit-s", "1.5")
+SHALLOW = (
+    "--task.insertion-depth-mm", "2", "--cell.peg.hole-depth-mm", "2", "--task.ready-height-mm", "1",
+    "--task.tare-ticks", "7",
+)  # fmt: skip
 
 RECORDINGS: dict[str, tuple[str, ...]] = {
     # Learning, with what was learned in the trials before: the last of several.
@@ -27,6 +31,10 @@ RECORDINGS: dict[str, tuple[str, ...]] = {
     "train-clusters": (
         "train", "--trials", "2", "--seed", "13", *SHORT, "--perception.symbols", "clusters",
         "--perception.features", "pca", "--perception.fit-trials", "2",
+    ),
+    "train-belief": ("train", "--learner", "belief", "--trials", "4", "--seed", "27", *SHALLOW),
+    "train-belief-blind": (
+        "train", "--learner", "belief", "--scenario", "blind", "--trials", "3", "--seed", "28", *SHALLOW,
     ),
     "torque-ur5": ("run", "--policy", "torque", "--trials", "1", "--seed", "3", "--arm", "ur5"),
     "omniscient-blind": ("run", "--policy", "omniscient", "--trials", "1", "--seed", "4", "--scenario", "blind"),
@@ -52,7 +60,10 @@ RECORDINGS: dict[str, tuple[str, ...]] = {
     "frozen-policy": (
         "run", "--trials", "1", "--seed", "25", *SHORT, "--policy", str(HERE / "before" / "run" / "policy.json"),
     ),
-    "random-blind": ("run", "--policy", "random", "--trials", "1", "--seed", "7", "--scenario", "blind", *SHORT),
+    "random-blind": (
+        "run", "--policy", "random", "--trials", "1", "--seed", "7", "--scenario", "blind", *SHALLOW,
+        "--task.time-limit-s", "0.5",
+    ),
 }  # fmt: skip
 
 
