@@ -20,7 +20,7 @@ class StudyOptions(Settings):
       [study]
       trials = 150
       seeds = [0, 1, 2]                      # or { first = 0, count = 20 }
-      policies = ["q-learning", "torque"]    # q-learning is trained; comparators and policy files run as they are
+      policies = ["q-learning", "torque"]    # learners are trained; comparators and policy files run as they are
 
       [base]                                 # settings of all runs, as in a run.toml
       scenario = "paper"

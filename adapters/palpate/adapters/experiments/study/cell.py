@@ -14,7 +14,7 @@ from typing import Any, Final
 CELL_FILE: Final = "cell.json"
 FORMAT: Final = 1
 LEARN: Final = "q-learning"
-"""The policy that is trained; every other one runs as it is."""
+"""The policy where none is named; learners are trained, every other policy runs as it is."""
 _LONGEST: Final = 80
 
 
@@ -24,7 +24,7 @@ class StudyCell:
 
     Attributes:
         fields: Values by dotted names, of the settings that the study varies.
-        policy: ``q-learning``, a comparator's name or a policy file.
+        policy: A learner's name, a comparator's name or a policy file.
         seed: Every random stream of every trial follows from it.
     """
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from itertools import islice
 from typing import Final
 
+from palpate.adapters.config import LEARNERS
 from palpate.adapters.experiments.build import require_usable
 from palpate.adapters.experiments.evaluation import ChosenPolicy
 from palpate.adapters.experiments.fitting import configured_perception
 from palpate.adapters.experiments.policies import learning_policy
-from palpate.adapters.experiments.study.cell import LEARN
 from palpate.adapters.experiments.study.document import Study
 from palpate.core.insertion import find_ready_pose
 
@@ -29,7 +29,7 @@ def require_possible(study: Study) -> None:
         require_usable(config, ready)
         perception = configured_perception(config)
         for policy in study.policies:
-            if policy != LEARN:
+            if policy not in LEARNERS:
                 ChosenPolicy(policy, config)
             elif perception is not None:
-                learning_policy(config, perception)
+                learning_policy(study.config({**fields, "learner": policy}), perception)

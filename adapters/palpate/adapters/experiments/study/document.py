@@ -13,7 +13,7 @@ from typing import Annotated, Any, ClassVar, Final, TypeAlias
 
 from typing_extensions import override
 
-from palpate.adapters.config import RunConfig, literal, overlay, read_toml
+from palpate.adapters.config import LEARNERS, RunConfig, literal, overlay, read_toml
 from palpate.adapters.experiments.policies import COMPARATORS
 from palpate.adapters.experiments.study.cell import FORMAT, LEARN, StudyCell
 from palpate.adapters.experiments.study.fields import FILES, configured, leaves, names_file, plain_value
@@ -25,7 +25,7 @@ _MOST_SEED: Final = 2**63 - 1
 _TABLES: Final = ("study", "base", "grid", "cells")
 _WRITTEN: Final = ("format", "versions", "files")
 """What a study's folder adds to the file; ignored where such a file is given again."""
-_POLICIES: Final = f"{LEARN}, {', '.join(COMPARATORS)}, and policy files"
+_POLICIES: Final = f"{', '.join((*LEARNERS, *COMPARATORS))}, and policy files"
 _Seed: TypeAlias = Annotated[int, Range(0, _MOST_SEED)]
 
 
@@ -139,7 +139,7 @@ class Study:
 
     def files(self) -> dict[str, str]:
         """Files that results depend on, and the setting that names each."""
-        found = {name: "policy" for name in self.policies if name not in (LEARN, *COMPARATORS)}
+        found = {name: "policy" for name in self.policies if name not in (*LEARNERS, *COMPARATORS)}
         for field in FILES:
             values = [self.base.get(field), *(one.get(field) for one in self.listed), *self.grid.get(field, ())]
             found |= {value: field for value in values if names_file(field, value)}
@@ -201,7 +201,7 @@ def _seeds(value: Any) -> Sequence[int]:
 
 def _policies(names: Sequence[str]) -> tuple[str, ...]:
     for name in names:
-        if name not in (LEARN, *COMPARATORS) and not Path(name).is_file():
+        if name not in (*LEARNERS, *COMPARATORS) and not Path(name).is_file():
             raise ConfigurationError("study.policies", name, _POLICIES)
     return _once("study.policies", names)
 

@@ -18,7 +18,7 @@ from typing import Any, Final
 
 from threadpoolctl import threadpool_limits
 
-from palpate.adapters.config import RunConfig
+from palpate.adapters.config import LEARNERS, RunConfig
 from palpate.adapters.experiments.build import open_rig, require_usable
 from palpate.adapters.experiments.evaluation import (
     FIRST_EVALUATION_TRIAL,
@@ -30,7 +30,7 @@ from palpate.adapters.experiments.evaluation import (
 from palpate.adapters.experiments.fitting import configured_perception, fitted_perception, needs_fitting
 from palpate.adapters.experiments.policies import learning_policy
 from palpate.adapters.experiments.results import RunFolder
-from palpate.adapters.experiments.study.cell import CELL_FILE, LEARN, StudyCell
+from palpate.adapters.experiments.study.cell import CELL_FILE, StudyCell
 from palpate.adapters.experiments.study.fields import configured
 from palpate.adapters.experiments.training import Trainer, run_toml, write_training
 from palpate.adapters.experiments.trial import ScoredTrial
@@ -65,8 +65,10 @@ class CellJob:
     relative_to: str
 
     def config(self) -> RunConfig:
-        """The cell's configuration."""
-        return configured({**self.base, **self.cell.fields, "seed": self.cell.seed}, self.relative_to)
+        """The cell's configuration; a learner that is named as the policy is what learns."""
+        settings = {**self.base, **self.cell.fields, "seed": self.cell.seed}
+        learner = {"learner": self.cell.policy} if self.cell.policy in LEARNERS else {}
+        return configured(settings | learner, self.relative_to)
 
     def path(self, name: str) -> str:
         """Absolute path of a file that the study names."""
@@ -166,7 +168,7 @@ def _run(job: CellJob, config: RunConfig, path: Path) -> CellOutcome:
     except OSError as error:
         raise OutputError(str(path), f"cannot be made ({error.strerror})", "make room or mend it") from error
     folder = RunFolder(path)
-    whole = (_train if job.cell.policy == LEARN else _evaluate)(job, config, folder)
+    whole = (_train if job.cell.policy in LEARNERS else _evaluate)(job, config, folder)
     if not whole:
         return CellOutcome.INTERRUPTED
     folder.write_json(CELL_FILE, job.cell.document())

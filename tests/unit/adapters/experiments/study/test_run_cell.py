@@ -28,14 +28,15 @@ def test_a_cell_is_a_run_folder_and_says_which(tmp_path: Path) -> None:
     assert "start_uncertainty_mm = 1.0" in (folder / "run.toml").read_text()
 
 
-def test_it_can_be_made_in_any_thread(tmp_path: Path) -> None:
+def test_a_learner_is_trained_by_name_in_any_thread(tmp_path: Path) -> None:
     reports: list[CellReport] = []
-    cell = StudyCell({}, "q-learning", 0)
+    cell = StudyCell({}, "belief", 0)
     thread = threading.Thread(target=lambda: reports.append(make_cell(job_in(tmp_path, cell))))
     thread.start()
     thread.join()
     assert [report.outcome for report in reports] == [CellOutcome.FINISHED]
-    assert (tmp_path / cell.name / "policy.json").exists()
+    assert '"belief"' in (tmp_path / cell.name / "policy.json").read_text()
+    assert "ticks_per_action = 7" in (tmp_path / cell.name / "run.toml").read_text()
 
 
 @pytest.mark.parametrize(
