@@ -1,0 +1,123 @@
+"""The belief learner under each condition of issue 19: success, times from trial 11 on, trials to converge, forces.
+
+    python benchmarks/belief.py --seeds 10 --trials 50 --jobs 2 --out belief.jsonl
+
+One line a seed goes to ``--out`` as soon as it is there, and a second call goes on where the first was ended. Times are
+seconds of exploration; a failure counts 20. "Converged" is the first trial from which the mean of the next ten is
+within 20 % of the mean of trials 11 to 50.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Sequence
+from dataclasses import replace
+from multiprocessing import Pool
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from palpate.adapters.config import scenario
+from palpate.adapters.experiments import build_perception, build_task, comparator, learning_policy, run_scored_trial
+from palpate.adapters.experiments.statistics import wilson_interval
+from palpate.adapters.mujoco import SimulatedRig
+from palpate.core.insertion import find_ready_pose
+
+CONDITIONS = (
+    "paper", "blind", "blind-tilt-2", "blind-tilt-4", "blind-bias", "blind-bias-drawn", "blind-noise", "blind-regrip",
+    "blind-corner", "blind-smooth", "blind-rough", "blind-tight", "blind-5", "ur5",
+)  # fmt: skip
+FIRST_SEED = 1900
+FAILED_S = 20.0
+
+
+def run(job: tuple[str, str, int, int]) -> dict[str, Any]:
+    """One seed of a condition: times, successes, outcomes, true peak forces."""
+    condition, policy, seed, trials = job
+    name, arm = ("blind", "ur5") if condition == "ur5" else (condition, "zebra-zero")
+    config = replace(scenario(name, "belief"), arm=arm, seed=seed)
+    ready, perception = find_ready_pose(config.arm, config.task), build_perception(config)
+    rows = []
+    with SimulatedRig(config, ready) as rig:
+
+        def hole_m() -> Sequence[float]:
+            return rig.truth().hole_in_task_m
+
+        chosen = learning_policy(config, perception) if policy == "belief" else comparator(policy, config, hole_m)
+        task = build_task(config, ready, perception, chosen)
+        for trial in range(trials):
+            scored = run_scored_trial(config, rig, task, trial)
+            time_s = round(scored.report.exploration_time_s, 4) if scored.success else FAILED_S
+            outcome = scored.report.outcome
+            rows.append((time_s, scored.success, outcome and outcome.value, round(rig.truth().peak_force_N, 2)))
+    return {"condition": condition, "policy": policy, "seed": seed, "trials": rows}
+
+
+def converged(times: np.ndarray) -> int:
+    """First trial, from 1, from which the mean of the next ten is within 20 % of that of trials 11 to the last."""
+    late = times[10:].mean()
+    for first in range(len(times) - 10):
+        if abs(times[first : first + 10].mean() - late) <= 0.2 * late:
+            return first + 1
+    return len(times)
+
+
+def line(condition: str, policy: str, seeds: Sequence[dict[str, Any]]) -> str:
+    """A row of the table."""
+    times = np.array([[trial[0] for trial in seed["trials"]] for seed in seeds])
+    wins = np.array([[trial[1] for trial in seed["trials"]] for seed in seeds])
+    peaks = np.array([[trial[3] for trial in seed["trials"]] for seed in seeds])
+    later, late = wins[:, 1:], times[:, 10:]
+    low, high = wilson_interval(int(later.sum()), later.size)
+    spread = late.mean(axis=1)
+    cells = (
+        condition, policy, str(len(seeds)),
+        f"{int(wins[:, 0].sum())} of {len(seeds)}",
+        f"{later.size - int(later.sum())} of {later.size} failed ({100 * low:.1f} to {100 * high:.1f} %)",
+        f"{times[:, 1:10].mean():.2f}",
+        f"{late.mean():.3f} ({spread.min():.2f} to {spread.max():.2f})",
+        f"{np.median(late):.3f}", f"{np.quantile(late, 0.95):.2f}",
+        f"{np.median([converged(row) for row in times]):g}",
+        f"{np.quantile(peaks, 0.99):.1f} / {peaks.max():.1f}",
+    )  # fmt: skip
+    return "| " + " | ".join(cells) + " |"
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--conditions", nargs="+", default=CONDITIONS, choices=CONDITIONS)
+    parser.add_argument("--policy", default="belief", help="belief, torque or another comparator, at the same timing")
+    parser.add_argument("--seeds", type=int, default=10)
+    parser.add_argument("--first-seed", type=int, default=FIRST_SEED)
+    parser.add_argument("--trials", type=int, default=50)
+    parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--out", type=Path, required=True)
+    options = parser.parse_args()
+    done = [json.loads(text) for text in options.out.read_text().splitlines()] if options.out.exists() else []
+    known = {(seed["condition"], seed["policy"], seed["seed"]) for seed in done}
+    # Seeds first: an early end leaves some of each condition.
+    jobs = [
+        (condition, options.policy, seed, options.trials)
+        for seed in range(options.first_seed, options.first_seed + options.seeds)
+        for condition in options.conditions
+        if (condition, options.policy, seed) not in known
+    ]
+    with Pool(options.jobs) as pool, options.out.open("a") as file:
+        for result in pool.imap_unordered(run, jobs):
+            done.append(result)
+            file.write(json.dumps(result) + "\n")
+            file.flush()
+    print(
+        "| condition | policy | seeds | first trial | from trial 2 | mean 2-10, s | mean 11-, s (seeds) | median"
+          " | p95 | converged | force p99 / most, N |")  # fmt: skip
+    print("|---" * 11 + "|")
+    for condition in options.conditions:
+        rows = [seed for seed in done if (seed["condition"], seed["policy"]) == (condition, options.policy)]
+        if rows:
+            print(line(condition, options.policy, rows))
+
+
+if __name__ == "__main__":
+    main()
