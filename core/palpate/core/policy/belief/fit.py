@@ -30,8 +30,8 @@ _BORROWED: Final = 0.1
 """Share of its neighbours' touches that a ring takes for its own."""
 _BIAS_TRIALS: Final = 2.0
 """What is believed of the bias beforehand is worth so many trials."""
-_BIAS_SHARE: Final = 0.3
-"""Beforehand, the bias is this share of the noise."""
+_BIAS_SHARE: Final = 1.0
+"""Beforehand, the bias is as large as the noise, times this."""
 _LEAST_NM: Final = 1e-4
 """Nothing is less noisy than this."""
 
@@ -55,6 +55,8 @@ class _Fit:
 
     def __init__(self, examples: Examples, lag: float) -> None:
         self._lag, self._torque, self._trial = lag, examples.torque_Nm, examples.trial
+        self._load = examples.load[:, None]
+        self._weight = self._load * self._load
         # The torque is that of a place which the tip has already left.
         place = examples.to_hole_m + lag * examples.step_m
         self._at = Directions.of(place[:, 0], place[:, 1])
@@ -72,41 +74,43 @@ class _Fit:
             self._sweep()
 
     def _sweep(self) -> None:
-        biases = self._bias[self._trial]
-        left = self._torque - self._cues - self._residuals - biases
-        self._offset = left.sum(axis=0) / (len(left) + 1.0)
-        self._fit_cue(self._torque - self._offset - self._residuals - biases)
-        self._fit_residual(self._torque - self._offset - self._cues - biases)
-        self._fit_bias(self._torque - self._offset - self._cues - self._residuals)
-        left = self._torque - self._offset - self._cues - self._residuals - self._bias[self._trial]
-        self._left = np.square(left).mean(axis=1)
+        self._fit_offset_and_bias(self._torque - self._load * (self._cues + self._residuals))
+        left = self._torque - self._offset - self._bias[self._trial]
+        # What is borne with a greater load shows more: least squares weight a lever by the load's square.
+        self._fit_cue(self._load * left - self._weight * self._residuals)
+        self._fit_residual(self._load * left - self._weight * self._cues)
+        self._left = np.square(left - self._load * (self._cues + self._residuals)).mean(axis=1)
         self.pooled = max(float(self._left.mean()), _LEAST_NM**2)
 
-    def _fit_cue(self, left: Floats) -> None:
-        turned = self._at.turned_back(left)
-        sums, counts = self._by_ring(turned), self._by_ring(np.ones((len(turned), 1)))
+    def _fit_cue(self, weighted: Floats) -> None:
+        sums, counts = self._by_ring(self._at.turned_back(weighted)), self._by_ring(self._weight)
         common = sums.sum(axis=0) / (counts.sum() + _CUE_COUNT)
         sums, counts = _borrowing(sums), _borrowing(counts)
         self._cue = (sums + _CUE_COUNT * common) / (counts + _CUE_COUNT)
         self._cues = self._at.turned(self._at.between(self._cue))
 
-    def _fit_residual(self, left: Floats) -> None:
+    def _fit_residual(self, weighted: Floats) -> None:
         cells = self._at.ring * SECTORS + self._at.sector
         size, (low, high) = len(RINGS_M) * SECTORS, (1.0 - self._at.share, self._at.share)
         table = np.zeros((size, 3))
-        for column, values in enumerate((left[:, 0], left[:, 1], np.ones(len(left)))):
+        for column, values in enumerate((weighted[:, 0], weighted[:, 1], self._weight[:, 0])):
             table[:, column] = np.bincount(cells, low * values, size)
             table[:, column] += np.bincount(cells + SECTORS, high * values, size)
         means = table[:, :2] / (table[:, 2:] + _RESIDUAL_COUNT)
         self._residual = means.reshape(len(RINGS_M), SECTORS, 2)
         self._residuals = self._at.residual(self._residual)
 
-    def _fit_bias(self, left: Floats) -> None:
-        """A random intercept a trial; its variance by expectation maximisation."""
+    def _fit_offset_and_bias(self, left: Floats) -> None:
+        """An offset and a random intercept a trial; the variance of these by expectation maximisation."""
         sums = np.stack([np.bincount(self._trial, left[:, k], self._trials) for k in (0, 1)], axis=1)
-        known = self._per_trial + self.pooled / self._bias_variance
-        self._bias = sums / known[:, None]
-        spread = float((np.square(self._bias).mean(axis=1) + self.pooled / known).sum())
+        means = sums / self._per_trial[:, None]
+        noise = self.pooled / self._per_trial
+        # A trial of a hundred touches says no more of the offset than its own bias leaves.
+        weights = 1.0 / (self._bias_variance + noise)
+        self._offset = (weights[:, None] * means).sum(axis=0) / weights.sum()
+        shrink = self._bias_variance * weights
+        self._bias = shrink[:, None] * (means - self._offset)
+        spread = float((np.square(self._bias).mean(axis=1) + shrink * noise).sum())
         before = _BIAS_TRIALS * _BIAS_SHARE**2 * self.pooled
         self._bias_variance = max((spread + before) / (self._trials + _BIAS_TRIALS), _LEAST_NM**2)
 

@@ -138,7 +138,7 @@ class BeliefLearner(Learner):
         if touch is not before:
             belief.pass_over(self._places.near_way((px, py), (x - px, y - py), self.parameters.capture_mm * 1e-3))
         place = self._inside((x - lag * (x - px), y - lag * (y - py)))
-        belief.feel(*self._places.cell(*place), touch.torque_Nm)
+        belief.feel(*self._places.cell(*place), touch.torque_Nm, touch.load)
 
     def _inside(self, place_m: tuple[float, float]) -> tuple[float, float]:
         """A place, held to the square that the belief covers."""

@@ -2,11 +2,12 @@
 
 ::
 
-    torque = offset + cue(distance) turned to the hole's heading + residual(distance, sector) + bias of trial + noise
+    torque = load * (cue(distance) turned to the hole's heading + residual(distance, sector))
+             + offset + bias of the trial + noise
 
-Nothing in it says which torque means which direction: the cue is learned, and shared over all headings, which is what
-a round peg gives; the residual takes what breaks that symmetry, such as a peg that leans in its grip. Over distance all
-are given at a few rings and linear between.
+The load is the pressing force as a share of 4.9 N. Nothing in it says which torque means which direction: the cue is
+learned, and shared over all headings, which is what a round peg gives; the residual takes what breaks that symmetry,
+such as a peg that leans in its grip. Over distance all are given at a few rings and linear between.
 """
 
 from __future__ import annotations
@@ -86,7 +87,7 @@ class Directions:
 
 @dataclass(frozen=True, slots=True)
 class TouchModel:
-    """What was learned of the touch; torques in N m, scaled to a pressing force of 4.9 N.
+    """What was learned of the touch; cue and residual for a pressing force of 4.9 N.
 
     Attributes:
         lag: Share of the last step by which the torque is behind the commanded tip.
@@ -107,9 +108,9 @@ class TouchModel:
     touches: int
 
     def expected_Nm(self, directions: Directions) -> Floats:
-        """Torque to be expected at these displacements, (n, 2)."""
+        """Torque at these displacements and a pressing force of 4.9 N, without the offset, (n, 2)."""
         cue = directions.turned(directions.between(np.array(self.cue_Nm)))
-        expected: Floats = np.array(self.offset_Nm) + cue + directions.residual(np.array(self.residual_Nm))
+        expected: Floats = cue + directions.residual(np.array(self.residual_Nm))
         return expected
 
     def variance(self, directions: Directions) -> Floats:

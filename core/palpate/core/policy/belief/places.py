@@ -73,6 +73,7 @@ class TouchTable:
         places: Where the hole may be; the tip may be anywhere within them, too.
 
     Attributes:
+        offset_Nm: Torque that every touch has, (2,).
         bias_precision: Precision of the bias of a trial.
     """
 
@@ -90,17 +91,19 @@ class TouchTable:
                 precision,
                 precision * expected[:, 0],
                 precision * expected[:, 1],
-                precision * square + 2.0 * logarithm(variance),
+                precision * square,
+                2.0 * logarithm(variance),
             )
         ]
+        self.offset_Nm = model.offset_Nm
         self.bias_precision = 1.0 / (model.bias_Nm * model.bias_Nm)
 
     def at(self, row: int, column: int) -> list[Floats]:
         """Of a touch at this cell, were the hole at each place, (size, size) each.
 
         Returns:
-            Precision; precision times expected torque, x and y; and what does not depend on the torque that was felt:
-            precision times the square of the expected one, and the logarithm of the variances of both components.
+            Precision; precision times torque to be expected, x and y; precision times its square; logarithm of the
+            variances of both components.
         """
         # Displacements from this cell to all cells: to the first one it is -row, -column.
         a, b = self._reach - row, self._reach - column
@@ -124,15 +127,16 @@ class PlaceBelief:
         # Over the touches: precisions, left torque times precision in x and y, and its square with the variances.
         self._sums = [np.zeros(log_prior.shape) for _ in range(4)]
 
-    def feel(self, row: int, column: int, torque_Nm: tuple[float, float]) -> None:
-        """A touch, at this cell."""
-        x, y = torque_Nm
-        precision, expected_x, expected_y, constant = self._table.at(row, column)
+    def feel(self, row: int, column: int, torque_Nm: tuple[float, float], load: float) -> None:
+        """A touch, at this cell, with the pressing force as a share of 4.9 N."""
+        x, y = (felt - offset for felt, offset in zip(torque_Nm, self._table.offset_Nm, strict=True))
+        precision, expected_x, expected_y, square, log_variance = self._table.at(row, column)
+        product = (2.0 * load * x) * expected_x + (2.0 * load * y) * expected_y
         news = (
             precision,
-            x * precision - expected_x,
-            y * precision - expected_y,
-            (x * x + y * y) * precision - 2.0 * (x * expected_x + y * expected_y) + constant,
+            x * precision - load * expected_x,
+            y * precision - load * expected_y,
+            (x * x + y * y) * precision - product + (load * load) * square + log_variance,
         )
         for total, new in zip(self._sums, news, strict=True):
             total *= _KEPT

@@ -16,7 +16,10 @@ LENGTH_M: Final = 1e-7
 """Places are kept as whole multiples of this: they are written into every log, and an encoder's step is far larger."""
 TORQUE_NM: Final = 1e-6
 """Torques are kept as whole multiples of this, a thousandth of a good sensor's noise."""
-_NOMINAL_N: Final = 4.9
+FORCE_N: Final = 1e-3
+"""Forces likewise."""
+NOMINAL_N: Final = 4.9
+"""The pressing force that a touch model is given for."""
 _LEAST_N: Final = 1.0
 
 
@@ -24,23 +27,27 @@ _LEAST_N: Final = 1.0
 class Touch:
     """One look at the wrench while the peg rests on the plate.
 
-    The torque is scaled to a pressing force of 4.9 N, since the place where the plate bears gives it a lever.
-
     Attributes:
         place: Commanded tip, (2,), task frame, in units of ``LENGTH_M``.
-        torque: Scaled torque about the tip, (2,), in units of ``TORQUE_NM``.
+        torque: Torque about the tip, (2,), in units of ``TORQUE_NM``.
+        press: Force with which the peg is pressed on the plate, in units of ``FORCE_N``.
     """
 
     place: tuple[int, int]
     torque: tuple[int, int]
+    press: int
 
     @classmethod
     def of(cls, observation: Observation) -> Touch:
         """What an observation holds of it."""
         x, y, _ = observation.reference_m
         tx, ty, _ = observation.torque_Nm
-        scale = _NOMINAL_N / max(abs(observation.force_N[2]), _LEAST_N) / TORQUE_NM
-        return cls((round(x / LENGTH_M), round(y / LENGTH_M)), (round(tx * scale), round(ty * scale)))
+        press_N = max(-observation.force_N[2], _LEAST_N)
+        return cls(
+            (round(x / LENGTH_M), round(y / LENGTH_M)),
+            (round(tx / TORQUE_NM), round(ty / TORQUE_NM)),
+            round(press_N / FORCE_N),
+        )
 
     @property
     def place_m(self) -> tuple[float, float]:
@@ -49,8 +56,13 @@ class Touch:
 
     @property
     def torque_Nm(self) -> tuple[float, float]:
-        """Scaled torque about the tip, (2,)."""
+        """Torque about the tip, (2,)."""
         return self.torque[0] * TORQUE_NM, self.torque[1] * TORQUE_NM
+
+    @property
+    def load(self) -> float:
+        """Pressing force as a share of ``NOMINAL_N``: the lever of the place where the plate bears multiplies it."""
+        return self.press * FORCE_N / NOMINAL_N
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,8 +83,9 @@ class TouchedTrial:
         return self.hole[0] * LENGTH_M, self.hole[1] * LENGTH_M
 
     def to_dict(self) -> dict[str, Any]:
-        """As plain JSON values: whole numbers, x and y of the place and of the torque of each touch."""
-        return {"hole": list(self.hole), "touches": [[*touch.place, *touch.torque] for touch in self.touches]}
+        """As plain JSON values: whole numbers; of each touch x and y of place and torque, and the pressing force."""
+        touches = [[*touch.place, *touch.torque, touch.press] for touch in self.touches]
+        return {"hole": list(self.hole), "touches": touches}
 
     @classmethod
     def from_dict(cls, where: str, data: Any) -> TouchedTrial:
@@ -81,13 +94,13 @@ class TouchedTrial:
         Raises:
             ConfigurationError: It is something else.
         """
-        accepted = "the hole as two whole numbers, and each touch as four"
+        accepted = "the hole as two whole numbers, and each touch as five"
         if not isinstance(data, Mapping) or set(data) != {"hole", "touches"}:
             raise ConfigurationError(where, data, accepted)
         hole, touches = data["hole"], data["touches"]
-        if not isinstance(touches, Sequence) or not _whole(hole, 2) or not all(_whole(row, 4) for row in touches):
+        if not isinstance(touches, Sequence) or not _whole(hole, 2) or not all(_whole(row, 5) for row in touches):
             raise ConfigurationError(where, data, accepted)
-        return cls((hole[0], hole[1]), tuple(Touch((a, b), (c, d)) for a, b, c, d in touches))
+        return cls((hole[0], hole[1]), tuple(Touch((a, b), (c, d), e) for a, b, c, d, e in touches))
 
 
 def _whole(row: object, width: int) -> bool:
@@ -100,13 +113,15 @@ class Examples:
     """The touches of several trials as arrays, each with the way from where the peg was to the hole.
 
     Attributes:
-        torque_Nm: Scaled torque, (n, 2).
+        torque_Nm: Torque about the tip, (n, 2).
+        load: Pressing force as a share of ``NOMINAL_N``, (n,).
         to_hole_m: From the commanded tip to the hole, (n, 2).
         step_m: From the touch before to this one, (n, 2); 0 for the first of a trial.
         trial: Number of the trial, (n,).
     """
 
     torque_Nm: Floats
+    load: Floats
     to_hole_m: Floats
     step_m: Floats
     trial: np.ndarray
@@ -120,10 +135,9 @@ class Examples:
             for touch in trial.touches:
                 x, y = touch.place
                 px, py = (x, y) if before is None else before.place
-                rows.append((*touch.torque, trial.hole[0] - x, trial.hole[1] - y, x - px, y - py))
+                rows.append((*touch.torque, trial.hole[0] - x, trial.hole[1] - y, x - px, y - py, touch.load))
                 numbers.append(number)
                 before = touch
-        table = np.array(rows, dtype=np.float64).reshape(-1, 6)
-        return cls(
-            table[:, :2] * TORQUE_NM, table[:, 2:4] * LENGTH_M, table[:, 4:] * LENGTH_M, np.array(numbers, dtype=int)
-        )
+        table = np.array(rows, dtype=np.float64).reshape(-1, 7)
+        torque_Nm, to_hole_m, step_m = table[:, :2] * TORQUE_NM, table[:, 2:4] * LENGTH_M, table[:, 4:6] * LENGTH_M
+        return cls(torque_Nm, table[:, 6].copy(), to_hole_m, step_m, np.array(numbers, dtype=int))

@@ -13,7 +13,7 @@ def touch_at(place_m: np.ndarray, hole_m: np.ndarray, rng: np.random.Generator, 
     torque = np.array([CUE_NM * y, -CUE_NM * x]) + OFFSET_NM + noise_Nm * rng.standard_normal(2)
     a, b = np.rint(place_m / LENGTH_M).astype(int).tolist()
     c, d = np.rint(torque / TORQUE_NM).astype(int).tolist()
-    return Touch((a, b), (c, d))
+    return Touch((a, b), (c, d), 4900)
 
 
 def trials(count: int, touches: int = 8, seed: int = 3, noise_Nm: float = 0.003) -> list[TouchedTrial]:

@@ -1,12 +1,14 @@
 """The fit of a touch model, on touches of a model that is known."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy.belief.fit import fit_touch_model
 from palpate.core.policy.belief.model import Directions
-from palpate.core.policy.belief.touches import Touch, TouchedTrial
+from palpate.core.policy.belief.touches import TouchedTrial
 from tests.unit.core.policy.belief.simulated_touch import CUE_NM, OFFSET_NM, trials
 
 
@@ -23,7 +25,7 @@ def test_it_finds_cue_offset_and_noise() -> None:
 def test_it_foretells_touches_that_it_has_not_seen() -> None:
     model, way = fit_touch_model(trials(20)), np.array([[0.001, 0.0], [0.0, -0.002]])
     expected = model.expected_Nm(Directions.of(way[:, 0], way[:, 1]))
-    true = np.array([[0.0, -CUE_NM], [-CUE_NM, 0.0]]) + OFFSET_NM
+    true = np.array([[0.0, -CUE_NM], [-CUE_NM, 0.0]])
     assert expected == pytest.approx(true, abs=3e-3)
 
 
@@ -32,10 +34,30 @@ def test_the_bias_of_a_trial_is_told_from_noise() -> None:
     biased = []
     for trial in trials(40):
         dx, dy = (0.01 * rng.standard_normal(2) / 1e-6).round().astype(int).tolist()
-        felt = tuple(Touch(touch.place, (touch.torque[0] + dx, touch.torque[1] + dy)) for touch in trial.touches)
+        felt = tuple(replace(touch, torque=(touch.torque[0] + dx, touch.torque[1] + dy)) for touch in trial.touches)
         biased.append(TouchedTrial(trial.hole, felt))
     assert fit_touch_model(biased).bias_Nm == pytest.approx(0.01, rel=0.35)
     assert fit_touch_model(trials(40)).bias_Nm < 0.002
+
+
+def test_a_cue_grows_with_the_load_and_an_offset_does_not() -> None:
+    rng, loaded = np.random.default_rng(6), []
+    for trial in trials(40):
+        loads = rng.uniform(0.5, 1.3, len(trial.touches))
+        felt = tuple(
+            replace(
+                touch,
+                press=round(4900 * load),
+                torque=tuple(
+                    round(o / 1e-6 + load * (t - o / 1e-6)) for t, o in zip(touch.torque, OFFSET_NM, strict=True)
+                ),
+            )
+            for touch, load in zip(trial.touches, loads.tolist(), strict=True)
+        )
+        loaded.append(replace(trial, touches=felt))
+    model = fit_touch_model(loaded)
+    assert model.offset_Nm == pytest.approx(OFFSET_NM, abs=1.5e-3)
+    assert np.mean([across for _, across in model.cue_Nm[4:8]]) == pytest.approx(-CUE_NM, rel=0.1)
 
 
 def test_equal_touches_give_an_equal_model() -> None:

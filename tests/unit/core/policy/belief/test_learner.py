@@ -113,7 +113,7 @@ def test_no_step_is_longer_than_an_action_allows() -> None:
         {"trials": []},
         {"trials": [{"hole": [1, 2]}], "trials_learned": 1},
         {"trials": [{"hole": [1, 2.5], "touches": []}], "trials_learned": 1},
-        {"trials": [{"hole": [1, 2], "touches": [[1, 2, 3]]}], "trials_learned": 1},
+        {"trials": [{"hole": [1, 2], "touches": [[1, 2, 3, 4]]}], "trials_learned": 1},
     ],
 )
 def test_another_state_is_refused(state: dict[str, object]) -> None:
