@@ -263,7 +263,7 @@ def desk(tmp_path: Path) -> Path:
         ("broken.toml", "broken.toml", "a TOML file"),
         ("together.toml", "task.start_uncertainty_mm = 5.0", "at most task.area_half_width_mm"),
         ("reach.toml", "task.goal", "zebra-zero reaches"),
-        ("policy.toml", "'torqe'", "q-learning, omniscient, torque"),
+        ("policy.toml", "'torqe'", "q-learning, sarsa, belief, omniscient, torque"),
         ("memory.toml", "perception.memory = 'nowhere.json'", "a readable file"),
         ("programmed.toml", "learning.programmed = 'nowhere'", "a state of this task"),
         ("million.toml", "1000000 cells of 10 trials in runs/million, about 80.0 GB", "only with --yes"),
