@@ -29,7 +29,6 @@ from palpate.core.insertion.ready_pose import find_ready_pose
 from palpate.core.insertion.task import InsertionTask
 from palpate.core.policy import Observation
 from palpate.core.ports.values import JointCommand, Snapshot
-from palpate.simulation.work_cell.contact_search import Search
 
 RATE_HZ = 140
 
@@ -39,7 +38,7 @@ class Recorded:
 
     def __init__(self, rig: SimulatedRig) -> None:
         self.cell = rig.cell
-        self.trials: list[tuple[np.ndarray, np.ndarray, list[tuple[np.ndarray, Search | None]]]] = []
+        self.trials: list[tuple[np.ndarray, np.ndarray, list[tuple[np.ndarray, mujoco.MjModel]]]] = []
         self._reset, self._advance = rig.cell.reset, rig.cell.advance
         rig.cell.reset = self.reset  # type: ignore[method-assign]
         rig.cell.advance = self.advance  # type: ignore[method-assign]
@@ -49,30 +48,27 @@ class Recorded:
         self.trials.append((self.cell.data.qpos.copy(), self.cell.model.body_pos.copy(), []))
 
     def advance(self) -> None:
-        command, contacts = self.cell.data.ctrl.copy(), self.cell.contacts
+        command = self.cell.data.ctrl.copy()
         self._advance()
-        self.trials[-1][2].append((command, None if contacts is None else contacts.search))
+        self.trials[-1][2].append((command, self.cell.stepped))
 
     def bare_seconds(self, calls_per_tick: int) -> float:
         """Time of the same physics without anything else, with so many ``mj_step`` calls for the steps of a tick."""
-        model, nstep, contacts = self.cell.model, self.cell.config.substeps, self.cell.contacts
+        model, nstep = self.cell.model, self.cell.config.substeps
         data = mujoco.MjData(model)
         total = 0.0
         for qpos, body_pos, commands in self.trials:
             mujoco.mj_resetData(model, data)
-            model.body_pos[:] = body_pos
+            for each in self.cell.models:
+                each.body_pos[:] = body_pos
             data.qpos[:] = qpos
             data.ctrl[:] = qpos[: len(data.ctrl)]
             mujoco.mj_forward(model, data)
-            looked_for = None
             start = time.process_time()
-            for command, search in commands:
+            for command, stepped in commands:
                 data.ctrl[:] = command
-                # The same contacts are looked for as in the run.
-                if contacts is not None and search is not None and search is not looked_for:
-                    contacts.look_for(looked_for := search)
                 for _ in range(calls_per_tick):
-                    mujoco.mj_step(model, data, nstep // calls_per_tick)
+                    mujoco.mj_step(stepped, data, nstep // calls_per_tick)
             total += time.process_time() - start
         return total
 

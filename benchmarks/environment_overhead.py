@@ -39,13 +39,13 @@ class Floor:
     Attributes:
         model: The MuJoCo model.
         substeps: Physics steps of a call.
-        contacts: Decides which contacts are looked for; None where all are.
+        cell: The work cell, which steps models of several kinds; None where there is one model.
         stretches: For each reset: state, plate and so on to begin from, and what was commanded call by call.
     """
 
     model: Any
     substeps: int
-    contacts: Any = None
+    cell: Any = None
     stretches: list[tuple[dict[str, Any], list[tuple[dict[str, Any], Any]]]] = field(default_factory=list)
 
     def begin(self, data: Any) -> None:
@@ -57,7 +57,7 @@ class Floor:
     def command(self, data: Any) -> None:
         commands = {name: getattr(data, name).copy() for name in ("ctrl", "mocap_pos", "mocap_quat")}
         told = {name: value for name, value in commands.items() if value.size}
-        self.stretches[-1][1].append((told, None if self.contacts is None else self.contacts.search))
+        self.stretches[-1][1].append((told, self.model if self.cell is None else self.cell.stepped))
 
     def seconds(self) -> float:
         import mujoco
@@ -65,19 +65,18 @@ class Floor:
         data, total = mujoco.MjData(self.model), 0.0
         for begin, commands in self.stretches:
             mujoco.mj_resetData(self.model, data)
-            self.model.body_pos[:] = begin["body_pos"]
+            for model in (self.model,) if self.cell is None else self.cell.models:
+                model.body_pos[:] = begin["body_pos"]
             for name, value in begin.items():
                 if name != "body_pos":
                     getattr(data, name)[:] = value
             mujoco.mj_forward(self.model, data)
-            for command, search in commands:
+            for command, stepped in commands:
                 # Setting the commands is no physics.
-                if search is not None:
-                    self.contacts.look_for(search)
                 for name, value in command.items():
                     getattr(data, name)[:] = value
                 start = time.process_time()
-                mujoco.mj_step(self.model, data, nstep=self.substeps)
+                mujoco.mj_step(stepped, data, nstep=self.substeps)
                 total += time.process_time() - start
         return total
 
@@ -118,7 +117,7 @@ def palpate_round(count: int, **arguments: Any) -> dict[str, Any]:
     seconds = steps_of(env, count, nothing, nothing)
     # Once more, equal to the bit, now with a look at every command: a step is many calls here.
     cell = env.unwrapped.cell
-    floor = Floor(cell.model, cell.config.substeps, cell.contacts)
+    floor = Floor(cell.model, cell.config.substeps, cell)
     stepping, advance = False, cell.advance
 
     def watched() -> None:

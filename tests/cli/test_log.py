@@ -50,7 +50,7 @@ def test_info_of_one_log(palpate: CommandLine, logs: list[Path]) -> None:
     page = palpate.succeed("log", "info", logs[1])
     assert "train, zebra-zero, scenario paper, seed 0, trial 1" in page
     assert "control rate   140.000 Hz" in page
-    assert "age at the tick median 1.429 ms" in page
+    assert "age at the tick median 1.786 ms" in page
     assert "missing ticks  none" in page
     assert "no sample: all are valid" in page
 

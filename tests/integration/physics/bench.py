@@ -23,12 +23,12 @@ from palpate.core.perception import SignalProcessor
 from palpate.core.ports.values import CONTROL_RATE_HZ, Snapshot, Vector3, WrenchSample
 from palpate.simulation.work_cell.config import CellConfig, ComplianceConfig, PegConfig, SensorConfig
 
-OFFSETS_M = (0.3e-3, 1e-3, 2e-3, 3e-3)
+LEAST_OFFSET_M, MOST_OFFSET_M = 0.3e-3, 3e-3
 _SILENT = SensorConfig(force_noise_N=0.0, torque_noise_Nm=0.0, force_bias_N=0.0, torque_bias_Nm=0.0)
 _PASS_SPEED_M_S = 0.005
 _DROP_M = 1e-3  # a peg that deep has found the hole
 _STEP_M = 0.5e-3
-_PUSH_M = 0.15e-3  # twice the clearance: the springs then push the peg against the wall with some 3 N
+_PUSH_M = 75e-6  # so far into the wall: the springs then push the peg against it with some 3 N
 
 
 def quiet(
@@ -46,6 +46,12 @@ def quiet(
 def headings(count: int) -> list[float]:
     """Headings spread round the circle by the golden angle: evenly, and never in step with facets of peg or hole."""
     return [k * pi * (3.0 - sqrt(5.0)) for k in range(count)]
+
+
+def offsets_m(count: int) -> list[float]:
+    """Offsets spread over their range by the golden section, for the same reason: they fall in step as headings do."""
+    share = (sqrt(5.0) - 1.0) / 2.0
+    return [LEAST_OFFSET_M + (MOST_OFFSET_M - LEAST_OFFSET_M) * ((k + 0.5) * share % 1.0) for k in range(count)]
 
 
 def rms(values: list[float]) -> float:
@@ -86,6 +92,7 @@ class Bench:
         self._press = HybridControl(self._free, along)
         self._slide = HybridControl(PositionControl(control.position_gain_per_s, _PASS_SPEED_M_S, PERIOD_S), along)
         self._step_ticks = config.task.ticks_per_action
+        self._clearance_m = config.cell.peg.clearance_mm * 1e-3
         self._start_ns = self._tick = 0
 
     def __enter__(self) -> Self:
@@ -163,14 +170,15 @@ class Bench:
 
     def play_m(self, heading: float) -> float:
         """Half the way that the peg has from wall to wall of the hole it is in."""
-        dx, dy = _PUSH_M * cos(heading), _PUSH_M * sin(heading)
+        push_m = self._clearance_m + _PUSH_M
+        dx, dy = push_m * cos(heading), push_m * sin(heading)
         x1, y1, _ = self.push_to(dx, dy)
         x2, y2, _ = self.push_to(-dx, -dy)
         return 0.5 * ((x1 - x2) * cos(heading) + (y1 - y2) * sin(heading))
 
     def capture_half_width_m(self, heading: float, resolution_m: float = 1e-5) -> float:
         """The largest distance at which the peg's axis may pass the hole's at 5 mm/s and still drop in."""
-        caught, missed = 0.0, 1e-3
+        caught, missed = 0.0, self._clearance_m + 1e-3
         while missed - caught > resolution_m:
             miss = 0.5 * (caught + missed)
             if self._drops_when_passing(heading, miss):

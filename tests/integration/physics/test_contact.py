@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from palpate.core.motion.arm import ARMS
-from palpate.simulation.work_cell.config import ComplianceConfig
-from tests.integration.physics.bench import OFFSETS_M, Bench, headings, quiet
+from palpate.simulation.work_cell.config import CellConfig, ComplianceConfig, PegConfig
+from palpate.simulation.work_cell.contact_shapes import PLATE_REACH_M
+from tests.integration.physics.bench import Bench, headings, offsets_m, quiet
 
 FLAT_M = 6e-3
 """So far beside the hole the plate carries the peg on both sides of its axis, and it rests flat."""
@@ -14,7 +15,7 @@ FLAT_M = 6e-3
 @pytest.mark.parametrize("arm", ARMS)
 def test_the_pressed_peg_sinks_by_at_most_5_micrometres(arm: str) -> None:
     with Bench(quiet(arm)) as bench:
-        for offset_m in (*OFFSETS_M, FLAT_M):
+        for offset_m in (*offsets_m(4), FLAT_M):
             bench.press(offset_m, 0.0)
             assert 0.0 < bench.penetration_m() <= 5e-6
         # Nearer the hole the peg leans into it, and its centre lies below the surface without any sinking.
@@ -51,6 +52,33 @@ def test_the_peg_does_not_chatter_on_the_wall(arm: str) -> None:
             assert bench.penetration_m() <= 5e-6
 
 
+@pytest.mark.parametrize(
+    ("arm", "section", "clearance_mm", "tilt_mrad"),
+    [
+        ("zebra-zero", "round", 0.02, 20.0),
+        ("ur5", "round", 1.0, 5.0),
+        ("ur5", "square", 0.3, 20.0),
+        ("zebra-zero", "hexagon", 1.0, 0.0),
+        ("zebra-zero", "triangle", 0.02, 0.0),
+    ],
+)
+def test_other_pegs_touch_as_hard_up_to_the_edge_of_the_plate(
+    arm: str, section: str, clearance_mm: float, tilt_mrad: float
+) -> None:
+    peg = PegConfig(cross_section=section, clearance_mm=clearance_mm)
+    with Bench(quiet(arm, peg=peg, tilt_mrad=tilt_mrad, tilt_heading_deg=70.0)) as bench:
+        for aside_m, heading in zip((clearance_mm * 1e-3 + 1e-3, 5e-3, PLATE_REACH_M), headings(3), strict=True):
+            bench.press(aside_m * np.cos(heading), aside_m * np.sin(heading))
+            # A peg that leans stands on so few spheres that they sink in deeper (docs/results.md).
+            assert 0.0 < bench.penetration_m() <= (6e-6 if tilt_mrad else 5e-6)
+            assert bench.ripple_N(40) < 0.05
+        bench.enter_hole(4e-3)
+        # Opposite a triangle's wall is a corner, twice as far away.
+        play_m = clearance_mm * (1.5e-3 if section == "triangle" else 1e-3)
+        assert bench.play_m(0.0) == pytest.approx(play_m, abs=20e-6)
+        assert bench.penetration_m() <= 5e-6
+
+
 @pytest.mark.parametrize("arm", ARMS)
 def test_weight_pulls_out_of_the_tool_and_pressing_pushes_into_it(arm: str) -> None:
     def at_rest(mass_kg: float) -> tuple[float, ...]:
@@ -71,7 +99,7 @@ def test_the_capture_width_does_not_hang_on_the_time_step(arm: str) -> None:
         with Bench(quiet(arm, substeps=substeps)) as bench:
             return float(np.mean([bench.capture_half_width_m(heading) for heading in headings(2)]))
 
-    standard_m, halved_m = capture_m(5), capture_m(10)
+    standard_m, halved_m = capture_m(CellConfig().substeps), capture_m(2 * CellConfig().substeps)
     assert standard_m == pytest.approx(halved_m, rel=0.2)
     # No less than the clearance, and far below the 3 mm within which the peg starts: it has to be searched for.
     assert 75e-6 < standard_m < 300e-6

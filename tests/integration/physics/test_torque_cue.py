@@ -6,14 +6,17 @@ import pytest
 
 from palpate.core.motion.arm import ARMS
 from palpate.simulation.work_cell.config import ComplianceConfig
-from tests.integration.physics.bench import OFFSETS_M, Bench, headings, quiet, rms
+from tests.integration.physics.bench import Bench, headings, offsets_m, quiet, rms
 
 
 @pytest.mark.parametrize("arm", ARMS)
-@pytest.mark.parametrize("offset_m", OFFSETS_M)
-def test_the_direction_to_the_hole_errs_by_at_most_5_degrees_rms(arm: str, offset_m: float) -> None:
+@pytest.mark.parametrize("offset_m", [None, 0.5e-3, 1.5e-3, 2.7e-3])
+def test_the_direction_to_the_hole_errs_by_at_most_5_degrees_rms(arm: str, offset_m: float | None) -> None:
+    # Offsets spread like the headings, and those at which the errors of ``python -m benchmarks.physics`` are largest.
+    count = 18 if offset_m is None else 9
+    offsets = offsets_m(count) if offset_m is None else [offset_m] * count
     with Bench(quiet(arm)) as bench:
-        errors = [bench.cue_error_deg(offset_m, heading) for heading in headings(12)]
+        errors = [bench.cue_error_deg(*place) for place in zip(offsets, headings(count), strict=True)]
     assert rms(errors) <= 5.0
 
 

@@ -1,4 +1,4 @@
-"""What the commands that run trials print about recording and about weakened limits."""
+"""What the commands that run trials print about recording, about weakened limits and about a cell of less accuracy."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from palpate.adapters.config import RecordingConfig, RunConfig
 from palpate.adapters.hardware.real_time import RealTimeSession
 from palpate.adapters.log import TrialRecorder
 from palpate.core.supervision import limits_line, weakened_lines
+from palpate.simulation.work_cell import accuracy_lines
 
 _MOST = 5
 
@@ -34,8 +35,8 @@ def print_grants(session: RealTimeSession | None, config: RunConfig) -> None:
 
 
 def print_weakened(config: RunConfig) -> None:
-    """Print which limits of the supervisor are set weaker than they come; that shall not be overlooked."""
-    for line in weakened_lines(config.supervision):
+    """Print what is set weaker than it comes, the supervisor's limits or the cell; that shall not be overlooked."""
+    for line in (*weakened_lines(config.supervision), *accuracy_lines(config.cell)):
         sys.stderr.write(f"palpate: {line}\n")
 
 

@@ -1,3 +1,4 @@
+from .accuracy import accuracy_lines as accuracy_lines
 from .cell import WorkCell as WorkCell
 from .conditions import ConditionsConfig as ConditionsConfig
 from .config import CellConfig as CellConfig

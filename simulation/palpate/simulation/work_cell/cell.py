@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import partial
 from typing import Final, TypeAlias
 
@@ -16,7 +16,7 @@ from palpate.core.insertion import Purpose, generator
 from palpate.core.motion import Kinematics
 from palpate.core.ports import JointVector, Truth
 from palpate.simulation.work_cell.config import CellConfig
-from palpate.simulation.work_cell.contact_pairs import Leeway
+from palpate.simulation.work_cell.contact_pairs import NEAR_M, Leeway
 from palpate.simulation.work_cell.contact_search import ContactSearch
 from palpate.simulation.work_cell.contact_shapes import PLATE_REACH_M, outermost_m, peg_rings
 from palpate.simulation.work_cell.model import build_work_cell
@@ -117,12 +117,22 @@ class WorkCell:
         if self._zero_moves and self.data.ncon:
             self._loaded = self.ticks
 
+    @property
+    def models(self) -> Sequence[mujoco.MjModel]:
+        """The models that physics may go on with."""
+        return (self.model,) if self.contacts is None else self.contacts.models
+
+    @property
+    def stepped(self) -> mujoco.MjModel:
+        """The one that the newest tick went on with."""
+        return self.model if self.contacts is None else self.contacts.models[self.contacts.level]
+
     def place(self, position_rad: JointVector | Array) -> None:
         """Put the arm somewhere, (n,) rad, at rest."""
         self.data.qpos[: self.joints] = position_rad
         self.data.ctrl[:] = position_rad
         if self.contacts is not None:
-            self.contacts.forward()
+            self.contacts.begin()
         else:
             mujoco.mj_forward(self.model, self.data)
 
@@ -182,13 +192,14 @@ class WorkCell:
 
     def _build(self, cell: CellConfig) -> None:
         """Make the model of a cell; a grip or clearance other than the last trial's takes it, and some milliseconds."""
-        leeway = Leeway.of(cell, self._far_m) if cell.contacts == "listed" else None
-        self.model = self._model_of(cell, listed=leeway)
+        self.model = self._model_of(cell)
         self.data = mujoco.MjData(self.model)
         self.contacts: ContactSearch | None = None
-        if leeway is not None:
+        if cell.contacts == "listed":
+            leeways = [Leeway.of(cell, aside_m) for aside_m in sorted({NEAR_M, max(NEAR_M, self._far_m)})]
+            listed = [(leeway, self._model_of(cell, listed=leeway)) for leeway in leeways]
             radius_m = outermost_m(peg_rings(cell.peg)[0])
-            self.contacts = ContactSearch(self.model, self.data, leeway, radius_m, self._yaw_rad)
+            self.contacts = ContactSearch(self.model, listed, self.data, radius_m, self._yaw_rad)
         self._plate = self.model.body("plate").id
         start = int(self.model.sensor_historyadr[0]) + _HISTORY_HEADER + cell.substeps
         # Views into MuJoCo's memory, which stays where it is.

@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Annotated, ClassVar
+from math import acos, ceil, pi
+from typing import Annotated, ClassVar, Final
 
 from typing_extensions import override
 
 from palpate.core.errors import ConfigurationError
 from palpate.core.ports import OneOf, Range, Settings
 from palpate.simulation.work_cell.conditions import ConditionsConfig
+
+SURFACE_BEGINS_MM: Final = 3.0
+"""So far beside a round hole the broad boxes of the plate's surface begin."""
+_LEAST_SPHERES: Final = 12
 
 
 @dataclass(frozen=True)
@@ -30,10 +35,29 @@ class PegConfig(Settings):
     """Coulomb friction between peg and plate."""
     wall_boxes: Annotated[int, Range(16, 512)] = 48
     """Boxes that form the wall of a round hole (a polygon has one per side)."""
+    outer_boxes: Annotated[int, Range(0, 512)] = 16
+    """Boxes that form the plate's surface from 3 mm beside a round hole on; 0 is half of wall_boxes."""
     rim_spheres: Annotated[int, Range(12, 512)] = 48
-    """Small spheres that form each contact ring of the peg."""
+    """Small spheres that form the contact ring at the peg's tip."""
+    upper_spheres: Annotated[int, Range(0, 512)] = 24
+    """Those of the second ring, 8 mm above it; 0 is as many as rim_spheres."""
     rim_radius_mm: Annotated[float, Range(0.01, 1.0)] = 0.1
     """Radius of those spheres: it is also a tiny chamfer."""
+
+    @override
+    def check(self) -> None:
+        if 0 < self.upper_spheres < _LEAST_SPHERES:
+            raise ConfigurationError(
+                "cell.peg.upper_spheres", self.upper_spheres, f"a whole number from {_LEAST_SPHERES} to 512, or 0"
+            )
+        radius_mm = self.diameter_mm / 2 + self.clearance_mm + SURFACE_BEGINS_MM
+        least = ceil(pi / acos(1.0 - SURFACE_BEGINS_MM / radius_mm))
+        if self.cross_section == "round" and 0 < self.outer_boxes < least:
+            raise ConfigurationError(
+                "cell.peg.outer_boxes",
+                self.outer_boxes,
+                f"a whole number from {least} to 512, or 0; fewer boxes would reach into the hole",
+            )
 
 
 @dataclass(frozen=True)
@@ -96,8 +120,8 @@ class CellConfig(Settings):
     """Direction in which it leans, from x towards y of the task frame."""
     contacts: Annotated[str, OneOf("listed", "searched")] = "listed"
     """listed: only what can touch near the hole is tried there, with the same result; searched: MuJoCo tries all."""
-    substeps: Annotated[int, Range(3, 100)] = 5
-    """Physics steps per control tick (140 Hz): 5 is a time step of 1/700 s."""
+    substeps: Annotated[int, Range(3, 100)] = 4
+    """Physics steps per control tick (140 Hz): 4 is a time step of 1/560 s."""
 
     @property
     def hole_reach_mm(self) -> float:

@@ -9,6 +9,8 @@ from typing import Final, Self
 from palpate.simulation.work_cell.config import CellConfig
 from palpate.simulation.work_cell.contact_shapes import UPPER_RING_M, Box, outermost_m, peg_rings
 
+NEAR_M: Final = 2e-3
+"""A peg within this of the hole's axis, in the hole or beside it, needs a third of the pairs of one farther off."""
 _SLACK_M: Final = 0.25e-3
 """How far a sphere may move in a tick at the end of which it is found to be where pairs are not listed."""
 _LEAN: Final = 0.02

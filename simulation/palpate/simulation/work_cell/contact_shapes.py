@@ -9,14 +9,14 @@ from dataclasses import dataclass
 from math import cos, hypot, pi
 from typing import Final
 
-from palpate.simulation.work_cell.config import PegConfig
+from palpate.simulation.work_cell.config import SURFACE_BEGINS_MM, PegConfig
 from palpate.simulation.work_cell.cross_section import CrossSection
 
 PLATE_REACH_M: Final = 0.009
 """How far from the hole's edge the plate's surface is closed at the least: the peg may wander as far as that."""
 UPPER_RING_M: Final = 0.008
 """Height of the peg's upper ring of spheres above its tip."""
-_RIM_M: Final = 0.003
+_RIM_M: Final = SURFACE_BEGINS_MM * 1e-3
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +48,7 @@ def plate_boxes(peg: PegConfig, reach_m: float) -> list[Box]:
     half_thickness = (depth + 0.005) / 2
     # Two rings: short boxes at the rim keep MuJoCo's bounding volumes tight, which saved a seventh of a step's cost.
     # The outer ring has fewer, broader ones, and begins far enough inside the inner ring to leave no slit.
-    outer_boxes = peg.wall_boxes // 2
+    outer_boxes = peg.outer_boxes or peg.wall_boxes // 2
     slit = 0.0 if hole.sides else (hole.apothem_m + _RIM_M) * (1.0 - cos(pi / outer_boxes))
     boxes = []
     for count, start, end in ((peg.wall_boxes, 0.0, _RIM_M), (outer_boxes, _RIM_M - slit, reach_m)):
@@ -63,8 +63,8 @@ def plate_boxes(peg: PegConfig, reach_m: float) -> list[Box]:
 def peg_rings(peg: PegConfig) -> tuple[list[tuple[float, float]], list[tuple[float, float]]]:
     """Centres of the spheres of the lower and the upper ring, across the peg's axis."""
     section = CrossSection.named(peg.cross_section, peg.diameter_mm * 0.5e-3)
-    ring = section.rim(peg.rim_spheres, peg.rim_radius_mm * 1e-3)
-    return ring, ring
+    inset_m = peg.rim_radius_mm * 1e-3
+    return section.rim(peg.rim_spheres, inset_m), section.rim(peg.upper_spheres or peg.rim_spheres, inset_m)
 
 
 def outermost_m(ring: list[tuple[float, float]]) -> float:

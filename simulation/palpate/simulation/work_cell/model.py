@@ -50,7 +50,7 @@ def build_work_cell(
             tool; a peg that is not round is gripped so that it fits the hole at this yaw.
         period_s: Control period; the time step is this over ``config.substeps``.
         plate_reach_m: How far from the hole's edge the plate's surface is closed.
-        listed: Pairs of sphere and box are listed for a peg within this; None lists none, MuJoCo searches.
+        listed: Only pairs of sphere and box that can touch within this are tried; None searches for all contacts.
     """
     spec = mujoco.MjSpec()
     spec.modelname = f"palpate work cell, {kinematics.arm.name}"
@@ -73,9 +73,15 @@ def build_work_cell(
     boxes = plate_boxes(config.peg, plate_reach_m)
     _add_plate(spec, config, goal_in_base, boxes)
     _add_sensors(spec, config)
-    if listed is not None:
-        _list_pairs(spec, config, boxes, listed)
-    return spec.compile()
+    if config.contacts == "listed":
+        _tell_place(spec)
+    if listed is None:
+        return spec.compile()
+    _list_pairs(spec, config, boxes, listed)
+    model = spec.compile()
+    # Pairs in the list are tried in any case; bodies without types collide in no other.
+    model.body_contype[:] = model.body_conaffinity[:] = 0
+    return model
 
 
 def _add_arm(spec: mujoco.MjSpec, kinematics: Kinematics) -> mujoco.MjsBody:
@@ -251,7 +257,7 @@ def _add_plate(spec: mujoco.MjSpec, config: CellConfig, goal_in_base: pin.SE3, b
 
 
 def _list_pairs(spec: mujoco.MjSpec, config: CellConfig, boxes: list[Box], leeway: Leeway) -> None:
-    """Pairs of sphere and box for a peg within the leeway, and a sensor that tells whether it is."""
+    """Pairs of sphere and box for a peg within the leeway."""
     spheres = [geom for geom in spec.geoms if geom.type == mujoco.mjtGeom.mjGEOM_SPHERE]
     plates = list(spec.body("plate").geoms)
     for name, geoms in (("sphere", spheres), ("box", plates)):
@@ -266,6 +272,10 @@ def _list_pairs(spec: mujoco.MjSpec, config: CellConfig, boxes: list[Box], leewa
             solref=_SOLREF,
             solimp=_SOLIMP,
         )
+
+
+def _tell_place(spec: mujoco.MjSpec) -> None:
+    """Sensors for where the tip is, by which it is decided which contacts are looked for."""
     for name, kind in (
         ("tip_in_plate", mujoco.mjtSensor.mjSENS_FRAMEPOS),
         ("tip_x_in_plate", mujoco.mjtSensor.mjSENS_FRAMEXAXIS),

@@ -4,6 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
+from palpate.core.errors import ConfigurationError
 from palpate.simulation.work_cell.config import CellConfig, PegConfig
 from palpate.simulation.work_cell.contact_shapes import PLATE_REACH_M
 from palpate.simulation.work_cell.cross_section import CrossSection
@@ -49,3 +50,9 @@ def test_the_surface_has_no_slits_and_the_hole_is_free(shape: str, boxes: int, d
     for beyond_m in np.arange(1e-5, PLATE_REACH_M, 1e-4):
         assert covered(directions * (edge + beyond_m)[:, None], model).all(), beyond_m
     assert not covered(directions * (edge - 1e-6)[:, None], model).any()
+
+
+@pytest.mark.parametrize("numbers", [{"outer_boxes": 5}, {"outer_boxes": 1}, {"upper_spheres": 11}])
+def test_numbers_that_leave_no_hole_or_no_ring_are_refused(numbers: dict[str, int]) -> None:
+    with pytest.raises(ConfigurationError, match=r"a whole number from (6|12) to 512, or 0"):
+        PegConfig(**numbers)

@@ -1,0 +1,27 @@
+"""Settings of a cell that are known to cost its contact accuracy, in words; figures are in docs/results.md."""
+
+from __future__ import annotations
+
+from palpate.simulation.work_cell.config import CellConfig
+
+_COARSE_SUBSTEPS = 3
+
+
+def accuracy_lines(cell: CellConfig) -> list[str]:
+    """What is to be said of a cell that touches less truly than the one that comes, a line each.
+
+    Args:
+        cell: Physical parameters.
+    """
+    peg, lines = cell.peg, []
+    if peg.cross_section == "round" and peg.rim_spheres != peg.wall_boxes:
+        lines.append(
+            f"cell.peg.rim_spheres = {peg.rim_spheres} beside cell.peg.wall_boxes = {peg.wall_boxes}: "
+            "the torque points beside the hole by up to 7 degrees RMS (limit 5); equal numbers go together"
+        )
+    if cell.substeps <= _COARSE_SUBSTEPS:
+        lines.append(
+            f"cell.substeps = {cell.substeps}: a peg drops into the hole from up to 18 % farther off "
+            "than at half the time step (limit 20 %)"
+        )
+    return lines
