@@ -168,7 +168,9 @@ MISHAPS: Final[dict[str, Mishap]] = {
     "trip-and-hold": Mishap((_force("nan", 20),), {"supervision": {"on_trip": "hold"}}),
     "trip-then-stopped": Mishap((_force("freeze", 20),), {"supervision": {"retract_mm": 5.0}}, (32, "stop")),
     "clamp-position": Mishap(
-        settings=_weak(max_tracking_error_mrad=500.0), answers={2: (4, 3.15, _POSITION)}, at=(20, "stop")
+        settings=_weak(max_tracking_error_mrad=500.0),
+        answers={2: (4, 3.15, _POSITION), 3: (4, 3.15, _POSITION)},
+        at=(20, "stop"),
     ),
     "clamped-by-the-arm": Mishap(
         answers={n: (3, 0.001, reason) for n, reason in ((4, _VELOCITY), (5, _VELOCITY), (30, _POSITION))},

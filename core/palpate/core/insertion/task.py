@@ -150,7 +150,9 @@ class InsertionTask:
             state.end(Outcome.UNPROVED, state.expectation.doubt.text)
         elif self._interrupted:
             self._wind_up()
-        if state.phase is not Phase.DONE and self._within_force_limit():
+        if state.phase is not Phase.DONE:
+            self._hold_force_limit()
+        if state.phase is not Phase.DONE:
             trip = self._proof.contradiction(snapshot, self._measurement, tared=self._settle.bias is not None)
             if trip is not None:
                 state.doubt(trip)
@@ -283,7 +285,7 @@ class InsertionTask:
         if self._state.phase is not Phase.EXPLORE or self._explore.countdown <= 1:
             self._state.end(Outcome.INTERRUPTED, "on request")
 
-    def _within_force_limit(self) -> bool:
+    def _hold_force_limit(self) -> None:
         x, y, z = self._measurement.force_N
         if self._settle.bias is None:
             # Weight and offset are not known yet: what counts is the change since the trial began.
@@ -292,12 +294,9 @@ class InsertionTask:
             force = dist((x, y, z), self._first_force_N)
             if force > self._max_force_N:
                 self._state.end(Outcome.FORCE_LIMIT, f"{force:.2f} N more than at the start, before taring")
-                return False
-            return True
+            return
         force = sqrt(x * x + y * y + z * z)
         if force > self._state.report.peak_force_N:
             self._state.report.peak_force_N = force
             if force > self._max_force_N:
                 self._state.end(Outcome.FORCE_LIMIT, f"{force:.2f} N, limit {self._max_force_N:g} N")
-                return False
-        return True
