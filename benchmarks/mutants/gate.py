@@ -39,7 +39,7 @@ LEAST: Final = 4
 EQUIVALENT: Final = Path(__file__).with_name("equivalent.json")
 NOT_RUN: Final = Path(__file__).with_name("not_run.json")
 """Why no trial that is recorded runs a statement, by its function and what it says."""
-_SAME_BITS: Final = "it differs only where two measured numbers are equal in every bit"
+_SAME_BITS: Final = "it differs only where two numbers that are computed from samples are equal in every bit"
 THOROUGH: Final = (
     "core/palpate/core/supervision/",
     "core/palpate/core/insertion/task.py",
@@ -371,7 +371,7 @@ def report(judged: Sequence[dict[str, Any]], reasons: dict[str, str], lines: Map
         f" {len(unexplained)} survived; killed of those not shown equivalent: {killed / max(counted, 1):.1%}"
     ]
     same_bits = sum(reasons[one["id"]] == _SAME_BITS for one in equivalent)
-    text.append(f"of those shown equivalent {same_bits} differ where two measured numbers are equal in every bit")
+    text.append(f"of those shown equivalent {same_bits} differ only where two computed numbers are equal in every bit")
     by_operator = Counter(one["operator"] for one in judged)
     text.append("by operator: " + ", ".join(f"{by_operator[name]} {name}" for name in _OPERATORS))
     for title, ones in (("survived", unexplained), ("shown equivalent", equivalent)):

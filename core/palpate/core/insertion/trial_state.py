@@ -40,7 +40,6 @@ class TrialState:
         self.report = TrialReport(TrialSetup(0, 0, (0.0, 0.0)))
         self.phase = Phase.DONE
         self.snapshot: Snapshot
-        self._reset()
 
     def begin(self, setup: TrialSetup) -> None:
         """A trial begins; the agent has begun it."""
@@ -52,7 +51,7 @@ class TrialState:
     def _reset(self) -> None:
         # A trial may begin with the peg still in the hole of the one before.
         self.expectation = Expectation(contact=True)
-        self.observation: Observation | None = None
+        self.observation: Observation | None
         self.tick = self.explore_start = 0
         self.hole_tick: int | None = None
         self.surface_m = self.slack_m = self.edge_m = 0.0

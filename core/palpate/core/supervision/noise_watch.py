@@ -59,7 +59,7 @@ class NoiseWatch:
         self._band = _bands(self._noise)
         # No sample has a channel that is none: the first one begins a run on each.
         self._begun: _Six = (nan, nan, nan, nan, nan, nan)
-        self._since = (0, 0, 0, 0, 0, 0)
+        self._since = (0,) * 6
         self._seen: dict[float, int] = {}
         self._seen_before: dict[float, int] = {}
         self._count = self._lag = self._recurring = 0
