@@ -24,6 +24,8 @@ from palpate.core.ports import (
 _OF_TABLES: Final = ("q-learning", "sarsa")
 OF_SOME: Final[Mapping[str, tuple[str, ...]]] = {
     "back_off_visits": ("q-learning",),
+    "keep_steps": ("q-learning",),
+    "share_turns": ("q-learning",),
     "trace_decay": ("sarsa",),
     "belief": ("belief",),
     **dict.fromkeys(
@@ -65,6 +67,10 @@ class LearningConfig(Settings):
     back_off_visits: HalvingVisits = 0.0
     """With a memory: visits after which a state's own experience counts as much as that of its last symbol, which
     stands in for it until then; 0 for never."""
+    keep_steps: Annotated[int, Range(1, 1000)] = 1
+    """An action goes on until the state changes, for so many steps at most; 1 chooses anew at each."""
+    share_turns: bool = False
+    """What is learned of a region of x and y, or of tx and ty, holds for its quarter turns, too."""
     trace_decay: Annotated[float, Range(0.0, 1.0)] = 0.8
     """Lambda of sarsa."""
     reinforcement: Annotated[str, OneOf("action-penalty", "effort")] = "action-penalty"

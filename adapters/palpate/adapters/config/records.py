@@ -14,6 +14,8 @@ from palpate.core.supervision import SupervisionConfig, weaker_settings
 UNTOLD: Final[Mapping[str, Any]] = {
     "learner": "q-learning",
     "learning.trace_decay": 0.8,
+    "learning.keep_steps": 1,
+    "learning.share_turns": False,
     "cell.conditions.hole_shift_mm": 0.0,
     "cell.conditions.hole_shift_trials": 0,
     "cell.conditions.tilt_heading": "set",

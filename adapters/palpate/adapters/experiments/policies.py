@@ -17,6 +17,7 @@ from palpate.core.policy import (
     BackOff,
     ExamplesPolicy,
     MixedPolicy,
+    OptionParameters,
     Policy,
     PolicyDocument,
     ProgrammedPolicy,
@@ -78,6 +79,10 @@ def learning_parameters(config: RunConfig) -> QParameters:
     }
     if config.learner == "sarsa":
         return SarsaParameters(**common, temperature=schedule, trace_decay=learning.trace_decay)
+    if learning.keep_steps > 1 or learning.share_turns:
+        return OptionParameters(
+            **common, temperature=schedule, keep_steps=learning.keep_steps, share_turns=learning.share_turns
+        )
     return QParameters(**common, temperature=schedule)
 
 
@@ -145,7 +150,7 @@ def loaded_policy(document: PolicyDocument, config: RunConfig, perception: Perce
         ConfigurationError: It has other states or actions, or is to learn on by another learner.
     """
     kind = document.learner.kind if document.learner is not None else "belief" if document.belief is not None else ""
-    if not frozen and kind and kind != config.learner:
+    if not frozen and kind and kind.partition(" of ")[0] != config.learner:
         raise ConfigurationError("learner", config.learner, f"{kind!r}, as in the policy file")
     if not frozen and document.belief is not None:
         document = replace(document, belief=replace(document.belief, parameters=config.learning.belief))

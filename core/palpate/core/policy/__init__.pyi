@@ -29,6 +29,8 @@ from .exploration import boltzmann_probabilities as boltzmann_probabilities
 from .file import SCHEMA as SCHEMA
 from .file import PolicyDocument as PolicyDocument
 from .learner import Learner as Learner
+from .options import OptionLearning as OptionLearning
+from .options import OptionParameters as OptionParameters
 from .programmed import AssignedPolicy as AssignedPolicy
 from .programmed import MixedPolicy as MixedPolicy
 from .programmed import ProgrammedPolicy as ProgrammedPolicy

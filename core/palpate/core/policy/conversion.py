@@ -14,6 +14,7 @@ from palpate.core.policy.entries import ActionEntry, BackOffEntry, LearnerEntry,
 from palpate.core.policy.examples import ExamplesPolicy
 from palpate.core.policy.file import PolicyDocument
 from palpate.core.policy.learner import Learner
+from palpate.core.policy.options import OptionLearning, OptionParameters
 from palpate.core.policy.programmed import AssignedPolicy, MixedPolicy, ProgrammedPolicy
 from palpate.core.policy.sarsa import Sarsa, SarsaParameters
 from palpate.core.policy.tabular import QLearning, QParameters, TabularLearner
@@ -140,16 +141,19 @@ def new_learner(
     back_off: BackOff | None = None,
     frozen: bool = False,
 ) -> TabularLearner:
-    """The learner that has such settings: Sarsa(lambda) for those with a trace decay, Q-learning for the others.
+    """The learner that has such settings: Sarsa(lambda), Q-learning of options, or Q-learning.
 
     With ``back_off``, for Q-learning only, symbols stand in for states that were little tried.
 
     Raises:
-        ConfigurationError: A value is out of its range, names repeat, or Sarsa is to back off.
+        ConfigurationError: A value is out of its range, names repeat, or a learner is to back off that cannot.
     """
-    if isinstance(parameters, SarsaParameters):
+    if isinstance(parameters, SarsaParameters | OptionParameters):
         if back_off is not None:
-            raise ConfigurationError("policy.back_off", back_off.visits, "none with Sarsa; Q-learning can back off")
+            accepted = "none with Sarsa or with options; Q-learning of single steps can back off"
+            raise ConfigurationError("policy.back_off", back_off.visits, accepted)
+        if isinstance(parameters, OptionParameters):
+            return OptionLearning(states, actions, parameters, frozen=frozen)
         return Sarsa(states, actions, parameters, frozen=frozen)
     if back_off is None:
         return QLearning(states, actions, parameters, frozen=frozen)
