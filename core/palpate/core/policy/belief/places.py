@@ -12,7 +12,7 @@ from palpate.core.policy.belief.model import Directions, TouchModel
 
 PITCH_M: Final = 1e-4
 """Distance between places."""
-_EVIDENCE_POWER: Final = 0.7
+_EVIDENCE_POWER: Final = 1.0
 """Touches of one slide are alike, so each counts for less than one of its own."""
 _KEPT: Final = 0.97
 """Share of the evidence that is left after one more touch: what was learned may be a little wrong."""
