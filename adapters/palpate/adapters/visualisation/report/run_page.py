@@ -15,6 +15,7 @@ from palpate.adapters.visualisation.report.logs import force_picture, logs_in, s
 from palpate.adapters.visualisation.report.page import Cell, Page, PageSection, PageTable, Picture, counted, share
 from palpate.adapters.visualisation.report.policy_pictures import arrows_pictures, q_picture
 from palpate.adapters.visualisation.report.run_source import RunSource
+from palpate.adapters.visualisation.report.touch_pictures import touch_pictures
 from palpate.core.policy import PolicyDocument
 
 MOST_TIMED = 8
@@ -85,11 +86,12 @@ def summary_cells(rows: Sequence[TrialRow], late: Sequence[TrialRow]) -> dict[st
 
 
 def policy_sections(document: PolicyDocument, name: str, title: str) -> list[PageSection]:
-    """The policy as arrows, and its Q values where it has some; of a belief, what ``palpate show`` prints."""
+    """The policy as arrows, and its Q values where it has some; of a belief, its touch model."""
     learner = document.learner
     if document.belief is not None:
         text = f"A belief over the hole's place, {counted(document.belief.trials_learned, 'trial')} learned."
-        return [PageSection("Policy", (text,), listing=render_table(document))]
+        pictures = touch_pictures(f"touch-{name}", document.belief, title)
+        return [PageSection("Policy", (text,), pictures=pictures, listing=render_table(document))]
     text = f"{counted(len(document.states), 'state')}, {counted(len(document.actions), 'action')}; "
     text += f"{learner.kind}, {counted(learner.trials_learned, 'trial')} learned." if learner else "nothing learned."
     visited = sum(row.visits > 0 for row in document.table)
