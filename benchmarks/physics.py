@@ -1,7 +1,7 @@
 """Prints the physical figures of the simulated cell: ``python -m benchmarks.physics`` from the repository's root.
 
-The figures are those that ``tests/integration/physics`` sets limits to, taken with more headings and also for other
-resolutions, time steps and grippers than the default.
+The figures are those that ``tests/integration/physics`` sets limits to, taken at 28 offsets and more headings, and also
+for other resolutions, time steps, grippers, shapes, clearances and tilts than the default, up to the plate's edge.
 """
 
 from __future__ import annotations
@@ -17,9 +17,15 @@ import numpy as np
 from palpate.adapters.config.run import RunConfig
 from palpate.core.motion.arm import ARMS
 from palpate.simulation.work_cell.config import ComplianceConfig, PegConfig
-from tests.integration.physics.bench import OFFSETS_M, Bench, headings, quiet, rms
+from palpate.simulation.work_cell.contact_shapes import PLATE_REACH_M
+from tests.integration.physics.bench import LEAST_OFFSET_M, MOST_OFFSET_M, Bench, headings, quiet, rms
 
 FLAT_M = 6e-3
+OFFSETS_M = np.linspace(LEAST_OFFSET_M, MOST_OFFSET_M, 28).tolist()
+AFTER_A_STEP_M = (1e-3, 2e-3, 3e-3)
+SECTIONS = ("round", "square", "hexagon", "triangle")
+CLEARANCES_MM = (0.02, 0.075, 0.3, 1.0)
+TILTS_MRAD = (0.0, 5.0, 20.0)
 
 
 @dataclass(frozen=True)
@@ -42,8 +48,16 @@ def centre(height_mm: float) -> Case:
 
 
 DEFAULT = Case("default", quiet)
-HALVED = Case("10 substeps", partial(quiet, substeps=10))
+BEFORE = Case(
+    "as it was: 5 substeps, 24 outer boxes, 48 upper spheres",
+    partial(quiet, peg=PegConfig(outer_boxes=0, upper_spheres=0), contacts="searched", substeps=5),
+)
+HALVED = Case("8 substeps", partial(quiet, substeps=8))
 DOUBLED = resolution(96, 96)
+FEWER = Case(
+    "32 boxes, 32 spheres, 16 upper", partial(quiet, peg=PegConfig(wall_boxes=32, rim_spheres=32, upper_spheres=16))
+)
+UNEQUAL = resolution(48, 32)
 CYLINDER = Case("plain cylinder for a peg", partial(quiet, contacts="searched"), plain_cylinder=True)
 RESOLUTIONS = [resolution(boxes, spheres) for boxes in (64, 128) for spheres in (36, 72)]
 CENTRES = [centre(height_mm) for height_mm in (0.0, 10.0, 40.0, 140.0)]
@@ -72,18 +86,38 @@ def bench_of(case: Case, arm: str) -> Bench:
     return bench
 
 
-def cue(bench: Bench, count: int, after_a_step: bool) -> Iterator[str]:
-    """RMS and largest error of the direction, and the lever of the force, at each offset."""
-    for offset_m in OFFSETS_M:
-        if after_a_step and offset_m < 0.5e-3:
-            yield ""  # the step itself would lead through the hole
-            continue
-        errors, levers = [], []
-        for heading in headings(count):
-            # The golden angle again, so that steps come from all sides at all headings.
-            errors.append(bench.cue_error_deg(offset_m, heading, 2.1 * heading if after_a_step else None))
-            levers.append(bench.cue_lever_m() * 1e3)
-        yield f"{rms(errors):.2f} / {max(map(abs, errors)):.1f} / {np.mean(levers):.1f}"
+def cue(bench: Bench, count: int) -> Iterator[str]:
+    """RMS error of the direction over all offsets, the worst of the offsets, and the largest error."""
+    errors = {
+        offset_m: [bench.cue_error_deg(offset_m, heading) for heading in headings(count)] for offset_m in OFFSETS_M
+    }
+    worst_m = max(OFFSETS_M, key=lambda offset_m: rms(errors[offset_m]))
+    everything = [error for each in errors.values() for error in each]
+    yield f"{rms(everything):.2f}"
+    yield f"{rms(errors[worst_m]):.2f} at {worst_m * 1e3:.1f} mm"
+    yield f"{max(map(abs, everything)):.1f}"
+
+
+def cue_after_a_step(bench: Bench, count: int) -> Iterator[str]:
+    """RMS and largest error of the direction at each offset when an exploratory step has just ended."""
+    for offset_m in AFTER_A_STEP_M:
+        # The golden angle again, so that steps come from all sides at all headings.
+        errors = [bench.cue_error_deg(offset_m, heading, 2.1 * heading) for heading in headings(count)]
+        yield f"{rms(errors):.2f} / {max(map(abs, errors)):.1f}"
+
+
+def grid(bench: Bench) -> Iterator[str]:
+    """Sinking and ripple from beside the hole to the plate's edge, and the play between walls."""
+    clearance_m = bench.rig.cell.config.peg.clearance_mm * 1e-3
+    sinking_um, ripple_N = [], []
+    for aside_m, heading in zip((clearance_m + 1e-3, 5e-3, FLAT_M, PLATE_REACH_M), headings(4), strict=True):
+        bench.press(aside_m * np.cos(heading), aside_m * np.sin(heading))
+        sinking_um.append(bench.penetration_m() * 1e6)
+        ripple_N.append(bench.ripple_N())
+    yield f"{max(sinking_um):.2f}"
+    yield f"{max(ripple_N):.4f}"
+    bench.enter_hole(4e-3)
+    yield f"{bench.play_m(0.0) * 1e6:.1f}"
 
 
 def contact(bench: Bench, count: int) -> Iterator[str]:
@@ -113,18 +147,36 @@ def main() -> None:
     parser.add_argument("--quick", action="store_true", help="the default cell only, and fewer headings")
     quick = parser.parse_args().quick
     count = 12 if quick else 24
-    offsets = [f"{offset_m * 1e3:g} mm" for offset_m in OFFSETS_M]
     table(
-        "Direction to the hole, pressing at rest: RMS error in degrees / largest / lever in mm",
-        offsets,
-        [DEFAULT] if quick else [DEFAULT, HALVED, DOUBLED, *RESOLUTIONS, CYLINDER, *CENTRES],
-        lambda bench: cue(bench, count, after_a_step=False),
+        f"Direction to the hole, pressing at rest, {len(OFFSETS_M)} offsets from 0.3 to 3 mm: error in degrees",
+        ["RMS", "RMS at the worst offset", "largest"],
+        [DEFAULT, BEFORE] if quick else [DEFAULT, BEFORE, HALVED, DOUBLED, FEWER, UNEQUAL, *RESOLUTIONS, CYLINDER],
+        lambda bench: cue(bench, count),
     )
     table(
-        "The same when an exploratory step of 0.5 mm has just ended",
-        offsets,
+        "RMS / largest error when an exploratory step of 0.5 mm has just ended",
+        [f"{offset_m * 1e3:g} mm" for offset_m in AFTER_A_STEP_M],
         CENTRES[:1] if quick else CENTRES,
-        lambda bench: cue(bench, count, after_a_step=True),
+        lambda bench: cue_after_a_step(bench, count),
+    )
+    table(
+        "Shapes, clearances, tilts, from beside the hole to the edge of the plate",
+        ["sinking, um", "ripple, N", "play, um"],
+        [
+            Case(
+                f"{section}, clearance {clearance_mm:g} mm, tilt {tilt_mrad:g} mrad",
+                partial(
+                    quiet,
+                    peg=PegConfig(cross_section=section, clearance_mm=clearance_mm),
+                    tilt_mrad=tilt_mrad,
+                    tilt_heading_deg=70.0,
+                ),
+            )
+            for section in SECTIONS[: 1 if quick else None]
+            for clearance_mm in CLEARANCES_MM
+            for tilt_mrad in TILTS_MRAD
+        ],
+        grid,
     )
     table(
         "Contact",
@@ -135,7 +187,7 @@ def main() -> None:
             "play, um",
             "capture half-width at 5 mm/s, um",
         ],
-        [DEFAULT, HALVED] if quick else [DEFAULT, HALVED, DOUBLED],
+        [DEFAULT, HALVED] if quick else [DEFAULT, BEFORE, HALVED, DOUBLED],
         lambda bench: contact(bench, count),
     )
 

@@ -11,10 +11,9 @@ next machine too (``docs/decisions/0015-equal-on-another-processor.md``).
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from math import prod
 from operator import le
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -29,8 +28,7 @@ _MAX_DAMPING: Final = 1e-2
 _ITERATION_REACH_RAD: Final = 0.3
 
 
-@dataclass(frozen=True, slots=True)
-class JointStep:
+class JointStep(NamedTuple):
     """One step of the joints.
 
     Attributes:
@@ -53,6 +51,8 @@ class InverseKinematics:
     def __init__(self, kinematics: Kinematics, period_s: float) -> None:
         self._kinematics = kinematics
         self._square = kinematics.joints == 6
+        # Kept, because making one takes longer than the factorisation itself.
+        self._factors = PartialPivLU(kinematics.joints)
         self._lower: list[float] = kinematics.lower_rad.tolist()
         self._upper: list[float] = kinematics.upper_rad.tolist()
         self._reach_rad: Array = kinematics.velocity_limit_rad_s * period_s
@@ -69,7 +69,8 @@ class InverseKinematics:
         error = self._kinematics.tip_error(tip_target_in_base)
         # Nearly every tick ends in this block. Plain floats: a numpy call on six numbers costs a microsecond.
         if self._square:
-            factors = PartialPivLU(jacobian)
+            factors = self._factors
+            factors.compute(jacobian)
             # The determinant is the product of the singular values: manipulability for free.
             if abs(factors.determinant()) >= _SINGULAR:
                 dq: Array = factors.solve(error)
