@@ -15,7 +15,7 @@ from palpate.core.insertion.first_touch import FirstTouch
 from palpate.core.insertion.measurement import Measurement
 from palpate.core.insertion.sign_of_life import SignOfLife
 from palpate.core.insertion.wall_check import ANSWER_N, WallCheck
-from palpate.core.ports import CONTROL_RATE_HZ, Snapshot, WrenchSample
+from palpate.core.ports import CONTROL_RATE_HZ, Snapshot
 
 PAST_PLATE_M: Final = 1e-3
 """A tip so far below where the plate must be is in the hole, or its sensor is dead."""
@@ -43,10 +43,6 @@ class Proof(Protocol):
         """A trial begins."""
 
     @abstractmethod
-    def rest(self, wrench: WrenchSample) -> None:
-        """A sample of a tool at rest in free space."""
-
-    @abstractmethod
     def watch_touch(self, snapshot: Snapshot, measured: Measurement) -> None:
         """A tick of the approach or of the rest after it."""
 
@@ -66,10 +62,6 @@ class NoProof(Proof):
 
     @override
     def begin(self) -> None:
-        return
-
-    @override
-    def rest(self, wrench: WrenchSample) -> None:
         return
 
     @override
@@ -102,7 +94,7 @@ class ContactProof(Proof):
         self._pull_N = _PULL_SHARE * press_N
         self.deepest_plate_m = task.surface_uncertainty_mm * 1e-3 + PAST_PLATE_M
         self.touch = FirstTouch(stiffness_N_per_m, press_N)
-        self.life = SignOfLife(lever_m)
+        self.life = SignOfLife(stiffness_N_per_m)
         self.axial = AxialCheck(stiffness_N_per_m, press_N, task.travel_speed_mm_s * 1e-3, 1.0 / CONTROL_RATE_HZ)
         self.wall = WallCheck(task.play_mm * 1e-3)
         self.begin()
@@ -115,10 +107,6 @@ class ContactProof(Proof):
         self._sequence: int | None = None
         self._pulls = self._misfits = 0
         self._torque_Nm = self._torque_limit_Nm = 0.0
-
-    @override
-    def rest(self, wrench: WrenchSample) -> None:
-        self.life.rest(wrench)
 
     @override
     def watch_touch(self, snapshot: Snapshot, measured: Measurement) -> None:

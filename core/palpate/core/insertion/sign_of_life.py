@@ -2,74 +2,99 @@
 
 from __future__ import annotations
 
+import enum
+from collections import deque
 from math import hypot, inf, sqrt
 from typing import Final
 
-from palpate.core.ports import Vector3, WrenchSample
+from palpate.core.insertion.axial_check import HIGHEST_SHARE, LOWEST_SHARE
+from palpate.core.ports import CONTROL_RATE_HZ, Vector3
 
-FREE_WAY_M: Final = 8e-4
-"""Travel without a sign of life after which the tool stops for a check. A peg that caught on something meanwhile has
-bent the gripper by no more than that: 32 N across at 40 N/mm."""
-_FEWEST: Final = 10
-"""Differences of samples below which nothing is concluded."""
-_CORRELATION: Final = 0.6
-_DEVIATIONS: Final = 8.0
-"""How far the sum of products has to be above what the sensor's noise alone gives, in standard deviations."""
+FREE_WAY_M: Final = 1.5e-3
+"""Travel without a sign of life after which the tool stops for a check, if nothing speaks for a dead sensor before. A
+peg that caught on something meanwhile has bent the gripper by no more than that."""
+_HEAVE_M: Final = 2.5e-4
+"""The tool heaves by so much up and down from where the pressing law leads it."""
+_HALF_PERIOD_TICKS: Final = 5
+_LATEST_TICKS: Final = 3
+"""The force may be so many ticks behind the command."""
+_FEWEST: Final = 8
+"""Samples below which nothing is concluded."""
+_DEVIATIONS: Final = 3.5
+"""The share has to be so many of its own standard deviations above none. Sliding is rough: what the force does besides
+following the flange is measured with it."""
+
+
+class _Answer(enum.Enum):
+    ALIVE = "alive"
+    DEAD = "dead"
+    NONE = "none"
 
 
 class SignOfLife:
-    """Holds changes of the lateral force against changes of the torque about the sensor.
+    """Holds the axial force against the axial motion of a tool that heaves a little while it slides.
 
-    A force across the tool axis reaches the sensor over the tool's lever and shows in the torque, too. A tool that
-    slides sticks and slips, so force and torque change together; a sensor that is dead has noise in either, without a
-    relation. The changes of force and torque are correlated over all samples since the last sign.
+    Between flange and peg lies the gripper's spring. While the peg bears on the plate, the force follows the flange
+    with the spring's stiffness, wherever it slides; a sensor that is held, dead, noisy or wrongly scaled gives another
+    number. This is the lift of :class:`~palpate.core.insertion.axial_check.AxialCheck`, made in motion.
 
     Args:
-        lever_m: Distance from the sensor's origin to the tool's tip along the tool axis.
+        stiffness_N_per_m: Axial stiffness of the gripper.
     """
 
-    def __init__(self, lever_m: float) -> None:
-        self._sign = 1.0 if lever_m >= 0.0 else -1.0
+    def __init__(self, stiffness_N_per_m: float) -> None:
+        self._stiffness = stiffness_N_per_m
         self.begin()
 
     def begin(self) -> None:
-        """A trial begins; the noise of the sensor is not known yet."""
-        self._last: WrenchSample | None = None
-        self._force_square = self._torque_square = 0.0
-        self._quiet = 0
+        """A trial begins."""
         self._place: tuple[float, float] | None = None
         self.travel_m = 0.0
-        self._restart()
-
-    def rest(self, wrench: WrenchSample) -> None:
-        """A sample of a tool at rest in free space: its changes are the sensor's noise."""
-        last, self._last = self._last, wrench
-        if last is not None and wrench.sequence != last.sequence:
-            dx, dy, dp, dq = _changes(last, wrench)
-            self._force_square += dx * dx + dy * dy
-            self._torque_square += dp * dp + dq * dq
-            self._quiet += 1
+        self.resume()
 
     def resume(self) -> None:
-        """The slide begins, here or anew: what changed since the last sample is none of its changes."""
-        self._last = None
+        """The slide begins, here or anew."""
+        self._ticks = 0
+        self._depths: deque[float] = deque(maxlen=_LATEST_TICKS + 1)
+        self._restart()
 
-    def watch(self, wrench: WrenchSample, reference_m: Vector3) -> None:
-        """A sample of a tool that presses on the plate, commanded to this place, task frame."""
+    def heave_m_s(self) -> float:
+        """Velocity along the tool axis to be added to that of the pressing law in this tick."""
+        self._ticks += 1
+        # The first quarter and the last one are half as long, so that it heaves about where it began.
+        up = (self._ticks + _HALF_PERIOD_TICKS // 2) // _HALF_PERIOD_TICKS % 2
+        speed = 2.0 * _HEAVE_M * CONTROL_RATE_HZ / _HALF_PERIOD_TICKS
+        return -speed if up else speed
+
+    def watch(self, force_z_N: float, new: bool, reference_m: Vector3) -> None:
+        """A tick of a tool that presses on the plate.
+
+        Args:
+            force_z_N: Tared force along the tool axis, negative while pressing.
+            new: Whether this force is a new sample.
+            reference_m: Commanded tip, task frame.
+        """
         place, self._place = self._place, reference_m[:2]
         if place is not None:
             self.travel_m += hypot(reference_m[0] - place[0], reference_m[1] - place[1])
-        last, self._last = self._last, wrench
-        if last is None or wrench.sequence == last.sequence:
+        self._depths.appendleft(reference_m[2])
+        if not new or len(self._depths) <= _LATEST_TICKS:
             return
-        dx, dy, dp, dq = _changes(last, wrench)
-        # Torque about the sensor of a force (fx, fy) at the lever l: (-l fy, l fx).
-        self._product += self._sign * (dq * dx - dp * dy)
-        self._force += dx * dx + dy * dy
-        self._torque += dp * dp + dq * dq
         self._count += 1
-        if self._count >= _FEWEST and self._alive():
+        self._force += force_z_N
+        self._force_square += force_z_N * force_z_N
+        for lag, sums in enumerate(self._sums):
+            depth = (self._depths[lag] - self._origin_m) * self._stiffness
+            sums[0] += depth
+            sums[1] += depth * depth
+            sums[2] += depth * force_z_N
+        if self._count < _FEWEST:
+            return
+        answers = [self._answer(sums) for sums in self._sums]
+        if _Answer.ALIVE in answers:
             self.proved()
+        elif all(answer is _Answer.DEAD for answer in answers):
+            self.demand_check()
 
     def proved(self) -> None:
         """The sensor has answered, here or to a check: travel counts from now on."""
@@ -85,26 +110,21 @@ class SignOfLife:
         """Whether the tool has gone as far as it may without a sign of life."""
         return self.travel_m > FREE_WAY_M
 
-    def _alive(self) -> bool:
-        product = self._product
-        if product <= _CORRELATION * sqrt(self._force * self._torque):
-            return False
-        noise = 0.0
-        if self._quiet:
-            # Sums over two channels: a product of noise alone has half the product of their mean squares as variance.
-            noise = sqrt(0.5 * self._count * self._force_square * self._torque_square) / self._quiet
-        return product > _DEVIATIONS * noise
+    def _answer(self, sums: list[float]) -> _Answer:
+        """Whether the force follows the motion, by sums of the spring's force at one lag."""
+        depth, square, product = sums
+        count = self._count
+        spread = square - depth * depth / count
+        if spread <= 0.0:
+            return _Answer.NONE
+        share = -(product - depth * self._force / count) / spread
+        left = max(self._force_square - self._force * self._force / count - share * share * spread, 0.0)
+        error = _DEVIATIONS * sqrt(left / (spread * (count - 2)))
+        if share > error and LOWEST_SHARE <= share <= HIGHEST_SHARE:
+            return _Answer.ALIVE
+        return _Answer.DEAD if share + error < LOWEST_SHARE else _Answer.NONE
 
     def _restart(self) -> None:
-        self._product = self._force = self._torque = 0.0
-        self._count = 0
-
-
-def _changes(last: WrenchSample, now: WrenchSample) -> tuple[float, float, float, float]:
-    """Changes of Fx, Fy, Tx, Ty."""
-    return (
-        now.force_N[0] - last.force_N[0],
-        now.force_N[1] - last.force_N[1],
-        now.torque_Nm[0] - last.torque_Nm[0],
-        now.torque_Nm[1] - last.torque_Nm[1],
-    )
+        self._count, self._force, self._force_square = 0, 0.0, 0.0
+        self._origin_m = self._depths[0] if self._depths else 0.0
+        self._sums = [[0.0, 0.0, 0.0] for _ in range(_LATEST_TICKS + 1)]

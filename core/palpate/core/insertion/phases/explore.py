@@ -124,7 +124,12 @@ class Explore(RunningPhase):
         share = min((ticks - self.countdown + 1) / (_MOVING_SHARE * ticks), 1.0)
         (x, y, z), (dx, dy) = self._step_from_m, self._step_m
         target_m = x + share * dx, y + share * dy, z
-        return self._law.velocity_m_s(self._motion.reference_m, target_m, self._measurement.force_N)
+        across_x, across_y, along = self._law.velocity_m_s(
+            self._motion.reference_m, target_m, self._measurement.force_N
+        )
+        if self._checks is not None and not self._lost_ticks:
+            along += self._checks.heave_m_s()
+        return across_x, across_y, along
 
     def _perceive(self) -> None:
         measured, state = self._measurement, self._state

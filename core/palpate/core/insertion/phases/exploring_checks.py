@@ -45,7 +45,7 @@ class ExploringChecks:
         if not self._lift.running:
             if not self._touch_judged:
                 self._judge_touch(countdown)
-            proof.life.watch(state.snapshot.wrench, reference_m)
+            proof.life.watch(measured.force_N[2], proof.new, reference_m)
             rise_m = state.surface_m - measured.tip_depth_m(equipment.axial_N_per_m)
             self._risen_ticks = self._risen_ticks + 1 if rise_m > _RISE_M else 0
             if self._touch_judged and self._risen_ticks > _RISEN_TICKS:
@@ -60,6 +60,10 @@ class ExploringChecks:
             state.event("proof", f"lift: {proof.axial.share:.2f} of the gripper's stiffness")
             proof.life.proved()
         return 0.0, 0.0, along or 0.0
+
+    def heave_m_s(self) -> float:
+        """Velocity along the tool axis that shows, while the tool slides, whether the force follows it."""
+        return self._proof.life.heave_m_s()
 
     def _judge_touch(self, countdown: int) -> None:
         """Before the first choice: the touch itself shows the gripper's stiffness, or a lift has to."""

@@ -75,7 +75,6 @@ class Settle(RunningPhase):
         self._countdown -= 1
         if self._countdown < self._tare_ticks:
             wrench = self._state.snapshot.wrench
-            self._proof.rest(wrench)
             for i, value in enumerate((*wrench.force_N, *wrench.torque_Nm)):
                 self._sum[i] += value
         if self._countdown == 0:
