@@ -79,7 +79,6 @@ class ContactProof(Proof):
     Args:
         task: Pressing force, play of the hole.
         control: Stiffness of the gripper.
-        lever_m: Distance from the sensor's origin to the tool's tip along the tool axis.
 
     Attributes:
         touch: The stiffness of the first touch.
@@ -89,7 +88,7 @@ class ContactProof(Proof):
         new: Whether the newest force sample is a new one.
     """
 
-    def __init__(self, task: TaskConfig, control: ControlConfig, lever_m: float) -> None:
+    def __init__(self, task: TaskConfig, control: ControlConfig) -> None:
         stiffness_N_per_m, press_N = control.axial_stiffness_N_per_mm * 1e3, task.press_kgf * N_PER_KGF
         self._pull_N = _PULL_SHARE * press_N
         self.deepest_plate_m = task.surface_uncertainty_mm * 1e-3 + PAST_PLATE_M

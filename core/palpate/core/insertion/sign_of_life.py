@@ -55,7 +55,7 @@ class SignOfLife:
     def resume(self) -> None:
         """The slide begins, here or anew."""
         self._ticks = 0
-        self._depths: deque[float] = deque(maxlen=_LATEST_TICKS + 1)
+        self._commanded_m: deque[float] = deque(maxlen=_LATEST_TICKS + 1)
         self._restart()
 
     def heave_m_s(self) -> float:
@@ -77,14 +77,14 @@ class SignOfLife:
         place, self._place = self._place, reference_m[:2]
         if place is not None:
             self.travel_m += hypot(reference_m[0] - place[0], reference_m[1] - place[1])
-        self._depths.appendleft(reference_m[2])
-        if not new or len(self._depths) <= _LATEST_TICKS:
+        self._commanded_m.appendleft(reference_m[2])
+        if not new or len(self._commanded_m) <= _LATEST_TICKS:
             return
         self._count += 1
         self._force += force_z_N
         self._force_square += force_z_N * force_z_N
         for lag, sums in enumerate(self._sums):
-            depth = (self._depths[lag] - self._origin_m) * self._stiffness
+            depth = (self._commanded_m[lag] - self._origin_m) * self._stiffness
             sums[0] += depth
             sums[1] += depth * depth
             sums[2] += depth * force_z_N
@@ -126,5 +126,5 @@ class SignOfLife:
 
     def _restart(self) -> None:
         self._count, self._force, self._force_square = 0, 0.0, 0.0
-        self._origin_m = self._depths[0] if self._depths else 0.0
+        self._origin_m = self._commanded_m[0] if self._commanded_m else 0.0
         self._sums = [[0.0, 0.0, 0.0] for _ in range(_LATEST_TICKS + 1)]

@@ -74,7 +74,7 @@ class InsertionTask:
         exploring: ExploringChecks | None = None
         sinking: SinkingChecks | None = None
         if task.prove_contact:
-            self._proof = proof = ContactProof(task, control, measurement.lever_m)
+            self._proof = proof = ContactProof(task, control)
             exploring, sinking, self._prove = (
                 ExploringChecks(equipment, proof),
                 SinkingChecks(equipment, proof),
