@@ -93,7 +93,7 @@ class ContactProof(Proof):
         self._pull_N = _PULL_SHARE * press_N
         self.deepest_plate_m = task.surface_uncertainty_mm * 1e-3 + PAST_PLATE_M
         self.touch = FirstTouch(stiffness_N_per_m, press_N)
-        self.life = SignOfLife(stiffness_N_per_m)
+        self.life = SignOfLife(stiffness_N_per_m, press_N)
         self.axial = AxialCheck(stiffness_N_per_m, press_N, task.travel_speed_mm_s * 1e-3, 1.0 / CONTROL_RATE_HZ)
         self.wall = WallCheck(task.play_mm * 1e-3)
         self.begin()

@@ -14,7 +14,9 @@ FREE_WAY_M: Final = 1.5e-3
 """Travel without a sign of life after which the tool stops for a check, if nothing speaks for a dead sensor before. A
 peg that caught on something meanwhile has bent the gripper by no more than that."""
 _HEAVE_M: Final = 2.5e-4
-"""The tool heaves by so much up and down from where the pressing law leads it."""
+"""The tool heaves by so much up and down from where the pressing law leads it, at most."""
+_HEAVE_SHARE: Final = 0.25
+"""At most so much of the pressing force comes and goes with it."""
 _HALF_PERIOD_TICKS: Final = 5
 _LATEST_TICKS: Final = 3
 """The force may be so many ticks behind the command."""
@@ -40,10 +42,13 @@ class SignOfLife:
 
     Args:
         stiffness_N_per_m: Axial stiffness of the gripper.
+        press_N: Force with which the tool presses.
     """
 
-    def __init__(self, stiffness_N_per_m: float) -> None:
+    def __init__(self, stiffness_N_per_m: float, press_N: float) -> None:
         self._stiffness = stiffness_N_per_m
+        heave_m = min(_HEAVE_M, _HEAVE_SHARE * press_N / stiffness_N_per_m)
+        self._speed_m_s = 2.0 * heave_m * CONTROL_RATE_HZ / _HALF_PERIOD_TICKS
         self.begin()
 
     def begin(self) -> None:
@@ -63,8 +68,7 @@ class SignOfLife:
         self._ticks += 1
         # The first quarter and the last one are half as long, so that it heaves about where it began.
         up = (self._ticks + _HALF_PERIOD_TICKS // 2) // _HALF_PERIOD_TICKS % 2
-        speed = 2.0 * _HEAVE_M * CONTROL_RATE_HZ / _HALF_PERIOD_TICKS
-        return -speed if up else speed
+        return -self._speed_m_s if up else self._speed_m_s
 
     def watch(self, force_z_N: float, new: bool, reference_m: Vector3) -> None:
         """A tick of a tool that presses on the plate.
