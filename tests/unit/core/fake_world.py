@@ -268,8 +268,8 @@ def build_task(
 ) -> InsertionTask:
     """The core over the zebra-zero, with every part its own.
 
-    Without proofs of contact, unless they are asked for: this plate has no friction, so a sliding tip shows no sign of
-    life, and lifts would come between the actions.
+    Without proofs of contact, unless they are asked for: a tip that heaves, is lifted or pushed does not stand where
+    the laws of motion alone lead it.
     """
     arm, goal = arm_named("zebra-zero"), goal_in_base(GoalConfig())
     _, rotation = ready_pose()

@@ -19,6 +19,8 @@ from palpate.core.ports import CONTROL_RATE_HZ, Snapshot
 
 PAST_PLATE_M: Final = 1e-3
 """A tip so far below where the plate must be is in the hole, or its sensor is dead."""
+_SWING_SHARE: Final = 0.25
+"""At most so much of the pressing force comes and goes with a heave."""
 _PULL_SHARE: Final = 0.5
 """A pull above this share of the pressing force is none of the plate's; a peg that drops rebounds with less."""
 _SAMPLES: Final = 4
@@ -93,8 +95,12 @@ class ContactProof(Proof):
         self._pull_N = _PULL_SHARE * press_N
         self.deepest_plate_m = task.surface_uncertainty_mm * 1e-3 + PAST_PLATE_M
         self.touch = FirstTouch(stiffness_N_per_m, press_N)
-        self.life = SignOfLife(stiffness_N_per_m, press_N)
-        self.axial = AxialCheck(stiffness_N_per_m, press_N, task.travel_speed_mm_s * 1e-3, 1.0 / CONTROL_RATE_HZ)
+        speed_m_s = task.travel_speed_mm_s * 1e-3
+        # Neither does a heave lose contact, nor comes it near the force limit.
+        room_N = min(press_N - task.contact_kgf * N_PER_KGF, task.max_force_N - press_N)
+        swing_N = min(_SWING_SHARE * press_N, 0.5 * room_N)
+        self.life = SignOfLife(stiffness_N_per_m, swing_N, speed_m_s)
+        self.axial = AxialCheck(stiffness_N_per_m, press_N, speed_m_s, 1.0 / CONTROL_RATE_HZ)
         self.wall = WallCheck(task.play_mm * 1e-3)
         self.begin()
 

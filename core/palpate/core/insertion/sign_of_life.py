@@ -11,15 +11,13 @@ from palpate.core.insertion.axial_check import HIGHEST_SHARE, LOWEST_SHARE
 from palpate.core.ports import CONTROL_RATE_HZ, Vector3
 
 FREE_WAY_M: Final = 1.5e-3
-"""Travel without a sign of life after which the tool stops for a check, if nothing speaks for a dead sensor before. A
+"""Travel without a sign of life after which the tool stops for a check, if nothing speaks against the sensor before. A
 peg that caught on something meanwhile has bent the gripper by no more than that."""
 _HEAVE_M: Final = 2.5e-4
 """The tool heaves by so much up and down from where the pressing law leads it, at most."""
-_HEAVE_SHARE: Final = 0.25
-"""At most so much of the pressing force comes and goes with it."""
 _HALF_PERIOD_TICKS: Final = 5
-_LATEST_TICKS: Final = 3
-"""The force may be so many ticks behind the command."""
+_LATEST_TICKS: Final = 6
+"""The force may be so many ticks behind the command; later samples are stale to a supervisor, as it comes."""
 _FEWEST: Final = 8
 """Samples below which nothing is concluded."""
 _DEVIATIONS: Final = 3.5
@@ -29,7 +27,7 @@ following the flange is measured with it."""
 
 class _Answer(enum.Enum):
     ALIVE = "alive"
-    DEAD = "dead"
+    WRONG = "wrong"
     NONE = "none"
 
 
@@ -40,21 +38,26 @@ class SignOfLife:
     with the spring's stiffness, wherever it slides; a sensor that is held, dead, noisy or wrongly scaled gives another
     number. This is the lift of :class:`~palpate.core.insertion.axial_check.AxialCheck`, made in motion.
 
+    A force that does not follow demands a check. Where the check finds the sensor sound, servos or samples are later
+    than a heave can show; for the rest of the trial only a way without a sign demands another.
+
     Args:
         stiffness_N_per_m: Axial stiffness of the gripper.
-        press_N: Force with which the tool presses.
+        swing_N: By so much the force may rise and fall.
+        speed_m_s: Top speed of the heave.
     """
 
-    def __init__(self, stiffness_N_per_m: float, press_N: float) -> None:
+    def __init__(self, stiffness_N_per_m: float, swing_N: float, speed_m_s: float) -> None:
         self._stiffness = stiffness_N_per_m
-        heave_m = min(_HEAVE_M, _HEAVE_SHARE * press_N / stiffness_N_per_m)
-        self._speed_m_s = 2.0 * heave_m * CONTROL_RATE_HZ / _HALF_PERIOD_TICKS
+        heave_m = min(_HEAVE_M, swing_N / stiffness_N_per_m)
+        self._speed_m_s = min(2.0 * heave_m * CONTROL_RATE_HZ / _HALF_PERIOD_TICKS, speed_m_s)
         self.begin()
 
     def begin(self) -> None:
         """A trial begins."""
         self._place: tuple[float, float] | None = None
         self.travel_m = 0.0
+        self._accused = self._late = False
         self.resume()
 
     def resume(self) -> None:
@@ -66,7 +69,7 @@ class SignOfLife:
     def heave_m_s(self) -> float:
         """Velocity along the tool axis to be added to that of the pressing law in this tick."""
         self._ticks += 1
-        # The first quarter and the last one are half as long, so that it heaves about where it began.
+        # The first stroke is half as long, so that it heaves about where it began.
         up = (self._ticks + _HALF_PERIOD_TICKS // 2) // _HALF_PERIOD_TICKS % 2
         return -self._speed_m_s if up else self._speed_m_s
 
@@ -94,16 +97,19 @@ class SignOfLife:
             sums[2] += depth * force_z_N
         if self._count < _FEWEST:
             return
-        answers = [self._answer(sums) for sums in self._sums]
-        if _Answer.ALIVE in answers:
-            self.proved()
-        elif all(answer is _Answer.DEAD for answer in answers):
+        answer = self._answer()
+        if answer is _Answer.ALIVE:
+            self.travel_m, self._accused = 0.0, False
+            self._restart()
+        elif answer is _Answer.WRONG and not self._late:
+            self._accused = True
             self.demand_check()
 
     def proved(self) -> None:
-        """The sensor has answered, here or to a check: travel counts from now on."""
+        """The sensor has answered to a check: travel counts from now on, and what was seen before it does not."""
         self.travel_m = 0.0
-        self._restart()
+        self._late, self._accused = self._late or self._accused, False
+        self.resume()
 
     def demand_check(self) -> None:
         """A check is due for another reason."""
@@ -114,19 +120,25 @@ class SignOfLife:
         """Whether the tool has gone as far as it may without a sign of life."""
         return self.travel_m > FREE_WAY_M
 
-    def _answer(self, sums: list[float]) -> _Answer:
-        """Whether the force follows the motion, by sums of the spring's force at one lag."""
-        depth, square, product = sums
-        count = self._count
-        spread = square - depth * depth / count
-        if spread <= 0.0:
+    def _answer(self) -> _Answer:
+        """What the force does with the motion, by the lag at which it follows best."""
+        count, follows, share, spread = self._count, -inf, 0.0, 0.0
+        least, most = inf, 0.0
+        for depth, square, product in self._sums:
+            square -= depth * depth / count
+            product -= depth * self._force / count
+            least, most = min(least, square), max(most, square)
+            if square > 0.0 and -product / sqrt(square) > follows:
+                follows, share, spread = -product / sqrt(square), -product / square, square
+        if spread == 0.0:
             return _Answer.NONE
-        share = -(product - depth * self._force / count) / spread
-        left = max(self._force_square - self._force * self._force / count - share * share * spread, 0.0)
+        left = max(self._force_square - self._force * self._force / count - follows * follows, 0.0)
         error = _DEVIATIONS * sqrt(left / (spread * (count - 2)))
         if share > error and LOWEST_SHARE <= share <= HIGHEST_SHARE:
             return _Answer.ALIVE
-        return _Answer.DEAD if share + error < LOWEST_SHARE else _Answer.NONE
+        wrong = share + error < LOWEST_SHARE or share - error > HIGHEST_SHARE
+        # A force that comes late has not had the time to answer before the heave is seen at the longest lag, too.
+        return _Answer.WRONG if wrong and least > 0.5 * most else _Answer.NONE
 
     def _restart(self) -> None:
         self._count, self._force, self._force_square = 0, 0.0, 0.0

@@ -80,7 +80,7 @@ class InsertionTask:
                 SinkingChecks(equipment, proof),
                 Prove(equipment, proof),
             )
-        self._lift, self._transfer, self._settle = Lift(equipment), Transfer(equipment), Settle(equipment, self._proof)
+        self._lift, self._transfer, self._settle = Lift(equipment), Transfer(equipment), Settle(equipment)
         self._approach, self._explore = Approach(equipment, self._proof), Explore(equipment, exploring)
         self._insert = Insert(equipment, sinking)
         self._running: RunningPhase

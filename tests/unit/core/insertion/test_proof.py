@@ -26,7 +26,7 @@ class Held:
     def __init__(self) -> None:
         signal = SignalProcessor(CONTROL_RATE_HZ, 4.0)
         self.measurement = Measurement(Kinematics(arm_named("zebra-zero"), TOOL), goal_in_base(GoalConfig()), signal)
-        self.proof = ContactProof(TaskConfig(), ControlConfig(), self.measurement.lever_m)
+        self.proof = ContactProof(TaskConfig(), ControlConfig())
         self._tick = self._sequence = 0
 
     def sample(self, wrench: Array, *, repeated: bool = False, tared: bool = True) -> Trip | None:

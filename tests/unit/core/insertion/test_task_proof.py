@@ -1,5 +1,6 @@
 """Contact that has to be proved: trials with an honest force sensor, and with sensors that lie in every phase."""
 
+from collections import deque
 from collections.abc import Callable
 from dataclasses import replace
 from math import sqrt
@@ -103,10 +104,19 @@ def test_an_insertion_is_proved_by_a_wall_and_the_floor() -> None:
     assert trial.details("doubt") == []
 
 
-def test_a_tip_that_slides_without_a_sign_of_life_is_lifted_and_goes_on() -> None:
-    trial = Trial(FakeWorld(HOLE))
-    assert any(detail.startswith("lift: ") for detail in trial.details("proof"))  # this plate has no friction
+@pytest.mark.parametrize(("late_ticks", "lifts"), [(0, False), (3, False), (8, True)])
+def test_a_tip_that_slides_is_lifted_only_where_the_force_follows_its_heave_too_late(
+    late_ticks: int, lifts: bool
+) -> None:
+    past: deque[np.ndarray] = deque(maxlen=late_ticks + 1)
+
+    def late(held: np.ndarray, true: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+        past.append(true + NOISE * rng.standard_normal(6))
+        return past[0]
+
+    trial = Trial(FakeWorld(HOLE), late, Phase.SETTLE)
     assert trial.report.outcome is Outcome.INSERTED
+    assert any(detail.startswith("lift: ") for detail in trial.details("proof")) == lifts
 
 
 def test_a_peg_that_drops_straight_in_finds_a_wall_and_the_floor() -> None:

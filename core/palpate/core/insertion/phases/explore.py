@@ -127,7 +127,8 @@ class Explore(RunningPhase):
         across_x, across_y, along = self._law.velocity_m_s(
             self._motion.reference_m, target_m, self._measurement.force_N
         )
-        if self._checks is not None and not self._lost_ticks:
+        if share < 1.0 and self._checks is not None and self._agent.decisions and not self._lost_ticks:
+            # The height of the plate is read at rest, and so is the torque.
             along += self._checks.heave_m_s()
         return across_x, across_y, along
 

@@ -8,7 +8,6 @@ from typing import Final
 from typing_extensions import override
 
 from palpate.core.insertion.phases.equipment import Equipment, RunningPhase
-from palpate.core.insertion.proof import Proof
 from palpate.core.ports import Vector3
 
 _NO_FORCE: Final = (0.0, 0.0, 0.0)
@@ -54,8 +53,8 @@ class Settle(RunningPhase):
         bias: The wrench that counts as zero from then on, (6,), N and N m, sensor frame; None before.
     """
 
-    def __init__(self, equipment: Equipment, proof: Proof) -> None:
-        self._state, self._measurement, self._proof = equipment.state, equipment.measurement, proof
+    def __init__(self, equipment: Equipment) -> None:
+        self._state, self._measurement = equipment.state, equipment.measurement
         self._tare_ticks = equipment.task.tare_ticks
         self.begin()
 
