@@ -205,16 +205,10 @@ MISHAPS: Final[dict[str, Mishap]] = {
     "lies-pressing": Mishap(
         (_force("spike", 110, magnitude=-4.0, channels=(2,)),), {"task": {"tare_ticks": 8, "time_limit_s": 0.6}}
     ),
-    # The force across and the torque share their noise, as far as only a sensor at rest shows that it is noise.
-    "lies-correlated": Mishap(
-        (
-            _force("unit", 60, factor=1e-4, channels=(0, 1, 3, 4)),
-            _force("noise", 60, magnitude=0.1, channels=(0,)),
-            _force("noise", 60, magnitude=0.004, channels=(4,)),
-            _force("noise", 60, magnitude=0.05, channels=(1, 2)),
-            _force("noise", 60, magnitude=0.002, channels=(2, 3)),
-        ),
-        {"task": {"tare_ticks": 8, "time_limit_s": 0.5}},
+    # The heave shows no force that follows, so a lift is made, and by then the sensor is sound again.
+    "held-a-while": Mishap(
+        (_force("freeze", 120, channels=(2,), duration_ticks=14),),
+        {"task": {"tare_ticks": 8, "ticks_per_action": 4, "time_limit_s": 0.7}},
     ),
     "irregular": Mishap(
         (
@@ -222,7 +216,7 @@ MISHAPS: Final[dict[str, Mishap]] = {
             _joints("duplicate", 5, probability=0.4),
             _force("duplicate", 9, probability=0.2),
         ),
-        {"task": {"time_limit_s": 0.4}},
+        {"task": {"time_limit_s": 0.8, "tare_ticks": 8}},
     ),
     "proportional": Mishap(
         settings={
@@ -277,7 +271,7 @@ MISHAPS: Final[dict[str, Mishap]] = {
         for name, channel in (("fy", 1), ("tx", 3), ("ty", 4), ("tz", 5))
     },
     "false-drop": Mishap(
-        (_force("offset", _EXPLORING, magnitude=1.4, channels=(2,), duration_ticks=8),),
+        (_force("offset", 156, magnitude=1.4, channels=(2,), duration_ticks=8),),
         {"task": {"time_limit_s": 0.9, "contact_kgf": 0.4}},
     ),
     "short-actions": Mishap(settings={"task": {"ticks_per_action": 4, "time_limit_s": 0.6}}),
@@ -308,7 +302,7 @@ MISHAPS: Final[dict[str, Mishap]] = {
     ),
     "lies-unsteady": Mishap(
         (
-            _force("offset", 172, magnitude=-1.2, channels=(2,)),
+            _force("offset", 168, magnitude=-1.2, channels=(2,)),
             _force("offset", 280, magnitude=1.4, channels=(2,), duration_ticks=2),
             _force("offset", 356, magnitude=1.0, channels=(2,), duration_ticks=1),
             *(_force("offset", 227 + 70 * n, magnitude=-0.5, channels=(2,), duration_ticks=35) for n in range(3)),
@@ -319,7 +313,7 @@ MISHAPS: Final[dict[str, Mishap]] = {
         f"lies-{name}": Mishap((fault,), {"task": {"time_limit_s": 4.0}})
         for name, fault in {
             "scaled-0.01": _force("unit", 20, factor=0.01),
-            "scaled-0.5": _force("unit", _EXPLORING, factor=0.5),
+            "scaled-0.5": _force("unit", 245, factor=0.5),
             "inverted": _force("unit", 20, factor=-1.0),
             "flat-channel": _force("freeze", 20, channels=(2,)),
             "recurring": _force("repeat", 40, span_ticks=20, honest=False),
@@ -370,9 +364,9 @@ MISHAPS: Final[dict[str, Mishap]] = {
     ),
     "lies-dead-across-soon": Mishap(
         (
-            _force("unit", 132, factor=1e-4, channels=(0, 1, 3, 4)),
-            _force("noise", 132, magnitude=0.1, channels=(0, 1)),
-            _force("noise", 132, magnitude=0.004, channels=(3, 4)),
+            _force("unit", 128, factor=1e-4, channels=(0, 1, 3, 4)),
+            _force("noise", 128, magnitude=0.1, channels=(0, 1)),
+            _force("noise", 128, magnitude=0.004, channels=(3, 4)),
         ),
         {"task": {"tare_ticks": 8, "time_limit_s": 4.0, "play_mm": 0.01}},
     ),
