@@ -22,6 +22,8 @@ from palpate.core.policy.learner import Learner
 
 SEARCH: Final = "search"
 """Name of the steps of a search; those by the belief are named by heading and length."""
+_WIDEST_M: Final = 8e-3
+"""More places than 161 by 161 cannot be gone through within a tick."""
 _MOST_TOUCHES: Final = 120
 """So many touches of a trial are remembered, its last ones; a blind search has many that are alike."""
 
@@ -37,11 +39,17 @@ class BeliefLearner(Learner):
         half_width_m: Half the side of the square about the goal that may be explored.
         action_s: Time of an action.
         frozen: Learn nothing more.
+
+    Raises:
+        ConfigurationError: The square is so large that its places could not be gone through within a tick.
     """
 
     def __init__(
         self, parameters: BeliefParameters, half_width_m: float, action_s: float, *, frozen: bool = False
     ) -> None:
+        if half_width_m > _WIDEST_M:
+            accepted = f"at most {_WIDEST_M * 1e3:g} mm from the goal to be explored, for a belief"
+            raise ConfigurationError("task.area_half_width_mm", half_width_m * 1e3, accepted)
         self.parameters, self.frozen = parameters, frozen
         self._half_width_m = half_width_m
         self._step_m = parameters.speed_mm_s * 1e-3 * action_s

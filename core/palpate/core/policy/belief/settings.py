@@ -5,6 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
+from typing_extensions import override
+
+from palpate.core.errors import ConfigurationError
 from palpate.core.ports import Range, Settings
 
 
@@ -27,3 +30,9 @@ class BeliefParameters(Settings):
     many again a search of everything, to the end."""
     search_steps: Annotated[int, Range(1, 10000)] = 40
     """Steps of the first of these searches."""
+
+    @override
+    def check(self) -> None:
+        if self.pitch_mm > 2.0 * self.capture_mm:
+            accepted = f"at most twice capture_mm, {2.0 * self.capture_mm:g}, or a search leaves gaps"
+            raise ConfigurationError(self.dotted("pitch_mm"), self.pitch_mm, accepted)

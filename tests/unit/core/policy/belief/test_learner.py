@@ -121,3 +121,13 @@ def test_another_state_is_refused(state: dict[str, object]) -> None:
     with pytest.raises(ConfigurationError, match="learner"):
         policy.set_state(state)
     assert policy.get_state() == {"trials": [], "trials_learned": 0}
+
+
+def test_an_area_too_wide_for_a_tick_is_refused() -> None:
+    with pytest.raises(ConfigurationError, match="at most 8 mm"):
+        BeliefLearner(BeliefParameters(), 9e-3, 0.05)
+
+
+def test_a_search_that_leaves_gaps_is_refused() -> None:
+    with pytest.raises(ConfigurationError, match="twice capture_mm"):
+        BeliefParameters(pitch_mm=0.5)
