@@ -19,7 +19,8 @@ from palpate.core.insertion import (
     TrialSetup,
     TripReason,
 )
-from palpate.core.ports.values import WrenchSample
+from palpate.core.insertion.sign_of_life import SignOfLife
+from palpate.core.ports.values import JointSample, WrenchSample
 from tests.unit.core.fake_world import FakeWorld, FollowTorque, Pit, build_task
 
 HOLE = Pit(1.2e-3, -0.7e-3)
@@ -117,6 +118,28 @@ def test_a_tip_that_slides_is_lifted_only_where_the_force_follows_its_heave_too_
     trial = Trial(FakeWorld(HOLE), late, Phase.SETTLE)
     assert trial.report.outcome is Outcome.INSERTED
     assert any(detail.startswith("lift: ") for detail in trial.details("proof")) == lifts
+
+
+@pytest.mark.parametrize(("ticks", "heaves"), [(1, True), (3, False)])
+def test_a_tip_does_not_heave_where_the_encoders_are_far_behind_the_force(
+    ticks: int, heaves: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """On a bus of 47 Hz it seemed to sink with every heave: place and force were not of the same time."""
+    world, heaved = FakeWorld(HOLE), SignOfLife.heave_m_s
+    measured, places, speeds = world.encoder._measured, deque[JointSample](maxlen=ticks + 1), list[float]()
+
+    def behind(now_ns: int, sequence: int) -> JointSample:
+        places.append(measured(now_ns, sequence))
+        return replace(places[0], sequence=sequence)
+
+    def noted(life: SignOfLife) -> float:
+        speeds.append(heaved(life))
+        return speeds[-1]
+
+    monkeypatch.setattr(world.encoder, "_measured", behind)
+    monkeypatch.setattr(SignOfLife, "heave_m_s", noted)
+    assert Trial(world).report.outcome is Outcome.INSERTED
+    assert bool(speeds) == heaves
 
 
 def test_a_peg_that_drops_straight_in_finds_a_wall_and_the_floor() -> None:

@@ -13,6 +13,8 @@ from palpate.core.ports import Vector3
 
 _PRESSED_SHARE: Final = 0.6
 """Share of the pressing force, filtered, from which the plate is pressed enough for the lift."""
+_BEHIND_NS: Final = 12_000_000
+"""Encoders on a slow bus, so far behind the force, make a tip that heaves seem to sink: lifts are left then."""
 _RISE_M: Final = 5e-4
 _RISEN_TICKS: Final = 8
 """A tip that presses so far above the surface, for so long, presses on nothing."""
@@ -27,7 +29,7 @@ class ExploringChecks:
 
     def begin(self) -> None:
         """A trial begins."""
-        self._touch_judged, self._risen_ticks = False, 0
+        self._touch_judged, self._risen_ticks, self._behind_ns = False, 0, 0
 
     def resume(self) -> None:
         """Exploration begins, or goes on after a drop that was none."""
@@ -42,6 +44,8 @@ class ExploringChecks:
         """
         equipment, proof = self._equipment, self._proof
         measured, state, reference_m = equipment.measurement, equipment.state, equipment.motion.reference_m
+        snapshot = state.snapshot
+        self._behind_ns = max(self._behind_ns, snapshot.wrench.source_time_ns - snapshot.joints.source_time_ns)
         if not self._lift.running:
             if not self._touch_judged:
                 self._judge_touch(countdown)
@@ -63,7 +67,7 @@ class ExploringChecks:
 
     def heave_m_s(self) -> float:
         """Velocity along the tool axis that shows, while the tool slides, whether the force follows it."""
-        return self._proof.life.heave_m_s()
+        return self._proof.life.heave_m_s() if self._behind_ns <= _BEHIND_NS else 0.0
 
     def _judge_touch(self, countdown: int) -> None:
         """Before the first choice: the touch itself shows the gripper's stiffness, or a lift has to."""
