@@ -326,7 +326,8 @@ def run(checkout: Path, out: Path, count: int, seed: int, only: str = "") -> int
     _replay(checkout)  # what there is to import is there before every fork
     chosen = [one for one in draw(candidates(checkout, lines), count, seed) if only in one.mutant.file]
     chosen.sort(key=lambda one: not one.mutant.file.startswith(THOROUGH))  # those that must not survive come first
-    done, logs = read(out), _logs(checkout)
+    # Short ones first: most mutants do not get far.
+    done, logs = read(out), sorted(_logs(checkout), key=lambda path: path.stat().st_size)
     begin = time.monotonic()
     for number, one in enumerate(chosen):
         if one.mutant.id in done:

@@ -139,6 +139,10 @@ MISHAPS: Final[dict[str, Mishap]] = {
     "trip-joints-stale": Mishap((_joints("delay", 8, delay_ticks=18),), _weak(max_tracking_error_mrad=400.0)),
     "trip-force-repeated": Mishap((_force("repeat", 20, span_ticks=1),), {"supervision": {"max_repeats": 3}}),
     "trip-joints-repeated": Mishap((_joints("repeat", 2, span_ticks=1),), {"supervision": {"max_repeats": 3}}),
+    "trip-repeated-by-turns": Mishap(
+        (_joints("repeat", 20, span_ticks=1, duration_ticks=1), _force("repeat", 21, span_ticks=1)),
+        {"supervision": {"max_repeats": 3}},
+    ),
     "trip-frozen": Mishap((_force("freeze", 20),)),
     "trip-late": Mishap((_clock("overrun", 20, time_s=0.1),)),
     "trip-clock-back": Mishap((_clock("clock-jump", 20, time_s=-0.5),)),
@@ -194,6 +198,7 @@ MISHAPS: Final[dict[str, Mishap]] = {
     "calibrated-misfit": Mishap((_force("offset", _EXPLORING, magnitude=2.0, channels=(3, 4)),), _CALIBRATED),
     "calibrated-rate": Mishap((_force("spike", _EXPLORING, magnitude=27.0, channels=(0, 1)),), _CALIBRATED),
     "calibrated-contact": Mishap((_force("spike", 20, magnitude=-3.0, channels=(0, 1)),), _CALIBRATED),
+    "calibrated-force": Mishap((_force("spike", 20, magnitude=45.0, channels=(0, 1, 2)),), _CALIBRATED),
     "effort": Mishap(
         (
             _force("offset", 76, magnitude=-1.0, channels=(2,)),
@@ -336,6 +341,7 @@ MISHAPS: Final[dict[str, Mishap]] = {
     ),
     "no-contact": Mishap((_force("unit", 0, factor=0.01),), {"task": {"insertion_depth_mm": 0.5}}),
     "leaning": Mishap(settings={"cell": {"tilt_mrad": 2.0, "tilt_heading_deg": 40.0}}),
+    "noisy-at-rest": Mishap((_force("noise", 6, magnitude=1.0, channels=(1,)),), {"task": _SOON}),
     "lift-low": Mishap((_joints("offset", 0, magnitude=0.006, channels=(1,)),), {"task": _SOON}, (26, "stop")),
     "placed": Mishap(settings={"task": _SOON}, at=(20, "stop"), placed=True),
     "lies-dead-borne": Mishap(
