@@ -227,11 +227,8 @@ MISHAPS: Final[dict[str, Mishap]] = {
         settings={
             "control": {"force_proportional_m_per_N": 1e-5},
             "task": {"time_limit_s": 3.0, "tare_ticks": 8, "prove_contact": False},
-        }
-    ),
-    "lift-first": Mishap(
-        (_joints("offset", 0, magnitude=0.02, channels=(1,)), _force("bias-drift", 0, magnitude=15.0, channels=(0,))),
-        _weak(max_tracking_error_mrad=500.0),
+        },
+        at=(160, "stop"),
     ),
     "trip-area-start": Mishap(
         (_joints("spike", _EXPLORING, magnitude=-0.0095, channels=(0,)),),
