@@ -130,7 +130,7 @@ class Examples:
     def of(cls, trials: Sequence[TouchedTrial]) -> Examples:
         """All touches of these trials."""
         rows, numbers = [], []
-        for number, trial in enumerate(trials):
+        for number, trial in enumerate(trial for trial in trials if trial.touches):
             before = None
             for touch in trial.touches:
                 x, y = touch.place

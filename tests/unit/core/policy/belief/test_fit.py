@@ -67,3 +67,8 @@ def test_equal_touches_give_an_equal_model() -> None:
 def test_too_few_touches_are_refused() -> None:
     with pytest.raises(ConfigurationError, match="at least 6 touches"):
         fit_touch_model(trials(1, touches=5))
+
+
+def test_a_trial_that_fell_straight_into_the_hole_changes_nothing() -> None:
+    made = trials(5)
+    assert fit_touch_model([*made[:2], TouchedTrial((0, 0), ()), *made[2:]]) == fit_touch_model(made)
