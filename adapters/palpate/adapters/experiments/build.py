@@ -161,6 +161,11 @@ def require_usable(config: RunConfig, ready: ReadyPose, rig_file: str = "") -> N
     Raises:
         ConfigurationError: A setting is refused.
     """
+    task = config.task
+    plate_mm = task.surface_uncertainty_mm + task.depth_tolerance_mm
+    if task.prove_contact and task.insertion_depth_mm <= plate_mm:
+        accepted = f"more than {plate_mm:g}, as deep as the plate itself may be taken to lie"
+        raise ConfigurationError("task.insertion_depth_mm", task.insertion_depth_mm, accepted)
     walk = RandomWalkPolicy(task_actions(config))
     build_task(config, ready, build_perception(RunConfig(task=config.task)), walk)
     if not rig_file:

@@ -41,6 +41,7 @@ def require_refused(field: str, value: Any) -> None:
         ("task.start_uncertainty_mm", 3.6),  # trials would start outside the area
         ("task.press_kgf", 0.1),  # would not count as contact
         ("task.max_force_N", 4.9),  # pressing alone would exceed it
+        ("task.insertion_depth_mm", 0.7),  # the plate itself may lie as deep
         ("learning.alpha_floor", 0.31),  # above alpha itself
         ("learning.temperature_floor", 5.1),
         ("control.damping_N_s_per_m", 10.0),
