@@ -155,7 +155,8 @@ class BeliefLearner(Learner):
         return x, y
 
     def _begin_search(self, centre_m: tuple[float, float]) -> SpiralSearch:
-        self._search = SpiralSearch(centre_m, self.parameters.pitch_mm * 1e-3, self._step_m)
+        pitch_m = self.parameters.pitch_mm * 1e-3
+        self._search = SpiralSearch(centre_m, pitch_m, self._step_m, self._half_width_m)
         return self._search
 
     def _searching(self, search: SpiralSearch, touch: Touch) -> Decision:

@@ -83,19 +83,20 @@ class Planner:
 
 
 class SpiralSearch:
-    """An Archimedean spiral about a point, in chords short enough to leave no gap.
+    """An Archimedean spiral about a point, in chords short enough to leave no gap; and again, between its turns.
 
     Args:
         centre_m: The point.
         pitch_m: Distance between the turns.
         step_m: Longest chord.
+        radius_m: Where a spiral ends and the next one begins: a hole may be passed without a drop.
     """
 
     _SAGITTA_M: Final = 3e-5
 
-    def __init__(self, centre_m: tuple[float, float], pitch_m: float, step_m: float) -> None:
-        self._centre, self._pitch_m, self._step_m = centre_m, pitch_m, step_m
-        self._angle = 0.0
+    def __init__(self, centre_m: tuple[float, float], pitch_m: float, step_m: float, radius_m: float) -> None:
+        self._centre, self._pitch_m, self._step_m, self._radius_m = centre_m, pitch_m, step_m, radius_m
+        self._angle = self._phase = 0.0
 
     def next_m(self, from_m: tuple[float, float]) -> tuple[float, float]:
         """The step from here to the next point; first of all straight to the centre."""
@@ -117,6 +118,9 @@ class SpiralSearch:
             increment = 0.05
             travelled += increment * hypot(radius, per_angle)
             target += increment
-        self._angle = target
         radius = per_angle * target
-        return to_centre[0] + radius * cos(target), to_centre[1] + radius * sin(target)
+        heading = target + self._phase
+        self._angle = target
+        if radius > self._radius_m:
+            self._angle, self._phase = 0.0, self._phase + pi
+        return to_centre[0] + radius * cos(heading), to_centre[1] + radius * sin(heading)
