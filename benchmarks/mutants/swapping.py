@@ -23,7 +23,7 @@ def swapped(path: str, name: str, source: str) -> bool:
     """
     others = {code.co_firstlineno: code for code in _codes(compile(source, path, "exec")) if code.co_qualname == name}
     found = False
-    for function in [one for one in gc.get_objects() if isinstance(one, FunctionType)]:
+    for function in [one for one in gc.get_objects() if type(one) is FunctionType]:
         code = function.__code__
         if code.co_filename == path and code.co_qualname == name:
             other = others.get(code.co_firstlineno)

@@ -212,7 +212,7 @@ MISHAPS: Final[dict[str, Mishap]] = {
     ),
     # The heave shows no force that follows, so a lift is made, and by then the sensor is sound again.
     "held-a-while": Mishap(
-        (_force("freeze", 120, channels=(2,), duration_ticks=14),),
+        (_force("freeze", 110, channels=(2,), duration_ticks=14),),
         {"task": {"tare_ticks": 8, "ticks_per_action": 4, "time_limit_s": 0.7}},
     ),
     "irregular": Mishap(
@@ -304,10 +304,10 @@ MISHAPS: Final[dict[str, Mishap]] = {
     ),
     "lies-unsteady": Mishap(
         (
-            _force("offset", 168, magnitude=-1.2, channels=(2,)),
-            _force("offset", 280, magnitude=1.4, channels=(2,), duration_ticks=2),
-            _force("offset", 356, magnitude=1.0, channels=(2,), duration_ticks=1),
-            *(_force("offset", 227 + 70 * n, magnitude=-0.5, channels=(2,), duration_ticks=35) for n in range(3)),
+            _force("offset", 174, magnitude=-1.2, channels=(2,)),
+            _force("offset", 286, magnitude=1.4, channels=(2,), duration_ticks=2),
+            _force("offset", 362, magnitude=1.0, channels=(2,), duration_ticks=1),
+            *(_force("offset", 233 + 70 * n, magnitude=-0.5, channels=(2,), duration_ticks=35) for n in range(3)),
         ),
         {"task": {"time_limit_s": 4.0}},
     ),

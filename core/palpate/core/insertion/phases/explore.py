@@ -46,6 +46,8 @@ class Explore(RunningPhase):
         self._measurement, self._motion, self._law = equipment.measurement, equipment.motion, equipment.laws.press
         self._checks, self._axial_N_per_m = checks, equipment.axial_N_per_m
         self._first_drop_m = inf if checks is None else PAST_PLATE_M
+        # A tool that heaves is a little higher or lower than encoders show that are behind the force.
+        self._sunk_ticks = 1 if checks is None else 2
         self._caught_N = inf if checks is None else _CAUGHT_SHARE * task.press_kgf * N_PER_KGF
         self._contact_N, self._press_N = task.contact_kgf * N_PER_KGF, task.press_kgf * N_PER_KGF
 
@@ -65,7 +67,7 @@ class Explore(RunningPhase):
         """What seemed to be the hole was none: the running action goes on, at rest."""
         self.over = False
         self._step_from_m, self._step_m = self._motion.reference_m, (0.0, 0.0)
-        self._lost_ticks = 0
+        self._lost_ticks = self._deep_ticks = 0
         if self._checks is not None:
             self._checks.resume()
 
@@ -81,7 +83,9 @@ class Explore(RunningPhase):
         # Friction on the hole's wall can go on pushing back while the peg already sinks: depth shows it as well.
         # Before the first action the surface is not known well: encoders on a slow bus lag behind the force.
         drop_m = DROP_M if self._agent.decisions else self._first_drop_m
-        sunk = measured.tip_depth_m(self._axial_N_per_m) - state.surface_m > drop_m
+        deep = measured.tip_depth_m(self._axial_N_per_m) - state.surface_m > drop_m
+        self._deep_ticks = self._deep_ticks + 1 if deep else 0
+        sunk = self._deep_ticks >= self._sunk_ticks
         caught = hypot(*measured.force_N[:2]) > self._caught_N
         if lost or sunk or caught:
             # Moving on across a hole while the peg drops would press it against the wall: the step ends here.
