@@ -12,7 +12,8 @@ import sys
 import tempfile
 from pathlib import Path
 
-from tests.golden.mishaps import MISHAPS, recorded
+from tests.golden.mishap import recorded
+from tests.golden.mishaps import MISHAPS
 
 HERE = Path(__file__).parent
 SHORT = ("--task.time-limit-s", "1.5")

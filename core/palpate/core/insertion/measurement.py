@@ -26,15 +26,14 @@ class Measurement:
         torque_across_at_tip_Nm: Tared, scaled, unfiltered torque about the tip, across the tool axis; what touches the
             tip has no lever there but the tip's own radius.
         filtered_force_z_N: Tared, scaled, filtered force along the tool axis.
-        lever_m: Distance from the sensor's origin to the tip along the tool axis.
         joints: Number of the arm's joints.
     """
 
     def __init__(self, kinematics: Kinematics, task_in_base: pin.SE3, signal: SignalProcessor) -> None:
         self._kinematics, self._signal = kinematics, signal
         self._task_in_base, self.joints = task_in_base.copy(), len(kinematics.lower_rad)
-        self.lever_m = kinematics.tool.tip_from_sensor_m
-        self._tip_in_sensor: Vector3 = (0.0, 0.0, self.lever_m)
+        self._lever_m = kinematics.tool.tip_from_sensor_m
+        self._tip_in_sensor: Vector3 = (0.0, 0.0, self._lever_m)
         self._scale = signal.scale
         self.reset()
 
@@ -71,7 +70,7 @@ class Measurement:
         px, py, pz = tip_in_task.translation.tolist()
         self.position_m = (px, py, pz)
         self._rotation = rotation = tip_in_task.rotation.tolist()
-        raw, lever_m = snapshot.wrench, self.lever_m
+        raw, lever_m = snapshot.wrench, self._lever_m
         (bx, by, bz, btx, bty, _), (sx, sy, sz, stx, sty, _) = self._bias, self._scale
         (fx, fy, fz), (tx, ty, _) = raw.force_N, raw.torque_Nm
         fx, fy, fz = (fx - bx) * sx, (fy - by) * sy, (fz - bz) * sz

@@ -2,7 +2,8 @@
 
 import pytest
 
-from tests.golden.mishaps import MISHAPS, recorded
+from tests.golden.mishap import recorded
+from tests.golden.mishaps import MISHAPS
 from tests.unit.adapters.log.recording_bench import log_of
 
 

@@ -10,7 +10,7 @@ from typing_extensions import override
 
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy.base import LEARNED, Action, Decision, Hindsight, Observation, Transition
-from palpate.core.policy.belief.arithmetic import Floats, logarithm
+from palpate.core.policy.belief.arithmetic import logarithm
 from palpate.core.policy.belief.fit import FEWEST_TOUCHES, fit_touch_model
 from palpate.core.policy.belief.model import TouchModel
 from palpate.core.policy.belief.places import PlaceBelief, Places, TouchTable
@@ -21,7 +21,7 @@ from palpate.core.policy.belief.touches import LENGTH_M, Touch, TouchedTrial
 from palpate.core.policy.learner import Learner
 
 SEARCH: Final = "search"
-"""Name of the steps of a search; those by the belief are named by heading and length."""
+"""Name of the steps of a search; those by the belief are named by their way."""
 _WIDEST_M: Final = 8e-3
 """More places than 161 by 161 cannot be gone through within a tick."""
 _MOST_TOUCHES: Final = 120
@@ -81,11 +81,6 @@ class BeliefLearner(Learner):
         """The touch model, fitted to what was learned so far; None while that is too little."""
         self._refit()
         return self._model
-
-    @property
-    def probabilities(self) -> Floats | None:
-        """How likely the hole is at each place, (in x, in y); None while nothing is known of the touch."""
-        return None if self._belief is None else self._belief.probabilities()
 
     @override
     def serves(self, state: int) -> bool:

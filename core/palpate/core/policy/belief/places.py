@@ -12,8 +12,6 @@ from palpate.core.policy.belief.model import Directions, TouchModel
 
 PITCH_M: Final = 1e-4
 """Distance between places."""
-_EVIDENCE_POWER: Final = 1.0
-"""Touches of one slide are alike, so each counts for less than one of its own."""
 _KEPT: Final = 0.97
 """Share of the evidence that is left after one more touch: what was learned may be a little wrong."""
 _MISSED: Final = log(0.3)
@@ -151,7 +149,7 @@ class PlaceBelief:
         precision, x, y, square = self._sums
         weight = precision + self._table.bias_precision
         fit = square - (x * x + y * y) / weight + 2.0 * logarithm(weight)
-        evidence = self._passed - 0.5 * _EVIDENCE_POWER * fit
+        evidence = self._passed - 0.5 * fit
         belief = exponential(evidence - evidence.max())
         belief /= belief.sum()
         return belief

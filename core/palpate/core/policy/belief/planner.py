@@ -10,8 +10,8 @@ import numpy as np
 from palpate.core.policy.belief.arithmetic import Floats
 from palpate.core.policy.belief.places import PITCH_M, Places, near_way
 
-HEADINGS: Final = 16
-LENGTHS_M: Final = (2e-4, 4e-4)
+_HEADINGS: Final = 16
+_LENGTHS_M: Final = (2e-4, 4e-4)
 """Lengths of a step besides the longest, which is as far as the tool travels in an action."""
 _BLOCK: Final = 3
 """Places in a row of a block."""
@@ -34,9 +34,9 @@ class Planner:
     def __init__(self, places: Places, capture_m: float, speed_m: float) -> None:
         self._places, self._speed_m = places, speed_m
         self.ways: tuple[tuple[float, float], ...] = tuple(
-            (length * cos(2 * pi * k / HEADINGS), length * sin(2 * pi * k / HEADINGS))
-            for length in (*(length for length in LENGTHS_M if length < speed_m), speed_m)
-            for k in range(HEADINGS)
+            (length * cos(2 * pi * k / _HEADINGS), length * sin(2 * pi * k / _HEADINGS))
+            for length in (*(length for length in _LENGTHS_M if length < speed_m), speed_m)
+            for k in range(_HEADINGS)
         )
         self._ends = np.array(self.ways)
         reach = self._reach = ceil((speed_m + capture_m) / PITCH_M)
