@@ -73,6 +73,21 @@ class CompareOptions(RunSettings):
 
 
 @dataclass(frozen=True)
+class FitTouchOptions(Settings):
+    """Fit a touch model to recorded trials of any policy, random walks too, and make a belief's policy of it.
+
+    The trials that ended in the hole are replayed, each for what was felt on its way there. The folder holds
+    policy.json, run.toml and a picture, touch.png. To go on from it, or to use it:
+    palpate train --config FOLDER/run.toml --policy FOLDER/policy.json
+    """
+
+    logs: Annotated[tuple[str, ...], tyro.conf.Positional] = ()
+    """Logs, folders with logs, or patterns in quotes; the newest last."""
+    out: str = ""
+    """Folder for what comes of it; it must not be there yet, or be empty."""
+
+
+@dataclass(frozen=True)
 class ShowOptions(Settings):
     """Print what a policy file knows: states, best actions, values, visits."""
 

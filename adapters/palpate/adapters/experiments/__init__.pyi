@@ -27,6 +27,7 @@ from .policies import comparator as comparator
 from .policies import learning_policy as learning_policy
 from .policies import loaded_policy as loaded_policy
 from .policies import perception_of as perception_of
+from .policies import perception_settings as perception_settings
 from .results import RunFolder as RunFolder
 from .results import TrialRow as TrialRow
 from .results import next_free_folder as next_free_folder

@@ -12,3 +12,5 @@ from .folders import FolderFindings as FolderFindings
 from .folders import judge_folders as judge_folders
 from .rebuild import Changes as Changes
 from .rebuild import parse_setting as parse_setting
+from .touches import FoundTouches as FoundTouches
+from .touches import touches_of as touches_of

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -135,10 +135,11 @@ class Rebuilder:
 
     Args:
         changes: What shall be otherwise.
+        around: Makes of each policy what the task is given in its place; without one, that is the policy.
     """
 
-    def __init__(self, changes: Changes | None = None) -> None:
-        self._changes = changes or Changes()
+    def __init__(self, changes: Changes | None = None, around: Callable[[Policy], Policy] | None = None) -> None:
+        self._changes, self._around = changes or Changes(), around
         self._key: object = None
         self._supervisor: Supervisor | None = None
         self._sensor: SensorFacts | None = None
@@ -203,7 +204,8 @@ class Rebuilder:
         except (PalpateError, KeyError, TypeError, ValueError) as error:
             raise LogError(log.path, "/start", f"cannot be rebuilt ({error})", "it was altered") from error
         perception, policy = self._policy(log, config, perception, world)
-        return config, ready, perception, policy, build_task(config, ready, perception, policy)
+        acting = policy if self._around is None else self._around(policy)
+        return config, ready, perception, policy, build_task(config, ready, perception, acting)
 
     def _policy(
         self, log: TrialLog, config: RunConfig, perception: Perception, world: Mapping[str, Any]

@@ -48,6 +48,10 @@ class BeliefEntry(Settings):
         """What a live one has learned."""
         return cls(learner.parameters, **learner.get_state())
 
+    def remembered(self) -> Self:
+        """The same without the trials that it has no room for."""
+        return replace(self, trials=self.trials[-self.parameters.memory_trials :])
+
     def content(self) -> dict[str, Any]:
         """The belief as JSON has it."""
         return {"parameters": asdict(self.parameters), **self.state()}

@@ -6,3 +6,4 @@ from .placing import csv_of as csv_of
 from .placing import html_of as html_of
 from .placing import place as place
 from .placing import require_placeable as require_placeable
+from .touch_pictures import touch_pictures as touch_pictures

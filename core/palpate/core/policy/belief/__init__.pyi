@@ -1,3 +1,4 @@
+from .fit import FEWEST_TOUCHES as FEWEST_TOUCHES
 from .learner import BeliefLearner as BeliefLearner
 from .model import RINGS_M as RINGS_M
 from .model import Directions as Directions

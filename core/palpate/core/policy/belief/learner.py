@@ -17,15 +17,13 @@ from palpate.core.policy.belief.places import PlaceBelief, Places, TouchTable
 from palpate.core.policy.belief.planner import Planner, SpiralSearch
 from palpate.core.policy.belief.prior import place_prior
 from palpate.core.policy.belief.settings import BeliefParameters
-from palpate.core.policy.belief.touches import LENGTH_M, Touch, TouchedTrial
+from palpate.core.policy.belief.touches import Touch, TouchedTrial
 from palpate.core.policy.learner import Learner
 
 SEARCH: Final = "search"
 """Name of the steps of a search; those by the belief are named by their way."""
 _WIDEST_M: Final = 8e-3
 """More places than 161 by 161 cannot be gone through within a tick."""
-_MOST_TOUCHES: Final = 120
-"""So many touches of a trial are remembered, its last ones; a blind search has many that are alike."""
 
 
 class BeliefLearner(Learner):
@@ -165,9 +163,7 @@ class BeliefLearner(Learner):
     def end_trial(self, hindsight: Hindsight) -> None:
         if self.frozen or not hindsight.inserted:
             return
-        x, y, _ = hindsight.tip_m
-        hole = round(x / LENGTH_M), round(y / LENGTH_M)
-        self._trials.append(TouchedTrial(hole, tuple(self._touches[-_MOST_TOUCHES:])))
+        self._trials.append(TouchedTrial.of(hindsight, self._touches))
         del self._trials[: -self.parameters.memory_trials]
         self._trials_learned += 1
         self._changed = True

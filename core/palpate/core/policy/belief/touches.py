@@ -9,7 +9,7 @@ from typing import Any, Final
 import numpy as np
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.policy.base import Observation
+from palpate.core.policy.base import Hindsight, Observation
 from palpate.core.policy.belief.arithmetic import Floats
 
 LENGTH_M: Final = 1e-7
@@ -21,6 +21,8 @@ FORCE_N: Final = 1e-3
 NOMINAL_N: Final = 4.9
 """The pressing force that a touch model is given for."""
 _LEAST_N: Final = 1.0
+_MOST_TOUCHES: Final = 120
+"""So many touches of a trial are remembered, its last ones; a blind search has many that are alike."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,6 +83,12 @@ class TouchedTrial:
     def hole_m(self) -> tuple[float, float]:
         """Where the hole was, (2,), task frame."""
         return self.hole[0] * LENGTH_M, self.hole[1] * LENGTH_M
+
+    @classmethod
+    def of(cls, hindsight: Hindsight, touches: Sequence[Touch]) -> TouchedTrial:
+        """What a trial showed that ended in the hole, by its last touches."""
+        x, y, _ = hindsight.tip_m
+        return cls((round(x / LENGTH_M), round(y / LENGTH_M)), tuple(touches[-_MOST_TOUCHES:]))
 
     def to_dict(self) -> dict[str, Any]:
         """As plain JSON values: whole numbers; of each touch x and y of place and torque, and the pressing force."""

@@ -1,0 +1,154 @@
+"""The touches of recorded trials, whichever policy acted in them, and the belief that they give."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from typing_extensions import override
+
+from palpate.adapters.config import LEARNERS, RunConfig, overlay
+from palpate.adapters.experiments import configured_perception, learning_policy, perception_settings
+from palpate.adapters.log import json_in, made_with, read_log
+from palpate.adapters.replay.engine import Verdict, replay
+from palpate.adapters.replay.rebuild import Rebuilder, log_config
+from palpate.core.errors import ConfigurationError, LogError
+from palpate.core.perception import perception_from_dict
+from palpate.core.policy import (
+    BeliefEntry,
+    Decision,
+    Hindsight,
+    Observation,
+    Policy,
+    PolicyDocument,
+    Transition,
+    document_of,
+)
+from palpate.core.policy.belief import FEWEST_TOUCHES, Touch, TouchedTrial
+
+_TOOL: Final[dict[str, Callable[[RunConfig], Any]]] = {
+    "cell.peg.cross_section": lambda config: config.cell.peg.cross_section,
+    "cell.peg.diameter_mm": lambda config: config.cell.peg.diameter_mm,
+    "perception.calibration": lambda config: config.perception.calibration,
+}
+"""What a touch model is of, by its setting."""
+
+
+class TouchWatch(Policy):
+    """Lets a policy act, and keeps the touches that it acts by, of each trial that ends in the hole.
+
+    Args:
+        policy: The policy.
+        trials: Where they are kept.
+    """
+
+    def __init__(self, policy: Policy, trials: list[TouchedTrial]) -> None:
+        self._policy, self._trials = policy, trials
+        self._touches: list[Touch] = []
+
+    @property
+    @override
+    def temperature(self) -> float | None:
+        return self._policy.temperature
+
+    @override
+    def serves(self, state: int) -> bool:
+        return self._policy.serves(state)
+
+    @override
+    def begin_trial(self, trial: int, rng: np.random.Generator) -> None:
+        self._touches = []
+        self._policy.begin_trial(trial, rng)
+
+    @override
+    def choose(self, observation: Observation) -> Decision:
+        self._touches.append(Touch.of(observation))
+        return self._policy.choose(observation)
+
+    @override
+    def learn(self, transition: Transition) -> None:
+        self._policy.learn(transition)
+
+    @override
+    def end_trial(self, hindsight: Hindsight) -> None:
+        if hindsight.inserted:
+            self._trials.append(TouchedTrial.of(hindsight, self._touches))
+        self._policy.end_trial(hindsight)
+
+
+@dataclass(frozen=True)
+class FoundTouches:
+    """What recorded trials showed of the touch.
+
+    Attributes:
+        config: The configuration of the first one, with the settings that suit a belief.
+        document: Content of a policy file: a belief that has learned from them.
+        inserted: How many trials ended in the hole.
+        left_out: Why others were left out, a line each.
+    """
+
+    config: RunConfig
+    document: PolicyDocument
+    inserted: int
+    left_out: tuple[str, ...]
+
+
+def touches_of(paths: Sequence[Path], gone_through: Callable[[], object]) -> FoundTouches:
+    """What logs of one tool show of the touch. The core is replayed over each, so any policy may have acted.
+
+    Args:
+        paths: The logs, at least one, in the order in which they are remembered.
+        gone_through: Called after each.
+
+    Raises:
+        ConfigurationError: They are of different tools, or hold too few touches.
+        LogError: The first log cannot be read.
+    """
+    trials: list[TouchedTrial] = []
+    rebuilder = Rebuilder(around=lambda policy: TouchWatch(policy, trials))
+    first = read_log(paths[0])
+    recorded, left_out = log_config(first), list[str]()
+    for path in paths:
+        before = len(trials)
+        try:
+            log = read_log(path)
+            _require_same_tool(recorded, log_config(log), path)
+            came_to = replay(log, rebuilder)
+        except LogError as error:
+            left_out.append(" ".join(str(error).split()))
+        else:
+            if came_to.verdict is Verdict.DIVERGED:
+                # What the core would do now was never felt.
+                del trials[before:]
+                left_out.append(f"{path}: does not replay: {came_to.first}")
+        gone_through()
+    found = sum(len(trial.touches) for trial in trials)
+    if found < FEWEST_TOUCHES:
+        told = f"{found} in {len(trials)} trials that ended in the hole, of {len(paths)} logs"
+        raise ConfigurationError("touches", told, f"at least {FEWEST_TOUCHES}")
+    config = overlay(replace(recorded, learner="belief"), LEARNERS["belief"])
+    perception = configured_perception(config)
+    if perception is None:
+        # Its stages were fitted when that trial was recorded.
+        perception = perception_from_dict(json_in(first, "start.perception_json", first.start.perception_json))
+    entry = BeliefEntry(config.learning.belief, len(trials), tuple(trial.to_dict() for trial in trials))
+    document = document_of(
+        learning_policy(config, perception),
+        created_with=made_with(),
+        perception=perception_settings(config, perception),
+    )
+    return FoundTouches(config, replace(document, belief=entry.remembered()), len(trials), tuple(left_out))
+
+
+def _require_same_tool(first: RunConfig, config: RunConfig, path: Path) -> None:
+    """Refuse a log whose torques mean something else.
+
+    Raises:
+        ConfigurationError: It is of another peg, or was calibrated otherwise.
+    """
+    for name, read in _TOOL.items():
+        if read(config) != read(first):
+            raise ConfigurationError(name, read(config), f"{read(first)!r}, as in the first log; not so in {path}")

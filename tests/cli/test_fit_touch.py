@@ -1,0 +1,63 @@
+"""``palpate fit-touch``: a belief from the logs of any policy."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.command_line import CommandLine
+
+
+def learned(folder: Path) -> dict[str, object]:
+    belief: dict[str, object] = json.loads((folder / "policy.json").read_text())["belief"]
+    return belief
+
+
+def test_the_logs_of_a_belief_give_what_it_learned_itself(palpate: CommandLine) -> None:
+    palpate.succeed("train", "--learner", "belief", "--trials", 2, "--out", "run")
+    assert "2 of 2 trials ended in the hole" in palpate.succeed("fit-touch", "run", "--out", "touch")
+    assert learned(Path("touch")) == learned(Path("run"))
+    assert Path("touch/touch.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_belief_goes_on_from_the_touches_of_the_torque_rule(palpate: CommandLine) -> None:
+    palpate.succeed("run", "--policy", "torque", "--trials", 3, "--out", "run")
+    palpate.succeed("fit-touch", "run/logs/*.mcap", "--out", "touch")
+    settings = ("--config", "touch/run.toml", "--policy", "touch/policy.json", "--trials", 1)
+    palpate.succeed("train", *settings, "--out", "further")
+    assert learned(Path("further"))["trials_learned"] == 4
+    # Its first action goes by what was learned before: a belief of nothing begins with a search.
+    assert ",search," not in Path("further/decisions.csv").read_text()
+
+
+@pytest.fixture
+def outside(palpate: CommandLine) -> None:
+    """A trial that ends elsewhere than in the hole."""
+    palpate.succeed("run", "--policy", "spiral-5", "--task.time-limit-s", 0.2, "--trials", 1, "--out", "outside")
+
+
+@pytest.mark.usefixtures("outside")
+def test_logs_without_an_insertion_are_refused(palpate: CommandLine) -> None:
+    refused = "touches = '0 in 0 trials that ended in the hole, of 1 logs' is refused: at least 6"
+    assert refused in palpate.refusal("fit-touch", "outside", "--out", "touch")
+    assert not Path("touch").exists()
+
+
+@pytest.mark.usefixtures("outside")
+def test_logs_of_two_tools_are_refused(palpate: CommandLine) -> None:
+    other = ("--cell.peg.diameter-mm", 20, "--task.time-limit-s", 0.2, "--trials", 1)
+    palpate.succeed("run", "--policy", "spiral-5", *other, "--out", "thin")
+    refused = palpate.refusal("fit-touch", "outside", "thin", "--out", "touch")
+    assert "cell.peg.diameter_mm = 20.0 is refused: 29.0, as in the first log; not so in thin" in refused
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--out", "touch"), "needs logs"),
+        (("nowhere", "--out", "touch"), "nowhere: is not there"),
+        (("nowhere",), "needs --out"),
+    ],
+)
+def test_what_is_missing_is_said(palpate: CommandLine, words: tuple[str, ...], said: str) -> None:
+    assert said in palpate.refusal("fit-touch", *words)
