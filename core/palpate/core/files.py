@@ -8,7 +8,26 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from palpate.core.errors import OutputError
+from palpate.core.errors import ConfigurationError, OutputError
+
+
+def read_text(path: Path, field: str, accepted: str = "a readable text file") -> str:
+    """All of a text file.
+
+    Args:
+        path: The file.
+        field: What names it, for the message.
+        accepted: What would be right, where it cannot be read.
+
+    Raises:
+        ConfigurationError: It cannot be read, or is not in UTF-8.
+    """
+    try:
+        return path.read_text(encoding="utf-8")
+    except UnicodeDecodeError as error:
+        raise ConfigurationError(field, str(path), f"a text file in UTF-8; its byte {error.start} is not") from error
+    except OSError as error:
+        raise ConfigurationError(field, str(path), f"{accepted} ({error.strerror})") from error
 
 
 def require_no_file(path: Path, flag: str = "--out") -> None:

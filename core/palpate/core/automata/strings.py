@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.files import write_whole
+from palpate.core.files import read_text, write_whole
 
 _LISTED = 12
 """Symbols and strings are shown in messages up to this length."""
@@ -169,11 +169,7 @@ def read_strings(path: str | os.PathLike[str], alphabet: tuple[str, ...] | None 
         ConfigurationError: No such file, a line that cannot be read, a symbol outside the alphabet, or no usable set of
             strings (see :class:`~palpate.core.automata.strings.Strings`).
     """
-    try:
-        text = Path(path).read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigurationError("strings.file", str(path), "a readable text file in UTF-8") from error
-    return strings_of(text, alphabet)
+    return strings_of(read_text(Path(path), "strings.file"), alphabet)
 
 
 def strings_of(text: str, alphabet: tuple[str, ...] | None = None) -> Strings:

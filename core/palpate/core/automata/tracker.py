@@ -86,32 +86,32 @@ class AutomatonState:
             strings: Strings that it was inferred from. If they are given, a transition that none of them took is not
                 known: a network gives a transition for everything, also for what it was never trained on. They
                 also give the state a symbol leads to most often; without them the number of transitions does.
-            symbols: Names of the symbols that come, if they are not just those of the machine. One that the machine
-                does not have leads to ``lost``.
+            symbols: Names of the symbols that come, if their order is not that of the machine.
             recovery: What is assumed after a symbol that was not known. ``likeliest``: that the automaton was where
                 this symbol leads most often. ``restart``: that the trial began with it. ``never``: nothing, so that it
                 stays lost until the trial ends.
 
         Raises:
-            ConfigurationError: The symbols lack one of the machine's, the strings are of another alphabet, or there is
-                no such recovery.
+            ConfigurationError: The symbols are not those of the machine, the strings are of another alphabet, or there
+                is no such recovery.
         """
         require_one_of(f"{_FIELD}.recovery", recovery, RECOVERIES)
         given = machine.alphabet if symbols is None else tuple(symbols)
-        for name in machine.alphabet:
-            if name not in given:
-                raise ConfigurationError(f"{_FIELD}.symbols", given, f"all symbols of the machine, with {name!r}")
+        if sorted(given) != sorted(machine.alphabet):
+            # One that the machine lacks would lead to ``lost`` wherever it comes.
+            accepted = f"all symbols of the machine and no others: {', '.join(machine.alphabet)}"
+            raise ConfigurationError(f"{_FIELD}.symbols", given, accepted)
         taken = _taken(machine, strings)
         place = {name: number for number, name in enumerate(machine.alphabet)}
         rows = tuple(
-            tuple(row[place[name]] if name in place and taken[state][place[name]] else None for name in given)
+            tuple(row[place[name]] if taken[state][place[name]] else None for name in given)
             for state, row in enumerate(machine.transitions)
         )
         anchors: Known = (None,) * len(given)
         if recovery == "restart":
             anchors = rows[machine.start]
         elif recovery == "likeliest":
-            anchors = tuple(_likeliest(machine, taken, place[name]) if name in place else None for name in given)
+            anchors = tuple(_likeliest(machine, taken, place[name]) for name in given)
         return cls(given, machine.names, rows, anchors, machine.start)
 
     @property

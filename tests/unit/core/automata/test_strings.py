@@ -174,10 +174,10 @@ def test_files(tmp_path) -> None:
     write_strings(strings, path)
     assert path.read_bytes() == b"# alphabet: 0 1\n1\t01\n0\t\n1\t1\n"
     assert read_strings(path) == strings
-    with pytest.raises(ConfigurationError, match=r"strings\.file"):
+    with pytest.raises(ConfigurationError, match=r"strings\.file.*a readable text file \(No such file"):
         read_strings(tmp_path / "none")
-    path.write_bytes(b"\xff\xfe")
-    with pytest.raises(ConfigurationError, match="UTF-8"):
+    path.write_bytes(b"AB\n\xff")
+    with pytest.raises(ConfigurationError, match="a text file in UTF-8; its byte 3 is not"):
         read_strings(path)
     with pytest.raises(OutputError):
         write_strings(strings, tmp_path / "no" / "place")

@@ -81,3 +81,9 @@ def test_places_that_walls_push_together_count_together() -> None:
 def test_a_search_that_becomes_too_long_says_so() -> None:
     with pytest.raises(ConfigurationError, match="the belief-state optimum takes less effort"):
         belief_optimum(GridMap.from_regions(SCENARIO_2), most_cells=100)
+
+
+def test_where_nothing_is_told_apart_the_search_ends_early() -> None:
+    # It would be found after looking at 595 000 cells, which takes twelve seconds; 7 x 7 would be given up after more.
+    with pytest.raises(ConfigurationError, match="takes less effort"):
+        belief_optimum(GridMap.from_regions("AAA/A.A/AAA", 5))

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from palpate.adapters.config import TRIALS, GridLearning
+from palpate.core.automata import AutomatonState
 from palpate.core.errors import require_whole
 from palpate.core.perception import StateIdentifier
 from palpate.core.policy import BackOff, TabularLearner, new_learner
@@ -24,10 +25,15 @@ def new_grid_learner(learning: GridLearning, identifier: StateIdentifier) -> Tab
 
 @dataclass(frozen=True)
 class LearningRun:
-    """One run: every trial of it, and what was learned."""
+    """One run: every trial of it, and what was learned.
+
+    Attributes:
+        lost_steps: Of each trial the symbols that its automaton had no transition for; 0 where the states are others.
+    """
 
     seed: int
     walks: tuple[Walk, ...]
+    lost_steps: tuple[int, ...]
     temperatures: tuple[float, ...]
     learner: TabularLearner
     identifier: StateIdentifier
@@ -54,10 +60,11 @@ def learn(
     require_whole("trials", trials, 1, 1_000_000)
     identifier = make_identifier(grid)
     learner = new_grid_learner(learning, identifier)
-    walks, temperatures = [], []
+    walks, lost_steps, temperatures = [], [], []
     for trial in range(trials):
         walk = run_trial(grid, identifier, learner, seed, trial, step_limit=learning.step_limit)
         walks.append(walk)
+        lost_steps.append(identifier.lost_steps if isinstance(identifier, AutomatonState) else 0)
         temperatures.append(learner.temperature)
         on_trial(walk)
-    return LearningRun(seed, tuple(walks), tuple(temperatures), learner, identifier)
+    return LearningRun(seed, tuple(walks), tuple(lost_steps), tuple(temperatures), learner, identifier)

@@ -34,6 +34,7 @@ class Score:
         reached: Share of the last trials that ended at the goal.
         greedy: Exact mean steps of the greedy policy that was learned, cut off at the limit.
         greedy_reaches: Probability with which that policy reaches the goal within the limit.
+        lost: Mean steps of the last trials on which the automaton was lost.
     """
 
     seed: int
@@ -42,6 +43,7 @@ class Score:
     reached: float
     greedy: float
     greedy_reaches: float
+    lost: float = 0.0
 
     @classmethod
     def of(cls, grid: GridMap, run: LearningRun, step_limit: int = STEP_LIMIT) -> Score:
@@ -55,6 +57,7 @@ class Score:
             reached=_mean([walk.reached for walk in last]),
             greedy=exact.limited_steps,
             greedy_reaches=exact.reaches_in_time,
+            lost=_mean(run.lost_steps[-LAST:]),
         )
 
 
@@ -66,9 +69,13 @@ def score_table(scores: Sequence[Score], bounds: Bounds, trials: int) -> str:
     if len(scores) > 1:
         means = [_mean([getattr(s, name) for s in scores]) for name in ("first", "last", "reached", "greedy")]
         lines.append(("mean", *_cells(*means)))
+    lost = _mean([score.lost for score in scores])
+    was_lost = (
+        f"lost, for the automaton has no transition: {lost:.2f} steps a trial of the last {count}\n" if lost else ""
+    )
     belief = "not found: it takes too long" if bounds.belief is None else f"{bounds.belief:.2f}"
     return (
-        f"{aligned(lines, left=0)}\n"
+        f"{aligned(lines, left=0)}\n{was_lost}"
         "what is possible, mean steps\n"
         f"  full information      {bounds.full:.2f}\n"
         f"  belief-state optimum  {belief}\n"

@@ -11,6 +11,7 @@ from typing import Final
 from palpate.adapters.experiments.build import NONE, identifier
 from palpate.core.automata import AutomatonState, Machine, Strings
 from palpate.core.errors import ConfigurationError
+from palpate.core.files import read_text
 from palpate.core.perception import IdentityState, StateIdentifier
 from palpate.simulation.grid import (
     SCENARIOS,
@@ -36,13 +37,8 @@ def grid_named(name: str, size: int) -> GridMap:
     """
     if name in SCENARIOS or (name.count("/") == 2 and not os.path.lexists(name)):
         return GridMap.from_regions(SCENARIOS.get(name, name), size)
-    try:
-        return GridMap.from_text(Path(name).read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        if isinstance(error, ConfigurationError):
-            raise
-        accepted = f"one of {', '.join(SCENARIOS)}, eight regions such as ABC/C.E/BDF, or a readable text file"
-        raise ConfigurationError("map", name, accepted) from error
+    accepted = f"one of {', '.join(SCENARIOS)}, eight regions such as ABC/C.E/BDF, or a readable text file"
+    return GridMap.from_text(read_text(Path(name), "map", accepted))
 
 
 @dataclass(frozen=True, slots=True)

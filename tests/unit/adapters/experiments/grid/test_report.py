@@ -9,7 +9,8 @@ import pytest
 from palpate.adapters.config.grid import GridLearning
 from palpate.adapters.experiments.grid.learning import learn
 from palpate.adapters.experiments.grid.report import Panel, Score, learning_figure, score_table, summary, trials_csv
-from palpate.adapters.experiments.grid.worlds import Bounds, Named, bounds_of
+from palpate.adapters.experiments.grid.worlds import Bounds, Followed, Named, bounds_of
+from palpate.core.automata import Kind, Machine
 from palpate.simulation.grid.maps import GridMap
 
 GRID = GridMap.from_text("ABC·")
@@ -25,6 +26,16 @@ def test_a_run_is_scored() -> None:
     assert score.last == sum(run.steps[-100:]) / 100
     assert (score.reached, score.greedy, score.greedy_reaches) == (1.0, pytest.approx(2.0), 1.0)
     assert score.last < 2.6
+
+
+def test_steps_on_which_the_automaton_was_lost_are_told() -> None:
+    # Its one state is that after A: B and C are not known there.
+    machine = Machine(Kind.MOORE, ("A", "B", "C"), ((0, None, None),), ("",))
+    run = learn(GRID, Followed(machine), GridLearning(), 0, 120)
+    assert sum(run.lost_steps) > 120
+    text = score_table([Score.of(GRID, run)], BOUNDS, 120)
+    assert f"lost, for the automaton has no transition: {sum(run.lost_steps[-100:]) / 100:.2f} steps a trial" in text
+    assert "lost" not in score_table(SCORES, BOUNDS, 120)
 
 
 def test_the_limit_holds_for_the_exact_cost_too() -> None:

@@ -34,7 +34,7 @@ def test_a_file_whose_path_looks_like_regions_is_a_file(tmp_path: Path, monkeypa
         ("3", 7, "one of 1, 2, twin, eight regions such as ABC/C.E/BDF, or a readable text file"),
         ("missing.txt", 7, "a readable text file"),
         (".", 7, "a readable text file"),
-        ("binary", 7, "a readable text file"),
+        ("binary", 7, "a text file in UTF-8; its byte 0 is not"),
         ("none", 7, "0 goals"),
         ("1", 6, "an odd number"),
         ("ABC/C.E", 7, "a readable text file"),
@@ -93,11 +93,10 @@ def test_an_automaton_file(tmp_path: Path) -> None:
     assert [made.update(symbol) for symbol in (0, 1, 1, 0)] == [0, 1, 1, 0]
 
 
-def test_an_automaton_may_know_fewer_symbols_than_the_map_and_no_others() -> None:
-    few = Followed(MACHINE)(GridMap.from_text("ABC·"))
-    assert few.symbols == ("A", "B", "C")
-    with pytest.raises(ConfigurationError, match="all symbols of the machine"):
-        Followed(MACHINE)(GridMap.from_text("AC·"))
+@pytest.mark.parametrize("cells", ["ABC·", "AC·"])
+def test_an_automaton_of_another_map_is_refused(cells: str) -> None:
+    with pytest.raises(ConfigurationError, match="all symbols of the machine and no others: A, B"):
+        Followed(MACHINE)(GridMap.from_text(cells))
 
 
 @pytest.mark.parametrize(
