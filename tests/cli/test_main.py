@@ -97,7 +97,7 @@ COMMANDS = (
             "q-learning or sarsa, which learning.alpha",
         ),
         ("train --policy sarsa", "policy = 'sarsa'", "--learner sarsa chooses it"),
-        ("train --arm puma", "arm = 'puma'", "one of zebra-zero, ur5"),
+        ("train --arm puma", "arm = 'puma'", "one of zebra-zero, ur3, ur5"),
         ("run", "policy", "a policy file, or one of omniscient"),
         ("run --policy magic", "policy = 'magic'", "a policy file, or one of omniscient"),
         ("show", "palpate show", "policy file"),

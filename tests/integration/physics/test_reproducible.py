@@ -10,7 +10,6 @@ from pathlib import Path
 import pytest
 
 from palpate.adapters.config.run import RunConfig
-from palpate.core.motion.arm import ARMS
 from tests.integration.physics.trials import digests
 
 
@@ -34,7 +33,7 @@ def digests_of_a_fresh_process(arm: str, **processor: str) -> list[str]:
     return done.stdout.split()
 
 
-@pytest.mark.parametrize("arm", ARMS)
+@pytest.mark.parametrize("arm", ["zebra-zero", "ur5", "panda"])
 def test_a_fresh_process_repeats_every_command_and_sample(arm: str) -> None:
     here = digests(short_run(arm), range(2))
     assert len(set(here)) == 2
@@ -51,7 +50,7 @@ def test_kernels_that_are_chosen_by_the_processor_play_no_part(kernels: str, nee
     assert there == digests(short_run("zebra-zero"), range(2))
 
 
-@pytest.mark.parametrize("arm", ARMS)
+@pytest.mark.parametrize("arm", ["zebra-zero", "ur5", "panda"])
 def test_a_trial_alone_equals_the_trial_in_a_sequence(arm: str) -> None:
     config = short_run(arm)
     sequence = digests(config, range(4))

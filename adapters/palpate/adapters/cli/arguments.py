@@ -17,12 +17,14 @@ from pathlib import Path
 from typing import Annotated, Any, Final, TypeVar, get_args, get_origin
 
 import tyro
+from tyro.constructors import ConstructorRegistry, PrimitiveConstructorSpec, PrimitiveTypeInfo
 
 from palpate.adapters.cli.commands import COMMANDS, options_of
 from palpate.adapters.config import (
     LEARNERS,
     OF_SOME,
     RENAMED,
+    RigFile,
     RunConfig,
     now_called,
     overlay,
@@ -31,7 +33,7 @@ from palpate.adapters.config import (
     scenario,
 )
 from palpate.core.errors import ConfigurationError, UsageError
-from palpate.core.ports import kinds_of
+from palpate.core.ports import kinds_of, table_beside
 
 T = TypeVar("T")
 
@@ -63,6 +65,7 @@ def parse(kind: type[T], command: str, arguments: Sequence[str]) -> T:
                 args=list(arguments),
                 default=default,
                 return_unknown_args=True,
+                registry=_NAMES,
                 # Help texts are docstrings; looking for them in comments would take longer than all the rest.
                 config=(tyro.conf.HelptextFromCommentsOff,),
             )
@@ -75,6 +78,17 @@ def parse(kind: type[T], command: str, arguments: Sequence[str]) -> T:
         raise UsageError(f"{unknown[0]} is not an option of palpate {command}{_suggestion(flags, unknown[0])}")
     result: T = parsed
     return _on_rig(result, arguments, cell_in_file) if getattr(result, "rig", "") and default is not None else result
+
+
+_NAMES: Final = ConstructorRegistry()
+"""On a command line, what may be a name or a table is a name."""
+
+
+@_NAMES.primitive_rule
+def _name(info: PrimitiveTypeInfo) -> PrimitiveConstructorSpec[object] | None:
+    if table_beside(info.type) is None:
+        return None
+    return PrimitiveConstructorSpec(1, "STR", lambda words: words[0], lambda _: True, lambda value: [str(value)])
 
 
 _EARNED: Final = ("--learning.reinforcement", "--learning.effort-per-n-s")
@@ -94,11 +108,17 @@ def _require_no_learning(arguments: Sequence[str]) -> None:
 
 
 def _on_rig(options: Any, arguments: Sequence[str], cell_in_file: bool) -> Any:
-    """The options with nothing of the simulated cell's in them: what is true of a real rig is said by the rig.
+    """The options with the rig's arm, and nothing of the simulated cell's: what is true of a rig is said by the rig.
 
     Raises:
-        UsageError: A flag would set up the cell.
+        ConfigurationError: The rig file cannot be used.
+        UsageError: A flag would set up the cell, or name another arm.
     """
+    model = RigFile.load(Path(options.rig)).model
+    if model is not None:
+        if _value_of("--arm", arguments):
+            raise UsageError(f"--arm beside --rig: {options.rig} has the arm {model.name}, by its URDF")
+        options = replace(options, run=replace(options.run, arm=model))
     for word in arguments:
         if word.startswith("--cell."):
             flag = word.partition("=")[0]

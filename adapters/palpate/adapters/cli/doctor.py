@@ -41,7 +41,7 @@ def doctor(options: DoctorOptions) -> int:
         raise ConfigurationError("rig", options.rig, "a rig file: palpate doctor --rig FILE")
     file = RigFile.load(Path(options.rig))
     wishes = Wishes(options.seconds, _Terminal() if options.push else None, options.move)
-    examination = Examination(file, RigContext.of(options.arm, MonotonicClock()), wishes, System())
+    examination = Examination(file, RigContext.of(file.model or options.arm, MonotonicClock()), wishes, System())
     # An end from outside must close the devices as Ctrl-C does.
     before = signal.signal(signal.SIGTERM, signal.default_int_handler)
     sections: list[FindingsSection] = []

@@ -173,7 +173,7 @@ class DoctorOptions(Settings):
     json: bool = False
     """Print one JSON object instead of text."""
     arm: str = "zebra-zero"
-    """Kinematic model of the arm: zebra-zero or ur5."""
+    """Kinematic model of the arm, where the rig file has none; names as palpate run takes them."""
 
 
 @dataclass(frozen=True)

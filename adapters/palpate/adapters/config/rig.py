@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Final, TypeAlias
 
 from palpate.adapters.config.toml import overlay, read_toml
 from palpate.core.errors import ConfigurationError
-from palpate.core.ports import Holds, Range, Settings, Vector3
+from palpate.core.motion import ArmDescription
+from palpate.core.ports import Holds, Range, Settings, Vector3, fitted, kinds_of
 
 
 @dataclass(frozen=True)
@@ -102,6 +103,8 @@ class RigFile(Settings):
     """What stops it when something has gone quiet."""
     facts: SensorFactsTable = SensorFactsTable()
     """What is stated of the force sensor."""
+    model: ArmDescription | None = None
+    """The arm by its URDF, where the table ``[arm]`` has one; what the run is told of its arm where it has none."""
 
     @classmethod
     def load(cls, path: Path) -> RigFile:
@@ -119,10 +122,15 @@ class RigFile(Settings):
         strange = sorted(set(rig) - {"name", "approach_rad_s"})
         if strange:
             raise ConfigurationError(f"rig.{strange[0]}", rig[strange[0]], "name or approach_rad_s")
-        arm, sensor = _device(path, table, "arm"), dict(_table(path, table, "force_sensor"))
+        device, sensor = _device(path, table, "arm"), dict(_table(path, table, "force_sensor"))
         facts = _table(path, {"force_sensor.facts": sensor.pop("facts", {})}, "force_sensor.facts")
+        told: Mapping[str, Any] = {}
+        if "urdf" in device.settings:
+            told = {key: value for key, value in device.settings.items() if key in kinds_of(ArmDescription)}
+            device = replace(device, settings={k: v for k, v in device.settings.items() if k not in told})
         return cls(
-            arm=arm,
+            arm=device,
+            model=fitted("arm", told, str | ArmDescription) if told else None,
             force_sensor=_device(path, {"force_sensor": sensor}, "force_sensor"),
             facts=overlay(SensorFactsTable(), facts),
             operator=overlay(OperatorTable(), _optional(path, table, "operator")),

@@ -13,6 +13,7 @@ from palpate.adapters.config.scenarios import BLIND, LEARNERS, SCENARIOS
 from palpate.adapters.config.toml import overlay
 from palpate.core.errors import ConfigurationError, require_in, require_one_of
 from palpate.core.insertion import ControlConfig, TaskConfig
+from palpate.core.motion import ArmDescription
 from palpate.core.ports import CHANNELS, CONTROL_RATE_HZ, Holds, OneOf, Range, Settings
 from palpate.core.supervision import SupervisionConfig
 from palpate.simulation.work_cell import CellConfig
@@ -123,8 +124,9 @@ class RunConfig(Settings):
     blind-5 (mm)."""
     learner: Annotated[str, OneOf(*LEARNERS)] = "q-learning"
     """What learns; as the scenario, a preset that the other settings start from."""
-    arm: str = "zebra-zero"
-    """Arm: zebra-zero or ur5."""
+    arm: str | ArmDescription = "zebra-zero"
+    """Arm: zebra-zero, ur3, ur5, ur10, panda, z1, xarm7, or one that another package brings; in TOML a table [arm] as
+    well, with urdf, flange and posture_rad of an arm of your own."""
     seed: Annotated[int, Range(0, 2**63 - 1)] = 0
     """Every random stream of every trial follows from it."""
     task: TaskConfig = field(default_factory=TaskConfig)

@@ -12,23 +12,27 @@ from typing import Any, TypeVar
 
 from palpate.adapters.config.renames import now_called
 from palpate.core.errors import ConfigurationError
-from palpate.core.ports import Settings, fitted, kinds_of
+from palpate.core.ports import Settings, fitted, kinds_of, table_beside
 
 T = TypeVar("T", bound=Settings)
 
 
 def read_toml(path: Path) -> dict[str, Any]:
-    """The table in a TOML file.
+    """The table in a TOML file. The URDF of its arm is looked for from the file's folder.
 
     Raises:
         ConfigurationError: No such file, or it is not TOML.
     """
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        table = tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise ConfigurationError("config", str(path), f"a readable file ({error.strerror})") from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise ConfigurationError("config", str(path), f"a TOML file ({error})") from error
+    arm = table.get("arm")
+    if isinstance(arm, dict) and isinstance(urdf := arm.get("urdf"), str) and urdf and "://" not in urdf:
+        arm["urdf"] = str(path.resolve().parent / urdf)
+    return table
 
 
 def overlay(base: T, table: Mapping[str, Any]) -> T:
@@ -47,7 +51,7 @@ def overlay(base: T, table: Mapping[str, Any]) -> T:
         if key not in kinds_of(type(base)):
             raise _unknown(type(base), name, value, key)
         current = getattr(base, key)
-        if isinstance(current, Settings):
+        if isinstance(current, Settings) and table_beside(kinds_of(type(base))[key]) is None:
             if not isinstance(value, Mapping):
                 raise ConfigurationError(name, value, "a table")
             value = overlay(current, value)

@@ -141,7 +141,7 @@ def training_summary(config: RunConfig, rows: Sequence[TrialRow], trials: int) -
     """Figures of a training run of which so many trials were asked."""
     return {
         "scenario": config.scenario,
-        "arm": config.arm,
+        "arm": str(config.arm),
         "seed": config.seed,
         "finished": len(rows) >= trials,
         **summary_of(rows),
@@ -155,7 +155,7 @@ def policy_summary(config: RunConfig, policy: str, rows: Sequence[TrialRow], tri
     return {
         "policy": policy,
         "scenario": config.scenario,
-        "arm": config.arm,
+        "arm": str(config.arm),
         **summary_of(rows),
         "finished": len(rows) == trials,
     }

@@ -44,8 +44,8 @@ class RigContext:
     hurry: Callable[[], object] = _as_it_is
 
     @classmethod
-    def of(cls, arm: str, clock: Clock) -> RigContext:
-        """For the arm of that name, with the limits of its kinematic model."""
+    def of(cls, arm: str | ArmDescription, clock: Clock) -> RigContext:
+        """For an arm, or the one of that name, with the limits of its kinematic model."""
         description = arm_named(arm)
         kinematics = Kinematics(description, ToolGeometry())
         lower, upper, velocity = (

@@ -13,7 +13,7 @@ from typing import Any, Final
 import numpy as np
 
 import palpate.core
-from palpate.core.motion import ToolGeometry, arm_named
+from palpate.core.motion import ArmDescription, ToolGeometry, arm_named
 
 _FUSED: Final = frozenset({"FMA3", "X86_V3"})
 """Names that numpy has, or had, for what comes with fused multiply-add."""
@@ -40,11 +40,13 @@ def core_sha256() -> str:
 
 
 @cache
-def arm_sha256(name: str) -> str:
+def arm_sha256(named: str | ArmDescription) -> str:
     """Digest of what the kinematics are made of: the arm's URDF, where the tool is on it, and its encoders."""
-    arm = arm_named(name)
-    facts = repr((arm.flange_frame, arm.encoder_step_rad, ToolGeometry())).encode()
-    return hashlib.sha256(arm.find_urdf().read_bytes() + b"\0" + facts).hexdigest()
+    arm = arm_named(named)
+    own = (arm.tool_axis, arm.lower_rad, arm.upper_rad, arm.velocity_limit_rad_s)
+    # Digests of before there were these must stay what they are.
+    facts = (arm.flange, arm.encoder_step_rad, ToolGeometry(), *(() if own == ("z", (), (), ()) else (own,)))
+    return hashlib.sha256(arm.find_urdf().read_bytes() + b"\0" + repr(facts).encode()).hexdigest()
 
 
 @cache

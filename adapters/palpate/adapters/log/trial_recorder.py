@@ -112,7 +112,7 @@ class TrialRecorder:
                 "schema": SCHEMA,
                 "command": command,
                 "config_toml": to_toml(config),
-                "arm": config.arm,
+                "arm": str(config.arm),
                 "model_sha256": arm_sha256(config.arm),
                 "core_sha256": core_sha256(),
                 "ready_rad": tuple(ready.q_rad.tolist()),

@@ -64,8 +64,8 @@ def compare_start(differences: Differences, log: TrialLog, rebuilt: Rebuilt, beg
     state = dump_json(generator(setup.seed, Purpose.POLICY, setup.index).bit_generator.state)
     if state != start.generator_json:
         differences.add(Difference(0, "/start", "generator", start.generator_json, state), gross=True)
-    if start.arm != rebuilt.config.arm:
-        differences.add(Difference(0, "/start", "arm", start.arm, rebuilt.config.arm), gross=True)
+    if start.arm != str(rebuilt.config.arm):
+        differences.add(Difference(0, "/start", "arm", start.arm, str(rebuilt.config.arm)), gross=True)
     told = {
         "temperature": start.temperature,
         "filter_state": start.filter_state,

@@ -99,8 +99,8 @@ def changed_config(log: TrialLog, changes: Changes) -> RunConfig:
     if changes.config is not None:
         config = changes.config
         if config.arm != recorded.arm:
-            remedy = f"the configuration's arm is {config.arm!r}; replay with the log's own"
-            raise LogError(log.path, "", f"was recorded with the arm {recorded.arm!r}", remedy)
+            remedy = f"the configuration's arm is {str(config.arm)!r}; replay with the log's own"
+            raise LogError(log.path, "", f"was recorded with the arm {str(recorded.arm)!r}", remedy)
     for setting in changes.settings:
         config = overlay(config, parse_setting(setting))
     return config

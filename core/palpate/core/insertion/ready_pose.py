@@ -11,7 +11,7 @@ import pinocchio as pin
 from palpate.core.insertion.config import TaskConfig
 from palpate.core.insertion.frame import goal_in_base
 from palpate.core.insertion.laws import PERIOD_S
-from palpate.core.motion import Array, InverseKinematics, Kinematics, ToolGeometry, arm_named
+from palpate.core.motion import ArmDescription, Array, InverseKinematics, Kinematics, ToolGeometry, arm_named
 
 
 @dataclass(frozen=True)
@@ -33,14 +33,15 @@ def wander_m(task: TaskConfig) -> float:
     return (centre_mm + sqrt(2.0) * task.area_half_width_mm) * 1e-3
 
 
-def find_ready_pose(arm_name: str, task: TaskConfig) -> ReadyPose:
+def find_ready_pose(arm: str | ArmDescription, task: TaskConfig) -> ReadyPose:
     """Solve for the ready pose, tool pointing into the hole, its yaw left to the arm.
 
     Raises:
+        ConfigurationError: There is no such arm.
         UnreachableError: The arm cannot get there, or not to the corners of the exploration area.
     """
-    arm = arm_named(arm_name)
-    kinematics = Kinematics(arm, ToolGeometry())
+    description = arm_named(arm)
+    kinematics = Kinematics(description, ToolGeometry())
     inverse = InverseKinematics(kinematics, PERIOD_S)
     goal = goal_in_base(task.goal)
 
@@ -51,7 +52,7 @@ def find_ready_pose(arm_name: str, task: TaskConfig) -> ReadyPose:
     q = inverse.solve(
         at(0.0, 0.0, -height, goal.rotation),
         free_yaw=True,
-        seed_rad=np.array(arm.posture_rad),
+        seed_rad=np.array(description.posture_rad),
         field="task.goal",
     )
     kinematics.update(q)

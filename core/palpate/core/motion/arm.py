@@ -3,90 +3,163 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
 from dataclasses import dataclass
+from importlib.metadata import entry_points
 from math import pi
 from pathlib import Path
-from typing import Final
+from typing import Annotated, ClassVar, Final, TypeAlias
+
+from typing_extensions import override
 
 from palpate.core.errors import AssetError, ConfigurationError
+from palpate.core.ports import Holds, OneOf, Range, Settings
+
+GROUP: Final = "palpate.arms"
+"""Entry points of other packages: the name that ``--arm`` takes, and an :class:`ArmDescription`."""
+
+_ROBOT_DATA: Final = "package://example-robot-data/"
+_COUNTS: Final = 131_072
+
+_AboveZero: TypeAlias = Annotated[float, Range(0.0, above=True)]
 
 
 @dataclass(frozen=True)
-class ArmDescription:
-    """One six-joint arm. The URDF is the only source of its geometry, for Pinocchio and MuJoCo alike.
+class ArmDescription(Settings):
+    """One arm of six or seven revolute joints. The URDF is the only source of its geometry, for Pinocchio and MuJoCo.
 
-    Attributes:
-        name: What ``--arm`` takes.
-        find_urdf: Gives the path of the URDF, or raises ``AssetError``.
-        flange_frame: Name of the URDF frame that carries the sensor, z out of the arm.
-        posture_rad: A comfortable elbow posture, (6,); inverse kinematics starts from it and so picks its branch.
-        encoder_step_rad: Joint angle per encoder count, (6,).
-        servo_stiffness_Nm_per_rad: Simulated joint servo stiffness, (6,).
-        servo_armature_kg_m2: Simulated motor inertia seen at the joint, (6,).
-        evidence: Where the figures come from, and which of them are assumed.
+    Vectors have one number a joint, (n,), in the order from base to flange.
     """
 
-    name: str
-    find_urdf: Callable[[], Path]
-    flange_frame: str
+    TABLE: ClassVar[str] = "arm"
+
+    urdf: Annotated[str, Holds(bool, "the path of a URDF")]
+    """Path of the URDF, from the folder of the file that names it; package://example-robot-data/... for one of that
+    package's. Its meshes are not needed."""
+    flange: Annotated[str, Holds(bool, "the name of a link of the URDF")]
+    """Link of the URDF that carries the force sensor."""
     posture_rad: tuple[float, ...]
-    encoder_step_rad: tuple[float, ...]
-    servo_stiffness_Nm_per_rad: tuple[float, ...]
-    servo_armature_kg_m2: tuple[float, ...]
-    evidence: str
+    """A comfortable elbow posture; inverse kinematics starts from it, and a seventh joint is drawn towards it."""
+    name: str = ""
+    """Name for logs and messages; the URDF's file name if there is none."""
+    tool_axis: Annotated[str, OneOf("x", "y", "z")] = "z"
+    """Axis of the flange that points out of the arm."""
+    encoder_step_rad: tuple[_AboveZero, ...] = ()
+    """Joint angle per encoder count; 131 072 counts a turn if nothing is given (assumed)."""
+    lower_rad: tuple[float, ...] = ()
+    """Lower joint limits, instead of the URDF's."""
+    upper_rad: tuple[float, ...] = ()
+    """Upper joint limits, instead of the URDF's."""
+    velocity_limit_rad_s: tuple[_AboveZero, ...] = ()
+    """Joint velocity limits, instead of the URDF's."""
+    servo_stiffness_Nm_per_rad: tuple[_AboveZero, ...] = ()
+    """Simulated joint servo stiffness; 4e3 for the last three joints and 2e4 for the others (assumed)."""
+    servo_armature_kg_m2: tuple[_AboveZero, ...] = ()
+    """Simulated motor inertia seen at the joint; 0.4 for the last three joints and 2 for the others (assumed)."""
+    evidence: str = ""
+    """Where the figures come from, and which of them are assumed."""
+
+    @override
+    def check(self) -> None:
+        joints = len(self.posture_rad)
+        if joints not in (6, 7):
+            raise ConfigurationError("arm.posture_rad", self.posture_rad, "6 or 7 numbers, one a joint")
+        proximal = joints - 3
+        assumed = {
+            "name": Path(self.urdf).stem,
+            "encoder_step_rad": (2 * pi / _COUNTS,) * joints,
+            "servo_stiffness_Nm_per_rad": (2e4,) * proximal + (4e3,) * 3,
+            "servo_armature_kg_m2": (2.0,) * proximal + (0.4,) * 3,
+        }
+        for field, value in assumed.items():
+            if not getattr(self, field):
+                object.__setattr__(self, field, value)
+        for field in (*list(assumed)[1:], "lower_rad", "upper_rad", "velocity_limit_rad_s"):
+            if len(vector := getattr(self, field)) not in (0, joints):
+                raise ConfigurationError(f"arm.{field}", vector, f"{joints} numbers, one a joint as in posture_rad")
+
+    def __str__(self) -> str:
+        """Its name."""
+        return self.name
+
+    def find_urdf(self) -> Path:
+        """Where the URDF is.
+
+        Raises:
+            AssetError: It is a file of a package that is not installed.
+        """
+        if not self.urdf.startswith(_ROBOT_DATA):
+            return Path(self.urdf)
+        # The PyPI package ships files under the environment's cmeel prefix, and no Python module to ask for them.
+        relative = Path("cmeel.prefix/share/example-robot-data/robots") / self.urdf.removeprefix(_ROBOT_DATA)
+        for folder in sys.path:
+            candidate = Path(folder) / relative
+            if candidate.is_file():
+                return candidate
+        raise AssetError(
+            "arm",
+            self.name,
+            f"the PyPI package example-robot-data must be installed (looked for {relative} on sys.path)",
+        )
 
 
-def _own_urdf() -> Path:
-    return Path(__file__).with_name("zebra_zero.urdf")
-
-
-def _example_robot_data_urdf() -> Path:
-    # The PyPI package ships files under the environment's cmeel prefix, and no Python module to ask for them.
-    relative = Path("cmeel.prefix/share/example-robot-data/robots/ur_description/urdf/ur5_robot.urdf")
-    for folder in sys.path:
-        candidate = Path(folder) / relative
-        if candidate.is_file():
-            return candidate
-    raise AssetError(
-        "arm",
-        "ur5",
-        f"the PyPI package example-robot-data must be installed (looked for {relative} on sys.path)",
+def _of_robot_data(name: str, urdf: str, flange: str, *posture_rad: float, tool_axis: str = "z") -> ArmDescription:
+    return ArmDescription(
+        urdf=_ROBOT_DATA + urdf,
+        flange=flange,
+        posture_rad=posture_rad,
+        name=name,
+        tool_axis=tool_axis,
+        evidence="geometry and limits: example-robot-data; encoder step, servo stiffness and armature: assumed",
     )
 
 
+_UR: Final = "ur_description/urdf"
+
 ZEBRA_ZERO: Final = ArmDescription(
     name="zebra-zero",
-    find_urdf=_own_urdf,
-    flange_frame="flange",
+    urdf=str(Path(__file__).with_name("zebra_zero.urdf")),
+    flange="flange",
     posture_rad=(0.0, 1.17, -1.42, 0.0, 0.55, 0.0),
     # 192 000 counts a turn on joints 1 to 3; the wrist base ratio of 69 332 stands for the coupled wrist joints.
     encoder_step_rad=(2 * pi / 192_000,) * 3 + (2 * pi / 69_332,) * 3,
-    servo_stiffness_Nm_per_rad=(2e4, 2e4, 2e4, 4e3, 4e3, 4e3),
-    servo_armature_kg_m2=(2.0, 2.0, 2.0, 0.4, 0.4, 0.4),
     evidence="geometry and counts: public ROS 2 port of the arm; servo stiffness, armature and masses: assumed",
 )
 
-UR5: Final = ArmDescription(
-    name="ur5",
-    find_urdf=_example_robot_data_urdf,
-    flange_frame="tool0",
-    posture_rad=(0.0, -1.6, 2.0, -1.97, -1.57, 0.0),
-    encoder_step_rad=(2 * pi / 131_072,) * 6,
-    servo_stiffness_Nm_per_rad=(2e4, 2e4, 2e4, 4e3, 4e3, 4e3),
-    servo_armature_kg_m2=(2.0, 2.0, 2.0, 0.4, 0.4, 0.4),
-    evidence="geometry and limits: example-robot-data; encoder step, servo stiffness and armature: assumed",
-)
+ARMS: Final[dict[str, ArmDescription]] = {
+    arm.name: arm
+    for arm in (
+        ZEBRA_ZERO,
+        _of_robot_data("ur3", f"{_UR}/ur3_robot.urdf", "tool0", 0.0, -1.6, 2.0, -1.97, -1.57, 0.0),
+        _of_robot_data("ur5", f"{_UR}/ur5_robot.urdf", "tool0", 0.0, -1.6, 2.0, -1.97, -1.57, 0.0),
+        _of_robot_data("ur10", f"{_UR}/ur10_robot.urdf", "tool0", 0.0, -1.6, 2.0, -1.97, -1.57, 0.0),
+        _of_robot_data("panda", "panda_description/urdf/panda.urdf", "panda_link8", 0.0, 0.1, 0.0, -2.7, 0.0, 2.8, 0.0),
+        _of_robot_data("z1", "z1_description/urdf/z1.urdf", "link06", 0.0, 2.1, -1.5, 0.97, 0.0, 0.0, tool_axis="x"),
+        _of_robot_data("xarm7", "xarm_description/urdf/xarm7.urdf", "link_eef", 0.0, 0.1, 0.0, 0.65, 0.0, 0.55, 0.0),
+    )
+}
 
-ARMS: Final[dict[str, ArmDescription]] = {arm.name: arm for arm in (ZEBRA_ZERO, UR5)}
 
-
-def arm_named(name: str) -> ArmDescription:
-    """The arm of that name.
+def arm_named(arm: str | ArmDescription) -> ArmDescription:
+    """The arm of that name, ours or another package's; a description is what it is.
 
     Raises:
-        ConfigurationError: There is none.
+        ConfigurationError: There is none, or the package that has it cannot be loaded.
     """
-    if name not in ARMS:
-        raise ConfigurationError("arm", name, f"one of {', '.join(ARMS)}")
-    return ARMS[name]
+    if isinstance(arm, ArmDescription):
+        return arm
+    if arm in ARMS:
+        return ARMS[arm]
+    others = entry_points(group=GROUP)
+    for entry in others:
+        if entry.name == arm:
+            try:
+                found = entry.load()
+            except Exception as error:
+                # A stranger's package may fail in any way as it is imported.
+                accepted = f"an arm that can be loaded; {entry.value} cannot ({error})"
+                raise ConfigurationError("arm", arm, accepted) from error
+            if not isinstance(found, ArmDescription):
+                raise ConfigurationError("arm", arm, f"an ArmDescription behind {entry.value}")
+            return found
+    known = ", ".join([*ARMS, *sorted(entry.name for entry in others)])
+    raise ConfigurationError("arm", arm, f"one of {known}, or a table [arm] with urdf, flange and posture_rad")

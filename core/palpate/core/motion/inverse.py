@@ -2,7 +2,8 @@
 
 Our own few lines on Pinocchio's Jacobian rather than a quadratic program: the step has an exact answer for
 six joints, costs a few microseconds, and its only inequality constraints are boxes on the joints
-(``docs/decisions/0004-inverse-kinematics.md`` has the comparison with pin-pink).
+(``docs/decisions/0004-inverse-kinematics.md`` has the comparison with pin-pink). What a seventh joint leaves free
+goes towards the arm's posture, slowly enough that it never holds up the tip.
 
 Eigen solves, and not LAPACK, whose kernels are chosen by the processor: equal inputs give equal bytes on the
 next machine too (``docs/decisions/0015-equal-on-another-processor.md``).
@@ -26,6 +27,9 @@ _DAMPING: Final = 1e-12  # squared; small against 1, so that a step far from sin
 _SINGULAR: Final = 2e-4  # below this product of singular values (m^3 rad^3 scale) the damping grows
 _MAX_DAMPING: Final = 1e-2
 _ITERATION_REACH_RAD: Final = 0.3
+_POSTURE_S: Final = 1.0  # time constant with which a redundant arm goes back to its posture
+_POSTURE_SHARE: Final = 0.2  # of the joints' reach in one step, at most, for going there
+_SETTLED_RAD: Final = 1e-6
 
 
 class JointStep(NamedTuple):
@@ -51,6 +55,8 @@ class InverseKinematics:
     def __init__(self, kinematics: Kinematics, period_s: float) -> None:
         self._kinematics = kinematics
         self._square = kinematics.joints == 6
+        self._posture: Array | None = None if kinematics.joints <= 6 else np.array(kinematics.arm.posture_rad)
+        self._towards_posture = period_s / _POSTURE_S
         # Kept, because making one takes longer than the factorisation itself.
         self._factors = PartialPivLU(kinematics.joints)
         self._lower: list[float] = kinematics.lower_rad.tolist()
@@ -77,7 +83,7 @@ class InverseKinematics:
                 q: Array = q_rad + dq
                 if self._is_inside(q.tolist()) and max(map(abs, dq.tolist())) <= self._least_reach_rad:
                     return JointStep(q, False)
-        return self._limited_step(q_rad, jacobian, error, self._reach_rad)
+        return self._limited_step(q_rad, jacobian, error, self._reach_rad, self._towards_posture)
 
     def solve(self, tip_target_in_base: pin.SE3, *, free_yaw: bool, seed_rad: Array, field: str) -> Array:
         """Joint angles that reach a placement, found by iteration from a seed.
@@ -103,9 +109,11 @@ class InverseKinematics:
                     error, jacobian = _axis_error(kinematics.tip_in_base, tip_target_in_base), jacobian[:5]
                 else:
                     error = kinematics.tip_error(tip_target_in_base)
-                if float(np.abs(error).max()) < 1e-6:
-                    return q
-                q = self._limited_step(q, jacobian, error, reach).q_rad
+                before = q
+                q = self._limited_step(before, jacobian, error, reach, 0.5).q_rad
+                settled = self._posture is None or float(np.abs(q - before).max()) < _SETTLED_RAD
+                if settled and float(np.abs(error).max()) < 1e-6:
+                    return before
         position = ", ".join(f"{value:.4g}" for value in tip_target_in_base.translation)
         raise UnreachableError(
             field,
@@ -125,13 +133,15 @@ class InverseKinematics:
     def _is_inside(self, q: list[float]) -> bool:
         return all(map(le, self._lower, q)) and all(map(le, q, self._upper))
 
-    def _limited_step(self, q: Array, jacobian: Array, error: Array, reach_rad: Array) -> JointStep:
+    def _limited_step(
+        self, q: Array, jacobian: Array, error: Array, reach_rad: Array, towards_posture: float
+    ) -> JointStep:
         # A joint that stands outside already (an encoder's rounding is enough) may stay, and move inwards.
         lower, upper = np.minimum(self._kinematics.lower_rad, q), np.maximum(self._kinematics.upper_rad, q)
-        free = jacobian
+        free, pull = jacobian, self._pull(q, reach_rad, towards_posture)
         limited = False
         for _ in range(len(q)):
-            dq, singular = self._damped_least_squares(free, error)
+            dq, singular = self._damped_least_squares(free, error, pull)
             limited = limited or singular
             target = q + dq
             beyond = (target < lower) | (target > upper)
@@ -139,6 +149,7 @@ class InverseKinematics:
                 break
             limited = True
             free = np.where(beyond, 0.0, free)
+            pull = None if pull is None else np.where(beyond, 0.0, pull)
         else:
             dq = np.zeros_like(q)
         excess = float((np.abs(dq) / reach_rad).max())
@@ -146,7 +157,15 @@ class InverseKinematics:
             dq, limited = dq / excess, True
         return JointStep(q + dq, limited)
 
-    def _damped_least_squares(self, jacobian: Array, error: Array) -> tuple[Array, bool]:
+    def _pull(self, q: Array, reach_rad: Array, share: float) -> Array | None:
+        """How far a redundant arm would go towards its posture in this step, were the tip not in the way."""
+        if self._posture is None:
+            return None
+        pull: Array = (self._posture - q) * share
+        excess = float((np.abs(pull) / reach_rad).max()) / _POSTURE_SHARE
+        return pull / excess if excess > 1.0 else pull
+
+    def _damped_least_squares(self, jacobian: Array, error: Array, pull: Array | None) -> tuple[Array, bool]:
         gram = np.einsum("ik,jk->ij", jacobian, jacobian)
         gram.flat[:: len(gram) + 1] += _DAMPING
         factors = LLT(gram)
@@ -156,7 +175,11 @@ class InverseKinematics:
         if singular:
             gram.flat[:: len(gram) + 1] += _MAX_DAMPING * (1.0 - manipulability / _SINGULAR) ** 2
             factors = LLT(gram)
-        return np.einsum("ij,i->j", jacobian, factors.solve(error)), singular
+        if pull is None:
+            return np.einsum("ij,i->j", jacobian, factors.solve(error)), singular
+        # Of all steps that do it, the one nearest to the pull: its share that moves the tip is taken out again.
+        rest = error - np.einsum("ij,j->i", jacobian, pull)
+        return pull + np.einsum("ij,i->j", jacobian, factors.solve(rest)), singular
 
 
 def _axis_error(tip: pin.SE3, target: pin.SE3) -> Array:

@@ -9,14 +9,16 @@ the hole is +z, and pressing on the plate gives a negative Fz.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import inf
 from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 import pinocchio as pin
 
-from palpate.core.errors import AssetError
+from palpate.core.errors import ConfigurationError
 from palpate.core.motion.arm import ArmDescription
+from palpate.core.motion.urdf import load_model
 from palpate.core.ports import JointVector, Vector3
 
 Array: TypeAlias = npt.NDArray[np.float64]
@@ -45,19 +47,14 @@ class Kinematics:
         velocity_limit_rad_s: Joint velocity limits, (n,).
 
     Raises:
-        AssetError: The URDF is missing, cannot be read or has no such flange.
+        AssetError: The URDF is missing, cannot be read, has no such flange, or not six or seven revolute joints that
+            lead there.
+        ConfigurationError: The posture or the limits do not fit these joints.
     """
 
     def __init__(self, arm: ArmDescription, tool: ToolGeometry) -> None:
         self.arm, self.tool = arm, tool
-        path = arm.find_urdf()
-        try:
-            self.model = pin.buildModelFromUrdf(str(path))
-        except (ValueError, RuntimeError) as error:
-            raise AssetError("arm", str(path), f"a readable URDF ({error})") from error
-        if not self.model.existFrame(arm.flange_frame):
-            raise AssetError("arm", str(path), f"a URDF with a frame {arm.flange_frame!r} for the flange")
-        flange = self.model.frames[self.model.getFrameId(arm.flange_frame)]
+        self.model, flange = load_model(arm)
         self._sensor_id = self._add_frame("sensor", flange, tool.sensor_from_flange_m)
         self._tip_id = self._add_frame("tip", flange, tool.sensor_from_flange_m + tool.tip_from_sensor_m)
         self._data = self.model.createData()
@@ -66,12 +63,27 @@ class Kinematics:
         self._tip_translation: Array = self._tip.translation
         self._tip_rotation: Array = self._tip.rotation
         self.joints = int(self.model.nq)
-        self.lower_rad: Array = np.array(self.model.lowerPositionLimit)
-        self.upper_rad: Array = np.array(self.model.upperPositionLimit)
-        self.velocity_limit_rad_s: Array = np.array(self.model.velocityLimit)
+        self.lower_rad: Array = np.array(arm.lower_rad or self.model.lowerPositionLimit)
+        self.upper_rad: Array = np.array(arm.upper_rad or self.model.upperPositionLimit)
+        self.velocity_limit_rad_s: Array = np.array(arm.velocity_limit_rad_s or self.model.velocityLimit)
+        self._require_limits()
+
+    def _require_limits(self) -> None:
+        arm, names = self.arm, list(self.model.names)[1:]
+        rows = zip(names, arm.posture_rad, self.lower_rad, self.upper_rad, self.velocity_limit_rad_s, strict=True)
+        for number, (name, posture, low, high, speed) in enumerate(rows):
+            if not low < high:
+                raise ConfigurationError("arm.lower_rad", low, f"less than upper_rad = {high:g} at joint {name}")
+            if not 0.0 < speed < inf:
+                raise ConfigurationError("arm.velocity_limit_rad_s", speed, f"a speed above 0 for joint {name}")
+            if not low <= posture <= high:
+                accepted = f"an angle from {low:g} to {high:g}, the limits of joint {name}"
+                raise ConfigurationError(f"arm.posture_rad[{number}]", posture, accepted)
 
     def _add_frame(self, name: str, flange: pin.Frame, distance_m: float) -> int:
-        offset = pin.SE3(np.eye(3), np.array([0.0, 0.0, distance_m]))
+        # Columns are the sensor's axes in the flange; a turn of the axes' names keeps the frame right-handed.
+        axes = np.roll(np.eye(3), "zxy".index(self.arm.tool_axis), axis=0)
+        offset = pin.SE3(axes, axes[:, 2] * distance_m)
         frame = pin.Frame(name, flange.parentJoint, flange.placement * offset, pin.FrameType.OP_FRAME)
         return int(self.model.addFrame(frame))
 

@@ -35,6 +35,7 @@ from .settings import fitted as fitted
 from .settings import kinds_of as kinds_of
 from .settings import parts_of as parts_of
 from .settings import require_keys as require_keys
+from .settings import table_beside as table_beside
 from .values import CONTROL_RATE_HZ as CONTROL_RATE_HZ
 from .values import SENSOR_FRAME as SENSOR_FRAME
 from .values import AppliedCommand as AppliedCommand

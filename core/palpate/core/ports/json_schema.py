@@ -10,7 +10,7 @@ from dataclasses import MISSING, fields
 from itertools import pairwise
 from typing import Any, get_args, get_origin
 
-from palpate.core.ports.settings import Settings, kinds_of, optional_of, parts_of
+from palpate.core.ports.settings import Settings, kinds_of, optional_of, parts_of, table_beside
 
 _NAMES: dict[Any, str] = {float: "number", int: "integer", str: "string", bool: "boolean"}
 
@@ -20,6 +20,8 @@ def json_schema(kind: Any) -> dict[str, Any]:
     base, marks = parts_of(kind)
     if (inner := optional_of(base)) is not None:
         return {"anyOf": [json_schema(inner), {"type": "null"}]}
+    if (table := table_beside(base)) is not None:
+        return {"anyOf": [json_schema(str), json_schema(table)]}
     origin, items = get_origin(base) or base, get_args(base)
     if isinstance(origin, type) and issubclass(origin, Settings):
         schema = _table(origin)

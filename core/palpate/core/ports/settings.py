@@ -19,7 +19,7 @@ import difflib
 import operator
 import types
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import MISSING, dataclass, fields
 from functools import cache
 from math import inf, isfinite
 from typing import Annotated, Any, ClassVar, Self, Union, get_args, get_origin, get_type_hints
@@ -197,10 +197,17 @@ def parts_of(kind: Any) -> tuple[Any, tuple[Mark, ...]]:
 
 def optional_of(base: Any) -> Any:
     """What stands beside None in an annotation; None where there is no None in it."""
-    if get_origin(base) not in (Union, types.UnionType):
+    if get_origin(base) not in (Union, types.UnionType) or type(None) not in get_args(base):
         return None
     (inner,) = [kind for kind in get_args(base) if kind is not type(None)]
     return inner
+
+
+def table_beside(base: Any) -> type[Settings] | None:
+    """The table that may stand instead of a name in an annotation; None where there is none."""
+    if get_origin(base) not in (Union, types.UnionType):
+        return None
+    return next((kind for kind in get_args(base) if isinstance(kind, type) and issubclass(kind, Settings)), None)
 
 
 def require_keys(where: str, given: Mapping[str, Any], needed: Sequence[str], others: Sequence[str] = ()) -> None:
@@ -245,6 +252,12 @@ def fitted(name: str, value: Any, kind: Any) -> Any:
     base, marks = parts_of(kind)
     if (inner := optional_of(base)) is not None:
         return None if value is None else fitted(name, value, inner)
+    if (table := table_beside(base)) is not None:
+        if not isinstance(value, Mapping):
+            return value if isinstance(value, table) else fitted(name, value, str)
+        required = [field.name for field in fields(table) if field.default is MISSING]  # type: ignore[arg-type]
+        require_keys(name, value, required, [key for key in kinds_of(table) if key not in required])
+        return table(**value)
     origin, items = get_origin(base) or base, get_args(base)
     if isinstance(origin, type) and issubclass(origin, Settings) and not isinstance(value, origin):
         return origin.read(value, name)

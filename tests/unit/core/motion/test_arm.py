@@ -1,12 +1,15 @@
 """The arms that come with palpate: complete descriptions, and clear words when a file is missing."""
 
 import sys
+from dataclasses import replace
+from importlib.metadata import EntryPoint
 from math import degrees
 from pathlib import Path
 
 import pytest
 
 from palpate.core.errors import AssetError, ConfigurationError
+from palpate.core.motion import arm as arm_module
 from palpate.core.motion.arm import ARMS, ArmDescription, arm_named
 from palpate.core.motion.model import Kinematics, ToolGeometry
 
@@ -14,14 +17,14 @@ arms = pytest.mark.parametrize("arm", ARMS.values(), ids=ARMS.keys())
 
 
 def test_arms_are_found_by_name() -> None:
-    assert set(ARMS) == {"zebra-zero", "ur5"}
+    assert set(ARMS) == {"zebra-zero", "ur3", "ur5", "ur10", "panda", "z1", "xarm7"}
     for name, arm in ARMS.items():
         assert arm_named(name) is arm
         assert arm.name == name
 
 
 def test_an_unknown_arm_is_refused_with_the_known_ones() -> None:
-    with pytest.raises(ConfigurationError, match="one of zebra-zero, ur5") as caught:
+    with pytest.raises(ConfigurationError, match="one of zebra-zero, ur3, ur5, ur10") as caught:
         arm_named("puma")
     assert (caught.value.field, caught.value.value) == ("arm", "puma")
 
@@ -29,7 +32,7 @@ def test_an_unknown_arm_is_refused_with_the_known_ones() -> None:
 @arms
 def test_a_description_fits_its_urdf(arm: ArmDescription) -> None:
     kinematics = Kinematics(arm, ToolGeometry())
-    assert kinematics.joints == 6
+    assert kinematics.joints == 6 + (arm.name in ("panda", "xarm7"))
     for figures in (
         arm.posture_rad,
         arm.encoder_step_rad,
@@ -66,3 +69,15 @@ def test_the_robot_data_package_is_found_wherever_the_path_leads(
     urdf.touch()
     monkeypatch.setattr(sys, "path", [str(tmp_path / "first"), str(tmp_path / "second")])
     assert arm_named("ur5").find_urdf() == urdf
+
+
+def test_an_arm_of_another_package_is_found_by_its_entry_point(monkeypatch: pytest.MonkeyPatch) -> None:
+    bench = replace(ARMS["ur5"], name="bench")
+    monkeypatch.setattr(sys.modules[__name__], "BENCH", bench, raising=False)
+    entries = [EntryPoint(name, f"{__name__}:{at}", "palpate.arms") for name, at in (("own", "BENCH"), ("no", "sys"))]
+    monkeypatch.setattr(arm_module, "entry_points", lambda group: entries if group == "palpate.arms" else [])
+    assert arm_named("own") is bench
+    with pytest.raises(ConfigurationError, match="an ArmDescription behind "):
+        arm_named("no")
+    with pytest.raises(ConfigurationError, match="xarm7, no, own, or a table"):
+        arm_named("puma")

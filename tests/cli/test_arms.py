@@ -1,0 +1,56 @@
+"""Arms of one's own, by a table ``[arm]``: run, recorded, replayed, and refused in one line."""
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from palpate.core.motion import arm_named
+from tests.command_line import CommandLine
+
+ARM = '[arm]\nname = "bench"\nurdf = "bench.urdf"\nflange = "link_eef"\nposture_rad = [0, 0.1, 0, 0.65, 0, 0.55, 0]\n'
+
+
+@pytest.fixture
+def bench(tmp_path: Path) -> Path:
+    (tmp_path / "arms").mkdir()
+    shutil.copy(arm_named("xarm7").find_urdf(), tmp_path / "arms/bench.urdf")
+    path = tmp_path / "arms/bench.toml"
+    path.write_text(ARM)
+    return path
+
+
+def test_an_arm_of_ones_own_inserts_and_its_logs_replay_where_its_urdf_is(palpate: CommandLine, bench: Path) -> None:
+    printed = palpate.succeed("run", "--config", bench, "--policy", "torque", "--trials", 1, "--out", "out")
+    assert "torque, bench, scenario paper, seed 0: 1 trials" in printed
+    assert "'inserted': 1" in printed
+    assert "1 of 1 equal in every bit" in palpate.succeed("replay", "out")
+    (bench.parent / "bench.urdf").unlink()
+    done = palpate("replay", "out")
+    assert done.code == 2
+    assert "bench.urdf' is refused: a readable URDF (No such file or directory)" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "accepted"),
+    [
+        ("flange", "flnge", "missing flange"),
+        ("name", "nome", "unknown key 'nome'"),
+        ("0.65", "4.5", "arm.posture_rad[3] = 4.5 is refused: an angle from -0.19198 to 3.927, the limits of joint j"),
+        ("link_eef", "hand", "a frame 'hand' for the flange"),
+        ("bench.urdf", "none.urdf", "a readable URDF (No such file or directory)"),
+        ("bench.urdf", "bench.toml", "a readable URDF (syntax error: line 1"),
+    ],
+)  # fmt: skip
+def test_an_arm_that_cannot_be_used_is_refused_in_one_line(
+    palpate: CommandLine, bench: Path, old: str, new: str, accepted: str
+) -> None:
+    bench.write_text(ARM.replace(old, new))
+    assert accepted in palpate.refusal("run", "--config", str(bench), "--policy", "torque", "--trials", "1")
+
+
+def test_a_rig_file_that_has_the_arm_is_not_told_another(palpate: CommandLine, bench: Path) -> None:
+    bench.write_text(ARM + 'adapter = "cia402"\n[force_sensor]\nadapter = "jr3-can"\n')
+    line = palpate.refusal("run", "--rig", str(bench), "--arm", "ur5", "--policy", "torque")
+    assert "--arm beside --rig" in line
+    assert "has the arm bench, by its URDF" in line
