@@ -147,6 +147,11 @@ def run_trial(
                 for call in on_chosen:
                     call()
             snapshot = next_snapshot(ticks, task.act())
+    except DeviceError as error:
+        # What the task itself refuses never comes by the ticks, which only wait for its command.
+        if supervisor is not None:
+            supervisor.latch.set(str(error))
+        raise
     finally:
         ticks.close()
     return task.report

@@ -161,6 +161,8 @@ def replay(
                 compare_learners(tape.differences, log.end, rebuilt)
         if not in_mujoco:
             _compare_calls(tape, report, refused=isinstance(error, DeviceError))
+            if log.end is not None and not torn:
+                _compare_latch(tape, rebuilt.supervisor.latch.cause, error)
         compare_recorder(tape.differences, log)
     return Replay(
         path=log.path,
@@ -274,6 +276,16 @@ def _compare_calls(tape: Tape, report: TrialReport, *, refused: bool) -> None:
     ):
         now = f"{WrenchKind.RAW.value}, frame {SENSOR_FRAME!r}, as the core takes it"
         differences.add(Difference(odd, "/tick", "wrench", "of another kind or frame", now), gross=True)
+
+
+def _compare_latch(tape: Tape, cause: str, error: BaseException | None) -> None:
+    """Hold what keeps the rig still against the recorded trip, or the device's error that was raised as recorded."""
+    trips = (event.detail.partition(": ")[2] for event in tape.log.events if event.name == "trip")
+    told = next(trips, str(error) if isinstance(error, DeviceError) else "")
+    if told != cause:
+        # A trip's text holds rounded numbers, which another processor may round otherwise.
+        difference = Difference(tape.tick, "/end", "latch", told or None, cause or None)
+        tape.differences.add(difference, gross=bool(told) is not bool(cause))
 
 
 def known_causes(log: TrialLog, rebuilt: Rebuilt) -> tuple[str, ...]:

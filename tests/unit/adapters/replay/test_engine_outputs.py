@@ -18,6 +18,7 @@ from palpate.adapters.replay.differences import Difference
 from palpate.adapters.replay.engine import Replay, Verdict
 from palpate.adapters.replay.rebuild import Rebuilder
 from palpate.core.ports.decorator import DeviceDecorator
+from palpate.core.ports.latch import FaultLatch
 from tests.log_surgery import Change, changed, in_start, indices, messages_of, one_ulp, write_log
 
 Replayed: TypeAlias = Callable[[list[RawMessage]], Replay]
@@ -208,3 +209,15 @@ def test_an_error_of_the_core_s_own_that_it_raises_no_more(
     # A log from before that was recorded says no more than that an error ended the recording.
     older = replayed(changed(messages, indices(messages, "/end")[0], lambda made: made.ClearField("raised_by")))
     assert older.verdict is Verdict.EQUAL
+
+
+@pytest.mark.parametrize(("name", "word"), [("trip-frozen", "equal to the one before"), ("force-sensor-gone", "force_sensor")])
+def test_a_rig_that_is_latched_otherwise(
+    golden_here: Golden, monkeypatch: pytest.MonkeyPatch, name: str, word: str
+) -> None:
+    """Nothing else shows it: a trial ends the same way."""
+    for latched in (lambda latch, cause: None, lambda latch, cause: setattr(latch, "cause", "it fell off")):
+        monkeypatch.setattr(FaultLatch, "set", latched)
+        first = diverged(replay_file(golden_here(name), Rebuilder()))
+        assert first.field == "latch"
+        assert word in str(first.recorded)
