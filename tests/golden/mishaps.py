@@ -232,6 +232,13 @@ MISHAPS: Final[dict[str, Mishap]] = {
             "cell": {"peg": {"hole_depth_mm": 10.0}},
         },
     ),
+    "sinks-on-late": Mishap(
+        (_clock("overrun", 142, time_s=0.02),),
+        {
+            "task": {"start_uncertainty_mm": 1.2, "insertion_depth_mm": 2.0, "time_limit_s": 4.0},
+            "cell": {"peg": {"hole_depth_mm": 10.0}},
+        },
+    ),
     "floor-too-soft": Mishap(
         settings={
             "task": {"start_uncertainty_mm": 0.0, "insertion_depth_mm": 2.0, "ready_height_mm": 0.5},

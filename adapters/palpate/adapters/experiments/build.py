@@ -111,7 +111,8 @@ def build_task(config: RunConfig, ready: ReadyPose, perception: Perception, poli
         config.perception.filter_order,
         config.perception.calibration,
     )
-    measurement = Measurement(Kinematics(arm, ToolGeometry()), goal, signal)
+    aligned = config.task.prove_contact
+    measurement = Measurement(Kinematics(arm, ToolGeometry()), goal, signal, aligned=aligned)
     motion = TipMotion(Kinematics(arm, ToolGeometry()), goal, ready.tip_rotation, PERIOD_S)
     agent = Agent(perception, policy, build_reinforcement(config), PERIOD_S)
     # The drawing of the part says how much play it has: no secret of the cell's.

@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+from collections import deque
 from math import hypot
+from typing import Final
 
 import pinocchio as pin
 
 from palpate.core.errors import DeviceError
 from palpate.core.motion import Kinematics, wrench_about
 from palpate.core.perception import SignalProcessor, Wrench
-from palpate.core.ports import JointSample, JointVector, Snapshot, Validity, Vector3
+from palpate.core.ports import CONTROL_RATE_HZ, JointSample, JointVector, Snapshot, Validity, Vector3
+
+_ONE_TIME_NS: Final = 1_000_000_000 // CONTROL_RATE_HZ
+"""Samples that are no further apart than a tick count as of one time."""
+_PLACES: Final = 16
+"""Depths that are kept: a force so many ticks behind the encoders is stale to a supervisor."""
 
 
 class Measurement:
@@ -19,6 +26,8 @@ class Measurement:
         kinematics: Work space for the measured configuration.
         task_in_base: Placement of the task frame.
         signal: Tares, scales and filters the six wrench channels.
+        aligned: Depth takes the place at the time of the force, where that is behind the encoders by more than a tick;
+            False, as in trials without proofs of contact, takes the newest of both.
 
     Attributes:
         position_m: Tip according to the encoders, (3,); they cannot see the gripper's springs.
@@ -29,8 +38,10 @@ class Measurement:
         joints: Number of the arm's joints.
     """
 
-    def __init__(self, kinematics: Kinematics, task_in_base: pin.SE3, signal: SignalProcessor) -> None:
-        self._kinematics, self._signal = kinematics, signal
+    def __init__(
+        self, kinematics: Kinematics, task_in_base: pin.SE3, signal: SignalProcessor, *, aligned: bool = True
+    ) -> None:
+        self._kinematics, self._signal, self._aligned = kinematics, signal, aligned
         self._task_in_base, self.joints = task_in_base.copy(), len(kinematics.lower_rad)
         self._lever_m = kinematics.tool.tip_from_sensor_m
         self._tip_in_sensor: Vector3 = (0.0, 0.0, self._lever_m)
@@ -41,6 +52,8 @@ class Measurement:
         """Forget the past, tare and filter state included; the next tare sets both."""
         self.tare((0.0,) * 6)
         self._filtered: Wrench = (0.0,) * 6
+        self._depths: deque[tuple[int, float]] = deque(maxlen=_PLACES)
+        self._force_depth_m = 0.0
         self._rotation = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
         self.position_m: Vector3 = (0.0, 0.0, 0.0)
         self.force_N: Vector3 = (0.0, 0.0, 0.0)
@@ -69,6 +82,7 @@ class Measurement:
         tip_in_task = kinematics.tip_in(self._task_in_base)
         px, py, pz = tip_in_task.translation.tolist()
         self.position_m = (px, py, pz)
+        self._force_depth_m = self._depth_at(snapshot) if self._aligned else pz
         self._rotation = rotation = tip_in_task.rotation.tolist()
         raw, lever_m = snapshot.wrench, self._lever_m
         (bx, by, bz, btx, bty, _), (sx, sy, sz, stx, sty, _) = self._bias, self._scale
@@ -81,7 +95,21 @@ class Measurement:
 
     def tip_depth_m(self, axial_N_per_m: float) -> float:
         """Depth of the true tip below the nominal plane: the encoders', corrected for an axial spring so stiff."""
-        return self.position_m[2] + self.force_N[2] / axial_N_per_m
+        return self._force_depth_m + self.force_N[2] / axial_N_per_m
+
+    def _depth_at(self, snapshot: Snapshot) -> float:
+        """Depth by the encoders at the time of a force that is behind them, as far as that is kept; else the newest."""
+        time_ns, newest_ns = snapshot.wrench.source_time_ns, snapshot.joints.source_time_ns
+        after_ns, after_m = newest_ns, self.position_m[2]
+        if time_ns < newest_ns - _ONE_TIME_NS:
+            for then_ns, depth_m in reversed(self._depths):
+                if then_ns <= time_ns:
+                    after_m = depth_m + (after_m - depth_m) * (time_ns - then_ns) / (after_ns - then_ns)
+                    break
+                after_ns, after_m = then_ns, depth_m
+        if not self._depths or newest_ns > self._depths[-1][0]:
+            self._depths.append((newest_ns, self.position_m[2]))
+        return after_m
 
     def filtered_wrench_at_tip(self) -> tuple[Vector3, Vector3]:
         """Tared, filtered force (3,) N and torque about the tip (3,) N m.

@@ -211,7 +211,9 @@ def test_an_error_of_the_core_s_own_that_it_raises_no_more(
     assert older.verdict is Verdict.EQUAL
 
 
-@pytest.mark.parametrize(("name", "word"), [("trip-frozen", "equal to the one before"), ("force-sensor-gone", "force_sensor")])
+@pytest.mark.parametrize(
+    ("name", "word"), [("trip-frozen", "equal to the one before"), ("force-sensor-gone", "force_sensor")]
+)
 def test_a_rig_that_is_latched_otherwise(
     golden_here: Golden, monkeypatch: pytest.MonkeyPatch, name: str, word: str
 ) -> None:

@@ -33,7 +33,9 @@ class Prove(RunningPhase):
         """The tip is as deep as it shall be."""
         self.over, self._lift.running = False, False
         # Where the plate was never touched, only the floor can show that the force along the axis is alive.
-        in_contact = self._equipment.measurement.filtered_force_z_N < -self._contact_N
+        # The filter still shows the plate to a peg that sinks on where ticks are late.
+        measured = self._equipment.measurement
+        in_contact = max(measured.filtered_force_z_N, measured.force_N[2]) < -self._contact_N
         self._floor, self._countdown = in_contact or self._equipment.state.slack_m > 0.0, _SEATING_TICKS
         self._proof.wall.begin(self._equipment.motion.reference_m)
 
