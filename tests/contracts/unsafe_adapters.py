@@ -1,0 +1,412 @@
+"""Adapters that would hurt somebody, each a good fake with one thing overridden, and the clause that has to say so.
+
+What `broken_arms` and `broken_sensors` have already is not here again.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+from math import nan
+from threading import Event, Thread
+from time import sleep
+from typing import Any
+
+from palpate.core.ports import CommandReason, JointCommand, Life, Validity
+from palpate.core.ports.contracts.fakes import TICK_NS, FakeArm, FakeForceSensor, FakeJointEncoder
+from tests.contracts import test_fake as fake
+from tests.contracts.broken_sensors import CountsReadings, altered
+
+HOME = fake.HOME_RAD
+
+
+def unsafe(base: Any, name: str, /, **overridden: Any) -> Any:
+    """A kind of device in which some methods are others."""
+    return type(name, (base,), overridden)
+
+
+def first(act: Callable[[Any], object], method: str, base: Any = FakeArm) -> Callable[..., Any]:
+    """The method, but something happens first."""
+
+    def done(self: Any, *arguments: Any) -> Any:
+        act(self)
+        return getattr(base, method)(self, *arguments)
+
+    return done
+
+
+def opened(self: Any) -> None:
+    self.is_open = True
+
+
+def slow(self: Any) -> None:
+    self.clock.sleep_until(self.clock.now_ns() + 2 * TICK_NS)
+
+
+def ask(self: Any) -> None:
+    self._require_connection()
+
+
+# The life of a device
+
+
+class OpensTwice(FakeForceSensor):
+    handles = 0
+
+    def configure(self) -> None:
+        self.handles += 1
+        super().configure()
+
+    def _on_close(self) -> None:
+        self.handles -= 1
+        self.is_open = self.handles > 0
+
+
+class LeavesThread(FakeForceSensor):
+    def _on_configure(self) -> None:
+        super()._on_configure()
+        Thread(target=Event().wait, args=(5.0,), daemon=True).start()
+
+
+def configure_blindly(self: Any) -> None:
+    self.is_open = True
+
+
+# Calls that block
+
+
+class AwaitsNews(FakeForceSensor):
+    """Reading a second time waits for the next sample."""
+
+    def read(self) -> Any:
+        if self._sample is not None and self._sample.source_time_ns == self.clock.now_ns() and not self.silent:
+            sleep(0.01)
+        return super().read()
+
+
+class AwaitsTheSilent(FakeForceSensor):
+    def read(self) -> Any:
+        if self.silent:
+            self.clock.sleep_until(self.clock.now_ns() + 10**9)
+        return super().read()
+
+
+# Samples
+
+
+class NowAndThen(FakeForceSensor):
+    """One sample in seven is not finite and passed off as good."""
+
+    def read(self) -> Any:
+        sample = super().read()
+        if sample.sequence % 7 == 5:
+            sample = replace(sample, force_N=(nan, 0.0, 0.0), validity=Validity.INVALID)
+            object.__setattr__(sample, "validity", Validity.VALID)
+        return sample
+
+
+class EverySecondIsOld(FakeForceSensor):
+    """New number and time, but the forces of the sample before."""
+
+    def _measured(self, now_ns: int, sequence: int) -> Any:
+        sample = super()._measured(now_ns, sequence)
+        return replace(sample, force_N=self._sample.force_N) if sequence % 2 and self._sample else sample
+
+
+class KeepsItOverAPause(FakeForceSensor):
+    """The first reading after a pause is the last one before it, as good as new."""
+
+    awake = True
+
+    def _on_deactivate(self) -> None:
+        self.awake = False
+
+    def read(self) -> Any:
+        self._require_active("read()")
+        if not self.awake and self._sample is not None:
+            self.awake = True
+            return self._sample
+        return super().read()
+
+
+def frozen(self: Any, now_ns: int, sequence: int) -> Any:
+    sample = FakeJointEncoder._measured(self, now_ns, sequence)
+    return replace(sample, position_rad=self._sample.position_rad) if self._sample else sample
+
+
+FIRST_FLIPPED = altered(FakeJointEncoder, position_rad=lambda s: (-s.position_rad[0], *s.position_rad[1:]))
+ABOUT_HOME = altered(FakeJointEncoder, position_rad=lambda s: (*s.position_rad[:2], 2 * HOME[2] - s.position_rad[2]))
+SWAPPED = altered(FakeJointEncoder, position_rad=lambda s: (s.position_rad[1], s.position_rad[0], s.position_rad[2]))
+SMALL = altered(FakeJointEncoder, position_rad=lambda s: tuple(q / 57.2958 for q in s.position_rad))
+
+# Arms that do not come to rest
+
+
+def only_said(self: Any) -> None:
+    self._stopped = True
+
+
+def left_moving(self: Any) -> None: ...
+
+
+class StopsLate(FakeArm):
+    """Returns from stop() while it still moves, and holds where it then is."""
+
+    def stop(self) -> None:
+        self._stopped = True
+
+
+class StopsAtHome(FakeArm):
+    def stop(self) -> None:
+        super().stop()
+        self._target_rad = HOME
+
+
+class HoldsFirstStop(FakeArm):
+    held: Any = None
+
+    def stop(self) -> None:
+        super().stop()
+        self.held = self._target_rad = self.held or self._target_rad
+
+
+class SaysItIsAtHome(FakeArm):
+    def send(self, command: JointCommand) -> Any:
+        applied = super().send(command)
+        return replace(applied, position_rad=HOME) if applied.reason is CommandReason.STOPPED else applied
+
+
+class StopWearsOff(FakeArm):
+    stopped_ns = 0
+
+    def stop(self) -> None:
+        super().stop()
+        self.stopped_ns = self.clock.now_ns()
+
+    def send(self, command: JointCommand) -> Any:
+        self._stopped = self._stopped and self.clock.now_ns() < self.stopped_ns + 50 * TICK_NS
+        return super().send(command)
+
+
+class MovesOnAfterStop(FakeArm):
+    """A second after a stop the motion goes on, without a command."""
+
+    def stop(self) -> None:
+        self.asked_rad, self.stopped_ns = self._target_rad, self.clock.now_ns()
+        super().stop()
+
+    def position_rad(self) -> Any:
+        if self._stopped and self.clock.now_ns() > self.stopped_ns + 140 * TICK_NS:
+            self._target_rad = self.asked_rad
+        return super().position_rad()
+
+
+class Resumes(FakeArm):
+    """Activated again, it goes on to where it was sent before."""
+
+    after = "stop"
+
+    def _halt(self) -> None:
+        if self._target_rad != self.position_rad():
+            self.asked_rad = self._target_rad
+        super()._halt()
+
+    def stop(self) -> None:
+        super().stop()
+        self.after_what = "stop"
+
+    def fail(self, cause: str = "") -> None:
+        super().fail("overload")
+        self.after_what = "fault"
+
+    def _on_activate(self) -> None:
+        self._stopped = False
+        if getattr(self, "after_what", "") == self.after:
+            self._target_rad = self.asked_rad
+
+
+class ActivatesAtHome(FakeArm):
+    def _on_activate(self) -> None:
+        super()._on_activate()
+        self._target_rad = HOME
+
+
+class Coasts(FakeArm):
+    """With a fault, it soon drifts on."""
+
+    def position_rad(self) -> Any:
+        ticks = (self.clock.now_ns() - self._target_since_ns) / TICK_NS
+        drift = 1e-5 * max(0.0, ticks - 5.0) if self._fault else 0.0
+        return tuple(q + drift for q in super().position_rad())
+
+
+class StopForgetsFault(FakeArm):
+    def stop(self) -> None:
+        super().stop()
+        if self._life is Life.FAULTED:
+            self._life, self._fault = Life.CONFIGURED, None
+
+
+# Commands
+
+
+class DropsEverySecond(FakeArm):
+    sent = 0
+
+    def send(self, command: JointCommand) -> Any:
+        before, since_ns = self._target_rad, self._target_since_ns
+        applied = super().send(command)
+        self.sent += 1
+        if not self.sent % 2:
+            self._target_rad, self._target_since_ns = before, since_ns
+        return applied
+
+
+class SwapsMoves(FakeArm):
+    """Joint 1 makes the moves of joint 2, and the other way round."""
+
+    def position_rad(self) -> Any:
+        q = super().position_rad()
+        return (HOME[0] + q[1] - HOME[1], HOME[1] + q[0] - HOME[0], q[2])
+
+
+class MovesUnasked(FakeArm):
+    """Passes on what it refuses."""
+
+    refused_in: Any = None
+
+    def send(self, command: JointCommand) -> Any:
+        if self._life is (self.refused_in or self._life):
+            self._target_rad, self._target_since_ns = command.position_rad[:3], self.clock.now_ns()
+        return super().send(command)
+
+
+class OnlyBounds(FakeArm):
+    """Some of the limits are not there."""
+
+    absent: tuple[tuple[str, int], ...] = ()
+
+    def _on_configure(self) -> None:
+        super()._on_configure()
+        for name, joint in self.absent:
+            limits = list(getattr(self, name))
+            limits[joint] *= 9.0
+            setattr(self, name, tuple(limits))
+
+
+class SaysLimitAndGoesOn(FakeArm):
+    def send(self, command: JointCommand) -> Any:
+        applied = super().send(command)
+        if applied.reason is CommandReason.POSITION_LIMIT:
+            self._target_rad = command.position_rad
+        return applied
+
+
+class SlowForwardsOnly(FakeArm):
+    def send(self, command: JointCommand) -> Any:
+        here = self.position_rad()
+        backwards = (
+            len(command.position_rad) == len(here)
+            and min(q - p for q, p in zip(command.position_rad, here, strict=True)) < -0.02
+        )
+        self._max_step_rad = 9.0 if backwards else 0.02
+        return super().send(command)
+
+
+class AddsUpWithinATick(FakeArm):
+    """The velocity limit counts from the last command, not from the tick."""
+
+    def send(self, command: JointCommand) -> Any:
+        here, self._here_rad = self._here_rad, self._target_rad
+        try:
+            return super().send(command)
+        finally:
+            self._here_rad = here
+
+
+FORCE, ENCODER, ARM = fake.TestFakeForceSensor, fake.TestFakeJointEncoder, fake.TestFakeArm
+BY_ITSELF: dict[str, Any] = {"runs_by_itself": True}
+UNKNOWN: dict[str, Any] = {"expected_rad": None}
+CUT_STOP, DROPPED = "test_stop_works_once_the_cable_is_cut", "test_command_under_way_is_dropped"
+HELD, RESUME = "test_stop_holds_the_pose_of_now", "test_motion_ends_and_does_not_resume"
+BLOCK, FOLLOW, LIMITS = (
+    "test_calls_do_not_block",
+    "test_encoders_follow_each_joint",
+    "test_position_limit_is_applied_and_told",
+)
+REFUSED, TORQUE = "test_refused_command_moves_nothing", "test_torque_is_reported_in_newton_metres_on_its_axis"
+CABLE_CLOSE, AJAR = "test_close_works_once_the_cable_is_cut", "test_failed_configure_leaves_nothing_open"
+
+UNSAFE: list[tuple[Any, Any, dict[str, Any], str]] = [
+    (
+        FORCE,
+        unsafe(FakeForceSensor, "ClosePartsPolitely", _on_close=first(ask, "_on_close", FakeForceSensor)),
+        {},
+        CABLE_CLOSE,
+    ),
+    (
+        FORCE,
+        unsafe(FakeForceSensor, "OpensThenChecks", _on_configure=first(opened, "_on_configure", FakeForceSensor)),
+        {},
+        AJAR,
+    ),
+    (FORCE, unsafe(FakeForceSensor, "ConfiguresNothing", _on_configure=configure_blindly), {}, AJAR),
+    (FORCE, OpensTwice, {}, "test_close_releases"),
+    (
+        FORCE,
+        unsafe(FakeForceSensor, "OpensOnceMore", configure=first(opened, "configure", FakeForceSensor)),
+        {},
+        "test_close_releases",
+    ),
+    (FORCE, LeavesThread, {}, "test_close_leaves_no_thread"),
+    (FORCE, unsafe(FakeForceSensor, "SlowReading", read=first(slow, "read", FakeForceSensor)), {}, BLOCK),
+    (
+        FORCE,
+        unsafe(FakeForceSensor, "SlowByTheWall", read=first(lambda _: sleep(0.01), "read", FakeForceSensor)),
+        {},
+        BLOCK,
+    ),
+    (FORCE, AwaitsNews, {}, BLOCK),
+    (ARM, unsafe(FakeArm, "SlowSending", send=first(slow, "send")), {}, BLOCK),
+    (FORCE, AwaitsTheSilent, {}, "test_silence_is_not_passed_off_as_news"),
+    (FORCE, NowAndThen, {}, "test_wrench_is_six_floats"),
+    (FORCE, EverySecondIsOld, {}, "test_load_is_reported_in_newtons_on_its_axis"),
+    (FORCE, KeepsItOverAPause, {}, "test_sample_after_a_pause_is_new"),
+    (FORCE, CountsReadings, BY_ITSELF, "test_reading_twice_gives_the_same_sample"),
+    (FORCE, altered(FakeForceSensor, frame=lambda _: "base"), {}, "test_frame_is_named"),
+    (
+        FORCE,
+        altered(FakeForceSensor, force_N=lambda s: (-s.force_N[0], *s.force_N[1:])),
+        {},
+        "test_pressing_on_the_tip_gives_negative_fz",
+    ),
+    (FORCE, altered(FakeForceSensor, torque_Nm=lambda s: tuple(1e3 * t for t in s.torque_Nm)), {}, TORQUE),
+    (FORCE, altered(FakeForceSensor, torque_Nm=lambda s: (s.torque_Nm[1], s.torque_Nm[0], s.torque_Nm[2])), {}, TORQUE),
+    (ENCODER, FIRST_FLIPPED, UNKNOWN, FOLLOW),
+    (ENCODER, ABOUT_HOME, {}, FOLLOW),
+    (ENCODER, SWAPPED, UNKNOWN, FOLLOW),
+    (ENCODER, SMALL, UNKNOWN, FOLLOW),
+    (ENCODER, unsafe(FakeJointEncoder, "Frozen", _measured=frozen), {}, FOLLOW),
+    (ARM, unsafe(FakeArm, "StopAsksTheArm", stop=first(ask, "stop")), {}, CUT_STOP),
+    (ARM, unsafe(FakeArm, "StopSendsNothing", stop=only_said), {}, DROPPED),
+    (ARM, unsafe(FakeArm, "DeactivateLeavesItMoving", _on_deactivate=left_moving), {}, DROPPED),
+    (ARM, unsafe(FakeArm, "CloseLeavesItMoving", _on_close=lambda self: setattr(self, "is_open", False)), {}, DROPPED),
+    (ARM, StopsAtHome, {}, HELD),
+    (ARM, HoldsFirstStop, {}, HELD),
+    (ARM, SaysItIsAtHome, {}, HELD),
+    (ARM, StopWearsOff, {}, "test_after_stop_the_arm_holds_still"),
+    (ARM, MovesOnAfterStop, {}, "test_after_stop_the_arm_holds_still"),
+    (ARM, Resumes, {}, RESUME),
+    (ARM, unsafe(Resumes, "ResumesAfterFault", after="fault"), {}, RESUME),
+    (ARM, ActivatesAtHome, {}, RESUME),
+    (ARM, Coasts, {}, RESUME),
+    (ARM, StopForgetsFault, {}, "test_stop_works_while_faulted"),
+    (ARM, DropsEverySecond, {}, "test_each_command_counts"),
+    (ARM, SwapsMoves, {}, "test_each_command_counts"),
+    (ARM, MovesUnasked, {}, REFUSED),
+    (ARM, unsafe(MovesUnasked, "MovesWhileFaulted", refused_in=Life.FAULTED), {}, REFUSED),
+    (ARM, unsafe(MovesUnasked, "MovesWhileDeactivated", refused_in=Life.CONFIGURED), {}, REFUSED),
+    (ARM, unsafe(OnlyBounds, "NoLowerLimit", absent=(("_lower_rad", 2),)), {}, LIMITS),
+    (ARM, unsafe(OnlyBounds, "NoLimitOfTheFirst", absent=(("_upper_rad", 0), ("_lower_rad", 0))), {}, LIMITS),
+    (ARM, SaysLimitAndGoesOn, {}, "test_position_limit_is_applied_and_told"),
+    (ARM, SlowForwardsOnly, {}, "test_velocity_limit_is_applied_and_told"),
+    (ARM, AddsUpWithinATick, {}, "test_velocity_limit_is_applied_and_told"),
+]
