@@ -33,6 +33,8 @@ class PretendArm:
         self.connected, self.open = True, False
 
     def opened(self) -> PretendArm:
+        if not self.connected:
+            raise OSError("no such port")
         self.open = True
         return self
 

@@ -117,9 +117,14 @@ class LineArm(ManagedDevice):
     def _on_close(self) -> None:
         line, self._line = self._line, None
         if line is not None:
-            if self._life is Life.ACTIVE:
-                line.write(b"S\n")
-            line.close()
+            try:
+                if self._life is Life.ACTIVE:
+                    line.write(b"S\n")
+            except OSError:
+                # The cable is cut: the arm cannot be told, and the line is to be released all the same.
+                pass
+            finally:
+                line.close()
 
 
 def make_arm(settings: Mapping[str, Any], context: RigContext) -> ArmAdapter:

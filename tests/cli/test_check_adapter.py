@@ -27,9 +27,9 @@ MOVES = ("--moves", "--rate-rad-s", "0.2", "--reach-rad", "0.15")
 @pytest.mark.parametrize(
     ("name", "flags", "counts"),
     [
-        ("ArmChecks", MOVES, "28 passed, 0 failed, 1 not applicable"),
-        ("EncoderChecks", MOVES, "27 passed, 0 failed, 1 not applicable"),
-        ("ArmChecks", (), "15 passed, 0 failed, 14 not applicable"),
+        ("ArmChecks", MOVES, "35 passed, 0 failed, 1 not applicable"),
+        ("EncoderChecks", MOVES, "30 passed, 0 failed, 1 not applicable"),
+        ("ArmChecks", (), "18 passed, 0 failed, 18 not applicable"),
     ],
 )
 def test_the_example_keeps_its_contract(

@@ -16,7 +16,7 @@ from tests.virtual_lines import VirtualDesk
 from tests.virtual_time import VirtualTime
 
 HOME = (0.1, -0.2, 0.3)
-LOWER, UPPER = (-1.0,) * 3, (1.0, 1.0, 0.4)
+LOWER, UPPER = (-0.1, -0.5, 0.0), (0.3, 0.1, 0.4)
 SCALE = (30_000.0, -20_000.0, 10_000.0)
 DIVIDER = 2
 
@@ -86,6 +86,7 @@ class TestCia402Arm(ArmCommandContract):
             home_rad=HOME,
             lower_rad=LOWER,
             upper_rad=UPPER,
+            step_rad=4e-3,
             fast_step_rad=0.1,
             position_rad=bench.motors.targets_rad,
             tolerance_rad=2e-4,

@@ -58,6 +58,7 @@ class TestFakeForceSensor(OfKind, ForceSensorContract):
         knobs = {
             "advance": clock.advance,
             "push_N": lambda fx, fy, fz: setattr(sensor, "load_N", (fx, fy, fz)),
+            "twist_Nm": lambda tx, ty, tz: setattr(sensor, "load_Nm", (tx, ty, tz)),
             "go_silent": lambda: setattr(sensor, "silent", True),
             "disconnect": lambda: setattr(sensor, "disconnected", True),
             "provoke_fault": sensor.fail,
@@ -76,12 +77,13 @@ class TestFakeJointEncoder(OfKind, JointEncoderContract):
         encoder.arm = arm  # for those that look where they must not
         knobs = {
             "expected_rad": HOME_RAD,
+            "arm": arm,
             "go_silent": lambda: setattr(encoder, "silent", True),
             "disconnect": lambda: setattr(encoder, "disconnected", True),
             "provoke_fault": encoder.fail,
             "is_open": lambda: encoder.is_open,
         }
-        rig = {"device": encoder, "clock": clock, "advance": clock.advance, "max_age_ns": MAX_AGE_NS, "arm": arm}
+        rig = {"device": encoder, "clock": clock, "advance": clock.advance, "max_age_ns": MAX_AGE_NS}
         return JointEncoderRig(**rig, joints=3, **(knobs | self.knobs))
 
 

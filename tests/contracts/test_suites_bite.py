@@ -5,6 +5,8 @@ adapters are caught by more than one; what is listed is exactly what fails.
 """
 
 import unittest
+from functools import cache
+from threading import Event
 from typing import Any
 
 import pytest
@@ -24,7 +26,8 @@ from palpate.core.ports.contracts.fakes import FakeForceSensor
 # As a module: a suite that is imported by name would be run here once more as it is.
 from tests.contracts import test_fake as fake
 from tests.contracts.broken_arms import ARMS, CAUSAL, CLOCKS, ENCODERS
-from tests.contracts.broken_sensors import LIVES, SAMPLES, CountsReadings, altered
+from tests.contracts.broken_sensors import LIVES, SAMPLES, altered
+from tests.contracts.unsafe_adapters import UNSAFE
 
 FORCE, ENCODER, ARM, CLOCK = SUITES = (
     fake.TestFakeForceSensor,
@@ -44,18 +47,36 @@ def failed(suite: object) -> dict[str, str]:
     return {r.clause.name: r.message for r in run_clauses(suite) if r.outcome is ClauseOutcome.FAILED}
 
 
-@pytest.mark.parametrize(("suite", "broken", "knobs", "intended"), CASES)
-def test_a_broken_adapter_fails_exactly_the_intended_clauses(
-    suite: Any, broken: Any, knobs: dict[str, Any], intended: set[str]
-) -> None:
+@cache
+def caught_by(number: int) -> dict[str, str]:
+    """What the suite says of one of all these adapters."""
+    suite, broken, knobs, _ = [*CASES, *UNSAFE][number]
+    return failed(suite.trying(broken, **knobs))
+
+
+@pytest.mark.parametrize("number", range(len(CASES)), ids=lambda k: CASES[k][1].__name__)
+def test_a_broken_adapter_fails_exactly_the_intended_clauses(number: int) -> None:
     # That a sound one fails none is what test_fake.py shows.
-    assert failed(suite.trying(broken, **knobs)).keys() == intended
+    assert caught_by(number).keys() == CASES[number][-1]
 
 
-def test_every_clause_has_bitten() -> None:
+@pytest.mark.parametrize("number", range(len(UNSAFE)), ids=lambda k: UNSAFE[k][1].__name__)
+def test_an_unsafe_adapter_is_caught_by_the_clause_that_should(number: int) -> None:
+    assert UNSAFE[number][-1] in caught_by(len(CASES) + number)
+
+
+def test_without_any_one_clause_something_gets_through() -> None:
     everything = {clause.name for suite in SUITES for clause in clauses(suite)}
-    bitten = set().union(*(case[-1] for case in CASES))
-    assert everything - bitten == {"test_command_that_is_not_finite_cannot_be_made"}  # below
+    alone = [set(caught_by(number)) for number in range(len(CASES) + len(UNSAFE))]
+    needed = set().union(*(names for names in alone if len(names) == 1))
+    assert everything - needed == {"test_command_that_is_not_finite_cannot_be_made"}  # of no adapter; below
+
+
+def test_an_adapter_that_blocks_for_ever_is_given_up() -> None:
+    blocks = type("Blocks", (FakeForceSensor,), {"read": lambda self: Event().wait()})
+    results = run_clauses(FORCE.trying(blocks), patience_s=0.3)
+    failures = [result for result in results if result.outcome is ClauseOutcome.FAILED]
+    assert ["blocks" in result.message for result in failures] == [True]
 
 
 def test_a_command_of_nan_would_be_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -78,13 +99,17 @@ def test_a_missing_knob_is_not_a_pass() -> None:
     silence = outcomes["test_silence_is_not_passed_off_as_news"]
     assert silence.outcome is ClauseOutcome.NOT_APPLICABLE
     assert silence.message == "this rig has no go_silent"
-    assert sum(r.outcome is ClauseOutcome.NOT_APPLICABLE for r in outcomes.values()) == 12
+    assert sum(r.outcome is ClauseOutcome.NOT_APPLICABLE for r in outcomes.values()) == 14
     assert all(r.outcome is not ClauseOutcome.FAILED for r in outcomes.values())
     assert issubclass(ClauseNotApplicable, unittest.SkipTest)  # which pytest shows as skipped
 
 
 def test_a_world_that_runs_by_itself_may_have_news_at_any_time() -> None:
-    suite = FORCE.trying(CountsReadings, runs_by_itself=True)
+    def a_moment(self: Any) -> Any:
+        self.clock.sleep_until(self.clock.now_ns() + 1)
+        return FakeForceSensor.read(self)
+
+    suite = FORCE.trying(type("Lively", (FakeForceSensor,), {"read": a_moment}), runs_by_itself=True)
     assert failed(suite) == {}
     outcomes = {r.clause.name: r.outcome for r in run_clauses(ENCODER.trying(runs_by_itself=True))}
     assert outcomes[next(iter(CAUSAL))] is ClauseOutcome.NOT_APPLICABLE
@@ -105,7 +130,7 @@ def test_every_clause_states_itself_in_one_sentence() -> None:
 def test_general_clauses_come_first() -> None:
     names = [clause.name for clause in clauses(ARM)]
     assert names[0] == "test_matches_the_port"
-    assert names[-1] == "test_activating_again_ends_the_stop"
+    assert names[-1] == "test_refused_command_moves_nothing"
 
 
 def test_a_class_in_place_of_a_suite_is_refused_and_not_found_to_be_sound() -> None:

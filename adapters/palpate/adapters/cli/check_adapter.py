@@ -15,6 +15,7 @@ from palpate.core.errors import ConfigurationError
 from palpate.core.ports import CONTROL_RATE_HZ, ArmCommand, Clock, ForceSensor, JointEncoder
 from palpate.core.ports.contracts import (
     NO_MOTION,
+    PATIENCE_S,
     ArmCommandContract,
     ArmCommandRig,
     ClauseOutcome,
@@ -94,7 +95,7 @@ def check(
             if tell is not None and isinstance(rig, ArmCommandRig):
                 tell(ArmCommandContract.plan(rig))
             rig.dispose()
-        return port, run_clauses(suite)
+        return port, run_clauses(suite, _patience_s(motion))
     finally:
         sys.path[:] = before
 
@@ -151,6 +152,12 @@ def _bare_sensor(device: ForceSensor) -> ForceSensorRig:
 
 def _port(contract: type) -> str:
     return contract.__name__.removesuffix("Contract")
+
+
+def _patience_s(motion: MotionLimits) -> float:
+    """How long a clause may take: those that move go to many limits, and home before and after each."""
+    rate, reach = motion.rate_rad_s, motion.reach_rad
+    return PATIENCE_S if not rate else 5.0 * PATIENCE_S + 50.0 * reach / rate
 
 
 def _tell(plan: list[str]) -> None:

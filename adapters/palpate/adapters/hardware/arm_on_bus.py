@@ -192,7 +192,8 @@ class BusArm(ManagedDevice, JointEncoder, ArmCommand):
         """End the thread; False where it does not end, so that the driver is still its."""
         thread = self._thread
         if thread is not None:
-            self._end = True
+            # Its last cycle sends nothing that came just before.
+            self._newest, self._end = None, True
             self._wait(lambda: not thread.is_alive(), _STOP_NS)
             if thread.is_alive():
                 return False

@@ -11,6 +11,7 @@ from .rigs import ArmCommandRig as ArmCommandRig
 from .rigs import ClockRig as ClockRig
 from .rigs import ForceSensorRig as ForceSensorRig
 from .rigs import JointEncoderRig as JointEncoderRig
+from .running import PATIENCE_S as PATIENCE_S
 from .running import Clause as Clause
 from .running import ClauseOutcome as ClauseOutcome
 from .running import ClauseResult as ClauseResult

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from functools import partial
 from itertools import chain, repeat
 from math import inf, nan
-from typing import ClassVar, Final
-
-from typing_extensions import override
+from typing import Final
 
 from palpate.core.errors import CommandError
-from palpate.core.ports.contracts.device import DeviceContract, pass_time
+from palpate.core.ports.contracts.arm_bench import (
+    ArmBench,
+    far,
+    limits_in_reach,
+    require_at,
+    shifted,
+    where,
+)
+from palpate.core.ports.contracts.device import pass_time, took_ns
 from palpate.core.ports.contracts.motion import ramp
 from palpate.core.ports.contracts.rigs import ArmCommandRig
 from palpate.core.ports.contracts.violations import (
@@ -23,146 +28,88 @@ from palpate.core.ports.contracts.violations import (
     require_quiet,
     require_raises,
 )
-from palpate.core.ports.devices import ArmCommand
 from palpate.core.ports.lifecycle import Life
-from palpate.core.ports.values import CONTROL_RATE_HZ, AppliedCommand, CommandReason, JointCommand, JointVector
+from palpate.core.ports.values import CommandReason, JointCommand, JointVector
 
-_TICK_NS: Final = 10**9 // CONTROL_RATE_HZ
+_STOP_NS: Final = 2_000_000_000
+"""Longest that ``stop`` may take; an arm that watches itself coming to rest needs a while."""
+_LONG_TICKS: Final = 300
+_REST_TICKS: Final = 20
 
 
-class ArmCommandContract(DeviceContract[ArmCommandRig]):
+class ArmCommandContract(ArmBench):
     """Every arm keeps these clauses; a subclass makes the rig."""
-
-    PORT: ClassVar[type] = ArmCommand
-
-    _asked_rad: JointVector = ()
-    _tick_rad: JointVector = ()
-    _tick_ns: int = 0
-
-    @override
-    def _use(self, rig: ArmCommandRig) -> object:
-        return self._send(rig, rig.home_rad if rig.motion is None else _standing(rig))
-
-    @override
-    @contextmanager
-    def _rig(self, life: Life) -> Iterator[ArmCommandRig]:
-        """Besides: an arm that somebody could stand beside goes home along a ramp before a clause, and after it."""
-        with super()._rig(life) as rig:
-            self._asked_rad = ()
-            may_move = rig.motion is not None and bool(rig.motion.rate_rad_s)
-            if may_move and life is Life.ACTIVE:
-                self._go(rig, rig.home_rad)
-            try:
-                yield rig
-            finally:
-                if may_move and rig.arm.life is Life.ACTIVE:
-                    # What a clause has found counts, not whether the way back was free; the next begins with a ramp.
-                    with suppress(Exception):
-                        self._go(rig, rig.home_rad)
-
-    @staticmethod
-    def plan(rig: ArmCommandRig) -> list[str]:
-        """What the clauses would move within the rig's limits, how far and how fast; one line each."""
-        motion = rig.motion
-        if motion is None or not motion.rate_rad_s:
-            return ["nothing: no command is sent to the arm"]
-        joint, limit_rad, beyond_rad = _nearest_limit(rig)
-        way = abs(beyond_rad - rig.home_rad[joint])
-        lines = [
-            f"at first and before each clause, from where the arm stands to home_rad, if no joint is more than"
-            f" {motion.reach_rad:g} rad away from it",
-            f"all {len(rig.home_rad)} joints by {rig.step_rad:.4g} rad to either side of home_rad",
-        ]
-        if way <= motion.reach_rad:
-            lines.append(f"joint {joint + 1} by {way:.4g} rad, to its limit at {limit_rad:g} rad and past it")
-        return [*lines, f"all of it along ramps of at most {motion.rate_rad_s:g} rad/s a joint"]
-
-    def _send(self, rig: ArmCommandRig, asked_rad: JointVector) -> AppliedCommand:
-        """The one way by which clauses command the arm.
-
-        Raises:
-            ClauseNotApplicable: It would move further or faster than the rig allows.
-        """
-        motion = rig.motion
-        if motion is None:
-            return rig.arm.send(JointCommand(asked_rad))
-        if not motion.rate_rad_s:
-            raise ClauseNotApplicable("it sends commands to the arm")
-        now_ns = rig.clock.now_ns()
-        if not self._asked_rad or now_ns - self._tick_ns >= _TICK_NS:
-            self._tick_rad, self._tick_ns = self._asked_rad or _standing(rig), now_ns
-        for way, most, what in (
-            (_far(asked_rad, self._tick_rad), motion.tick_rad, "within a tick"),
-            (_far(asked_rad, rig.home_rad), motion.reach_rad, "from home"),
-        ):
-            if way > most + rig.tolerance_rad:
-                raise ClauseNotApplicable(f"it asks for {way:.4g} rad {what}, {most:.4g} rad are allowed")
-        self._asked_rad = asked_rad
-        return rig.arm.send(JointCommand(asked_rad))
-
-    def _go(self, rig: ArmCommandRig, end_rad: JointVector) -> AppliedCommand:
-        """Lead the arm to a pose, step by step, a tick each; what became of the last one."""
-        begin_rad = self._asked_rad or (rig.home_rad if rig.motion is None else _standing(rig))
-        applied = AppliedCommand(begin_rad)
-        for asked_rad in ramp(begin_rad, end_rad, rig.step_rad):
-            applied = self._send(rig, asked_rad)
-            pass_time(rig, _TICK_NS - 1)
-        return applied
 
     def test_small_legal_move_is_applied_as_asked(self) -> None:
         """A small move within the limits is applied exactly as asked, and ``send`` says so."""
         with self._rig(Life.ACTIVE) as rig:
-            asked = _shifted(rig.home_rad, rig.step_rad)
+            asked = shifted(rig.home_rad, rig.step_rad)
             applied = self._send(rig, asked)
             unchanged = applied.reason is CommandReason.AS_ASKED and applied.position_rad == asked
             require("legal move", unchanged, f"{applied}", f"{asked} with the reason AS_ASKED")
-
-    def test_arm_goes_where_it_was_told(self) -> None:
-        """After the applied command has settled, the arm stands there."""
-        with self._rig(Life.ACTIVE) as rig:
-            knob(rig.position_rad, "position_rad")
-            applied = self._send(rig, _shifted(rig.home_rad, rig.step_rad))
-            rig.advance(rig.settle_ticks)
-            _require_at("obedience", rig, applied.position_rad)
 
     def test_activation_does_not_move_the_arm(self) -> None:
         """An arm that was activated but not commanded stays where it is."""
         with self._rig(Life.ACTIVE) as rig:
             knob(rig.position_rad, "position_rad")
             rig.advance(rig.settle_ticks)
-            _require_at("activation", rig, rig.home_rad)
+            require_at("activation", rig, rig.home_rad)
+
+    def test_each_command_counts(self) -> None:
+        """Joint by joint, each of many commands leads the arm to where it says."""
+        with self._rig(Life.ACTIVE) as rig:
+            knob(rig.position_rad, "position_rad")
+            for joint, (q, upper) in enumerate(zip(rig.home_rad, rig.upper_rad, strict=True)):
+                step_rad = rig.step_rad if q + rig.step_rad <= upper else -rig.step_rad
+                for asked in (shifted(rig.home_rad, step_rad, joint), rig.home_rad):
+                    self._send(rig, asked)
+                    rig.advance(rig.settle_ticks)
+                    require_at("each command", rig, asked)
 
     def test_position_limit_is_applied_and_told(self) -> None:
         """Told to go beyond a joint limit, the arm goes up to it, never further, and says POSITION_LIMIT."""
+        with self._rig(Life.CONSTRUCTED) as rig:
+            limits = limits_in_reach(rig)
+        for limit in limits:
+            self._check_limit(*limit)
+
+    def _check_limit(self, joint: int, limit_rad: float, beyond_rad: float) -> None:
         with self._rig(Life.ACTIVE) as rig:
             clause = "position limit"
-            joint, limit_rad, beyond_rad = _nearest_limit(rig)
-            end = _shifted(rig.home_rad, beyond_rad - rig.home_rad[joint], joint)
+            end = shifted(rig.home_rad, beyond_rad - rig.home_rad[joint], joint)
             # Never a jump: an arm that does not keep its limits would make it.
             way = ramp(rig.home_rad, end, rig.step_rad)
             for asked in chain(way, repeat(end, rig.limit_ticks)):
                 applied = self._send(rig, asked)
-                _require_within(clause, rig, applied)
+                _require_within(clause, rig, applied.position_rad, 0.0)
                 if abs(asked[joint] - rig.home_rad[joint]) > abs(limit_rad - rig.home_rad[joint]):
                     at_limit = abs(applied.position_rad[joint] - limit_rad) <= rig.tolerance_rad
                     if at_limit and applied.reason is CommandReason.POSITION_LIMIT:
-                        return
+                        break
                     # On its way to the limit the arm may be held back by the velocity limit.
                     require(clause, applied.reason is not CommandReason.AS_ASKED, f"{applied}", "another reason")
                 rig.advance(1)
-            wanted = f"joint {joint} at {limit_rad} rad with POSITION_LIMIT within {rig.limit_ticks} ticks"
-            raise ContractViolation(clause, f"{applied}", wanted)
+            else:
+                wanted = f"joint {joint} at {limit_rad} rad with POSITION_LIMIT within {rig.limit_ticks} ticks"
+                raise ContractViolation(clause, f"{applied}", wanted)
+            if rig.position_rad is not None:
+                rig.advance(rig.settle_ticks)
+                _require_within("really at the limit", rig, rig.position_rad(), rig.tolerance_rad)
 
     def test_velocity_limit_is_applied_and_told(self) -> None:
         """A step that is too fast is shortened, in its own direction, and ``send`` says VELOCITY_LIMIT."""
-        with self._rig(Life.ACTIVE) as rig:
-            clause = "velocity limit"
-            joint, step_rad = _fast_step(rig)
-            applied = self._send(rig, _shifted(rig.home_rad, step_rad, joint))
-            require(clause, applied.reason is CommandReason.VELOCITY_LIMIT, f"{applied}", "VELOCITY_LIMIT")
-            share = (applied.position_rad[joint] - rig.home_rad[joint]) / step_rad
-            observed = f"{share:.3f} of the step of {step_rad} rad"
-            require(clause, 0.0 <= share < 1.0, observed, "a shorter step in the same direction")
+        with self._rig(Life.CONSTRUCTED) as rig:
+            steps = _fast_steps(rig)
+        for joint, step_rad in steps:
+            with self._rig(Life.ACTIVE) as rig:
+                clause = "velocity limit"
+                asked = shifted(rig.home_rad, step_rad, joint)
+                # Within a tick it goes no further, however often it is asked.
+                applied = [self._send(rig, asked) for _ in range(1 if rig.runs_by_itself else 10)][-1]
+                require(clause, applied.reason is CommandReason.VELOCITY_LIMIT, f"{applied}", "VELOCITY_LIMIT")
+                share = (applied.position_rad[joint] - rig.home_rad[joint]) / step_rad
+                observed = f"{share:.3f} of the step of {step_rad} rad"
+                require(clause, 0.0 <= share < 1.0, observed, "a shorter step in the same direction")
 
     def test_wrong_number_of_joints_is_refused(self) -> None:
         """A command with too few or too many joints raises CommandError."""
@@ -185,26 +132,26 @@ class ArmCommandContract(DeviceContract[ArmCommandRig]):
             knob(rig.position_rad, "position_rad")
             # More commands than ticks to settle: a queue could not hide by working itself off.
             for _ in range(rig.settle_ticks + 5):
-                self._send(rig, _shifted(rig.home_rad, rig.step_rad))
-            applied = self._send(rig, _shifted(rig.home_rad, -rig.step_rad))
+                self._send(rig, shifted(rig.home_rad, rig.step_rad))
+            applied = self._send(rig, shifted(rig.home_rad, -rig.step_rad))
             for _ in range(3):
                 rig.advance(rig.settle_ticks)
-                _require_at("newest command", rig, applied.position_rad)
+                require_at("newest command", rig, applied.position_rad)
 
     def test_stop_works_in_every_state(self) -> None:
-        """``stop`` never raises, in whatever state the arm is, twice too."""
+        """``stop`` never raises, in whatever state the arm is, twice too, and does not wait for ever."""
         for life in (Life.CONSTRUCTED, Life.CONFIGURED, Life.ACTIVE, Life.CLOSED):
             self._check_stop(life)
 
     def test_stop_works_while_faulted(self) -> None:
-        """``stop`` never raises while a fault is latched."""
+        """``stop`` never raises while a fault is latched, and the fault stays."""
         self._check_stop(Life.FAULTED)
 
     def test_after_stop_send_applies_nothing(self) -> None:
         """After ``stop``, ``send`` says STOPPED each time and does not apply what was asked."""
         with self._rig(Life.ACTIVE) as rig:
             rig.arm.stop()
-            asked = _shifted(rig.home_rad, rig.step_rad)
+            asked = shifted(rig.home_rad, rig.step_rad)
             for _ in range(3):
                 applied = self._send(rig, asked)
                 stopped = applied.reason is CommandReason.STOPPED and applied.position_rad != asked
@@ -212,17 +159,16 @@ class ArmCommandContract(DeviceContract[ArmCommandRig]):
                 rig.advance(1)
 
     def test_after_stop_the_arm_holds_still(self) -> None:
-        """After ``stop`` the arm stays where it came to rest, whatever is sent."""
+        """After ``stop`` the arm stays where it came to rest, whatever is sent and however long it takes."""
         with self._rig(Life.ACTIVE) as rig:
-            position_rad = knob(rig.position_rad, "position_rad")
-            self._send(rig, _shifted(rig.home_rad, rig.step_rad))
+            self._send(rig, shifted(rig.home_rad, rig.step_rad))
             rig.arm.stop()
             rig.advance(rig.settle_ticks)
-            rest_rad = position_rad()
-            for _ in range(3):
-                self._send(rig, _shifted(rest_rad, -rig.step_rad))
-                rig.advance(rig.settle_ticks)
-                _require_at("stopped", rig, rest_rad)
+            rest_rad = where(rig)
+            for ticks in (rig.settle_ticks, _LONG_TICKS, rig.settle_ticks):
+                self._send(rig, shifted(rest_rad, -rig.step_rad))
+                rig.advance(ticks)
+                require_at("stopped", rig, rest_rad)
 
     def test_activating_again_ends_the_stop(self) -> None:
         """A stopped arm accepts commands again after ``deactivate`` and ``activate``."""
@@ -231,60 +177,110 @@ class ArmCommandContract(DeviceContract[ArmCommandRig]):
             rig.arm.deactivate()
             rig.arm.activate()
             rig.advance(1)
-            applied = self._send(rig, _shifted(rig.home_rad, 0.5 * rig.step_rad))
+            applied = self._send(rig, shifted(rig.home_rad, 0.5 * rig.step_rad))
             taken = applied.reason is CommandReason.AS_ASKED
             require("activated again", taken, f"{applied}", "the reason AS_ASKED")
 
+    def test_stop_works_once_the_cable_is_cut(self) -> None:
+        """When the connection is cut, ``stop`` does not raise, neither at once nor later."""
+        with self._rig(Life.ACTIVE) as rig:
+            knob(rig.disconnect, "disconnect")()
+            for _ in range(2):
+                _require_quiet_stop(rig, "stop() not to raise when nobody answers")
+                pass_time(rig, rig.patience_ns)
+
+    def test_command_under_way_is_dropped(self) -> None:
+        """``stop``, ``deactivate`` and ``close`` keep the arm where it is, not where it was being sent."""
+        for end in ("stop", "deactivate", "close"):
+            with self._rig(Life.ACTIVE) as rig:
+                before_rad = where(rig)
+                self._send(rig, shifted(rig.home_rad, rig.step_rad))
+                getattr(rig.arm, end)()
+                rig.advance(rig.settle_ticks)
+                way = far(where(rig), before_rad)
+                wanted = f"less than half of the {rig.step_rad} rad on which it was sent just before"
+                require("under way", way < 0.5 * rig.step_rad, f"{way} rad after {end}()", wanted)
+
+    def test_stop_holds_the_pose_of_now(self) -> None:
+        """Each ``stop`` holds the arm where it then is, and ``send`` says that pose, not one of before."""
+        with self._rig(Life.ACTIVE) as rig:
+            for side in (1.0, -1.0):
+                self._go(rig, shifted(rig.home_rad, side * rig.step_rad))
+                rig.advance(rig.settle_ticks)
+                here_rad = where(rig)
+                rig.arm.stop()
+                rig.advance(rig.settle_ticks)
+                require_at("held", rig, here_rad)
+                applied = self._send(rig, rig.home_rad)
+                require_at("held", rig, here_rad, applied.position_rad)
+                self._activate_again(rig)
+
+    def test_motion_ends_and_does_not_resume(self) -> None:
+        """After a stop, a pause or a fault the arm rests, and activated again it does until it is commanded."""
+        for end in ("stop", "deactivate", "provoke_fault"):
+            with self._rig(Life.ACTIVE) as rig:
+                act = getattr(rig, end, None) or getattr(rig.arm, end, None)
+                if act is None:
+                    continue  # nothing provokes a fault here
+                self._go(rig, shifted(rig.home_rad, rig.step_rad))
+                rig.advance(rig.settle_ticks)
+                self._send(rig, rig.home_rad)
+                act()
+                rig.advance(rig.settle_ticks)
+                rest_rad = where(rig)
+                rig.advance(max(_REST_TICKS, rig.settle_ticks))
+                require_at(f"at rest after {end}", rig, rest_rad)
+                self._activate_again(rig)
+                rig.advance(rig.settle_ticks)
+                require_at(f"activated after {end}", rig, rest_rad)
+
+    def test_refused_command_moves_nothing(self) -> None:
+        """A command that is refused - wrong number of joints, not active, with a fault - moves no joint."""
+        for life in (Life.ACTIVE, Life.CONFIGURED, Life.FAULTED):
+            with self._rig(Life.ACTIVE) as rig:
+                if life is Life.FAULTED and rig.provoke_fault is None:
+                    continue
+                self._send(rig, rig.home_rad)  # not applicable where nothing may be sent
+                rig.advance(rig.settle_ticks)
+                asked_rad = shifted(rig.home_rad, rig.step_rad)
+                if life is Life.CONFIGURED:
+                    rig.arm.deactivate()
+                elif rig.provoke_fault is not None and life is Life.FAULTED:
+                    rig.provoke_fault()
+                before_rad = where(rig)
+                with suppress(Exception):
+                    rig.arm.send(JointCommand((*asked_rad, 0.0) if life is Life.ACTIVE else asked_rad))
+                rig.advance(rig.settle_ticks)
+                require_at(f"refused while {life.value}", rig, before_rad)
+
     def _check_stop(self, life: Life) -> None:
         with self._rig(life) as rig:
+            before = rig.arm.life
             for _ in range(2):
-                require_quiet("stop", rig.arm.stop, f"stop() to work while {life.value}")
+                _require_quiet_stop(rig, f"stop() to work while {life.value}")
+            require("stop", rig.arm.life is before, f"{rig.arm.life} after stop()", str(before))
 
 
-def _standing(rig: ArmCommandRig) -> JointVector:
-    """Where the arm stands."""
-    return knob(rig.position_rad, "position_rad, without which nobody knows where a ramp begins")()
+def _require_quiet_stop(rig: ArmCommandRig, wanted: str) -> None:
+    spent_ns = took_ns(rig, partial(require_quiet, "stop", rig.arm.stop, wanted))
+    require("stop", spent_ns <= _STOP_NS, f"{spent_ns} ns", f"at most {_STOP_NS} ns")
 
 
-def _far(one_rad: JointVector, other_rad: JointVector) -> float:
-    """The largest distance of a joint between two poses."""
-    return max((abs(a - b) for a, b in zip(one_rad, other_rad, strict=True)), default=0.0)
-
-
-def _shifted(angles: JointVector, shift_rad: float, joint: int | None = None) -> JointVector:
-    """The angles with one joint, or all of them, moved by ``shift_rad``."""
-    return tuple(q + shift_rad if joint in (None, i) else q for i, q in enumerate(angles))
-
-
-def _nearest_limit(rig: ArmCommandRig) -> tuple[int, float, float]:
-    """The joint that is closest to a limit, that limit, and an angle beyond it."""
+def _fast_steps(rig: ArmCommandRig) -> list[tuple[int, float]]:
+    """Joints that have room for the fast step, and the step with its sign."""
     limits = zip(rig.home_rad, rig.lower_rad, rig.upper_rad, strict=True)
-    rooms = [
-        (abs(limit_rad - q), joint, limit_rad, outward)
+    steps = [
+        (joint, step_rad)
         for joint, (q, lower, upper) in enumerate(limits)
-        for limit_rad, outward in ((lower, -1.0), (upper, 1.0))
+        for step_rad in (rig.fast_step_rad, -rig.fast_step_rad)
+        if lower <= q + step_rad <= upper
     ]
-    _, joint, limit_rad, outward = min(rooms)
-    return joint, limit_rad, limit_rad + outward * rig.step_rad
+    if not steps:
+        raise ContractViolation("rig", f"no room for {rig.fast_step_rad} rad", "a joint with room for fast_step_rad")
+    return steps
 
 
-def _fast_step(rig: ArmCommandRig) -> tuple[int, float]:
-    """A joint that has room for the fast step, and the step with its sign."""
-    limits = zip(rig.home_rad, rig.lower_rad, rig.upper_rad, strict=True)
-    for joint, (q, lower, upper) in enumerate(limits):
-        for step_rad in (rig.fast_step_rad, -rig.fast_step_rad):
-            if lower <= q + step_rad <= upper:
-                return joint, step_rad
-    raise ContractViolation("rig", f"no room for {rig.fast_step_rad} rad", "a joint with room for fast_step_rad")
-
-
-def _require_within(clause: str, rig: ArmCommandRig, applied: AppliedCommand) -> None:
-    limits = zip(applied.position_rad, rig.lower_rad, rig.upper_rad, strict=True)
-    within = all(lower <= q <= upper for q, lower, upper in limits)
-    require(clause, within, f"{applied}", f"angles between {rig.lower_rad} and {rig.upper_rad} rad")
-
-
-def _require_at(clause: str, rig: ArmCommandRig, expected_rad: JointVector) -> None:
-    found_rad = knob(rig.position_rad, "position_rad")()
-    near = all(abs(q - p) <= rig.tolerance_rad for q, p in zip(found_rad, expected_rad, strict=True))
-    require(clause, near, f"the arm at {found_rad} rad", f"{expected_rad} rad within {rig.tolerance_rad} rad")
+def _require_within(clause: str, rig: ArmCommandRig, found_rad: JointVector, tolerance_rad: float) -> None:
+    limits = zip(found_rad, rig.lower_rad, rig.upper_rad, strict=True)
+    within = all(lower - tolerance_rad <= q <= upper + tolerance_rad for q, lower, upper in limits)
+    require(clause, within, f"{found_rad} rad", f"angles between {rig.lower_rad} and {rig.upper_rad} rad")

@@ -33,22 +33,6 @@ class ClockContract(ABC):
             require("order", now_ns >= last_ns, f"{now_ns} ns after {last_ns} ns", "no way back")
             last_ns = now_ns
 
-    def test_sleep_reaches_the_deadline(self) -> None:
-        """``sleep_until`` does not return before the deadline."""
-        rig = self.make()
-        deadline_ns = rig.clock.now_ns() + rig.step_ns
-        rig.clock.sleep_until(deadline_ns)
-        late_ns = rig.clock.now_ns() - deadline_ns
-        require("deadline", late_ns >= 0, f"return {-late_ns} ns early", "now_ns() >= deadline_ns")
-
-    def test_sleep_is_not_late(self) -> None:
-        """``sleep_until`` returns within the tolerance after the deadline."""
-        rig = self.make()
-        deadline_ns = rig.clock.now_ns() + rig.step_ns
-        rig.clock.sleep_until(deadline_ns)
-        late_ns = rig.clock.now_ns() - deadline_ns
-        require("lateness", late_ns <= rig.tolerance_ns, f"{late_ns} ns", f"at most {rig.tolerance_ns} ns")
-
     def test_past_deadline_returns_at_once(self) -> None:
         """With a deadline in the past ``sleep_until`` returns at once and does not turn time back."""
         rig = self.make()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from math import isfinite
 from typing import ClassVar
 
@@ -22,13 +22,15 @@ class ForceSensorContract(SampleContract[ForceSensorRig]):
     def test_wrench_is_six_floats(self) -> None:
         """Force and torque are tuples of three floats, all finite when the sample is VALID."""
         with self._rig(Life.ACTIVE) as rig:
-            sample = rig.sensor.read()
-            require("type", isinstance(sample, WrenchSample), type(sample).__name__, "WrenchSample")
-            for name, vector in (("force_N", sample.force_N), ("torque_Nm", sample.torque_Nm)):
-                floats = isinstance(vector, tuple) and all(isinstance(x, float) for x in vector)
-                require("type", floats and len(vector) == 3, f"{name} = {vector!r}", "a tuple of 3 floats")
-                finite = sample.validity is not Validity.VALID or all(isfinite(x) for x in vector)
-                require("type", finite, f"{name} = {vector!r}", "finite values in a VALID sample")
+            for _ in range(20):
+                sample = rig.sensor.read()
+                require("type", isinstance(sample, WrenchSample), type(sample).__name__, "WrenchSample")
+                for name, vector in (("force_N", sample.force_N), ("torque_Nm", sample.torque_Nm)):
+                    floats = isinstance(vector, tuple) and all(isinstance(x, float) for x in vector)
+                    require("type", floats and len(vector) == 3, f"{name} = {vector!r}", "a tuple of 3 floats")
+                    finite = sample.validity is not Validity.VALID or all(isfinite(x) for x in vector)
+                    require("type", finite, f"{name} = {vector!r}", "finite values in a VALID sample")
+                rig.advance(1)
 
     def test_kind_is_the_declared_one(self) -> None:
         """The sample says what was taken out of it, as the adapter declares."""
@@ -37,17 +39,19 @@ class ForceSensorContract(SampleContract[ForceSensorRig]):
             require("kind", kind is rig.kind, f"{kind}", f"{rig.kind}")
 
     def test_frame_is_named(self) -> None:
-        """The sample names the frame of its components."""
+        """The sample names the frame of its components, as the adapter declares it."""
         with self._rig(Life.ACTIVE) as rig:
             frame = rig.sensor.read().frame
-            named = isinstance(frame, str) and bool(frame.strip())
-            require("frame", named, f"frame {frame!r}", "the name of a frame")
+            require("frame", frame == rig.frame, f"frame {frame!r}", f"{rig.frame!r}")
 
     def test_pressing_on_the_tip_gives_negative_fz(self) -> None:
-        """A surface that presses on the tool tip, against the tool axis, makes Fz more negative."""
+        """A surface that presses on the tool tip, against the tool axis, makes Fz more negative; x and y likewise."""
         with self._rig(Life.ACTIVE) as rig:
             change = _response(rig, (0.0, 0.0, -rig.load_N))
             require("sign", change[2] < 0.0, f"Fz changed by {change[2]:+.3f} N", "a negative change of Fz")
+            for axis, force in enumerate(((-rig.load_N, 0.0, 0.0), (0.0, -rig.load_N, 0.0))):
+                found_N = _response(rig, force)[axis]
+                require("sign", found_N < rig.tolerance_N, f"a change of {found_N:+.3f} N", f"one to {force} N")
 
     def test_load_is_reported_in_newtons_on_its_axis(self) -> None:
         """A known load along x, y or z changes that component by as many newtons, and no other."""
@@ -58,6 +62,16 @@ class ForceSensorContract(SampleContract[ForceSensorRig]):
                 # The sign has its own clause, so that a wrong one is not taken for a wrong unit or axis.
                 close = all(abs(abs(c) - abs(f)) <= rig.tolerance_N for c, f in zip(change, force, strict=True))
                 require("units and axes", close, f"a change of {change} N", f"{force} N")
+
+    def test_torque_is_reported_in_newton_metres_on_its_axis(self) -> None:
+        """A known torque about x, y or z changes that component by as many newton metres, and no other."""
+        with self._rig(Life.ACTIVE) as rig:
+            twist = knob(rig.twist_Nm, "twist_Nm")
+            for axis in range(3):
+                wanted = [rig.load_Nm if k == axis else 0.0 for k in range(3)]
+                free, loaded = (_settled(rig, twist, load).torque_Nm for load in ((0.0, 0.0, 0.0), wanted))
+                close = all(abs(b - a - w) <= rig.tolerance_Nm for a, b, w in zip(free, loaded, wanted, strict=True))
+                require("units and axes", close, f"{loaded} N m, {free} N m without load", f"{wanted} N m more")
 
     def test_no_hidden_tare(self) -> None:
         """A load that is there before ``configure`` is reported like one that comes later."""
@@ -86,6 +100,10 @@ def _response(rig: ForceSensorRig, force: Vector3) -> Vector3:
 
 
 def _reading(rig: ForceSensorRig, push: Callable[[float, float, float], None], force: Vector3) -> Vector3:
-    push(*force)
+    return _settled(rig, push, force).force_N
+
+
+def _settled(rig: ForceSensorRig, act: Callable[[float, float, float], None], load: Sequence[float]) -> WrenchSample:
+    act(*load)
     rig.advance(rig.settle_ticks)
-    return rig.sensor.read().force_N
+    return rig.sensor.read()

@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
-from math import isfinite, pi
-from typing import ClassVar
+from math import ceil, isfinite, pi
+from typing import ClassVar, Final
 
 from palpate.core.ports.contracts.device import activate
+from palpate.core.ports.contracts.motion import ramp
 from palpate.core.ports.contracts.rigs import JointEncoderRig
 from palpate.core.ports.contracts.samples import SampleContract, standing_world
-from palpate.core.ports.contracts.violations import ClauseNotApplicable, knob, require
+from palpate.core.ports.contracts.violations import ClauseNotApplicable, ContractViolation, knob, require
 from palpate.core.ports.devices import JointEncoder
 from palpate.core.ports.lifecycle import Life
-from palpate.core.ports.values import JointCommand, JointSample, Validity
+from palpate.core.ports.values import AppliedCommand, CommandReason, JointCommand, JointSample, JointVector, Validity
 
 PLAUSIBLE_RAD = 4.0 * pi
 """No revolute joint of an arm turns further from its zero; degrees soon do."""
+
+_MANY_TOLERANCES: Final = 8.0
+_PATIENCE_TICKS: Final = 200
 
 
 class JointEncoderContract(SampleContract[JointEncoderRig]):
@@ -23,22 +27,17 @@ class JointEncoderContract(SampleContract[JointEncoderRig]):
     PORT: ClassVar[type] = JointEncoder
 
     def test_angles_are_floats(self) -> None:
-        """The angles are a tuple of floats, all finite when the sample is VALID."""
-        with self._rig(Life.ACTIVE) as rig:
-            sample = rig.encoder.read()
-            require("type", isinstance(sample, JointSample), type(sample).__name__, "JointSample")
-            angles = sample.position_rad
-            floats = isinstance(angles, tuple) and all(isinstance(x, float) for x in angles)
-            require("type", floats, f"position_rad = {angles!r}", "a tuple of floats")
-            finite = sample.validity is not Validity.VALID or all(isfinite(x) for x in angles)
-            require("type", finite, f"position_rad = {angles!r}", "finite angles in a VALID sample")
-
-    def test_number_of_joints_is_constant(self) -> None:
-        """Every sample has one angle for each joint of the arm."""
+        """The angles are a tuple of floats, one for each joint, all finite when the sample is VALID."""
         with self._rig(Life.ACTIVE) as rig:
             for _ in range(20):
-                found = len(rig.encoder.read().position_rad)
-                require("joints", found == rig.joints, f"{found} angles", f"{rig.joints} in every sample")
+                sample = rig.encoder.read()
+                require("type", isinstance(sample, JointSample), type(sample).__name__, "JointSample")
+                angles = sample.position_rad
+                floats = isinstance(angles, tuple) and all(isinstance(x, float) for x in angles)
+                whole = floats and len(angles) == rig.joints
+                require("type", whole, f"position_rad = {angles!r}", f"a tuple of {rig.joints} floats")
+                finite = sample.validity is not Validity.VALID or all(isfinite(x) for x in angles)
+                require("type", finite, f"position_rad = {angles!r}", "finite angles in a VALID sample")
                 rig.advance(1)
 
     def test_angles_are_plausible_radians(self) -> None:
@@ -62,8 +61,7 @@ class JointEncoderContract(SampleContract[JointEncoderRig]):
         """A command changes nothing that is read in the same tick, whether read before or only after it."""
         with self._rig(Life.ACTIVE) as rig:
             standing_world(rig)
-            if rig.motion is not None and not rig.motion.rate_rad_s:
-                raise ClauseNotApplicable("it moves the arm")
+            _require_leave(rig)
             arm = knob(rig.arm, "arm")
             activate(arm)
             rig.advance(1)
@@ -83,3 +81,43 @@ class JointEncoderContract(SampleContract[JointEncoderRig]):
             )
             observed = f"{first.position_rad} rad right after send(), {before.position_rad} rad before"
             require("causality", near, observed, "an observation that does not know of this tick's command")
+
+    def test_encoders_follow_each_joint(self) -> None:
+        """When the arm moves one joint, the encoder of that joint turns the same way as far, and no other does."""
+        with self._rig(Life.ACTIVE) as rig:
+            _require_leave(rig)
+            arm = knob(rig.arm, "arm")
+            if rig.motion is not None:
+                knob(rig.expected_rad, "expected_rad, without which nobody knows where a ramp begins")
+            activate(arm)
+            rig.advance(1)
+            here = home = rig.expected_rad or rig.encoder.read().position_rad
+            way_rad = rig.step_rad * max(1, ceil(_MANY_TOLERANCES * rig.tolerance_rad / rig.step_rad))
+            if rig.motion is not None and way_rad > rig.motion.reach_rad:
+                raise ClauseNotApplicable(f"it moves each joint by {way_rad:.4g} rad")
+            for joint in range(-1, len(home)):  # at first to home itself
+                # The other side is for a joint that stands at its limit.
+                for end in (tuple(q + way * (k == joint) for k, q in enumerate(home)) for way in (way_rad, -way_rad)):
+                    applied = AppliedCommand(here)
+                    for asked in ramp(here, end, rig.step_rad):
+                        applied = arm.send(JointCommand(asked))
+                        rig.advance(1)
+                    here = end
+                    if applied.reason is CommandReason.AS_ASKED:
+                        break
+                _require_there(rig, end, max(2.0 * rig.tolerance_rad, 0.25 * way_rad))
+
+
+def _require_there(rig: JointEncoderRig, expected: JointVector, tolerance_rad: float) -> None:
+    for _ in range(_PATIENCE_TICKS):
+        found = rig.encoder.read().position_rad
+        whole = len(found) == len(expected)
+        if whole and all(abs(q - p) <= tolerance_rad for q, p in zip(found, expected, strict=True)):
+            return
+        rig.advance(1)
+    raise ContractViolation("each joint", f"{found} rad", f"{expected} rad within {tolerance_rad} rad, as sent")
+
+
+def _require_leave(rig: JointEncoderRig) -> None:
+    if rig.motion is not None and not rig.motion.rate_rad_s:
+        raise ClauseNotApplicable("it moves the arm")

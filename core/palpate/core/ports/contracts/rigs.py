@@ -14,7 +14,7 @@ from typing_extensions import override
 
 from palpate.core.ports.contracts.motion import MotionLimits
 from palpate.core.ports.devices import ArmCommand, Clock, Device, ForceSensor, JointEncoder
-from palpate.core.ports.values import JointVector, WrenchKind
+from palpate.core.ports.values import CONTROL_RATE_HZ, SENSOR_FRAME, JointVector, WrenchKind
 
 DeviceT = TypeVar("DeviceT", bound=Device)
 
@@ -36,6 +36,7 @@ class DeviceRig(Generic[DeviceT]):
         provoke_fault: Makes the active device fail, and returns when the adapter has latched it.
         disconnect: Cuts the connection to the device.
         dispose: Releases what the rig itself holds, after the adapter was closed.
+        call_budget_ns: Longest that a reading or a command may keep the loop waiting.
         runs_by_itself: The world goes on between two calls, as real hardware does.
     """
 
@@ -46,6 +47,7 @@ class DeviceRig(Generic[DeviceT]):
     provoke_fault: Callable[[], None] | None = None
     disconnect: Callable[[], None] | None = None
     dispose: Callable[[], None] = _nothing
+    call_budget_ns: int = 10**9 // CONTROL_RATE_HZ
     runs_by_itself: bool = False
 
     @property
@@ -97,6 +99,10 @@ class ForceSensorRig(SensorRig[ForceSensor]):
         tolerance_N: Greatest error and noise of a settled reading.
         settle_ticks: Ticks after which the reading follows a new load.
         kind: What the adapter declares to have taken out of the wrench.
+        twist_Nm: Makes the world exert this torque on the tool besides, as ``push_N`` does a force.
+        load_Nm: Torque that is safe and well within range.
+        tolerance_Nm: Greatest error and noise of a settled reading.
+        frame: Frame of the components that the adapter declares.
     """
 
     push_N: Callable[[float, float, float], None] | None = None
@@ -104,6 +110,10 @@ class ForceSensorRig(SensorRig[ForceSensor]):
     tolerance_N: float = 1e-6
     settle_ticks: int = 1
     kind: WrenchKind = WrenchKind.RAW
+    twist_Nm: Callable[[float, float, float], None] | None = None
+    load_Nm: float = 1.0
+    tolerance_Nm: float = 1e-6
+    frame: str = SENSOR_FRAME
 
     @property
     def sensor(self) -> ForceSensor:

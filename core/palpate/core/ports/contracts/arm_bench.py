@@ -1,0 +1,163 @@
+"""An arm on the test bench: how its clauses command it, and what they look at."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from typing import ClassVar, Final
+
+from typing_extensions import override
+
+from palpate.core.ports.contracts.device import DeviceContract, pass_time
+from palpate.core.ports.contracts.motion import ramp
+from palpate.core.ports.contracts.rigs import ArmCommandRig
+from palpate.core.ports.contracts.violations import ClauseNotApplicable, knob, require
+from palpate.core.ports.devices import ArmCommand
+from palpate.core.ports.lifecycle import Life
+from palpate.core.ports.values import CONTROL_RATE_HZ, AppliedCommand, JointCommand, JointVector
+
+_TICK_NS: Final = 10**9 // CONTROL_RATE_HZ
+_MANY_STEPS: Final = 1500
+"""On a simulated arm a limit that is further away is left alone unless it is the nearest."""
+
+
+class ArmBench(DeviceContract[ArmCommandRig]):
+    """What the clauses of an arm have in common; every command goes through :meth:`_send`."""
+
+    PORT: ClassVar[type] = ArmCommand
+
+    _asked_rad: JointVector = ()
+    _tick_rad: JointVector = ()
+    _tick_ns: int = 0
+
+    @override
+    def _use(self, rig: ArmCommandRig) -> object:
+        return self._send(rig, rig.home_rad if rig.motion is None else standing(rig))
+
+    @override
+    @contextmanager
+    def _rig(self, life: Life) -> Iterator[ArmCommandRig]:
+        """Besides: an arm that somebody could stand beside goes home along a ramp before a clause, and after it."""
+        with super()._rig(life) as rig:
+            self._asked_rad = ()
+            may_move = rig.motion is not None and bool(rig.motion.rate_rad_s)
+            if may_move and life is Life.ACTIVE:
+                self._go(rig, rig.home_rad)
+            try:
+                yield rig
+            finally:
+                if may_move and rig.arm.life is Life.ACTIVE:
+                    # What a clause has found counts, not whether the way back was free; the next begins with a ramp.
+                    with suppress(Exception):
+                        self._go(rig, rig.home_rad)
+
+    @staticmethod
+    def plan(rig: ArmCommandRig) -> list[str]:
+        """What the clauses would move within the rig's limits, how far and how fast; one line each."""
+        motion = rig.motion
+        if motion is None or not motion.rate_rad_s:
+            return ["nothing: no command is sent to the arm"]
+        lines = [
+            f"at first and before each clause, from where the arm stands to home_rad, if no joint is more than"
+            f" {motion.reach_rad:g} rad away from it",
+            f"all {len(rig.home_rad)} joints by {rig.step_rad:.4g} rad to either side of home_rad",
+        ]
+        for joint, limit_rad, beyond_rad in limits_in_reach(rig):
+            way = abs(beyond_rad - rig.home_rad[joint])
+            if way <= motion.reach_rad:
+                lines.append(f"joint {joint + 1} by {way:.4g} rad, to its limit at {limit_rad:g} rad and past it")
+        return [*lines, f"all of it along ramps of at most {motion.rate_rad_s:g} rad/s a joint"]
+
+    def _send(self, rig: ArmCommandRig, asked_rad: JointVector) -> AppliedCommand:
+        """The one way by which clauses command the arm.
+
+        Raises:
+            ClauseNotApplicable: It would move further or faster than the rig allows.
+        """
+        motion = rig.motion
+        if motion is None:
+            return rig.arm.send(JointCommand(asked_rad))
+        if not motion.rate_rad_s:
+            raise ClauseNotApplicable("it sends commands to the arm")
+        now_ns = rig.clock.now_ns()
+        if not self._asked_rad or now_ns - self._tick_ns >= _TICK_NS:
+            self._tick_rad, self._tick_ns = self._asked_rad or standing(rig), now_ns
+        for way, most, what in (
+            (far(asked_rad, self._tick_rad), motion.tick_rad, "within a tick"),
+            (far(asked_rad, rig.home_rad), motion.reach_rad, "from home"),
+        ):
+            if way > most + rig.tolerance_rad:
+                raise ClauseNotApplicable(f"it asks for {way:.4g} rad {what}, {most:.4g} rad are allowed")
+        self._asked_rad = asked_rad
+        return rig.arm.send(JointCommand(asked_rad))
+
+    def _activate_again(self, rig: ArmCommandRig) -> None:
+        if rig.arm.life is Life.FAULTED:
+            rig.arm.acknowledge_fault()
+        if rig.arm.life is Life.ACTIVE:
+            rig.arm.deactivate()
+        rig.arm.activate()
+        rig.advance(1)
+        self._asked_rad = ()  # a ramp begins where the arm stands
+
+    def _go(self, rig: ArmCommandRig, end_rad: JointVector) -> AppliedCommand:
+        """Lead the arm to a pose, step by step, a tick each; what became of the last one."""
+        begin_rad = self._asked_rad or (rig.home_rad if rig.motion is None else standing(rig))
+        applied = AppliedCommand(begin_rad)
+        for asked_rad in ramp(begin_rad, end_rad, rig.step_rad):
+            applied = self._send(rig, asked_rad)
+            pass_time(rig, _TICK_NS - 1)
+        return applied
+
+
+def limits_in_reach(rig: ArmCommandRig) -> list[tuple[int, float, float]]:
+    """Joint, limit and an angle beyond it, the nearest first and all others that may be tried besides."""
+    limits = zip(rig.home_rad, rig.lower_rad, rig.upper_rad, strict=True)
+    rooms = sorted(
+        (abs(limit_rad - q), joint, limit_rad, outward)
+        for joint, (q, lower, upper) in enumerate(limits)
+        for limit_rad, outward in ((lower, -1.0), (upper, 1.0))
+    )
+    most_rad = _MANY_STEPS * rig.step_rad if rig.motion is None else rig.motion.reach_rad - rig.step_rad
+    return [
+        (joint, limit_rad, limit_rad + outward * rig.step_rad)
+        for k, (way_rad, joint, limit_rad, outward) in enumerate(rooms)
+        if k == 0 or way_rad <= most_rad
+    ]
+
+
+def standing(rig: ArmCommandRig) -> JointVector:
+    """Where the arm stands."""
+    return knob(rig.position_rad, "position_rad, without which nobody knows where a ramp begins")()
+
+
+def where(rig: ArmCommandRig) -> JointVector:
+    """Where the joints stand, in whatever state the adapter is.
+
+    Raises:
+        ClauseNotApplicable: Nobody can tell.
+    """
+    position_rad = knob(rig.position_rad, "position_rad")
+    try:
+        return position_rad()
+    except Exception as error:
+        raise ClauseNotApplicable(f"position_rad cannot be read while {rig.arm.life.value}: {error}") from error
+
+
+def far(one_rad: JointVector, other_rad: JointVector) -> float:
+    """The largest distance of a joint between two poses."""
+    return max((abs(a - b) for a, b in zip(one_rad, other_rad, strict=True)), default=0.0)
+
+
+def shifted(angles: JointVector, shift_rad: float, joint: int | None = None) -> JointVector:
+    """The angles with one joint, or all of them, moved by ``shift_rad``."""
+    return tuple(q + shift_rad if joint in (None, i) else q for i, q in enumerate(angles))
+
+
+def require_at(clause: str, rig: ArmCommandRig, expected_rad: JointVector, told_rad: JointVector | None = None) -> None:
+    """Fail the clause unless the joints stand there, or the arm says so, at rest."""
+    found_rad, tolerance_rad = told_rad, 2.0 * rig.tolerance_rad
+    if found_rad is None:
+        found_rad, tolerance_rad = knob(rig.position_rad, "position_rad")(), rig.tolerance_rad
+    near = len(found_rad) == len(expected_rad) and far(found_rad, expected_rad) <= tolerance_rad
+    require(clause, near, f"{found_rad} rad", f"{expected_rad} rad within {tolerance_rad} rad")
