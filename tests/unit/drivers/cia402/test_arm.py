@@ -69,20 +69,6 @@ def test_a_joint_outside_its_limits_is_not_enabled() -> None:
     bench.arm.enable()
 
 
-@pytest.mark.parametrize("divider", [1, 2, 4, 3])
-@modes
-def test_the_arm_goes_where_it_was_told(mode: OperationMode, divider: int) -> None:
-    bench = Bench(mode=mode, divider=divider, host_watchdog_ms=500).enabled()
-    goal = (0.006, -0.006, 0.005, 0.0, 0.001, -0.001)
-    for _ in range(30):
-        bench.network.sleep(divider / 140 - 20e-6)
-        measured = bench.arm.cycle(goal)
-        assert measured.applied is not None
-        assert measured.applied.reason is AppliedReason.AS_ASKED
-    assert measured.position_rad == pytest.approx(goal, abs=2 / SCALE)
-    assert measured.is_fresh == (True,) * 6
-
-
 @modes
 def test_a_ramp_is_followed(mode: OperationMode) -> None:
     bench = Bench(mode=mode).enabled()
@@ -99,16 +85,6 @@ def test_without_a_set_point_the_last_one_holds() -> None:
     bench = Bench().enabled()
     bench.cycle(0.005)
     assert bench.cycle(times=5).position_rad == pytest.approx((0.005,) * 6)
-
-
-def test_limits_are_applied_and_told() -> None:
-    bench = Bench().enabled()
-    fast = bench.cycle(0.5)
-    assert fast.applied.reason is AppliedReason.VELOCITY_LIMIT
-    assert fast.applied.position_rad == pytest.approx((1 / 140,) * 6)
-    reasons = [bench.cycle(1.5).applied.reason for _ in range(150)]
-    assert reasons[-1] is AppliedReason.POSITION_LIMIT
-    assert bench.cycle().position_rad == pytest.approx((1.0,) * 6)
 
 
 def test_cycles_that_come_sooner_than_a_period_make_shorter_steps() -> None:
@@ -248,22 +224,6 @@ def test_a_host_that_dies_leaves_an_arm_at_rest() -> None:
     before = bench.plant.motor_counts(0)
     bench.network.sleep(1.0)
     assert bench.plant.motor_counts(0) == before
-
-
-@pytest.mark.parametrize("request_", ["enable", "cycle", "disable", "acknowledge", "open"], ids=lambda name: str(name))
-def test_out_of_order_is_refused(request_: str) -> None:
-    bench = Bench()
-    if request_ == "open":
-        bench.arm.open()
-    with pytest.raises(StateError):
-        getattr(bench.arm, request_)()
-
-
-def test_a_set_point_needs_power() -> None:
-    bench = Bench()
-    bench.arm.open()
-    with pytest.raises(StateError):
-        bench.cycle(0.0)
 
 
 def test_a_drive_that_is_not_there_is_named() -> None:
