@@ -52,9 +52,6 @@ def find_suite(name: str) -> tuple[str, object]:
 
     Returns:
         The port's name, and the suite, ready to be run.
-
-    Raises:
-        ConfigurationError: It leads to nothing that can be tried.
     """
     found = _load(name)
     if isinstance(found, type):
