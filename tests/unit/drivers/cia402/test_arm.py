@@ -1,6 +1,7 @@
 import itertools
+from collections.abc import Callable
+from functools import partial
 from math import nan
-from typing import Any
 
 import pytest
 
@@ -8,6 +9,7 @@ from palpate.drivers.arm import AppliedReason
 from palpate.drivers.cia402.arm import ArmState
 from palpate.drivers.cia402.object_dictionary import DriveState, OperationMode
 from palpate.drivers.errors import DeviceFaultError, RefusedError, SilentError, StateError, WiringError
+from palpate.simulation.emulators.cia402.objects import ABORT_NO_OBJECT, SdoAbortError
 from palpate.simulation.emulators.cia402.servo import PowerState
 from tests.unit.drivers.cia402.bench import SCALE, Bench
 
@@ -242,20 +244,29 @@ def test_another_device_in_a_drives_place_is_refused() -> None:
         bench.arm.open()
 
 
-def test_a_drive_without_watchdog_is_refused_unless_told() -> None:
-    def without_watchdog(bench: Bench) -> Bench:
-        for drive in bench.drives:
-            del drive.objects._entries[0x1016, 1], drive.objects._entries[0x1016, 0]
-            drive.objects.sub = _sub_without_watchdog(drive.objects.sub)  # type: ignore[method-assign]
+@pytest.mark.parametrize("index", [0x605A, 0x6085, 0x6007, 0x1016])
+def test_an_object_that_a_drive_may_lack_is_done_without_and_told(index: int) -> None:
+    def without(bench: Bench) -> Bench:
+        objects = bench.drives[1].objects
+        objects.write = partial(_write_without, objects.write, index)  # type: ignore[method-assign]
         return bench
 
-    with pytest.raises(DeviceFaultError, match="0x1016:01"):
-        without_watchdog(Bench()).arm.open()
-    without_watchdog(Bench(host_watchdog_ms=0)).arm.open()
+    bench = without(Bench()).enabled()
+    (note,) = bench.arm.notes
+    assert note.startswith(f"drive 2 has no object 0x{index:04X}: ")
+    bench.cycle(0.001, times=5)
+    bench.arm.disable()
+    if index in (0x6007, 0x1016):
+        # In CSV it would go on when this computer is lost, unless that is accepted.
+        with pytest.raises(DeviceFaultError, match=f"0x{index:04X}"):
+            without(Bench(mode=OperationMode.CSV)).arm.open()
+        without(Bench(mode=OperationMode.CSV, host_watchdog_ms=0)).arm.open()
 
 
-def _sub_without_watchdog(sub: Any) -> Any:
-    return lambda index, subindex: 0 if index == 0x1016 else sub(index, subindex)
+def _write_without(write: Callable[[int, int, bytes], None], missing: int, index: int, sub: int, data: bytes) -> None:
+    if index == missing:
+        raise SdoAbortError(ABORT_NO_OBJECT)
+    write(index, sub, data)
 
 
 def test_figures_for_the_doctor() -> None:

@@ -20,6 +20,8 @@ def examine_cia402(arm: Cia402Arm, clock: Clock, seconds: float, notes: Notebook
     notes.fact("drives", f"{len(nodes)}, nodes {', '.join(map(str, nodes))}; the host's heartbeat {settings.host_node}")
     notes.fact("bit rate", f"{settings.bitrate} bit/s", settings.bitrate)
     notes.fact("mode", settings.mode.name, settings.mode.name)
+    for note in arm.notes:
+        notes.note(note)
     before = arm.statistics()
     cycles: list[DrivesMeasured] = []
     begun: list[int] = []
