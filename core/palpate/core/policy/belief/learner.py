@@ -25,6 +25,8 @@ SEARCH: Final = "search"
 _WIDEST_M: Final = 8e-3
 """More places than 161 by 161 cannot be gone through within a tick."""
 
+_MIDDLE_M: Final = (0.0, 0.0)
+
 
 class BeliefLearner(ModelLearner):
     """A touch model, a belief over the hole's place, and a planner on it.
@@ -108,8 +110,9 @@ class BeliefLearner(ModelLearner):
         probabilities = self._belief.probabilities()
         if self._steps > self.parameters.patience:
             self._steps, self._searched = 0, self._searched + 1
-            # A belief that failed twice is wrong: from then on, everything is searched.
-            around_m = self._places.likeliest_m(probabilities) if self._searched == 1 else self._centre_m
+            # A belief that failed twice is wrong: from then on everything is searched, which a spiral does soonest from
+            # the middle.
+            around_m = self._places.likeliest_m(probabilities) if self._searched == 1 else _MIDDLE_M
             return self._searching(self._begin_search(around_m), touch)
         dx, dy = self._planner.best(probabilities, self._inside(touch.place_m), self._half_width_m)
         return Decision(Action(_name(dx, dy), (dx, dy)), None, LEARNED)

@@ -77,6 +77,15 @@ def test_what_it_saved_makes_the_same_choices() -> None:
     assert second.get_state() == first.get_state()
 
 
+def test_a_belief_that_is_wrong_ends_in_a_search_of_everything() -> None:
+    policy, rng, far = learner(), np.random.default_rng(0), np.array((-2.9e-3, 1.9e-3))
+    felt = [touch_at(np.array((2e-3 - 2e-4 * k, 1e-3)), far, rng) for k in range(12)]
+    # The torque leads away from the hole, and the hole was on the other side before.
+    touches = [[*touch.place, -touch.torque[0], -touch.torque[1], touch.press] for touch in felt]
+    policy.set_state({"trials": [{"hole": [-29000, 19000], "touches": touches}], "trials_learned": 1})
+    assert len(play(policy, (2.4e-3, -1.7e-3), (0.0, 0.0))) < 300
+
+
 def test_frozen_it_learns_nothing() -> None:
     policy = learner(frozen=True)
     play(policy, (1e-3, 1e-3), (-1e-3, 0.0))
