@@ -10,7 +10,7 @@ BENCH ?= runs/bench.json
 
 help:
 	@echo "make setup   create .venv and install pinned dependencies (does nothing when nothing changed)"
-	@echo "make train   learn the paper's insertion, 350 trials; the result is left in $(RUN)"
+	@echo "make train   learn the paper's insertion, 350 trials, or go on with it; the result is left in $(RUN)"
 	@echo "make test    style, types, layering and all tests"
 	@echo "make lint    style, types and layering only"
 	@echo "make browser-check   reports in a headless browser, at laptop and phone width (Debian, needs root to install it)"
@@ -28,7 +28,12 @@ $(STAMP): pyproject.toml constraints.txt
 	@touch $@
 
 train: setup
-	$(BIN)/palpate train --scenario paper --out $(RUN)
+	@if [ -e $(RUN)/checkpoint.json ]; then \
+		echo "$(RUN) holds a training: going on with it; for another one: make train RUN=runs/another"; \
+		$(BIN)/palpate train --resume --out $(RUN); \
+	else \
+		$(BIN)/palpate train --scenario paper --out $(RUN); \
+	fi
 
 lint: setup
 	$(BIN)/ruff format --check .

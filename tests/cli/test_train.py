@@ -4,6 +4,7 @@ import csv
 import io
 import json
 import shutil
+import subprocess
 import tomllib
 from math import hypot
 from pathlib import Path
@@ -81,6 +82,14 @@ def test_run_toml_gives_the_same_run_again(palpate: CommandLine, trained: Path, 
     assert files_in(tmp_path / "again") == files_in(trained)
 
 
+def test_another_seed_gives_another_run(palpate: CommandLine, trained: Path, tmp_path: Path) -> None:
+    palpate.succeed("train", *QUICK, "--trials", 1, "--seed", 1, "--out", "run", "--recording.no-enabled")
+    (one,), (zero, *_) = (table(folder / "trials.csv") for folder in (tmp_path / "run", trained))
+    assert one["start_x_mm"] != zero["start_x_mm"]
+    assert one["peak_force_N"] != zero["peak_force_N"]
+    assert not (tmp_path / "run" / "logs").exists()
+
+
 def test_prior_knowledge_is_told_from_what_is_learned(palpate: CommandLine, trained: Path, tmp_path: Path) -> None:
     shown = table(trained / "decisions.csv")[0]["state"]
     (tmp_path / "my.toml").write_text(
@@ -143,8 +152,8 @@ def test_a_belief_is_trained_resumed_used_replayed_and_shown(palpate: CommandLin
     assert "touch model of " in shown
     # Ten motions a second are another task; its own time of an action is a preset.
     words = ("run", "--policy", "run/policy.json", "--trials", 1, "--seed", 2)
-    assert "or use --learner belief, or --config" in palpate.refusal(*words)
-    palpate.succeed(*words, "--learner", "belief", "--out", "used")
+    assert "or use --learner belief, or --config" in palpate.refusal(*words, "--learner", "q-learning")
+    palpate.succeed(*words, "--out", "used")
     assert "1 of 1 equal" in palpate.succeed("replay", tmp_path / "used")
     palpate.succeed("report", "run")
     assert "touch model of " in (tmp_path / "run" / "report.html").read_text()
@@ -183,3 +192,32 @@ def test_resume_refuses(palpate: CommandLine, desk: Path, words: str, named: str
     line = palpate.refusal("train", "--resume", *words.split(), "--trials", 4)
     assert named in line
     assert accepted in line
+
+
+def test_a_finished_run_says_so_and_how_to_go_on(palpate: CommandLine) -> None:
+    palpate.succeed("train", *QUICK, "--trials", 1, "--out", "run")
+    before = results_in(Path("run"))
+    assert "run is finished: 1 of 1 trials; --trials 51 makes 50 more" in palpate.succeed(
+        "train", "--resume", "--out", "run"
+    )
+    assert results_in(Path("run")) == before
+    again = palpate.refusal("train", "--out", "run")
+    assert again.endswith("or go on with that training: palpate train --resume --out run")
+    assert "--resume" not in palpate.refusal("run", "--policy", "torque", "--out", "run").partition("palpate train")[0]
+
+
+def test_make_train_goes_on_where_it_stopped(tmp_path: Path) -> None:
+    """With a palpate that only prints how it was called, and makes the checkpoint of an interrupted run."""
+    stub = tmp_path / "venv" / "bin" / "palpate"
+    stub.parent.mkdir(parents=True)
+    stub.write_text('#!/bin/sh\necho "called with $*"\nmkdir -p run && touch run/checkpoint.json\n')
+    stub.chmod(0o755)
+    for name in ("pyproject.toml", "constraints.txt", "venv/.installed"):
+        (tmp_path / name).touch()
+    make = ["make", "-s", "-f", str(Path(__file__).parents[2] / "Makefile"), "train", "VENV=venv", "RUN=run"]
+    said = [subprocess.run(make, cwd=tmp_path, capture_output=True, text=True, check=True).stdout for _ in range(2)]
+    assert said[0] == "called with train --scenario paper --out run\n"
+    assert (
+        said[1].splitlines()[0].startswith("run holds a training: going on with it; for another one: make train RUN=")
+    )
+    assert said[1].splitlines()[1] == "called with train --resume --out run"

@@ -9,6 +9,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import pytest
+
 from tests.command_line import RT_EMULATOR, CommandLine, command, finished_trials, wait_until
 from tests.wall_clock.host import Host, LateError
 
@@ -119,3 +121,42 @@ def test_cia402_inserts_and_the_operator_s_signal_ends_the_run_and_its_log_names
     assert end["stopped_by"] == "signal: signal SIGUSR1"
     assert {"perceive", "decide", "control"} <= {name for name, s in end["timing"]["sections"].items() if s["count"]}
     require_inserted_and_equal(out, complaint)
+
+
+SLEEPY = """
+import time
+from palpate.core.policy import Action, Decision, FixedPolicy
+
+class Sleepy(FixedPolicy):
+    def choose(self, observation):
+        time.sleep(1.0)
+        return Decision(Action("own", (1e-4, 0.0)), None, "sleepy")
+"""
+
+
+def test_a_stranger_s_policy_inserts_and_one_that_takes_a_second_is_stopped_and_named(
+    tmp_path: Path, host: Host, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rig, out, slept = tmp_path / "rig.toml", tmp_path / "out", tmp_path / "slept"
+    (tmp_path / "sleepy.py").write_text(SLEEPY)
+    monkeypatch.setenv("PYTHONPATH", f"{tmp_path}:{Path(__file__).parents[2] / 'examples' / 'strange_policies'}")
+    with emulated(rig, "--arm", "zebra-nmc", "--force", "jr3-can"), host.judged(0.08):
+        words = ("run", "--rig", rig, "--trials", 1, *PATIENT)
+        strange = command(*words, "--policy", "strange_policies.drift:Drift", "--out", out)
+        done = subprocess.run(strange, capture_output=True, text=True, timeout=120)
+        late = command(*words, "--policy", "sleepy:Sleepy", "--out", slept)
+        stopped = subprocess.run(late, capture_output=True, text=True, timeout=120)
+    last = (done.stderr.strip().splitlines() or [""])[-1]
+    if done.returncode and LATE.search(last):
+        raise LateError(last)
+    assert done.returncode == 0, done.stderr
+    assert "'inserted': 1" in done.stdout
+    # Here, without the package, the decisions come from the log.
+    replayed = CommandLine().succeed("replay", out, slept)
+    assert "2 of 2 equal in every bit" in replayed
+    assert "of 2 of them the decisions were taken from the log" in replayed
+    assert stopped.returncode == 1
+    said = stopped.stderr.strip().splitlines()[-1]
+    assert said.startswith("palpate: policy sleepy:Sleepy: choose took 1.0"), stopped.stderr
+    end = json.loads(CommandLine().succeed("log", "info", "--json", slept / "logs" / "trial-00000.mcap"))[0]["end"]
+    assert end["error"] == "PolicyError"

@@ -11,6 +11,7 @@
     ├── LogError                    a recorded trial that cannot be read, or not be replayed
     ├── LifecycleError              a port was used in the wrong order: the caller's fault
     ├── CommandError                a command that no arm may execute: the caller's fault
+    ├── PolicyError                 a policy from outside failed: its author's to mend
     └── DeviceError                 the device's fault
         └── FaultLatchedError       a fault waits for a person to acknowledge it
 
@@ -101,6 +102,18 @@ class CommandError(PalpateError, ValueError):
     def __init__(self, problem: str, value: object) -> None:
         self.value = value
         super().__init__(f"{problem}: {_shown(value)}")
+
+
+class PolicyError(PalpateError, RuntimeError):
+    """A policy that is not palpate's own failed, or gave what makes no sense. Every way out leaves the arm stopped.
+
+    Attributes:
+        policy: What made it, ``package.module:Name``.
+    """
+
+    def __init__(self, policy: str, problem: str) -> None:
+        self.policy = policy
+        super().__init__(f"policy {policy}: {problem}; the fault is the policy's own")
 
 
 class DeviceError(PalpateError, RuntimeError):

@@ -8,6 +8,7 @@ from __future__ import annotations
 import contextlib
 import difflib
 import io
+import itertools
 import os
 import re
 import sys
@@ -26,6 +27,7 @@ from palpate.adapters.config import (
     RENAMED,
     RigFile,
     RunConfig,
+    learner_in,
     now_called,
     overlay,
     read_toml,
@@ -39,7 +41,11 @@ T = TypeVar("T")
 
 
 def parse(kind: type[T], command: str, arguments: Sequence[str]) -> T:
-    """The options on a command line, over those of ``--config``, over those of the scenario."""
+    """The options on a command line, over those of ``--config``, over those of the scenario.
+
+    Raises:
+        ConfigurationError: Something on the command line or in the file cannot be used; one line says what.
+    """
     flags = _flags(kind)
     _require_once(arguments, flags)
     if command == "run":
@@ -92,7 +98,11 @@ _EARNED: Final = ("--learning.reinforcement", "--learning.effort-per-n-s")
 
 
 def _require_no_learning(arguments: Sequence[str]) -> None:
-    """Refuse what a policy that does not learn would ignore."""
+    """Refuse what a policy that does not learn would ignore.
+
+    Raises:
+        UsageError: A flag would set how to learn.
+    """
     for word in arguments:
         name = word.partition("=")[0]
         if name.startswith("--learning.") and name.replace("_", "-").lower() not in _EARNED:
@@ -100,7 +110,12 @@ def _require_no_learning(arguments: Sequence[str]) -> None:
 
 
 def _on_rig(options: Any, arguments: Sequence[str], cell_in_file: bool) -> Any:
-    """The options with the rig's arm, and nothing of the simulated cell's: what is true of a rig is said by the rig."""
+    """The options with the rig's arm, and nothing of the simulated cell's: what is true of a rig is said by the rig.
+
+    Raises:
+        ConfigurationError: The rig file cannot be used.
+        UsageError: A flag would set up the cell, or name another arm.
+    """
     model = RigFile.load(Path(options.rig)).model
     if model is not None:
         if _value_of("--arm", arguments):
@@ -138,7 +153,7 @@ def _base(arguments: Sequence[str]) -> tuple[RunConfig, dict[str, Any], bool]:
             table = recorded(table)
     presets = {
         "scenario": _preset("scenario", "paper", arguments, table, path),
-        "learner": _preset("learner", "q-learning", arguments, table, path),
+        "learner": _preset("learner", _learner_of_policies(arguments) or "q-learning", arguments, table, path),
     }
     _require_of_learner(presets["learner"], arguments, {} if facts else table.get("learning", {}))
     config = overlay(scenario(*presets.values()), {**table, **presets})
@@ -157,8 +172,24 @@ def _preset(kind: str, usual: str, arguments: Sequence[str], table: Mapping[str,
     return name
 
 
+def _learner_of_policies(arguments: Sequence[str]) -> str:
+    """The learner that all policy files after ``--policy`` were learned with; empty where they do not agree."""
+    files: list[str] = []
+    for i, word in enumerate(arguments):
+        if word.startswith("--policy="):
+            files.append(word.partition("=")[2])
+        elif word == "--policy":
+            files += itertools.takewhile(lambda one: not one.startswith("-"), arguments[i + 1 :])
+    learners = {learner_in(file) for file in files}
+    return learners.pop() if len(learners) == 1 else ""
+
+
 def _require_of_learner(learner: str, arguments: Sequence[str], learning: Any) -> None:
-    """Refuse what the learner would ignore, on the command line and in a person's file."""
+    """Refuse what the learner would ignore, on the command line and in a person's file.
+
+    Raises:
+        ConfigurationError: Naming the setting.
+    """
     flags = (word.partition("=")[0].replace("-", "_") for word in arguments if word.startswith("--learning."))
     given = [*(flag.removeprefix("__learning.").partition(".")[0] for flag in flags), *learning]
     for name in given:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import importlib
 import sys
 import time
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any, Final
 
 from palpate.adapters.cli.options import CheckAdapterOptions
+from palpate.adapters.config import from_here, imported
 from palpate.adapters.hardware import MonotonicClock
 from palpate.core.errors import ConfigurationError
 from palpate.core.ports import CONTROL_RATE_HZ, ArmCommand, Clock, ForceSensor, JointEncoder
@@ -52,8 +51,11 @@ def find_suite(name: str) -> tuple[str, object]:
 
     Returns:
         The port's name, and the suite, ready to be run.
+
+    Raises:
+        ConfigurationError: It leads to nothing that can be tried.
     """
-    found = _load(name)
+    found = imported("adapter", name, _ACCEPTED)
     if isinstance(found, type):
         contract = next((c for c in _CONTRACTS.values() if issubclass(found, c)), None)
         if contract is not None:
@@ -82,9 +84,7 @@ def check(
     Raises:
         ConfigurationError: The name leads to nothing that can be tried, or not within these limits.
     """
-    before = list(sys.path)
-    sys.path.insert(0, str(Path.cwd()))
-    try:
+    with from_here():
         port, suite = find_suite(name)
         if isinstance(suite, DeviceContract):
             suite.motion = motion
@@ -93,24 +93,6 @@ def check(
                 tell(ArmCommandContract.plan(rig))
             rig.dispose()
         return port, run_clauses(suite, _patience_s(motion))
-    finally:
-        sys.path[:] = before
-
-
-def _load(name: str) -> Any:
-    module_name, colon, attribute = name.partition(":")
-    if not colon or not module_name or not attribute:
-        raise ConfigurationError("adapter", name, _ACCEPTED)
-    try:
-        module = importlib.import_module(module_name)
-    except ImportError as error:
-        raise ConfigurationError("adapter", name, f"a module that can be imported ({error})") from error
-    except Exception as error:
-        # Whatever a stranger's module does as it is imported.
-        raise ConfigurationError("adapter", name, f"a module that imports without failing ({error!r})") from error
-    if not hasattr(module, attribute):
-        raise ConfigurationError("adapter", name, f"a name in {module_name}; it has no {attribute}")
-    return getattr(module, attribute)
 
 
 def _made(name: str, maker: Callable[[], Any]) -> Any:

@@ -38,8 +38,8 @@ class TrainOptions(RunSettings):
     out: str = ""
     """Folder for the results; runs/SCENARIO if not given. It must not hold a run already."""
     policy: str = "q-learning"
-    """q-learning, for what --learner names from scratch, or a policy file to go on learning from (exploration begins
-    anew)."""
+    """q-learning, for what --learner names from scratch; a policy file to go on learning from (exploration begins
+    anew); or a learner of another package's, package.module:Name or the name of its entry point."""
     rig: str = ""
     """Rig file: train on its devices instead of in the simulator."""
     resume: bool = False
@@ -51,7 +51,8 @@ class RunOptions(RunSettings):
     """Run a trained policy, or a comparator, without learning."""
 
     policy: str = ""
-    """A policy file, or omniscient, torque, spiral-10, spiral-5, random."""
+    """A policy file; omniscient, torque, spiral-10, spiral-5, random; or a policy of another package's,
+    package.module:Name or the name of its entry point."""
     trials: Trials = 50
     """Number of trials."""
     rig: str = ""
@@ -65,7 +66,7 @@ class CompareOptions(RunSettings):
     """Compare hand-written strategies, and trained policies beside them, on the same trials."""
 
     policy: tuple[str, ...] = ()
-    """Policy files to put beside the comparators."""
+    """Policy files, or package.module:Name, to put beside the comparators."""
     trials: Trials = 50
     """Trials of each."""
     out: str = ""
@@ -107,7 +108,8 @@ class ReplayOptions(Settings):
     logs: Annotated[tuple[str, ...], tyro.conf.Positional] = ()
     """Logs, folders with logs in or below them, or patterns in quotes."""
     policy: str = ""
-    """What if: another policy; a policy file, or omniscient, torque, spiral-10, spiral-5, random."""
+    """What if: another policy; a policy file, omniscient, torque, spiral-10, spiral-5, random, or
+    package.module:Name."""
     set: Annotated[tuple[str, ...], tyro.conf.UseAppendAction] = ()
     """What if: a setting, as in --set task.max_force_N=20; may be given several times."""
     config: str = ""
@@ -216,6 +218,8 @@ class FaultsOptions(RunSettings):
     be inserted that was not.
     """
 
+    policy: str = "torque"
+    """The policy in these trials: as palpate run takes it."""
     seeds: Annotated[int, Range(1, 100_000)] = 1
     """Seeds; each gives every fault in every phase, at a tick of its own."""
     rig: str = ""

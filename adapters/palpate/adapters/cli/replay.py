@@ -13,7 +13,7 @@ from tqdm import tqdm
 
 from palpate.adapters.cli.options import ReplayOptions
 from palpate.adapters.config import RunConfig, overlay, read_toml, recorded_config
-from palpate.adapters.experiments import COMPARATORS, aligned
+from palpate.adapters.experiments import COMPARATORS, accepted_policies, aligned, foreign_code, foreign_entry
 from palpate.adapters.replay import (
     Changes,
     FolderFindings,
@@ -32,7 +32,7 @@ from palpate.adapters.replay import (
 )
 from palpate.core.errors import ConfigurationError, LogError, OutputError
 from palpate.core.files import require_no_file, write_whole
-from palpate.core.policy import PolicyDocument
+from palpate.core.policy import ForeignEntry, PolicyDocument
 from palpate.core.ports import CONTROL_RATE_HZ
 
 _FEW: Final = 20
@@ -77,21 +77,25 @@ def replay(options: ReplayOptions) -> int:
 
 
 def read_changes(options: ReplayOptions) -> Changes:
-    """What the options change against the record."""
+    """What the options change against the record.
+
+    Raises:
+        ConfigurationError: It cannot be.
+    """
     for setting in options.set:
         overlay(RunConfig(), parse_setting(setting))
     config = None
     if options.config:
         table = read_toml(Path(options.config))
         config = overlay(RunConfig(), table) if table.pop("run", None) is None else recorded_config(table)
-    policy: PolicyDocument | str | None = None
+    policy: PolicyDocument | ForeignEntry | str | None = None
     if options.policy in COMPARATORS:
         policy = options.policy
     elif options.policy:
-        if not os.path.exists(options.policy):
-            accepted = f"a policy file, or one of {', '.join(COMPARATORS)}"
-            raise ConfigurationError("policy", options.policy, accepted)
-        policy = PolicyDocument.load(Path(options.policy))
+        code = "" if os.path.exists(options.policy) else foreign_code(options.policy)
+        if not code and not os.path.exists(options.policy):
+            raise ConfigurationError("policy", options.policy, accepted_policies())
+        policy = foreign_entry(code) if code else PolicyDocument.load(Path(options.policy))
     changes = Changes(options.set, config, policy, options.policy)
     if (options.continue_in_mujoco or options.out) and not changes.any:
         flag = "--continue-in-mujoco" if options.continue_in_mujoco else "--out"
@@ -120,6 +124,13 @@ def report(replays: Sequence[Replay], changes: Changes, *, verbose: bool, strict
     other = sum(one.verdict is Verdict.EQUAL and one.other_code for one in replays)
     if other:
         sys.stdout.write(f"the core's code is not the one that recorded {other} of them, and yet gives the same\n")
+    taken = [one for one in replays if one.recorded_decisions]
+    if taken:
+        sys.stdout.write(
+            f"of {len(taken)} of them the decisions were taken from the log, and all else made anew: perception,"
+            f" control, supervision and what decisions earned; the policy's code is not there"
+            f" ({taken[0].recorded_decisions})\n"
+        )
     if len(replays) == 1 and replays[0].verdict is Verdict.EQUAL and not changes.any:
         sys.stdout.write(f"not checked, for only the world and the recorder know it: {not_checked(replays[0])}\n")
 

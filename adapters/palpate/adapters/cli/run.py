@@ -19,7 +19,6 @@ from palpate.adapters.cli.notices import (
 from palpate.adapters.cli.options import RunOptions
 from palpate.adapters.config import RunConfig
 from palpate.adapters.experiments import (
-    COMPARATORS,
     FIRST_EVALUATION_TRIAL,
     NOBODY_KNOWS,
     ChosenPolicy,
@@ -27,6 +26,7 @@ from palpate.adapters.experiments import (
     RunFolder,
     ScoredTrial,
     TrialRow,
+    accepted_policies,
     next_free_folder,
     open_rig,
     require_limits,
@@ -53,7 +53,7 @@ def _run(options: RunOptions, kept: ExitStack) -> int:
     """Into a folder that ``kept`` keeps other writers out of."""
     config = options.run
     if not options.policy:
-        raise ConfigurationError("policy", "", f"a policy file, or one of {', '.join(COMPARATORS)}")
+        raise ConfigurationError("policy", "", accepted_policies())
     folder = RunFolder(Path(options.out)) if options.out else next_free_folder(f"runs/{config.scenario}-run")
     folder.require_free()
     if options.policy == "omniscient" and options.rig:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shlex
 import sys
 from contextlib import ExitStack
@@ -26,9 +27,12 @@ from palpate.adapters.experiments import (
     RunFolder,
     ScoredTrial,
     Trainer,
+    at_work,
     checkpoint_perception,
     configured_perception,
     fitted_perception,
+    foreign_code,
+    foreign_entry,
     learning_policy,
     loaded_policy,
     moving_average,
@@ -46,7 +50,7 @@ from palpate.adapters.hardware.real_time import RealTimeSession
 from palpate.adapters.log import LOG_FOLDER, made_with, set_aside
 from palpate.core.errors import ConfigurationError, OutputError
 from palpate.core.insertion import find_ready_pose, reachable_share
-from palpate.core.policy import PolicyDocument
+from palpate.core.policy import PolicyDocument, learner_of
 
 
 def train(options: TrainOptions) -> int:
@@ -55,7 +59,11 @@ def train(options: TrainOptions) -> int:
     with ExitStack() as kept:
         checkpoint = None
         if options.resume:
-            Checkpoint.load(folder)
+            made, manifest = Checkpoint.load(folder).next_trial, read_manifest(folder.path)
+            if made >= options.trials and manifest is not None and manifest.finished:
+                say(f"{folder.path} is finished: {made} of {options.trials} trials; --trials {made + 50} makes 50 more")
+                say(_look_at(folder))
+                return 0
             kept.enter_context(folder.writing(again=True))
             # Read once more: whoever wrote here until now may have gone on.
             checkpoint = Checkpoint.load(folder)
@@ -69,12 +77,15 @@ def _train(options: TrainOptions, folder: RunFolder, checkpoint: Checkpoint | No
     """Train into a folder that ``kept`` keeps other writers out of."""
     config = options.run
     named = _from(options)
-    document = None if named == config.learner else PolicyDocument.load(Path(named))
-    if document is not None and (config.learning.programmed or config.learning.examples):
+    foreign = "" if named == config.learner or os.path.exists(named) else foreign_code(named)
+    document = None if foreign or named == config.learner else PolicyDocument.load(Path(named))
+    if (document is not None or foreign) and (config.learning.programmed or config.learning.examples):
         raise ConfigurationError(
             "learning.programmed", config.learning.programmed or config.learning.examples,
-            "nothing programmed and no examples beside --policy FILE, which brings its own",
+            "nothing programmed and no examples beside --policy FILE or package.module:Name, which brings its own",
         )  # fmt: skip
+    if foreign:
+        foreign_entry(foreign)
     ready = find_ready_pose(config.arm, config.task)
     perception = configured_perception(config)
     if document is not None:
@@ -94,7 +105,10 @@ def _train(options: TrainOptions, folder: RunFolder, checkpoint: Checkpoint | No
         if document is not None:
             policy = loaded_policy(document, config, perception, frozen=False)
         else:
-            policy = learning_policy(config, perception)
+            policy = learning_policy(config, perception, foreign)
+        if learner_of(at_work(policy, rig)) is None:
+            accepted = "a policy that offers what it has learned, by get_state and set_state"
+            raise ConfigurationError("policy", named, accepted)
         first = 0
         if checkpoint is not None:
             resume_from(checkpoint, policy, rig)
@@ -207,4 +221,8 @@ def _finish(config: RunConfig, folder: RunFolder, trials: int) -> None:
         )
         if marked := marked_line(summary, learned=config.admission.learn_from_marked):
             say(marked.rstrip())
-        say(f"look at {folder.path / 'learning_curve.png'}, or: palpate show {folder.path / 'policy.json'}")
+        say(_look_at(folder))
+
+
+def _look_at(folder: RunFolder) -> str:
+    return f"look at {folder.path / 'learning_curve.png'}, or: palpate show {folder.path / 'policy.json'}"

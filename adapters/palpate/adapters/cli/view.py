@@ -10,10 +10,10 @@ from typing_extensions import override
 
 from palpate.adapters.cli.picture_options import ViewOptions
 from palpate.adapters.experiments import (
-    COMPARATORS,
     FIRST_EVALUATION_TRIAL,
     ChosenPolicy,
     ScoredTrial,
+    accepted_policies,
     require_usable,
     run_policy,
 )
@@ -42,9 +42,14 @@ class _Window(Viewer):
 
 
 def view(options: ViewOptions) -> int:
-    """Run trials in a window; returns the exit code."""
+    """Run trials in a window; returns the exit code.
+
+    Raises:
+        ConfigurationError: An option cannot be used.
+        UsageError: There is no display.
+    """
     if not options.policy:
-        raise ConfigurationError("policy", "", f"a policy file, or one of {', '.join(COMPARATORS)}")
+        raise ConfigurationError("policy", "", accepted_policies())
     config = options.run
     chosen = ChosenPolicy(options.policy, config)
     require_display()

@@ -2,6 +2,10 @@ from .grid import TRIALS as TRIALS
 from .grid import GridLearning as GridLearning
 from .learning import OF_SOME as OF_SOME
 from .learning import LearningConfig as LearningConfig
+from .learning import learner_in as learner_in
+from .plugins import entries as entries
+from .plugins import from_here as from_here
+from .plugins import imported as imported
 from .real_time import FROZEN as FROZEN
 from .real_time import OFF as OFF
 from .real_time import RealTimeConfig as RealTimeConfig

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, ClassVar, Final
@@ -37,6 +38,23 @@ OF_SOME: Final[Mapping[str, tuple[str, ...]]] = {
     ),
 }  # fmt: skip
 """Settings of learning that not every learner has, and the learners that do."""
+
+
+def learner_in(path: str) -> str:
+    """What the policy of a policy file was learned with; empty where nothing says so, or where it is no policy file.
+
+    A run of that policy begins from that learner's preset: its time of an action and its filter.
+    """
+    try:
+        with open(path, encoding="utf-8") as file:
+            document = json.load(file)
+    except (OSError, ValueError):
+        return ""
+    if not isinstance(document, dict) or not str(document.get("schema")).startswith("palpate.policy/"):
+        return ""
+    learner = document.get("learner")
+    kind = "belief" if document.get("belief") else learner.get("kind") if isinstance(learner, dict) else ""
+    return str(kind or "").partition(" of ")[0]
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ from typing import Any, Final
 from palpate.adapters.config.renames import RENAMED
 from palpate.adapters.config.run import RunConfig
 from palpate.adapters.config.toml import overlay
+from palpate.core.policy.belief import BeliefParameters
 from palpate.core.supervision import SupervisionConfig, weaker_settings
 
 UNTOLD: Final[Mapping[str, Any]] = {
@@ -43,6 +44,7 @@ UNTOLD: Final[Mapping[str, Any]] = {
     "supervision.flat_line_samples": 1_000_000,
     "supervision.max_noise_ratio": 1e6,
     "task.prove_contact": False,
+    **{BeliefParameters.dotted(name): value for name, value in BeliefParameters.UNTOLD.items()},
 }
 """What a record means that lacks one of these settings: what was done before there was such a setting.
 

@@ -12,6 +12,7 @@ from .evaluation import FIRST_EVALUATION_TRIAL as FIRST_EVALUATION_TRIAL
 from .evaluation import NOBODY_KNOWS as NOBODY_KNOWS
 from .evaluation import ChosenPolicy as ChosenPolicy
 from .evaluation import Recorded as Recorded
+from .evaluation import at_work as at_work
 from .evaluation import run_policy as run_policy
 from .evaluation import warm_up as warm_up
 from .evaluation import write_evaluation as write_evaluation
@@ -20,10 +21,15 @@ from .figure import drawing as drawing
 from .figure import learning_curve as learning_curve
 from .fitting import configured_perception as configured_perception
 from .fitting import fitted_perception as fitted_perception
+from .foreign import foreign_code as foreign_code
+from .foreign import foreign_entry as foreign_entry
+from .foreign import foreign_policy as foreign_policy
 from .manifest import MANIFEST as MANIFEST
 from .manifest import read_manifest as read_manifest
 from .policies import COMPARATORS as COMPARATORS
+from .policies import accepted_policies as accepted_policies
 from .policies import comparator as comparator
+from .policies import foreign_document as foreign_document
 from .policies import learning_policy as learning_policy
 from .policies import loaded_policy as loaded_policy
 from .policies import perception_of as perception_of

@@ -12,7 +12,15 @@ from palpate.adapters.config import RunConfig
 from palpate.adapters.experiments.build import build_perception, build_task, supervisor_of
 from palpate.adapters.experiments.figure import learning_curve
 from palpate.adapters.experiments.fitting import configured_perception
-from palpate.adapters.experiments.policies import COMPARATORS, comparator, loaded_policy, perception_of
+from palpate.adapters.experiments.foreign import foreign_code
+from palpate.adapters.experiments.policies import (
+    COMPARATORS,
+    accepted_policies,
+    comparator,
+    foreign_document,
+    loaded_policy,
+    perception_of,
+)
 from palpate.adapters.experiments.results import RunFolder, TrialRow
 from palpate.adapters.experiments.statistics import policy_summary
 from palpate.adapters.experiments.trial import (
@@ -29,7 +37,7 @@ from palpate.core.control_loop import run_trial
 from palpate.core.errors import ConfigurationError
 from palpate.core.insertion import TRIALS_OF_A_SERIES, Outcome, ReadyPose, TrialReport
 from palpate.core.perception import Perception
-from palpate.core.policy import Policy, PolicyDocument, learner_of
+from palpate.core.policy import ForeignPolicy, Policy, PolicyDocument, learner_of
 from palpate.core.ports import Rig
 
 FIRST_EVALUATION_TRIAL: Final = TRIALS_OF_A_SERIES
@@ -108,7 +116,7 @@ class ChosenPolicy:
     """A policy by name or file, checked before anything is built.
 
     Args:
-        name: A comparator's name, or the path of a policy file.
+        name: A comparator's name, the path of a policy file, or what :func:`foreign_code` knows.
         config: The run's configuration.
 
     Attributes:
@@ -124,16 +132,31 @@ class ChosenPolicy:
             self.perception = build_perception(RunConfig(task=config.task))
         else:
             self.label = Path(name).parent.name or Path(name).stem
-            if not os.path.exists(name):
-                raise ConfigurationError("policy", name, f"a policy file, or one of {', '.join(COMPARATORS)}")
-            self.document = PolicyDocument.load(Path(name))
-            self.perception = perception_of(self.document, config, configured_perception(config))
+            configured, code = configured_perception(config), foreign_code(name)
+            if os.path.exists(name) or not code:
+                if not os.path.exists(name):
+                    raise ConfigurationError("policy", name, accepted_policies())
+                self.document = PolicyDocument.load(Path(name))
+                self.perception = perception_of(self.document, config, configured)
+            elif configured is None:
+                accepted = "a policy file of a training, for it holds the perception that this configuration lacks"
+                raise ConfigurationError("policy", name, accepted)
+            else:
+                self.label, self.perception = code.partition(":")[2], configured
+                self.document = foreign_document(code, config, configured)
 
     def on(self, rig: Rig) -> Policy:
         """The policy at work on a rig; it does not learn."""
         if self.document is None:
             return comparator(self.name, self._config, lambda: true_hole_m(rig))
-        return loaded_policy(self.document, self._config, self.perception, frozen=True)
+        return at_work(loaded_policy(self.document, self._config, self.perception, frozen=True), rig)
+
+
+def at_work(policy: Policy, rig: Rig) -> Policy:
+    """The policy; how long a foreign one takes is measured by the rig's clock from now on."""
+    if isinstance(policy, ForeignPolicy):
+        policy.now_ns = rig.ports.clock.now_ns
+    return policy
 
 
 def write_evaluation(
@@ -153,7 +176,11 @@ def write_evaluation(
 
 
 def true_hole_m(rig: Rig) -> Sequence[float]:
-    """Where the hole really is."""
+    """Where the hole really is.
+
+    Raises:
+        ConfigurationError: There is no truth.
+    """
     truth = rig.truth()
     if truth is None:
         raise ConfigurationError("policy", "omniscient", NOBODY_KNOWS)

@@ -7,9 +7,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
-from palpate.adapters.config import RunConfig
+from palpate.adapters.config import RunConfig, entries
 from palpate.adapters.experiments.build import task_actions, task_reach
 from palpate.adapters.experiments.comparators import Omniscient, Spiral, TorqueFollowing
+from palpate.adapters.experiments.foreign import GROUP, foreign_entry, foreign_policy
+from palpate.adapters.log import made_with
 from palpate.core.errors import ConfigurationError
 from palpate.core.insertion import N_PER_KGF
 from palpate.core.perception import Perception, perception_from_dict, perception_to_dict
@@ -25,6 +27,7 @@ from palpate.core.policy import (
     RandomWalkPolicy,
     SarsaParameters,
     TemperatureSchedule,
+    document_of,
     load_examples,
     new_learner,
     policy_from,
@@ -63,7 +66,7 @@ def comparator(name: str, config: RunConfig, hole_m: Hole) -> Policy:
         "random": lambda: RandomWalkPolicy(actions),
     }
     if name not in makers:
-        raise ConfigurationError("policy", name, f"a policy file, or one of {', '.join(makers)}")
+        raise ConfigurationError("policy", name, accepted_policies())
     return makers[name]()
 
 
@@ -86,8 +89,16 @@ def learning_parameters(config: RunConfig) -> QParameters:
     return QParameters(**common, temperature=schedule)
 
 
-def learning_policy(config: RunConfig, perception: Perception) -> Policy:
-    """The learner from scratch, with the programmed and the example states of the configuration beside it."""
+def learning_policy(config: RunConfig, perception: Perception, code: str = "") -> Policy:
+    """The learner from scratch, with the programmed and the example states of the configuration beside it.
+
+    Args:
+        config: The run's configuration.
+        perception: Gives the states.
+        code: What makes a foreign policy, which is that learner then; empty for the configuration's.
+    """
+    if code:
+        return foreign_policy(foreign_entry(code), config, perception, frozen=False)
     learning, actions = config.learning, task_actions(config)
     parts: list[Policy] = []
     try:
@@ -114,6 +125,21 @@ def perception_settings(config: RunConfig, perception: Perception) -> dict[str, 
     p = config.perception
     signal = {"cutoff_Hz": p.cutoff_Hz, "order": p.filter_order, "calibration": list(p.calibration)}
     return {**perception_to_dict(perception), "signal": signal}
+
+
+def accepted_policies() -> str:
+    """What may be named as a policy, for a message."""
+    return f"a policy file, or one of {', '.join((*COMPARATORS, *sorted(entries(GROUP))))}, or package.module:Name"
+
+
+def foreign_document(code: str, config: RunConfig, perception: Perception) -> PolicyDocument:
+    """The policy file of a foreign policy that has learned nothing.
+
+    Raises:
+        ConfigurationError: The code cannot be loaded, or makes no policy.
+    """
+    policy = foreign_policy(foreign_entry(code), config, perception, frozen=True)
+    return document_of(policy, created_with=made_with(), perception=perception_settings(config, perception))
 
 
 def perception_of(document: PolicyDocument, config: RunConfig, configured: Perception | None) -> Perception:
@@ -147,8 +173,13 @@ def loaded_policy(document: PolicyDocument, config: RunConfig, perception: Perce
     """The policy of a file: frozen as it is, or ready to learn on with the parameters of the configuration.
 
     Raises:
-        ConfigurationError: It has other states or actions, or is to learn on by another learner.
+        ConfigurationError: It has other states or actions, is to learn on by another learner, or is made by code that
+            cannot be loaded.
+        PolicyError: That code refuses what it had learned.
     """
+    if document.foreign is not None:
+        document.check_matches(perception.states, task_actions(config))
+        return foreign_policy(document.foreign, config, perception, frozen=frozen)
     kind = document.learner.kind if document.learner is not None else "belief" if document.belief is not None else ""
     if not frozen and kind and kind.partition(" of ")[0] != config.learner:
         raise ConfigurationError("learner", config.learner, f"{kind!r}, as in the policy file")

@@ -11,6 +11,7 @@ import csv
 import dataclasses
 import json
 import os
+import shlex
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
@@ -140,11 +141,10 @@ class RunFolder:
             raise OutputError(str(self.path), "is a file, not a folder", "name another folder with --out")
         found = [name for name in (*RUN_FILES, LOG_FOLDER) if os.path.exists(self.path / name)]
         if found:
-            raise OutputError(
-                str(self.path),
-                f"already holds a run ({found[0]})",
-                "name another folder with --out, or --resume it",
-            )
+            remedy = "name another folder with --out"
+            if os.path.exists(self.path / "checkpoint.json"):
+                remedy += f", or go on with that training: palpate train --resume --out {shlex.quote(str(self.path))}"
+            raise OutputError(str(self.path), f"already holds a run ({found[0]})", remedy)
 
     def create(self) -> None:
         """Make the folder.

@@ -39,12 +39,15 @@ def render_table(document: PolicyDocument) -> str:
     """State, source, best action, value and visits in aligned columns, in the order of the states.
 
     The best action of a learned state that was never visited is not shown: all actions are equal there. Of a belief,
-    its touch model.
+    its touch model; of a foreign policy, what makes it.
     """
     learner = document.learner
     learned = f"{learner.kind}, {learner.trials_learned} trials learned" if learner else "nothing learned"
     if document.belief is not None:
         learned = f"belief, {document.belief.trials_learned} trials learned"
+    if (foreign := document.foreign) is not None:
+        package = f" ({foreign.distribution} {foreign.version})" if foreign.distribution else ""
+        learned = f"made by {foreign.code}{package}, {foreign.trials_learned} trials learned"
     head = f"{len(document.states)} states, {len(document.actions)} actions; {learned}"
     rows = [("state", "source", "best action", "value", "visits"), *map(_cells, document.table)]
     table = f"\n{aligned(rows, left=3)}" if len(rows) > 1 else ""

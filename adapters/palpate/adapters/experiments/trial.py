@@ -173,7 +173,11 @@ def objections(report: TrialReport, config: AdmissionConfig) -> str:
 
 
 def require_sound(scored: ScoredTrial) -> None:
-    """Refuse to go on after a trial whose data cannot be trusted."""
+    """Refuse to go on after a trial whose data cannot be trusted.
+
+    Raises:
+        DeviceError: A sensor failed, the arm was stopped, or the supervisor tripped.
+    """
     # A trip may fall on the tick in which the task itself ended.
     tripped = any(event.name == "trip" for event in scored.report.events)
     if tripped or scored.report.outcome in (Outcome.SENSOR_FAULT, Outcome.STOPPED):

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from importlib.metadata import entry_points
 from typing import Any, Final, TypeAlias
 
+from palpate.adapters.config import entries
 from palpate.core.errors import ConfigurationError
 from palpate.core.motion import ArmDescription, Kinematics, ToolGeometry, arm_named
 from palpate.core.ports import ArmCommand, Clock, ForceSensor, JointEncoder, JointVector
@@ -95,15 +95,14 @@ def force_sensor_maker(name: str) -> ForceSensorMaker:
 
 
 def _load(kind: str, name: str) -> Any:
-    found = entry_points(group=GROUP)
+    found = entries(GROUP)
     field = "force_sensor.adapter" if kind == "force" else "arm.adapter"
-    for entry in found:
-        if entry.name == f"{kind}.{name}":
-            try:
-                return entry.load()
-            except Exception as error:
-                # A stranger's package may fail in any way as it is imported.
-                accepted = f"an adapter that can be loaded; {entry.value} cannot ({error})"
-                raise ConfigurationError(field, name, accepted) from error
-    known = sorted(entry.name.removeprefix(f"{kind}.") for entry in found if entry.name.startswith(f"{kind}."))
+    if (entry := found.get(f"{kind}.{name}")) is not None:
+        try:
+            return entry.load()
+        except Exception as error:
+            # A stranger's package may fail in any way as it is imported.
+            accepted = f"an adapter that can be loaded; {entry.value} cannot ({error})"
+            raise ConfigurationError(field, name, accepted) from error
+    known = sorted(known.removeprefix(f"{kind}.") for known in found if known.startswith(f"{kind}."))
     raise ConfigurationError(field, name, f"one of {', '.join(known) or 'none that is installed'}")

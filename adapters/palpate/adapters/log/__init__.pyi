@@ -15,6 +15,7 @@ from .provenance import decisive as decisive
 from .provenance import made_with as made_with
 from .provenance import processor as processor
 from .raised import BY_CORE as BY_CORE
+from .raised import BY_POLICY as BY_POLICY
 from .raised import raised_by as raised_by
 from .reader import TrialLog as TrialLog
 from .reader import assemble as assemble
@@ -27,6 +28,7 @@ from .records import EndRecord as EndRecord
 from .records import EventEntry as EventEntry
 from .records import LossEntry as LossEntry
 from .records import ReinforcementEntry as ReinforcementEntry
+from .records import policy_digest as policy_digest
 from .recover import RECOVERED as RECOVERED
 from .recover import recover as recover
 from .series import Series as Series

@@ -68,7 +68,11 @@ _ALWAYS: Final = {
 
 
 def require_pyarrow() -> None:
-    """Make sure that Parquet files can be written."""
+    """Make sure that Parquet files can be written.
+
+    Raises:
+        ConfigurationError: Pyarrow is not installed.
+    """
     try:
         import pyarrow.parquet  # noqa: F401
     except ImportError as error:

@@ -5,22 +5,26 @@ from __future__ import annotations
 import traceback
 from typing import Final
 
-from palpate.core.errors import PalpateError
+from palpate.core.errors import PalpateError, PolicyError
 
 BY_CORE: Final = "core"
 BY_PORT: Final = "port"
+BY_POLICY: Final = "policy"
+"""A policy that is not palpate's own: its fault, and no replay without its code can raise that again."""
 BY_OUTSIDE: Final = "outside"
 """An observer, the clock, a signal: whatever is neither the core nor a device."""
 _CORE, _PORTS, _LOOP = "palpate.core.", "palpate.core.ports", "palpate.core.control_loop"
 
 
 def raised_by(error: BaseException, failed_port: str = "") -> str:
-    """Who raised it: :data:`BY_CORE`, :data:`BY_PORT` or :data:`BY_OUTSIDE`.
+    """Who raised it: :data:`BY_CORE`, :data:`BY_PORT`, :data:`BY_POLICY` or :data:`BY_OUTSIDE`.
 
     Args:
         error: As it was caught outside of the control loop.
         failed_port: The port whose call failed; empty for none.
     """
+    if isinstance(error, PolicyError):
+        return BY_POLICY
     if not isinstance(error, PalpateError):
         return BY_OUTSIDE
     if failed_port:

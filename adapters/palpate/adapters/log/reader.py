@@ -162,7 +162,11 @@ def sound_messages(path: str, data: bytes) -> Iterator[RawMessage]:
 
 
 def outer_records(path: str, data: bytes, offset: int) -> Iterator[tuple[int, int, bytes]]:
-    """Opcode, offset and body of the file's records, up to the footer or the end of the data."""
+    """Opcode, offset and body of the file's records, up to the footer or the end of the data.
+
+    Raises:
+        LogError: A record is longer than what is left of the file.
+    """
     while offset < len(data):
         if offset + _HEAD.size > len(data):
             raise LogError(path, f"offset {offset}", "the file ends within a record", _RECOVER)
@@ -185,7 +189,11 @@ class ChannelMap:
         self._bytes = 0
 
     def messages(self, opcode: int, offset: int, body: bytes) -> Iterator[RawMessage]:
-        """The messages in one record of the file: in a chunk, or by themselves."""
+        """The messages in one record of the file: in a chunk, or by themselves.
+
+        Raises:
+            LogError: It is damaged.
+        """
         if opcode == Opcode.CHUNK:
             data = self._unpacked(offset, body)
             at = 0
@@ -323,7 +331,11 @@ def _bytes_of(path: str | Path) -> bytes:
 
 
 def require_mcap(path: str, data: bytes) -> int:
-    """Make sure that this is an MCAP file at all; returns where its records begin."""
+    """Make sure that this is an MCAP file at all; returns where its records begin.
+
+    Raises:
+        LogError: It is empty, or something else.
+    """
     if not data:
         raise LogError(path, "", "is empty", "nothing was recorded; delete it")
     if not data.startswith(MCAP0_MAGIC):

@@ -83,6 +83,9 @@ class FlightRecorder(LoopObserver):
             opening: Which file.
             start: Gives what the trial started with; asked when the task has begun, or could not begin.
             counterfactual: For a what-if: whether the trial has left the recorded path, and messages are to say so.
+
+        Raises:
+            LogError: One is open already.
         """
         if self._recording:
             raise LogError(str(opening.path), "", "the log before is still open", "end it first")
@@ -134,7 +137,11 @@ class FlightRecorder(LoopObserver):
 
     @override
     def sent(self, snapshot: Snapshot, command: JointCommand, applied: AppliedCommand) -> None:
-        """Keep the tick."""
+        """Keep the tick.
+
+        Raises:
+            DeviceError: Something could not be kept, and the trial is to end for that.
+        """
         report, deadline_ns = self._report, self._deadline_ns
         if not self._recording or report is None or deadline_ns is None:
             return
@@ -209,16 +216,7 @@ class FlightRecorder(LoopObserver):
             return
         for number, decision in enumerate(report.decisions[self._settled :], start=self._settled):
             if number >= self._decisions:
-                chosen = DecisionEntry(
-                    tick=decision.tick,
-                    number=number,
-                    symbol=decision.symbol,
-                    state=decision.state,
-                    action=decision.action,
-                    source=decision.source,
-                    temperature=report.temperature,
-                )
-                self._tell(DECISION, chosen)
+                self._tell(DECISION, DecisionEntry.of(number, decision, report.temperature))
             if decision.reinforcement is not None:
                 earned = ReinforcementEntry(tick=self._tick, number=number, reinforcement=decision.reinforcement)
                 self._tell(REINFORCEMENT, earned)

@@ -6,6 +6,8 @@ Attributes are named, and mean, what the schema says: see :data:`palpate.adapter
 from __future__ import annotations
 
 import dataclasses
+import hashlib
+from collections.abc import Sequence
 from typing import Any, TypeVar
 
 from palpate.adapters.log.schema import MESSAGES, encode, message_class
@@ -19,6 +21,7 @@ from palpate.adapters.log.tick_layout import (
     wrench_fields,
     wrench_from,
 )
+from palpate.core.insertion import DecisionRecord
 from palpate.core.ports import AppliedCommand, JointSample, JointVector, WrenchSample
 
 R = TypeVar("R")
@@ -41,8 +44,8 @@ class StartRecord:
         ready_rad: The ready pose, (n,).
         tip_rotation: Orientation that the tool keeps, (9,) row by row, base frame.
         perception_json: Stages of perception, fitted ones with what was fitted.
-        policy: ``document``, or the name of a comparator.
-        policy_json: The policy document, if it is one.
+        policy: ``document``, the name of a comparator, or what made a foreign policy, ``package.module:Name``.
+        policy_json: The policy document, if it is one, or that of a foreign policy.
         frozen: Whether the policy was kept from learning.
         learner_json: The learner's state as the trial began; empty where nothing learns.
         perception_state: What the state identifier remembers.
@@ -85,7 +88,7 @@ class StartRecord:
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
 class DecisionEntry:
-    """One choice of an action."""
+    """One choice of an action. Logs of before they were kept have no displacement, and no place in the action set."""
 
     tick: int
     number: int
@@ -95,6 +98,23 @@ class DecisionEntry:
     source: str
     temperature: float | None = None
     counterfactual: bool = False
+    displacement_m: tuple[float, ...] = ()
+    index: int | None = None
+
+    @classmethod
+    def of(cls, number: int, decision: DecisionRecord, temperature: float | None) -> DecisionEntry:
+        """The decision of that number in a trial, as its report has it."""
+        return cls(
+            tick=decision.tick,
+            number=number,
+            symbol=decision.symbol,
+            state=decision.state,
+            action=decision.action,
+            source=decision.source,
+            temperature=temperature,
+            displacement_m=decision.displacement_m,
+            index=decision.index,
+        )
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
@@ -135,8 +155,9 @@ class EndRecord:
 
     ``stopped_by`` is what stopped the arm besides core and supervisor; ``timing_json`` tells, on rigs, what each
     section of a tick took, from the run's start to this trial's end. Four are the core's own count of how regular its
-    ticks and samples were; None in logs from before they were kept. ``raised_by`` is who raised ``error``: core, port
-    or outside (observers, the clock, signals); empty in logs from before it was kept.
+    ticks and samples were; None in logs from before they were kept. ``raised_by`` is who raised ``error``: core, port,
+    policy (a foreign one) or outside (observers, the clock, signals); empty in logs from before it was kept.
+    ``policy_sha256`` is :func:`policy_digest` where the policy is a foreign one.
     """
 
     tick: int
@@ -163,6 +184,19 @@ class EndRecord:
     skipped_slots: int | None = None
     repeated_samples: int | None = None
     raised_by: str = ""
+    policy_sha256: str = ""
+
+
+def policy_digest(decisions: Sequence[DecisionEntry], before: str, after: str) -> str:
+    """Digest of what only a foreign policy can make: without its code nothing else could be held against that.
+
+    Args:
+        decisions: Of the trial.
+        before: The learner's state as the trial began, JSON.
+        after: And as it ended.
+    """
+    rows = [dataclasses.astuple(decision) for decision in decisions]
+    return hashlib.sha256(repr((rows, before, after)).encode()).hexdigest()
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
@@ -193,7 +227,13 @@ def encode_record(message: str, record: Any) -> bytes:
 
 
 def decode_record(message: str, kind: type[R], payload: bytes) -> R:
-    """The record back from its bytes."""
+    """The record back from its bytes.
+
+    Raises:
+        google.protobuf.message.DecodeError: These are not the bytes of such a message.
+        TypeError: A field that must be there is not.
+        ValueError: A text is none.
+    """
     made: Any = message_class(message)()
     made.ParseFromString(payload)
     require_texts(made, message)
@@ -227,7 +267,12 @@ def encode_call(record: CallEntry) -> bytes:
 
 
 def decode_call(payload: bytes) -> CallEntry:
-    """The call back from its bytes."""
+    """The call back from its bytes.
+
+    Raises:
+        google.protobuf.message.DecodeError: These are not the bytes of such a message.
+        ValueError: A field that must be there is not, or a text is none.
+    """
     made: Any = message_class("Call")()
     made.ParseFromString(payload)
     require_fields(made, "tick", "port", "call")

@@ -90,6 +90,8 @@ MESSAGES: Final[Mapping[str, tuple[tuple[str, str, int], ...]]] = {
         ("source", "string", 6),
         ("temperature", "double", 7),
         ("counterfactual", "bool", 8),
+        ("displacement_m", _VECTOR, 9),
+        ("index", "sfixed64", 10),
     ),
     "Reinforcement": (
         ("tick", "sfixed64", 1),
@@ -163,6 +165,7 @@ MESSAGES: Final[Mapping[str, tuple[tuple[str, str, int], ...]]] = {
         ("skipped_slots", "sfixed64", 22),
         ("repeated_samples", "sfixed64", 23),
         ("raised_by", "string", 24),
+        ("policy_sha256", "string", 25),
     ),
 }
 """Field name, kind and number of each message."""
@@ -194,7 +197,7 @@ TICK = ChannelKind(
     " frame it names, N and N m; joints in rad; times in ns of the run's clock",
 )
 CALL = ChannelKind(3, "/call", "Call", "port calls beyond the one of each per tick: further reads, stop, errors")
-DECISION = ChannelKind(4, "/decision", "Decision", "symbol, state and action chosen; temperature of the exploration")
+DECISION = ChannelKind(4, "/decision", "Decision", "symbol, state and action chosen, its displacement in m")
 REINFORCEMENT = ChannelKind(5, "/reinforcement", "Reinforcement", "what the decision of that number then earned")
 EVENT = ChannelKind(6, "/event", "Event", "contact, tare, phases, hole, faults, the end")
 RECORDER = ChannelKind(7, "/recorder", "Recorder", "what the recorder lost, and why")

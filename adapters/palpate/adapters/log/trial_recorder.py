@@ -14,14 +14,14 @@ from palpate.adapters.log.file import dump_json
 from palpate.adapters.log.provenance import arm_sha256, core_sha256, made_with, processor
 from palpate.adapters.log.raised import raised_by
 from palpate.adapters.log.recorder import FlightRecorder
-from palpate.adapters.log.records import EndRecord, StartRecord
+from palpate.adapters.log.records import DecisionEntry, EndRecord, StartRecord, policy_digest
 from palpate.adapters.log.schema import SCHEMA
 from palpate.adapters.log.writer_client import Opening, ProcessSink, Sink
 from palpate.core.control_loop import LoopObserver
 from palpate.core.errors import OutputError
 from palpate.core.insertion import InsertionTask, Purpose, ReadyPose, TrialReport, TrialSetup, generator
 from palpate.core.perception import Perception, perception_to_dict
-from palpate.core.policy import Policy, document_of, learner_of
+from palpate.core.policy import ForeignPolicy, Policy, document_of, learner_of
 from palpate.core.ports import World
 
 LOG_FOLDER: Final = "logs"
@@ -40,6 +40,7 @@ class TrialRecorder:
     def __init__(self, sink: Callable[[], Sink], folder: Path, config: RecordingConfig) -> None:
         self._make_sink, self._folder, self._config = sink, folder, config
         self._subject: _Subject | None = None
+        self._before = ""
         self._setup: TrialSetup | None = None
 
     @classmethod
@@ -103,6 +104,7 @@ class TrialRecorder:
         """
         # What it has learned is in the learner's state, trial by trial.
         document = None if name else document_of(policy, created_with={}, perception={}).unlearned()
+        foreign = None if document is None else document.foreign
         self._subject = _Subject(
             folder=self._folder / subfolder,
             task=task,
@@ -118,7 +120,7 @@ class TrialRecorder:
                 "ready_rad": tuple(ready.q_rad.tolist()),
                 "tip_rotation": tuple(ready.tip_rotation.ravel().tolist()),
                 "perception_json": dump_json(perception_to_dict(perception)),
-                "policy": name or "document",
+                "policy": name or "document" if foreign is None else foreign.code,
                 "policy_json": "" if document is None else dump_json(json.loads(document.to_json_text())),
                 "frozen": frozen,
                 "versions_json": dump_json(made_with()),
@@ -157,7 +159,13 @@ class TrialRecorder:
             "versions": subject.constant["versions_json"],
         }
         self._setup = setup
-        self.flight.begin(Opening(path, metadata), lambda: subject.start(setup, world), counterfactual)
+
+        def start() -> StartRecord:
+            record = subject.start(setup, world)
+            self._before = record.learner_json
+            return record
+
+        self.flight.begin(Opening(path, metadata), start, counterfactual)
         return self.flight
 
     def end(self, report: TrialReport, facts: dict[str, Any]) -> None:
@@ -167,18 +175,24 @@ class TrialRecorder:
             report: The core's account.
             facts: Fields of the end record that the core does not know: the world's truth, and the rig's affairs.
         """
-        learner = "" if self._subject is None else self._subject.learner_json()
-        self.flight.end(end_of(report, learner_json=learner, **facts))
+        self.flight.end(end_of(report, **self._policy_fields(report), **facts))
 
     def fail(self, report: TrialReport, error: BaseException, facts: dict[str, Any] | None = None) -> None:
         """Close the log of a trial that an error ended; arguments as for :meth:`end`."""
         if self._setup is not None and report.setup is not self._setup:
             # The task did not even begin: this is the report of the trial before.
             report = TrialReport(self._setup)
-        learner = "" if self._subject is None else self._subject.learner_json()
         by = raised_by(error, self.flight.failed_port)
         text = {"error": type(error).__name__, "text": str(error), "raised_by": by}
-        self.flight.end(end_of(report, learner_json=learner, **text, **(facts or {})))
+        self.flight.end(end_of(report, **self._policy_fields(report), **text, **(facts or {})))
+
+    def _policy_fields(self, report: TrialReport) -> dict[str, Any]:
+        subject = self._subject
+        learner = "" if subject is None else subject.learner_json()
+        if subject is None or not isinstance(subject.policy, ForeignPolicy):
+            return {"learner_json": learner}
+        decisions = [DecisionEntry.of(n, one, report.temperature) for n, one in enumerate(report.decisions)]
+        return {"learner_json": learner, "policy_sha256": policy_digest(decisions, self._before, learner)}
 
 
 def trial_name(number: int) -> str:

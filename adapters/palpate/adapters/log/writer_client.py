@@ -44,7 +44,11 @@ class Sink(Protocol):
 
     @abstractmethod
     def open(self, opening: Opening) -> None:
-        """Begin a log."""
+        """Begin a log.
+
+        Raises:
+            OutputError: That is not possible.
+        """
 
     @abstractmethod
     def put(self, frames: bytes, *, vital: bool = False) -> bool:

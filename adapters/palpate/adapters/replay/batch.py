@@ -240,4 +240,6 @@ def not_checked(one: Replay) -> str:
     always = (
         "the command's name, versions, processor, the ready pose, times of receipt, what the arm answered at the end"
     )
+    if one.recorded_decisions:
+        always = f"whether the policy would decide and learn so again; {always}"
     return "; ".join([*(_WORLDS[name] for name in one.only_told if name in _WORLDS), always])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import fields
+from dataclasses import fields, replace
 from typing import Any, TypeAlias
 
 from typing_extensions import override
@@ -21,6 +21,7 @@ from palpate.adapters.log import (
     dump_json,
     end_of,
     learner_of_json,
+    policy_digest,
 )
 from palpate.adapters.replay.differences import Difference, Differences, close_enough, same_bits
 from palpate.adapters.replay.rebuild import Rebuilt
@@ -56,6 +57,8 @@ class Beginning(LoopObserver):
             "perception_state": tuple(rebuilt.perception.get_state()),
             "learner": None if learner is None else json.loads(dump_json(learner.get_state())),
         }
+        if rebuilt.recorded_decisions:
+            del self.held["learner"]
 
 
 def compare_start(differences: Differences, log: TrialLog, rebuilt: Rebuilt, beginning: Beginning) -> None:
@@ -78,18 +81,7 @@ def compare_start(differences: Differences, log: TrialLog, rebuilt: Rebuilt, beg
 
 def decisions_of(report: TrialReport) -> list[DecisionEntry]:
     """The decisions of a report as a log has them."""
-    return [
-        DecisionEntry(
-            tick=d.tick,
-            number=number,
-            symbol=d.symbol,
-            state=d.state,
-            action=d.action,
-            source=d.source,
-            temperature=report.temperature,
-        )
-        for number, d in enumerate(report.decisions)
-    ]
+    return [DecisionEntry.of(number, decision, report.temperature) for number, decision in enumerate(report.decisions)]
 
 
 def compare_reports(
@@ -107,16 +99,18 @@ def compare_reports(
     """
     surely = None if whole else len(log.ticks) - 1
     for recorded, replayed in zip(log.decisions, decisions, strict=False):
-        _compare_fields(differences, "/decision", recorded.tick, recorded, replayed)
+        # Logs of before it was kept say nothing of where an action leads.
+        now = replayed if recorded.displacement_m else replace(replayed, displacement_m=(), index=None)
+        _compare_fields(differences, "/decision", recorded.tick, recorded, now)
     _compare_counts(differences, "/decision", "decisions", log.decisions, decisions, surely)
     _compare_reinforcements(differences, log, report, surely)
     events = [EventEntry(tick=e.tick, name=e.name, detail=e.detail) for e in report.events]
-    for told, now in zip(log.events, events, strict=False):
-        if (told.tick, told.name, told.detail) != (now.tick, now.name, now.detail):
+    for told, made in zip(log.events, events, strict=False):
+        if (told.tick, told.name, told.detail) != (made.tick, made.name, made.detail):
             # Details hold rounded numbers, which another processor may round otherwise.
-            gross = (told.tick, told.name) != (now.tick, now.name)
-            shown = (f"{e.tick}: {e.name} {e.detail}".strip() for e in (told, now))
-            differences.add(Difference(min(told.tick, now.tick), "/event", "event", *shown), gross=gross)
+            gross = (told.tick, told.name) != (made.tick, made.name)
+            shown = (f"{e.tick}: {e.name} {e.detail}".strip() for e in (told, made))
+            differences.add(Difference(min(told.tick, made.tick), "/event", "event", *shown), gross=gross)
     _compare_counts(differences, "/event", "events", log.events, events, surely)
 
 
@@ -190,6 +184,14 @@ def _claims_what_if(log: TrialLog) -> bool:
     return any(entry is not None and entry.counterfactual for entry in told)
 
 
+def compare_policy(differences: Differences, log: TrialLog, decisions: Sequence[DecisionEntry]) -> None:
+    """Hold the decisions, and what the log says of the learner, against the digest of a foreign policy's."""
+    end = log.end
+    if end is not None and end.policy_sha256:
+        now = policy_digest(decisions, log.start.learner_json, end.learner_json)
+        _compare_values(differences, "/end", end.tick, "policy_sha256", end.policy_sha256, now)
+
+
 def compare_learners(differences: Differences, end: EndRecord, rebuilt: Rebuilt) -> None:
     """Hold the learner after the trial against the recorded one, number by number."""
     learner = learner_of(rebuilt.policy)
@@ -217,7 +219,7 @@ def _compare_fields(differences: Differences, channel: str, tick: int, recorded:
             # How the log came about, not what the core said: held against the log itself.
             continue
         told, now = getattr(recorded, field.name), getattr(replayed, field.name)
-        _compare_values(differences, channel, tick, field.name, told, now)
+        _compare_trees(differences, channel, tick, field.name, told, now)
 
 
 def _compare_values(differences: Differences, channel: str, tick: int, field: str, told: Any, now: Any) -> None:

@@ -13,6 +13,7 @@ from typing import Any, Final
 from palpate.adapters.experiments import ScoredTrial
 from palpate.adapters.log import (
     BY_CORE,
+    BY_POLICY,
     DecisionEntry,
     TickRecord,
     TrialLog,
@@ -28,6 +29,7 @@ from palpate.adapters.replay.compare import (
     Beginning,
     compare_ends,
     compare_learners,
+    compare_policy,
     compare_recorder,
     compare_reports,
     compare_start,
@@ -41,6 +43,7 @@ from palpate.adapters.replay.tape import Tape, TapeEndError
 from palpate.core.control_loop import run_trial
 from palpate.core.errors import DeviceError, LogError
 from palpate.core.insertion import INTERRUPT, TrialReport
+from palpate.core.policy import ForeignPolicy, PolicyDocument
 from palpate.core.ports import SENSOR_FRAME, Ports, World, WrenchKind
 
 
@@ -93,6 +96,7 @@ class Replay:
         lesson: For a trial that taught something: its place in the course of learning.
         other_code: Whether other code of the core recorded it; False where the log does not say.
         only_told: Fields of the end record that nothing of the core can be held against.
+        recorded_decisions: Why the decisions were taken from the log, and not made anew; empty where they were made.
     """
 
     path: str
@@ -110,6 +114,7 @@ class Replay:
     lesson: Lesson | None = None
     other_code: bool = False
     only_told: tuple[str, ...] = ()
+    recorded_decisions: str = ""
 
 
 _STILL_RUNNING: Final = "still running"
@@ -158,6 +163,8 @@ def replay(
         if log.end is not None and not torn:
             compare_ends(tape.differences, log, report, rebuilt.config)
             if not rebuilder.what_if:
+                compare_policy(tape.differences, log, decisions)
+            if not rebuilder.what_if and not rebuilt.recorded_decisions:
                 compare_learners(tape.differences, log.end, rebuilt)
         if not in_mujoco:
             _compare_calls(tape, report, refused=isinstance(error, DeviceError))
@@ -178,6 +185,7 @@ def replay(
         counterfactual_from=tape.differences.first_command_tick,
         lesson=_lesson(log),
         only_told=_only_told(log),
+        recorded_decisions=rebuilt.recorded_decisions,
         other_code=bool(log.start.core_sha256) and log.start.core_sha256 != core_sha256(),
     )
 
@@ -244,6 +252,8 @@ def _ending(tape: Tape, rebuilt: Rebuilt, error: BaseException | None) -> str:
         now = "" if outcome is None else outcome.value
         recorded = _STILL_RUNNING if end is None else f"{end.ticks} ticks"
         differences.add(Difference(tick, "/end", "ticks", recorded, f"{tick + 1} ticks, {now}"), gross=True)
+    elif end is not None and end.raised_by == BY_POLICY and rebuilt.recorded_decisions:
+        return f"the policy ended the recording with {end.error}: {end.text}"
     elif end is not None and (end.error or end.text or end.raised_by):
         differences.add(Difference(tick, "/end", "error", f"{end.error}: {end.text}", None), gross=True)
     return ""
@@ -299,6 +309,13 @@ def known_causes(log: TrialLog, rebuilt: Rebuilt) -> tuple[str, ...]:
         causes.append("the core's code is not the one that recorded")
     if start.model_sha256 != arm_sha256(rebuilt.config.arm):
         causes.append(f"the model of the arm {rebuilt.config.arm} is not the one that recorded")
+    if isinstance(rebuilt.policy, ForeignPolicy):
+        told = PolicyDocument.from_json_text(start.policy_json).foreign if start.policy_json else None
+        now = rebuilt.policy.entry
+        if told is not None and told.code == now.code and told.source_sha256 != now.source_sha256:
+            causes.append(f"the code of {now.code} is not the one that recorded")
+        if told is not None and told.version != now.version:
+            causes.append(f"{now.distribution} {now.version} (recorded with {told.version})")
     if _other_processor(log):
         causes.append("another processor")
     return tuple(causes)
@@ -332,7 +349,9 @@ def _lesson(log: TrialLog) -> Lesson | None:
 def values_digest(learner: Mapping[str, Any]) -> str:
     """Digest of what a learner has learned, to the last bit.
 
-    That is values and visits, of states and of symbols; or the trials of a belief.
+    That is values and visits, of states and of symbols; the trials of a belief; or whatever a foreign learner has.
     """
-    names = ("trials", "trials_learned") if "trials" in learner else ("q", "visits", "symbol_q", "symbol_visits")
+    names: tuple[str, ...] = ("q", "visits", "symbol_q", "symbol_visits")
+    for others in (("trials", "trials_learned"), ("state", "trials_learned")):
+        names = others if others[0] in learner else names
     return hashlib.sha256(json.dumps([learner.get(name) for name in names]).encode()).hexdigest()

@@ -11,13 +11,21 @@ from typing import Any, Final
 import numpy as np
 
 from palpate.adapters.config import RunConfig, overlay, recorded_config
-from palpate.adapters.experiments import build_supervisor, build_task, comparator, loaded_policy
+from palpate.adapters.experiments import (
+    build_supervisor,
+    build_task,
+    comparator,
+    foreign_policy,
+    loaded_policy,
+    task_actions,
+)
 from palpate.adapters.log import TrialLog, learner_of_json, recorded_sensor
 from palpate.adapters.mujoco import simulated_sensor
+from palpate.adapters.replay.recorded_decisions import RecordedDecisions
 from palpate.core.errors import ConfigurationError, LogError, PalpateError
 from palpate.core.insertion import InsertionTask, ReadyPose, TrialSetup
 from palpate.core.perception import Perception, perception_from_dict
-from palpate.core.policy import Policy, PolicyDocument, learner_of
+from palpate.core.policy import ForeignEntry, Policy, PolicyDocument, learner_of
 from palpate.core.ports import SensorFacts
 from palpate.core.supervision import Supervisor
 
@@ -39,6 +47,8 @@ class Rebuilt:
         comparator: Name of the policy, if no policy file can hold it.
         frozen: Whether the policy is kept from learning.
         supervisor: Stands between the core and the recorded arm.
+        recorded_decisions: Why the decisions are the log's own: the policy's code is not there. Empty where they are
+            the policy's.
     """
 
     config: RunConfig
@@ -50,6 +60,7 @@ class Rebuilt:
     comparator: str
     frozen: bool
     supervisor: Supervisor
+    recorded_decisions: str = ""
 
 
 @dataclass(frozen=True)
@@ -59,13 +70,13 @@ class Changes:
     Attributes:
         settings: ``name=value`` pairs over the log's configuration.
         config: A whole configuration instead of the log's.
-        policy: Another policy: a document or the name of a comparator.
+        policy: Another policy: a document, what makes a foreign one, or the name of a comparator.
         policy_name: How to call it.
     """
 
     settings: tuple[str, ...] = ()
     config: RunConfig | None = None
-    policy: PolicyDocument | str | None = None
+    policy: PolicyDocument | ForeignEntry | str | None = None
     policy_name: str = ""
 
     @property
@@ -170,6 +181,8 @@ class Rebuilder:
         sensor = _sensor(log, config)
         if self._supervisor is None or sensor != self._sensor:
             self._supervisor, self._sensor = build_supervisor(config, ready, sensor), sensor
+        if isinstance(policy, RecordedDecisions):
+            policy.log = log
         supervisor = self._supervisor
         if supervisor.latch.cause:
             supervisor.latch.acknowledge("replay", "a recording moves nothing")
@@ -184,10 +197,11 @@ class Rebuilder:
             raise LogError(log.path, "/start", f"its learner cannot be set up ({error})", "it was altered") from error
         setup = TrialSetup(start.trial, self._seed(log, config), _pair(log, start.start_m))
         other = self._changes.policy
-        name = log.start.policy if other is None else other if isinstance(other, str) else "document"
-        comparator_name = "" if name == "document" else name
+        name = start.policy if other is None else other if isinstance(other, str) else "document"
+        comparator_name = "" if name == "document" or (other is None and start.policy_json) else name
         frozen = log.start.frozen or other is not None
-        return Rebuilt(config, setup, ready, task, perception, policy, comparator_name, frozen, supervisor)
+        told = policy.problem if isinstance(policy, RecordedDecisions) else ""
+        return Rebuilt(config, setup, ready, task, perception, policy, comparator_name, frozen, supervisor, told)
 
     def _seed(self, log: TrialLog, config: RunConfig) -> int:
         changed = any(setting.partition("=")[0].strip() == "seed" for setting in self._changes.settings)
@@ -214,13 +228,36 @@ class Rebuilder:
         if isinstance(other, PolicyDocument):
             own = perception_from_dict({key: value for key, value in other.perception.items() if key != "signal"})
             return own, loaded_policy(other, config, own, frozen=True)
-        if other is not None or log.start.policy != "document":
+        if isinstance(other, ForeignEntry):
+            return perception, foreign_policy(other, config, perception, frozen=True)
+        if other is not None or (log.start.policy != "document" and ":" not in log.start.policy):
             return perception, comparator(other or log.start.policy, config, lambda: _hole(log, world))
         try:
             document = PolicyDocument.from_json_text(log.start.policy_json)
         except PalpateError as error:
             raise LogError(log.path, "/start", f"its policy cannot be read ({error})", "it was altered") from error
+        if document.foreign is not None:
+            return perception, self._foreign(log, config, perception, document, document.foreign)
         return perception, loaded_policy(document, config, perception, frozen=log.start.frozen)
+
+    def _foreign(
+        self, log: TrialLog, config: RunConfig, perception: Perception, document: PolicyDocument, entry: ForeignEntry
+    ) -> Policy:
+        """The policy that others' code makes; where that is not there, what it decided when it was recorded."""
+        try:
+            document.check_matches(perception.states, task_actions(config))
+        except ConfigurationError as error:
+            raise LogError(log.path, "/start", f"its policy is of another task ({error})", "it was altered") from error
+        if entry.code != log.start.policy:
+            problem = f"names two policies, {log.start.policy} and {entry.code}"
+            raise LogError(log.path, "/start", problem, "it was altered")
+        try:
+            return foreign_policy(entry, config, perception, frozen=log.start.frozen)
+        except ConfigurationError as error:
+            if self.what_if:
+                problem = f"the policy's code is not there, and the log holds no answer to a what-if ({error})"
+                raise LogError(log.path, "", problem, "install what made it, or name another --policy") from error
+            return RecordedDecisions(task_actions(config), str(error))
 
 
 def _sensor(log: TrialLog, config: RunConfig) -> SensorFacts:

@@ -19,6 +19,7 @@ from .ready_pose import wander_m as wander_m
 from .task import INTERRUPT as INTERRUPT
 from .task import InsertionTask as InsertionTask
 from .trial import TRIALS_OF_A_SERIES as TRIALS_OF_A_SERIES
+from .trial import DecisionRecord as DecisionRecord
 from .trial import Outcome as Outcome
 from .trial import Phase as Phase
 from .trial import Purpose as Purpose

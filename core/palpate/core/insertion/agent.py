@@ -94,6 +94,8 @@ class Agent:
                 self._perception.states[state],
                 decision.action.name,
                 decision.source,
+                displacement_m=decision.action.displacement_m,
+                index=decision.index,
             )
         )
         return decision

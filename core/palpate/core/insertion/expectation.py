@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import enum
 from dataclasses import dataclass
-from typing import NamedTuple
 
 from palpate.core.insertion.frame import ExplorationArea
 from palpate.core.ports import AppliedCommand, CommandReason, JointCommand, JointVector
@@ -94,7 +93,8 @@ class Intervention:
     trip: Trip | None = None
 
 
-class Supervised(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class Supervised:
     """What the arm is to be sent.
 
     Attributes:

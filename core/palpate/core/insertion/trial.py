@@ -78,6 +78,8 @@ class DecisionRecord:
         action: Name of the action chosen.
         source: Which knowledge chose it.
         reinforcement: What the action then earned; None while it is not known, or when it was interrupted.
+        displacement_m: What was asked of the tip, (2,), task frame.
+        index: Place of the action in the action set; None for one that is not of the set.
     """
 
     tick: int
@@ -86,6 +88,8 @@ class DecisionRecord:
     action: str
     source: str
     reinforcement: float | None = None
+    displacement_m: tuple[float, float] = (0.0, 0.0)
+    index: int | None = None
 
 
 @dataclass

@@ -28,10 +28,11 @@ from .exploration import boltzmann as boltzmann
 from .exploration import boltzmann_probabilities as boltzmann_probabilities
 from .file import SCHEMA as SCHEMA
 from .file import PolicyDocument as PolicyDocument
+from .foreign import ForeignEntry as ForeignEntry
+from .foreign import ForeignPolicy as ForeignPolicy
+from .foreign import PolicyContext as PolicyContext
+from .foreign import guarded as guarded
 from .learner import Learner as Learner
-from .memory import MemoryLearner as MemoryLearner
-from .memory import MemoryParameters as MemoryParameters
-from .model_learner import ModelLearner as ModelLearner
 from .options import OptionLearning as OptionLearning
 from .options import OptionParameters as OptionParameters
 from .programmed import AssignedPolicy as AssignedPolicy

@@ -13,6 +13,7 @@ from palpate.core.policy.belief_entry import BeliefEntry, Reach
 from palpate.core.policy.entries import ActionEntry, BackOffEntry, LearnerEntry, TableRow
 from palpate.core.policy.examples import ExamplesPolicy
 from palpate.core.policy.file import PolicyDocument
+from palpate.core.policy.foreign import ForeignPolicy
 from palpate.core.policy.learner import Learner
 from palpate.core.policy.options import OptionLearning, OptionParameters
 from palpate.core.policy.programmed import AssignedPolicy, MixedPolicy, ProgrammedPolicy
@@ -30,13 +31,23 @@ def document_of(policy: Policy, *, created_with: Mapping[str, Any], perception: 
 
     Args:
         policy: Programmed, examples, Q-learning, Sarsa, a belief, or a mixture of these; a belief only behind a part,
-            be it empty, that has names for states and actions.
+            be it empty, that has names for states and actions. Or a foreign policy.
         created_with: Versions of what made it.
         perception: Settings that turn sensor data into its states.
 
     Raises:
         ConfigurationError: It is of another kind, or has no action for some state.
     """
+    if isinstance(policy, ForeignPolicy):
+        return PolicyDocument(
+            created_with=created_with,
+            perception=perception,
+            states=policy.context.states,
+            actions=tuple(ActionEntry.of(action) for action in policy.context.actions),
+            table=(),
+            learner=None,
+            foreign=policy.entry,
+        )
     parts: list[AssignedPolicy | TabularLearner] = []
     beliefs = [part for part in _parts_of(policy) if isinstance(part, BeliefLearner)]
     for part in _parts_of(policy):
@@ -84,9 +95,12 @@ def policy_from(
     go on where it was. A belief needs ``reach``, which is the task's own, too.
 
     Raises:
-        ConfigurationError: The task has other states or actions, or it is not known what a belief has to cover.
+        ConfigurationError: The task has other states or actions, it is not known what a belief has to cover, or the
+            policy is foreign: then its code has to be loaded.
     """
     document.check_matches(states, actions)
+    if document.foreign is not None:
+        raise ConfigurationError("policy.foreign", document.foreign.code, "a policy that is made by code of palpate's")
     pairs = {
         source: [(row.state, row.action) for row in document.table if row.source == source]
         for source in (PROGRAMMED, EXAMPLES)

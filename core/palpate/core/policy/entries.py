@@ -199,6 +199,7 @@ class LearnerEntry(Settings):
         given = fitted(where, raw, Mapping[str, Any])
         kind: str = fitted(f"{where}.kind", given.get("kind"), Annotated[str, OneOf(*LEARNERS)])
         settings = LEARNERS[kind]
+        given = {**settings.UNTOLD, **given}
         require_keys(
             where, given, ("kind", *kinds_of(settings), "trials_learned"), ("back_off",) if kind == "q-learning" else ()
         )

@@ -20,6 +20,7 @@ from palpate.core.files import write_whole
 from palpate.core.policy.base import LEARNED, Action
 from palpate.core.policy.belief_entry import BeliefEntry
 from palpate.core.policy.entries import ActionEntry, LearnerEntry, TableRow
+from palpate.core.policy.foreign import ForeignEntry
 from palpate.core.ports import OneOf, Settings, load_json, parse_json, require_names
 
 SCHEMA: Final = "palpate.policy/1"
@@ -50,6 +51,8 @@ class PolicyDocument(Settings):
     """The learner of the table; None when nothing was learned there."""
     belief: BeliefEntry | None = None
     """The belief that acts in the states without a row; None without."""
+    foreign: ForeignEntry | None = None
+    """The policy of others' code that acts in all states, instead of table, learner and belief; None without."""
 
     def __post_init__(self) -> None:
         Settings.__post_init__(self)
@@ -60,12 +63,12 @@ class PolicyDocument(Settings):
     def to_json_text(self) -> str:
         """The text of the file; floats are written so that they read back exactly."""
         content = asdict(replace(self, belief=None)) | {
-            "learner": None if self.learner is None else self.learner.content()
+            "learner": None if self.learner is None else self.learner.content(),
+            "belief": None if self.belief is None else self.belief.content(),
         }
-        if self.belief is None:
-            del content["belief"]
-        else:
-            content["belief"] = self.belief.content()
+        for name in ("belief", "foreign"):
+            if content[name] is None:
+                del content[name]
         return json.dumps(content, indent=1, allow_nan=False) + "\n"
 
     @classmethod
@@ -83,7 +86,10 @@ class PolicyDocument(Settings):
             row.require_consistent(f"table[{number}]", names, read.learner is not None)
         if read.belief is not None and read.learner is not None:
             raise ConfigurationError("learner", read.learner.kind, "null beside a belief; one of them learns")
-        read = replace(read, table=_ordered(read.table, read.states, whole=read.belief is None))
+        if read.foreign is not None and (read.table or read.learner or read.belief):
+            raise ConfigurationError("foreign", read.foreign.code, "nothing beside an empty table")
+        whole = read.belief is None and read.foreign is None
+        read = replace(read, table=_ordered(read.table, read.states, whole=whole))
         if read.learner is not None and read.learner.back_off is not None:
             learned = read.values()
             read.learner.back_off.check_table([row.q or () for row in read.table], learned["visits"])
@@ -110,6 +116,8 @@ class PolicyDocument(Settings):
         """All that was learned, by the names and in the shapes that the state of a learner has."""
         if self.belief is not None:
             return self.belief.state()
+        if self.foreign is not None:
+            return self.foreign.content()
         back_off = None if self.learner is None else self.learner.back_off
         learned = {} if back_off is None else back_off.tables()
         q = [list(row.q or ()) for row in self.table]
@@ -119,6 +127,8 @@ class PolicyDocument(Settings):
         """The same policy before it learned anything: what was programmed and set up, with initial values."""
         if self.belief is not None:
             return replace(self, belief=self.belief.unlearned())
+        if self.foreign is not None:
+            return replace(self, foreign=self.foreign.unlearned())
         if self.learner is None:
             return self
         initial, names = self.learner.parameters.initial_value, [action.name for action in self.actions]

@@ -85,3 +85,15 @@ def test_a_file_that_contradicts_itself_is_refused(damage: Callable[[dict[str, A
 def test_a_belief_needs_to_know_what_it_has_to_cover() -> None:
     with pytest.raises(ConfigurationError, match="the area and the time of an action"):
         policy_from(written(), STATES, TWO)
+
+
+def test_what_an_older_file_lacks_means_what_was_done_before(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(BeliefParameters, "UNTOLD", {"patience": 7})
+    made = json.loads(written().to_json_text())
+    del made["belief"]["parameters"]["patience"]
+    read = PolicyDocument.from_json_text(json.dumps(made))
+    assert read.belief is not None
+    assert read.belief.parameters.patience == 7
+    del made["belief"]["parameters"]["pitch_mm"]
+    with pytest.raises(ConfigurationError, match="missing pitch_mm"):
+        PolicyDocument.from_json_text(json.dumps(made))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from itertools import islice
 from typing import Final
 
@@ -11,6 +12,7 @@ from palpate.adapters.experiments.evaluation import ChosenPolicy
 from palpate.adapters.experiments.fitting import configured_perception
 from palpate.adapters.experiments.policies import learning_policy
 from palpate.adapters.experiments.study.document import Study
+from palpate.adapters.experiments.study.fields import with_learner
 from palpate.core.insertion import find_ready_pose
 
 MOST_CHECKED: Final = 2000
@@ -29,7 +31,8 @@ def require_possible(study: Study) -> None:
         require_usable(config, ready)
         perception = configured_perception(config)
         for policy in study.policies:
+            own = study.config(with_learner({**study.base, **fields}, policy, os.getcwd()))
             if policy not in LEARNERS:
-                ChosenPolicy(policy, config)
+                ChosenPolicy(policy, own)
             elif perception is not None:
-                learning_policy(study.config({**fields, "learner": policy}), perception)
+                learning_policy(own, perception)

@@ -14,6 +14,7 @@ from typing import Annotated, Any, ClassVar, Final, TypeAlias
 from typing_extensions import override
 
 from palpate.adapters.config import LEARNERS, RunConfig, literal, overlay, read_toml
+from palpate.adapters.experiments.foreign import foreign_code
 from palpate.adapters.experiments.policies import COMPARATORS
 from palpate.adapters.experiments.study.cell import FORMAT, LEARN, StudyCell
 from palpate.adapters.experiments.study.fields import FILES, configured, leaves, names_file, plain_value
@@ -25,7 +26,7 @@ _MOST_SEED: Final = 2**63 - 1
 _TABLES: Final = ("study", "base", "grid", "cells")
 _WRITTEN: Final = ("format", "versions", "files")
 """What a study's folder adds to the file; ignored where such a file is given again."""
-_POLICIES: Final = f"{', '.join((*LEARNERS, *COMPARATORS))}, and policy files"
+_POLICIES: Final = f"{', '.join((*LEARNERS, *COMPARATORS))}, policy files, and package.module:Name"
 _Seed: TypeAlias = Annotated[int, Range(0, _MOST_SEED)]
 
 
@@ -139,7 +140,7 @@ class Study:
 
     def files(self) -> dict[str, str]:
         """Files that results depend on, and the setting that names each."""
-        found = {name: "policy" for name in self.policies if name not in (*LEARNERS, *COMPARATORS)}
+        found = {name: "policy" for name in self.policies if not _made_by_name(name)}
         for field in FILES:
             values = [self.base.get(field), *(one.get(field) for one in self.listed), *self.grid.get(field, ())]
             found |= {value: field for value in values if names_file(field, value)}
@@ -201,9 +202,13 @@ def _seeds(value: Any) -> Sequence[int]:
 
 def _policies(names: Sequence[str]) -> tuple[str, ...]:
     for name in names:
-        if name not in (*LEARNERS, *COMPARATORS) and not Path(name).is_file():
+        if not _made_by_name(name) and not Path(name).is_file():
             raise ConfigurationError("study.policies", name, _POLICIES)
     return _once("study.policies", names)
+
+
+def _made_by_name(name: str) -> bool:
+    return name in (*LEARNERS, *COMPARATORS) or bool(not Path(name).is_file() and foreign_code(name))
 
 
 def _once(name: str, values: Sequence[Any]) -> tuple[Any, ...]:

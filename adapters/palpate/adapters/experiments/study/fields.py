@@ -7,7 +7,7 @@ import os
 from collections.abc import Mapping
 from typing import Any, Final
 
-from palpate.adapters.config import RunConfig, field_value, overlay, scenario
+from palpate.adapters.config import LEARNERS, RunConfig, field_value, learner_in, overlay, scenario
 from palpate.core.errors import ConfigurationError
 
 _DEFAULTS: Final = RunConfig()
@@ -16,7 +16,11 @@ FILES: Final = ("perception.memory", "learning.examples")
 
 
 def leaves(table: Mapping[str, Any], where: str) -> dict[str, Any]:
-    """The settings in a table by their dotted names, whether written ``"task.step_mm"`` or as tables in tables."""
+    """The settings in a table by their dotted names, whether written ``"task.step_mm"`` or as tables in tables.
+
+    Raises:
+        ConfigurationError: A setting stands there twice, or is the seed, which has a place of its own.
+    """
     found: dict[str, Any] = {}
     for name, value in _walk(table, _DEFAULTS, ""):
         if name in found:
@@ -41,7 +45,11 @@ def _walk(table: Mapping[str, Any], base: Any, where: str) -> list[tuple[str, An
 
 
 def plain_value(name: str, value: Any) -> Any:
-    """A setting's value in the one form in which it is written and compared: 1 is 1.0 where a float is meant."""
+    """A setting's value in the one form in which it is written and compared: 1 is 1.0 where a float is meant.
+
+    Raises:
+        ConfigurationError: There is no such setting, or the value is of another type.
+    """
     return plain(field_value(_DEFAULTS, name, value))
 
 
@@ -60,6 +68,9 @@ def configured(settings: Mapping[str, Any], folder: str) -> RunConfig:
     Args:
         settings: Values by dotted names.
         folder: What names of files are relative to; workers may work in another folder.
+
+    Raises:
+        ConfigurationError: A setting is refused, or does not go with another one.
     """
     settings = {"recording.enabled": False, **settings}
     for field in FILES:
@@ -74,6 +85,20 @@ def configured(settings: Mapping[str, Any], folder: str) -> RunConfig:
             inner = inner.setdefault(part, {})
         inner[last] = value
     return overlay(scenario(*presets), table)
+
+
+def with_learner(settings: Mapping[str, Any], policy: str, folder: str) -> dict[str, Any]:
+    """Settings with the learner that a policy is or was learned with, where it is one or a file.
+
+    Args:
+        settings: Values by dotted names.
+        policy: A learner's name, which is what learns; or a policy file, whose learner is meant unless one is set.
+        folder: What names of files are relative to.
+    """
+    if policy in LEARNERS:
+        return {**settings, "learner": policy}
+    learned = learner_in(os.path.join(folder, policy))
+    return {"learner": learned, **settings} if learned else dict(settings)
 
 
 def names_file(field: str, value: Any) -> bool:

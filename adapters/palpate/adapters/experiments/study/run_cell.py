@@ -28,10 +28,11 @@ from palpate.adapters.experiments.evaluation import (
     write_evaluation,
 )
 from palpate.adapters.experiments.fitting import configured_perception, fitted_perception, needs_fitting
+from palpate.adapters.experiments.foreign import foreign_code, foreign_learns
 from palpate.adapters.experiments.policies import learning_policy
 from palpate.adapters.experiments.results import RunFolder
 from palpate.adapters.experiments.study.cell import CELL_FILE, StudyCell
-from palpate.adapters.experiments.study.fields import configured
+from palpate.adapters.experiments.study.fields import configured, with_learner
 from palpate.adapters.experiments.training import Trainer, run_toml, write_training
 from palpate.adapters.experiments.trial import ScoredTrial
 from palpate.adapters.log import LOG_FOLDER, TrialRecorder
@@ -67,8 +68,7 @@ class CellJob:
     def config(self) -> RunConfig:
         """The cell's configuration; a learner that is named as the policy is what learns."""
         settings = {**self.base, **self.cell.fields, "seed": self.cell.seed}
-        learner = {"learner": self.cell.policy} if self.cell.policy in LEARNERS else {}
-        return configured(settings | learner, self.relative_to)
+        return configured(with_learner(settings, self.cell.policy, self.relative_to), self.relative_to)
 
     def path(self, name: str) -> str:
         """Absolute path of a file that the study names."""
@@ -168,7 +168,9 @@ def _run(job: CellJob, config: RunConfig, path: Path) -> CellOutcome:
     except OSError as error:
         raise OutputError(str(path), f"cannot be made ({error.strerror})", "make room or mend it") from error
     folder = RunFolder(path)
-    whole = (_train if job.cell.policy in LEARNERS else _evaluate)(job, config, folder)
+    code = "" if job.cell.policy in (*LEARNERS, *job.files) else foreign_code(job.cell.policy)
+    learns = job.cell.policy in LEARNERS or (code and foreign_learns(code, config))
+    whole = _train(job, config, folder, code) if learns else _evaluate(job, config, folder)
     if not whole:
         return CellOutcome.INTERRUPTED
     folder.write_json(CELL_FILE, job.cell.document())
@@ -176,7 +178,7 @@ def _run(job: CellJob, config: RunConfig, path: Path) -> CellOutcome:
     return CellOutcome.FINISHED
 
 
-def _train(job: CellJob, config: RunConfig, folder: RunFolder) -> bool:
+def _train(job: CellJob, config: RunConfig, folder: RunFolder, code: str) -> bool:
     ready = find_ready_pose(config.arm, config.task)
     with ExitStack() as opened:
         rig = opened.enter_context(open_rig(config, ready, ""))
@@ -184,7 +186,7 @@ def _train(job: CellJob, config: RunConfig, folder: RunFolder) -> bool:
         perception = configured_perception(config)
         if perception is None:
             perception = fitted_perception(config, ready, rig)
-        policy = learning_policy(config, perception)
+        policy = learning_policy(config, perception, code)
         folder.write("run.toml", run_toml(config, "train", trials=job.trials, policy=job.cell.policy))
         folder.keep_manifest("train")
         recorder = folder.recorder(config.recording, opened)

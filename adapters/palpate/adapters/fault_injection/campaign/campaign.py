@@ -13,7 +13,7 @@ from joblib import Parallel, delayed
 from palpate.adapters.config import RunConfig
 from palpate.adapters.experiments import open_rig
 from palpate.adapters.fault_injection.campaign.liars import liars
-from palpate.adapters.fault_injection.campaign.runs import PHASES, Bench, FaultRun
+from palpate.adapters.fault_injection.campaign.runs import PHASES, TORQUE, Bench, FaultRun
 from palpate.adapters.fault_injection.campaign.variants import Variant, variants
 from palpate.adapters.hardware.real_time import RealTimeSession
 from palpate.core.errors import ConfigurationError
@@ -86,13 +86,20 @@ def cases(config: RunConfig, seeds: int, choice: Choice) -> list[Case]:
 
 
 def run_cases(
-    config: RunConfig, chosen: Sequence[Case], *, rig_file: str, supervised: bool, jobs: int
+    config: RunConfig,
+    chosen: Sequence[Case],
+    *,
+    policy: str = TORQUE,
+    rig_file: str,
+    supervised: bool,
+    jobs: int,
 ) -> Iterator[list[FaultRun]]:
     """Run them, seed by seed; results do not depend on the number of processes.
 
     Args:
         config: The run's configuration.
         chosen: What to run.
+        policy: Name of the policy that chooses the actions.
         rig_file: The devices to run on, one trial after the other; the simulator if it is empty.
         supervised: False lets every command through.
         jobs: Number of processes in the simulator.
@@ -102,27 +109,29 @@ def run_cases(
     for case in chosen:
         by_seed.setdefault(case.seed, []).append(case)
     if rig_file or jobs == 1:
-        yield from _on_one_rig(config, ready, list(by_seed.values()), rig_file, supervised)
+        yield from _on_one_rig(config, ready, list(by_seed.values()), policy, rig_file, supervised)
         return
-    tasks = (delayed(_one_seed)(config, ready, own, supervised) for own in by_seed.values())
+    tasks = (delayed(_one_seed)(config, ready, own, policy, supervised) for own in by_seed.values())
     yield from Parallel(n_jobs=jobs, return_as="generator")(tasks)
 
 
 def _on_one_rig(
-    config: RunConfig, ready: ReadyPose, parts: Sequence[Sequence[Case]], rig_file: str, supervised: bool
+    config: RunConfig, ready: ReadyPose, parts: Sequence[Sequence[Case]], policy: str, rig_file: str, supervised: bool
 ) -> Iterator[list[FaultRun]]:
     with ExitStack() as opened, open_rig(config, ready, rig_file) as rig:
         session = opened.enter_context(RealTimeSession(config.real_time)) if rig_file else None
-        bench = Bench(config, ready, rig, supervised=supervised, session=session)
+        bench = Bench(config, ready, rig, supervised=supervised, session=session, policy=policy)
         for own in parts:
             windows = bench.windows(own[0].seed)
             for case in own:
                 yield [_run(bench, case, windows)]
 
 
-def _one_seed(config: RunConfig, ready: ReadyPose, own: Sequence[Case], supervised: bool) -> list[FaultRun]:
+def _one_seed(
+    config: RunConfig, ready: ReadyPose, own: Sequence[Case], policy: str, supervised: bool
+) -> list[FaultRun]:
     with open_rig(config, ready, "") as rig:
-        bench = Bench(config, ready, rig, supervised=supervised)
+        bench = Bench(config, ready, rig, supervised=supervised, policy=policy)
         windows = bench.windows(own[0].seed)
         return [_run(bench, case, windows) for case in own]
 

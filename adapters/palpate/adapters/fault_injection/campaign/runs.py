@@ -12,10 +12,9 @@ from typing import Final
 
 from palpate.adapters.config import RunConfig
 from palpate.adapters.experiments import (
-    build_perception,
+    ChosenPolicy,
     build_supervisor,
     build_task,
-    comparator,
     falsely_inserted,
     score,
     trial_setup,
@@ -27,7 +26,7 @@ from palpate.adapters.fault_injection.schedule import FaultDelivery
 from palpate.adapters.hardware.real_time import RealTimeSession
 from palpate.adapters.log import CallEntry, MemorySink, TrialLog, TrialRecorder, assemble, sound_messages, world_of
 from palpate.core.control_loop import run_trial
-from palpate.core.errors import LogError, PalpateError
+from palpate.core.errors import LogError, PalpateError, PolicyError
 from palpate.core.insertion import InsertionTask, Outcome, Phase, ReadyPose, TrialReport
 from palpate.core.motion import Kinematics, ToolGeometry, arm_named
 from palpate.core.ports import ForceSensor, Rig, SensorDecorator, Validity, Vector3, WrenchSample
@@ -37,7 +36,7 @@ PHASES: Final = (Phase.TRANSFER, Phase.SETTLE, Phase.APPROACH, Phase.EXPLORE, Ph
 """Phases that take time in every trial, and so can have a fault in them."""
 HARDWARE_LIMIT_N: Final = 60.0
 """A true force above this counts as damage: the paper's sensor saturates there, and so may a real one."""
-_POLICY: Final = "torque"
+TORQUE: Final = "torque"
 _FAULT_CALL: Final = "fault"
 
 
@@ -120,11 +119,20 @@ class Bench:
         rig: Entered already.
         supervised: False lets every command through: to show what the supervisor is good for.
         session: Keeps trials in time; None where time waits.
+        policy: Name of the policy that chooses the actions.
     """
 
     def __init__(
-        self, config: RunConfig, ready: ReadyPose, rig: Rig, *, supervised: bool, session: RealTimeSession | None = None
+        self,
+        config: RunConfig,
+        ready: ReadyPose,
+        rig: Rig,
+        *,
+        supervised: bool,
+        session: RealTimeSession | None = None,
+        policy: str = TORQUE,
     ) -> None:
+        self._chosen = ChosenPolicy(policy, config)
         self.config, self._ready, self._rig, self._supervised = config, ready, rig, supervised
         self._loop: Callable[[], AbstractContextManager[object]] = nullcontext if session is None else session.loop
         kinematics = Kinematics(arm_named(config.arm), ToolGeometry())
@@ -146,9 +154,9 @@ class Bench:
         sink, deliveries = MemorySink(), list[FaultDelivery]()
         error: PalpateError | None = None
         with TrialRecorder(lambda: sink, Path("."), self.config.recording) as recorder:
-            policy = comparator(_POLICY, self.config, lambda: (0.0, 0.0))
-            perception = build_perception(RunConfig(task=self.config.task))
-            recorder.of("faults", self.config, self._ready, task, perception, policy, name=_POLICY)
+            policy, perception = self._chosen.on(self._rig), self._chosen.perception
+            name = self._chosen.name if self._chosen.document is None else ""
+            recorder.of("faults", self.config, self._ready, task, perception, policy, name=name)
 
             def record(delivery: FaultDelivery) -> None:
                 deliveries.append(delivery)
@@ -172,6 +180,9 @@ class Bench:
                     report = run_trial(task, bad, setup, supervisor, (observer,))
                 scored = score(self.config, report, self._rig.truth())
                 recorder.end(report, truth_fields(scored))
+            except PolicyError:
+                # None of the faults that were injected.
+                raise
             except PalpateError as caught:
                 error = caught
                 recorder.fail(task.report, caught)
@@ -185,8 +196,7 @@ class Bench:
 
     def _parts(self) -> tuple[InsertionTask, Supervisor | None]:
         config = self.config
-        policy = comparator(_POLICY, config, lambda: (0.0, 0.0))
-        task = build_task(config, self._ready, build_perception(RunConfig(task=config.task)), policy)
+        task = build_task(config, self._ready, self._chosen.perception, self._chosen.on(self._rig))
         # The next run begins anew after a trip: that is what a campaign is for.
         supervisor = build_supervisor(config, self._ready, self._rig.sensor_facts) if self._supervised else None
         return task, supervisor

@@ -19,7 +19,14 @@ _CLUMPED_MS: Final = 3.0
 
 
 def examine_jr3(sensor: Jr3ForceSensor, clock: Clock, seconds: float, notes: Notebook) -> MeasuredNoise | None:
-    """Identity, rate, counters, noise. The sensor is active."""
+    """Identity, rate, counters, noise. The sensor is active.
+
+    Args:
+        sensor: The adapter.
+        clock: The run's clock.
+        seconds: How long to listen.
+        notes: Where it goes.
+    """
     device = sensor.device
     if device is None:
         raise DeviceError(sensor.name, "is not open")

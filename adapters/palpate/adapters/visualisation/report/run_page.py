@@ -23,7 +23,12 @@ MOST_TIMED = 8
 
 
 def run_page(folder: Path, title: str, *, logs: bool) -> Page:
-    """Put together the page of a run."""
+    """Put together the page of a run.
+
+    Raises:
+        OutputError: A file is missing or damaged.
+        LogError: A log is.
+    """
     run = RunSource.read(folder)
     sections = [_figures(run), _curve(run)]
     if run.document is not None:
@@ -87,6 +92,8 @@ def policy_sections(document: PolicyDocument, name: str, title: str) -> list[Pag
         text = f"A belief over the hole's place, {counted(document.belief.trials_learned, 'trial')} learned."
         pictures = touch_pictures(f"touch-{name}", document.belief, title)
         return [PageSection("Policy", (text,), pictures=pictures, listing=render_table(document))]
+    if document.foreign is not None:
+        return [PageSection("Policy", listing=render_table(document))]
     text = f"{counted(len(document.states), 'state')}, {counted(len(document.actions), 'action')}; "
     text += f"{learner.kind}, {counted(learner.trials_learned, 'trial')} learned." if learner else "nothing learned."
     visited = sum(row.visits > 0 for row in document.table)
@@ -108,6 +115,9 @@ def log_sections(paths: Sequence[Path], chosen: Sequence[tuple[Path, str]]) -> l
     Args:
         paths: All logs.
         chosen: Which trials' forces are drawn, and what they are; those without a log are left out.
+
+    Raises:
+        LogError: A log is damaged, or has nothing to draw.
     """
     read = cache(read_log)
     pictures: list[Picture] = []

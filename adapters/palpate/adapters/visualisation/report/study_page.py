@@ -42,7 +42,12 @@ _MOST_AUTOMATA: Final = 4
 
 
 def study_page(folder: Path, title: str, *, logs: bool) -> Page:
-    """Put together the page of a study."""
+    """Put together the page of a study.
+
+    Raises:
+        OutputError: No cell is finished, or a file is missing or damaged.
+        LogError: A log is.
+    """
     study = StudySource.read(folder)
     settings = list(dict.fromkeys(cell.setting for cell in study.cells))
     sections = [_sweep(study), _figures(study), _curves(study, settings[:MOST_SETTINGS])]
@@ -192,7 +197,7 @@ def _policies(study: StudySource, settings: list[Setting]) -> list[PageSection]:
     number = 0
     for (setting, policy), cells in study.groups.items():
         document = cells[0].run.document
-        if setting not in settings or document is None:
+        if setting not in settings or document is None or document.foreign is not None:
             continue
         title = f"{policy}, {shown_setting(setting)}, seed {cells[0].seed}"
         number += 1

@@ -1,0 +1,102 @@
+"""Policies that other packages bring: found by name, made for a task, and put behind the guard."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.metadata
+import inspect
+import re
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any, Final
+
+from palpate.adapters.config import RunConfig, entries, from_here, imported
+from palpate.adapters.experiments.build import build_perception, task_actions, task_reach
+from palpate.core.errors import ConfigurationError
+from palpate.core.perception import Perception
+from palpate.core.policy import ForeignEntry, ForeignPolicy, Learner, PolicyContext, guarded
+
+GROUP: Final = "palpate.policies"
+"""Entry points of this group are policies by name, each a class or function that makes one."""
+_PLACE: Final = re.compile(r"[^\W\d][\w.]*:[^\W\d]\w*")
+
+
+def foreign_code(name: str) -> str:
+    """What makes the policy of that name, ``package.module:Name``; empty where the name is neither that nor an entry's.
+
+    Args:
+        name: As after ``--policy``.
+    """
+    if _PLACE.fullmatch(name):
+        return name
+    entry = None if "/" in name or name.endswith(".json") else entries(GROUP).get(name)
+    return "" if entry is None else entry.value
+
+
+def foreign_entry(code: str) -> ForeignEntry:
+    """What a policy file holds of code, as it is installed now; nothing learned.
+
+    Raises:
+        ConfigurationError: The code cannot be loaded.
+    """
+    _maker(code)
+    module = code.partition(":")[0]
+    names = importlib.metadata.packages_distributions().get(module.partition(".")[0], [])
+    owner = next((entry.dist for entry in entries(GROUP).values() if entry.value == code), None)
+    distribution = owner.name if owner is not None else next(iter(names), "")
+    version = importlib.metadata.version(distribution) if distribution else ""
+    return ForeignEntry(code, distribution, version, _source_sha256(module), 0)
+
+
+def foreign_policy(entry: ForeignEntry, config: RunConfig, perception: Perception, *, frozen: bool) -> ForeignPolicy:
+    """The policy that the code makes now, put to what it had learned.
+
+    Args:
+        entry: Of a policy file or a log.
+        config: The run's configuration.
+        perception: Gives the states.
+        frozen: Keep it from learning.
+
+    Raises:
+        ConfigurationError: The code cannot be loaded, or makes no policy.
+        PolicyError: What it makes refuses its state.
+    """
+    maker = _maker(entry.code)
+    context = PolicyContext(tuple(perception.states), task_actions(config), task_reach(config))
+    try:
+        # A class that needs to know nothing of the task need not take it.
+        with from_here():
+            made = maker(context) if inspect.signature(maker).parameters else maker()
+    except (Exception, SystemExit) as error:
+        said = " ".join(str(error).split())[:200]
+        accepted = f"code that makes a policy; it failed with {type(error).__name__}: {said}"
+        raise ConfigurationError("policy", entry.code, accepted) from error
+    now = replace(foreign_entry(entry.code), trials_learned=entry.trials_learned, state=entry.state)
+    return guarded(made, now, context, frozen=frozen)
+
+
+def foreign_learns(code: str, config: RunConfig) -> bool:
+    """Whether the code makes a policy that offers what it has learned, so that it can be trained.
+
+    Raises:
+        ConfigurationError: The code cannot be loaded, or makes no policy.
+    """
+    perception = build_perception(RunConfig(task=config.task))
+    return isinstance(foreign_policy(foreign_entry(code), config, perception, frozen=True), Learner)
+
+
+def _maker(code: str) -> Callable[..., Any]:
+    with from_here():
+        maker: Any = imported("policy", code, "package.module:Name")
+    if not callable(maker):
+        raise ConfigurationError("policy", code, "a class or a function that makes a policy")
+    made: Callable[..., Any] = maker
+    return made
+
+
+def _source_sha256(module: str) -> str:
+    try:
+        return hashlib.sha256(inspect.getsource(sys.modules[module]).encode()).hexdigest()
+    except (OSError, TypeError):
+        return ""

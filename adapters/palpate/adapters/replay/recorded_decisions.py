@@ -1,0 +1,55 @@
+"""Decisions as a log has them, for a trial of a policy whose code is not there."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from typing_extensions import override
+
+from palpate.adapters.log import TrialLog
+from palpate.adapters.replay.tape import TapeEndError
+from palpate.core.errors import LogError
+from palpate.core.policy import Action, Decision, FixedPolicy, Observation
+
+
+class RecordedDecisions(FixedPolicy):
+    """Gives one recorded decision after the other, whatever is observed: what follows from them is still the core's.
+
+    Args:
+        actions: The action set of the task.
+        problem: Why the policy itself is not there.
+
+    Attributes:
+        log: The trial whose decisions are given.
+    """
+
+    def __init__(self, actions: Sequence[Action], problem: str) -> None:
+        super().__init__()
+        self._actions, self.problem = tuple(actions), problem
+        self.log: TrialLog | None = None
+
+    @property
+    @override
+    def temperature(self) -> float | None:
+        return None if self.log is None else self.log.start.temperature
+
+    @override
+    def begin_trial(self, trial: int, rng: np.random.Generator) -> None:
+        super().begin_trial(trial, rng)
+        self._given = 0
+
+    @override
+    def choose(self, observation: Observation) -> Decision:
+        if self.log is None or self._given == len(self.log.decisions):
+            raise TapeEndError("policy")
+        told = self.log.decisions[self._given]
+        self._given += 1
+        if told.index is not None and 0 <= told.index < len(self._actions):
+            # A log that says otherwise contradicts itself, which is found where decisions are compared.
+            return Decision(self._actions[told.index], told.index, told.source)
+        if len(told.displacement_m) != 2 or told.index is not None:
+            problem = "does not say where the action leads"
+            raise LogError(self.log.path, f"decision {told.number}", problem, "it can be replayed by its policy only")
+        x, y = told.displacement_m
+        return Decision(Action(told.action, (x, y)), None, told.source)

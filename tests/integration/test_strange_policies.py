@@ -1,0 +1,223 @@
+"""A stranger's package of policies: trained, run, recorded, and replayed with its code and without it."""
+
+import importlib
+import struct
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from palpate.adapters.log.reader import RawMessage, read_log
+from palpate.adapters.replay.batch import not_checked, replay_file
+from palpate.adapters.replay.engine import Replay, Verdict
+from palpate.adapters.replay.rebuild import Rebuilder
+from palpate.core.policy import PolicyDocument
+from tests.command_line import CommandLine, shared_folder
+from tests.log_surgery import Change, changed, indices, messages_of, one_ulp, write_log
+
+PACKAGE = Path(__file__).parents[2] / "examples" / "strange_policies"
+DRIFT = "strange_policies.drift:Drift"
+
+
+def forget() -> None:
+    for name in [name for name in sys.modules if name.startswith(("strange_policies", "badly_made", "ill_made"))]:
+        del sys.modules[name]
+    importlib.invalidate_caches()
+
+
+@pytest.fixture(autouse=True)
+def forgetful() -> Iterator[None]:
+    """No test leaves modules behind for the next one."""
+    yield
+    forget()
+
+
+@pytest.fixture
+def installed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The package can be imported, as one that pip has installed can."""
+    monkeypatch.syspath_prepend(str(PACKAGE))
+
+
+@pytest.fixture(scope="module")
+def trained(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A training of two trials by the stranger's learner."""
+
+    def make(out: Path) -> None:
+        with pytest.MonkeyPatch.context() as patched:
+            patched.syspath_prepend(str(PACKAGE))
+            CommandLine().succeed("train", "--policy", DRIFT, "--trials", 2, "--out", out)
+        forget()
+
+    return shared_folder(tmp_path_factory, "strange", make)
+
+
+def replayed(messages: list[RawMessage], folder: Path) -> Replay:
+    path = folder / "changed.mcap"
+    path.unlink(missing_ok=True)
+    return replay_file(write_log(path, messages), Rebuilder())
+
+
+@pytest.mark.usefixtures("installed")
+def test_it_is_trained_run_shown_and_compared(palpate: CommandLine, trained: Path) -> None:
+    document = PolicyDocument.load(trained / "policy.json")
+    assert document.foreign is not None
+    assert document.foreign.trials_learned == 2
+    assert document.foreign.state is not None
+    assert document.foreign.state["holes"] == 2
+    assert f"made by {DRIFT}, 2 trials learned" in palpate.succeed("show", trained / "policy.json")
+    palpate.succeed("run", "--policy", trained / "policy.json", "--trials", 1, "--out", "learned")
+    start = read_log("learned/logs/trial-00000.mcap").start
+    assert (start.policy, start.frozen) == (DRIFT, True)
+    assert '"holes":2' in start.learner_json.replace(" ", "")
+    assert DRIFT in palpate.succeed("log", "info", "learned/logs/trial-00000.mcap")
+    table = palpate.succeed("compare", "--policy", DRIFT, "--trials", 1, "--out", "table", "--task.time-limit-s", 1)
+    assert "Drift" in table
+    palpate.succeed("report", "learned")
+    palpate.succeed("train", "--policy", DRIFT, "--trials", 1, "--out", "resumed")
+    palpate.succeed("train", "--resume", "--out", "resumed", "--trials", 2)
+    values = [PolicyDocument.load(folder / "policy.json").values() for folder in (Path("resumed"), trained)]
+    assert values[0] == values[1]
+
+
+@pytest.mark.usefixtures("installed")
+def test_a_study_trains_it_and_the_campaign_of_faults_takes_it(palpate: CommandLine) -> None:
+    Path("s.toml").write_text(f"[study]\ntrials = 1\npolicies = ['{DRIFT}']\n[base]\n'task.time_limit_s' = 1.0\n")
+    palpate.succeed("study", "s.toml", "--engine", "sequential", "--out", "s")
+    (policy,) = Path("s/cells").glob("*/policy.json")
+    assert PolicyDocument.load(policy).values()["trials_learned"] == 1
+    words = ("--policy", DRIFT, "--fault", "repeat", "--phase", "explore", "--most", 1, "--jobs", 1)
+    assert palpate("faults", *words).code == 0
+
+
+def test_trials_replay_with_its_code_and_without_it(
+    palpate: CommandLine, trained: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    without = palpate.succeed("replay", trained)
+    assert "2 of 2 equal in every bit" in without
+    assert "of 2 of them the decisions were taken from the log" in without
+    assert "No module named 'strange_policies'" in without
+    assert "install what made it" in palpate("replay", trained, "--set", "task.max_force_N=20").stdout
+    monkeypatch.syspath_prepend(str(PACKAGE))
+    with_code = palpate.succeed("replay", trained)
+    assert "2 of 2 equal in every bit" in with_code
+    assert "taken from the log" not in with_code
+
+
+def turned(values: list[float], place: int) -> None:
+    """One of the bits in the middle of a number; the last ones of a sample may be lost in rounding."""
+    (bits,) = struct.unpack("<q", struct.pack("<d", values[place]))
+    (values[place],) = struct.unpack("<d", struct.pack("<q", bits ^ 1 << 30))
+
+
+ALTERED: list[tuple[str, Change]] = [
+    ("/tick", lambda made: one_ulp("asked_rad", 2)(made)),
+    ("/tick", lambda made: turned(made.wrench.force_N, 2)),
+    ("/decision", one_ulp("displacement_m", 0)),
+    ("/decision", lambda made: setattr(made, "source", "drifu")),
+    ("/reinforcement", one_ulp("reinforcement")),
+    ("/event", lambda made: setattr(made, "tick", made.tick ^ 1)),
+    ("/end", one_ulp("depth_m")),
+]
+"""A bit of a message of this channel is turned over."""
+
+
+@pytest.mark.parametrize("code", [True, False])
+def test_one_changed_bit_is_found_in_either_way(
+    trained: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, code: bool
+) -> None:
+    if code:
+        monkeypatch.syspath_prepend(str(PACKAGE))
+    messages = messages_of(trained / "logs" / "trial-00000.mcap")
+    same = replayed(messages, tmp_path)
+    assert (same.verdict, bool(same.recorded_decisions)) == (Verdict.EQUAL, not code)
+    assert ("whether the policy would decide" in not_checked(same)) is not code
+    for topic, change in ALTERED:
+        places = indices(messages, topic)
+        altered = changed(messages, places[len(places) // 2], change)
+        assert replayed(altered, tmp_path).verdict is not Verdict.EQUAL, topic
+
+    def elsewhere(made: object) -> None:
+        made.policy_json = made.policy_json.replace("Drift", "Drifs")  # type: ignore[attr-defined]
+
+    assert replayed(changed(messages, 0, elsewhere), tmp_path).verdict is Verdict.REFUSED
+    learned = changed(messages, 0, lambda made: setattr(made, "learner_json", made.learner_json.replace("0.0", "0.5")))
+    assert replayed(learned, tmp_path).verdict is Verdict.DIVERGED
+
+
+BAD = """
+from palpate.core.policy import Action, Decision, FixedPolicy
+
+class Bad(FixedPolicy):
+    def choose(self, observation):
+        if observation.action_number == 1:
+            {does}
+        return Decision(Action("own", (1e-4, 0.0)), None, "bad")
+
+class Unfinished(Bad):
+    choose = None
+
+class Stillborn(Bad):
+    def __init__(self):
+        raise OSError("no weights")
+"""
+
+
+def test_one_that_fails_in_a_trial_stops_the_arm_and_leaves_a_log_that_says_whose_fault_it_was(
+    palpate: CommandLine, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.syspath_prepend(str(Path.cwd()))
+    Path("badly_made.py").write_text(BAD.format(does="raise ZeroDivisionError('oh')"))
+    done = palpate("run", "--policy", "badly_made:Bad", "--cell.hole-uncertainty-mm", 3, "--seed", 3, "--out", "bad")
+    said = done.stderr.strip().splitlines()[-1]
+    assert said.startswith("palpate: policy badly_made:Bad: choose failed with ZeroDivisionError: oh")
+    assert done.code == 1
+    assert "Traceback" not in done.stderr
+    path = Path("bad/logs/trial-00000.mcap")
+    log = read_log(path)
+    assert log.end is not None
+    assert (log.end.error, log.end.raised_by, log.calls[-1].call) == ("PolicyError", "policy", "stop")
+    assert replay_file(path, Rebuilder()).verdict is Verdict.EQUAL
+    Path("badly_made.py").unlink()
+    forget()
+    alone = replay_file(path, Rebuilder())
+    assert (alone.verdict, "ended by PolicyError" in alone.note) == (Verdict.EQUAL, True)
+
+
+def test_one_that_cannot_even_begin_is_refused_before_a_folder_is_made(
+    palpate: CommandLine, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.syspath_prepend(str(Path.cwd()))
+    Path("ill_made.py").write_text(BAD.format(does="pass"))
+    Path("broken.py").write_text("1 / 0\n")
+    for name, reason in (
+        ("nowhere:Bad", "No module named 'nowhere'"),
+        ("broken:Bad", "imports without failing (ZeroDivisionError"),
+        ("ill_made:Good", "a name in ill_made; it has no Good"),
+        ("ill_made:Unfinished", "its Unfinished lacks choose"),
+        ("ill_made:Stillborn", "it failed with OSError: no weights"),
+        ("ill_made:__doc__", "a class or a function that makes a policy"),
+        ("drift", "a policy file, or one of omniscient"),
+    ):
+        assert reason in palpate.refusal("run", "--policy", name, "--out", "run")
+    assert "by get_state and set_state" in palpate.refusal("train", "--policy", "ill_made:Bad", "--out", "run")
+
+
+@pytest.mark.filterwarnings("ignore:.torch.jit:DeprecationWarning")
+def test_a_network_of_torchscript_is_run_and_replayed(
+    palpate: CommandLine, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    torch = importlib.import_module("torch")
+    layer = torch.nn.Linear(12, 8)
+    with torch.no_grad():
+        layer.weight.copy_(torch.linspace(-1.0, 1.0, 96).reshape(8, 12))
+    torch.jit.trace(layer, torch.zeros(12)).save(str(tmp_path / "net.pt"))
+    monkeypatch.syspath_prepend(str(PACKAGE))
+    monkeypatch.setenv("STRANGE_NETWORK", str(tmp_path / "net.pt"))
+    words = ("--policy", "strange_policies.network:Network", "--trials", 1, "--task.time-limit-s", 1, "--out", "net")
+    palpate.succeed("run", *words, "--cell.hole-uncertainty-mm", 3, "--seed", 3)
+    assert "1 of 1 equal in every bit" in palpate.succeed("replay", "net")
+    with torch.no_grad():
+        layer.bias.add_(1.0)
+    torch.jit.trace(layer, torch.zeros(12)).save(str(tmp_path / "net.pt"))
+    assert "another network than the one of this log" in palpate("replay", "net").stdout
