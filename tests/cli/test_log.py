@@ -10,7 +10,7 @@ import pytest
 from mcap.writer import Writer
 
 from palpate.adapters.log.reader import read_log
-from tests.command_line import CommandLine, files_in
+from tests.command_line import CommandLine
 
 
 @pytest.fixture(scope="module")
@@ -130,12 +130,6 @@ def test_recover_a_torn_and_a_damaged_log(palpate: CommandLine, desk: Path) -> N
     palpate.succeed("log", "plot", "torn.recovered.mcap")
     assert "named.mcap" in palpate.succeed("log", "recover", "torn.mcap", "--out", "named.mcap")
     assert (desk / "named.mcap").read_bytes() == (desk / "torn.recovered.mcap").read_bytes()
-
-
-def test_nothing_to_recover(palpate: CommandLine, desk: Path) -> None:
-    before = files_in(desk)
-    assert "is sound: there is nothing to recover" in palpate.succeed("log", "recover", "sound.mcap")
-    assert files_in(desk) == before
 
 
 @pytest.mark.parametrize(

@@ -100,12 +100,6 @@ def test_what_cannot_be_drawn_is_refused_in_one_line(
 
 
 @pytest.mark.usefixtures("desk")
-def test_a_folder_that_is_not_there_is_refused(palpate: CommandLine) -> None:
-    require_graphics()
-    assert "cannot be written" in palpate.refusal("render", "sound.mcap", "--to", "nowhere/a.png")
-
-
-@pytest.mark.usefixtures("desk")
 def test_without_a_graphics_library_the_packages_are_named(
     palpate: CommandLine, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -222,22 +222,6 @@ def test_an_inference(palpate: CommandLine, tmp_path: Path) -> None:
     assert picture == (tmp_path / "infer" / "hidden.png").read_bytes()
 
 
-def test_what_is_no_folder_of_ours(palpate: CommandLine, desk: Path) -> None:
-    (desk / "empty").mkdir()
-    (desk / "file").touch()
-    for words, problem in (
-        ("nowhere", "nowhere: is not there"),
-        ("empty", "empty: is no folder that palpate left"),
-        ("file", "file: is a file, not a folder"),
-        ("run/logs", "run/logs: is no folder that palpate left"),
-        ("", "Missing"),
-        ("run study", "study is not an option"),
-        ("run --overwrit", "did you mean --overwrite?"),
-        ("x" * 300, "is not there"),
-    ):
-        assert problem in palpate.refusal("report", *words.split())
-
-
 @pytest.mark.parametrize("name", ["trials.csv", "summary.json", "policy.json", "run.toml"])
 def test_damaged_files_of_a_run(palpate: CommandLine, desk: Path, name: str) -> None:
     path = desk / "run" / name

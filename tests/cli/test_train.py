@@ -82,14 +82,6 @@ def test_run_toml_gives_the_same_run_again(palpate: CommandLine, trained: Path, 
     assert files_in(tmp_path / "again") == files_in(trained)
 
 
-def test_another_seed_gives_another_run(palpate: CommandLine, trained: Path, tmp_path: Path) -> None:
-    palpate.succeed("train", *QUICK, "--trials", 1, "--seed", 1, "--out", "run", "--recording.no-enabled")
-    (one,), (zero, *_) = (table(folder / "trials.csv") for folder in (tmp_path / "run", trained))
-    assert one["start_x_mm"] != zero["start_x_mm"]
-    assert one["peak_force_N"] != zero["peak_force_N"]
-    assert not (tmp_path / "run" / "logs").exists()
-
-
 def test_prior_knowledge_is_told_from_what_is_learned(palpate: CommandLine, trained: Path, tmp_path: Path) -> None:
     shown = table(trained / "decisions.csv")[0]["state"]
     (tmp_path / "my.toml").write_text(

@@ -78,6 +78,11 @@ class Measured:
 class ArmDriver(Protocol):
     """A driver of an arm. Only ``preview`` may be called from another thread than the rest."""
 
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What the arm lacks, and what is done instead; known once it is open."""
+        return ()
+
     @abstractmethod
     def open(self) -> None:
         """Find the arm on its bus and establish where it is; nothing gets power."""

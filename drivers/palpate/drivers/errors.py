@@ -8,6 +8,7 @@
     ├── RefusedError                a command that no device may get (NaN, beyond limits): the caller's
     ├── StateError                  asked for something out of order: the caller's
     ├── SilentError                 the device does not answer, or no longer: the device's, or its cable's
+    │   └── LateError               it did, after its time was up: this computer's, or its adapter's
     ├── GarbledError                what it says makes no sense for too long: the line's
     └── DeviceFaultError            the device reports a fault of its own; it waits for a person
 
@@ -25,6 +26,7 @@ class Blame(enum.Enum):
     OPERATOR = "operator"
     CALLER = "our software"
     DEVICE = "device"
+    HOST = "host"
 
 
 class DriverError(Exception):
@@ -70,6 +72,12 @@ class StateError(DriverError):
 
 class SilentError(DriverError):
     """The device does not answer."""
+
+
+class LateError(SilentError):
+    """The device may well be in order: its answer was there when nobody waited any more, or nobody could listen."""
+
+    blame = Blame.HOST
 
 
 class GarbledError(DriverError):

@@ -56,8 +56,3 @@ def test_a_trial_alone_equals_the_trial_in_a_sequence(arm: str) -> None:
     sequence = digests(config, range(4))
     assert len(set(sequence)) == 4
     assert digests(config, [3, 1]) == [sequence[3], sequence[1]]
-
-
-def test_another_seed_is_another_trial() -> None:
-    config = short_run("zebra-zero")
-    assert digests(config, [0]) != digests(replace(config, seed=8), [0])

@@ -41,11 +41,7 @@ T = TypeVar("T")
 
 
 def parse(kind: type[T], command: str, arguments: Sequence[str]) -> T:
-    """The options on a command line, over those of ``--config``, over those of the scenario.
-
-    Raises:
-        ConfigurationError: Something on the command line or in the file cannot be used; one line says what.
-    """
+    """The options on a command line, over those of ``--config``, over those of the scenario."""
     flags = _flags(kind)
     _require_once(arguments, flags)
     if command == "run":
@@ -98,11 +94,7 @@ _EARNED: Final = ("--learning.reinforcement", "--learning.effort-per-n-s")
 
 
 def _require_no_learning(arguments: Sequence[str]) -> None:
-    """Refuse what a policy that does not learn would ignore.
-
-    Raises:
-        UsageError: A flag would set how to learn.
-    """
+    """Refuse what a policy that does not learn would ignore."""
     for word in arguments:
         name = word.partition("=")[0]
         if name.startswith("--learning.") and name.replace("_", "-").lower() not in _EARNED:
@@ -110,12 +102,7 @@ def _require_no_learning(arguments: Sequence[str]) -> None:
 
 
 def _on_rig(options: Any, arguments: Sequence[str], cell_in_file: bool) -> Any:
-    """The options with the rig's arm, and nothing of the simulated cell's: what is true of a rig is said by the rig.
-
-    Raises:
-        ConfigurationError: The rig file cannot be used.
-        UsageError: A flag would set up the cell, or name another arm.
-    """
+    """The options with the rig's arm, and nothing of the simulated cell's: what is true of a rig is said by the rig."""
     model = RigFile.load(Path(options.rig)).model
     if model is not None:
         if _value_of("--arm", arguments):
@@ -185,11 +172,7 @@ def _learner_of_policies(arguments: Sequence[str]) -> str:
 
 
 def _require_of_learner(learner: str, arguments: Sequence[str], learning: Any) -> None:
-    """Refuse what the learner would ignore, on the command line and in a person's file.
-
-    Raises:
-        ConfigurationError: Naming the setting.
-    """
+    """Refuse what the learner would ignore, on the command line and in a person's file."""
     flags = (word.partition("=")[0].replace("-", "_") for word in arguments if word.startswith("--learning."))
     given = [*(flag.removeprefix("__learning.").partition(".")[0] for flag in flags), *learning]
     for name in given:

@@ -53,11 +53,7 @@ def minimise(options: MinimiseOptions) -> int:
 
 
 def read_automaton(path: str) -> Machine:
-    """Read an automaton.
-
-    Raises:
-        ConfigurationError: It is none, or a picture of one.
-    """
+    """Read an automaton."""
     if path.endswith(".dot"):
         accepted = "the automaton's .json file: DOT is written for Graphviz and not read back"
         raise ConfigurationError("automaton", path, accepted)
@@ -65,12 +61,7 @@ def read_automaton(path: str) -> Machine:
 
 
 def write_automaton(machine: Machine, path: Path) -> None:
-    """Write an automaton, or draw it, by the ending of the file's name.
-
-    Raises:
-        ConfigurationError: The ending is none of those.
-        OutputError: Something is in the way.
-    """
+    """Write an automaton, or draw it, by the ending of the file's name."""
     makers: dict[str, Callable[[], bytes]] = {
         ".json": lambda: to_json_text(machine).encode(),
         ".dot": lambda: to_dot_text(machine).encode(),

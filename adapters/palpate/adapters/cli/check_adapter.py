@@ -51,9 +51,6 @@ def find_suite(name: str) -> tuple[str, object]:
 
     Returns:
         The port's name, and the suite, ready to be run.
-
-    Raises:
-        ConfigurationError: It leads to nothing that can be tried.
     """
     found = imported("adapter", name, _ACCEPTED)
     if isinstance(found, type):

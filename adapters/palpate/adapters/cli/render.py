@@ -27,14 +27,7 @@ _GIF_MOST_FPS: Final = 50.0
 
 
 def render(options: RenderOptions) -> int:
-    """Draw a log into a file; returns the exit code.
-
-    Raises:
-        ConfigurationError: An option cannot be used.
-        LogError: The log cannot.
-        OutputError: Something is in the way of the file.
-        UsageError: A library is missing.
-    """
+    """Draw a log into a file; returns the exit code."""
     plan = _plan(options)
     with _mujoco_without_graphics():
         from palpate.adapters.visualisation.film import (

@@ -77,11 +77,7 @@ def replay(options: ReplayOptions) -> int:
 
 
 def read_changes(options: ReplayOptions) -> Changes:
-    """What the options change against the record.
-
-    Raises:
-        ConfigurationError: It cannot be.
-    """
+    """What the options change against the record."""
     for setting in options.set:
         overlay(RunConfig(), parse_setting(setting))
     config = None

@@ -42,12 +42,7 @@ class _Window(Viewer):
 
 
 def view(options: ViewOptions) -> int:
-    """Run trials in a window; returns the exit code.
-
-    Raises:
-        ConfigurationError: An option cannot be used.
-        UsageError: There is no display.
-    """
+    """Run trials in a window; returns the exit code."""
     if not options.policy:
         raise ConfigurationError("policy", "", accepted_policies())
     config = options.run

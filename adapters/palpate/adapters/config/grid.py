@@ -8,7 +8,7 @@ from typing import Annotated, Final
 from typing_extensions import override
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.policy import QParameters, SarsaParameters, TemperatureSchedule
+from palpate.core.policy import MemoryParameters, QParameters, SarsaParameters, TemperatureSchedule
 from palpate.core.ports import (
     Discount,
     HalvingVisits,
@@ -30,6 +30,8 @@ RATES: Final = {"q": (0.5, 20.0, 0.05), "sarsa": (0.1, 0.0, 0.0)}
 Chosen on seeds 0 to 3 of networks and 1000 to 1003 of learning.
 """
 
+OFFSET: Final = "offset"
+LEARNERS: Final = (*RATES, OFFSET)
 BACK_OFF: Final = {"q": 20.0, "sarsa": 0.0}
 """Of each learner the visits after which a state counts as much as its symbol.
 
@@ -41,8 +43,9 @@ Chosen, with the temperature, on seeds 0 to 7 of networks and 1000 to 1107 of le
 class GridLearning(Settings):
     """How the agent learns. The penalty of an action is 1 and exploration is Boltzmann's, as in the insertion task."""
 
-    learner: Annotated[str, OneOf(*RATES)] = "q"
-    """q: Q-learning; sarsa: Sarsa(lambda) with replacing traces."""
+    learner: Annotated[str, OneOf(*LEARNERS)] = "q"
+    """q: Q-learning; sarsa: Sarsa(lambda) with replacing traces; offset: a model of the offset from the goal, a belief
+    over it and a plan, from the symbols and the actions' displacements."""
     alpha: LearningRate | None = None
     """Learning rate of the first visit. Without it: q 0.5, halved by 20 visits, down to 0.05; sarsa 0.1 throughout."""
     alpha_visits: HalvingVisits = 0.0
@@ -64,23 +67,32 @@ class GridLearning(Settings):
     """Lambda of sarsa."""
     step_limit: Annotated[int, Range(1, 1_000_000)] = STEP_LIMIT
     """Steps after which a trial ends without the goal."""
+    reach: Annotated[int, Range(1, 200)] = 10
+    """Largest offset from the goal along x or y that the learner offset thinks of, in cells."""
 
     @override
     def check(self) -> None:
         if self.alpha is None and (self.alpha_visits or self.alpha_floor):
             raise ConfigurationError("alpha", None, "a learning rate, if it is told how to fall")
+        if self.alpha is not None and self.models:
+            raise ConfigurationError("alpha", self.alpha, f"none; {self.learner} learns a model, not a table")
         if self.back_off and self.learner != "q":
             raise ConfigurationError("back_off", self.back_off, "0; only the learner q can back off")
         require_floor("temperature_floor", self.temperature_floor, self.temperature, "temperature")
         require_floor("alpha_floor", self.alpha_floor, 1.0 if self.alpha is None else self.alpha, "alpha")
 
     @property
+    def models(self) -> bool:
+        """Whether the learner is one that models hidden states, rather than one with a table of its states."""
+        return self.learner not in RATES
+
+    @property
     def back_off_visits(self) -> float:
         """The setting, or its default."""
-        return BACK_OFF[self.learner] if self.back_off is None else self.back_off
+        return BACK_OFF.get(self.learner, 0.0) if self.back_off is None else self.back_off
 
     def parameters(self) -> QParameters:
-        """Settings of the learner."""
+        """Settings of a learner with a table."""
         alpha, visits, floor = self.alpha, self.alpha_visits, self.alpha_floor
         if alpha is None:
             alpha, visits, floor = RATES[self.learner]
@@ -91,3 +103,7 @@ class GridLearning(Settings):
                 trace_decay=self.trace_decay,
             )  # fmt: skip
         return QParameters(alpha=alpha, gamma=self.gamma, temperature=schedule, alpha_visits=visits, alpha_floor=floor)
+
+    def memory(self) -> MemoryParameters:
+        """Settings of a learner that models hidden states."""
+        return MemoryParameters(kind=self.learner, reach=self.reach)

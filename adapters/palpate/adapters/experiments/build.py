@@ -50,10 +50,6 @@ def identifier(memory: str, symbols: tuple[str, ...]) -> StateIdentifier:
         memory: ``none``: the state is the last symbol; ``last-N``: the last N symbols in their order; or the path of an
             automaton file: the state is that of the automaton.
         symbols: Names of the symbols.
-
-    Raises:
-        ConfigurationError: No such memory, one with more states than can be learned, or an automaton over other
-            symbols.
     """
     if memory == NONE:
         return IdentityState(symbols)

@@ -176,11 +176,7 @@ def write_evaluation(
 
 
 def true_hole_m(rig: Rig) -> Sequence[float]:
-    """Where the hole really is.
-
-    Raises:
-        ConfigurationError: There is no truth.
-    """
+    """Where the hole really is."""
     truth = rig.truth()
     if truth is None:
         raise ConfigurationError("policy", "omniscient", NOBODY_KNOWS)

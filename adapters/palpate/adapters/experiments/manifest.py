@@ -55,11 +55,7 @@ class Manifest:
         self._grown = {name: _Grown(folder / name) for name in GROWING}
 
     def begin(self, trials: int) -> None:
-        """Open it, for a run that has so many trials already: what is there of them is taken as it is.
-
-        Raises:
-            OutputError: The folder holds the manifest of another run.
-        """
+        """Open it, for a run that has so many trials already: what is there of them is taken as it is."""
         known = read_manifest(self._folder)
         if known is not None:
             known.problems(self._folder)
@@ -77,11 +73,7 @@ class Manifest:
         self._write(finished=False)
 
     def end(self, closed: Mapping[str, tuple[int, str]]) -> None:
-        """Nothing comes any more: all files of the folder that a run leaves are this run's.
-
-        Raises:
-            OutputError: It cannot be written.
-        """
+        """Nothing comes any more: all files of the folder that a run leaves are this run's."""
         self._take(closed)
         here = [name for name in RUN_FILES if (self._folder / name).is_file()]
         told = {name: Print.of(self._folder / name) for name in here}
@@ -100,11 +92,7 @@ class Manifest:
 
 
 def write_manifest(folder: Path, command: str, trials: int, files: Mapping[str, Print], *, finished: bool) -> None:
-    """Write or replace the manifest of a folder.
-
-    Raises:
-        OutputError: It cannot be written.
-    """
+    """Write or replace the manifest of a folder."""
     content = {
         "schema": SCHEMA,
         "command": command,
@@ -153,11 +141,7 @@ class KnownFolder:
     files: Mapping[str, Print]
 
     def problems(self, folder: Path) -> list[str]:
-        """What is missing, cut, altered or foreign, a line each.
-
-        Raises:
-            OutputError: Nothing in the folder is as the manifest says: it is that of another run.
-        """
+        """What is missing, cut, altered or foreign, a line each."""
         found = [(name, _fault(folder / name, one, self._grows(name))) for name, one in self.files.items()]
         if found and all(fault for _, fault in found):
             remedy = "put the right one in its place, or take it away: the logs replay without"

@@ -173,11 +173,7 @@ def objections(report: TrialReport, config: AdmissionConfig) -> str:
 
 
 def require_sound(scored: ScoredTrial) -> None:
-    """Refuse to go on after a trial whose data cannot be trusted.
-
-    Raises:
-        DeviceError: A sensor failed, the arm was stopped, or the supervisor tripped.
-    """
+    """Refuse to go on after a trial whose data cannot be trusted."""
     # A trip may fall on the tick in which the task itself ended.
     tripped = any(event.name == "trip" for event in scored.report.events)
     if tripped or scored.report.outcome in (Outcome.SENSOR_FAULT, Outcome.STOPPED):

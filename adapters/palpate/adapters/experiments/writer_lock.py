@@ -23,14 +23,8 @@ LOCK: Final = ".lock"
 def only_writer(folder: Path) -> Iterator[str]:
     """Keep every other writer out of a folder.
 
-    Args:
-        folder: Is there already.
-
     Yields:
         Who wrote here before and ended without a good end, for a notice; empty for nobody.
-
-    Raises:
-        OutputError: Another process writes here, or one of another host did and its end cannot be known.
     """
     path = folder / LOCK
     descriptor = _locked(path)

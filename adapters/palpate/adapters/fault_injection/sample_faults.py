@@ -43,9 +43,6 @@ def changed(values: JointVector, channels: Sequence[int], change: Callable[[int,
         values: The values.
         channels: Which to change; none means all.
         change: From place and value to the new value.
-
-    Raises:
-        ConfigurationError: There are not so many values.
     """
     if channels and max(channels) >= len(values):
         raise ConfigurationError("faults.channels", tuple(channels), f"numbers from 0 to {len(values) - 1}")
@@ -75,11 +72,7 @@ class SampleFault(ABC, Generic[SampleT]):
 
     @abstractmethod
     def strike(self, sample: SampleT, moment: FaultMoment) -> SampleT:
-        """A tick in which it strikes; gives the very same object when there is nothing that it could do.
-
-        Raises:
-            DeviceError: There is no sample at all.
-        """
+        """A tick in which it strikes; gives the very same object when there is nothing that it could do."""
 
     def _required(self, sample: SampleT | None) -> SampleT:
         if sample is None:

@@ -149,11 +149,7 @@ class FaultAccount:
             self._notify(delivery)
 
     def schedules(self, port: str, plans: Sequence[FaultPlan]) -> list[Schedule]:
-        """One schedule for each plan.
-
-        Raises:
-            ConfigurationError: A plan is for another port.
-        """
+        """One schedule for each plan."""
         for plan in plans:
             if plan.port != port:
                 raise ConfigurationError("faults.port", plan.port, f"{port}, which is what is decorated")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -181,7 +182,7 @@ class BusArm(ManagedDevice, JointEncoder, ArmCommand):
                 self._sample = JointSample(found.position_rad, found.time_ns, self._clock.now_ns(), self._cycles)
                 slot = max(slot + 1, (now_ns - start_ns) * CONTROL_RATE_HZ // (_NS * self._divider) + 1)
         except DriverError as error:
-            self._latch(told(error))
+            self._latch(told(error, self.name))
             self._stop_driver()
         except Exception as error:
             # Whatever it was: without its cycles the arm must not go on.
@@ -222,6 +223,8 @@ class BusArm(ManagedDevice, JointEncoder, ArmCommand):
             driver = self.connect()
             with translating(self.name):
                 driver.open()
+            for note in driver.notes:
+                sys.stderr.write(f"palpate: {self.name}: {note}\n")
         except BaseException:
             self._release(owned=True)
             raise

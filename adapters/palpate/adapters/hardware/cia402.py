@@ -38,6 +38,8 @@ class _Cia402Table(Settings):
     """Encoder counts per radian of each joint."""
     zero_counts: tuple[int, ...] = ()
     """Encoder counts at each joint's zero; none are zeros."""
+    host_node: Annotated[int, Range(1, 127)] = 126
+    """CANopen node of this computer, whose heartbeat the drives watch."""
     mode: Annotated[str, OneOf("position", "velocity")] = "position"
     """What setpoints are sent."""
     divider: Annotated[int, Range(1, 14)] = 1
@@ -45,7 +47,7 @@ class _Cia402Table(Settings):
     max_age_ms: Annotated[float, Range(1.0, 10_000.0)] = 50.0
     """Age above which a sample of the joints is marked as stale."""
     patience: Annotated[float, Range(0.1, 100.0)] = 1.0
-    """Factor on every time-out, for machines that cannot keep time."""
+    """Factor on every time-out of the drives and of this computer: 3 for a machine that cannot keep time."""
 
 
 def cia402_table(settings: DeviceSettings) -> _Cia402Table:
@@ -82,6 +84,7 @@ def make_cia402(settings: DeviceSettings, context: RigContext) -> ArmAdapter:
             bitrate=table.bitrate,
             control_rate_Hz=CONTROL_RATE_HZ,
             divider=table.divider,
+            host_node=table.host_node,
             missed_cycles=max(1, round(3 * table.patience)),
             heartbeat_timeout_ms=round(150 * table.patience),
             host_watchdog_ms=round(100 * table.patience),

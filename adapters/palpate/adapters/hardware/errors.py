@@ -13,12 +13,14 @@ _WHOSE: Final = {
     Blame.OPERATOR: "the operator's fault",
     Blame.CALLER: "our software's fault",
     Blame.DEVICE: "the device's fault",
+    Blame.HOST: "this computer's fault, or its adapter's",
 }
 
 
-def told(error: DriverError) -> str:
-    """What happened, what to do, and whose fault it is; without the device's name."""
-    return f"{error.problem}; {error.remedy} ({_WHOSE[error.blame]})"
+def told(error: DriverError, device: str = "") -> str:
+    """What happened, to which part of the device, what to do, and whose fault it is; without the device's own name."""
+    part = "" if error.device == "arm" or (device and error.device.startswith(device)) else f"{error.device}: "
+    return f"{part}{error.problem}; {error.remedy} ({_WHOSE[error.blame]})"
 
 
 def translated(error: DriverError, device: str) -> PalpateError:
@@ -29,7 +31,7 @@ def translated(error: DriverError, device: str) -> PalpateError:
         return CommandError(error.problem, error.remedy)
     if isinstance(error, StateError):
         return LifecycleError(device, "in another state", error.problem, error.remedy)
-    return DeviceError(device, told(error))
+    return DeviceError(device, told(error, device))
 
 
 @contextmanager

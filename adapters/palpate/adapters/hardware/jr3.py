@@ -10,7 +10,7 @@ from typing import Annotated, Any, ClassVar, Final
 import can
 
 from palpate.adapters.config import SensorFactsTable, overlay
-from palpate.adapters.hardware.errors import translated, translating
+from palpate.adapters.hardware.errors import told, translated, translating
 from palpate.adapters.hardware.plugins import DeviceSettings, RigContext
 from palpate.core.errors import DeviceError
 from palpate.core.ports import Clock, ForceSensor, Life, ManagedDevice, OneOf, Range, Settings, Validity, WrenchSample
@@ -140,11 +140,12 @@ class Jr3ForceSensor(ManagedDevice, ForceSensor):
             if now_ns - self._polled_ns > self._max_age_ns:
                 self._look_for_news(device)
             self._polled_ns = self._clock.now_ns()
-        except SilentError:
+        except SilentError as error:
             # An old sample says so itself; a board that is gone for good is another matter.
             age_ns = device.age_ns(self._clock.now_ns())
             if age_ns is None or age_ns > 10 * self._max_age_ns:
-                self._fail("has fallen silent")
+                self._latch(cause := f"has fallen silent: {told(error, _NAME)}")
+                raise DeviceError(_NAME, cause) from error
         except DriverError as error:
             self._latch(str(error))
             raise translated(error, _NAME) from error

@@ -90,9 +90,6 @@ def frames_of(log: TrialLog, fps: int) -> Frames:
     Args:
         log: The trial.
         fps: Frames per second, at least 1.
-
-    Raises:
-        LogError: At no tick was everything there, or the arm's number of joints changes.
     """
     rows = _rows(log)
     if not rows:

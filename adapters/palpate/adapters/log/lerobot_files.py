@@ -68,11 +68,7 @@ _ALWAYS: Final = {
 
 
 def require_pyarrow() -> None:
-    """Make sure that Parquet files can be written.
-
-    Raises:
-        ConfigurationError: Pyarrow is not installed.
-    """
+    """Make sure that Parquet files can be written."""
     try:
         import pyarrow.parquet  # noqa: F401
     except ImportError as error:

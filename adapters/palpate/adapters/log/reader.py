@@ -162,11 +162,7 @@ def sound_messages(path: str, data: bytes) -> Iterator[RawMessage]:
 
 
 def outer_records(path: str, data: bytes, offset: int) -> Iterator[tuple[int, int, bytes]]:
-    """Opcode, offset and body of the file's records, up to the footer or the end of the data.
-
-    Raises:
-        LogError: A record is longer than what is left of the file.
-    """
+    """Opcode, offset and body of the file's records, up to the footer or the end of the data."""
     while offset < len(data):
         if offset + _HEAD.size > len(data):
             raise LogError(path, f"offset {offset}", "the file ends within a record", _RECOVER)
@@ -189,11 +185,7 @@ class ChannelMap:
         self._bytes = 0
 
     def messages(self, opcode: int, offset: int, body: bytes) -> Iterator[RawMessage]:
-        """The messages in one record of the file: in a chunk, or by themselves.
-
-        Raises:
-            LogError: It is damaged.
-        """
+        """The messages in one record of the file: in a chunk, or by themselves."""
         if opcode == Opcode.CHUNK:
             data = self._unpacked(offset, body)
             at = 0
@@ -331,11 +323,7 @@ def _bytes_of(path: str | Path) -> bytes:
 
 
 def require_mcap(path: str, data: bytes) -> int:
-    """Make sure that this is an MCAP file at all; returns where its records begin.
-
-    Raises:
-        LogError: It is empty, or something else.
-    """
+    """Make sure that this is an MCAP file at all; returns where its records begin."""
     if not data:
         raise LogError(path, "", "is empty", "nothing was recorded; delete it")
     if not data.startswith(MCAP0_MAGIC):

@@ -83,9 +83,6 @@ class FlightRecorder(LoopObserver):
             opening: Which file.
             start: Gives what the trial started with; asked when the task has begun, or could not begin.
             counterfactual: For a what-if: whether the trial has left the recorded path, and messages are to say so.
-
-        Raises:
-            LogError: One is open already.
         """
         if self._recording:
             raise LogError(str(opening.path), "", "the log before is still open", "end it first")
@@ -137,11 +134,7 @@ class FlightRecorder(LoopObserver):
 
     @override
     def sent(self, snapshot: Snapshot, command: JointCommand, applied: AppliedCommand) -> None:
-        """Keep the tick.
-
-        Raises:
-            DeviceError: Something could not be kept, and the trial is to end for that.
-        """
+        """Keep the tick."""
         report, deadline_ns = self._report, self._deadline_ns
         if not self._recording or report is None or deadline_ns is None:
             return

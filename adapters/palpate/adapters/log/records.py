@@ -227,13 +227,7 @@ def encode_record(message: str, record: Any) -> bytes:
 
 
 def decode_record(message: str, kind: type[R], payload: bytes) -> R:
-    """The record back from its bytes.
-
-    Raises:
-        google.protobuf.message.DecodeError: These are not the bytes of such a message.
-        TypeError: A field that must be there is not.
-        ValueError: A text is none.
-    """
+    """The record back from its bytes."""
     made: Any = message_class(message)()
     made.ParseFromString(payload)
     require_texts(made, message)
@@ -267,12 +261,7 @@ def encode_call(record: CallEntry) -> bytes:
 
 
 def decode_call(payload: bytes) -> CallEntry:
-    """The call back from its bytes.
-
-    Raises:
-        google.protobuf.message.DecodeError: These are not the bytes of such a message.
-        ValueError: A field that must be there is not, or a text is none.
-    """
+    """The call back from its bytes."""
     made: Any = message_class("Call")()
     made.ParseFromString(payload)
     require_fields(made, "tick", "port", "call")

@@ -71,10 +71,6 @@ def decode_tick(payload: bytes, layout: FullLayout | None = None) -> TickRecord:
     Args:
         payload: The message.
         layout: The layout that most ticks of the log have; the result does not depend on it.
-
-    Raises:
-        google.protobuf.message.DecodeError: These are not the bytes of such a message.
-        ValueError: A field that must be there is not, or has a value that it cannot have.
     """
     if layout is not None:
         record = layout.unpack(payload)
@@ -137,8 +133,6 @@ class FullLayout:
         self._asked_at = self._joints_end + 4
         self._applied_at = self._asked_at + asked
         self._reason_at = self._applied_at + applied
-        self.asked_offset = tick.offset_of("asked_rad")
-        self.asked_length = 8 * asked
 
     def pack(
         self,
@@ -207,18 +201,17 @@ class _Segments:
 
     def __init__(self) -> None:
         self._parts: list[tuple[bytes, str, int]] = []
-        self._names: list[str] = []
         self._tail = b""
 
     def integer(self, message: str, field: str) -> _Segments:
-        return self._number(_tag(message, field, _FIXED64), "q", 1, field)
+        return self._number(_tag(message, field, _FIXED64), "q", 1)
 
     def enum(self, message: str, field: str) -> _Segments:
         # A varint below 128 is one byte.
-        return self._number(_tag(message, field, _VARINT), "B", 1, field)
+        return self._number(_tag(message, field, _VARINT), "B", 1)
 
     def vector(self, message: str, field: str, length: int) -> _Segments:
-        return self._number(_tag(message, field, _BYTES) + _varint(8 * length), "d", length, field)
+        return self._number(_tag(message, field, _BYTES) + _varint(8 * length), "d", length)
 
     def text(self, message: str, field: str, text: str) -> _Segments:
         data = text.encode()
@@ -227,8 +220,8 @@ class _Segments:
 
     def nested(self, message: str, field: str, inner: _Segments) -> _Segments:
         self._tail += _tag(message, field, _BYTES) + _varint(inner._size())
-        for (constant, code, count), name in zip(inner._parts, inner._names, strict=True):
-            self._number(constant, code, count, f"{field}.{name}")
+        for part in inner._parts:
+            self._number(*part)
         self._tail += inner._tail
         return self
 
@@ -250,19 +243,8 @@ class _Segments:
             template += constant + bytes(numbers)
         return int.from_bytes(mask, "little"), int.from_bytes(template, "little")
 
-    def offset_of(self, name: str) -> int:
-        """Where the numbers of a field begin."""
-        offset = 0
-        for (constant, code, count), field in zip(self._parts, self._names, strict=True):
-            offset += len(constant)
-            if field == name:
-                return offset
-            offset += struct.calcsize(f"<{count}{code}")
-        raise KeyError(name)
-
-    def _number(self, constant: bytes, code: str, count: int, name: str) -> _Segments:
+    def _number(self, constant: bytes, code: str, count: int) -> _Segments:
         self._parts.append((self._tail + constant, code, count))
-        self._names.append(name)
         self._tail = b""
         return self
 
@@ -289,22 +271,14 @@ def _varint(value: int) -> bytes:
 
 
 def require_fields(made: Any, *names: str) -> None:
-    """Refuse a message without these fields. An enumeration's number that we do not know counts as not there.
-
-    Raises:
-        ValueError: One is missing.
-    """
+    """Refuse a message without these fields. An enumeration's number that we do not know counts as not there."""
     for name in names:
         if not made.HasField(name):
             raise ValueError(f"{name} is missing, or is none that is known")
 
 
 def require_texts(made: Any, message: str) -> None:
-    """Refuse a message with text that is no UTF-8; protobuf would hand it over as bytes.
-
-    Raises:
-        ValueError: There is some.
-    """
+    """Refuse a message with text that is no UTF-8; protobuf would hand it over as bytes."""
     for name, kind, _ in MESSAGES[message]:
         if kind == "string" and isinstance(getattr(made, name), bytes):
             raise ValueError(f"{name} is no text")

@@ -44,11 +44,7 @@ class Sink(Protocol):
 
     @abstractmethod
     def open(self, opening: Opening) -> None:
-        """Begin a log.
-
-        Raises:
-            OutputError: That is not possible.
-        """
+        """Begin a log."""
 
     @abstractmethod
     def put(self, frames: bytes, *, vital: bool = False) -> bool:

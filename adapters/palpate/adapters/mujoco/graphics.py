@@ -17,26 +17,14 @@ _PATIENCE_S: Final = 60.0
 
 
 def off_screen_context(width: int, height: int) -> Any:
-    """An OpenGL context to draw in, made current; the caller frees it.
-
-    Args:
-        width: Of the largest picture, in pixels.
-        height: The same.
-
-    Raises:
-        UsageError: There is no graphics library that works.
-    """
+    """An OpenGL context to draw in, made current; the caller frees it."""
     context = importlib.import_module(f"mujoco.{working_library()}").GLContext(width, height)
     context.make_current()
     return context
 
 
 def working_library() -> str:
-    """The library to draw with: the one that the environment variable MUJOCO_GL names, else the first that works.
-
-    Raises:
-        UsageError: None works.
-    """
+    """The library to draw with: the one that the environment variable MUJOCO_GL names, else the first that works."""
     named = os.environ.get("MUJOCO_GL", "").lower()
     problems = []
     # Other names mean libraries that draw in windows.

@@ -115,7 +115,7 @@ class MujocoArm(ManagedDevice, ArmCommand):
             raise CommandError(f"the arm has {self._limiter.joints} joints, the command has another number", len(asked))
         if self._stopped:
             return AppliedCommand(self._held, CommandReason.STOPPED)
-        applied = self._limiter.limited(asked, self._cell.ticks * 10**9 // CONTROL_RATE_HZ)
+        applied = self._limiter.limited(asked, self._cell.time_ns)
         self._held = applied.position_rad
         self._cell.command(applied.position_rad)
         return applied

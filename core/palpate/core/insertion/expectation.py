@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import enum
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from palpate.core.insertion.frame import ExplorationArea
 from palpate.core.ports import AppliedCommand, CommandReason, JointCommand, JointVector
@@ -93,8 +94,7 @@ class Intervention:
     trip: Trip | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class Supervised:
+class Supervised(NamedTuple):
     """What the arm is to be sent.
 
     Attributes:

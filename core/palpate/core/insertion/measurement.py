@@ -9,7 +9,7 @@ from typing import Final
 import pinocchio as pin
 
 from palpate.core.errors import DeviceError
-from palpate.core.motion import Kinematics, wrench_about
+from palpate.core.motion import FixedFrame, Kinematics, rotated, wrench_about
 from palpate.core.perception import SignalProcessor, Wrench
 from palpate.core.ports import CONTROL_RATE_HZ, JointSample, JointVector, Snapshot, Validity, Vector3
 
@@ -42,7 +42,7 @@ class Measurement:
         self, kinematics: Kinematics, task_in_base: pin.SE3, signal: SignalProcessor, *, aligned: bool = True
     ) -> None:
         self._kinematics, self._signal, self._aligned = kinematics, signal, aligned
-        self._task_in_base, self.joints = task_in_base.copy(), len(kinematics.lower_rad)
+        self._task, self.joints = FixedFrame(task_in_base), kinematics.joints
         self._lever_m = kinematics.tool.tip_from_sensor_m
         self._tip_in_sensor: Vector3 = (0.0, 0.0, self._lever_m)
         self._scale = signal.scale
@@ -54,7 +54,7 @@ class Measurement:
         self._filtered: Wrench = (0.0,) * 6
         self._depths: deque[tuple[int, float]] = deque(maxlen=_PLACES)
         self._force_depth_m = 0.0
-        self._rotation = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+        self._tip_in_base = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
         self.position_m: Vector3 = (0.0, 0.0, 0.0)
         self.force_N: Vector3 = (0.0, 0.0, 0.0)
         self.filtered_force_z_N = self.torque_across_at_tip_Nm = 0.0
@@ -79,16 +79,14 @@ class Measurement:
         kinematics, q_rad = self._kinematics, snapshot.joints.position_rad
         require_joints(q_rad, self.joints)
         kinematics.update(q_rad)
-        tip_in_task = kinematics.tip_in(self._task_in_base)
-        px, py, pz = tip_in_task.translation.tolist()
-        self.position_m = (px, py, pz)
-        self._force_depth_m = self._depth_at(snapshot) if self._aligned else pz
-        self._rotation = rotation = tip_in_task.rotation.tolist()
+        self.position_m = self._task.place_m(kinematics.tip_position_m.tolist())
+        self._force_depth_m = self._depth_at(snapshot) if self._aligned else self.position_m[2]
+        self._tip_in_base = rotation = kinematics.tip_rotation.tolist()
         raw, lever_m = snapshot.wrench, self._lever_m
         (bx, by, bz, btx, bty, _), (sx, sy, sz, stx, sty, _) = self._bias, self._scale
         (fx, fy, fz), (tx, ty, _) = raw.force_N, raw.torque_Nm
         fx, fy, fz = (fx - bx) * sx, (fy - by) * sy, (fz - bz) * sz
-        self.force_N = _rotated(rotation, (fx, fy, fz))
+        self.force_N = self._task.vector(rotated(rotation, (fx, fy, fz)))
         self.torque_across_at_tip_Nm = hypot((tx - btx) * stx + lever_m * fy, (ty - bty) * sty - lever_m * fx)
         self._filtered = filtered = self._signal.update((*raw.force_N, *raw.torque_Nm))
         self.filtered_force_z_N = filtered[2]
@@ -119,7 +117,8 @@ class Measurement:
         """
         fx, fy, fz, tx, ty, tz = self._filtered
         torque = wrench_about((fx, fy, fz), (tx, ty, tz), self._tip_in_sensor)
-        return _rotated(self._rotation, (fx, fy, fz)), _rotated(self._rotation, torque)
+        force, torque = (self._task.vector(rotated(self._tip_in_base, each)) for each in ((fx, fy, fz), torque))
+        return force, torque
 
 
 def require_joints(q_rad: JointVector, count: int) -> None:
@@ -141,9 +140,3 @@ def require_place(joints: JointSample, count: int) -> None:
     if joints.validity is not Validity.VALID:
         raise DeviceError("joint encoder", f"the first sample of the trial is {joints.validity.value}")
     require_joints(joints.position_rad, count)
-
-
-def _rotated(rotation: list[list[float]] | tuple[Vector3, Vector3, Vector3], vector: Vector3) -> Vector3:
-    (a, b, c), (d, e, f), (g, h, i) = rotation
-    x, y, z = vector
-    return a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + i * z

@@ -1,5 +1,7 @@
 from .arm import ArmDescription as ArmDescription
 from .arm import arm_named as arm_named
+from .fixed_frame import FixedFrame as FixedFrame
+from .fixed_frame import rotated as rotated
 from .inverse import InverseKinematics as InverseKinematics
 from .laws import ControlLaw as ControlLaw
 from .laws import DampingControl as DampingControl

@@ -7,6 +7,7 @@ from math import isfinite
 import numpy as np
 import pinocchio as pin
 
+from palpate.core.motion.fixed_frame import FixedFrame
 from palpate.core.motion.inverse import InverseKinematics
 from palpate.core.motion.model import Array, Kinematics
 from palpate.core.ports import AppliedCommand, CommandReason, JointCommand, JointVector, Vector3
@@ -27,8 +28,10 @@ class TipMotion:
     ) -> None:
         self._kinematics = kinematics
         self._inverse = InverseKinematics(kinematics, period_s)
-        self._task = task_in_base.copy()
+        self._task = FixedFrame(task_in_base)
         self._target = pin.SE3(tip_rotation_in_base, np.zeros(3))
+        # A view into Pinocchio's memory.
+        self._target_m: Array = self._target.translation
         self._period_s = period_s
         self._q: Array = np.zeros(kinematics.joints)
         self.reference_m: Vector3 = (0.0, 0.0, 0.0)
@@ -37,8 +40,7 @@ class TipMotion:
         """Take over from where the arm is."""
         self._q = np.array(position_rad)
         self._kinematics.update(self._q)
-        x, y, z = self._task.actInv(self._kinematics.tip_position_m).tolist()
-        self.reference_m = (x, y, z)
+        self.reference_m = self._task.place_m(self._kinematics.tip_position_m.tolist())
 
     def adopt(self, applied: AppliedCommand) -> bool:
         """Go on from what the arm really did, so that a limited command does not wind up.
@@ -62,7 +64,7 @@ class TipMotion:
         x, y, z = self.reference_m
         vx, vy, vz = velocity_m_s
         self.reference_m = reference = (x + vx * period, y + vy * period, z + vz * period)
-        self._target.translation = self._task.act(np.array(reference))
+        self._target_m[:] = self._task.place_in_base_m(reference)
         step = self._inverse.step(self._q, self._target)
         self._q = step.q_rad
         return JointCommand(tuple(step.q_rad.tolist()))

@@ -33,6 +33,9 @@ from .foreign import ForeignPolicy as ForeignPolicy
 from .foreign import PolicyContext as PolicyContext
 from .foreign import guarded as guarded
 from .learner import Learner as Learner
+from .memory import MemoryLearner as MemoryLearner
+from .memory import MemoryParameters as MemoryParameters
+from .model_learner import ModelLearner as ModelLearner
 from .options import OptionLearning as OptionLearning
 from .options import OptionParameters as OptionParameters
 from .programmed import AssignedPolicy as AssignedPolicy

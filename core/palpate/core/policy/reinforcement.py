@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass
 from math import isfinite
 from typing import Annotated, ClassVar, Protocol, TypeAlias, runtime_checkable
 
@@ -34,8 +34,9 @@ class ActionOutcome:
     distance_m: float
 
     def __post_init__(self) -> None:
-        if not all(isfinite(value) and value >= 0.0 for value in astuple(self)):
-            raise CommandError("the outcome of an action must be finite and not negative", astuple(self))
+        values = (self.duration_s, self.mean_force_N, self.peak_force_N, self.distance_m)
+        if not (isfinite(sum(values)) and min(values) >= 0.0):
+            raise CommandError("the outcome of an action must be finite and not negative", values)
 
 
 @runtime_checkable

@@ -1,7 +1,8 @@
 """Value objects that cross the ports: frozen, validated once, units in the names.
 
 Vectors are tuples of floats, not arrays: they are immutable for certain, compare and hash by value,
-keep every bit, and are several times cheaper to make at 140 Hz than read-only arrays.
+keep every bit, and are several times cheaper to make at 140 Hz than read-only arrays. A tick's snapshot is
+a named tuple, a quarter as dear to make as a frozen dataclass.
 """
 
 from __future__ import annotations
@@ -9,7 +10,7 @@ from __future__ import annotations
 import enum
 from dataclasses import dataclass
 from math import isfinite
-from typing import Final, TypeAlias
+from typing import Final, NamedTuple, TypeAlias
 
 from palpate.core.errors import CommandError
 
@@ -135,8 +136,7 @@ class AppliedCommand:
     reason: CommandReason = CommandReason.AS_ASKED
 
 
-@dataclass(frozen=True, slots=True)
-class Snapshot:
+class Snapshot(NamedTuple):
     """All that the core may know about one control tick.
 
     Attributes:

@@ -13,6 +13,8 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
 
+from typing_extensions import override
+
 from palpate.drivers.arm import Applied, AppliedReason, ArmDriver, Measured
 from palpate.drivers.cia402.bring_up import BringUp
 from palpate.drivers.cia402.drive import DriveIdentity, Targets
@@ -21,8 +23,8 @@ from palpate.drivers.cia402.link import CanopenLink
 from palpate.drivers.cia402.mailbox import ArmStatistics
 from palpate.drivers.cia402.object_dictionary import Controlword, DriveState
 from palpate.drivers.cia402.settings import ArmSettings, limited, require_sound
-from palpate.drivers.cia402.watch import outside, trouble
-from palpate.drivers.errors import DeviceFaultError, DriverError, SilentError, StateError
+from palpate.drivers.cia402.watch import KEEP_TIME, outside, trouble
+from palpate.drivers.errors import DeviceFaultError, DriverError, LateError, SilentError, StateError
 
 
 class ArmState(enum.Enum):
@@ -52,6 +54,10 @@ _CONTROLWORD: Final = {
     ArmState.ENABLED: Controlword.ENABLE_OPERATION,
     ArmState.STOPPED: Controlword.QUICK_STOP,
 }
+_AWAY_PERIODS: Final = 4
+"""A cycle that comes so many periods after the last one is this computer's doing."""
+_BLAMED_NS: Final = 500_000_000
+"""So long after it, what the drives complain of is taken for a consequence. Assumed: their watchdogs are quicker."""
 _AT_REST: Final = (DriveState.QUICK_STOP, DriveState.SWITCH_ON_DISABLED)
 
 
@@ -84,6 +90,7 @@ class Cia402Arm(ArmDriver):
         self._reference_rad: tuple[float, ...] = ()
         self._cycles_since_stop = 0
         self._stepped_ns = 0
+        self._away_ns = self._back_ns = 0
 
     @property
     def state(self) -> ArmState:
@@ -99,6 +106,11 @@ class Cia402Arm(ArmDriver):
     def identities(self) -> tuple[DriveIdentity, ...]:
         """Who the drives are; empty before :meth:`open`."""
         return self._bring_up.identities
+
+    @property
+    @override
+    def notes(self) -> tuple[str, ...]:
+        return self._bring_up.notes
 
     def statistics(self) -> ArmStatistics:
         """How the bus has been doing."""
@@ -179,7 +191,10 @@ class Cia402Arm(ArmDriver):
         """
         self._require("cycle()", ArmState.CONFIGURED, ArmState.ENABLED, ArmState.STOPPED)
         now_ns = self._now_ns()
-        step_s = min((now_ns - self._stepped_ns) * 1e-9, self.settings.period_s)
+        away_ns = now_ns - self._stepped_ns
+        if away_ns > _AWAY_PERIODS * self.settings.period_ns and self._state is not ArmState.CONFIGURED:
+            self._away_ns, self._back_ns = away_ns, now_ns
+        step_s = min(away_ns * 1e-9, self.settings.period_s)
         applied = None if setpoint_rad is None else self._limited(setpoint_rad, step_s)
         self._stepped_ns = now_ns
         views = self._exchange.views
@@ -289,6 +304,9 @@ class Cia402Arm(ArmDriver):
     def _judge(self, allowed: tuple[DriveState, ...] | None) -> None:
         error = trouble(self._exchange.views, self.settings, self._now_ns(), allowed)
         if error is not None:
+            if allowed is not None and self._back_ns and self._now_ns() - self._back_ns < _BLAMED_NS:
+                waited = f"this computer kept the drives waiting for {self._away_ns * 1e-6:.0f} ms"
+                raise LateError("arm", f"{waited}; after that {error.device}: {error.problem}", KEEP_TIME) from error
             raise error
 
     def _positions_rad(self) -> tuple[float, ...]:

@@ -9,7 +9,7 @@ from palpate.drivers.can_identifiers import SDO_ANSWER
 from palpate.drivers.cia402.drive import DriveIdentity, Targets, arm_watchdog, identify, set_up
 from palpate.drivers.cia402.exchange import NMT_PRE_OPERATIONAL, NMT_START, CyclicExchange
 from palpate.drivers.cia402.link import CanopenLink
-from palpate.drivers.cia402.object_dictionary import Controlword, DriveState, OperationMode, command_towards
+from palpate.drivers.cia402.object_dictionary import Controlword, DriveState, OperationMode, Status, command_towards
 from palpate.drivers.cia402.settings import ArmSettings
 from palpate.drivers.cia402.watch import AxisView, trouble
 from palpate.drivers.errors import DeviceFaultError, SilentError
@@ -38,6 +38,7 @@ class BringUp:
 
     Attributes:
         identities: Who the drives are.
+        notes: What they lack, and what is done instead.
     """
 
     def __init__(
@@ -54,6 +55,7 @@ class BringUp:
         self._link = link
         self._objects = [link.objects(joint.node, settings.sdo_timeout_s) for joint in settings.joints]
         self.identities: tuple[DriveIdentity, ...] = ()
+        self.notes: tuple[str, ...] = ()
 
     @property
     def held_rad(self) -> tuple[float, ...]:
@@ -84,8 +86,8 @@ class BringUp:
             # A drive may still be under power, left so by a program that died.
             objects.write(0x6040, 0, Controlword.QUICK_STOP, 2)
         self._exchange.command_nmt(NMT_PRE_OPERATIONAL)
-        for objects, joint in zip(self._objects, self._settings.joints, strict=True):
-            set_up(objects, joint, self._settings)
+        pairs = zip(self._objects, self._settings.joints, strict=True)
+        self.notes = tuple(note for objects, joint in pairs for note in set_up(objects, joint, self._settings))
         self._exchange.start_over()
         self._exchange.command_nmt(NMT_START)
         deadline_ns = self._deadline_ns()
@@ -137,6 +139,8 @@ class BringUp:
                 return
             if begin_ns > deadline_ns:
                 told = ", ".join(f"{v.box.node}: {v.state.value if v.state else v.statusword}" for v in views)
+                local = [v.box.node for v in views if v.statusword is not None and not v.statusword & Status.REMOTE]
+                told += f"; not under remote control: {local}" if local else ""
                 raise DeviceFaultError("arm", f"not every drive reached '{goal.value}' ({told})", "see the drives")
             self._pause(begin_ns)
 

@@ -85,14 +85,17 @@ def identify(objects: Objects) -> DriveIdentity:
     return DriveIdentity(objects.node, vendor, product, revision, serial, text)
 
 
-def set_up(objects: Objects, joint: JointDrive, settings: ArmSettings) -> None:
+def set_up(objects: Objects, joint: JointDrive, settings: ArmSettings) -> tuple[str, ...]:
     """Write everything that the cycle relies on; the node must be pre-operational.
+
+    Returns:
+        What the drive lacks, and what comes of that.
 
     Raises:
         SilentError: No answer.
         DeviceFaultError: The drive refuses something, or does not take the mode.
     """
-    arm_watchdog(objects, settings, on=False)
+    notes = list(arm_watchdog(objects, settings, on=False))
     for number in range(1, _PREDEFINED_PDOS):
         for base, first in ((_RPDO1_SETTINGS, RPDO1), (_TPDO1_SETTINGS, TPDO1)):
             # Whatever the maker has switched on would take time on the bus that nobody has counted.
@@ -105,28 +108,42 @@ def set_up(objects: Objects, joint: JointDrive, settings: ArmSettings) -> None:
     scale, ten_to = (tenths_of_ms, _TENTH_OF_MS) if tenths_of_ms <= 0xFF else (round(settings.period_s * 1e3), -3)
     if objects.write_if_known(0x60C2, 1, scale, 1):
         objects.write(0x60C2, 2, ten_to, 1)
-    objects.write(0x605A, 0, _STAY_IN_QUICK_STOP, 2)
-    objects.write(0x6085, 0, round(settings.quick_stop_rad_per_s2 * abs(joint.counts_per_rad)), 4)
+    if not objects.write_if_known(0x605A, 0, _STAY_IN_QUICK_STOP, 2):
+        notes.append(f"{objects.name} has no object 0x605A: it may be without power after a stop, on its brake")
+    deceleration = round(settings.quick_stop_rad_per_s2 * abs(joint.counts_per_rad))
+    if not objects.write_if_known(0x6085, 0, deceleration, 4):
+        notes.append(f"{objects.name} has no object 0x6085: it stops as fast as its maker chose")
     objects.write(0x6060, 0, settings.mode, 1)
     shown = objects.read(0x6061)
     if shown is None or int.from_bytes(shown, "little", signed=True) != settings.mode:
         problem = f"does not take mode {settings.mode.name} ({settings.mode.value}); it shows {shown!r}"
         raise DeviceFaultError(objects.name, problem, "choose a mode that object 0x6502 of the drive offers")
+    return tuple(notes)
 
 
-def arm_watchdog(objects: Objects, settings: ArmSettings, *, on: bool) -> None:
+def arm_watchdog(objects: Objects, settings: ArmSettings, *, on: bool) -> tuple[str, ...]:
     """Make a drive stop by itself when the host's heartbeat ends, or end that.
 
-    Monitoring begins with the first heartbeat that the drive hears (standard knowledge, CiA 301).
+    Monitoring begins with the first heartbeat that the drive hears (standard knowledge, CiA 301). A drive in CSP that
+    cannot do it holds its last target when the host is lost; one in CSV would go on, and is refused.
+
+    Returns:
+        What the drive lacks, and what comes of that.
 
     Raises:
         SilentError: No answer.
         DeviceFaultError: The drive cannot do it, though the settings ask for it.
     """
     if settings.host_watchdog_ms == 0:
-        return
-    objects.write(0x6007, 0, _QUICK_STOP_WHEN_HOST_IS_LOST if on else 0, 2)
-    objects.write(0x1016, 1, settings.host_node << 16 | settings.host_watchdog_ms if on else 0, 4)
+        return ()
+    write = objects.write_if_known if settings.mode is OperationMode.CSP else objects.write
+    stops = write(0x6007, 0, _QUICK_STOP_WHEN_HOST_IS_LOST if on else 0, 2)
+    watches = write(0x1016, 1, settings.host_node << 16 | settings.host_watchdog_ms if on else 0, 4)
+    if watches is False:
+        return (f"{objects.name} has no object 0x1016: when this program dies, it holds its last set-point",)
+    if stops is False:
+        return (f"{objects.name} has no object 0x6007: when this program dies, it does what its maker chose",)
+    return ()
 
 
 def _map(objects: Objects, settings_index: int, mapping_index: int, identifier: int, entries: tuple[int, ...]) -> None:

@@ -11,7 +11,7 @@ from palpate.drivers.can_identifiers import EMCY, HEARTBEAT, NMT, RPDO1, SYNC, T
 from palpate.drivers.cia402.drive import RPDO, TPDO
 from palpate.drivers.cia402.link import CanopenLink
 from palpate.drivers.cia402.mailbox import ArmStatistics, Mailbox, NodeBox, Tally
-from palpate.drivers.cia402.object_dictionary import state_of
+from palpate.drivers.cia402.object_dictionary import DriveState, Status, state_of
 from palpate.drivers.cia402.settings import ArmSettings
 from palpate.drivers.cia402.watch import AxisView
 from palpate.drivers.errors import SilentError
@@ -148,7 +148,8 @@ class CyclicExchange:
             missed = 1 if old is None else old.missed_in_a_row + 1
             if old is None:
                 return AxisView(box, None, None, None, None, 0.0, missed)
-            return replace(old, box=box, missed_in_a_row=missed)
+            late = old.late_in_a_row + box.late - old.box.late
+            return replace(old, box=box, missed_in_a_row=missed, late_in_a_row=late)
         statusword, counts = TPDO.unpack(box.tpdo)
         position_rad = self._settings.joints[axis].angle_rad(counts)
         speed = 0.0
@@ -159,4 +160,14 @@ class CyclicExchange:
             elapsed_ns = max(box.tpdo_ns - self._sampled_ns[axis], self._settings.period_ns)
             speed = abs(position_rad - old.position_rad) / (elapsed_ns * _NS)
         self._sampled_ns[axis] = self.sync_ns
-        return AxisView(box, statusword, state_of(statusword), counts, position_rad, speed, 0)
+        state = state_of(statusword)
+        limited = ignoring = None
+        if state is DriveState.ENABLED:
+            before = (0, None) if old is None else (old.limited_in_a_row, old.ignoring_in_a_row)
+            limited = before[0] + 1 if statusword & Status.INTERNAL_LIMIT else 0
+            # In a row since it followed last; a drive that never told that it follows cannot tell that it does not.
+            ignoring = 0 if statusword & Status.FOLLOWS_TARGET else None if before[1] is None else before[1] + 1
+        return AxisView(
+            box, statusword, state, counts, position_rad, speed, 0,
+            limited_in_a_row=limited or 0, ignoring_in_a_row=ignoring,
+        )  # fmt: skip

@@ -41,6 +41,15 @@ class Controlword(enum.IntEnum):
     FAULT_RESET = 0x0080
 
 
+class Status(enum.IntFlag):
+    """Bits of the statusword besides those of the state. Standard knowledge, CiA 402-2, modes CSP and CSV."""
+
+    REMOTE = 1 << 9
+    INTERNAL_LIMIT = 1 << 11
+    FOLLOWS_TARGET = 1 << 12
+    FOLLOWING_ERROR = 1 << 13
+
+
 class OperationMode(enum.IntEnum):
     """Modes of operation (object 0x6060) in which a host may close a loop every cycle."""
 

@@ -7,14 +7,17 @@ from dataclasses import dataclass
 from typing import Final
 
 from palpate.drivers.cia402.mailbox import NodeBox
-from palpate.drivers.cia402.object_dictionary import DriveState
+from palpate.drivers.cia402.object_dictionary import DriveState, Status
 from palpate.drivers.cia402.settings import ArmSettings, JointDrive
-from palpate.drivers.errors import DeviceFaultError, DriverError, SilentError
+from palpate.drivers.errors import DeviceFaultError, DriverError, LateError, SilentError
 
 _OPERATIONAL: Final = 0x05
 _FAULTS: Final = (DriveState.FAULT, DriveState.FAULT_REACTION)
 _MS: Final = 1_000_000
 _REMEDY: Final = "find out why, then acknowledge"
+_LIMITED_S: Final = 0.2
+"""So long a drive may be at a limit of its own, as of its current while it accelerates. Assumed."""
+KEEP_TIME: Final = "end other work here, ask for real-time scheduling or raise [arm] patience, then acknowledge"
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,6 +32,10 @@ class AxisView:
         position_rad: The same as an angle, or None before the first.
         speed_rad_per_s: At least so fast between the last two answers.
         missed_in_a_row: SYNCs without an answer until now.
+        late_in_a_row: How many of these were answered when nobody waited any more.
+        limited_in_a_row: Answers that tell of an internal limit until now.
+        ignoring_in_a_row: Answers that tell that the set-point is ignored until now; None before the drive has followed
+            one since it was enabled, since some makers leave that bit 0.
     """
 
     box: NodeBox
@@ -38,6 +45,9 @@ class AxisView:
     position_rad: float | None
     speed_rad_per_s: float
     missed_in_a_row: int
+    late_in_a_row: int = 0
+    limited_in_a_row: int = 0
+    ignoring_in_a_row: int | None = None
 
 
 def trouble(
@@ -59,7 +69,11 @@ def trouble(
                 return error
     if allowed is not None:
         for view, joint in axes:
-            for error in (*_left(view, joint, allowed), *_astray(view, joint, settings)):
+            for error in (
+                *_left(view, joint, allowed),
+                *_disobeys(view, joint, settings),
+                *_astray(view, joint, settings),
+            ):
                 return error
     return None
 
@@ -91,6 +105,9 @@ def _silent(view: AxisView, joint: JointDrive, settings: ArmSettings, now_ns: in
     if silence_ms > settings.heartbeat_timeout_ms:
         problem = f"no heartbeat for {silence_ms:.0f} ms (limit {settings.heartbeat_timeout_ms})"
         yield SilentError(f"drive {joint.node}", problem, "check its power and cable, then acknowledge")
+    elif view.missed_in_a_row >= settings.missed_cycles and view.late_in_a_row:
+        problem = f"answered {view.missed_in_a_row} SYNCs in a row too late"
+        yield LateError(f"drive {joint.node}", problem, KEEP_TIME)
     elif view.missed_in_a_row >= settings.missed_cycles:
         problem = f"left {view.missed_in_a_row} SYNCs in a row unanswered"
         yield SilentError(
@@ -103,10 +120,30 @@ def _left(view: AxisView, joint: JointDrive, allowed: Sequence[DriveState]) -> I
         return
     told = f"statusword 0x{view.statusword:04X}"
     if view.state in _FAULTS:
-        yield DeviceFaultError(f"drive {joint.node}", f"is in fault ({told})", _REMEDY)
+        why = ", following error" if view.statusword & Status.FOLLOWING_ERROR else ""
+        yield DeviceFaultError(f"drive {joint.node}", f"is in fault ({told}{why})", _REMEDY)
     else:
         state = "no known state" if view.state is None else f"'{view.state.value}'"
         yield DeviceFaultError(f"drive {joint.node}", f"went to {state} by itself ({told})", _REMEDY)
+
+
+def _disobeys(view: AxisView, joint: JointDrive, settings: ArmSettings) -> Iterator[DriverError]:
+    if view.statusword is None or view.state is not DriveState.ENABLED:
+        return
+    word, limited_s = view.statusword, view.limited_in_a_row * settings.period_s
+    problems = (
+        (bool(word & Status.FOLLOWING_ERROR), "has fallen behind its set-points (following error",
+         "see whether the joint is blocked"),
+        (not word & Status.REMOTE, "does not obey this bus (remote", "switch it from local to remote control"),
+        ((view.ignoring_in_a_row or 0) >= settings.missed_cycles, "ignores its set-points (target ignored",
+         "see in its manual what holds it"),
+        (limited_s >= _LIMITED_S, f"has held back for {limited_s:.1f} s by a limit of its own (internal limit",
+         "hold its limits of position, speed and current against those of the arm"),
+    )  # fmt: skip
+    for is_so, problem, remedy in problems:
+        if is_so:
+            told = f"{problem}, statusword 0x{word:04X})"
+            yield DeviceFaultError(f"drive {joint.node}", told, f"{remedy}, then acknowledge")
 
 
 def _astray(view: AxisView, joint: JointDrive, settings: ArmSettings) -> Iterator[DriverError]:

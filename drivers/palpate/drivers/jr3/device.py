@@ -55,6 +55,7 @@ class Jr3:
         self._fences = self._boots = self._boots_in_row = self._unasked = 0
         self._raw_scales: tuple[int, ...] = ()
         self._zero_at_ns = 0
+        self._at_stall = wire.counts(), 0
 
     @property
     def latest(self) -> Jr3Sample | None:
@@ -135,7 +136,9 @@ class Jr3:
         if self.failure is not None:
             raise self.failure
         if self.phase is Jr3Phase.SILENT:
-            raise health.no_reading(self._wire.name, self._settings.stall_ns, self._wire.counts())
+            before, duplicates = self._at_stall
+            repeated = self._sampler.counter.duplicates - duplicates
+            raise health.no_reading(self._wire.name, self._settings.stall_ns, before, self._wire.counts(), repeated)
 
     def poll(self, now_ns: int) -> list[Jr3Sample]:
         """Take what has arrived, and do what is due. Never raises for what device or wire do: see :meth:`check`.
@@ -272,6 +275,7 @@ class Jr3:
             self._sampler.counter.resume()
             self._wire.forget()
             self._advance(Jr3Event.STALLED)
+            self._at_stall = self._wire.counts(), self._sampler.counter.duplicates
         if self._exchange.exhausted(now_ns):
             self._give_up()
         request = self._exchange.request

@@ -89,10 +89,28 @@ def no_answer(name: str, doing: str, counts: TransportCounts, *, refused: bool, 
     return WiringError(name, f"nobody answers ({_garbage(counts)})", remedy)
 
 
-def no_reading(name: str, stall_ns: int, counts: TransportCounts) -> SilentError:
-    """The stream has stopped."""
-    problem = f"no new reading for {stall_ns * 1e-6:.0f} ms ({_garbage(counts)})"
-    return SilentError(name, problem, "check cable and power; then open it again")
+def no_reading(
+    name: str, stall_ns: int, before: TransportCounts, counts: TransportCounts, repeated: int
+) -> SilentError:
+    """The stream has stopped.
+
+    Args:
+        name: The sensor, as a person would call it.
+        stall_ns: How long a reading may be in coming.
+        before: What the wire had seen when it stopped.
+        counts: What it has seen by now.
+        repeated: How often the last reading came again since.
+    """
+    problem = f"no new reading for {stall_ns * 1e-6:.0f} ms"
+    senseless = counts.garbage + counts.orphans - before.garbage - before.orphans
+    if repeated:
+        what, remedy = f"the last one came {repeated} times again", "power the board again; its sampling has stopped"
+    elif senseless:
+        what = f"{senseless} frames or bytes without sense, or cut short, came instead"
+        remedy = "check shield, ground and bit rate; then open it again"
+    else:
+        what, remedy = "nothing comes", "check cable and power; then open it again"
+    return SilentError(name, f"{problem}: {what}", remedy)
 
 
 def too_many_boots(name: str, boots: int) -> DeviceFaultError:

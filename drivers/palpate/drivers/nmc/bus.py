@@ -11,7 +11,7 @@ from collections import defaultdict
 from collections.abc import Callable, Iterable
 from typing import Final, Protocol
 
-from palpate.drivers.errors import DriverError, GarbledError, SilentError, StateError, WiringError
+from palpate.drivers.errors import DriverError, GarbledError, LateError, SilentError, StateError, WiringError
 from palpate.drivers.nmc.commands import CLEAR_BITS
 from palpate.drivers.nmc.frames import FRAME_OVERHEAD_BYTES, MAX_DATA_BYTES, Code, NmcCommand, StatusItem, find_frame
 from palpate.drivers.nmc.replies import Discarded, Reply, decode_reply, reply_size_bytes
@@ -78,6 +78,8 @@ class NmcBus:
         self._masks: defaultdict[int, StatusItem] = defaultdict(lambda: StatusItem(0))
         self._failures: defaultdict[int, int] = defaultdict(int)
         self._run = self._stray_run = 0
+        self._late: defaultdict[int, int] = defaultdict(int)
+        self._awaited: int | None = None
         self._heard: tuple[int, NmcCommand] | None = None
         self._demand: str | None = None
         self._is_dirty = True
@@ -123,6 +125,7 @@ class NmcBus:
     def forgive(self) -> None:
         """Withdraws the demand for a new start; for whoever has just made one."""
         self._failures.clear()
+        self._late.clear()
         self._run = self._stray_run = 0
         self._demand = None
 
@@ -134,10 +137,15 @@ class NmcBus:
         """
         self._counters.resyncs += 1
         try:
+            came = self._stream.in_waiting
             self._stream.reset_input_buffer()
             self._stream.write(_RESYNC)
             # A module may answer the frame that the zeros completed: wait that out, then flush it.
             self._sleep_s(self.timeout_s(len(_RESYNC) + reply_size_bytes(_ALL_ITEMS)))
+            # What comes after its time was up is a reply that nobody waited for any more.
+            if self._awaited is not None and (came or self._stream.in_waiting):
+                self._late[self._awaited] += 1
+            self._awaited = None
             self._stream.reset_input_buffer()
         except Exception as error:
             raise self._gone(error) from error
@@ -217,7 +225,7 @@ class NmcBus:
         if isinstance(result, Reply):
             return result
         if max(self._failures[address], self._run) >= allowed:
-            raise self._stop(_error(address, result, allowed))
+            raise self._stop(_error(address, result, allowed, sum(self._late.values())))
         return None
 
     def require(self, address: int, command: NmcCommand) -> Reply:
@@ -287,12 +295,13 @@ class NmcBus:
         self._counters.exchanges += 1
         if isinstance(result, Reply):
             self._is_dirty = False
-            self._failures[address] = self._run = 0
+            self._failures[address] = self._late[address] = self._run = 0
             if command.code is Code.DEF_STAT:
                 self._masks[address] = StatusItem(command.data[0])
             return
         self._counters.discarded[result] += 1
         self._failures[address] += 1
+        self._awaited = address
         self._run += 1
 
     def _stop(self, error: DriverError) -> DriverError:
@@ -302,7 +311,9 @@ class NmcBus:
     def _stray_error(self) -> GarbledError:
         heard = "bytes that nobody asked for" if self._heard is None else f"a {self._heard[1].code.name} command"
         problem = f"heard {heard} before {self._stray_run} requests in a row"
-        return GarbledError(DEVICE, problem, "see whether a second program or controller talks on this bus")
+        return GarbledError(
+            DEVICE, problem, "see whether a second program or controller talks on this bus, or raise [arm] patience"
+        )
 
     def _gone(self, error: Exception) -> SilentError:
         self._is_dirty = True
@@ -310,10 +321,13 @@ class NmcBus:
         return SilentError(DEVICE, self._demand, "plug the serial adapter in and open the port again")
 
 
-def _error(address: int, reason: Discarded, times: int) -> DriverError:
+def _error(address: int, reason: Discarded, times: int, late: int) -> DriverError:
     device, problem = f"NMC module {address}", f"{times} failures in a row, the last: {reason.value}"
     if reason is Discarded.ECHO:
         return WiringError(device, problem, "connect both pairs of the full-duplex bus, without loop or local echo")
+    if late and reason in (Discarded.MISSING, Discarded.SHORT):
+        remedy = "end other work on this computer, lower the USB adapter's latency timer, or raise [arm] patience"
+        return LateError(device, f"{problem}; {late} of them were answered too late", remedy)
     if reason is Discarded.MISSING:
         return SilentError(device, problem, "check its supply and cable; a module that was reset needs a new start")
     return GarbledError(device, problem, "check cable, termination and grounding, or choose a lower baud rate")

@@ -1,6 +1,8 @@
+from .chain import ExpectedSteps as ExpectedSteps
 from .chain import expected_steps as expected_steps
 from .chain import greedy as greedy
 from .chain import uniform as uniform
+from .chain import walked_steps as walked_steps
 from .maps import COMPASS as COMPASS
 from .maps import GOAL as GOAL
 from .maps import SCENARIOS as SCENARIOS
@@ -11,6 +13,8 @@ from .optimum import belief_optimum as belief_optimum
 from .optimum import full_information_optimum as full_information_optimum
 from .trial import PENALTY as PENALTY
 from .trial import STEP_LIMIT as STEP_LIMIT
+from .trial import UNDISTURBED as UNDISTURBED
+from .trial import Disturbance as Disturbance
 from .trial import Walk as Walk
 from .trial import Walker as Walker
 from .trial import run_trial as run_trial

@@ -20,9 +20,9 @@ from scipy.sparse.linalg import MatrixRankWarning, spsolve
 from palpate.core.automata import AutomatonState
 from palpate.core.errors import ConfigurationError, require_whole
 from palpate.core.perception import IdentityState, StateIdentifier
-from palpate.core.policy import boltzmann_probabilities
+from palpate.core.policy import Policy, boltzmann_probabilities
 from palpate.simulation.grid.maps import COMPASS, GridMap
-from palpate.simulation.grid.trial import STEP_LIMIT
+from palpate.simulation.grid.trial import STEP_LIMIT, UNDISTURBED, Disturbance, run_trial
 
 ENDLESS: Final = 1e9
 """Means above this count as infinite. The condition of the linear system is about the largest mean from any place, so
@@ -102,6 +102,51 @@ def expected_steps(
         reaches=float(weights @ reaches) if leaks else 1.0,
         limited_steps=limited,
         reaches_in_time=1.0 - float(here.sum()),
+    )
+
+
+def walked_steps(
+    grid: GridMap,
+    identifier: StateIdentifier,
+    policy: Policy,
+    step_limit: int = STEP_LIMIT,
+    *,
+    walks: int = 1,
+    seed: int = 0,
+    disturbance: Disturbance = UNDISTURBED,
+) -> ExpectedSteps:
+    """Mean number of steps of a policy that does not learn, walked from every cell.
+
+    With one walk a cell it is exact where neither the policy nor the world leaves anything to chance.
+
+    Args:
+        grid: The map.
+        identifier: From readings to states.
+        policy: A frozen one.
+        step_limit: Steps after which a trial is cut off; the mean without a limit takes it for endless after ten times
+            as many.
+        walks: Trials from each cell.
+        seed: Of what is left to chance.
+        disturbance: What the world leaves to it.
+    """
+    longest, steps = 10 * step_limit, []
+    for start in range(len(grid.cells)):
+        for number in range(walks):
+            trial = start * walks + number
+            walk = run_trial(
+                grid, identifier, policy, seed, trial, step_limit=longest, start=start, disturbance=disturbance
+            )
+            steps.append(walk.steps if walk.reached else inf)
+    return _summed(steps, step_limit)
+
+
+def _summed(steps: Sequence[float], step_limit: int) -> ExpectedSteps:
+    count = len(steps)
+    return ExpectedSteps(
+        steps=sum(steps) / count,
+        reaches=sum(number < inf for number in steps) / count,
+        limited_steps=sum(min(number, step_limit) for number in steps) / count,
+        reaches_in_time=sum(number <= step_limit for number in steps) / count,
     )
 
 

@@ -7,14 +7,14 @@ state, what the last action came to, the next action, in this order.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final
+from typing import Annotated, ClassVar, Final
 
 from palpate.core.automata import Strings
 from palpate.core.errors import CommandError, ConfigurationError, require_whole
 from palpate.core.insertion import Purpose, generator
 from palpate.core.perception import IdentityState, StateIdentifier
-from palpate.core.policy import ActionPenalty, Observation, Policy, RandomWalkPolicy, Transition
-from palpate.core.ports import Vector3
+from palpate.core.policy import ActionPenalty, Hindsight, Observation, Policy, RandomWalkPolicy, Transition
+from palpate.core.ports import Range, Settings, Vector3
 from palpate.simulation.grid.maps import GridMap, grid_actions
 
 STEP_LIMIT: Final = 100
@@ -46,6 +46,21 @@ class Walk:
         return len(self.actions)
 
 
+@dataclass(frozen=True, slots=True)
+class Disturbance(Settings):
+    """What chance does to moves and readings; nothing without it."""
+
+    TABLE: ClassVar[str] = "grid"
+
+    slips: Annotated[float, Range(0.0, 1.0, below=True)] = 0.0
+    """Share of the moves that fail: the agent stays."""
+    misreads: Annotated[float, Range(0.0, 1.0)] = 0.0
+    """Share of the readings, the start's too, in whose place any symbol is read, each as likely as any other."""
+
+
+UNDISTURBED: Final = Disturbance()
+
+
 class Walker:
     """The agent in its map during one trial, move by move; the caller chooses the moves.
 
@@ -54,6 +69,8 @@ class Walker:
         identifier: From readings to states; it is reset first.
         seed: The run's seed.
         trial: Index of the trial; with the seed it gives the start.
+        start: Number of the cell in which it begins; None for the one that seed and trial give.
+        disturbance: What is left to chance; with the seed the trial gives its random numbers.
 
     Attributes:
         cell: Where it is; None at the goal.
@@ -63,13 +80,23 @@ class Walker:
         ConfigurationError: The identifier has other symbols than the map.
     """
 
-    def __init__(self, grid: GridMap, identifier: StateIdentifier, seed: int, trial: int) -> None:
+    def __init__(
+        self,
+        grid: GridMap,
+        identifier: StateIdentifier,
+        seed: int,
+        trial: int,
+        start: int | None = None,
+        disturbance: Disturbance = UNDISTURBED,
+    ) -> None:
         if identifier.symbols != grid.symbols:
             accepted = f"the symbols of the map, {', '.join(grid.symbols)}"
             raise ConfigurationError("grid.state", identifier.symbols, accepted)
         self._grid, self._identifier = grid, identifier
-        self._start = int(generator(seed, Purpose.START, trial).integers(len(grid.cells)))
-        self._symbols, self._actions = [grid.readings[self._start]], list[int]()
+        self._start = int(generator(seed, Purpose.START, trial).integers(len(grid.cells))) if start is None else start
+        self._disturbance = disturbance
+        self._chance = generator(seed, Purpose.SENSOR, trial) if disturbance != UNDISTURBED else None
+        self._symbols, self._actions = [self._read(self._start)], list[int]()
         identifier.reset()
         self.cell: int | None = self._start
         self.state = identifier.update(self._symbols[0])
@@ -102,12 +129,18 @@ class Walker:
         if self.cell is None:
             raise CommandError("at the goal there is no move", action)
         self._actions.append(action)
-        self.cell = self._grid.moves[self.cell][action]
+        if self._chance is None or self._chance.random() >= self._disturbance.slips:
+            self.cell = self._grid.moves[self.cell][action]
         if self.cell is None:
             return None
-        self._symbols.append(self._grid.readings[self.cell])
+        self._symbols.append(self._read(self.cell))
         self.state = self._identifier.update(self._symbols[-1])
         return self.state
+
+    def _read(self, cell: int) -> int:
+        if self._chance is not None and self._chance.random() < self._disturbance.misreads:
+            return int(self._chance.integers(len(self._grid.symbols)))
+        return self._grid.readings[cell]
 
 
 def run_trial(
@@ -118,10 +151,13 @@ def run_trial(
     trial: int,
     *,
     step_limit: int = STEP_LIMIT,
+    start: int | None = None,
+    disturbance: Disturbance = UNDISTURBED,
 ) -> Walk:
     """One trial from a random cell to the goal, or to the limit.
 
-    The policy learns in the ordinary way: a trial that is cut off ends with an ordinary transition.
+    The policy learns in the ordinary way: a trial that is cut off ends with an ordinary transition. What it came to is
+    told as in the insertion task, but of a place nothing is known.
 
     Args:
         grid: The map; the agent gets nothing of it but readings.
@@ -130,13 +166,15 @@ def run_trial(
         seed: The run's seed.
         trial: Index of the trial; with the seed it gives the start and the policy's random numbers.
         step_limit: Most actions.
+        start: Number of the cell in which it begins; None for the one that seed and trial give.
+        disturbance: What is left to chance.
 
     Raises:
         ConfigurationError: The identifier has other symbols than the map, or the limit is below 1.
         CommandError: The policy chose something that is not of the action set.
     """
     require_whole("grid.step_limit", step_limit, 1, 10_000_000)
-    walker = Walker(grid, identifier, seed, trial)
+    walker = Walker(grid, identifier, seed, trial, start, disturbance)
     policy.begin_trial(trial, generator(seed, Purpose.POLICY, trial))
     for _ in range(step_limit):
         observation = walker.observation()
@@ -147,6 +185,7 @@ def run_trial(
         policy.learn(Transition(observation.state, decision.index, PENALTY.per_action, next_state))
         if next_state is None:
             break
+    policy.end_trial(Hindsight(walker.walk.reached, _NOWHERE, 0.0))
     return walker.walk
 
 

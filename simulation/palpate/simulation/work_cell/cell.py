@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Iterator, Sequence
 from functools import partial
+from operator import sub
 from typing import Final, TypeAlias
 
 import mujoco
@@ -150,14 +151,17 @@ class WorkCell:
 
         MuJoCo reports the force from child to parent body; the world's force on the tool is its negative.
         """
-        wrench: list[float] = (next(self._noise) - self._wrench).tolist()
+        wrench = list(map(sub, next(self._noise), self._wrench.tolist()))
         return [a + b for a, b in zip(wrench, self._moved_zero(), strict=True)] if self._zero_moves else wrench
 
     def measure_joints(self) -> JointVector:
         """Joint angles as the encoders count them, (n,) rad."""
         if self._encoder_step is None:
             return self.joint_angles()
-        return tuple((np.rint(self._qpos / self._encoder_step) * self._encoder_step).tolist())
+        counts = self._qpos / self._encoder_step
+        np.rint(counts, counts)
+        counts *= self._encoder_step
+        return tuple(counts.tolist())
 
     def joint_angles(self) -> JointVector:
         """Exact joint angles, (n,) rad: for the servos, which do not depend on the host's encoders."""
@@ -225,10 +229,10 @@ class WorkCell:
             self._peak_square = max(self._peak_square, float(np.einsum("ij,ij->i", forces, forces).max()))
             self._peak_count = 0
 
-    def _noise_samples(self, rng: np.random.Generator) -> Iterator[Array]:
+    def _noise_samples(self, rng: np.random.Generator) -> Iterator[list[float]]:
         """Bias and white noise, drawn in blocks because single draws cost more than the samples' use."""
         sensor = self.config.sensor
         bias = rng.standard_normal(6) * ([sensor.force_bias_N] * 3 + [sensor.torque_bias_Nm] * 3)
         spread = np.array([sensor.force_noise_N] * 3 + [sensor.torque_noise_Nm] * 3)
         while True:
-            yield from rng.standard_normal((_NOISE_BLOCK, 6)) * spread + bias
+            yield from (rng.standard_normal((_NOISE_BLOCK, 6)) * spread + bias).tolist()

@@ -28,12 +28,6 @@ def mixed_rows() -> list[TrialRow]:
     return [*trial_rows(*np.linspace(8.0, 2.0, 30)), *failed]
 
 
-def test_equal_trials_give_equal_bytes() -> None:
-    first, second = (learning_curve(mixed_rows(), "a title") for _ in range(2))
-    assert first == second
-    assert learning_curve(mixed_rows(), "another title") != first
-
-
 def test_both_kinds_of_trials_are_seen() -> None:
     picture = pixels(learning_curve(mixed_rows(), "both"))
     assert picture.shape == SIZE

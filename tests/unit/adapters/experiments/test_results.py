@@ -100,24 +100,12 @@ def test_damaged_trials_are_reported(folder: RunFolder) -> None:
         folder.read_trials()
 
 
-def test_files_are_replaced_and_nothing_else_stays(folder: RunFolder) -> None:
-    folder.write("run.toml", "a" * 100)
-    folder.write_json("run.toml", {"ü": 1})
-    assert set(content(folder)) == {"run.toml"}
-    assert (folder.path / "run.toml").read_text().endswith("}\n")
-
-
 @pytest.mark.parametrize("name", RUN_FILES)
 def test_a_folder_that_holds_a_run_is_not_free(folder: RunFolder, name: str) -> None:
     folder.require_free()
     (folder.path / name).write_text("")
     with pytest.raises(OutputError, match=f"already holds a run .{name}"):
         folder.require_free()
-
-
-def test_a_folder_that_is_not_there_yet_is_free(tmp_path: Path) -> None:
-    RunFolder(tmp_path / "a" / "b").require_free()
-    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_file_in_place_of_the_folder_is_refused(tmp_path: Path) -> None:

@@ -145,12 +145,6 @@ def test_one_value_has_no_interval() -> None:
         t_half_width(np.ones((1, 4)))
 
 
-def test_it_covers_as_often_as_it_says() -> None:
-    values = np.random.default_rng(1).normal(5.0, 2.0, size=(4, 5000))
-    covered = np.abs(values.mean(axis=0) - 5.0) <= t_half_width(values)
-    assert 0.94 < covered.mean() < 0.96
-
-
 def test_trials_that_took_no_time_give_no_speed_up() -> None:
     rows = trial_rows(*[0.0] * 150)
     assert learning_summary(rows)["speed_up"] is None

@@ -3,8 +3,8 @@
 import pytest
 
 from palpate.adapters.fault_injection import FaultPlan, FaultyArm
-from palpate.core.errors import CommandError, ConfigurationError, DeviceError, LifecycleError
-from palpate.core.ports import CommandReason, JointCommand, Life
+from palpate.core.errors import CommandError, ConfigurationError, DeviceError
+from palpate.core.ports import CommandReason, JointCommand
 from tests.unit.adapters.fault_injection.bench import ArmBench
 
 
@@ -101,15 +101,6 @@ def test_activated_again_the_faults_go_on_and_nothing_old_arrives(by: str) -> No
     # Activated underneath, the first command is what shows it, and goes on plainly.
     expected = [held, held, held, 51.0] if by == "arm" else [51.0, 51.0, 51.0, 51.0, 52.0]
     assert bench.places(len(expected)) == pytest.approx(expected)
-
-
-def test_outside_active_the_arm_refuses_as_ever() -> None:
-    bench = ArmBench((FaultPlan("drop", "arm"),))
-    bench.arm.deactivate()
-    with pytest.raises(LifecycleError):
-        bench.step()
-    bench.arm.close()
-    assert bench.plain.life is Life.CLOSED
 
 
 def test_plans_and_decorators_combine() -> None:

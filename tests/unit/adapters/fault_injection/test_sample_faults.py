@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from palpate.adapters.fault_injection import KINDS, FaultDelivery, FaultPlan, FaultyForceSensor
+from palpate.adapters.fault_injection import FaultDelivery, FaultPlan, FaultyForceSensor
 from palpate.core.errors import ConfigurationError, DeviceError, FaultLatchedError
 from palpate.core.ports.contracts.fakes import FakeClock, FakeForceSensor
 from palpate.core.ports.values import Validity, WrenchSample
@@ -27,11 +27,6 @@ SETTINGS: dict[str, dict[str, Any]] = {
 
 def sequences(found: list[WrenchSample]) -> list[int]:
     return [sample.sequence for sample in found]
-
-
-def test_without_plans_the_samples_are_the_devices_own() -> None:
-    assert fz(PLAIN) == [tick + 1.0 for tick in range(12)]
-    assert sequences(PLAIN) == list(range(12))
 
 
 def test_drop_gives_the_old_sample_honestly() -> None:
@@ -232,14 +227,3 @@ def test_several_plans_meet_the_samples_in_their_order() -> None:
 def test_a_joint_that_does_not_exist_is_refused() -> None:
     with pytest.raises(ConfigurationError, match="numbers from 0 to 2"):
         angles(FaultPlan("nan", "joint_encoder", channels=(3,)))
-
-
-@pytest.mark.parametrize("kind", [kind for kind, known in KINDS.items() if "force_sensor" in known.ports])
-def test_every_kind_shows(kind: str) -> None:
-    plan = FaultPlan(kind, "force_sensor", 3, factor=1000.0 if kind == "unit" else 1.0, **SETTINGS.get(kind, {}))
-    delivered: list[FaultDelivery] = []
-    found = wrenches(plan, delivered=delivered)
-    assert found[:3] == PLAIN[:3]
-    assert any(a != b for a, b in zip(found[3:], PLAIN[3:], strict=True))
-    assert delivered[0].tick == 3
-    assert delivered[0].text

@@ -10,7 +10,6 @@ import pytest
 from palpate.adapters.gymnasium_envs.episode import ActionRefusedError, NotRunningError
 from palpate.adapters.gymnasium_envs.peg_insertion import Numbering, PegInsertionEnv
 from palpate.core.errors import ConfigurationError
-from palpate.core.ports.values import CONTROL_RATE_HZ
 
 EAST, WEST = 0, 4
 
@@ -32,33 +31,6 @@ def towards_hole(info: dict[str, Any]) -> Any:
     return (away / max(np.linalg.norm(away), 1.0)).astype(np.float32)
 
 
-def test_a_step_is_one_decision_of_fourteen_ticks(env: PegInsertionEnv) -> None:
-    _, before = env.reset(seed=1)
-    assert (before["phase"], before["decisions"], before["seed"], before["trial"]) == ("explore", 0, 1, 0)
-    for count in (1, 2, 3):
-        _, reward, terminated, truncated, info = env.step(EAST)
-        assert (reward, terminated, truncated) == (-1.0, False, False)
-        assert info["decisions"] == count
-        assert info["time_s"] - before["time_s"] == pytest.approx(14 / CONTROL_RATE_HZ)
-        assert info["exploration_time_s"] - before["exploration_time_s"] == pytest.approx(14 / CONTROL_RATE_HZ)
-        before = info
-
-
-def test_raw_observations_are_tip_and_wrench_in_si_units(env: PegInsertionEnv) -> None:
-    first, info = env.reset(seed=2)
-    seen = first
-    for _ in range(4):
-        # Encoders do not see the springs of the gripper, and they count in steps.
-        assert seen[:2] == pytest.approx(info["true_tip_m"][:2], abs=0.25e-3)
-        assert seen[5] == pytest.approx(-4.9, abs=2.0)  # the plate pushes back with 0.5 kgf
-        assert env.observation_space.contains(seen)
-        before = seen
-        seen, _, _, _, info = env.step(EAST)
-        assert not np.shares_memory(seen, before)
-    # The spring of the gripper and friction hold the first step back a little.
-    assert seen[0] - first[0] == pytest.approx(4 * 0.7e-3, abs=0.5e-3)
-
-
 def test_free_steps_lead_into_the_hole_and_that_terminates() -> None:
     env = cell(actions="continuous")
     _, info = env.reset(seed=4)
@@ -74,19 +46,6 @@ def test_free_steps_lead_into_the_hole_and_that_terminates() -> None:
     with pytest.raises(NotRunningError, match="after an episode has ended"):
         env.step(np.zeros(2, np.float32))
     env.close()
-
-
-def test_the_time_limit_truncates_and_is_no_failure(env: PegInsertionEnv) -> None:
-    env.reset(seed=3)
-    rewards, ends = [], []
-    while not any(ends):
-        _, reward, *ends, info = env.step(EAST)
-        rewards.append(reward)
-    assert ends == [False, True]
-    assert info["outcome"] == "time limit"
-    assert not info["is_success"]
-    assert info["exploration_time_s"] == pytest.approx(1.0)
-    assert rewards == [-1.0] * 9
 
 
 def crash(**arguments: Any) -> tuple[float, bool, bool, dict[str, Any]]:

@@ -37,7 +37,7 @@ class SlowDriver(ArmDriver):
         while self.hangs:
             self.clock.sleep(0.1)
         if self.is_dead:
-            raise SilentError("slow arm", "is dead", "bury it")
+            raise SilentError("drive 3", "is dead", "bury it")
         return Measured(position_rad=(0.0,), is_fresh=(True,), applied=None, time_ns=self.clock.now_ns())
 
     def stop(self) -> None:
@@ -99,6 +99,7 @@ def test_a_dead_arm_is_told_once_by_its_own_thread_whoever_asks(desk: Desk) -> N
     gone(desk.clock, watchdog)
     assert desk.driver.stops == ["slow arm bus"]
     assert seconds_since(desk.clock, begin_ns) < 0.7
+    assert desk.arm.fault == "drive 3: is dead; bury it (the device's fault)"
 
 
 def test_a_stop_of_an_arm_whose_thread_has_ended_is_one_thread_s(desk: Desk) -> None:

@@ -6,7 +6,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import matplotlib.image
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
@@ -159,14 +158,6 @@ def test_what_is_drawn(tmp_path: Path, drawn: Drawn) -> None:
     assert "inserted" in title
     assert "tare event at tick 20" in title
     assert "all commands applied as asked" in title
-
-
-def test_the_picture_is_not_blank_and_equal_logs_give_equal_ones(tmp_path: Path) -> None:
-    trial = log(tmp_path, [tick(k) for k in range(100)], others=[TARE])
-    (tmp_path / "a.png").write_bytes(timeline(trial))
-    pixels = matplotlib.image.imread(tmp_path / "a.png")
-    assert len(np.unique(pixels.reshape(-1, pixels.shape[-1]), axis=0)) > 50
-    assert timeline(trial) == (tmp_path / "a.png").read_bytes()
 
 
 def test_altered_commands_get_a_panel(tmp_path: Path, drawn: Drawn) -> None:

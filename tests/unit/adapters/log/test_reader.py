@@ -102,16 +102,6 @@ def test_with_any_bit_flipped_it_is_noticed() -> None:
         assert "x.mcap: " in complaint(bytes(broken)), bit
 
 
-def test_with_any_bit_flipped_at_its_two_ends_it_is_noticed() -> None:
-    # Magic bytes, header, end of data, footer: where checksums themselves lie.
-    data = log_bytes(SMALL)
-    for at in (*range(40), *range(len(data) - 60, len(data))):
-        for bit in range(8):
-            broken = bytearray(data)
-            broken[at] ^= 1 << bit
-            complaint(bytes(broken))
-
-
 @given(st.binary(max_size=300))
 def test_any_bytes_at_all_are_refused(noise: bytes) -> None:
     for data in (noise, MCAP0_MAGIC + noise, MCAP0_MAGIC + noise + MCAP0_MAGIC):
@@ -135,17 +125,6 @@ REWRITINGS: list[dict[str, Any]] = [
 def test_a_log_that_another_tool_has_rewritten_reads_the_same(settings: dict[str, Any]) -> None:
     ours, theirs = read(log_bytes()), read(rewritten(**settings))
     assert replace(theirs, size_bytes=0) == replace(ours, size_bytes=0)
-
-
-@pytest.mark.parametrize("settings", REWRITINGS, ids=str)
-def test_a_rewritten_log_with_any_bit_flipped_raises_nothing_else(settings: dict[str, Any]) -> None:
-    # Without checksums a flip may go unnoticed; what it may not is end in a traceback.
-    data = rewritten(SMALL, **settings)
-    for bit in random.Random(2).sample(range(8 * len(data)), 400):
-        broken = bytearray(data)
-        broken[bit // 8] ^= 1 << bit % 8
-        with suppress(LogError):
-            read(bytes(broken))
 
 
 def test_any_bit_flipped_under_valid_checksums_raises_nothing_else() -> None:

@@ -137,14 +137,6 @@ def test_lengths_beyond_one_byte(joints: int, frame: str) -> None:
     assert decode_tick(payload, layout_of(record)) == record
 
 
-def test_the_commanded_angles_lie_where_the_layout_says() -> None:
-    record = tick_record(3, 9)
-    layout = layout_of(record)
-    assert layout is not None
-    part = encode_tick(record)[layout.asked_offset : layout.asked_offset + layout.asked_length]
-    assert struct.unpack("<9d", part) == record.asked_rad
-
-
 def test_an_unknown_enumeration_number_is_no_reading() -> None:
     # Protobuf hides a number that it does not know, and its default would be VALID.
     record = tick_record(3)
@@ -174,14 +166,6 @@ def test_a_message_without_a_field_that_must_be_there_is_refused(field: str) -> 
     (made if field in ("tick", "reason") else made.wrench).ClearField(field)
     with pytest.raises(ValueError, match=r"is missing|unpack"):
         decode_tick(made.SerializeToString())
-
-
-@given(st.binary(max_size=400))
-def test_no_bytes_make_the_fast_way_fail(payload: bytes) -> None:
-    layout = full_layout(6, 6, 6, "sensor")
-    filled = payload.ljust(layout.size, b"\0")[: layout.size]
-    assert layout.unpack(payload) is None or len(payload) == layout.size
-    layout.unpack(filled)
 
 
 @given(st.integers(0, 8 * full_layout(6, 6, 6, "sensor").size - 1))

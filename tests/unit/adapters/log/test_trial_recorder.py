@@ -23,7 +23,7 @@ from palpate.core.errors import DeviceError, OutputError
 from palpate.core.insertion import InsertionTask, Outcome, TrialReport, TrialSetup
 from palpate.core.policy import Policy
 from palpate.core.ports import World, WrenchSample
-from tests.unit.adapters.log.recording_bench import ChokingSink, log_of
+from tests.unit.adapters.log.recording_bench import log_of
 from tests.unit.adapters.samples import QUICK, ready_pose
 
 FILES = ("trials.csv", "decisions.csv", "checkpoint.json", "policy.json")
@@ -151,18 +151,6 @@ def test_a_trial_that_an_error_ends_has_an_end_that_says_so(setting: Setting, er
     assert log.calls[-1].call == "stop"
     assert log.end is not None
     assert (log.end.error, log.end.outcome, log.end.ticks) == (type(error).__name__, "", 25)
-
-
-def test_trouble_ends_the_trial_where_that_is_wanted(tmp_path: Path) -> None:
-    sink = ChokingSink()
-    with Setting(tmp_path, sink, RecordingConfig(on_trouble="stop")) as setting:
-        sink.tells.append("x: cannot be written (No space left on device)")
-        with pytest.raises(DeviceError, match="flight recorder: x: cannot be written"):
-            setting.run()
-        log = setting.log()
-        assert log.end is not None
-        assert log.end.error == "DeviceError"
-        assert log.calls[-1].call == "stop"
 
 
 def test_a_trial_that_did_not_begin_is_not_told_with_the_one_before(

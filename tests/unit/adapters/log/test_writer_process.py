@@ -63,15 +63,6 @@ def test_messages_outside_a_log_are_nothing(tmp_path: Path) -> None:
     assert path.read_bytes() == log_bytes()
 
 
-def test_nothing_is_overwritten_and_the_next_log_is_written(tmp_path: Path) -> None:
-    one, two = tmp_path / "1.mcap", tmp_path / "2.mcap"
-    one.write_bytes(b"precious")
-    trial = frames_of(messages())
-    assert write(HEAD + opening(one) + trial + opening(two) + trial) == [(str(one), "cannot be made (File exists)")]
-    assert one.read_bytes() == b"precious"
-    assert two.read_bytes() == log_bytes()
-
-
 def test_a_folder_that_is_not_there_is_reported(tmp_path: Path) -> None:
     path = tmp_path / "none" / "1.mcap"
     assert write(HEAD + opening(path) + frames_of(messages())) == [

@@ -3,11 +3,8 @@
 from dataclasses import replace
 from pathlib import Path
 
-import pytest
-
-from palpate.adapters.replay.batch import WhatIf, find_logs, learning_problems, replay_files
+from palpate.adapters.replay.batch import find_logs, learning_problems
 from palpate.adapters.replay.engine import Lesson, Replay, Verdict
-from palpate.core.errors import LogError
 
 GOLDEN = Path(__file__).parents[3] / "golden"
 
@@ -23,27 +20,9 @@ def test_files_folders_and_patterns_once_each(tmp_path: Path) -> None:
     assert len(find_logs([str(tmp_path / "notes.txt")])) == 1
 
 
-@pytest.mark.parametrize("name", ["missing.mcap", "none-*.mcap", ""])
-def test_a_name_that_leads_nowhere(tmp_path: Path, name: str) -> None:
-    with pytest.raises(LogError):
-        find_logs([str(tmp_path / name)])
-
-
-def test_logs_come_in_order_whatever_the_number_of_processes() -> None:
-    paths = sorted(GOLDEN.glob("train-*.mcap"))
-    one = [replay.path for part in replay_files(paths, WhatIf(), 1) for replay in part]
-    two = [replay.path for part in replay_files(paths, WhatIf(), 2) for replay in part]
-    assert one == two == [str(path) for path in paths]
-
-
 def lesson(trial: int, before: str, after: str, *, run: str = "r", folder: str = "logs") -> Replay:
     path = f"{folder}/trial-{trial:05d}.mcap"
     return Replay(path, Verdict.EQUAL, lesson=Lesson(run, trial, before, after))
-
-
-def test_what_is_learned_is_handed_on() -> None:
-    links, problems, gaps = learning_problems([lesson(1, "b", "c"), lesson(0, "a", "b"), lesson(2, "c", "d")])
-    assert (links, problems, gaps) == (2, [], [])
 
 
 def test_a_broken_hand_over_is_told() -> None:

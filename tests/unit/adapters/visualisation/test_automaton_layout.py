@@ -61,8 +61,3 @@ def test_neighbours_in_the_machine_are_neighbours_on_the_circle() -> None:
     layout = layout_of(dfa([[after[state], None] for state in range(8)], []))
     for state, target in after.items():
         assert abs(layout.ranks[state] - layout.ranks[target]) in (1, 7)
-
-
-def test_equal_machines_have_equal_layouts() -> None:
-    one, other = (random_machine(random.Random(9), Kind.MEALY, 14, 4) for _ in range(2))
-    assert layout_of(one) == layout_of(other)

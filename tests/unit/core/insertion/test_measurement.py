@@ -134,7 +134,7 @@ def test_a_reset_forgets_the_trial_before() -> None:
 def test_a_sample_of_another_arm_is_refused() -> None:
     sample = snapshot()
     with pytest.raises(DeviceError, match="joint encoder: gives 5 joint angles, the arm has 6"):
-        build().update(replace(sample, joints=replace(sample.joints, position_rad=ANGLES[:5])))
+        build().update(sample._replace(joints=replace(sample.joints, position_rad=ANGLES[:5])))
 
 
 @pytest.mark.parametrize(("late_ticks", "aligned"), [(0, True), (1, True), (2, True), (5, True), (6, True), (5, False)])
@@ -150,7 +150,7 @@ def test_depth_is_that_of_the_place_at_the_time_of_a_force_that_is_late(late_tic
         # A force between two ticks, from the second late one on.
         late_ns = late_ticks * step_ns + (step_ns // 2 if late_ticks > 1 else 0)
         wrench = replace(seen.wrench, source_time_ns=tick * step_ns - late_ns)
-        measurement.update(replace(seen, wrench=wrench, joints=JointSample(angles, tick * step_ns, 0, tick)))
+        measurement.update(seen._replace(wrench=wrench, joints=JointSample(angles, tick * step_ns, 0, tick)))
         depths.append(measurement.position_m[2])
     then = depths[-1]
     if aligned and late_ticks > 1:

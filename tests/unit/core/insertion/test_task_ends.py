@@ -162,8 +162,8 @@ BAD_JOINTS: dict[str, Callable[[JointSample], JointSample]] = {
 
 def spoiled(snapshot: Snapshot, device: str, kind: str) -> Snapshot:
     if device == "force":
-        return replace(snapshot, wrench=BAD_WRENCHES[kind](snapshot.wrench))
-    return replace(snapshot, joints=BAD_JOINTS[kind](snapshot.joints))
+        return snapshot._replace(wrench=BAD_WRENCHES[kind](snapshot.wrench))
+    return snapshot._replace(joints=BAD_JOINTS[kind](snapshot.joints))
 
 
 @pytest.mark.parametrize(
@@ -285,7 +285,7 @@ def test_a_trial_ends_for_one_reason_only() -> None:
         if tick < 100:
             return s
         task.interrupt()
-        return replace(s, wrench=replace(s.wrench, force_N=plus(s.wrench.force_N, (0.0, 0.0, -31.0))))
+        return s._replace(wrench=replace(s.wrench, force_N=plus(s.wrench.force_N, (0.0, 0.0, -31.0))))
 
     trial = Trial(FakeWorld(HOLE), task=task, on_step=interrupt_and_hit)
     assert trial.report.outcome is Outcome.INTERRUPTED

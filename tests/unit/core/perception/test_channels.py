@@ -5,7 +5,6 @@ import pytest
 
 from palpate.core.errors import CommandError, ConfigurationError
 from palpate.core.perception import channels as checks
-from palpate.core.ports import CHANNELS
 
 
 @pytest.mark.parametrize("value", [True, "1", None, [1.0], math.nan, -math.inf, 10**400])
@@ -14,31 +13,16 @@ def test_number_refuses_what_is_no_finite_number(value: object) -> None:
         checks.number("here.it", value)
 
 
-@pytest.mark.parametrize("value", [3, 3.0, np.float32(3), np.int64(3)])
-def test_number_gives_a_plain_float(value: object) -> None:
-    assert type(checks.number("f", value)) is float
-    assert checks.number("f", value) == 3.0
-
-
 @pytest.mark.parametrize("value", [True, 2.0, "2", 0, 5])
 def test_integer_refuses_other_types_and_values_out_of_range(value: object) -> None:
     with pytest.raises(ConfigurationError, match=r"f = .* a whole number from 1 to 4"):
         checks.integer("f", value, 1, 4)
 
 
-def test_integer_takes_both_ends() -> None:
-    assert [checks.integer("f", v, 1, 4) for v in (1, np.int64(4))] == [1, 4]
-
-
 @pytest.mark.parametrize("value", ["12", {1: 2}, 5, [], [1.0], [1.0, 2.0, 3.0], [1.0, math.nan], [1.0, "2"]])
 def test_vector_refuses_other_than_its_length_of_numbers(value: object) -> None:
     with pytest.raises(ConfigurationError, match=r"^f = .* a list of 2 finite numbers"):
         checks.vector("f", value, 2)
-
-
-def test_vector_takes_lists_tuples_and_arrays() -> None:
-    for value in ([1, 2], (1.0, 2.0), np.array([1.0, 2.0])):
-        assert checks.vector("f", value, 2) == (1.0, 2.0)
 
 
 @pytest.mark.parametrize("value", ["ab", [], [[1.0]], [[1.0, 2.0], [1.0]], [1.0, 2.0], 3])
@@ -81,16 +65,8 @@ def test_samples_refuses_nan_and_empty_rows() -> None:
         checks.samples([[], []])
 
 
-def test_samples_takes_any_iterable_of_rows() -> None:
-    assert checks.samples(((float(i), 1.0) for i in range(3)), 2).shape == (3, 2)
-
-
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
 def test_require_finite(bad: float) -> None:
     checks.require_finite("a thing", (0.0, -1e300))
     with pytest.raises(CommandError, match="a thing must be finite"):
         checks.require_finite("a thing", (0.0, bad))
-
-
-def test_the_vector_is_position_then_force_then_torque() -> None:
-    assert "".join(CHANNELS) == "xyz" + "fxfyfz" + "txtytz"

@@ -128,13 +128,6 @@ def test_a_closed_device_latches_nothing() -> None:
     assert device.fault is None
 
 
-def test_close_runs_its_hook_once() -> None:
-    device = device_in(Life.ACTIVE)
-    device.close()
-    device.close()
-    assert device.calls == ["close"]
-
-
 def test_a_device_that_fails_to_close_is_closed_all_the_same() -> None:
     device = device_in(Life.ACTIVE)
     device.failing = ("close",)
@@ -165,9 +158,3 @@ def test_context_manager_closes_when_it_cannot_be_entered(hook: str) -> None:
         pytest.fail("must not be entered")
     assert device.life is Life.CLOSED
     assert device.calls[-1] == "close"
-
-
-@pytest.mark.parametrize("life", [life for life in Life if life is not Life.ACTIVE])
-def test_use_needs_an_active_device(life: Life) -> None:
-    with pytest.raises(FaultLatchedError if life is Life.FAULTED else LifecycleError):
-        device_in(life)._require_active("read()")

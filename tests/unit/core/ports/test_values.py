@@ -1,7 +1,7 @@
 """Value objects: frozen, equal by value, and nothing that is not finite passes unmarked."""
 
 import pickle
-from dataclasses import FrozenInstanceError, fields, replace
+from dataclasses import replace
 from math import inf, nan
 from typing import Any
 
@@ -25,8 +25,8 @@ not_finite = st.sampled_from([nan, inf, -inf])
 
 @pytest.mark.parametrize("value", VALUES, ids=lambda value: type(value).__name__)
 def test_frozen_slotted_hashable_and_picklable(value: Any) -> None:
-    with pytest.raises(FrozenInstanceError):
-        setattr(value, fields(value)[0].name, 1)
+    with pytest.raises(AttributeError):
+        setattr(value, value.__match_args__[0], 1)
     assert not hasattr(value, "__dict__")
     copy = pickle.loads(pickle.dumps(value))
     assert copy == value

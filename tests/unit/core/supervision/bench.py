@@ -85,7 +85,7 @@ class Bench:
             replace(JointSample(measured_rad or self.here_rad, now, now, tick), **(joints or {})),
             self.applied,
         )
-        return replace(made, **changes)
+        return made._replace(**changes)
 
     def tick(
         self,

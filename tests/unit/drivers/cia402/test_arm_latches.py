@@ -5,7 +5,7 @@ from collections.abc import Callable
 import pytest
 
 from palpate.drivers.cia402.arm import ArmState
-from palpate.drivers.errors import DeviceFaultError, DriverError, SilentError, StateError
+from palpate.drivers.errors import DeviceFaultError, DriverError, LateError, SilentError, StateError
 from palpate.simulation.emulators.cia402.node import NmtState
 from palpate.simulation.emulators.cia402.servo import PowerState
 from tests.unit.drivers.cia402.bench import SCALE, Bench
@@ -44,7 +44,6 @@ def restart(bench: Bench) -> None:
 
 def nmt_stopped(bench: Bench) -> None:
     bench.drives[1].nmt = NmtState.STOPPED
-    bench.network.sleep(0.1)
 
 
 def power_lost(bench: Bench) -> None:
@@ -79,6 +78,23 @@ def bus_full(bench: Bench) -> None:
     bench.network.broken = OSError(105, "No buffer space available")
 
 
+def status(bit: int) -> Callable[[Bench], None]:
+    def told(bench: Bench) -> None:
+        bench.cycle(times=3)
+        bench.drives[1].faults.flipped_status = 1 << bit
+
+    told.__name__ = f"statusword bit {bit}"
+    return told
+
+
+def late_answers(bench: Bench) -> None:
+    bench.drives[1].faults.delay_tpdos_ns = 5_000_000
+
+
+def host_away(bench: Bench) -> None:
+    bench.network.sleep(0.15)
+
+
 CASES: list[tuple[Callable[[Bench], None], type[DriverError], str]] = [
     (drive_fault, DeviceFaultError, "drive 2: is in fault"),
     (emergency, DeviceFaultError, "drive 2: reports EMCY 0x4210 .*0102000000"),
@@ -92,6 +108,12 @@ CASES: list[tuple[Callable[[Bench], None], type[DriverError], str]] = [
     (strange_state, DeviceFaultError, "drive 2: went to 'switched on' by itself"),
     (astray, DeviceFaultError, "drive 2: stands at 1.1000 rad"),
     (runaway, DeviceFaultError, "drive 2: moves at"),
+    (status(9), DeviceFaultError, r"drive 2: does not obey this bus \(remote, .*from local to remote control"),
+    (status(11), DeviceFaultError, r"drive 2: has held back for 0.2 s by a limit of its own \(internal limit"),
+    (status(12), DeviceFaultError, r"drive 2: ignores its set-points \(target ignored"),
+    (status(13), DeviceFaultError, r"drive 2: has fallen behind its set-points \(following error"),
+    (late_answers, LateError, "drive 2: answered 3 SYNCs in a row too late; end other work here"),
+    (host_away, LateError, "this computer kept the drives waiting for 1[56][0-9] ms; after that drive 1: "),
     (bus_error, SilentError, "receiving has ended .*non-hexadecimal"),
     (bus_closed, SilentError, "receiving has ended"),
     (bus_full, SilentError, "does not take frames.*No buffer space"),
@@ -180,6 +202,22 @@ def test_a_single_lost_answer_is_forgiven() -> None:
         bench.drives[3].faults.drop_tpdos = 2
         bench.cycle(0.001, times=3)
     assert bench.arm.state is ArmState.ENABLED
+
+
+def test_a_drive_that_never_says_that_it_follows_is_believed() -> None:
+    bench = Bench()
+    bench.drives[1].faults.flipped_status = 1 << 12
+    bench.enabled().cycle(0.001, times=10)
+    assert bench.arm.state is ArmState.ENABLED
+
+
+def test_a_drive_under_local_control_is_named_when_it_does_not_get_ready() -> None:
+    bench = Bench()
+    bench.arm.open()
+    bench.drives[1].faults.flipped_status = 1 << 9
+    bench.drives[1].machine.apply = lambda *_, **__: None  # type: ignore[method-assign]
+    with pytest.raises(DeviceFaultError, match=r"not under remote control: \[2\]"):
+        bench.arm.enable()
 
 
 def test_answers_that_come_late_are_missing() -> None:

@@ -190,11 +190,23 @@ def test_silence_and_the_end_of_it() -> None:
     assert bench.device.phase is Jr3Phase.STREAMING
 
 
-def test_a_frozen_counter_is_silence() -> None:
+@pytest.mark.parametrize(
+    ("what", "told"),
+    [
+        ("silence", "nothing comes; check cable and power"),
+        ("the same again", r"the last one came \d+ times again; power the board again"),
+        ("halves", r"\d+ frames or bytes without sense, or cut short, came instead; check shield"),
+    ],
+)
+def test_silence_repetition_and_halves_are_told_apart(what: str, told: str) -> None:
     bench = Bench().streaming()
     for _ in range(50):
-        bench.read(step=0)
-    assert bench.device.phase is Jr3Phase.SILENT
+        bench.counter += what == "halves"
+        bench.link.inbox += [] if what == "silence" else [forces(bench.counter)]
+        bench.link.inbox += [moments(bench.counter)] if what == "the same again" else []
+        bench.poll(10.0)
+    with pytest.raises(SilentError, match=f"no new reading for 200 ms: {told}"):
+        bench.device.check()
 
 
 def test_cable_pulled_and_plugged() -> None:

@@ -2,7 +2,7 @@
 
 import pytest
 
-from palpate.drivers.errors import GarbledError, SilentError, StateError, WiringError
+from palpate.drivers.errors import Blame, GarbledError, LateError, SilentError, StateError, WiringError
 from palpate.drivers.nmc.bus import NmcBus
 from palpate.drivers.nmc.commands import NOP, def_stat, load_traj, stop_motor
 from palpate.drivers.nmc.frames import StatusItem, StopControl, TrajectoryControl
@@ -115,6 +115,14 @@ def test_two_failures_in_a_row_demand_a_new_start(line, bus, change, error):
     assert isinstance(bus.attempt(1, NOP), Reply)
     start(bus)
     assert isinstance(bus.exchange(1, NOP), Reply)
+
+
+def test_replies_that_come_too_late_are_this_computers_fault_and_not_the_modules(line, bus):
+    line.mangle = lambda reply: [(bus.timeout_s(30) + 0.004, reply)]
+    assert bus.exchange(1, NOP) is None
+    with pytest.raises(LateError, match="; 1 of them were answered too late; end other work") as caught:
+        bus.exchange(1, NOP)
+    assert caught.value.blame is Blame.HOST
 
 
 def test_failures_of_one_module_between_good_ones_demand_a_new_start(line, bus):

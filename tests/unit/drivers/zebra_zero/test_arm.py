@@ -118,16 +118,6 @@ def test_enabling_moves_nothing(line):
     assert arm.cycle().position_rad == pytest.approx(moved(0.05, joint=2), abs=1e-4)
 
 
-@pytest.mark.parametrize("streaming", [Streaming.TRAPEZOID, Streaming.STOP_HERE])
-def test_the_arm_goes_where_it_is_told(line, streaming):
-    arm = running(line, streaming=streaming)
-    target = tuple(q + step for q, step in zip(HOME_RAD, (0.1, -0.1, 0.05, 0.2, -0.1, 0.1), strict=True))
-    measured = tick(arm, line, target, times=20)
-    assert measured.position_rad == pytest.approx(target, abs=2e-4)
-    assert measured.applied.reason is AppliedReason.AS_ASKED
-    assert {code for code, _ in line.modules[0].seen[-3:]} == {4 if streaming is Streaming.TRAPEZOID else 7}
-
-
 def test_streaming_follows_the_documented_firmware(line):
     assert running(line).report.streaming is Streaming.TRAPEZOID
     other = Line([Module(version=10 if number else 5) for number in range(6)])

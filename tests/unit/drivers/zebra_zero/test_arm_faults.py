@@ -7,7 +7,7 @@ from palpate.drivers.nmc.frames import StopControl
 from palpate.drivers.zebra_zero.servos import StopOutcome
 from palpate.drivers.zebra_zero.states import FaultKind, ZebraState
 from tests.unit.drivers.nmc.line import Line
-from tests.unit.drivers.zebra_zero.test_arm import arm_on, moved, place, ready, running, tick
+from tests.unit.drivers.zebra_zero.test_arm import moved, place, ready, running, tick
 
 FAULTS = {
     "overcurrent": ("overcurrent", FaultKind.OVERCURRENT),
@@ -169,21 +169,6 @@ def test_unplugged(line):
     arm.close()
     arm.close()
     assert arm.state is ZebraState.CLOSED
-
-
-def test_stop_works_in_every_state_and_twice(line):
-    arm = arm_on(line)
-    for prepare in (lambda: None, arm.connect, lambda: arm.confirm_home(at_home=True)):
-        prepare()
-        assert [arm.smooth_stop(), arm.smooth_stop()] == [StopOutcome.NOTHING_ON] * 2
-    arm.enable()
-    assert [arm.smooth_stop(), arm.smooth_stop()] == [StopOutcome.AT_REST] * 2
-    line.modules[0].overcurrent = True
-    with pytest.raises(DeviceFaultError):
-        arm.cycle()
-    assert [arm.smooth_stop(), arm.smooth_stop()] == [StopOutcome.AT_REST] * 2
-    arm.close()
-    assert [arm.smooth_stop(), arm.smooth_stop()] == [StopOutcome.NOTHING_ON] * 2
 
 
 def test_stop_is_smooth_to_all_at_once_and_then_checked(line):

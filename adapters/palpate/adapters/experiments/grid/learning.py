@@ -8,17 +8,38 @@ from typing import TypeAlias
 
 from palpate.adapters.config import TRIALS, GridLearning
 from palpate.core.automata import AutomatonState
-from palpate.core.errors import require_whole
-from palpate.core.perception import StateIdentifier
-from palpate.core.policy import BackOff, TabularLearner, new_learner
-from palpate.simulation.grid import GridMap, Walk, grid_actions, run_trial
+from palpate.core.errors import ConfigurationError, require_whole
+from palpate.core.perception import IdentityState, StateIdentifier
+from palpate.core.policy import BackOff, MemoryLearner, TabularLearner, new_learner
+from palpate.simulation.grid import (
+    STEP_LIMIT,
+    UNDISTURBED,
+    Disturbance,
+    ExpectedSteps,
+    GridMap,
+    Walk,
+    expected_steps,
+    greedy,
+    grid_actions,
+    run_trial,
+    walked_steps,
+)
 
 StateMaker: TypeAlias = Callable[[GridMap], StateIdentifier]
 """Makes the states of a map: each run gets an identifier of its own."""
 
 
-def new_grid_learner(learning: GridLearning, identifier: StateIdentifier) -> TabularLearner:
-    """A learner on these states that has learned nothing."""
+def new_grid_learner(learning: GridLearning, identifier: StateIdentifier) -> TabularLearner | MemoryLearner:
+    """A learner on these states that has learned nothing.
+
+    Raises:
+        ConfigurationError: One that finds hidden states itself is to learn on others than the symbols.
+    """
+    if learning.models:
+        if not isinstance(identifier, IdentityState):
+            accepted = f"symbols, with the learner {learning.learner}: it finds the hidden states itself"
+            raise ConfigurationError("state", type(identifier).__name__, accepted)
+        return MemoryLearner(identifier.symbols, grid_actions(), learning.memory())
     back_off = BackOff.of(learning.back_off_visits, identifier.symbol_of)
     return new_learner(learning.parameters(), identifier.states, grid_actions(), back_off=back_off)
 
@@ -34,14 +55,20 @@ class LearningRun:
     seed: int
     walks: tuple[Walk, ...]
     lost_steps: tuple[int, ...]
-    temperatures: tuple[float, ...]
-    learner: TabularLearner
+    temperatures: tuple[float | None, ...]
+    learner: TabularLearner | MemoryLearner
     identifier: StateIdentifier
 
     @property
     def steps(self) -> list[int]:
         """Steps of each trial."""
         return [walk.steps for walk in self.walks]
+
+    def frozen_steps(self, grid: GridMap, step_limit: int = STEP_LIMIT) -> ExpectedSteps:
+        """What the policy that was learned costs when it learns no more; a table's best action is taken."""
+        if isinstance(self.learner, TabularLearner):
+            return expected_steps(grid, self.identifier, greedy(self.learner.q), step_limit)
+        return walked_steps(grid, self.identifier, self.learner.as_frozen(), step_limit)
 
 
 def learn(
@@ -51,6 +78,7 @@ def learn(
     seed: int,
     trials: int = TRIALS,
     on_trial: Callable[[Walk], None] = lambda walk: None,
+    disturbance: Disturbance = UNDISTURBED,
 ) -> LearningRun:
     """Learn from scratch. Start and choices of a trial follow from the seed and its index, and from nothing else.
 
@@ -62,7 +90,9 @@ def learn(
     learner = new_grid_learner(learning, identifier)
     walks, lost_steps, temperatures = [], [], []
     for trial in range(trials):
-        walk = run_trial(grid, identifier, learner, seed, trial, step_limit=learning.step_limit)
+        walk = run_trial(
+            grid, identifier, learner, seed, trial, step_limit=learning.step_limit, disturbance=disturbance
+        )
         walks.append(walk)
         lost_steps.append(identifier.lost_steps if isinstance(identifier, AutomatonState) else 0)
         temperatures.append(learner.temperature)

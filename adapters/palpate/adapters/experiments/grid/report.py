@@ -17,7 +17,7 @@ from palpate.adapters.experiments.grid.learning import LearningRun
 from palpate.adapters.experiments.grid.worlds import Bounds
 from palpate.adapters.experiments.statistics import mean_with_interval, moving_average
 from palpate.adapters.experiments.tables import aligned, csv_text
-from palpate.simulation.grid import STEP_LIMIT, GridMap, expected_steps, greedy
+from palpate.simulation.grid import STEP_LIMIT, GridMap
 
 LAST: Final = 100
 """Trials at either end of a run that are averaged."""
@@ -48,7 +48,7 @@ class Score:
     @classmethod
     def of(cls, grid: GridMap, run: LearningRun, step_limit: int = STEP_LIMIT) -> Score:
         """Score a run."""
-        exact = expected_steps(grid, run.identifier, greedy(run.learner.q), step_limit)
+        exact = run.frozen_steps(grid, step_limit)
         last = run.walks[-LAST:]
         return cls(
             seed=run.seed,

@@ -16,11 +16,7 @@ FILES: Final = ("perception.memory", "learning.examples")
 
 
 def leaves(table: Mapping[str, Any], where: str) -> dict[str, Any]:
-    """The settings in a table by their dotted names, whether written ``"task.step_mm"`` or as tables in tables.
-
-    Raises:
-        ConfigurationError: A setting stands there twice, or is the seed, which has a place of its own.
-    """
+    """The settings in a table by their dotted names, whether written ``"task.step_mm"`` or as tables in tables."""
     found: dict[str, Any] = {}
     for name, value in _walk(table, _DEFAULTS, ""):
         if name in found:
@@ -45,11 +41,7 @@ def _walk(table: Mapping[str, Any], base: Any, where: str) -> list[tuple[str, An
 
 
 def plain_value(name: str, value: Any) -> Any:
-    """A setting's value in the one form in which it is written and compared: 1 is 1.0 where a float is meant.
-
-    Raises:
-        ConfigurationError: There is no such setting, or the value is of another type.
-    """
+    """A setting's value in the one form in which it is written and compared: 1 is 1.0 where a float is meant."""
     return plain(field_value(_DEFAULTS, name, value))
 
 
@@ -68,9 +60,6 @@ def configured(settings: Mapping[str, Any], folder: str) -> RunConfig:
     Args:
         settings: Values by dotted names.
         folder: What names of files are relative to; workers may work in another folder.
-
-    Raises:
-        ConfigurationError: A setting is refused, or does not go with another one.
     """
     settings = {"recording.enabled": False, **settings}
     for field in FILES:

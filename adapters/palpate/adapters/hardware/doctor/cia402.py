@@ -14,19 +14,14 @@ _MISSED_SHARE: Final = 0.01
 
 
 def examine_cia402(arm: Cia402Arm, clock: Clock, seconds: float, notes: Notebook) -> None:
-    """Drives, their states, bus, budget; cycles without power.
-
-    Args:
-        arm: Open.
-        clock: The run's clock.
-        seconds: How long to cycle.
-        notes: Where it goes.
-    """
+    """Drives, their states, bus, budget; cycles without power."""
     settings = arm.settings
     nodes = [joint.node for joint in settings.joints]
     notes.fact("drives", f"{len(nodes)}, nodes {', '.join(map(str, nodes))}; the host's heartbeat {settings.host_node}")
     notes.fact("bit rate", f"{settings.bitrate} bit/s", settings.bitrate)
     notes.fact("mode", settings.mode.name, settings.mode.name)
+    for note in arm.notes:
+        notes.note(note)
     before = arm.statistics()
     cycles: list[DrivesMeasured] = []
     begun: list[int] = []

@@ -19,14 +19,7 @@ _CLUMPED_MS: Final = 3.0
 
 
 def examine_jr3(sensor: Jr3ForceSensor, clock: Clock, seconds: float, notes: Notebook) -> MeasuredNoise | None:
-    """Identity, rate, counters, noise. The sensor is active.
-
-    Args:
-        sensor: The adapter.
-        clock: The run's clock.
-        seconds: How long to listen.
-        notes: Where it goes.
-    """
+    """Identity, rate, counters, noise. The sensor is active."""
     device = sensor.device
     if device is None:
         raise DeviceError(sensor.name, "is not open")

@@ -110,14 +110,7 @@ _SILENT = "check cable and power, and the adapter's own settings"
 
 
 def examine_force_sensor(sensor: ForceSensor, clock: Clock, seconds: float, notes: Notebook) -> MeasuredNoise | None:
-    """Rate, marks, noise of an active force sensor.
-
-    Args:
-        sensor: Active.
-        clock: The run's clock.
-        seconds: How long to listen.
-        notes: Where it goes.
-    """
+    """Rate, marks, noise of an active force sensor."""
     found = _heard(sensor.read, clock, seconds, notes)
     readings = [
         WrenchReading(s.force_N, s.torque_Nm, s.receive_time_ns, s.validity is Validity.SATURATED)
@@ -213,9 +206,6 @@ def examine_following(
         clock: The run's clock.
         upper_rad: Upper joint limits, (n,); the step goes away from it.
         notes: Where it goes.
-
-    Raises:
-        DeviceError: The arm is held back, or its samples are not valid.
     """
     try:
         start = encoder.read().position_rad

@@ -73,11 +73,7 @@ class PushCheck:
         self._rest: tuple[float, ...] = (0.0,) * 6
 
     def run(self) -> None:
-        """Ask, measure, judge.
-
-        Raises:
-            DeviceError: The sensor failed.
-        """
+        """Ask, measure, judge."""
         answer = self._person.ask(_ASK)
         if answer is None:
             remedy = "run palpate doctor --push on a terminal, with somebody at the tool"

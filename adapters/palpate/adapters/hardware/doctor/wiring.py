@@ -44,11 +44,7 @@ class Wiring:
 
 
 def wiring_of(entry: DeviceEntry) -> Wiring:
-    """The wire of a device; of a stranger's adapter by the usual names ``port``, ``interface`` and ``channel``.
-
-    Raises:
-        ConfigurationError: The settings are no settings of that adapter.
-    """
+    """The wire of a device; of a stranger's adapter by the usual names ``port``, ``interface`` and ``channel``."""
     return _KNOWN.get(entry.adapter, _guessed)(entry.settings)
 
 

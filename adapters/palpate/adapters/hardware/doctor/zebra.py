@@ -15,12 +15,7 @@ _LOST_SHARE: Final = 0.001
 
 
 def tell_modules(arm: ZebraZero, notes: Notebook) -> None:
-    """Who the modules are.
-
-    Args:
-        arm: Connected, or open.
-        notes: Where it goes.
-    """
+    """Who the modules are."""
     report = arm.report
     kinds = sorted({module.identity.name for module in report.modules})
     notes.fact("modules", f"{len(report.modules)}, addresses 1 to {len(report.modules)}: {'; '.join(kinds)}")
@@ -39,14 +34,7 @@ def tell_modules(arm: ZebraZero, notes: Notebook) -> None:
 
 
 def examine_zebra(arm: ZebraZero, clock: Clock, seconds: float, notes: Notebook) -> None:
-    """Line, budget and axes, by cycles without a set-point.
-
-    Args:
-        arm: Open, its arm's position known.
-        clock: The run's clock.
-        seconds: How long to cycle.
-        notes: Where it goes.
-    """
+    """Line, budget and axes, by cycles without a set-point."""
     report = arm.report
     notes.fact("state", report.state.value if report.fault is None else f"{report.state.value}: {report.fault}")
     cycles: list[ZebraMeasured] = []

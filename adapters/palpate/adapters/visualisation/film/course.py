@@ -42,11 +42,7 @@ class Course:
         return self.moments[-1].time_s
 
     def stretch(self, begin_s: float | None, end_s: float | None) -> tuple[float, float]:
-        """The stretch of the trial to show, as two times within it.
-
-        Raises:
-            ConfigurationError: It is not within the trial, or ends before it begins.
-        """
+        """The stretch of the trial to show, as two times within it."""
         last = self.duration_s
         begin, end = 0.0 if begin_s is None else begin_s, last if end_s is None else end_s
         require_in("begin_s", begin, 0.0, round(last, 3))
@@ -55,11 +51,7 @@ class Course:
         return min(begin, last), min(end, last)
 
     def film(self, begin_s: float, end_s: float, fps: float, speed: float, most: int) -> list[Moment]:
-        """A moment for each picture of a film, the last one included; ``speed`` is in seconds of the trial per second.
-
-        Raises:
-            ConfigurationError: That makes too many pictures.
-        """
+        """A moment for each picture of a film, the last one included; ``speed`` is seconds of the trial per second."""
         step_s = speed / fps
         count = floor((end_s - begin_s) / step_s + _SAME_S) + 1
         if count > most:

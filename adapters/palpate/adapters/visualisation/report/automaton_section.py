@@ -16,11 +16,7 @@ _MOST_DRAWN: Final = 40
 
 
 def machine_in(document: PolicyDocument) -> Machine | None:
-    """The automaton that gives a policy its states; None where states come from elsewhere.
-
-    Raises:
-        ConfigurationError: The policy file holds one that is none.
-    """
+    """The automaton that gives a policy its states; None where states come from elsewhere."""
     data = document.perception.get("identifier")
     if not isinstance(data, dict) or data.get("kind") != "automaton":
         return None

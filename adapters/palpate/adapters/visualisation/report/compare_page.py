@@ -67,12 +67,7 @@ _MOST_FORCES: Final = 8
 
 
 def compare_page(folder: Path, title: str, *, logs: bool) -> Page:
-    """Put together the page of a comparison.
-
-    Raises:
-        OutputError: A file is missing or damaged.
-        LogError: A log is.
-    """
+    """Put together the page of a comparison."""
     path = folder / "compare.csv"
     rows = read_table(path, ("policy", "trials", *_NUMBERS, *_ENDS))
     if not rows:

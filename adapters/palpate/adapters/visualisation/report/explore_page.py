@@ -72,12 +72,7 @@ _SCORES: Final = ("seed", "first", "last", "reached", "greedy", "greedy_reaches"
 
 
 def explore_page(folder: Path, title: str, *, logs: bool) -> Page:
-    """Put together the page of runs in a grid world.
-
-    Raises:
-        OutputError: A file is missing or damaged.
-        ConfigurationError: A policy file is.
-    """
+    """Put together the page of runs in a grid world."""
     summary = read_json(folder / "summary.json")
     try:
         settings, scores = summary["settings"], [_score(run) for run in summary["runs"]]

@@ -25,11 +25,7 @@ def is_there(path: Path) -> bool:
 
 
 def read_bytes(path: Path) -> bytes:
-    """A whole file.
-
-    Raises:
-        OutputError: It cannot be read.
-    """
+    """A whole file."""
     try:
         return path.read_bytes()
     except OSError as error:
@@ -39,11 +35,7 @@ def read_bytes(path: Path) -> bytes:
 
 
 def read_text(path: Path) -> str:
-    """A whole text file.
-
-    Raises:
-        OutputError: It cannot be read, or is no text.
-    """
+    """A whole text file."""
     try:
         return read_bytes(path).decode("utf-8")
     except UnicodeDecodeError as error:
@@ -51,11 +43,7 @@ def read_text(path: Path) -> str:
 
 
 def read_json(path: Path) -> dict[str, Any]:
-    """A JSON file that holds an object.
-
-    Raises:
-        OutputError: It cannot be read, or is something else.
-    """
+    """A JSON file that holds an object."""
     try:
         content = json.loads(read_text(path))
     except (ValueError, RecursionError) as error:
@@ -66,11 +54,7 @@ def read_json(path: Path) -> dict[str, Any]:
 
 
 def read_run_toml(folder: Path) -> tuple[dict[str, Any], dict[str, Any]]:
-    """The settings of a run, and how it was called; both empty where there is no ``run.toml``.
-
-    Raises:
-        OutputError: It cannot be read.
-    """
+    """The settings of a run, and how it was called; both empty where there is no ``run.toml``."""
     path = folder / "run.toml"
     if not is_there(path):
         return {}, {}
@@ -83,11 +67,7 @@ def read_run_toml(folder: Path) -> tuple[dict[str, Any], dict[str, Any]]:
 
 
 def read_trials(folder: Path) -> tuple[TrialRow, ...]:
-    """The finished trials of a run.
-
-    Raises:
-        OutputError: The file is damaged, or ends in the middle of a line.
-    """
+    """The finished trials of a run."""
     path = folder / "trials.csv"
     if is_there(path):
         # A line that was cut short may still read as numbers, only as other ones.
@@ -101,12 +81,7 @@ def read_trials(folder: Path) -> tuple[TrialRow, ...]:
 
 
 def number(value: Any) -> float:
-    """A finite number from a file.
-
-    Raises:
-        ValueError: It is none.
-        TypeError: It is something else altogether.
-    """
+    """A finite number from a file."""
     found = float(value)
     if not isfinite(found):
         raise ValueError(f"{value} is not finite")
@@ -114,11 +89,7 @@ def number(value: Any) -> float:
 
 
 def read_table(path: Path, columns: tuple[str, ...]) -> list[dict[str, str]]:
-    """The lines of a CSV file by column; further columns are kept.
-
-    Raises:
-        OutputError: It cannot be read, lacks one of the columns, or has a line of another length.
-    """
+    """The lines of a CSV file by column; further columns are kept."""
     text = read_text(path)
     _require_whole_lines(path, text.encode())
     reader = csv.DictReader(io.StringIO(text))
@@ -132,11 +103,7 @@ def read_table(path: Path, columns: tuple[str, ...]) -> list[dict[str, str]]:
 
 
 def read_png(path: Path) -> bytes:
-    """A picture.
-
-    Raises:
-        OutputError: It is no whole PNG file.
-    """
+    """A picture."""
     content = read_bytes(path)
     if not (content.startswith(_PNG_BEGIN) and content.endswith(_PNG_END)):
         raise OutputError(str(path), "is no whole PNG file", "make the run again")

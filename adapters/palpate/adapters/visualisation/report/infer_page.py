@@ -15,12 +15,7 @@ _COLUMNS = ("q", "raw_states", "states", "wrong", "agreement", "loss")
 
 
 def infer_page(folder: Path, title: str, *, logs: bool) -> Page:
-    """Put together the page of an inference.
-
-    Raises:
-        OutputError: A file is missing or damaged.
-        ConfigurationError: The automaton is.
-    """
+    """Put together the page of an inference."""
     machine = load(folder / "automaton.json")
     path = folder / "report.json"
     report = read_json(path)

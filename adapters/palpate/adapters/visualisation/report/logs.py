@@ -24,11 +24,7 @@ _REMEDY: Final = "palpate log recover writes a sound one (then move this one awa
 
 
 def logs_in(folder: Path) -> tuple[Path, ...]:
-    """The logs below a run's folder ``logs``, each looked at from both ends.
-
-    Raises:
-        LogError: One is torn, or cannot be read.
-    """
+    """The logs below a run's folder ``logs``, each looked at from both ends."""
     found = tuple(sorted((folder / LOG_FOLDER).rglob("*.mcap")))
     for path in found:
         _require_whole(path)
@@ -65,11 +61,7 @@ _ROOM: Final = 0.035
 
 
 def force_picture(name: str, log: TrialLog, title: str) -> Picture:
-    """Force on the tool, and how deep the tip is, over the time of a trial.
-
-    Raises:
-        LogError: The log has nothing to draw.
-    """
+    """Force on the tool, and how deep the tip is, over the time of a trial."""
     series = series_of(log)
     limit_N = series.config.task.max_force_N
     size = np.linalg.norm(series.wrench[:, :3], axis=1)
@@ -143,11 +135,7 @@ class Timing:
 
     @classmethod
     def of(cls, logs: Sequence[TrialLog]) -> Timing:
-        """Put several trials together.
-
-        Raises:
-            LogError: A part of one is not what it should be.
-        """
+        """Put several trials together."""
         intervals: list[float] = []
         late: list[float] = []
         missing = 0

@@ -23,12 +23,7 @@ MOST_TIMED = 8
 
 
 def run_page(folder: Path, title: str, *, logs: bool) -> Page:
-    """Put together the page of a run.
-
-    Raises:
-        OutputError: A file is missing or damaged.
-        LogError: A log is.
-    """
+    """Put together the page of a run."""
     run = RunSource.read(folder)
     sections = [_figures(run), _curve(run)]
     if run.document is not None:
@@ -115,9 +110,6 @@ def log_sections(paths: Sequence[Path], chosen: Sequence[tuple[Path, str]]) -> l
     Args:
         paths: All logs.
         chosen: Which trials' forces are drawn, and what they are; those without a log are left out.
-
-    Raises:
-        LogError: A log is damaged, or has nothing to draw.
     """
     read = cache(read_log)
     pictures: list[Picture] = []

@@ -37,12 +37,7 @@ class RunSource:
 
     @classmethod
     def read(cls, path: Path) -> RunSource:
-        """Read a folder.
-
-        Raises:
-            OutputError: It holds no finished trial, or a file in it is damaged.
-            ConfigurationError: Its policy file is.
-        """
+        """Read a folder."""
         rows = read_trials(path)
         if not rows:
             raise OutputError(str(path), "holds no finished trial", "there is nothing to report yet")
@@ -90,9 +85,5 @@ def curve_of(label: str, runs: list[tuple[TrialRow, ...]]) -> LearningCurve:
 
 
 def policy_in(path: Path) -> PolicyDocument | None:
-    """A policy file; None where there is none.
-
-    Raises:
-        ConfigurationError: It is damaged.
-    """
+    """A policy file; None where there is none."""
     return PolicyDocument.load(path) if is_there(path) else None

@@ -42,12 +42,7 @@ _MOST_AUTOMATA: Final = 4
 
 
 def study_page(folder: Path, title: str, *, logs: bool) -> Page:
-    """Put together the page of a study.
-
-    Raises:
-        OutputError: No cell is finished, or a file is missing or damaged.
-        LogError: A log is.
-    """
+    """Put together the page of a study."""
     study = StudySource.read(folder)
     settings = list(dict.fromkeys(cell.setting for cell in study.cells))
     sections = [_sweep(study), _figures(study), _curves(study, settings[:MOST_SETTINGS])]

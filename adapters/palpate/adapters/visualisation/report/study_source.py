@@ -60,11 +60,7 @@ class StudySource:
 
     @classmethod
     def read(cls, path: Path) -> StudySource:
-        """Read a folder.
-
-        Raises:
-            OutputError: No cell is finished, or one that is marked so is not whole.
-        """
+        """Read a folder."""
         folder = path / "cells"
         names = sorted(os.listdir(folder)) if os.path.isdir(folder) else []
         names = [name for name in names if not name.startswith(".") and os.path.isdir(folder / name)]

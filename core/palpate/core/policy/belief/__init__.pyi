@@ -1,3 +1,6 @@
+from .arithmetic import Floats as Floats
+from .arithmetic import exponential as exponential
+from .arithmetic import logarithm as logarithm
 from .fit import FEWEST_TOUCHES as FEWEST_TOUCHES
 from .learner import BeliefLearner as BeliefLearner
 from .model import RINGS_M as RINGS_M

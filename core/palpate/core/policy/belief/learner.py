@@ -9,7 +9,7 @@ import numpy as np
 from typing_extensions import override
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.policy.base import LEARNED, Action, Decision, Hindsight, Observation, Transition
+from palpate.core.policy.base import LEARNED, Action, Decision, Hindsight, Observation
 from palpate.core.policy.belief.arithmetic import logarithm
 from palpate.core.policy.belief.fit import FEWEST_TOUCHES, fit_touch_model
 from palpate.core.policy.belief.model import TouchModel
@@ -18,7 +18,7 @@ from palpate.core.policy.belief.planner import Planner, SpiralSearch
 from palpate.core.policy.belief.prior import place_prior
 from palpate.core.policy.belief.settings import BeliefParameters
 from palpate.core.policy.belief.touches import Touch, TouchedTrial
-from palpate.core.policy.learner import Learner
+from palpate.core.policy.model_learner import ModelLearner
 
 SEARCH: Final = "search"
 """Name of the steps of a search; those by the belief are named by their way."""
@@ -28,11 +28,10 @@ _WIDEST_M: Final = 8e-3
 _MIDDLE_M: Final = (0.0, 0.0)
 
 
-class BeliefLearner(Learner):
+class BeliefLearner(ModelLearner):
     """A touch model, a belief over the hole's place, and a planner on it.
 
-    Until a trial has ended in the hole nothing is known of the touch, and the learner searches in a spiral. The model
-    is fitted between trials: while one runs, it is only read.
+    Until a trial has ended in the hole nothing is known of the touch, and the learner searches in a spiral.
 
     Args:
         parameters: Its settings.
@@ -50,14 +49,13 @@ class BeliefLearner(Learner):
         if half_width_m > _WIDEST_M:
             accepted = f"at most {_WIDEST_M * 1e3:g} mm from the goal to be explored, for a belief"
             raise ConfigurationError("task.area_half_width_mm", half_width_m * 1e3, accepted)
-        self.parameters, self.frozen = parameters, frozen
+        super().__init__(frozen=frozen)
+        self.parameters = parameters
         self._half_width_m = half_width_m
         self._step_m = parameters.speed_mm_s * 1e-3 * action_s
         self._places = Places(half_width_m)
         self._planner = Planner(self._places, parameters.capture_mm * 1e-3, self._step_m)
         self._trials: list[TouchedTrial] = []
-        self._trials_learned = 0
-        self._changed = True
         self._model: TouchModel | None = None
         self._table: TouchTable | None = None
         self._touches: list[Touch] = []
@@ -67,28 +65,13 @@ class BeliefLearner(Learner):
         self._steps = self._searched = 0
 
     @property
-    @override
-    def temperature(self) -> float | None:
-        return None
-
-    @property
-    @override
-    def trials_learned(self) -> int:
-        return self._trials_learned
-
-    @property
     def model(self) -> TouchModel | None:
         """The touch model, fitted to what was learned so far; None while that is too little."""
         self._refit()
         return self._model
 
     @override
-    def serves(self, state: int) -> bool:
-        return True
-
-    @override
-    def begin_trial(self, trial: int, rng: np.random.Generator) -> None:
-        self._refit()
+    def _begin(self, rng: np.random.Generator) -> None:
         self._touches = []
         self._start_anew()
         self._searched = 0
@@ -98,11 +81,8 @@ class BeliefLearner(Learner):
         self._belief = None if self._table is None else PlaceBelief(self._table, self._log_prior)
         self._search, self._steps = None, 0
 
-    def _refit(self) -> None:
-        """Fit the model to the trials that are remembered, if there are other ones than before."""
-        if not self._changed:
-            return
-        self._changed = False
+    @override
+    def _fit(self) -> None:
         enough = sum(len(trial.touches) for trial in self._trials) >= FEWEST_TOUCHES
         self._model = fit_touch_model(self._trials) if enough else None
         self._table = None if self._model is None else TouchTable(self._model, self._places)
@@ -157,10 +137,6 @@ class BeliefLearner(Learner):
 
     def _searching(self, search: SpiralSearch, touch: Touch) -> Decision:
         return Decision(Action(SEARCH, search.next_m(touch.place_m)), None, LEARNED)
-
-    @override
-    def learn(self, transition: Transition) -> None:
-        """A single step teaches nothing here: what it was worth is known at the end."""
 
     @override
     def end_trial(self, hindsight: Hindsight) -> None:

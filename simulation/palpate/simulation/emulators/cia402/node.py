@@ -58,6 +58,7 @@ class CanopenFaults:
         silent: Nothing is sent at all, though everything is received and carried out.
         heartbeat_stopped: Only heartbeats are missing.
         fault_persists: A fault-reset does nothing.
+        flipped_status: Bits of the statusword that are told the other way round.
     """
 
     drop_tpdos: int = 0
@@ -67,6 +68,7 @@ class CanopenFaults:
     silent: bool = False
     heartbeat_stopped: bool = False
     fault_persists: bool = False
+    flipped_status: int = 0
 
 
 @dataclass(slots=True)
@@ -160,7 +162,7 @@ class CanopenDrive(CanNode):
                 self.machine.stopped(stay=self.objects[od.QUICK_STOP_OPTION] in _STAY_OPTIONS)
             if self._servo.following_error and self.machine.state in (PowerState.ENABLED, PowerState.QUICK_STOP):
                 self.fail(EMCY_FOLLOWING_ERROR)
-        self.objects[od.STATUSWORD] = self.machine.statusword
+        self.objects[od.STATUSWORD] = self.machine.statusword ^ self.faults.flipped_status
         self.objects[od.POSITION] = self._servo.measured
 
     def _fault(self) -> None:
@@ -242,7 +244,7 @@ class CanopenDrive(CanNode):
             self._servo.engage()
         if before is PowerState.FAULT and self.machine.state is not PowerState.FAULT:
             self._emergency(0, b"")
-        self.objects[od.STATUSWORD] = self.machine.statusword
+        self.objects[od.STATUSWORD] = self.machine.statusword ^ self.faults.flipped_status
 
     def _sync(self, now_ns: int) -> None:
         self._syncs += 1

@@ -233,11 +233,6 @@ class SlcanServer(CanBusServer):
         """Path of the terminal to give to python-can."""
         self._plugged = True
 
-    @property
-    def plugged(self) -> bool:
-        """Whether the adapter is still there."""
-        return self._plugged
-
     def unplug(self) -> None:
         """Pull the cable: the host's terminal hangs up. The server ends and cannot be plugged in again."""
         self.do(lambda _: self._pull())

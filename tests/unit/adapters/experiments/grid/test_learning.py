@@ -82,8 +82,3 @@ def test_with_backing_off_a_memory_learns_sooner() -> None:
         return float(np.mean([run.steps[50:] for run in runs]))
 
     assert steps() < 0.7 * steps(back_off=0.0)
-
-
-def test_there_is_at_least_one_trial() -> None:
-    with pytest.raises(ConfigurationError, match="trials = 0"):
-        learn(GRID, Named(), GridLearning(), 0, 0)

@@ -1,14 +1,12 @@
 """Scores, the table with what is possible beside them, and the line for every trial."""
 
-import csv
-import io
 import re
 
 import pytest
 
 from palpate.adapters.config.grid import GridLearning
 from palpate.adapters.experiments.grid.learning import learn
-from palpate.adapters.experiments.grid.report import Panel, Score, learning_figure, score_table, summary, trials_csv
+from palpate.adapters.experiments.grid.report import Panel, Score, learning_figure, score_table, summary
 from palpate.adapters.experiments.grid.worlds import Bounds, Followed, Named, bounds_of
 from palpate.core.automata import Kind, Machine
 from palpate.simulation.grid.maps import GridMap
@@ -74,16 +72,6 @@ def test_the_summary_says_the_same_with_intervals() -> None:
     assert summary(SCORES, Bounds(1.0, None, 9.0))["belief_optimum"] is None
 
 
-def test_every_trial_has_a_line() -> None:
-    runs = [learn(GRID, Named(), GridLearning(), seed, 5) for seed in (3, 4)]
-    rows = list(csv.DictReader(io.StringIO(trials_csv(GRID, runs))))
-    assert [(row["seed"], row["trial"]) for row in rows[4:6]] == [("3", "4"), ("4", "0")]
-    first = runs[0].walks[0]
-    assert (int(rows[0]["steps"]), rows[0]["reached"]) == (first.steps, str(first.reached))
-    assert (int(rows[0]["start_column"]), int(rows[0]["start_row"])) == GRID.cells[first.start]
-    assert [float(row["temperature"]) for row in rows[:5]] == list(runs[0].temperatures)
-
-
 def test_bounds_and_scores_agree_on_a_corridor() -> None:
     assert bounds_of(GRID).full == bounds_of(GRID).belief == 2.0
 
@@ -93,12 +81,6 @@ PANELS = [
     [Panel(f"scenario {row}, {kind}", CURVES, Bounds(2.33, 3.2, 48.3)) for kind in ("symbols", "automaton")]
     for row in (1, 2)
 ]
-
-
-def test_a_png_and_the_same_again() -> None:
-    picture = learning_figure(PANELS, "png")
-    assert picture.startswith(b"\x89PNG")
-    assert picture == learning_figure(PANELS, "png")
 
 
 def test_an_svg_has_every_curve_and_is_the_same_again() -> None:

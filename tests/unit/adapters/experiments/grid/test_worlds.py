@@ -5,9 +5,7 @@ from pathlib import Path
 import pytest
 
 from palpate.adapters.experiments.grid.worlds import Followed, Named, bounds_of, grid_named
-from palpate.core.automata.document import save
 from palpate.core.automata.machine import Kind, Machine
-from palpate.core.automata.tracker import AutomatonState
 from palpate.core.errors import ConfigurationError
 from palpate.core.perception import IdentityState, LastSymbols
 from palpate.simulation.grid.maps import SCENARIO_1, GridMap
@@ -51,16 +49,6 @@ def test_what_is_no_map_is_refused(
         grid_named(name, size)
 
 
-def test_bounds() -> None:
-    bounds = bounds_of(grid_named("2", 7))
-    assert (round(bounds.full, 4), round(bounds.belief or 0.0, 4), round(bounds.random_walk, 4)) == (
-        2.3333,
-        3.2083,
-        48.2656,
-    )
-    assert bounds_of(grid_named("2", 7), 10).random_walk < 10.0
-
-
 def test_where_the_belief_state_optimum_takes_too_long_there_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(grid: GridMap) -> float:
         raise ConfigurationError("grid.map", "it", "another")
@@ -83,14 +71,6 @@ def test_each_run_gets_an_identifier_of_its_own() -> None:
     first, second = make(GRID), make(GRID)
     first.update(1)
     assert second.get_state() == []
-
-
-def test_an_automaton_file(tmp_path: Path) -> None:
-    save(MACHINE, tmp_path / "two.json")
-    made = Named(str(tmp_path / "two.json"))(GRID)
-    assert isinstance(made, AutomatonState)
-    assert made.symbols == ("A", "B")
-    assert [made.update(symbol) for symbol in (0, 1, 1, 0)] == [0, 1, 1, 0]
 
 
 @pytest.mark.parametrize("cells", ["ABC·", "AC·"])

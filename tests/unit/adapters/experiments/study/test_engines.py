@@ -7,11 +7,8 @@ from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
-import pytest
-
-from palpate.adapters.experiments.study import engines
 from palpate.adapters.experiments.study.cell import StudyCell
-from palpate.adapters.experiments.study.engines import MOST_DEATHS, Engine, Processes, Sequential
+from palpate.adapters.experiments.study.engines import MOST_DEATHS, Engine, Processes
 from palpate.adapters.experiments.study.run_cell import CellJob, CellOutcome, CellReport
 from tests.unit.adapters.experiments.study.studies import job_in
 
@@ -69,12 +66,3 @@ def test_closing_ends_the_workers(tmp_path: Path) -> None:
     workers = {int(line) for path in tmp_path.iterdir() for line in path.read_text().splitlines()}
     assert workers
     assert not any(os.path.exists(f"/proc/{worker}") for worker in workers)
-
-
-def test_an_interrupted_cell_ends_a_study_in_this_process(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    outcomes = iter([CellOutcome.FINISHED, CellOutcome.INTERRUPTED])
-    monkeypatch.setattr(engines, "make_cell", lambda job: CellReport(job.cell.name, next(outcomes)))
-    reports = Sequential().run(jobs_in(tmp_path, [0, 1, 2]))
-    assert next(reports).outcome is CellOutcome.FINISHED
-    with pytest.raises(KeyboardInterrupt):
-        next(reports)

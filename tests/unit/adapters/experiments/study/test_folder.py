@@ -82,15 +82,6 @@ def test_a_folder_with_something_else_or_a_damaged_study_is_refused(held: Held, 
         folder.require_fits(study, cells, {})
 
 
-def test_only_one_works_in_a_folder(held: Held) -> None:
-    folder, study, _ = held
-    with folder.opened(study, {}), pytest.raises(OutputError, match="is being written by process"):
-        with StudyFolder(folder.path).opened(study, {}):
-            pass
-    with folder.opened(study, {}):
-        pass
-
-
 def test_what_is_not_whole_is_taken_away_and_told(held: Held) -> None:
     folder, _, cells = held
     without_cell, torn, begun, also_begun = cells[1].name, cells[2].name, cells[3].name, cells[0].name

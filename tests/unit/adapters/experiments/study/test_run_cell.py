@@ -1,6 +1,5 @@
 """Making a cell."""
 
-import json
 import threading
 from pathlib import Path
 
@@ -8,24 +7,11 @@ import pytest
 from threadpoolctl import threadpool_info
 
 from palpate.adapters.config.run import RunConfig
-from palpate.adapters.experiments.study import CellOutcome, CellReport, StudyCell, run_cell
+from palpate.adapters.experiments.study import CellOutcome, CellReport, StudyCell
 from palpate.adapters.experiments.study.run_cell import make_cell, one_thread, put_in_place
 from tests.unit.adapters.experiments.study.studies import job_in
 
 CELL = StudyCell({"task.start_uncertainty_mm": 1.0}, "torque", 3)
-
-
-def test_a_cell_is_a_run_folder_and_says_which(tmp_path: Path) -> None:
-    assert make_cell(job_in(tmp_path, CELL)) == CellReport(CELL.name, CellOutcome.FINISHED)
-    (folder,) = tmp_path.iterdir()
-    assert folder.name == CELL.name
-    assert json.loads((folder / "cell.json").read_text()) == {
-        "fields": {"task.start_uncertainty_mm": 1.0}, "policy": "torque", "seed": 3, "format": 1,
-    }  # fmt: skip
-    names = {"cell.json", "run.toml", "trials.csv", "decisions.csv", "summary.json", "learning_curve.png",
-             "manifest.json"}  # fmt: skip
-    assert {path.name for path in folder.iterdir()} == names
-    assert "start_uncertainty_mm = 1.0" in (folder / "run.toml").read_text()
 
 
 def test_a_learner_is_trained_by_name_in_any_thread(tmp_path: Path) -> None:
@@ -78,12 +64,6 @@ def test_a_place_that_is_no_cell_is_not_taken_for_one(tmp_path: Path) -> None:
         (tmp_path / name / "something").touch()
     with pytest.raises(OSError, match="not empty"):
         put_in_place(tmp_path / "new", tmp_path / "there")
-
-
-def test_a_cell_that_was_interrupted_is_no_cell(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr(run_cell, "run_policy", lambda *arguments: [])
-    assert make_cell(job_in(tmp_path, CELL)).outcome is CellOutcome.INTERRUPTED
-    assert list(tmp_path.iterdir()) == []
 
 
 def test_libraries_keep_to_one_thread() -> None:

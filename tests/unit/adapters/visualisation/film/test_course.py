@@ -9,7 +9,7 @@ import pytest
 
 from palpate.adapters.log import DecisionEntry, EventEntry, TickRecord, read_log
 from palpate.adapters.visualisation.film.course import FORCE_TICKS, Course, course_of
-from palpate.core.errors import ConfigurationError, LogError
+from palpate.core.errors import LogError
 from palpate.core.ports.values import JointSample, Validity, WrenchSample
 from tests.unit.adapters.log.made_logs import tick, write_log
 from tests.unit.adapters.visualisation.film.trials import INSERTION
@@ -95,21 +95,8 @@ def test_a_film_shows_each_time_the_newest_tick(recorded: Course) -> None:
     assert len(moments) == 44
 
 
-def test_too_long_a_film_is_refused(recorded: Course) -> None:
-    with pytest.raises(ConfigurationError, match="more than 10"):
-        recorded.film(0.0, 2.0, 25.0, 1.0, 10)
-
-
 def test_a_sheet_has_the_first_and_the_last_moment(recorded: Course) -> None:
     moments = recorded.spread(0.5, recorded.duration_s, 4)
     assert len(moments) == 4
     assert (moments[0].tick, moments[-1].tick) == (70, 296)
     assert [moment.tick for moment in recorded.spread(0.5, recorded.duration_s, 1)] == [296]
-
-
-def test_a_stretch_is_within_the_trial(recorded: Course) -> None:
-    assert recorded.stretch(None, None) == (0.0, recorded.duration_s)
-    assert recorded.stretch(1.0, 99.0) == (1.0, recorded.duration_s)
-    for begin, end in ((3.0, None), (-0.1, None), (float("nan"), None), (1.0, 0.5), (0.0, float("nan"))):
-        with pytest.raises(ConfigurationError):
-            recorded.stretch(begin, end)

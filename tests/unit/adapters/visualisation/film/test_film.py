@@ -41,14 +41,6 @@ def test_an_mp4_has_every_picture_and_rests_on_the_last(tmp_path: Path) -> None:
     assert np.abs(frames[-1].astype(float) - np.array(made[-1])).mean() < 4.0
 
 
-def test_equal_pictures_give_equal_bytes(tmp_path: Path) -> None:
-    for name in ("a", "b"):
-        write_mp4(tmp_path / f"{name}.mp4", iter(pictures(4)), 12.5)
-        write_gif(tmp_path / f"{name}.gif", iter(pictures(4)), 12.5, 4, pictures(4)[::2])
-    assert (tmp_path / "a.mp4").read_bytes() == (tmp_path / "b.mp4").read_bytes()
-    assert (tmp_path / "a.gif").read_bytes() == (tmp_path / "b.gif").read_bytes()
-
-
 def test_a_gif_shows_every_picture_in_its_colours_for_its_time(tmp_path: Path) -> None:
     made = pictures(5)
     write_gif(tmp_path / "film", iter(made), 12.5, 5, made[::2])
@@ -86,12 +78,6 @@ def test_a_sheet_is_filled_row_by_row(count: int, columns: int, rows: int) -> No
         assert x.min() // panel[0] == k % columns
         assert (y.min() - title_px(size)) // panel[1] == k // columns
     assert (pixels[: title_px(size)] < 128).any()
-
-
-def test_without_pyav_it_is_said_how_to_get_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(__import__("sys").modules, "av", None)
-    with pytest.raises(UsageError, match=r"pip install 'palpate\[video\]'"):
-        require_video()
 
 
 def test_a_pyav_without_the_encoder_is_told(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,0 +1,46 @@
+"""Which hidden state a trial may be in: Bayes' rule, action by action and symbol by symbol."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from palpate.core.policy.belief import Floats
+from palpate.core.policy.memory.finite_pomdp import FinitePomdp
+
+IMPOSSIBLE: Final = 1e-7
+"""A reading less likely than this refutes the belief: it begins anew with that reading."""
+
+
+class StateBelief:
+    """A belief over the hidden states of a model.
+
+    Args:
+        model: The model.
+        symbol: The first reading.
+
+    Attributes:
+        probabilities: Of each state, (states,); they sum to 1.
+        likelihood: Probability that the model gave to the last reading; 1 of the start counts too.
+    """
+
+    def __init__(self, model: FinitePomdp, symbol: int) -> None:
+        self._model = model
+        self.probabilities, self.likelihood = self._read(model.start, symbol)
+
+    def update(self, action: int, symbol: int) -> None:
+        """Take in an action that did not lead to the goal, and what was read after it."""
+        moved = np.einsum("s,st->t", self.probabilities, self._model.transitions[action])
+        self.probabilities, self.likelihood = self._read(moved, symbol)
+
+    def _read(self, expected: Floats, symbol: int) -> tuple[Floats, float]:
+        emission = self._model.emissions[:, symbol]
+        joint = expected * emission
+        likelihood = float(joint.sum())
+        if likelihood >= IMPOSSIBLE:
+            return joint / likelihood, likelihood
+        anew = self._model.start * emission
+        if float(anew.sum()) < IMPOSSIBLE:
+            anew = emission if float(emission.sum()) > 0.0 else np.ones_like(emission)
+        return anew / anew.sum(), IMPOSSIBLE

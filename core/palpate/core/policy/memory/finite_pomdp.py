@@ -1,0 +1,96 @@
+"""A world with hidden states as numbers: what every learned model comes to, for beliefs and planners."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from palpate.core.errors import ConfigurationError
+from palpate.core.policy.belief import Floats
+
+MOST_BYTES: Final = 512 * 2**20
+"""A model whose transitions would take more is refused before it is built."""
+DECIMALS: Final = 6
+"""Probabilities are rounded to so many: a file holds them exactly, and in few digits."""
+
+
+def require_room(where: str, states: int, actions: int) -> None:
+    """Refuse a model that is too large, before it is built.
+
+    Raises:
+        ConfigurationError: With the number of states that there is room for.
+    """
+    if 8 * actions * states * states > MOST_BYTES:
+        most = int((MOST_BYTES / (8 * actions)) ** 0.5)
+        accepted = (
+            f"at most {most} with {actions} actions: more than {MOST_BYTES // 2**20} MB are not set aside for one"
+        )
+        raise ConfigurationError(where, f"{states} hidden states", accepted)
+
+
+def rounded(probabilities: Floats) -> Floats:
+    """Probabilities as a file holds them."""
+    result: Floats = np.round(probabilities, DECIMALS)
+    return result
+
+
+@dataclass(frozen=True, eq=False)
+class FinitePomdp:
+    """Hidden states, actions, symbols, and a goal that ends the trial and has no symbol.
+
+    Rows need not sum to 1 to the last digit: what is made of them is scaled.
+
+    Attributes:
+        start: Probability of each state at the start, (states,).
+        transitions: Probability of each state after an action, (actions, states before, states after).
+        goal: Probability that an action leads to the goal, (actions, states).
+        emissions: Probability of each symbol, (states, symbols).
+
+    Raises:
+        ConfigurationError: Shapes that do not fit, a number that is none or below 0, or a state without a way out.
+    """
+
+    start: Floats
+    transitions: Floats
+    goal: Floats
+    emissions: Floats
+
+    def __post_init__(self) -> None:
+        states = len(self.start)
+        actions = len(self.goal)
+        shapes = {
+            "start": (states,),
+            "transitions": (actions, states, states),
+            "goal": (actions, states),
+            "emissions": (states, self.emissions.shape[-1]),
+        }
+        for name, shape in shapes.items():
+            values: Floats = getattr(self, name)
+            if values.shape != shape:
+                raise ConfigurationError(f"model.{name}", f"shape {values.shape}", f"shape {shape}")
+            if not (np.isfinite(values).all() and (values >= 0.0).all()):
+                bad = values[~(np.isfinite(values) & (values >= 0.0))].flat[0]
+                raise ConfigurationError(f"model.{name}", float(bad), "finite probabilities")
+        sums = (self.transitions.sum(axis=2) + self.goal, self.emissions.sum(axis=1), self.start.sum())
+        for name, total in zip(("transitions", "emissions", "start"), sums, strict=True):
+            if (np.abs(total - 1.0) > 0.01).any():
+                raise ConfigurationError(
+                    f"model.{name}", float(np.max(np.abs(total - 1.0)) + 1.0), "rows that sum to 1"
+                )
+
+    @property
+    def states(self) -> int:
+        """Number of hidden states."""
+        return len(self.start)
+
+    @property
+    def actions(self) -> int:
+        """Number of actions."""
+        return len(self.goal)
+
+    @property
+    def symbols(self) -> int:
+        """Number of symbols."""
+        return int(self.emissions.shape[1])

@@ -1,0 +1,225 @@
+"""The learner that models hidden states behind symbols, from what was read and done in whole trials."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Annotated, Any, ClassVar, Final, Protocol, Self
+
+import numpy as np
+from typing_extensions import override
+
+from palpate.core.policy.base import (
+    LEARNED,
+    Action,
+    Decision,
+    Hindsight,
+    Observation,
+    Transition,
+    check_names,
+    drawing_from,
+)
+from palpate.core.policy.belief import Floats
+from palpate.core.policy.memory.belief import StateBelief
+from palpate.core.policy.memory.finite_pomdp import FinitePomdp, require_room
+from palpate.core.policy.memory.offset_model import fit_offsets, lattice_steps
+from palpate.core.policy.memory.point_based import Plan, perseus
+from palpate.core.policy.memory.recorded import RecordedTrial
+from palpate.core.policy.model_learner import ModelLearner
+from palpate.core.ports import OneOf, Range, Settings, require_keys
+
+OFFSET: Final = "offset"
+REFITS: Final = (30, 60, 100, 150, 220, 300, 400, 500)
+"""Numbers of trials after which the model is fitted anew; then after every quarter more."""
+_MANY_STARTS, _FEW_TRIALS = 2, 100  # first guesses that a fit to few trials is chosen from
+
+
+class WorldModel(Protocol):
+    """A fitted model, of whatever kind."""
+
+    def pomdp(self) -> FinitePomdp:
+        """The same as a world with hidden states."""
+
+    def log_loss(self, trials: Sequence[RecordedTrial]) -> float:
+        """Nats a reading that these trials cost under it."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MemoryParameters(Settings):
+    """Settings of the learner."""
+
+    TABLE: ClassVar[str] = "learning.memory"
+
+    kind: Annotated[str, OneOf(OFFSET)] = OFFSET
+    """offset: hidden states are offsets from the goal, and what an action's displacement is is known."""
+    reach: Annotated[int, Range(1, 200)] = 10
+    """Of the kind offset: the largest offset along x or y that is thought of, in steps."""
+    random_trials: Annotated[int, Range(1, 100_000)] = 30
+    """First trials, in which actions are random."""
+    exploration: Annotated[float, Range(0.0, 1.0)] = 0.1
+    """Share of random actions in the trials after them."""
+    memory_trials: Annotated[int, Range(10, 100_000)] = 500
+    """So many trials a model is fitted to, the last ones."""
+
+
+def fitted_after(trials: int) -> int:
+    """Number of trials that the model in use was fitted to, after so many trials; 0 for none."""
+    last = 0
+    for due in REFITS:
+        if due <= trials:
+            last = due
+    while last >= REFITS[-1] and last + last // 4 <= trials:
+        last += last // 4
+    return last
+
+
+class MemoryLearner(ModelLearner):
+    """Learns hidden states from pairs of actions and symbols, and acts by a plan on its belief over them.
+
+    The first trials are random. A model is fitted after :data:`REFITS` trials, from scratch: so it follows from the
+    trials alone. Of several models each has a belief of its own, and they are weighed by how likely each held the
+    readings of this trial.
+
+    Args:
+        symbols: Names of the symbols; these are the states that it is asked in.
+        actions: The action set.
+        parameters: Its settings.
+        frozen: Learn nothing more, and leave nothing to chance.
+
+    Raises:
+        ConfigurationError: Names repeat, actions that are on no lattice, or a model that would be too large.
+    """
+
+    def __init__(
+        self, symbols: Sequence[str], actions: Sequence[Action], parameters: MemoryParameters, *, frozen: bool = False
+    ) -> None:
+        check_names(symbols, actions)
+        super().__init__(frozen=frozen)
+        self.states, self.actions, self.parameters = tuple(symbols), tuple(actions), parameters
+        if parameters.kind == OFFSET:
+            self._steps = lattice_steps(actions)
+            require_room("reach", (2 * parameters.reach + 1) ** 2 - 1, len(actions))
+        self._trials: list[RecordedTrial] = []
+        self._fitted = 0
+        self._plans: tuple[Plan, ...] = ()
+        self.models: tuple[WorldModel, ...] = ()
+        self._rng: np.random.Generator | None = None
+        self._forget()
+
+    @property
+    def trials(self) -> tuple[RecordedTrial, ...]:
+        """What was read and done in every trial that it learned from."""
+        return tuple(self._trials)
+
+    @property
+    def beliefs(self) -> tuple[Floats, ...]:
+        """Probability of each hidden state now, (states,), by each model; none while there is no model."""
+        return tuple(belief.probabilities for belief in self._beliefs)
+
+    def as_frozen(self) -> Self:
+        """A learner that acts by the models as they are, and changes nothing."""
+        self._refit()
+        other = type(self)(self.states, self.actions, self.parameters, frozen=True)
+        other.use(self.models, self._trials)
+        return other
+
+    def use(self, models: Sequence[WorldModel], trials: Sequence[RecordedTrial]) -> None:
+        """Act by these models, which were fitted to these trials."""
+        self._trials, self._trials_learned = list(trials), len(trials)
+        self._fitted, self._changed = fitted_after(len(trials)), False
+        self.models = tuple(models)
+        # Of the same seed, so a plan follows from its model.
+        self._plans = tuple(perseus(model.pomdp(), np.random.default_rng(0)) for model in self.models)
+
+    @override
+    def _fit(self) -> None:
+        due = fitted_after(len(self._trials))
+        if due == self._fitted:
+            return
+        trials = self._trials[max(0, due - self.parameters.memory_trials) : due]
+        self.use(self._models_of(trials, due), self._trials)
+
+    def _models_of(self, trials: Sequence[RecordedTrial], seed: int) -> tuple[WorldModel, ...]:
+        starts = _MANY_STARTS if len(trials) <= _FEW_TRIALS else 1
+        reach, symbols = self.parameters.reach, len(self.states)
+        return (fit_offsets(trials, self._steps, reach, symbols, starts=starts, seed=seed),)
+
+    @override
+    def _begin(self, rng: np.random.Generator) -> None:
+        self._rng = rng
+        self._forget()
+
+    def _forget(self) -> None:
+        self._symbols: list[int] = []
+        self._actions: list[int] = []
+        self._next: int | None = None
+        self._beliefs: tuple[StateBelief, ...] = ()
+        self._weights = np.ones(len(self._plans))
+
+    @override
+    def choose(self, observation: Observation) -> Decision:
+        """The action that the plan takes for the cheapest, or a random one.
+
+        Raises:
+            LifecycleError: No trial has begun, and it learns.
+        """
+        symbol = observation.state
+        self._take_in(symbol)
+        self._symbols.append(symbol)
+        index = self._explored()
+        if index is None:
+            weights = self._weights
+            costs = [w * p.costs(b.probabilities) for w, p, b in zip(weights, self._plans, self._beliefs, strict=True)]
+            index = int(np.array(costs).sum(axis=0).argmin()) if costs else 0
+        return Decision(self.actions[index], index, LEARNED)
+
+    def _take_in(self, symbol: int) -> None:
+        if not self._symbols:
+            self._beliefs = tuple(StateBelief(plan.model, symbol) for plan in self._plans)
+        else:
+            for belief in self._beliefs:
+                belief.update(self._actions[-1], symbol)
+        if self._plans:
+            weights = self._weights * [belief.likelihood for belief in self._beliefs]
+            self._weights = weights / weights.sum()
+
+    def _explored(self) -> int | None:
+        """A random action, in the share of cases that is left to chance."""
+        if self.frozen and self._plans:
+            return None
+        rng = drawing_from(self._rng, type(self).__name__)
+        draw, index = rng.random(), int(rng.integers(len(self.actions)))
+        share = 1.0 if not self._plans else self.parameters.exploration
+        return index if draw < share else None
+
+    @override
+    def learn(self, transition: Transition) -> None:
+        """Take note of what was done and read."""
+        self._actions.append(transition.action_index)
+        self._next = transition.next_state
+
+    @override
+    def end_trial(self, hindsight: Hindsight) -> None:
+        if self.frozen or not self._actions:
+            return
+        reached = self._next is None
+        symbols = self._symbols if self._next is None else [*self._symbols, self._next]
+        self._trials.append(RecordedTrial(tuple(symbols), tuple(self._actions), reached))
+        self._trials_learned += 1
+        self._changed = True
+
+    @override
+    def get_state(self) -> dict[str, Any]:
+        """The trials, as plain JSON values; the models follow from them."""
+        return {"trials": [trial.to_dict() for trial in self._trials], "trials_learned": self._trials_learned}
+
+    @override
+    def set_state(self, state: Mapping[str, Any]) -> None:
+        require_keys("learner", state, ("trials", "trials_learned"))
+        sizes = len(self.states), len(self.actions)
+        trials = [
+            RecordedTrial.from_dict(f"learner.trials[{k}]", data, *sizes) for k, data in enumerate(state["trials"])
+        ]
+        self._trials, self._trials_learned = trials, int(state["trials_learned"])
+        self._fitted, self._changed = 0, True
+        self.models = self._plans = ()

@@ -1,0 +1,302 @@
+"""A model of the offset from the goal: where each action moves to is known, what is there is learned.
+
+The hidden state is how far the agent is from the goal, in steps. An action changes it by its known displacement, or not
+at all: P(blocked | offset, action) is learned, and so is P(symbol | offset). A trial that reached the goal was at one
+known offset before its last action, so every success anchors all of its readings (Baum-Welch does the rest).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import inf, isclose
+from typing import Final, Self
+
+import numpy as np
+
+from palpate.core.errors import ConfigurationError
+from palpate.core.policy.base import Action
+from palpate.core.policy.belief import Floats, exponential
+from palpate.core.policy.memory.finite_pomdp import FinitePomdp, require_room, rounded
+from palpate.core.policy.memory.hidden_markov import expect, forward, sums_by
+from palpate.core.policy.memory.recorded import Batch, Numbers, RecordedTrial
+
+Offset = tuple[int, int]
+
+_BLOCKED, _FREE = 0.1, 0.9  # pseudo-counts of a move
+_SYMBOL: Final = 0.05  # pseudo-count of each symbol at each offset
+_START, _START_CELLS = 0.5, 4.0  # weight and width of the expected starts
+_NOISE: Final = 0.02
+_VISITS: Final = 0.5  # offsets that are expected to have been visited no oftener are dropped
+_FIRST_ITERATIONS, _FIRST_VISITS = 3, 0.001  # after so many iterations those that hardly occur are dropped already
+_SHRUNK: Final = 0.9  # ... when so few would be left that it pays
+_GAIN: Final = 0.01  # nats that an iteration has to bring in
+
+
+def lattice_steps(actions: Sequence[Action]) -> tuple[Offset, ...]:
+    """Displacements of the actions as whole numbers of steps, the shortest side of any being one.
+
+    Raises:
+        ConfigurationError: They are on no common lattice, or none of them moves.
+    """
+    lengths = [abs(part) for action in actions for part in action.displacement_m if part]
+    accepted = "displacements that are whole multiples of the shortest one along x or y"
+    if not lengths:
+        raise ConfigurationError("actions.displacement_m", (0.0, 0.0), accepted)
+    unit = min(lengths)
+    for action in actions:
+        if any(not isclose(part / unit, round(part / unit), abs_tol=1e-6) for part in action.displacement_m):
+            raise ConfigurationError("actions.displacement_m", action.displacement_m, accepted)
+    return tuple((round(x / unit), round(y / unit)) for x, y in (action.displacement_m for action in actions))
+
+
+@dataclass(frozen=True, eq=False)
+class OffsetModel:
+    """What was learned of each offset.
+
+    Attributes:
+        steps: Displacement of each action, in steps.
+        offsets: Offsets (u, v) of the agent from the goal, in steps; moves to any other count as staying.
+        start: Probability of each at the start, (offsets,).
+        blocked: Probability that an action leaves it where it is, (actions, offsets).
+        emissions: Probability of each symbol, (offsets, symbols).
+
+    Raises:
+        ConfigurationError: An offset twice, or shapes that do not fit.
+    """
+
+    steps: tuple[Offset, ...]
+    offsets: tuple[Offset, ...]
+    start: Floats
+    blocked: Floats
+    emissions: Floats
+
+    def __post_init__(self) -> None:
+        if len(set(self.offsets)) != len(self.offsets) or (0, 0) in self.offsets or not self.offsets:
+            raise ConfigurationError(
+                "model.offsets", self.offsets, "at least one, none twice, and not the goal's (0, 0)"
+            )
+        shapes = {"start": (len(self.offsets),), "blocked": (len(self.steps), len(self.offsets))}
+        for name, shape in shapes.items():
+            values: Floats = getattr(self, name)
+            if values.shape != shape:
+                raise ConfigurationError(f"model.{name}", f"shape {values.shape}", f"shape {shape}")
+        if not ((self.blocked >= 0.0) & (self.blocked <= 1.0)).all():
+            raise ConfigurationError("model.blocked", "a number outside", "probabilities from 0 to 1")
+
+    def targets(self) -> Numbers:
+        """Where each action leads from each offset, (actions, offsets): its place, n at the goal, n + 1 nowhere."""
+        count = len(self.offsets)
+        place = {offset: number for number, offset in enumerate(self.offsets)} | {(0, 0): count}
+        rows = [[place.get((u + du, v + dv), count + 1) for u, v in self.offsets] for du, dv in self.steps]
+        return np.array(rows, dtype=np.intp)
+
+    def pomdp(self) -> FinitePomdp:
+        """The same as a world with hidden states.
+
+        Raises:
+            ConfigurationError: It would be too large, or holds what is no probability.
+        """
+        states = len(self.offsets)
+        require_room("model.offsets", states, len(self.steps))
+        targets = self.targets()
+        stays = np.where(targets == states + 1, 1.0, self.blocked)
+        transitions = np.zeros((len(self.steps), states, states + 2))
+        places = np.arange(states)
+        for action, row in enumerate(targets):
+            transitions[action, places, row] = 1.0 - stays[action]
+            transitions[action, places, places] += stays[action]
+        return FinitePomdp(self.start, transitions[:, :, :states], transitions[:, :, states], self.emissions)
+
+    @classmethod
+    def blank(cls, steps: tuple[Offset, ...], reach: int, symbols: int, rng: np.random.Generator) -> Self:
+        """Before anything was learned: every offset within ``reach`` steps, symbols alike but for a little noise.
+
+        Raises:
+            ConfigurationError: It would be too large.
+        """
+        require_room("reach", (2 * reach + 1) ** 2 - 1, len(steps))
+        sides = range(-reach, reach + 1)
+        offsets = tuple((u, v) for v in sides for u in sides if (u, v) != (0, 0))
+        emissions = 1.0 + _NOISE * rng.random((len(offsets), symbols))
+        start = _expected_starts(offsets)
+        blocked = np.full((len(steps), len(offsets)), _BLOCKED / (_BLOCKED + _FREE))
+        emissions /= emissions.sum(axis=1, keepdims=True)
+        return cls(steps, offsets, start / start.sum(), blocked, emissions)
+
+    def improved(self, batch: Batch) -> tuple[Self, Floats, float]:
+        """One step of Baum-Welch.
+
+        Returns:
+            The better model, the expected number of visits of each offset, (offsets,), and the log-likelihood of the
+            trials under this one.
+        """
+        chain = _Shifts(self)
+        counts = _OffsetCounts(self, batch, chain)
+        log_likelihood = expect(batch, chain, counts)
+        visits, stays, moves, starts = counts.sums()
+        read = visits.sum(axis=0) + _SYMBOL
+        started = starts + _expected_starts(self.offsets)
+        blocked = (stays + _BLOCKED) / (moves + _BLOCKED + _FREE)
+        model = type(self)(
+            self.steps, self.offsets, started / started.sum(), np.minimum(blocked, 1.0), (read / read.sum(axis=0)).T
+        )
+        return model, visits.sum(axis=(0, 1)), log_likelihood
+
+    def pruned(self, visits: Floats, least: float) -> Self:
+        """Without the offsets that were visited no oftener."""
+        kept = np.flatnonzero(visits > least)
+        if not len(kept):
+            kept = np.arange(len(self.offsets))
+        start = self.start[kept]
+        offsets = tuple(self.offsets[place] for place in kept)
+        return type(self)(self.steps, offsets, start / start.sum(), self.blocked[:, kept], self.emissions[kept])
+
+    def rounded(self) -> Self:
+        """As a file holds it."""
+        return type(self)(self.steps, self.offsets, rounded(self.start), rounded(self.blocked), rounded(self.emissions))
+
+    def log_loss(self, trials: Sequence[RecordedTrial]) -> float:
+        """Nats a reading that these trials cost under the model; an arrival at the goal counts as one."""
+        batch = Batch.of(trials)
+        log_likelihood = forward(batch, _Shifts(self)).log_likelihood
+        return -float((log_likelihood * batch.weights).sum()) / batch.readings
+
+
+def fit_offsets(
+    trials: Sequence[RecordedTrial],
+    steps: tuple[Offset, ...],
+    reach: int,
+    symbols: int,
+    *,
+    starts: int = 3,
+    iterations: int = 25,
+    seed: int = 0,
+) -> OffsetModel:
+    """Fit a model from scratch.
+
+    Args:
+        trials: What was read and done, at least one trial.
+        steps: Displacement of each action.
+        reach: Largest offset along x or y that is thought of.
+        symbols: Number of symbols.
+        starts: So many first guesses are fitted to four of five trials, and the one with the least loss on the fifth
+            is fitted to all; with one, nothing is held out.
+        iterations: Steps of Baum-Welch of each fit.
+        seed: Equal seeds give equal guesses.
+    """
+    rng = np.random.default_rng(seed)
+    blanks = [OffsetModel.blank(steps, reach, symbols, rng) for _ in range(starts)]
+    best = 0
+    if starts > 1 and len(trials) >= 10:
+        kept = Batch.of([trial for number, trial in enumerate(trials) if number % 5 != 4])
+        held = trials[4::5]
+        losses = [_fitted(blank, kept, iterations, 0.0).log_loss(held) for blank in blanks]
+        best = losses.index(min(losses))
+    return _fitted(blanks[best], Batch.of(trials), iterations, _VISITS).rounded()
+
+
+def _fitted(model: OffsetModel, batch: Batch, iterations: int, least: float) -> OffsetModel:
+    visits, before = np.ones(len(model.offsets)), -inf
+    for iteration in range(iterations):
+        model, visits, log_likelihood = model.improved(batch)
+        if log_likelihood - before < _GAIN and iteration > _FIRST_ITERATIONS:
+            break
+        before = log_likelihood
+        if iteration >= _FIRST_ITERATIONS:
+            kept = visits > _FIRST_VISITS
+            if kept.mean() < _SHRUNK:
+                model, visits = model.pruned(visits, _FIRST_VISITS), visits[kept]
+    return model.pruned(visits, least)
+
+
+def _expected_starts(offsets: Sequence[Offset]) -> Floats:
+    squares = np.array([float(u * u + v * v) for u, v in offsets])
+    return _START * exponential(-0.5 / _START_CELLS**2 * squares)
+
+
+class _Shifts:
+    """How messages go through the model: shifted by the displacement, or left where they are."""
+
+    def __init__(self, model: OffsetModel) -> None:
+        count = len(model.offsets)
+        targets = model.targets()
+        self.blocked = np.where(targets == count + 1, 1.0, model.blocked)
+        self._free = 1.0 - self.blocked
+        self._targets = np.minimum(targets, count)
+        self._sources = np.full((len(targets), count), count, dtype=np.intp)
+        for action, row in enumerate(targets):
+            inside = np.flatnonzero(row < count)
+            self._sources[action, row[inside]] = inside
+        self._goal = np.where(targets == count, self._free, 0.0)
+        self._start = model.start
+        self.emitted = np.ascontiguousarray(model.emissions.T)
+
+    def first(self, symbols: Numbers) -> Floats:
+        joint: Floats = self._start * self.emitted[symbols]
+        return joint
+
+    def forward(self, before: Floats, actions: Numbers, symbols: Numbers, following: Numbers) -> Floats:
+        moved = _padded(before * self._free[actions])
+        joint = before * self.blocked[actions]
+        joint += np.take_along_axis(moved, self._sources[actions], axis=1)
+        joint *= self.emitted[following]
+        return joint
+
+    def backward(self, after: Floats, actions: Numbers, symbols: Numbers, following: Numbers) -> Floats:
+        joint = after * self.emitted[following]
+        moved = np.take_along_axis(_padded(joint), self._targets[actions], axis=1)
+        moved *= self._free[actions]
+        joint *= self.blocked[actions]
+        joint += moved
+        return joint
+
+    def goal(self, actions: Numbers, symbols: Numbers) -> Floats:
+        return self._goal[actions]
+
+
+def _padded(rows: Floats) -> Floats:
+    result = np.empty((rows.shape[0], rows.shape[1] + 1))
+    result[:, :-1], result[:, -1] = rows, 0.0
+    return result
+
+
+class _OffsetCounts:
+    """Posteriors of a batch, summed by symbol and by action."""
+
+    def __init__(self, model: OffsetModel, batch: Batch, chain: _Shifts) -> None:
+        self._batch, self._chain = batch, chain
+        self._actions, self._symbols = len(model.steps), model.emissions.shape[1]
+        self._keys: list[Numbers] = []
+        self._rows: list[Floats] = []
+        self._stay_keys: list[Numbers] = []
+        self._stay_rows: list[Floats] = [np.zeros((0, len(model.offsets)))]
+        self._starts = np.zeros(len(model.offsets))
+
+    def state(self, time: int, posterior: Floats) -> None:
+        batch, running = self._batch, len(posterior)
+        acted = (batch.lengths[:running] > time + 1) | batch.reached[:running]
+        actions = np.where(acted, batch.actions[:running, time], self._actions)
+        self._keys.append(actions * self._symbols + batch.symbols[:running, time])
+        self._rows.append(posterior)
+        if time == 0:
+            self._starts = posterior.sum(axis=0)
+
+    def move(self, time: int, before: Floats, after: Floats) -> None:
+        running = len(before)
+        actions = self._batch.actions[:running, time]
+        stays = before * after
+        stays *= self._chain.blocked[actions]
+        stays *= self._chain.emitted[self._batch.symbols[:running, time + 1]]
+        self._stay_keys.append(actions)
+        self._stay_rows.append(stays)
+
+    def sums(self) -> tuple[Floats, Floats, Floats, Floats]:
+        """Visits (actions + 1, symbols, offsets), stays and moves (actions, offsets) each, and starts (offsets,)."""
+        offsets = len(self._starts)
+        groups = (self._actions + 1) * self._symbols
+        visits = sums_by(np.concatenate(self._keys), np.concatenate(self._rows), groups)
+        visits = visits.reshape(self._actions + 1, self._symbols, offsets)
+        none: list[Numbers] = [np.zeros(0, dtype=np.intp)]
+        stays = sums_by(np.concatenate(none + self._stay_keys), np.concatenate(self._stay_rows), self._actions)
+        return visits, stays, visits[:-1].sum(axis=1), self._starts

@@ -1,0 +1,169 @@
+"""Plans over beliefs: QMDP, which takes for granted that all is seen after one step, and Perseus, which does not.
+
+Perseus (Spaan and Vlassis, 2005) improves a set of vectors, each the cost of one plan from every hidden state, at
+beliefs that a walk through the model meets; the cost of a belief is the least that any of them promises. Costs, beliefs
+and probabilities stand on grids of binary fractions, coarse enough that every sum of products of them is exact: so a
+matrix product has the same bits whatever the order in which a processor takes it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from palpate.core.policy.belief import Floats
+from palpate.core.policy.memory.finite_pomdp import FinitePomdp
+from palpate.core.policy.memory.recorded import Numbers
+
+DISCOUNT: Final = 0.98
+_SWEEPS: Final = 150
+_BELIEFS: Final = 200
+_STAGES: Final = 30
+_WALKS, _STEPS, _RANDOM = 64, 16, 0.25  # walks that gather beliefs; their random share
+_GAIN: Final = 0.003  # a stage that improves no belief by more ends the plan
+_LOSS: Final = 0.002 * 2.0**42  # on the grid: a belief that keeps its cost within this is served
+# Sums stay below 2**53: beliefs and emissions sum to one, and no cost is above 1 / (1 - DISCOUNT) = 50 < 2**6.
+_COST: Final = 2.0**20
+_SHARE: Final = 2.0**22
+
+
+def _on_grid(values: Floats, steps: float) -> Floats:
+    """Values as whole numbers of steps of 1 / ``steps``."""
+    result: Floats = np.rint(values * steps)
+    return result
+
+
+def qmdp(model: FinitePomdp, discount: float = DISCOUNT) -> Floats:
+    """Cost of each action in each state, if the state were seen from the next step on, (states, actions)."""
+    values = np.zeros(model.states)
+    costs = np.zeros((model.states, model.actions))
+    moves = _on_grid(model.transitions, _SHARE).reshape(-1, model.states)
+    for _ in range(_SWEEPS):
+        after = (moves @ _on_grid(values, _COST)) / (_SHARE * _COST)
+        costs = 1.0 + discount * after.reshape(model.actions, model.states).T
+        values = costs.min(axis=1)
+    return costs
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """Vectors over a model.
+
+    Attributes:
+        model: The model.
+        vectors: Discounted steps to the goal that each plan costs, (plans, states).
+    """
+
+    model: FinitePomdp
+    vectors: Floats
+    discount: float = DISCOUNT
+
+    def costs(self, probabilities: Floats) -> Floats:
+        """Discounted steps to the goal if an action is taken now and all goes as planned after it, (actions,).
+
+        Args:
+            probabilities: Of the hidden states, (states,).
+        """
+        moved = np.einsum("s,ast->at", probabilities, self.model.transitions)
+        joint = _on_grid(moved[:, None, :] * self.model.emissions.T, _SHARE)
+        promised = joint.reshape(-1, self.model.states) @ _on_grid(self.vectors, _COST).T
+        least = promised.min(axis=1).reshape(self.model.actions, -1) / (_SHARE * _COST)
+        costs: Floats = 1.0 + self.discount * least.sum(axis=1)
+        return costs
+
+
+def perseus(model: FinitePomdp, rng: np.random.Generator, discount: float = DISCOUNT) -> Plan:
+    """A plan by point-based value iteration.
+
+    Args:
+        model: The model.
+        rng: Draws the walks whose beliefs are planned for.
+        discount: What a step counts less than the one before it.
+    """
+    beliefs = _on_grid(_met(model, qmdp(model, discount), rng), _SHARE)
+    vectors = np.full((1, model.states), _on_grid(np.array(1.0 / (1.0 - discount)), _COST))
+    values = (beliefs @ vectors.T).min(axis=1)
+    for _ in range(_STAGES):
+        fresh = _backed_up(model, beliefs, vectors, discount)
+        promised = beliefs @ fresh.T
+        keep = beliefs @ vectors.T
+        chosen: list[Floats] = []
+        reached = np.full(len(beliefs), np.inf)
+        waiting = np.ones(len(beliefs), dtype=bool)
+        while waiting.any():
+            # The belief that gains most is served first: its plan serves most of the others.
+            gains = np.where(waiting, values - promised.diagonal(), -np.inf)
+            number = int(gains.argmax())
+            if promised[number, number] <= values[number]:
+                chosen.append(fresh[number])
+                reached = np.minimum(reached, promised[:, number])
+            else:
+                old = int(keep[number].argmin())
+                chosen.append(vectors[old])
+                reached = np.minimum(reached, keep[:, old])
+            waiting &= reached > values + _LOSS
+            waiting[number] = False
+        gained = float((values - reached).max()) / (_SHARE * _COST)
+        vectors, values = np.array(chosen), reached
+        if gained < _GAIN:
+            break
+    return Plan(model, vectors / _COST, discount)
+
+
+def _backed_up(model: FinitePomdp, beliefs: Floats, vectors: Floats, discount: float) -> Floats:
+    """For each belief the best plan of one step and then one of the vectors for each symbol, (beliefs, states)."""
+    states, actions, symbols = model.states, model.actions, model.symbols
+    # By what may be read: cost of each vector, times the probability of the reading, after the move.
+    read = np.rint(model.emissions.T[:, None, :] * vectors[None]).reshape(-1, states)
+    moves = _on_grid(model.transitions, _SHARE).reshape(-1, states)
+    behind = np.rint((moves @ read.T) / _SHARE).reshape(actions, states, symbols, len(vectors))
+    flat = behind.transpose(1, 0, 2, 3).reshape(states, -1)
+    promised = (beliefs @ flat).reshape(len(beliefs), actions, symbols, len(vectors))
+    best = promised.argmin(axis=3)
+    action = promised.min(axis=3).sum(axis=2).argmin(axis=1)
+    rows = np.arange(len(beliefs))
+    follow = best[rows, action]  # (beliefs, symbols)
+    picked = behind[action[:, None], :, np.arange(symbols)[None], follow]  # (beliefs, symbols, states)
+    backed: Floats = np.rint(_COST + discount * picked.sum(axis=1))
+    return backed
+
+
+def _met(model: FinitePomdp, costs: Floats, rng: np.random.Generator) -> Floats:
+    """Different beliefs that walks through the model meet, by QMDP and by chance, (beliefs, states)."""
+    beliefs = np.repeat(model.start[None], _WALKS, axis=0)
+    states = _drawn(beliefs, rng)
+    found: dict[bytes, Floats] = {}
+    weighed = _on_grid(costs, _COST)
+    for _ in range(_STEPS):
+        symbols = _drawn(model.emissions[states], rng)
+        joint = beliefs * model.emissions[:, symbols].T
+        beliefs = joint / np.maximum(joint.sum(axis=1, keepdims=True), 1e-12)
+        for belief in beliefs:
+            found.setdefault(np.rint(belief * 1000.0).tobytes(), belief)
+        actions = (_on_grid(beliefs, _SHARE) @ weighed).argmin(axis=1)
+        chance = rng.random(len(actions)) < _RANDOM
+        actions = np.where(chance, rng.integers(model.actions, size=len(actions)), actions)
+        ways = model.transitions[actions, states]
+        arrived = rng.random(len(actions)) < model.goal[actions, states]
+        beliefs = np.stack(
+            [np.einsum("s,st->t", b, model.transitions[a]) for b, a in zip(beliefs, actions, strict=True)]
+        )
+        beliefs /= np.maximum(beliefs.sum(axis=1, keepdims=True), 1e-12)
+        states = _drawn(np.where(ways.sum(axis=1, keepdims=True) > 0.0, ways, model.start), rng)
+        again = _drawn(np.repeat(model.start[None], len(states), axis=0), rng)
+        states = np.where(arrived, again, states)
+        beliefs[arrived] = model.start
+    every = list(found.values())
+    if len(every) > _BELIEFS:
+        every = [every[place] for place in np.sort(rng.choice(len(every), _BELIEFS, replace=False))]
+    return np.array(every)
+
+
+def _drawn(weights: Floats, rng: np.random.Generator) -> Numbers:
+    """A column of each row, as likely as it weighs."""
+    sums = np.cumsum(weights, axis=1)
+    draws = rng.random(len(weights)) * sums[:, -1]
+    drawn: Numbers = np.minimum((sums <= draws[:, None]).sum(axis=1), weights.shape[1] - 1)
+    return drawn

@@ -1,0 +1,51 @@
+"""The learner on a map: near the optimum, repeatable, and taken up again where it stood."""
+
+import pytest
+
+from palpate.adapters.config.grid import GridLearning
+from palpate.adapters.experiments.grid import Named, learn
+from palpate.core.errors import ConfigurationError
+from palpate.core.perception import IdentityState
+from palpate.core.policy import MemoryLearner
+from palpate.core.policy.memory.learner import fitted_after
+from palpate.simulation.grid import belief_optimum, grid_actions, run_trial
+from tests.unit.core.policy.memory.worlds import AMBIGUOUS
+
+
+@pytest.fixture(scope="module")
+def run() -> object:
+    return learn(AMBIGUOUS, Named(), GridLearning(learner="offset", reach=3), seed=3, trials=65)
+
+
+def test_after_sixty_trials_it_is_near_the_optimum_from_every_start(run) -> None:
+    found, optimum = run.frozen_steps(AMBIGUOUS), float(belief_optimum(AMBIGUOUS))
+    assert found.reaches == 1.0
+    assert optimum - 1e-9 <= found.steps <= 1.2 * optimum
+
+
+def test_equal_seeds_give_equal_walks_and_a_state_goes_on_as_the_learner_it_is_of(run) -> None:
+    again = learn(AMBIGUOUS, Named(), GridLearning(learner="offset", reach=3), seed=3, trials=62)
+    assert run.walks[:62] == again.walks
+    other = MemoryLearner(AMBIGUOUS.symbols, grid_actions(), again.learner.parameters)
+    other.set_state(again.learner.get_state())
+    assert other.trials_learned == 62
+    assert run_trial(AMBIGUOUS, IdentityState(AMBIGUOUS.symbols), other, 3, 62) == run.walks[62]
+    frozen = run.learner.as_frozen()
+    before = frozen.get_state()
+    run_trial(AMBIGUOUS, IdentityState(AMBIGUOUS.symbols), frozen, 3, 0)
+    assert frozen.get_state() == before
+
+
+def test_trials_of_another_alphabet_are_refused(run) -> None:
+    other = MemoryLearner(("A", "B"), grid_actions(), run.learner.parameters)
+    with pytest.raises(ConfigurationError, match=r"learner.trials\[\d+\].symbols = 2 is refused: numbers from 0 to 1"):
+        other.set_state(run.learner.get_state())
+
+
+def test_models_are_fitted_anew_after_ever_more_trials() -> None:
+    assert [fitted_after(n) for n in (0, 29, 30, 99, 100, 624, 625, 2000)] == [0, 0, 30, 60, 100, 500, 625, 1906]
+
+
+def test_hidden_states_are_found_on_symbols_alone() -> None:
+    with pytest.raises(ConfigurationError, match="symbols, with the learner offset"):
+        learn(AMBIGUOUS, Named("last-2"), GridLearning(learner="offset"), 0, 1)

@@ -1,0 +1,35 @@
+"""The planner against exact optima."""
+
+import numpy as np
+import pytest
+
+from palpate.core.perception import IdentityState
+from palpate.core.policy import MemoryLearner, MemoryParameters
+from palpate.core.policy.memory import FinitePomdp
+from palpate.core.policy.memory.point_based import perseus, qmdp
+from palpate.simulation.grid import GridMap, belief_optimum, grid_actions, walked_steps
+from palpate.simulation.grid.maps import SCENARIO_1, SCENARIO_2
+from tests.unit.core.policy.memory.worlds import AMBIGUOUS, random_trials, true_offsets
+
+MAPS = [AMBIGUOUS, GridMap.from_regions(SCENARIO_1), GridMap.from_regions(SCENARIO_2)]
+
+
+@pytest.mark.parametrize("grid", MAPS, ids=["walls", "1", "2"])
+def test_on_the_true_model_a_policy_comes_within_a_hundredth_of_the_optimum_of_the_belief(grid: GridMap) -> None:
+    learner = MemoryLearner(grid.symbols, grid_actions(), MemoryParameters(), frozen=True)
+    learner.use([true_offsets(grid)], random_trials(grid, 30))
+    steps = walked_steps(grid, IdentityState(grid.symbols), learner).steps
+    optimum = float(belief_optimum(grid))
+    assert optimum - 1e-9 <= steps <= 1.01 * optimum
+
+
+def test_qmdp_takes_for_granted_what_a_plan_pays_for() -> None:
+    # Left or right of the goal, unseen: the wrong way costs two steps more.
+    right, left = np.zeros((2, 2)), np.zeros((2, 2))
+    right[1, 1] = left[0, 0] = 1.0
+    goal = np.array([[1.0, 0.0], [0.0, 1.0]])
+    world = FinitePomdp(np.array([0.5, 0.5]), np.stack([right, left]), goal, np.ones((2, 1)))
+    np.testing.assert_allclose(qmdp(world), [[1.0, 1.98], [1.98, 1.0]], atol=1e-5)
+    plan = perseus(world, np.random.default_rng(0))
+    # 1, then with probability a half one more, discounted by 0.98.
+    np.testing.assert_allclose(plan.costs(np.array([0.5, 0.5])), [1.49, 1.49], atol=1e-4)
