@@ -254,9 +254,7 @@ def trial_ticks(
             calling = ""
             for call in on_sent:
                 call(snapshot, command, answer)
-            applied = answer
-            if supervised is not None and supervised.intervention is not None:
-                applied = supervised.applied(answer)
+            applied = answer if supervised is None else supervised.applied(answer)
             news = (wrench.sequence, joints.sequence)
             if time_ns != deadline_ns or news[0] == seen[0] or news[1] == seen[1]:
                 _note_irregular(timing, time_ns - deadline_ns, seen, news)

@@ -88,7 +88,8 @@ class StartRecord:
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
 class DecisionEntry:
-    """One choice of an action. Logs of before they were kept have no displacement, and no place in the action set."""
+    """One choice of an action; ``grounds`` are the numbers that it was chosen by. Logs of before they were kept have no
+    displacement, no place in the action set, and no grounds."""
 
     tick: int
     number: int
@@ -100,6 +101,7 @@ class DecisionEntry:
     counterfactual: bool = False
     displacement_m: tuple[float, ...] = ()
     index: int | None = None
+    grounds: tuple[float, ...] = ()
 
     @classmethod
     def of(cls, number: int, decision: DecisionRecord, temperature: float | None) -> DecisionEntry:
@@ -114,6 +116,7 @@ class DecisionEntry:
             temperature=temperature,
             displacement_m=decision.displacement_m,
             index=decision.index,
+            grounds=decision.grounds,
         )
 
 

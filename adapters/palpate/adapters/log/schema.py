@@ -92,6 +92,7 @@ MESSAGES: Final[Mapping[str, tuple[tuple[str, str, int], ...]]] = {
         ("counterfactual", "bool", 8),
         ("displacement_m", _VECTOR, 9),
         ("index", "sfixed64", 10),
+        ("grounds", _VECTOR, 11),
     ),
     "Reinforcement": (
         ("tick", "sfixed64", 1),

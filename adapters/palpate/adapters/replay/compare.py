@@ -99,8 +99,9 @@ def compare_reports(
     """
     surely = None if whole else len(log.ticks) - 1
     for recorded, replayed in zip(log.decisions, decisions, strict=False):
-        # Logs of before it was kept say nothing of where an action leads.
+        # Logs of before it was kept say nothing of where an action leads, or what it was chosen by.
         now = replayed if recorded.displacement_m else replace(replayed, displacement_m=(), index=None)
+        now = now if recorded.grounds else replace(now, grounds=())
         _compare_fields(differences, "/decision", recorded.tick, recorded, now)
     _compare_counts(differences, "/decision", "decisions", log.decisions, decisions, surely)
     _compare_reinforcements(differences, log, report, surely)

@@ -257,7 +257,7 @@ class Rebuilder:
             if self.what_if:
                 problem = f"the policy's code is not there, and the log holds no answer to a what-if ({error})"
                 raise LogError(log.path, "", problem, "install what made it, or name another --policy") from error
-            return RecordedDecisions(task_actions(config), str(error))
+            return RecordedDecisions(task_actions(config), str(error), 6 + len(perception.extractor.names))
 
 
 def _sensor(log: TrialLog, config: RunConfig) -> SensorFacts:

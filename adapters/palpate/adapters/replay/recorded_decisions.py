@@ -19,14 +19,15 @@ class RecordedDecisions(FixedPolicy):
     Args:
         actions: The action set of the task.
         problem: Why the policy itself is not there.
+        observed: How many of the numbers that a decision was chosen by are none of the policy's own.
 
     Attributes:
         log: The trial whose decisions are given.
     """
 
-    def __init__(self, actions: Sequence[Action], problem: str) -> None:
+    def __init__(self, actions: Sequence[Action], problem: str, observed: int) -> None:
         super().__init__()
-        self._actions, self.problem = tuple(actions), problem
+        self._actions, self.problem, self._observed = tuple(actions), problem, observed
         self.log: TrialLog | None = None
 
     @property
@@ -47,9 +48,9 @@ class RecordedDecisions(FixedPolicy):
         self._given += 1
         if told.index is not None and 0 <= told.index < len(self._actions):
             # A log that says otherwise contradicts itself, which is found where decisions are compared.
-            return Decision(self._actions[told.index], told.index, told.source)
+            return Decision(self._actions[told.index], told.index, told.source, told.grounds[self._observed :])
         if len(told.displacement_m) != 2 or told.index is not None:
             problem = "does not say where the action leads"
             raise LogError(self.log.path, f"decision {told.number}", problem, "it can be replayed by its policy only")
         x, y = told.displacement_m
-        return Decision(Action(told.action, (x, y)), None, told.source)
+        return Decision(Action(told.action, (x, y)), None, told.source, told.grounds[self._observed :])

@@ -31,11 +31,12 @@ class Agent:
     def __init__(self, perception: Perception, policy: Policy, reinforcement: Reinforcement, tick_s: float) -> None:
         self._perception, self._policy = perception, policy
         self._reinforcement, self._tick_s = reinforcement, tick_s
-        self._pending: tuple[int, Decision] | None = None
-        self._asked: tuple[int, Observation] | None = None
-        self._ticks = 0
-        self._force_sum = self._force_peak = self._distance = 0.0
-        self._last_position: Vector3 | None = None
+        self._pending: tuple[int, Decision] | None
+        self._asked: tuple[int, Observation] | None
+        self._force_sum: float
+        self._force_peak: float
+        self._distance: float
+        self._last_position: Vector3 | None
         self.percept: tuple[int, int] | None = None
         self.decisions: list[DecisionRecord] = []
 
@@ -85,6 +86,8 @@ class Agent:
         (tick, observation), (symbol, state) = self._asked, self.percept
         self._asked = None
         decision = self._policy.choose(observation)
+        wrench = *observation.force_N, *observation.torque_Nm
+        features = self._perception.extractor.extract((*observation.position_m, *wrench))
         self._pending = (state, decision)
         self._clear_effort()
         self.decisions.append(
@@ -96,6 +99,7 @@ class Agent:
                 decision.source,
                 displacement_m=decision.action.displacement_m,
                 index=decision.index,
+                grounds=(*wrench, *features, *decision.grounds),
             )
         )
         return decision

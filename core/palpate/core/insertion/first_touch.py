@@ -64,10 +64,9 @@ class FirstTouch:
         depths = [depth for depth, _ in pairs]
         if max(depths) - min(depths) < _LEAST_WAY_SHARE * self._press_N / self._stiffness:
             return None
-        count = len(pairs)
-        mean_z, mean_f = sum(depths) / count, sum(force for _, force in pairs) / count
+        mean_z = sum(depths) / len(pairs)
         square = sum((z - mean_z) ** 2 for z in depths)
-        return -sum((z - mean_z) * (f - mean_f) for z, f in pairs) / square / self._stiffness
+        return -sum((z - mean_z) * f for z, f in pairs) / square / self._stiffness
 
     def _depth_at(self, time_ns: int) -> float | None:
         before: tuple[int, float] | None = None

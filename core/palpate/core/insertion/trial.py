@@ -80,6 +80,8 @@ class DecisionRecord:
         reinforcement: What the action then earned; None while it is not known, or when it was interrupted.
         displacement_m: What was asked of the tip, (2,), task frame.
         index: Place of the action in the action set; None for one that is not of the set.
+        grounds: What it was chosen by: force (3,), N, and torque (3,), N m, of the observation, the features, and
+            numbers of the policy's own.
     """
 
     tick: int
@@ -90,6 +92,7 @@ class DecisionRecord:
     reinforcement: float | None = None
     displacement_m: tuple[float, float] = (0.0, 0.0)
     index: int | None = None
+    grounds: tuple[float, ...] = ()
 
 
 @dataclass

@@ -33,8 +33,8 @@ class TipMotion:
         # A view into Pinocchio's memory.
         self._target_m: Array = self._target.translation
         self._period_s = period_s
-        self._q: Array = np.zeros(kinematics.joints)
-        self.reference_m: Vector3 = (0.0, 0.0, 0.0)
+        self._q: Array
+        self.reference_m: Vector3
 
     def start(self, position_rad: JointVector) -> None:
         """Take over from where the arm is."""

@@ -108,11 +108,13 @@ class Decision:
         index: Its place in the action set; None when it is not of the set, so nothing learns from it.
         source: Which knowledge chose it: ``"programmed"``, ``"examples"``, ``"learned"`` or the name of
             a comparator.
+        grounds: Numbers that a policy chose it by, such as what it believes; for whoever compares two runs.
     """
 
     action: Action
     index: int | None
     source: str
+    grounds: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -60,14 +60,9 @@ class _Fit:
         # The torque is that of a place which the tip has already left.
         place = examples.to_hole_m + lag * examples.step_m
         self._at = Directions.of(place[:, 0], place[:, 1])
-        count = len(self._torque)
         self._trials = int(self._trial.max()) + 1
         self._per_trial = np.bincount(self._trial, minlength=self._trials).astype(float)
-        self._offset = np.zeros(2)
-        self._cue = np.zeros((len(RINGS_M), 2))
-        self._residual = np.zeros((len(RINGS_M), SECTORS, 2))
-        self._bias = np.zeros((self._trials, 2))
-        self._offsets, self._cues, self._residuals = np.zeros((count, 2)), np.zeros((count, 2)), np.zeros((count, 2))
+        self._cues = self._residuals = np.zeros((len(self._torque), 2))
         self.pooled = max(float(np.square(self._torque).mean()), _LEAST_NM**2)
         self._bias_variance = _BIAS_SHARE**2 * self.pooled
         for _ in range(_SWEEPS):

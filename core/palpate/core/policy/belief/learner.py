@@ -58,11 +58,12 @@ class BeliefLearner(ModelLearner):
         self._trials: list[TouchedTrial] = []
         self._model: TouchModel | None = None
         self._table: TouchTable | None = None
-        self._touches: list[Touch] = []
+        self._touches: list[Touch]
         self._expect_place()
-        self._belief: PlaceBelief | None = None
-        self._search: SpiralSearch | None = None
-        self._steps = self._searched = 0
+        self._belief: PlaceBelief | None
+        self._search: SpiralSearch | None
+        self._steps: int
+        self._searched: int
 
     @property
     def model(self) -> TouchModel | None:
@@ -114,8 +115,9 @@ class BeliefLearner(ModelLearner):
             # the middle.
             around_m = self._places.likeliest_m(probabilities) if self._searched == 1 else _MIDDLE_M
             return self._searching(self._begin_search(around_m), touch)
-        dx, dy = self._planner.best(probabilities, self._inside(touch.place_m), self._half_width_m)
-        return Decision(Action(_name(dx, dy), (dx, dy)), None, LEARNED)
+        (dx, dy), actions = self._planner.best(probabilities, self._inside(touch.place_m), self._half_width_m)
+        grounds = float(probabilities.max()), *self._places.mean_m(probabilities), actions
+        return Decision(Action(_name(dx, dy), (dx, dy)), None, LEARNED, grounds)
 
     def _take_in(self, belief: PlaceBelief, lag: float, before: Touch, touch: Touch) -> None:
         (x, y), (px, py) = touch.place_m, before.place_m

@@ -56,8 +56,8 @@ class Planner:
         cost: Floats = 1.0 + np.sqrt(x_m * x_m + y_m * y_m) / self._speed_m
         return cost
 
-    def best(self, belief: Floats, from_m: tuple[float, float], limit_m: float) -> tuple[float, float]:
-        """The best way, (dx, dy) in m.
+    def best(self, belief: Floats, from_m: tuple[float, float], limit_m: float) -> tuple[tuple[float, float], float]:
+        """The best way, (dx, dy) in m, and how many actions it is expected to take from there.
 
         Args:
             belief: How likely the hole is at each place, (size, size).
@@ -79,7 +79,8 @@ class Planner:
         expected = (far * weights).sum(axis=1) - (self._saved * around).sum(axis=1)
         outside = np.abs(ends).max(axis=1) > limit_m
         expected[outside] += 1e6
-        return self.ways[int(np.argmin(expected))]
+        best = int(np.argmin(expected))
+        return self.ways[best], float(expected[best])
 
 
 class SpiralSearch:
