@@ -113,6 +113,11 @@ MISHAPS: Final[dict[str, Mishap]] = {
         answers={2: (4, 3.15, _POSITION), 3: (4, 3.15, _POSITION)},
         at=(20, "stop"),
     ),
+    "clamped-and-followed": Mishap(
+        settings=_weak(max_tracking_error_mrad=500.0),
+        answers={2: (4, 3.15, _POSITION), 3: (4, 3.14, CommandReason.AS_ASKED), 4: (4, 3.14, _POSITION)},
+        at=(8, "stop"),
+    ),
     "clamped-by-the-arm": Mishap(
         answers={n: (3, 0.001, reason) for n, reason in ((4, _VELOCITY), (5, _VELOCITY), (30, _POSITION))},
         settings={"task": {"time_limit_s": 0.1}},

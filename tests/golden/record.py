@@ -37,6 +37,17 @@ RECORDINGS: dict[str, tuple[str, ...]] = {
     "train-belief-blind": (
         "train", "--learner", "belief", "--scenario", "blind", "--trials", "3", "--seed", "28", *SHALLOW,
     ),
+    # A belief that is soon given up, in much noise: searches round the likeliest place, then of everything.
+    "train-belief-lost": (
+        "train", "--learner", "belief", "--scenario", "blind-noise", "--trials", "7", "--seed", "29", *SHALLOW,
+        "--learning.belief.patience", "3", "--learning.belief.search-steps", "4",
+        "--learning.belief.memory-trials", "4",
+    ),
+    # Holes as far off as there are, a zero that no tare sees, a peg that leans.
+    "train-belief-far": (
+        "train", "--learner", "belief", "--scenario", "blind-5", "--trials", "5", "--seed", "30", *SHALLOW,
+        "--cell.tilt-mrad", "2", "--cell.tilt-heading-deg", "40",
+    ),
     "torque-ur5": ("run", "--policy", "torque", "--trials", "1", "--seed", "3", "--arm", "ur5"),
     "omniscient-blind": ("run", "--policy", "omniscient", "--trials", "1", "--seed", "4", "--scenario", "blind"),
     "spiral-force-limit": (
@@ -44,7 +55,7 @@ RECORDINGS: dict[str, tuple[str, ...]] = {
     ),
     "train-memory": (
         "train", "--trials", "3", "--seed", "21", *SHORT, "--perception.memory", "last-2",
-        "--learning.back-off-visits", "2",
+        "--learning.back-off-visits", "2", "--learning.reinforcement", "effort",
     ),
     "train-som": (
         "train", "--trials", "2", "--seed", "22", *SHORT, "--perception.symbols", "random", "--perception.features",

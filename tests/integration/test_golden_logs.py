@@ -22,8 +22,9 @@ def test_golden_log_replays(name: str) -> None:
 def test_there_are_no_others_and_they_are_small() -> None:
     logs = sorted(GOLDEN.glob("*.mcap"))
     assert sorted(log.stem for log in logs) == sorted(NAMES)
-    # One of them alone, of the ten seconds after which a peg counts as jammed, has 230 kB.
-    assert sum(log.stat().st_size for log in logs) < 4_200_000
+    # One of them alone, of the ten seconds after which a peg counts as jammed, has 230 kB. What a policy learns from
+    # several trials, and how it searches when it is wrong, takes longer logs than a fault does.
+    assert sum(log.stat().st_size for log in logs) < 5_000_000
 
 
 @pytest.mark.parametrize("name", ["first-joint-turned", "first-kind", "trip-invalid"])

@@ -95,6 +95,7 @@ def one_value(made: Any) -> None:
         *(("/end", 0, one_ulp(field), field) for field in ("exploration_time_s", "peak_force_N", "depth_m")),
         ("/decision", 0, one_ulp("temperature"), "temperature"),
         *(("/decision", n, said(**{f: "x- y-x"}), f) for f in ("action", "symbol", "state", "source") for n in (0, -1)),
+        ("/decision", 3, one_ulp("grounds", 4), "grounds[4]"),
         ("/reinforcement", 0, one_ulp("reinforcement"), "reinforcement"),
         ("/reinforcement", -1, one_ulp("reinforcement"), "reinforcement"),
         ("/tick", 7, lambda made: setattr(made, "deadline_ns", made.deadline_ns + 1), "deadline_ns"),
