@@ -88,8 +88,10 @@ class StartRecord:
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
 class DecisionEntry:
-    """One choice of an action; ``grounds`` are the numbers that it was chosen by. Logs of before they were kept have no
-    displacement, no place in the action set, and no grounds."""
+    """One choice of an action, and the numbers that it was chosen by.
+
+    Logs of before they were kept have no displacement, no place in the action set, and no grounds.
+    """
 
     tick: int
     number: int
