@@ -1,7 +1,6 @@
 """What ``palpate doctor`` makes of rig files and options. No device is there."""
 
 import json
-import os
 import signal
 from collections.abc import Iterator
 from pathlib import Path
@@ -68,18 +67,6 @@ def test_what_only_the_driver_refuses_is_a_finding(palpate: CommandLine, tmp_pat
     report = examined(palpate, rig)
     assert any("a cycle at 140 Hz does not fit" in f["text"] for f in report["sections"][1]["findings"])
     assert len(wrongs(report, 2)) == 1
-
-
-def test_a_port_without_permission(palpate: CommandLine, tmp_path: Path) -> None:
-    port = tmp_path / "port"
-    port.touch(mode=0)
-    if os.access(port, os.R_OK):
-        pytest.skip("root may open everything")
-    rig = tmp_path / "rig.toml"
-    rig.write_text(
-        f'[arm]\nadapter = "zebra-nmc"\nport = "{port}"\n[force_sensor]\nadapter = "jr3-uart"\nport = "{port}2"\n'
-    )
-    assert "dialout" in wrongs(examined(palpate, rig), 1)[0]
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

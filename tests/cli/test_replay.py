@@ -217,13 +217,6 @@ def test_what_if_the_limit_had_been_tighter(palpate: CommandLine, log: Path) -> 
     assert "1 of 1 equal" in palpate.succeed("replay", log, "--set", "task.max_force_N=300")
 
 
-def test_what_if_another_policy_had_acted(palpate: CommandLine, trained: Path, log: Path) -> None:
-    assert "counterfactual from tick" in palpate("replay", log, "--policy", "torque").stdout
-    done = palpate("replay", log, "--policy", trained / "policy.json")
-    assert done.code in (0, 1)
-    assert "DIVERGED" in done.stdout or "equal" in done.stdout
-
-
 def test_the_simulator_goes_on_from_the_first_other_command(palpate: CommandLine, log: Path) -> None:
     done = palpate("replay", log, "--policy", "omniscient", "--continue-in-mujoco")
     assert done.code == 1

@@ -14,7 +14,7 @@ import pytest
 from scipy.stats import t
 
 from palpate.adapters.experiments.study.cell import StudyCell
-from tests.browser.sample_folders import in_real_time, make_study
+from tests.browser.sample_folders import make_study
 from tests.command_line import CommandLine, command, files_in, shared_folder
 
 STEPS = (0.5, 0.7)
@@ -177,14 +177,6 @@ def test_an_unfinished_run_is_marked(desk: Path) -> None:
     page = reported(desk / "run", "--no-logs")
     assert "This run is unfinished: 3 of 9 trials have been made." in page.text
     assert "Policy" not in page.headings
-
-
-def test_a_real_clock_has_a_histogram(desk: Path) -> None:
-    for log in (desk / "run" / "logs").iterdir():
-        in_real_time(log)
-    page = reported(desk / "run")
-    assert (desk / "run" / "report" / "timing.png").is_file()
-    assert "read joints" in page.text
 
 
 def test_a_comparison(palpate: CommandLine, compared: Path, tmp_path: Path) -> None:

@@ -165,11 +165,3 @@ def test_a_rig_whose_sensor_facts_nobody_states_is_refused_before_anything_gets_
     ):
         pass
     assert (devices.arm.life, devices.arm.sent) == (Life.CLOSED, 0)
-
-
-def test_a_function_that_is_not_there_is_refused_before_anything_moves(rig_of: Make) -> None:
-    rig, devices = rig_of(WatchdogTable(stop_function="nowhere:stop"), NO_KEYS)
-    with pytest.raises(ConfigurationError, match="stop_function"), rig:
-        pass
-    assert not devices.arm.is_open
-    assert not devices.sensor.is_open

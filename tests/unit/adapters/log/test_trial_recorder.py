@@ -16,7 +16,7 @@ from palpate.adapters.experiments.policies import comparator, learning_policy
 from palpate.adapters.experiments.results import RunFolder
 from palpate.adapters.experiments.training import Trainer
 from palpate.adapters.experiments.trial import run_scored_trial, trial_setup
-from palpate.adapters.log import MemorySink, TrialLog, TrialRecorder, learner_of_json, read_log, set_aside
+from palpate.adapters.log import MemorySink, TrialLog, TrialRecorder, read_log, set_aside
 from palpate.adapters.log.writer_client import Sink
 from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.core.errors import DeviceError, OutputError
@@ -84,14 +84,6 @@ def test_a_log_agrees_with_the_results(runs: list[dict[str, bytes]]) -> None:
         assert log.losses == []
         assert len(log.reinforcements) <= len(log.decisions)
         assert [call.call for call in log.calls] == ["now_ns", "stop"]
-
-
-def test_what_was_learned_goes_from_log_to_log(runs: list[dict[str, bytes]]) -> None:
-    first, second = (log_of(runs[0][f"trial-{number:05d}.mcap"]) for number in (0, 1))
-    assert first.end is not None
-    texts = (first.start.learner_json, first.end.learner_json, second.start.learner_json)
-    before, after, then = ((learner_of_json(text) or {})["q"] for text in texts)
-    assert before != after == then
 
 
 class Setting:

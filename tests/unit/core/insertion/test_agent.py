@@ -158,16 +158,6 @@ def test_each_action_starts_afresh_and_no_way_is_lost_between_them() -> None:
     assert (second.mean_force_N, second.peak_force_N) == (2.0, 2.0)
 
 
-def test_the_way_starts_anew_with_a_trial() -> None:
-    bench = Bench()
-    bench.agent.record_effort((5.0, 5.0, 5.0), NONE)
-    bench.begin(1)
-    bench.decide()
-    bench.agent.record_effort((0.0, 0.0, 0.0), NONE)
-    bench.agent.reached_goal()
-    assert bench.meter.outcomes[0].distance_m == 0.0
-
-
 def test_an_action_that_ends_at_once_counts_as_one_tick() -> None:
     bench = Bench()
     bench.decide()

@@ -105,15 +105,6 @@ def test_a_peg_that_sinks_against_friction_has_found_the_hole() -> None:
     assert trial.report.depth_m == pytest.approx(0.010, abs=2.5e-4)  # contact and depth: the tolerance is enough
 
 
-def test_a_big_weight_is_no_contact_force() -> None:
-    # 50 N are above the limit; they are there before the tare, and are gone with it.
-    world = FakeWorld(HOLE)
-    world.spoil = lambda sample: replace(sample, force_N=plus(sample.force_N, (0.0, 0.0, 50.0)))
-    trial = Trial(world)
-    assert trial.report.outcome is Outcome.INSERTED
-    assert trial.report.peak_force_N < 30.0
-
-
 def test_a_false_drop_goes_back_to_exploration() -> None:
     dent = Pit(1e-3, 0.0, depth_m=0.25e-3, walls=False)
     hole = Pit(3e-3, 0.0)

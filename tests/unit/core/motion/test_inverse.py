@@ -183,15 +183,6 @@ def test_a_joint_outside_its_limits_finds_the_way_back(bench: Bench) -> None:
     np.testing.assert_allclose(bench.tip(q).translation, target.translation, atol=1e-6)
 
 
-def test_a_step_within_the_velocity_limits_is_not_called_limited(bench: Bench) -> None:
-    q = bench.posture
-    asked = q + 0.999 * bench.reach * np.array([1, -1, 1, -1, 1, -1])
-    error = bench.look.tip_jacobian(q) @ (asked - q)
-    step = bench.inverse.step(q, bench.tip(q) * pin.exp6(error))
-    assert not step.limited
-    np.testing.assert_allclose(step.q_rad, asked, atol=1e-12)
-
-
 @pytest.mark.parametrize("excess", [1.01, 1.5, 20.0])
 def test_the_velocity_limit_keeps_the_direction(bench: Bench, excess: float) -> None:
     whole = excess * bench.reach * np.array([1.0, -0.5, 0.2, 0.7, -0.9, 0.3])

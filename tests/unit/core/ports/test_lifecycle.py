@@ -72,11 +72,6 @@ def test_the_way_to_active_never_starts_at_a_fault() -> None:
     assert [life for (life, _), target in TRANSITIONS.items() if target is Life.ACTIVE] == [Life.CONFIGURED]
 
 
-def test_close_is_allowed_everywhere_and_nothing_leads_out_of_closed() -> None:
-    assert {life for life, request in TRANSITIONS if request is LifeRequest.CLOSE} == set(Life)
-    assert {target for (life, _), target in TRANSITIONS.items() if life is Life.CLOSED} == {Life.CLOSED}
-
-
 def test_an_error_tells_what_would_be_possible() -> None:
     with pytest.raises(LifecycleError) as caught:
         Device().activate()
@@ -110,15 +105,6 @@ def test_the_first_cause_of_a_fault_is_kept() -> None:
     with pytest.raises(FaultLatchedError) as caught:
         device.activate()
     assert caught.value.cause == "too hot"
-
-
-def test_acknowledging_clears_the_cause() -> None:
-    device = device_in(Life.FAULTED)
-    device.acknowledge_fault()
-    assert device.fault is None
-    device.activate()
-    device._latch("a new one")
-    assert device.fault == "a new one"
 
 
 def test_a_closed_device_latches_nothing() -> None:

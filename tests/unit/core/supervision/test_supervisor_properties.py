@@ -131,16 +131,6 @@ def test_every_command_is_finite_and_within_the_joint_limits(ticks: list[Tick], 
         assert done.intervention is None or done.intervention.command_rad == q
 
 
-@settings(max_examples=50)
-@given(streams(), configs)
-def test_equal_snapshots_give_equal_results(ticks: list[Tick], config: SupervisionConfig) -> None:
-    old, new = begun(config), supervisor(config)
-    new.begin()
-    for tick in ticks:
-        assert repr(old.check(*tick)) == repr(new.check(*tick))
-        assert old.state is new.state
-
-
 within_limits = st.tuples(*(st.floats(low, high) for low, high in zip(LOWER, UPPER, strict=True)))
 
 

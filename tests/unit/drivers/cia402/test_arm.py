@@ -133,43 +133,6 @@ def test_stopping_slows_down_smoothly_and_holds(mode: OperationMode) -> None:
     assert path[30:] == [path[-1]] * 30
 
 
-def test_after_a_stop_nothing_is_applied_until_enabled_anew() -> None:
-    bench = Bench().enabled()
-    bench.cycle(0.005)
-    bench.arm.stop()
-    for _ in range(3):
-        measured = bench.cycle(0.004)
-        assert measured.applied.reason is AppliedReason.STOPPED
-        assert measured.applied.position_rad != (0.004,) * 6
-    bench.cycle(times=10)
-    assert bench.cycle().states == (DriveState.QUICK_STOP,) * 6
-    bench.arm.disable()
-    assert bench.arm.state is ArmState.CONFIGURED
-    bench.arm.enable()
-    here = bench.cycle().position_rad
-    assert bench.cycle(tuple(q + 0.001 for q in here)).applied.reason is AppliedReason.AS_ASKED
-
-
-def test_stopping_works_in_every_state_and_twice() -> None:
-    bench = Bench()
-    bench.arm.stop()
-    bench.arm.open()
-    bench.arm.stop()
-    assert bench.arm.state is ArmState.CONFIGURED
-    bench.arm.enable()
-    bench.arm.stop()
-    bench.arm.stop()
-    assert bench.arm.state is ArmState.STOPPED
-    bench.drives[0].fail(0x2310)
-    with pytest.raises(DeviceFaultError):
-        bench.cycle(times=2)
-    bench.arm.stop()
-    assert bench.arm.state is ArmState.FAULTED
-    bench.arm.close()
-    bench.arm.stop()
-    assert bench.arm.state is ArmState.CLOSED
-
-
 def test_stopping_works_when_the_bus_is_gone() -> None:
     bench = Bench().enabled()
     bench.network.broken = OSError("no such device")

@@ -106,18 +106,6 @@ def test_sequence_of_one_axis(line):
     assert int.from_bytes(bytes.fromhex(data[10:18]), "little") == round(1.25 * 1_025_348.2)
 
 
-def test_enabling_moves_nothing(line):
-    arm = arm_on(line)
-    arm.connect()
-    arm.confirm_home(at_home=True)
-    place(line, moved(0.05, joint=2))
-    before = [module.counts for module in line.modules]
-    arm.enable()
-    tick(arm, line, times=5)
-    assert [module.counts for module in line.modules] == before
-    assert arm.cycle().position_rad == pytest.approx(moved(0.05, joint=2), abs=1e-4)
-
-
 def test_streaming_follows_the_documented_firmware(line):
     assert running(line).report.streaming is Streaming.TRAPEZOID
     other = Line([Module(version=10 if number else 5) for number in range(6)])
@@ -160,19 +148,6 @@ def test_bad_setpoint_is_refused_before_anything_is_sent(line, bad):
             action(bad)
     assert len(line.sent) == sent
     assert arm.state is ZebraState.SERVO_ON
-
-
-def test_after_a_stop_setpoints_are_not_sent_until_switched_on_again(line):
-    arm = running(line)
-    tick(arm, line, moved(0.2), times=3)
-    arm.smooth_stop()
-    rest = arm.cycle().position_rad
-    measured = tick(arm, line, moved(0.4), times=3)
-    assert measured.applied.reason is AppliedReason.STOPPED
-    assert measured.position_rad == measured.applied.position_rad == rest
-    arm.enable()
-    near = tuple(q + 0.003 for q in rest)
-    assert tick(arm, line, near).applied.reason is AppliedReason.AS_ASKED
 
 
 def test_resume_from_stored_counts(line):

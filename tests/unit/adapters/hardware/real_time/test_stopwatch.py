@@ -11,17 +11,14 @@ from palpate.adapters.hardware.real_time import (
     LateTick,
     Limits,
     SlowCore,
-    Stopwatch,
     TickSection,
     plain,
     table,
 )  # fmt: skip
-from palpate.core.control_loop import LoopObserver, next_slot, run_trial, tick_time_ns
+from palpate.core.control_loop import LoopObserver, next_slot, tick_time_ns
 from palpate.core.errors import DeviceError
-from palpate.core.insertion.trial import Outcome, TrialReport, TrialSetup
 from palpate.core.ports.values import CONTROL_RATE_HZ
 from tests.unit.adapters.hardware.real_time.bench import MS, Bench, FakeAccount, work
-from tests.unit.core.fake_world import FakeWorld, FollowTorque, Pit, build_task
 
 PERIOD_NS = 10**9 // CONTROL_RATE_HZ
 
@@ -236,24 +233,6 @@ def test_recording_is_charged_what_it_adds() -> None:
     assert (spread(TickSection.RECORD).mean_ns, spread(TickSection.REST).count) == (70, 0)
     assert (spread(TickSection.FORCE).mean_ns, spread(TickSection.CONTROL).mean_ns) == (300, 1000)
     assert spread(BUSY).mean_ns == 1370
-
-
-def test_a_timed_trial_is_the_same_trial_and_all_sections_are_there() -> None:
-    def run(*observers: LoopObserver) -> TrialReport:
-        with FakeWorld(Pit(0.0, 0.0)) as world:
-            return run_trial(build_task(FollowTorque()), world.ports, TrialSetup(0, 1, (1e-3, 1e-3)), None, observers)
-
-    stopwatch = Stopwatch()
-    report = run(stopwatch)
-    assert report.outcome is Outcome.INSERTED
-    assert report == run()
-    for section in TickSection:
-        count = stopwatch.spread(section).count
-        if section is TickSection.DECIDE:
-            assert count == report.actions > 0
-        else:
-            # Neither a supervisor nor a recorder is there.
-            assert count == (0 if section in (TickSection.SUPERVISE, TickSection.RECORD) else report.ticks)
 
 
 def test_the_report_is_a_table_and_plain_data() -> None:

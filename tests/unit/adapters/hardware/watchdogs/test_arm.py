@@ -10,7 +10,7 @@ from palpate.adapters.hardware.watchdogs import GuardedArm, WatchdogTrip, Watche
 from palpate.adapters.hardware.watchdogs.arm import AgeWatch
 from palpate.adapters.hardware.watchdogs.trip import Latch
 from palpate.core.errors import ConfigurationError, FaultLatchedError, LifecycleError
-from palpate.core.ports import CommandReason, Life
+from palpate.core.ports import CommandReason
 from palpate.core.ports.contracts.fakes import TICK_NS, FakeClock
 from tests.unit.adapters.hardware.watchdogs.bench import HERE, active_arm, nothing_left_behind, wait_for
 
@@ -63,16 +63,6 @@ def test_the_thread_stops_the_arm_of_a_dead_loop() -> None:
         assert watched.send(HERE).reason is CommandReason.STOPPED
         watched.close()
     assert len(told) == 1
-
-
-def test_the_thread_sees_virtual_time_too() -> None:
-    clock = FakeClock()
-    arm = active_arm(clock)
-    watched = WatchedArm(arm, clock, SOON_NS)
-    watched.send(HERE)
-    clock.advance(100)
-    wait_for(lambda: watched.tripped)
-    watched.close()
 
 
 @pytest.mark.parametrize("rest", ["stop", "deactivate", "close"])
@@ -165,16 +155,6 @@ def test_a_limit_must_be_positive() -> None:
     clock = FakeClock()
     with pytest.raises(ConfigurationError, match="more than 0"):
         WatchedArm(active_arm(clock), clock, 0)
-
-
-def test_closing_twice_leaves_nothing_behind() -> None:
-    with nothing_left_behind():
-        clock = FakeClock()
-        watched = WatchedArm(active_arm(clock), clock, LIMIT_NS)
-        watched.send(HERE)
-        watched.close()
-        watched.close()
-        assert watched.life is Life.CLOSED
 
 
 def test_it_may_be_closed_by_whom_it_tells() -> None:

@@ -222,16 +222,6 @@ def test_a_connection(tmp_path: Path, said: bytes, text: str) -> None:
     assert not path.exists()
 
 
-def test_a_button_that_does_not_wait(tmp_path: Path) -> None:
-    path = tmp_path / "stop.sock"
-    bench = Bench(OperatorSources(keys=False, signal_number=None, socket=path))
-    with bench.stop:
-        for _ in range(20):
-            with socket.socket(socket.AF_UNIX) as button:
-                button.connect(str(path))
-        bench.require_stop("socket", "a connection")
-
-
 def test_a_socket_that_fails_counts(tmp_path: Path) -> None:
     source = SocketSource(tmp_path / "stop.sock")
     assert source.look() is None
@@ -301,15 +291,6 @@ def test_it_stops_before_it_is_open_and_after_it_is_closed() -> None:
     assert len(bench.arm.stops) == 2
     with pytest.raises(LifecycleError):
         bench.stop.open()
-
-
-def test_an_arm_that_is_gone_is_told() -> None:
-    bench = Bench()
-    bench.arm.gone = True
-    with bench.stop:
-        bench.stop.stop()
-        wait_for(lambda: bench.told)
-    assert "stop() failed: DeviceError" in bench.told[0].text
 
 
 def test_waiting_takes_no_time_of_the_processor(tmp_path: Path, terminal: tuple[int, int]) -> None:

@@ -84,12 +84,6 @@ def test_a_sync_adds_a_pair_to_an_asynchronous_stream_and_start_sync_ends_it() -
     assert host.wait(S) == []
 
 
-def test_full_scales_come_in_two_answers() -> None:
-    host = Host()
-    assert host.send(0x481) == [BusFrame(0x101, b"\x00" + struct.pack("<3H", 115, 111, 185))]
-    assert host.send(0x501) == [BusFrame(0x101, b"\x00" + struct.pack("<3H", 56, 52, 61))]
-
-
 def test_without_a_sensor_everything_is_acknowledged_with_one_and_full_scales_are_stale() -> None:
     host = Host(connected=False)
     assert host.boot_frames == []
