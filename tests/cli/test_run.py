@@ -1,5 +1,6 @@
 """``palpate run`` with trained policies and comparators, the files that are no policy, and ``palpate show``."""
 
+import csv
 import json
 import shutil
 import signal
@@ -41,6 +42,19 @@ def test_the_other_arm_inserts_too(palpate: CommandLine) -> None:
     printed = palpate.succeed("run", "--policy", "torque", "--arm", "ur5", "--trials", 2, "--recording.no-enabled")
     assert "torque, ur5, scenario paper, seed 0: 2 trials" in printed
     assert "'inserted': 2" in printed
+
+
+@pytest.mark.parametrize("command", ["run", "train"])
+def test_the_trial_that_fails_has_a_row_with_the_number_in_the_message(
+    palpate: CommandLine, tmp_path: Path, command: str
+) -> None:
+    policy = ("--policy", "torque") if command == "run" else ()
+    done = palpate(command, *policy, "--supervision.max-force-N", 6, "--trials", 9, "--out", "out")
+    assert done.code == 1
+    with (tmp_path / "out/trials.csv").open() as rows:
+        last = list(csv.DictReader(rows))[-1]
+    assert f"trial {last['trial']}: " in done.stderr
+    assert last["success"] == "False"
 
 
 @pytest.mark.parametrize("ticks", [600, 0], ids=["in a trial", "between trials"])

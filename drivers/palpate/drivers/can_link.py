@@ -8,6 +8,7 @@ see :mod:`palpate.drivers.cia402.link`.
 from __future__ import annotations
 
 import enum
+import logging
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, Final
@@ -52,6 +53,9 @@ class CanFrame:
     kind: FrameKind = FrameKind.DATA
 
 
+# Back ends log what they then raise, and without a handler Python prints it beside our line.
+logging.getLogger("can").addHandler(logging.NullHandler())
+
 FRAME_TIMEOUT_S: Final = 0.05
 """Longest wait for an adapter that does not take one frame; at 115200 baud a frame lasts 2.4 ms (CALC)."""
 _STALLED_S: Final = 0.001
@@ -95,14 +99,14 @@ class BoundedSlcanBus(slcanBus):
             close_serial(self.serialPortOrig)
 
 
-def open_bus(interface: str, channel: str, bitrate: int, **options: Any) -> can.BusABC:
+def open_bus(interface: str, channel: Any, bitrate: int, **options: Any) -> can.BusABC:
     """Open a bus.
 
     Args:
         interface: Of python-can: ``socketcan``, ``slcan``, ``virtual``, and so on.
         channel: For example ``can0`` or ``/dev/ttyACM0``.
         bitrate: In bit/s. python-can sets it where it can; for socketcan the operating system does.
-        options: Further options of that interface.
+        options: Further options of that interface, as python-can takes them.
 
     Raises:
         WiringError: There is no such bus, or no permission.
@@ -110,10 +114,14 @@ def open_bus(interface: str, channel: str, bitrate: int, **options: Any) -> can.
     try:
         if interface == "slcan":
             # python-can's slcan sleeps two seconds after opening, unless told otherwise.
-            return BoundedSlcanBus(channel=channel, bitrate=bitrate, **{"sleep_after_open": 0.1} | options)
+            slcan = BoundedSlcanBus(channel=channel, bitrate=bitrate, **{"sleep_after_open": 0.1} | options)
+            slcan.serialPortOrig.exclusive = True
+            return slcan
         bus = can.Bus(channel=channel, interface=interface, bitrate=bitrate, **options)
     except Exception as error:  # every back end has exceptions of its own, and all mean that there is no bus
         remedy = "check the adapter, its name, that the interface is up, and that you may open it"
+        if isinstance(error, TypeError):
+            remedy = "give python-can what this interface needs, and no more, in [arm.can] or [force_sensor.can]"
         raise WiringError(f"CAN bus {interface} {channel}", f"cannot be opened ({error})", remedy) from error
     for part in vars(bus).values():
         # Other interfaces over serial ports write without a time limit, too.
@@ -161,8 +169,7 @@ class CanLink:
                 self.garbled += 1
                 self._unpoison()
                 continue
-            except (OSError, TypeError) as error:
-                # pyserial raises TypeError when its port was closed under it.
+            except Exception as error:  # pyserial has TypeError for a closed port, other back ends what they like
                 raise self._gone(error) from error
             if message is None:
                 break
@@ -185,7 +192,7 @@ class CanLink:
             # A full queue (ENOBUFS) passes; if the interface is gone, the next receive tells.
             self.send_failures += 1
             return False
-        except (OSError, TypeError, ValueError) as error:
+        except Exception as error:  # as above
             raise self._gone(error) from error
         return True
 

@@ -14,7 +14,7 @@ WRITE_TIMEOUT_S: Final = 0.1
 
 
 def open_serial(name: str, baud: int, device: str) -> Any:
-    """Open a port, 8N1.
+    """Open a port, 8N1, for this program alone.
 
     Args:
         name: As pyserial names it.
@@ -25,9 +25,11 @@ def open_serial(name: str, baud: int, device: str) -> Any:
         WiringError: It cannot be opened.
     """
     try:
-        return serial.serial_for_url(name, baud, write_timeout=WRITE_TIMEOUT_S)
+        return serial.serial_for_url(name, baud, write_timeout=WRITE_TIMEOUT_S, exclusive=True)
     except (serial.SerialException, OSError, ValueError) as error:
-        remedy = "check the name, that it is plugged in, and that you may open it (group dialout)"
+        remedy = (
+            "check the name, that it is plugged in, that you may open it (group dialout), and that no other program has"
+        )
         raise WiringError(device, f"{name} cannot be opened ({error})", remedy) from error
 
 

@@ -101,9 +101,9 @@ def run_policy(
             )
             if scored.report.outcome is Outcome.INTERRUPTED:
                 break
-            require_sound(scored)
             rows.append(TrialRow.of(scored, FIRST_EVALUATION_TRIAL))
             on_trial(scored)
+            require_sound(scored, FIRST_EVALUATION_TRIAL)
             if ended:
                 break
     return rows

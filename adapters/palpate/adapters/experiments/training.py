@@ -163,10 +163,11 @@ class Trainer:
                     self._learner.set_state(before)
                     self._rig.set_clock_ticks(ticks)
                     break
-                require_sound(scored)
                 if scored.marked and not self._config.admission.learn_from_marked:
                     self._learner.set_state(before)
                 self._folder.append_trial(scored)
+                # No further than here: what was learned of it must not stay, and a resumed run repeats it.
+                require_sound(scored)
                 self.next_trial += 1
                 self.checkpoint()
                 self._folder.note_trial()

@@ -172,13 +172,17 @@ def objections(report: TrialReport, config: AdmissionConfig) -> str:
     return "; ".join(found)
 
 
-def require_sound(scored: ScoredTrial) -> None:
-    """Refuse to go on after a trial whose data cannot be trusted."""
+def require_sound(scored: ScoredTrial, first: int = 0) -> None:
+    """Refuse to go on after a trial whose data cannot be trusted; ``first`` is the index of the trial that is number 0.
+
+    Raises:
+        DeviceError: With the trial's number, as tables have it.
+    """
     # A trip may fall on the tick in which the task itself ended.
     tripped = any(event.name == "trip" for event in scored.report.events)
     if tripped or scored.report.outcome in (Outcome.SENSOR_FAULT, Outcome.STOPPED):
         cause = f" ({scored.stopped_by})" if scored.stopped_by else ""
-        raise DeviceError("rig", f"trial {scored.report.setup.index}: {scored.report.events[-1].detail}{cause}")
+        raise DeviceError("rig", f"trial {scored.report.setup.index - first}: {scored.report.events[-1].detail}{cause}")
 
 
 @contextmanager

@@ -10,28 +10,23 @@ from typing import Annotated, ClassVar, Final
 
 from palpate.adapters.config import overlay
 from palpate.adapters.hardware.arm_on_bus import BusArm, OpenArm
+from palpate.adapters.hardware.can_table import CanBusTable
 from palpate.adapters.hardware.clock import sleeping
 from palpate.adapters.hardware.errors import translating
 from palpate.adapters.hardware.plugins import ArmAdapter, DeviceSettings, RigContext
 from palpate.core.errors import ConfigurationError
-from palpate.core.ports import CONTROL_RATE_HZ, OneOf, Range, Settings
+from palpate.core.ports import CONTROL_RATE_HZ, OneOf, Range
 from palpate.drivers.cia402 import ArmSettings, CanopenLink, Cia402Arm, JointDrive, OperationMode
 
 _NAME: Final = "CiA 402 arm"
 
 
 @dataclass(frozen=True)
-class _Cia402Table(Settings):
+class _Cia402Table(CanBusTable):
     """The table ``[arm]`` of a rig file. Vectors have one number a joint."""
 
     TABLE: ClassVar[str] = "arm"
 
-    interface: str = "socketcan"
-    """Kind of CAN interface, as python-can calls it."""
-    channel: str = "can0"
-    """Its name."""
-    bitrate: int = 1_000_000
-    """Bits a second."""
     nodes: tuple[int, ...] = (1, 2, 3, 4, 5, 6)
     """CANopen node of each joint's drive."""
     counts_per_rad: tuple[float, ...] = ()
@@ -81,7 +76,7 @@ def make_cia402(settings: DeviceSettings, context: RigContext) -> ArmAdapter:
         arm_settings = ArmSettings(
             joints=drives,
             mode=OperationMode.CSP if table.mode == "position" else OperationMode.CSV,
-            bitrate=table.bitrate,
+            bitrate=table.bus["bitrate"],
             control_rate_Hz=CONTROL_RATE_HZ,
             divider=table.divider,
             host_node=table.host_node,
@@ -93,12 +88,7 @@ def make_cia402(settings: DeviceSettings, context: RigContext) -> ArmAdapter:
         )
 
     def open_bus() -> OpenArm:
-        link = CanopenLink.open(
-            interface=table.interface,
-            channel=table.channel,
-            bitrate=table.bitrate,
-            in_receiver=context.hurry,
-        )
+        link = CanopenLink.open(**table.bus, in_receiver=context.hurry)
         clock = context.clock
         return OpenArm(Cia402Arm(link, arm_settings, now_ns=clock.now_ns, sleep=sleeping(clock)), link.close)
 

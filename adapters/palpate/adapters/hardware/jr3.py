@@ -7,9 +7,8 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, Final
 
-import can
-
 from palpate.adapters.config import SensorFactsTable, overlay
+from palpate.adapters.hardware.can_table import CanBusTable
 from palpate.adapters.hardware.errors import told, translated, translating
 from palpate.adapters.hardware.plugins import DeviceSettings, RigContext
 from palpate.core.errors import DeviceError
@@ -216,8 +215,8 @@ class Jr3ForceSensor(ManagedDevice, ForceSensor):
             return
         finally:
             if opened is not None:
-                with suppress(can.CanError, OSError):
-                    # A serial CAN adapter that is gone cannot even be told to close its bus.
+                with suppress(Exception):
+                    # An adapter that is gone cannot even be told to close its bus, and says so in many ways.
                     opened.close()
 
     def _is_sound(self, device: Jr3) -> bool:
@@ -262,13 +261,7 @@ class _Jr3Table(Settings):
 
 
 @dataclass(frozen=True)
-class _CanTable(_Jr3Table):
-    interface: str = "socketcan"
-    """Kind of CAN interface, as python-can calls it."""
-    channel: str = "can0"
-    """Its name."""
-    bitrate: int = 1_000_000
-    """Bits a second."""
+class _CanTable(_Jr3Table, CanBusTable):
     node: int = 1
     """The board's node."""
     canopen_nodes: tuple[int, ...] = ()
@@ -320,8 +313,8 @@ def open_can_wire(table: _CanTable) -> OpenWire:
         WiringError: It cannot be opened.
     """
     # We only ever ask whether something is there; slcan would wait a millisecond for it.
-    extra: dict[str, Any] = {"timeout": 0.0} if table.interface == "slcan" else {}
-    bus = open_bus(table.interface, table.channel, table.bitrate, **extra)
+    extra: dict[str, Any] = {"timeout": 0.0} if table.bus["interface"] == "slcan" else {}
+    bus = open_bus(**(extra | table.bus))
     return OpenWire(CanTransport(CanLink(bus), table.node, table.canopen_nodes), bus.shutdown)
 
 

@@ -72,10 +72,10 @@ class CanopenLink:
         cls,
         *,
         interface: str,
-        channel: str,
+        channel: Any,
         bitrate: int,
         in_receiver: Callable[[], object] | None = None,
-        **options: object,
+        **options: Any,
     ) -> Self:
         """Connect to a bus.
 
@@ -89,7 +89,7 @@ class CanopenLink:
         Raises:
             WiringError: There is no such bus, or no permission.
         """
-        network = canopen.Network(open_bus(interface, channel, bitrate, **options))
+        network = canopen.Network(open_bus(interface=interface, channel=channel, bitrate=bitrate, **options))
         network.NOTIFIER_CYCLE = _NOTIFIER_CYCLE_S
         network.NOTIFIER_SHUTDOWN_TIMEOUT = 5 * _NOTIFIER_CYCLE_S
         network.listeners.append(_InReceiver(in_receiver))

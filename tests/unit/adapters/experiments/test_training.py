@@ -164,5 +164,5 @@ def test_a_trial_with_untrustworthy_data_ends_the_run() -> None:
     require_sound(scored)
     scored.report.outcome = Outcome.SENSOR_FAULT
     scored.report.events.append(Event(7, "end", "sensor fault: force sample stale"))
-    with pytest.raises(DeviceError, match="trial 4: sensor fault: force sample stale"):
-        require_sound(scored)
+    with pytest.raises(DeviceError, match="trial 1: sensor fault: force sample stale"):
+        require_sound(scored, first=3)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final
 
 from palpate.adapters.config import DeviceEntry
@@ -24,7 +24,7 @@ class Wiring:
         serial: Device of a serial port, a CAN adapter's too; None where there is none.
         network: Name of a CAN network interface; None where there is none.
         told: For a person.
-        canopen_nodes: Nodes of CANopen devices that are on it.
+        canopen_nodes: Nodes of CANopen devices that are on it, this computer's last.
         jr3_node: Node of a JR3 on it; None without one on CAN.
         period_us: Time between the readings of that JR3, in microseconds.
         is_can: Whether several devices may share it.
@@ -56,16 +56,13 @@ def _zebra(settings: Mapping[str, Any]) -> Wiring:
 def _cia402(settings: Mapping[str, Any]) -> Wiring:
     table = cia402_table(settings)
     nodes = tuple(table.nodes)
-    told = f"{table.interface} {table.channel}, {table.bitrate} bit/s, nodes {', '.join(map(str, nodes))}"
-    return _can(table.interface, table.channel, told, canopen_nodes=nodes, bitrate=table.bitrate, divider=table.divider)
+    told = f"nodes {', '.join(map(str, nodes))}"
+    return _can(table.bus, told, canopen_nodes=(*nodes, table.host_node), divider=table.divider)
 
 
 def _jr3_can(settings: Mapping[str, Any]) -> Wiring:
     table = jr3_can_table(settings)
-    told = f"{table.interface} {table.channel}, {table.bitrate} bit/s, node {table.node}"
-    return _can(
-        table.interface, table.channel, told, jr3_node=table.node, period_us=table.period_us, bitrate=table.bitrate
-    )
+    return _can(table.bus, f"node {table.node}", jr3_node=table.node, period_us=table.period_us)
 
 
 def _jr3_uart(settings: Mapping[str, Any]) -> Wiring:
@@ -73,25 +70,24 @@ def _jr3_uart(settings: Mapping[str, Any]) -> Wiring:
     return Wiring(table.port, told=f"{table.port}, 8N1, {table.baud} baud")
 
 
-def _can(interface: str, channel: str, told: str, **more: Any) -> Wiring:
+def _can(bus: Mapping[str, Any], told: str, **more: Any) -> Wiring:
+    interface, channel = str(bus["interface"]), str(bus["channel"])
     serial = channel.split("@")[0] if interface == "slcan" else None
-    return Wiring(serial, channel if interface == "socketcan" else None, told, is_can=True, **more)
+    told = f"{interface} {channel}, {bus['bitrate']} bit/s, {told}"
+    network = channel if interface == "socketcan" else None
+    return Wiring(serial, network, told, is_can=True, bitrate=bus["bitrate"], **more)
 
 
 def _guessed(settings: Mapping[str, Any]) -> Wiring:
     port, interface, channel = (settings.get(name) for name in ("port", "interface", "channel"))
     if isinstance(interface, str) and isinstance(channel, str):
-        return _can(interface, channel, f"{interface} {channel}")
+        return replace(_can({**settings, "bitrate": 0}, ""), told=f"{interface} {channel}")
     return Wiring(port, told=port) if isinstance(port, str) else Wiring()
 
 
 _KNOWN: Final[Mapping[str, Callable[[Mapping[str, Any]], Wiring]]] = {
     "zebra-nmc": _zebra, "cia402": _cia402, "jr3-can": _jr3_can, "jr3-uart": _jr3_uart,
 }  # fmt: skip
-
-
-_HOST_NODE: Final = 126
-"""What an arm's settings have when nothing else is said."""
 
 
 def examine_sharing(arm: Wiring, sensor: Wiring, notes: Notebook) -> None:
@@ -112,7 +108,7 @@ def examine_sharing(arm: Wiring, sensor: Wiring, notes: Notebook) -> None:
 
 
 def _nodes(arm: Wiring, jr3_node: int, notes: Notebook) -> None:
-    nodes = (*arm.canopen_nodes, _HOST_NODE)
+    nodes = arm.canopen_nodes
     found = collisions(nodes, jr3_node)
     if not found:
         notes.ok(f"node {jr3_node} of the force sensor collides with no drive on {arm.network}")
@@ -129,7 +125,7 @@ def _nodes(arm: Wiring, jr3_node: int, notes: Notebook) -> None:
 def _load(arm: Wiring, sensor: Wiring, notes: Notebook) -> None:
     if not arm.bitrate or not sensor.period_us:
         return
-    cycles = bits_per_cycle(len(arm.canopen_nodes)) * CONTROL_RATE_HZ / arm.divider
+    cycles = bits_per_cycle(len(arm.canopen_nodes) - 1) * CONTROL_RATE_HZ / arm.divider
     readings = 2 * frame_bits(8) * 1e6 / sensor.period_us
     load = (cycles + readings) / arm.bitrate
     told = f"drives ({cycles:.0f} bit/s) and force sensor ({readings:.0f} bit/s) fill {load:.0%} of {arm.network}"

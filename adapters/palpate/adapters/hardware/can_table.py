@@ -1,0 +1,35 @@
+"""The CAN bus of a device, as a rig file names it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from typing_extensions import override
+
+from palpate.core.ports import Settings, fitted
+
+
+@dataclass(frozen=True)
+class CanBusTable(Settings):
+    """What tables of devices on CAN have in common."""
+
+    interface: str = "socketcan"
+    """Kind of CAN interface, as python-can calls it."""
+    channel: str = "can0"
+    """Its name."""
+    bitrate: int = 1_000_000
+    """Bits a second."""
+    can: Mapping[str, Any] = field(default_factory=dict)
+    """Whatever else python-can takes for this kind of interface, as it is; wins over the three above."""
+
+    @override
+    def check(self) -> None:
+        for name, kind in (("interface", str), ("bitrate", int)):
+            fitted(f"{self.TABLE}.can.{name}", self.bus[name], kind)
+
+    @property
+    def bus(self) -> dict[str, Any]:
+        """All that python-can is given."""
+        return {"interface": self.interface, "channel": self.channel, "bitrate": self.bitrate, **self.can}

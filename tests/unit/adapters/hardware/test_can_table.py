@@ -1,0 +1,74 @@
+"""What a rig file gives to python-can, and what comes of interfaces that are not there."""
+
+from typing import Any
+
+import can
+import pytest
+from can.interfaces.virtual import VirtualBus
+
+from palpate.adapters.hardware.cia402 import cia402_table
+from palpate.adapters.hardware.jr3 import jr3_can_table, open_can_wire
+from palpate.core.errors import ConfigurationError
+from palpate.drivers.can_link import CanFrame, CanLink, open_bus
+from palpate.drivers.errors import SilentError, WiringError
+
+
+def test_the_table_can_goes_to_python_can_as_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    given: list[dict[str, Any]] = []
+
+    def opened(**options: Any) -> can.BusABC:
+        given.append(options)
+        return VirtualBus("any")
+
+    monkeypatch.setattr(can, "Bus", opened)
+    own = {"interface": "kvaser", "channel": 0, "single_handle": True, "nested": {"a": [1]}}
+    open_can_wire(jr3_can_table({"can": own})).close()
+    assert given == [{"bitrate": 1_000_000, **own}]
+    table = cia402_table({"channel": "can1", "can": {"bitrate": 500_000}})
+    assert table.bus == {"interface": "socketcan", "channel": "can1", "bitrate": 500_000}
+
+
+@pytest.mark.parametrize(
+    ("settings", "named"),
+    [
+        ({"can": {"bitrate": "fast"}}, "arm.can.bitrate"),
+        ({"can": 3}, "arm.can"),
+        ({"bus_speed": 1}, "arm.bus_speed"),
+    ],
+)
+def test_what_cannot_be_given_is_refused_by_its_name(settings: dict[str, Any], named: str) -> None:
+    with pytest.raises(ConfigurationError) as caught:
+        cia402_table(settings)
+    assert caught.value.field == named
+
+
+@pytest.mark.parametrize(
+    ("interface", "told"),
+    [("kvaser", "cannot be opened"), ("neovi", "python-ics"), ("socketcand", "give python-can what .* .arm.can.")],
+)
+def test_an_interface_that_is_not_there_is_one_line(
+    interface: str, told: str, capfd: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(WiringError, match=told) as caught:
+        open_bus(interface, "0", 1_000_000)
+    assert "\n" not in str(caught.value)
+    assert capfd.readouterr() == ("", "")
+
+
+def test_whatever_a_back_end_raises_ends_as_one_error() -> None:
+    class Strange(can.BusABC):
+        def __init__(self) -> None:
+            super().__init__("any")
+
+        def _recv_internal(self, timeout: float | None) -> Any:
+            raise NameError("canRead is not defined")
+
+        def send(self, msg: can.Message, timeout: float | None = None) -> None:
+            raise RuntimeError("icsneo")
+
+    bus = Strange()
+    with pytest.raises(SilentError, match="canRead is not defined"):
+        CanLink(bus).receive()
+    with pytest.raises(SilentError, match="icsneo"):
+        CanLink(bus).send(CanFrame(1))
+    bus.shutdown()
