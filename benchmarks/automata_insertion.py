@@ -91,7 +91,7 @@ def one_seed(
     for kind, one in found.items():
         told += (
             f"\n  {kind}: q = {one.chosen.intervals}, {one.chosen.raw_states} cells, {one.chosen.states} states,"
-            f" agreement {one.chosen.agreement:.3f}"
+            f" held-out loss {one.chosen.loss:.3f}"
         )
     results: dict[str, tuple[np.ndarray, np.ndarray, int]] = {}
     with tempfile.TemporaryDirectory() as folder:

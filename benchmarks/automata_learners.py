@@ -104,7 +104,7 @@ def rpni(grid: GridMap, strings: Strings, seed: int) -> Machine:
 def untrained_twin(found: Inference, untrained: Inference) -> Machine:
     """The automaton of the chosen network as it was before training, with the same q."""
     networks: dict[int, Network] = {one.restart: one.network for one in untrained.training.networks}
-    cells = partition(networks[found.network.restart], found.chosen.intervals)
+    cells = partition(networks[found.network.restart], found.chosen.intervals, by_symbol=True)
     return cells.minimal()
 
 

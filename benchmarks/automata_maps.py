@@ -14,7 +14,6 @@ from __future__ import annotations
 import argparse
 from collections.abc import Iterator
 from dataclasses import replace
-from itertools import product
 from multiprocessing import Pool
 from statistics import mean
 from time import process_time
@@ -24,9 +23,9 @@ import numpy as np
 from palpate.adapters.config.grid import GridLearning
 from palpate.adapters.experiments.grid.learning import learn
 from palpate.adapters.experiments.grid.worlds import Followed, grid_named
-from palpate.core.automata.choice import ExtractionSettings, model_loss
+from palpate.core.automata.choice import ExtractionSettings, last_letters, model_loss
 from palpate.core.automata.infer import Inference, InferenceSettings, infer
-from palpate.core.automata.machine import Kind, Machine
+from palpate.core.automata.machine import Machine
 from palpate.core.automata.prefix_tree import PrefixTree
 from palpate.core.automata.strings import Strings
 from palpate.core.automata.training import TrainingSettings
@@ -35,21 +34,13 @@ from palpate.simulation.grid.trial import walk_strings
 FIRST_SEED = 200
 
 
-def last_symbols(alphabet: tuple[str, ...], count: int) -> Machine:
-    """The states are the last ``count`` symbols, and fewer at the beginning."""
-    words = [word for length in range(count + 1) for word in product(range(len(alphabet)), repeat=length)]
-    number = {word: place for place, word in enumerate(words)}
-    rows = tuple(tuple(number[(*word, symbol)[-count:]] for symbol in range(len(alphabet))) for word in words)
-    return Machine(Kind.MOORE, alphabet, rows, ("",) * len(words))
-
-
 def extraction_ms(found: Inference) -> list[float]:
     """Milliseconds for all q of a network, with minimisation; for each network."""
     settings, took = ExtractionSettings(), []
     for trained in found.training.networks:
         began = process_time()
         for cells in settings.partitions(trained.network):
-            settings.minimal(cells)
+            cells.minimal(settings.least_share)
         took.append(1e3 * (process_time() - began))
     return took
 
@@ -74,7 +65,7 @@ def lines(job: tuple[str, int, argparse.Namespace]) -> list[str]:
         f"all q with minimisation {mean(took):.0f} ms a network, longest {max(took):.0f} ms",
         f"    network {trained.restart} of loss {trained.loss:.4f} in training, {network_loss:.4f} held out",
     ]
-    contenders = {f"last {count}": last_symbols(grid.symbols, count) for count in (1, 2, 3)}
+    contenders = {f"last {count}": last_letters(kept, count) for count in (1, 2, 3)}
     contenders |= {"untrained": raw.machine, "automaton": found.machine}
     for who, machine in contenders.items():
         chosen = {"untrained": raw.chosen, "automaton": found.chosen}.get(who)

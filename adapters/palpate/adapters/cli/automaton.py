@@ -100,4 +100,5 @@ def _edge(machine: Machine, state: int, symbol: int, target: int | None) -> str:
 
 def _size(machine: Machine) -> str:
     states, known = len(machine.transitions), "" if machine.complete else ", incomplete"
-    return f"{machine.kind.value}, {states} state{'s' * (states != 1)}, {len(machine.alphabet)} symbols{known}"
+    known = f", {len(machine.actions)} actions{known}" if machine.actions else known
+    return f"{machine.kind.value}, {states} state{'s' * (states != 1)}, {len(machine.symbols)} symbols{known}"

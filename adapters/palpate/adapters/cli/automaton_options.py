@@ -21,7 +21,7 @@ class InferOptions(Settings):
 
     Strings are a text file with one string a line (palpate explore --strings writes such), or logs of insertion trials,
     or folders with logs: there, each trial that ended in the hole is a string. Strings with labels give an acceptor,
-    others a machine that says what may come next.
+    others a machine that says what may come next, and strings of actions and symbols one that does so for each action.
     """
 
     files: Words = ()
@@ -30,8 +30,8 @@ class InferOptions(Settings):
     """Folder for automaton, network, report and pictures; it must not be there yet, or be empty."""
     held_out_file: str = ""
     """Text file with strings to hold out from training; without one a share is held out."""
-    keep_all: bool = False
-    """Keep transitions that no training string takes; by default a follower of the automaton is lost there."""
+    with_actions: bool = False
+    """Of logs: pairs of an action and the symbol it led to; trials that did not end in the hole count too."""
     settings: Flat = field(default_factory=InferenceSettings)
 
 

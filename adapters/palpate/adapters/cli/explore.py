@@ -152,7 +152,8 @@ def _panel(options: ExploreOptions, grid: GridMap, make: StateMaker, title: str)
 
 def _strings(options: ExploreOptions, path: Path) -> int:
     require_no_file(path)
-    strings = walk_strings(grid_named(options.map, options.size), options.walks, options.seed, options.longest)
+    grid = grid_named(options.map, options.size)
+    strings = walk_strings(grid, options.walks, options.seed, options.longest, with_actions=options.with_actions)
     with new_file(path) as file:
         write_strings(strings, file)
     sys.stdout.write(f"{len(strings.words)} walks, {strings.symbols} symbols, saved as {path}\n")

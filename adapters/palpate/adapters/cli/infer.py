@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import sys
 from contextlib import ExitStack
-from dataclasses import replace
 from pathlib import Path
 
 from tqdm import tqdm
@@ -14,9 +13,7 @@ from palpate.adapters.cli.automaton_options import InferOptions
 from palpate.adapters.log import strings_from
 from palpate.adapters.visualisation import hidden_picture, machine_picture, training_picture
 from palpate.core.automata import (
-    AutomatonState,
     Inference,
-    Machine,
     Progress,
     infer,
     read_strings,
@@ -34,7 +31,7 @@ def infer_command(options: InferOptions) -> int:
         raise UsageError("palpate infer needs --out, a folder for what comes of it")
     out = Path(options.out)
     require_free_folder(out)
-    strings = strings_from(options.files)
+    strings = strings_from(options.files, with_actions=options.with_actions)
     held_out = read_strings(options.held_out_file, strings.alphabet) if options.held_out_file else None
     training = options.settings.training
     with ExitStack() as opened:
@@ -51,14 +48,11 @@ def infer_command(options: InferOptions) -> int:
             bar.set_postfix_str(f"lowest loss {point.best_loss:.4g}")
 
         found = infer(strings, options.settings, held_out=held_out, progress=show)
-    machine = found.machine
-    if not (options.keep_all or strings.labelled):
-        # Without the transitions that no string takes.
-        machine = replace(machine, transitions=AutomatonState.of(machine, strings).transitions)
     with new_folder(out) as folder:
-        _save(found, machine, folder)
+        _save(found, folder)
+    actions = f", {len(strings.actions)} actions" if strings.actions else ""
     sys.stdout.write(
-        f"{len(strings.words)} strings, {len(strings.alphabet)} symbols\n{found.summary}\nsaved in {out}\n"
+        f"{len(strings.words)} strings, {len(strings.names)} symbols{actions}\n{found.summary}\nsaved in {out}\n"
     )
     if found.consistent is False:
         sys.stderr.write(
@@ -69,7 +63,8 @@ def infer_command(options: InferOptions) -> int:
     return 0
 
 
-def _save(found: Inference, machine: Machine, folder: Path) -> None:
+def _save(found: Inference, folder: Path) -> None:
+    machine = found.machine
     (folder / "automaton.json").write_text(to_json_text(machine), encoding="utf-8")
     (folder / "automaton.dot").write_text(to_dot_text(machine), encoding="utf-8")
     (folder / "automaton.svg").write_bytes(machine_picture(machine, f"q = {found.chosen.intervals}"))
@@ -89,6 +84,7 @@ def _report(found: Inference) -> dict[str, object]:
         "wrong": found.chosen.wrong,
         "agreement": found.chosen.agreement,
         "loss": found.chosen.loss,
+        "beside": found.beside,
         "networks": len(found.training.networks),
         "consistent_networks": found.training.consistent,
         "lowest_loss": found.training.best.loss,

@@ -4,6 +4,7 @@ from .elman import save_network as save_network
 from .infer import Inference as Inference
 from .infer import InferenceSettings as InferenceSettings
 from .infer import infer as infer
+from .letters import letters_of as letters_of
 from .machine import Kind as Kind
 from .machine import Machine as Machine
 from .minimise import difference as difference
@@ -17,5 +18,6 @@ from .texts import shown_name as shown_name
 from .texts import shown_output as shown_output
 from .texts import to_dot_text as to_dot_text
 from .tracker import AutomatonState as AutomatonState
+from .tracker import AutomatonWithActions as AutomatonWithActions
 from .training import Progress as Progress
 from .training import TrainingSettings as TrainingSettings

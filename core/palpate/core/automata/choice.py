@@ -3,31 +3,34 @@
 For acceptance: the smallest q whose automaton is right about every training string (Giles and others, 1992).
 
 For prediction there is no right or wrong. The automaton is taken as a model of its own: in each state the next symbol,
-or the end, has the probability with which it followed there in the training strings. Its cross-entropy on held-out
-strings falls as q grows, ever more slowly, while each state must be filled with experience by whoever learns on it. So
-a state has its price, one nat for each of its probabilities (Akaike, 1974), and the lowest sum is chosen. On two-unit
-networks of two maps learners did best with such numbers of states; cross-entropy alone would take nearly the largest q,
-and the price of Schwarz (1978), which grows with the number of strings, about half as many states.
+or the end, has the probability with which it followed there in the training strings; with actions, after each action.
+Its cross-entropy on held-out strings falls as q grows, ever more slowly, while each state must be filled with
+experience by whoever learns on it. So a state has its price, one nat for each of its probabilities (Akaike, 1974), and
+the lowest sum is chosen. On two-unit networks of two maps learners did best with such numbers of states; cross-entropy
+alone would take nearly the largest q, and the price of Schwarz (1978), which grows with the number of strings, about
+half as many.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, ClassVar, Final
 
 import numpy as np
 from typing_extensions import override
 
-from palpate.core.automata.elman import Array, Network
-from palpate.core.automata.machine import Machine
+from palpate.core.automata.elman import Array, Network, Readout
+from palpate.core.automata.letters import END
+from palpate.core.automata.machine import Kind, Machine
+from palpate.core.automata.minimise import different
 from palpate.core.automata.partition import LEAST_SHARE, MOST_STATES, Partition, bounded_partition
-from palpate.core.automata.prefix_tree import UNLABELLED, Integers, PrefixTree
+from palpate.core.automata.prefix_tree import UNLABELLED, PrefixTree
+from palpate.core.automata.tracker import AutomatonState
 from palpate.core.errors import ConfigurationError, require_whole
 from palpate.core.ports import Range, Settings
 
-_PSEUDO_COUNT: Final = 0.5
-"""Added to each count, so that what never followed is not held to be impossible (Krichevsky and Trofimov, 1981)."""
+_MOST_LEFT_OUT: Final = 3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -47,32 +50,37 @@ class ExtractionSettings(Settings):
     centres: bool = False
     """Let the middle of a cell stand for it, not the hidden state of the first visit."""
     merge_symbols: bool = False
-    """Let minimisation merge states that different symbols lead into. Prediction only."""
+    """Let different symbols lead into one state. Prediction only."""
 
     @override
     def check(self) -> None:
         require_whole("extraction.most_intervals", self.most_intervals, self.fewest_intervals, 1000)
 
-    def partitions(self, network: Network) -> Iterator[Partition]:
-        """Partitions of a network by rising q.
+    def partitions(self, network: Network, tree: PrefixTree | None = None) -> Iterator[Partition]:
+        """Partitions of a network by rising q, by what strings do if there are any, until three give too many states.
 
         Raises:
             ConfigurationError: At the end, if every q gives too many states.
         """
-        fits = False
+        fits, left_out = False, 0
         for intervals in range(self.fewest_intervals, self.most_intervals + 1):
-            found = bounded_partition(network, intervals, self.most_states, centres=self.centres)
+            found = self.partition(network, intervals, tree)
             if found is not None:
                 fits = True
                 yield found
+                continue
+            left_out += 1
+            if left_out == _MOST_LEFT_OUT:
+                break
         if not fits:
             raise ConfigurationError(
                 "extraction.most_states", self.most_states, "more, fewer hidden units, or a lower q"
             )
 
-    def minimal(self, cells: Partition) -> Machine:
-        """The minimised automaton of a partition."""
-        return cells.minimal(self.least_share, merge_symbols=self.merge_symbols)
+    def partition(self, network: Network, intervals: int, tree: PrefixTree | None = None) -> Partition | None:
+        """One of them; None if it has too many states."""
+        apart = network.architecture.reading is Readout.PREDICTION and not self.merge_symbols
+        return bounded_partition(network, intervals, self.most_states, centres=self.centres, by_symbol=apart, tree=tree)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -81,9 +89,7 @@ class Extract:
 
     Attributes:
         wrong: Share of the training strings that it labels wrongly; None for prediction.
-        agreement: On the held-out strings. For acceptance the share that is labelled rightly. For prediction the share
-            of their prefixes, the empty one and the whole included, at which the automaton's set of possible successors
-            is that of the network. None without held-out strings.
+        agreement: Share of the held-out strings that it labels rightly; None without any, and for prediction.
         loss: Cross-entropy on the held-out strings, nats a symbol; prediction only, else None.
         price: What the states are charged with, in the same unit; prediction only, else None.
     """
@@ -102,7 +108,7 @@ class Extract:
 
     @property
     def raw_states(self) -> int:
-        """Number of cells: states before those of different last symbols are separated, and before minimisation."""
+        """Number of states before minimisation."""
         return len(self.partition.vectors)
 
     @property
@@ -132,27 +138,24 @@ def accepting_extract(
             break
     wrong, cells = min(judged, key=lambda pair: pair[0])
     agreement = None if held_out is None else 1.0 - _wrong(cells, held_out)
-    return Extract(cells, settings.minimal(cells), wrong=wrong, agreement=agreement)
+    return Extract(cells, cells.minimal(settings.least_share), wrong=wrong, agreement=agreement)
 
 
 def predicting_extracts(
     network: Network, training: PrefixTree, settings: ExtractionSettings, held_out: PrefixTree
 ) -> tuple[Extract, ...]:
-    """Automata of all q in order, each with its agreement, loss and price; the one of the lowest cost is to be taken.
+    """Automata of all q in order, each with its loss and price; the one of the lowest cost is to be taken.
 
     Raises:
         ConfigurationError: The strings have another alphabet.
     """
-    sets = network.read(network.hidden_states(held_out)) > settings.least_share
-    weights = held_out.passes / held_out.passes.sum()
+    for tree in (training, held_out):
+        network.require_alphabet(tree.alphabet)
     found = []
-    for cells in settings.partitions(network):
-        machine = settings.minimal(cells)
-        visited = held_out.states(cells.transitions)
-        same = (network.read(cells.vectors) > settings.least_share)[visited] == sets
+    for cells in settings.partitions(network, training):
+        machine = cells.minimal(settings.least_share)
         loss, price = model_loss(machine, training, held_out), price_of(machine, training)
-        agreement = float(weights[same.all(axis=1)].sum())
-        found.append(Extract(cells, machine, agreement=agreement, loss=loss, price=price))
+        found.append(Extract(cells, machine, loss=loss, price=price))
     return tuple(found)
 
 
@@ -162,19 +165,70 @@ def cheapest(extracts: Iterable[Extract]) -> Extract:
 
 
 def model_loss(machine: Machine, training: PrefixTree, held_out: PrefixTree) -> float:
-    """Cross-entropy on held-out strings, nats a symbol, of a complete automaton with probabilities from training."""
-    transitions = _complete(machine)
-    counts = np.zeros((len(transitions), training.counts.shape[1]))
-    np.add.at(counts, training.states(transitions, machine.start), training.counts)
-    smoothed = counts + _PSEUDO_COUNT
-    logs: Array = np.log(smoothed / smoothed.sum(axis=1, keepdims=True))
-    drawn = held_out.counts
-    return float(-(drawn * logs[held_out.states(transitions, machine.start)]).sum() / drawn.sum())
+    """Cross-entropy on held-out strings, nats a symbol, of an automaton with probabilities from training.
+
+    It is followed as a learner's state follows it. Half a count for each outcome is added, so that nothing is held to
+    be impossible because it never followed (Krichevsky and Trofimov, 1981): to those of a symbol alike, and to those of
+    a state in proportion to what follows its symbol.
+    """
+    follower = AutomatonState.of(machine, training)
+    table, width = follower.table(), len(machine.symbols) + 1
+
+    def counted(tree: PrefixTree) -> Array:
+        """How often each outcome followed, (states, actions, outcomes)."""
+        counts = np.zeros((follower.lost + 1, tree.counts.shape[1]))
+        np.add.at(counts, np.minimum(tree.states(table, machine.start), follower.lost), tree.counts)
+        return counts.reshape(len(counts), -1, width)
+
+    counts, drawn = counted(training), counted(held_out)
+    last = np.array([width - 1 if symbol is None else symbol for symbol in follower.symbol_of])
+    pooled = np.zeros((width, *counts.shape[1:]))
+    np.add.at(pooled, last, counts)
+    pooled = (pooled + 0.5) / (pooled + 0.5).sum(axis=2, keepdims=True)
+    smoothed = counts + 0.5 * width * pooled[last]
+    return float(-(drawn * np.log(smoothed / smoothed.sum(axis=2, keepdims=True))).sum() / drawn.sum())
 
 
 def price_of(machine: Machine, training: PrefixTree) -> float:
-    """What the states of an automaton are charged with, in nats a symbol of the training strings."""
-    return len(machine.transitions) * len(machine.alphabet) / int(training.counts.sum())
+    """What the states of an automaton are charged with, in nats a symbol of the training strings.
+
+    Nothing with actions: whoever has counted what follows each of them plans, and need not fill each state by trying.
+    """
+    return 0.0 if machine.actions else len(machine.transitions) * len(machine.symbols) / int(training.counts.sum())
+
+
+def last_letters(tree: PrefixTree, count: int, actions: tuple[str, ...] = ()) -> Machine:
+    """The automaton whose states are the last ``count`` letters of the strings, fewer at the beginning."""
+    words: list[tuple[int, ...]] = [()]
+    number: dict[tuple[int, ...], int] = {(): 0}
+    rows: list[list[int | None]] = [[None] * len(tree.alphabet)]
+    for parent, letter in zip(tree.parents[1:].tolist(), tree.symbols[1:].tolist(), strict=True):
+        word = (*words[parent], letter)[-count:]
+        words.append(word)
+        if word not in number:
+            number[word] = len(number)
+            rows.append([None] * len(tree.alphabet))
+        rows[number[words[parent]]][letter] = number[word]
+    return Machine(Kind.MOORE, tree.alphabet, tuple(map(tuple, rows)), ("",) * len(rows), actions=actions)
+
+
+def labelled(machine: Machine, tree: PrefixTree) -> Machine:
+    """The same with its states labelled by their last symbol and likely successors, such as ``C > A D``.
+
+    Likely ones are those of a tenth or more of what followed in the strings, at most three, the likeliest first.
+    """
+    follower, width = AutomatonState.of(machine, tree), len(machine.symbols) + 1
+    counts = np.zeros((follower.lost + 1, width), dtype=np.int64)
+    at = np.minimum(tree.states(follower.table(), machine.start), follower.lost)
+    np.add.at(counts, at, tree.counts.reshape(len(at), -1, width).sum(axis=1))
+    labels = []
+    for last, after in zip(follower.symbol_of[: follower.lost], counts.tolist(), strict=False):
+        likely = sorted(
+            (symbol for symbol in range(width) if 10 * after[symbol] >= max(1, sum(after))), key=lambda s: -after[s]
+        )
+        names = " ".join((*machine.symbols, END)[symbol] for symbol in likely[:3])
+        labels.append(f"{'start' if last is None else machine.symbols[last]} > {names}")
+    return replace(machine, labels=different(labels))
 
 
 def _wrong(cells: Partition, tree: PrefixTree) -> float:
@@ -185,9 +239,3 @@ def _wrong(cells: Partition, tree: PrefixTree) -> float:
     labels = np.array(cells.machine().state_outputs)[tree.states(cells.transitions)[nodes]]
     ends = tree.counts[nodes, -1]
     return float(ends[labels != (tree.labels[nodes] == 1)].sum() / ends.sum())
-
-
-def _complete(machine: Machine) -> Integers:
-    if not machine.complete:
-        raise ConfigurationError("automaton.transitions", "incomplete", "a transition for each state and symbol")
-    return np.array(machine.transitions, dtype=np.int64)

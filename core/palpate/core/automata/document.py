@@ -15,7 +15,9 @@
 
 ``next`` has each symbol of the alphabet; null where nothing is known. In a Mealy machine (``"kind": "mealy"``) a state
 has ``outputs``, by symbol as well, instead of ``output``. An output is true, false, a name, or a list of names. The
-order of states and symbols is kept, and equal machines give equal bytes.
+order of states and symbols is kept, and equal machines give equal bytes. A machine with inputs has ``"actions"`` beside
+the alphabet of its symbols, and ``next`` and ``outputs`` by letters such as ``"+x:a"``, without those for which nothing
+is known.
 """
 
 from __future__ import annotations
@@ -25,6 +27,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Final
 
+from palpate.core.automata.letters import letters_of
 from palpate.core.automata.machine import Kind, Machine, Output
 from palpate.core.automata.texts import shown_name
 from palpate.core.errors import ConfigurationError
@@ -70,6 +73,7 @@ class _AutomatonFile(Settings):
     alphabet: tuple[str, ...]
     start: str
     states: tuple[Any, ...]
+    actions: tuple[str, ...] | None = None
 
 
 def to_json_text(machine: Machine) -> str:
@@ -78,7 +82,8 @@ def to_json_text(machine: Machine) -> str:
     head = {
         "schema": SCHEMA,
         "kind": machine.kind.value,
-        "alphabet": machine.alphabet,
+        "alphabet": machine.symbols,
+        **({"actions": machine.actions} if machine.actions else {}),
         "start": names[machine.start],
     }
     lines = [f" {json.dumps(key)}: {json.dumps(value)}," for key, value in head.items()]
@@ -87,10 +92,12 @@ def to_json_text(machine: Machine) -> str:
         following = {
             symbol: None if target is None else names[target]
             for symbol, target in zip(machine.alphabet, row, strict=True)
+            if target is not None or not machine.actions
         }
         entry: dict[str, Any] = {"name": names[state]}
         if machine.kind is Kind.MEALY:
-            outputs = dict(zip(machine.alphabet, machine.edge_outputs[state], strict=True))
+            answers = dict(zip(machine.alphabet, machine.edge_outputs[state], strict=True))
+            outputs = {symbol: answers[symbol] for symbol in following}
             entry |= {"next": following, "outputs": outputs}
         else:
             entry |= {"output": machine.state_outputs[state], "next": following}
@@ -106,6 +113,8 @@ def from_json_text(text: str) -> Machine:
     """
     file = _AutomatonFile.read(parse_json(text, _WHOLE, SCHEMA))
     require_names("alphabet", file.alphabet, printable=False)
+    if file.actions:
+        require_names("actions", file.actions, printable=False)
     return _machine(file)
 
 
@@ -132,15 +141,16 @@ def _machine(file: _AutomatonFile) -> Machine:
     entry_kind = _MealyState if kind is Kind.MEALY else _State
     entries: list[Any] = [fitted(f"states[{n}]", entry, entry_kind) for n, entry in enumerate(file.states)]
     labels = tuple(entry.name for entry in entries)
+    alphabet = letters_of(file.alphabet, file.actions or ())
     require_names("states", labels, printable=False)
     number = {name: state for state, name in enumerate(labels)}
     rows, state_outputs, edge_outputs = [], [], []
     for n, entry in enumerate(entries):
-        following = _by_symbol(f"states[{n}].next", entry.next, file.alphabet)
+        following = _by_symbol(f"states[{n}].next", entry.next, alphabet, file.actions)
         row = tuple(None if name is None else _number(where, name, number) for where, name in following)
         rows.append(row)
         if kind is Kind.MEALY:
-            outputs = _by_symbol(f"states[{n}].outputs", entry.outputs, file.alphabet)
+            outputs = _by_symbol(f"states[{n}].outputs", entry.outputs, alphabet, file.actions)
             edge_outputs.append(tuple(_edge_output(*spot, to) for spot, to in zip(outputs, row, strict=True)))
         else:
             if kind is Kind.DFA and not isinstance(entry.output, bool):
@@ -148,19 +158,22 @@ def _machine(file: _AutomatonFile) -> Machine:
             state_outputs.append(_output(entry.output))
     return Machine(
         kind,
-        file.alphabet,
+        alphabet,
         transitions=tuple(rows),
         state_outputs=tuple(state_outputs),
         edge_outputs=tuple(edge_outputs),
         start=_number("start", file.start, number),
         labels=labels,
+        actions=file.actions or (),
     )
 
 
-def _by_symbol(where: str, entries: dict[str, Any], alphabet: tuple[str, ...]) -> list[tuple[str, Any]]:
-    """Where each entry is and what it holds, in the order of the alphabet."""
-    require_keys(where, entries, alphabet)
-    return [(f"{where}.{shown_name(symbol)}", entries[symbol]) for symbol in alphabet]
+def _by_symbol(
+    where: str, entries: dict[str, Any], alphabet: tuple[str, ...], actions: tuple[str, ...] | None
+) -> list[tuple[str, Any]]:
+    """Where each entry is and what it holds, in the order of the alphabet; None for letters that are left out."""
+    require_keys(where, dict.fromkeys(alphabet) | entries if actions else entries, alphabet)
+    return [(f"{where}.{shown_name(symbol)}", entries.get(symbol)) for symbol in alphabet]
 
 
 def _number(where: str, name: str, number: dict[str, int]) -> int:

@@ -1,7 +1,9 @@
 """Elman networks as values: one-hot symbols in, a hidden state that feeds back, and a reading of it (paper, 5.3).
 
 The hidden state after symbol s is ``f(W h + u)``, with ``W`` and ``u`` of their own for s. In a first-order network the
-symbols share ``W``, which is the network of Elman; in a second-order one (Giles and others, 1992) they do not.
+symbols share ``W``, which is the network of Elman; in a second-order one (Giles and others, 1992) they do not. Where
+strings hold actions, the letters, action and symbol together, take the place of the symbols, those of one action share
+``W`` in a second-order network, and what follows is predicted for each action that might be taken.
 """
 
 from __future__ import annotations
@@ -17,15 +19,13 @@ import numpy as np
 import numpy.typing as npt
 from typing_extensions import override
 
-from palpate.core.automata.prefix_tree import PrefixTree
+from palpate.core.automata.letters import END, symbols_in
+from palpate.core.automata.prefix_tree import Integers, PrefixTree
 from palpate.core.errors import ConfigurationError
 from palpate.core.files import write_whole
 from palpate.core.ports import OneOf, Range, Settings
 
 Array: TypeAlias = npt.NDArray[np.float64]
-
-END: Final = "<end>"
-"""What follows the last symbol of a string, among the symbols that a network predicts."""
 
 RANGES: Final = {"sigmoid": (0.0, 1.0), "tanh": (-1.0, 1.0)}
 """Lowest and highest activation of a hidden unit, by the name of the activation function."""
@@ -37,52 +37,61 @@ class Readout(enum.Enum):
     """What is computed of the hidden state."""
 
     PREDICTION = "prediction"
-    """Probabilities of the next symbol and, last, of the end of the string."""
+    """Probabilities of the next symbol and, last, of the end of the string; with actions so for each action."""
     ACCEPTANCE = "acceptance"
     """Probability that the string so far is accepted."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class HiddenLayer(Settings):
-    """The hidden units of a network, whatever it reads."""
+class Architecture(Settings):
+    """Shape of a network; no symbol may have the name of the end."""
 
     TABLE: ClassVar[str] = "network"
 
+    alphabet: tuple[str, ...]
+    """Names of the symbols, or letters, in order."""
+    reading: Readout
+    """What is computed of the hidden state."""
     hidden: Annotated[int, Range(1, MOST_HIDDEN)] = 2
     """Number of hidden units; the paper has 2."""
     activation: Annotated[str, OneOf(*RANGES)] = "sigmoid"
     """sigmoid or tanh."""
     order: Annotated[int, OneOf(1, 2)] = 1
     """1 for Elman networks, in which all symbols share the recurrent weights; 2 for second-order ones, in which each
-    has its own."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Architecture(HiddenLayer):
-    """Shape of a network; no symbol may have the name of the end."""
-
-    alphabet: tuple[str, ...]
-    """Names of the symbols, in order."""
-    reading: Readout
-    """What is computed of the hidden state."""
+    (or each action) has its own."""
+    actions: tuple[str, ...] = ()
+    """Names of the actions that the letters hold."""
 
     @override
     def check(self) -> None:
         if END in self.alphabet:
             raise ConfigurationError("network.alphabet", END, "another name; this one means the end of a string")
+        symbols_in(self.alphabet, self.actions, "network.alphabet")
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the symbols, without actions."""
+        return self.alphabet[: len(self.alphabet) // (len(self.actions) + 1)]
 
     @property
     def outcomes(self) -> int:
-        """Number of outputs: the symbols and the end, or one for acceptance."""
-        return len(self.alphabet) + 1 if self.reading is Readout.PREDICTION else 1
+        """Number of outputs: the symbols and the end, so for each action; or one for acceptance."""
+        return (len(self.names) + 1) * max(1, len(self.actions)) if self.reading is Readout.PREDICTION else 1
+
+    def matrix_of(self, letters: Integers) -> Integers:
+        """Which recurrent weights letters take, of the same shape."""
+        if self.order == 1:
+            return np.zeros_like(letters)
+        return letters // len(self.names) if self.actions else letters
 
     @property
     def shapes(self) -> dict[str, tuple[int, ...]]:
         """Shape of each parameter of a :class:`Network`, by its name."""
-        symbols, hidden = len(self.alphabet), self.hidden
+        letters, hidden = len(self.alphabet), self.hidden
+        matrices = (len(self.actions) + 1 if self.actions else letters) if self.order == 2 else 1
         return {
-            "recurrent": (symbols if self.order == 2 else 1, hidden, hidden),
-            "inputs": (symbols, hidden),
+            "recurrent": (matrices, hidden, hidden),
+            "inputs": (letters, hidden),
             "start": (hidden,),
             "output": (self.outcomes, hidden),
             "bias": (self.outcomes,),
@@ -94,7 +103,8 @@ class Network:
     """One network; ``s`` symbols, ``h`` hidden units, ``k`` outputs.
 
     Attributes:
-        recurrent: Weights from hidden state to hidden state, (s, h, h), or (1, h, h) of first order.
+        recurrent: Weights from hidden state to hidden state, (s, h, h), or (1, h, h) of first order; with a actions
+            (a + 1, h, h), the first for the start.
         inputs: What a symbol adds before the activation function, (s, h); the bias is in it.
         start: Hidden state of the empty string before the activation function, (h,).
         output: Weights of the outputs, (k, h).
@@ -129,24 +139,24 @@ class Network:
         """Hidden state of the empty string, (h,)."""
         return self._activated(self.start)
 
-    def successors(self, hidden: Array) -> Array:
-        """Hidden states after each symbol: (n, h) to (n, s, h)."""
-        # (1 or s, n, h): one product a symbol, or one for all.
-        drives = hidden @ self.recurrent.transpose(0, 2, 1)
-        return self._activated(drives.transpose(1, 0, 2) + self.inputs)
+    def after(self, hidden: Array, letters: Integers) -> Array:
+        """Hidden states after one letter each: (n, h) and (n,) to (n, h)."""
+        weights = self.recurrent[self.architecture.matrix_of(letters)]
+        return self._activated((weights @ hidden[:, :, np.newaxis])[:, :, 0] + self.inputs[letters])
 
-    def advance(self, hidden: Array, symbol: int) -> Array:
-        """Hidden states after one symbol: (n, h) to (n, h)."""
-        weights = self.recurrent[symbol if self.architecture.order == 2 else 0]
-        return self._activated(hidden @ weights.T + self.inputs[symbol])
+    def advance(self, hidden: Array, letter: int) -> Array:
+        """Hidden states after one letter: (n, h) to (n, h)."""
+        weights = self.recurrent[int(self.architecture.matrix_of(np.array(letter)))]
+        return self._activated(hidden @ weights.T + self.inputs[letter])
 
     def read(self, hidden: Array) -> Array:
-        """Probabilities of the outcomes: (n, h) to (n, k)."""
+        """Probabilities of the outcomes: (n, h) to (n, k). With actions they sum to 1 for each of them."""
         drives = hidden @ self.output.T + self.bias
         if self.architecture.reading is Readout.ACCEPTANCE:
             return _sigmoid(drives)
-        raised = np.exp(drives - drives.max(axis=1, keepdims=True))
-        shares: Array = raised / raised.sum(axis=1, keepdims=True)
+        drives = drives.reshape(len(hidden), -1, len(self.architecture.names) + 1)
+        raised = np.exp(drives - drives.max(axis=2, keepdims=True))
+        shares: Array = (raised / raised.sum(axis=2, keepdims=True)).reshape(len(hidden), -1)
         return shares
 
     def hidden_states(self, tree: PrefixTree) -> Array:
@@ -195,6 +205,7 @@ def network_to_dict(network: Network) -> dict[str, Any]:
     shape = network.architecture
     about = {"alphabet": list(shape.alphabet), "reading": shape.reading.value, "hidden": shape.hidden}
     about |= {"activation": shape.activation, "order": shape.order}
+    about |= {"actions": list(shape.actions)} if shape.actions else {}
     return {"schema": SCHEMA, **about, **{name: getattr(network, name).tolist() for name in shape.shapes}}
 
 

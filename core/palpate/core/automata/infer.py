@@ -2,32 +2,49 @@
 
 Networks are trained on the strings, automata made of the best of them by dynamic state partitioning, and the best
 automaton is minimised. Labelled strings give an acceptor; positive ones, a Moore machine whose states give what may
-come next.
+come next. Beside the held-out loss of such a machine stand those of the last one, two and three symbols, or pairs of
+action and symbol: an automaton that is no better than these holds nothing that they do not.
 """
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Annotated, ClassVar
 
-from palpate.core.automata.choice import Extract, ExtractionSettings, accepting_extract, cheapest, predicting_extracts
-from palpate.core.automata.elman import Architecture, Array, HiddenLayer, Readout
+from palpate.core.automata.choice import (
+    Extract,
+    ExtractionSettings,
+    accepting_extract,
+    cheapest,
+    labelled,
+    last_letters,
+    model_loss,
+    predicting_extracts,
+)
+from palpate.core.automata.elman import MOST_HIDDEN, RANGES, Architecture, Array, Readout
 from palpate.core.automata.machine import Machine
 from palpate.core.automata.prefix_tree import Integers, PrefixTree
 from palpate.core.automata.strings import Strings
 from palpate.core.automata.training import OnProgress, TrainedNetwork, Training, TrainingSettings, train
 from palpate.core.errors import ConfigurationError
-from palpate.core.ports import Range
+from palpate.core.ports import OneOf, Range, Settings
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class InferenceSettings(HiddenLayer):
+class InferenceSettings(Settings):
     """How to come from strings to an automaton."""
 
     TABLE: ClassVar[str] = "inference"
 
+    hidden: Annotated[int, Range(1, MOST_HIDDEN)] | None = None
+    """Number of hidden units. Without it: 2, as in the paper, and 6 with actions."""
+    activation: Annotated[str, OneOf(*RANGES)] = "sigmoid"
+    """sigmoid or tanh."""
+    order: Annotated[int, OneOf(1, 2)] | None = None
+    """1 for Elman networks, in which all symbols share the recurrent weights; 2 for second-order ones, in which each
+    (or each action) has its own. Without it: 2 for labelled strings and with actions, else 1."""
     training: TrainingSettings = field(default_factory=TrainingSettings)
     """How to train."""
     extraction: ExtractionSettings = field(default_factory=ExtractionSettings)
@@ -44,10 +61,12 @@ class Inference:
     """What was inferred, and from what.
 
     Attributes:
-        chosen: The automaton with its q, its raw and minimal numbers of states and its agreement.
+        chosen: The automaton with its q, its raw and minimal numbers of states and its loss. For prediction it is made
+            of all strings that were not given to hold out, after those that were split off had chosen its q.
         extracts: Those of the same network that it was chosen from, by q; for acceptance itself alone.
         strings: How many strings the networks were trained on.
         held_out: How many were held out.
+        beside: For prediction, what the last one, two and three letters lose on the held-out strings, by name.
         hidden: For a picture: hidden states at all prefixes of the training strings, (n, hidden units).
         cells: State, before minimisation, of the automaton at the same prefixes, (n,).
     """
@@ -58,6 +77,7 @@ class Inference:
     training: Training
     strings: int
     held_out: int
+    beside: dict[str, float]
     hidden: Array
     cells: Integers
 
@@ -82,10 +102,12 @@ class Inference:
         if chosen.wrong:
             lines.append(f"not consistent: wrong about {chosen.wrong:.1%} of {self.strings} training strings")
         if chosen.agreement is not None:
-            what = "prefixes of held-out strings" if chosen.wrong is None else "held-out strings"
-            lines.append(f"agreement: {chosen.agreement:.1%} of the {what} ({self.held_out} strings)")
+            lines.append(f"agreement: {chosen.agreement:.1%} of the held-out strings ({self.held_out} strings)")
         if chosen.loss is not None:
-            lines.append(f"cross-entropy on held-out strings: {chosen.loss:.4f} nats a symbol")
+            beside = ", ".join(f"{name} {loss:.4f}" for name, loss in self.beside.items())
+            lines.append(
+                f"cross-entropy on {self.held_out} held-out strings: {chosen.loss:.4f} nats a symbol; {beside}"
+            )
         return "\n".join(lines)
 
 
@@ -111,27 +133,34 @@ def infer(
         ConfigurationError: Settings that do not fit the strings.
     """
     settings = settings or InferenceSettings()
+    whole = strings
     if held_out is None and settings.held_out:
         strings, held_out = strings.split(settings.held_out, settings.training.seed)
     reading = Readout.ACCEPTANCE if strings.labelled else Readout.PREDICTION
     shape = Architecture(
         alphabet=strings.alphabet,
         reading=reading,
-        hidden=settings.hidden,
+        hidden=settings.hidden or (6 if strings.actions else 2),
         activation=settings.activation,
-        order=settings.order,
+        order=settings.order or (2 if strings.labelled or strings.actions else 1),
+        actions=strings.actions,
     )
     tree = PrefixTree.of(strings)
     held_tree = None if held_out is None else PrefixTree.of(_alike(held_out, strings))
     if held_tree is None and reading is Readout.PREDICTION:
         raise ConfigurationError("inference.held_out", 0.0, "above 0: held-out strings choose q")
-    training = train(strings, shape, settings.training, progress)
+    training = train(strings, shape, settings.training, progress, held_tree)
     finalists = training.networks[: settings.finalists]
+    beside: dict[str, float] = {}
     if held_tree is not None and reading is Readout.PREDICTION:
         network, extracts = _predictor(finalists, tree, held_tree, settings.extraction)
+        machines = {f"last {count}": last_letters(tree, count, strings.actions) for count in (1, 2, 3)}
+        beside = {name: model_loss(machine, tree, held_tree) for name, machine in machines.items()}
+        tree = PrefixTree.of(whole)
+        chosen = _whole(cheapest(extracts), tree, settings.extraction)
     else:
         network, extracts = _acceptor(finalists, tree, held_tree, settings.extraction)
-    chosen = cheapest(extracts)
+        chosen = cheapest(extracts)
     return Inference(
         chosen=chosen,
         extracts=extracts,
@@ -139,6 +168,7 @@ def infer(
         training=training,
         strings=len(strings.words),
         held_out=0 if held_out is None else len(held_out.words),
+        beside=beside,
         hidden=network.network.hidden_states(tree),
         cells=tree.states(chosen.partition.transitions),
     )
@@ -171,3 +201,9 @@ def _predictor(
     """The cheapest of all automata."""
     found = [(trained, predicting_extracts(trained.network, tree, settings, held_out)) for trained in finalists]
     return min(found, key=lambda pair: cheapest(pair[1]).cost)
+
+
+def _whole(chosen: Extract, tree: PrefixTree, settings: ExtractionSettings) -> Extract:
+    """The same of all strings, with its states labelled; itself, where all strings make too many states."""
+    cells = settings.partition(chosen.partition.network, chosen.intervals, tree) or chosen.partition
+    return replace(chosen, partition=cells, machine=labelled(cells.minimal(settings.least_share), tree))

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Final, TypeAlias
 
+from palpate.core.automata.letters import symbols_in
 from palpate.core.errors import CommandError, ConfigurationError
 
 Output: TypeAlias = bool | str | tuple[str, ...]
@@ -41,6 +42,8 @@ class Machine:
         start: Where every word begins.
         labels: Readable names of the states; numbered ones if empty, and left empty if they are just these. They are
             no part of what the machine does.
+        actions: For a machine with inputs: names of the actions that its letters hold
+            (:mod:`palpate.core.automata.letters`).
 
     Raises:
         ConfigurationError: The parts do not fit together.
@@ -53,9 +56,11 @@ class Machine:
     edge_outputs: tuple[tuple[Output | None, ...], ...] = ()
     start: int = 0
     labels: tuple[str, ...] = ()
+    actions: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         self._check_names()
+        symbols_in(self.alphabet, self.actions, "automaton.alphabet")
         states, symbols = len(self.transitions), len(self.alphabet)
         if not states:
             raise ConfigurationError("automaton.transitions", (), "at least one state")
@@ -78,6 +83,11 @@ class Machine:
     def complete(self) -> bool:
         """Whether every state has a transition for every symbol."""
         return all(target is not None for row in self.transitions for target in row)
+
+    @property
+    def symbols(self) -> tuple[str, ...]:
+        """Names of the symbols, without actions."""
+        return self.alphabet[: len(self.alphabet) // (len(self.actions) + 1)]
 
     @property
     def names(self) -> tuple[str, ...]:

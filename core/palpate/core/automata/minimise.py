@@ -112,7 +112,7 @@ def _merged(machine: Machine, classes: Classes) -> Machine:
         state_outputs=tuple(machine.state_outputs[state] for state in firsts) if machine.state_outputs else (),
         edge_outputs=tuple(machine.edge_outputs[state] for state in firsts) if machine.edge_outputs else (),
         start=number[machine.start],
-        labels=_different(_joined(machine.labels, states) for states in classes) if machine.labels else (),
+        labels=different(_joined(machine.labels, states) for states in classes) if machine.labels else (),
     )
 
 
@@ -122,7 +122,7 @@ def _joined(labels: Sequence[str], states: Sequence[int]) -> str:
     return _SEPARATOR.join(labels[state] for state in states)
 
 
-def _different(labels: Iterable[str]) -> tuple[str, ...]:
+def different(labels: Iterable[str]) -> tuple[str, ...]:
     """The labels, with a number behind those that were there before."""
     found: dict[str, None] = {}
     for label in labels:

@@ -4,19 +4,24 @@ The range of each hidden unit is cut into q equal intervals. From the start stat
 tried; a hidden state in a cell that nobody was in makes a new state of the automaton, one in a known cell makes a
 transition only, and is not pursued. So the hidden state of the first visit stands for its cell. With ``centres`` the
 middle of the cell does (Blair and Pollack, 1997), which tests whether the network behaves as an automaton at all.
+
+Where strings are given, nothing is tried but what they do: a network answers everything, also what it was never trained
+on, and letters of actions are many. Then every state is one that a string comes to.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
 
-from palpate.core.automata.elman import END, RANGES, Array, Network, Readout
+from palpate.core.automata.elman import RANGES, Array, Network, Readout
+from palpate.core.automata.letters import END, letters_of
 from palpate.core.automata.machine import Kind, Machine
 from palpate.core.automata.minimise import minimised
-from palpate.core.automata.prefix_tree import Integers
+from palpate.core.automata.prefix_tree import Integers, PrefixTree
 from palpate.core.errors import ConfigurationError, require_in, require_whole
 
 LEAST_SHARE: Final = 0.02
@@ -27,26 +32,32 @@ ACCEPTED_FROM: Final = 0.5
 
 MOST_INTERVALS: Final = 1000
 MOST_STATES: Final = 100_000
+NONE: Final = -1
+"""Where there is no state, or no symbol before the first."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Partition:
-    """What was found with one q: n cells in the order of their first visits, the start state's being number 0.
+    """What was found with one q: n states in the order of their first visits, the start state being number 0.
 
     Attributes:
-        network: The network, with s symbols and h hidden units.
+        network: The network, with s symbols or letters and h hidden units.
         intervals: Number of intervals of each hidden unit, q.
-        vectors: Hidden state that stands for each cell, (n, h).
-        transitions: Cell after each cell and symbol, (n, s).
+        vectors: Hidden state that stands for each state, (n, h).
+        transitions: State after each state and symbol, (n, s); -1 where no string went.
+        cells: Number of the cell that each state is in, (n,).
+        last: Last symbol of each state, (n,), -1 for the start; or -1 for all, where symbols are not told apart.
     """
 
     network: Network
     intervals: int
     vectors: Array
     transitions: Integers
+    cells: Integers
+    last: Integers
 
     def machine(self, least_share: float = LEAST_SHARE) -> Machine:
-        """The automaton, one state a cell, not minimised.
+        """The automaton, not minimised.
 
         Args:
             least_share: For prediction: the output of a state is the set of those symbols, and of the end, that follow
@@ -59,95 +70,132 @@ class Partition:
         require_in("automaton.least_share", least_share, 0.0, 0.999)
         shape = self.network.architecture
         shares = self.network.read(self.vectors)
-        rows = tuple(map(tuple, self.transitions.tolist()))
+        rows = tuple(tuple(None if to == NONE else to for to in row) for row in self.transitions.tolist())
         if shape.reading is Readout.ACCEPTANCE:
             return Machine(Kind.DFA, shape.alphabet, rows, tuple((shares[:, 0] > ACCEPTED_FROM).tolist()))
-        names = (*shape.alphabet, END)
+        symbols = (*shape.names, END)
+        names = letters_of(symbols, shape.actions)[len(symbols) :] if shape.actions else symbols
         outputs = tuple(
             tuple(name for name, possible in zip(names, row, strict=True) if possible)
             for row in (shares > least_share).tolist()
         )
-        return Machine(Kind.MOORE, shape.alphabet, rows, outputs)
+        return Machine(Kind.MOORE, shape.alphabet, rows, outputs, actions=shape.actions)
 
-    def minimal(self, least_share: float = LEAST_SHARE, *, merge_symbols: bool = False) -> Machine:
+    def minimal(self, least_share: float = LEAST_SHARE) -> Machine:
         """The automaton, minimised.
+
+        States of different last symbols are not merged, where these are told apart, and none whose cells different sets
+        of symbols lead into: the possible successors alone distinguish too little.
 
         Args:
             least_share: As for :meth:`machine`.
-            merge_symbols: Whether different symbols may lead into one state of a prediction automaton. By default they
-                do not: a cell that several lead into makes as many states, and states of different last symbols are not
-                merged. The last symbol is all that a policy has without any automaton.
 
         Raises:
             ConfigurationError: ``least_share`` is not a probability below 1.
         """
-        machine = self.machine(least_share)
-        if merge_symbols or machine.kind is Kind.DFA:
-            return minimised(machine)
-        return minimised(*self._by_last_symbol(machine))
-
-    def _by_last_symbol(self, machine: Machine) -> tuple[Machine, list[tuple[bytes, int]]]:
-        """The automaton with a state for each cell and symbol that leads into it, and what keeps its states apart.
-
-        That is the symbol, and the set of all that lead into the cell: the possible successors alone distinguish too
-        little.
-        State 0 is the start cell before the first symbol, which is numbered -1.
-        """
-        targets, symbols = self.transitions, range(self.transitions.shape[1])
-        enters = np.zeros(targets.shape, dtype=bool)
-        enters[targets, symbols] = True
-        pairs = np.argwhere(enters)
-        state_of = np.zeros_like(targets)
-        state_of[enters] = np.arange(1, len(pairs) + 1)
-        cells, last = [0, *pairs[:, 0].tolist()], [-1, *pairs[:, 1].tolist()]
-        rows = tuple(map(tuple, state_of[targets, symbols][cells].tolist()))
-        outputs = tuple(machine.state_outputs[cell] for cell in cells)
-        apart = [(enters[cell].tobytes(), symbol) for cell, symbol in zip(cells, last, strict=True)]
-        return Machine(machine.kind, machine.alphabet, rows, outputs), apart
+        leading_in: dict[int, list[int]] = {}
+        for cell, symbol in zip(self.cells.tolist(), self.last.tolist(), strict=True):
+            leading_in.setdefault(cell, []).append(symbol)
+        apart = [
+            (tuple(sorted(leading_in[cell])), symbol)
+            for cell, symbol in zip(self.cells.tolist(), self.last.tolist(), strict=True)
+        ]
+        return minimised(self.machine(least_share), apart if (self.last != NONE).any() else None)
 
 
-def partition(network: Network, intervals: int, *, centres: bool = False) -> Partition:
-    """Find the cells that strings lead to, and how.
-
-    Args:
-        network: The network.
-        intervals: Number of intervals of each hidden unit, q, 1 or more.
-        centres: Let the middle of each cell stand for it, not the hidden state of the first visit.
+def partition(network: Network, intervals: int, *, centres: bool = False, by_symbol: bool = False) -> Partition:
+    """Find the states that any strings lead to, and how; see :func:`bounded_partition`.
 
     Raises:
-        ConfigurationError: The number of intervals is out of range, or there are more than ``MOST_STATES`` cells.
+        ConfigurationError: The number of intervals is out of range, or there are more than ``MOST_STATES`` states.
     """
-    found = bounded_partition(network, intervals, MOST_STATES, centres=centres)
+    found = bounded_partition(network, intervals, MOST_STATES, centres=centres, by_symbol=by_symbol)
     if found is None:
         accepted = f"fewer; this gives more than {MOST_STATES} states"
         raise ConfigurationError("automaton.intervals", intervals, accepted)
     return found
 
 
-def bounded_partition(network: Network, intervals: int, most_states: int, *, centres: bool = False) -> Partition | None:
-    """The same, but None if there are more cells than ``most_states``; q^h may be many."""
+def bounded_partition(
+    network: Network,
+    intervals: int,
+    most_states: int,
+    *,
+    centres: bool = False,
+    by_symbol: bool = False,
+    tree: PrefixTree | None = None,
+) -> Partition | None:
+    """Find the states that strings lead to, and how.
+
+    Args:
+        network: The network.
+        intervals: Number of intervals of each hidden unit, q, 1 or more.
+        most_states: With more of them None is returned; q^h may be many.
+        centres: Let the middle of each cell stand for it, not the hidden state of the first visit.
+        by_symbol: Whether a cell that several symbols lead into makes as many states. The last symbol is all that a
+            policy has without any automaton.
+        tree: The strings; None for all there are.
+
+    Raises:
+        ConfigurationError: The number of intervals is out of range.
+    """
     require_whole("automaton.intervals", intervals, 1, MOST_INTERVALS)
-    low, high = RANGES[network.architecture.activation]
-    width = (high - low) / intervals
-    states: dict[bytes, int] = {}
-    vectors: list[Array] = []
-    transitions: list[Integers] = []
-    candidates = network.start_state[np.newaxis]
-    while len(candidates):
-        # A level of the search at once; the order of first visits is that of one after the other.
-        cells = np.clip((candidates - low) // width, 0, intervals - 1)
-        keys = [row.tobytes() for row in cells.astype(np.int16)]
-        fresh = []
-        for place, key in enumerate(keys):
-            if key not in states:
-                states[key] = len(states)
-                fresh.append(place)
-        if len(states) > most_states:
-            return None
-        if vectors:
-            numbers = np.array([states[key] for key in keys], dtype=np.int64)
-            transitions.append(numbers.reshape(-1, len(network.architecture.alphabet)))
-        found = low + (cells[fresh] + 0.5) * width if centres else candidates[fresh]
-        vectors.append(found)
-        candidates = network.successors(found).reshape(-1, candidates.shape[1])
-    return Partition(network, intervals, np.concatenate(vectors), np.concatenate(transitions))
+    search = _Search(network, intervals, centres, by_symbol)
+    if tree is None:
+        known = 0
+        while known < len(search.vectors) <= most_states:
+            # A level of the search at once; the order of first visits is that of one after the other.
+            fresh, known = np.arange(known, len(search.vectors)), len(search.vectors)
+            search.go(np.repeat(fresh, search.letters), np.tile(np.arange(search.letters), len(fresh)))
+    else:
+        at = np.zeros(len(tree.parents), dtype=np.int64)
+        for first, last in pairwise(tree.levels[1:].tolist()):
+            at[first:last] = search.go(at[tree.parents[first:last]], tree.symbols[first:last])
+            if len(search.vectors) > most_states:
+                break
+    return search.partition() if len(search.vectors) <= most_states else None
+
+
+class _Search:
+    """What was found of a partition so far."""
+
+    def __init__(self, network: Network, intervals: int, centres: bool, by_symbol: bool) -> None:
+        self._network, self._intervals, self._centres = network, intervals, centres
+        self._low, high = RANGES[network.architecture.activation]
+        self._width = (high - self._low) / intervals
+        self._symbols = len(network.architecture.names) if by_symbol else 0
+        self.letters = len(network.architecture.alphabet)
+        self._cell_of: dict[bytes, int] = {}
+        self._state_of: dict[tuple[int, int], int] = {}
+        self._target_of: dict[int, int] = {}
+        self.vectors: list[Array] = []
+        self._enter(network.start_state, NONE)
+
+    def go(self, states: Integers, letters: Integers) -> Integers:
+        """States after one letter each, in the order of first visits; all three (m,)."""
+        codes = states * self.letters + letters
+        listed = codes.tolist()
+        fresh = list(dict.fromkeys(code for code in listed if code not in self._target_of))
+        if fresh:
+            sources, taken = np.divmod(np.array(fresh), self.letters)
+            hidden = self._network.after(np.array([self.vectors[source] for source in sources]), taken)
+            symbols = (taken % self._symbols).tolist() if self._symbols else [NONE] * len(fresh)
+            for code, vector, symbol in zip(fresh, hidden, symbols, strict=True):
+                self._target_of[code] = self._enter(vector, symbol)
+        return np.array([self._target_of[code] for code in listed], dtype=np.int64)
+
+    def partition(self) -> Partition:
+        """All of it."""
+        transitions = np.full(len(self.vectors) * self.letters, NONE)
+        transitions[list(self._target_of)] = list(self._target_of.values())
+        cells, last = np.array(list(self._state_of)).T
+        shaped = transitions.reshape(-1, self.letters)
+        return Partition(self._network, self._intervals, np.array(self.vectors), shaped, cells, last)
+
+    def _enter(self, vector: Array, symbol: int) -> int:
+        cell = np.clip((vector - self._low) // self._width, 0, self._intervals - 1)
+        number = self._cell_of.setdefault(cell.astype(np.int16).tobytes(), len(self._cell_of))
+        if (number, symbol) not in self._state_of:
+            self._state_of[number, symbol] = len(self.vectors)
+            self.vectors.append(self._low + (cell + 0.5) * self._width if self._centres else vector)
+        return self._state_of[number, symbol]

@@ -26,7 +26,9 @@ class PrefixTree:
         parents: Node without the last symbol, (n,); -1 for the root.
         symbols: Last symbol, (n,); -1 for the root.
         levels: Where each level begins, (longest string + 2,), the last entry being n.
-        counts: How many strings go on with each symbol, and in the last column how many end here, (n, symbols + 1).
+        counts: How often each outcome follows, (n, outcomes): the symbols and, last, the end; with actions so for each
+            action, (action, symbol) by action.
+        passes: How many strings pass through, or end at, each node, (n,).
         labels: 1 for an accepted string, 0 for a rejected one, -1 for a mere prefix, (n,).
         nodes: Node of each string of the set, in its order, (strings,).
     """
@@ -36,14 +38,9 @@ class PrefixTree:
     symbols: Integers
     levels: Integers
     counts: Integers
+    passes: Integers
     labels: Integers
     nodes: Integers
-
-    @property
-    def passes(self) -> Integers:
-        """How many strings pass through, or end at, each node, (n,)."""
-        total: Integers = self.counts.sum(axis=1)
-        return total
 
     def blocks(self) -> Iterator[list[tuple[int, int, int]]]:
         """Level by level without the root: each symbol that occurs, its first node, and the node after its last."""
@@ -68,7 +65,6 @@ class PrefixTree:
     @classmethod
     def of(cls, strings: Strings) -> PrefixTree:
         """Compile a set of strings."""
-        width = len(strings.alphabet)
         lengths = np.array([len(word) for word in strings.words])
         longest = int(lengths.max())
         padded = np.full((len(lengths), longest), -1, dtype=np.int64)
@@ -86,13 +82,20 @@ class PrefixTree:
             nodes[going] = levels[-1] + places
             levels.append(levels[-1] + len(found))
         parent, symbol, total = np.concatenate(parents), np.concatenate(symbols), levels[-1]
-        ends = np.bincount(nodes, minlength=total)
-        counts = np.zeros((total, width + 1), dtype=np.int64)
-        counts[:, width] = ends
+        passes = np.bincount(nodes, minlength=total)
         # From the longest to the shortest: a node's strings are those that end there or below.
         for first, last in reversed(list(pairwise(levels[1:]))):
-            counts[parent[first:last], symbol[first:last]] = counts[first:last].sum(axis=1)
+            np.add.at(passes, parent[first:last], passes[first:last])
+        # With actions what comes first is no outcome of any.
+        width, first = len(strings.names), len(strings.names) if strings.actions else 0
+        goes = np.flatnonzero(symbol >= first)
+        group, column = np.divmod(symbol[goes] - first, width)
+        counts = np.zeros((total, max(1, len(strings.actions)), width + 1), dtype=np.int64)
+        counts[parent[goes], group, column] = passes[goes]
+        ends = strings.ends if strings.actions else (0,) * len(nodes)
+        over = [(node, end, width) for node, end in zip(nodes.tolist(), ends, strict=True) if end is not None]
+        np.add.at(counts, tuple(np.array(over, dtype=np.int64).reshape(-1, 3).T), 1)
         labels = np.full(total, UNLABELLED, dtype=np.int64)
         if strings.labelled:
             labels[nodes] = strings.labels
-        return cls(strings.alphabet, parent, symbol, np.array(levels), counts, labels, nodes)
+        return cls(strings.alphabet, parent, symbol, np.array(levels), counts.reshape(total, -1), passes, labels, nodes)

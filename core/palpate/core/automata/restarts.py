@@ -23,7 +23,10 @@ _AT_ONCE: Final = 2048
 
 @dataclass(frozen=True, slots=True)
 class _Level:
-    """Nodes of one length: places of their parents in the level before, last symbols, and where each symbol begins."""
+    """Nodes of one length: places of their parents in the level before, last letters, and cuts.
+
+    A cut is a matrix of recurrent weights, and the first node and the one after the last that it leads to.
+    """
 
     parents: Tensor
     symbols: Tensor
@@ -69,11 +72,12 @@ class Restarts:
             states.append(activate(drives))
         return torch.cat(states, 2)
 
-    def readings(self, hidden: Tensor) -> Tensor:
-        """Outputs before the last function: (R, h, n) to (R, k, n)."""
+    def readings(self, hidden: Tensor, outcomes: slice = slice(None)) -> Tensor:
+        """Outputs before the last function, all or some: (R, h, n) to (R, k, n)."""
         import torch
 
-        return torch.baddbmm(self.parameters["bias"].unsqueeze(2), self.parameters["output"], hidden)
+        bias, output = self.parameters["bias"][:, outcomes], self.parameters["output"][:, outcomes]
+        return torch.baddbmm(bias.unsqueeze(2), output, hidden)
 
     def clip(self, most: float) -> None:
         """Shorten each network's gradient to a length of at most ``most``, and drop one that is not finite."""
@@ -100,28 +104,31 @@ class Restarts:
         if self.architecture.order == 1:
             shared = torch.bmm(recurrent[:, 0], before)
             return shared.index_select(2, level.parents) + inputs.index_select(2, level.symbols)
+        # Where a block is one symbol its input is one column, which is added to all without being copied first.
+        whole = not self.architecture.actions
         parts = [
             torch.baddbmm(
-                inputs[:, :, symbol].unsqueeze(2), recurrent[:, symbol], before.index_select(2, level.parents[low:high])
+                inputs[:, :, matrix].unsqueeze(2) if whole else inputs.index_select(2, level.symbols[low:high]),
+                recurrent[:, matrix],
+                before.index_select(2, level.parents[low:high]),
             )
-            for symbol, low, high in level.cuts
+            for matrix, low, high in level.cuts
         ]
         return torch.cat(parts, 2)
 
 
-def levels_of(tree: PrefixTree) -> list[_Level]:
+def levels_of(tree: PrefixTree, architecture: Architecture) -> list[_Level]:
     """A prefix tree in the form that :meth:`Restarts.hidden_states` takes."""
     import torch
 
     found, before = [], 0
     for blocks in tree.blocks():
         first, last = blocks[0][1], blocks[-1][2]
+        symbols = tree.symbols[first:last]
+        matrices, begins = np.unique(architecture.matrix_of(symbols), return_index=True)
+        cuts = zip(matrices.tolist(), begins.tolist(), [*begins[1:].tolist(), last - first], strict=True)
         found.append(
-            _Level(
-                torch.from_numpy(tree.parents[first:last] - before),
-                torch.from_numpy(tree.symbols[first:last]),
-                tuple((symbol, low - first, high - first) for symbol, low, high in blocks),
-            )
+            _Level(torch.from_numpy(tree.parents[first:last] - before), torch.from_numpy(symbols), tuple(cuts))
         )
         before = first
     return found
@@ -132,21 +139,27 @@ class Task:
 
     Args:
         tree: The strings. Each node counts as often as strings pass it, or, for acceptance, end there.
-        reading: What is asked.
+        architecture: Shape of the networks, which says what is asked.
     """
 
-    def __init__(self, tree: PrefixTree, reading: Readout) -> None:
+    def __init__(self, tree: PrefixTree, architecture: Architecture) -> None:
         import torch
 
-        self.reading, self.levels = reading, levels_of(tree)
-        if reading is Readout.PREDICTION:
-            counts = torch.from_numpy(tree.counts.T / tree.counts.sum()).to(torch.float32)
-            self._counts = torch.split(counts, _AT_ONCE, 1)
+        self.reading, self.levels = architecture.reading, levels_of(tree, architecture)
+        self._parts: list[tuple[slice, Tensor, Tensor]] = []
+        if self.reading is Readout.PREDICTION:
+            width, weights = len(architecture.names) + 1, tree.counts / tree.counts.sum()
+            for first in range(0, architecture.outcomes, width):
+                outcomes = slice(first, first + width)
+                # After a prefix hardly any action was taken, so most of the outputs need not be computed.
+                for nodes in torch.split(torch.from_numpy(np.flatnonzero(weights[:, outcomes].any(axis=1))), _AT_ONCE):
+                    counts = torch.from_numpy(weights[nodes.numpy(), outcomes].T.copy()).to(torch.float32)
+                    self._parts.append((outcomes, nodes, counts))
             return
-        nodes = np.flatnonzero(tree.labels != UNLABELLED)
-        ends = tree.counts[nodes, -1]
-        self._nodes = torch.from_numpy(nodes)
-        self._labels = torch.from_numpy(tree.labels[nodes]).to(torch.float32)
+        ended = np.flatnonzero(tree.labels != UNLABELLED)
+        ends = tree.counts[ended, -1]
+        self._nodes = torch.from_numpy(ended)
+        self._labels = torch.from_numpy(tree.labels[ended]).to(torch.float32)
         self._weights = torch.from_numpy(ends / ends.sum()).to(torch.float32)
 
     def losses(self, restarts: Restarts, hidden: Tensor) -> tuple[Tensor, Tensor | None]:
@@ -158,8 +171,8 @@ class Task:
 
         if self.reading is Readout.PREDICTION:
             losses = torch.zeros(restarts.count)
-            for states, counts in zip(torch.split(hidden, _AT_ONCE, 2), self._counts, strict=True):
-                drives = restarts.readings(states)
+            for outcomes, nodes, counts in self._parts:
+                drives = restarts.readings(hidden.index_select(2, nodes), outcomes)
                 chosen = torch.tensordot(drives, counts, dims=([1, 2], [0, 1]))
                 losses = losses + torch.mv(drives.logsumexp(1), counts.sum(0)) - chosen
             return losses, None

@@ -10,6 +10,7 @@ from typing import Final
 
 import numpy as np
 
+from palpate.core.automata.letters import BETWEEN, END, letters_of, symbols_in
 from palpate.core.errors import ConfigurationError
 from palpate.core.files import read_text, write_whole
 
@@ -19,24 +20,31 @@ _LISTED = 12
 
 @dataclass(frozen=True, slots=True)
 class Strings:
-    """A set of strings over one alphabet, of one of two sorts.
+    """A set of strings over one alphabet, of one of three sorts.
 
     Without labels every string is a positive one, for example a walk that ended at the goal; repeated strings count
-    repeatedly. With labels each string is accepted or rejected.
+    repeatedly. With labels each string is accepted or rejected. With actions a string is a symbol and then pairs of an
+    action and the symbol it led to; such a walk may also be one that was cut off.
 
     Attributes:
-        alphabet: Names of the symbols, in order; two or more. Not every one need occur.
-        words: The strings, as numbers of symbols.
+        alphabet: Names of the symbols, in order; two or more. Not every one need occur. With actions, of the letters
+            (:mod:`palpate.core.automata.letters`).
+        words: The strings, as numbers of symbols or letters.
         labels: For each string, whether it is accepted; empty where all are positive.
+        actions: Names of the actions, if they are told.
+        ends: With actions, for each string the action that ended it; None if it was cut off. Else empty.
 
     Raises:
         ConfigurationError: No strings, a symbol outside the alphabet, fewer than two different symbols, a string that
-            is accepted and rejected, an empty positive string, or labels for other than all strings.
+            is accepted and rejected, an empty positive string, labels for other than all strings, a pair at the start
+            or a symbol without action after it, or ends that do not fit.
     """
 
     alphabet: tuple[str, ...]
     words: tuple[tuple[int, ...], ...]
     labels: tuple[bool, ...] = ()
+    actions: tuple[str, ...] = ()
+    ends: tuple[int | None, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.words:
@@ -55,6 +63,12 @@ class Strings:
                 "strings", self._shown(self.words[0]), "strings in which two different symbols occur, or more"
             )
         self._check_labels()
+        self._check_actions()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the symbols, without actions."""
+        return self.alphabet[: len(self.alphabet) // (len(self.actions) + 1)]
 
     @property
     def labelled(self) -> bool:
@@ -126,9 +140,56 @@ class Strings:
             accepted = f"another share, or more strings: one part would not be {error.accepted}"
             raise ConfigurationError("strings.held_out", share, accepted) from error
 
+    @classmethod
+    def of_walks(
+        cls,
+        symbols: Sequence[str],
+        actions: Sequence[str],
+        walks: Iterable[tuple[Sequence[int], Sequence[int]]],
+    ) -> Strings:
+        """Strings of pairs.
+
+        Args:
+            symbols: Names of the symbols.
+            actions: Names of the actions.
+            walks: Of each its symbols and its actions in turn, as numbers. With as many actions as symbols the last
+                action ended it, with one less it was cut off.
+
+        Raises:
+            ConfigurationError: An action is missing or unknown; and as for the class.
+        """
+        words, ends, count = [], [], len(symbols)
+        for place, (read, done) in enumerate(walks):
+            if not 0 <= len(read) - len(done) <= 1:
+                accepted = f"an action between each two of {len(read)} symbols, and one more if it ended there"
+                raise ConfigurationError(f"strings[{place}].actions", len(done), accepted)
+            if any(not 0 <= action < len(actions) for action in done) or any(not 0 <= s < count for s in read):
+                accepted = f"symbols below {count} and actions below {len(actions)}"
+                raise ConfigurationError(f"strings[{place}]", (*read, *done), accepted)
+            words.append((*read[:1], *((1 + a) * count + s for a, s in zip(done, read[1:], strict=False))))
+            ends.append(done[-1] if len(done) == len(read) and done else None)
+        return cls(letters_of(symbols, actions), tuple(words), actions=tuple(actions), ends=tuple(ends))
+
     def _part(self, places: list[int]) -> Strings:
         labels = tuple(self.labels[n] for n in places) if self.labels else ()
-        return Strings(self.alphabet, tuple(self.words[n] for n in places), labels)
+        ends = tuple(self.ends[n] for n in places) if self.ends else ()
+        return Strings(self.alphabet, tuple(self.words[n] for n in places), labels, self.actions, ends)
+
+    def _check_actions(self) -> None:
+        if not self.actions:
+            if self.ends:
+                raise ConfigurationError("strings.ends", self.ends, "none, for there are no actions")
+            return
+        count = symbols_in(self.alphabet, self.actions, "strings.alphabet")
+        if self.labels or len(self.ends) != len(self.words):
+            accepted = f"one for each of {len(self.words)} strings, an action or none; and no labels"
+            raise ConfigurationError("strings.ends", len(self.ends), accepted)
+        for place, (word, end) in enumerate(zip(self.words, self.ends, strict=True)):
+            if word[0] >= count or any(letter < count for letter in word[1:]):
+                accepted = "a symbol, and then pairs of an action and a symbol"
+                raise ConfigurationError(f"strings[{place}]", self._shown(word), accepted)
+            if end is not None and not 0 <= end < len(self.actions):
+                raise ConfigurationError(f"strings.ends[{place}]", end, f"an action below {len(self.actions)}, or none")
 
     def _check_labels(self) -> None:
         if not self.labels:
@@ -154,6 +215,7 @@ def _brief(names: Sequence[str]) -> str:
 
 _COMMENT: Final = "#"
 _ALPHABET: Final = "# alphabet:"
+_ACTIONS: Final = "# actions:"
 _BLANK: Final = "~"
 _LABELS: Final = {"1": True, "0": False}
 
@@ -163,7 +225,7 @@ def read_strings(path: str | os.PathLike[str], alphabet: tuple[str, ...] | None 
 
     Args:
         path: The file.
-        alphabet: Names of the symbols, in order; None takes those of the file.
+        alphabet: Names of the symbols, or letters, in order; None takes those of the file.
 
     Raises:
         ConfigurationError: No such file, a line that cannot be read, a symbol outside the alphabet, or no usable set of
@@ -175,10 +237,16 @@ def read_strings(path: str | os.PathLike[str], alphabet: tuple[str, ...] | None 
 def strings_of(text: str, alphabet: tuple[str, ...] | None = None) -> Strings:
     """Read strings from the text of a file; see :func:`read_strings`."""
     lines = {place: line.rstrip("\r") for place, line in enumerate(text.split("\n"), start=1)}
-    headers = [line for line in lines.values() if line.startswith(_ALPHABET)]
-    if alphabet is None and headers:
-        alphabet = tuple(_name(word) for word in headers[0].removeprefix(_ALPHABET).split())
+    told = {
+        header: tuple(map(_name, line.removeprefix(header).split()))
+        for line in reversed(lines.values())
+        for header in (_ALPHABET, _ACTIONS)
+        if line.startswith(header)
+    }
     content = {place: line for place, line in lines.items() if line.strip() and not line.startswith(_COMMENT)}
+    if _ACTIONS in told:
+        return _pairs_of(content, told.get(_ALPHABET, ()), told[_ACTIONS], alphabet)
+    alphabet = told.get(_ALPHABET) if alphabet is None else alphabet
     labelled = any("\t" in line for line in content.values())
     labels: list[bool] = []
     bodies: dict[int, str] = {}
@@ -204,6 +272,28 @@ def strings_of(text: str, alphabet: tuple[str, ...] | None = None) -> Strings:
     return Strings.of(words.values(), labels, alphabet=alphabet)
 
 
+def _pairs_of(
+    content: dict[int, str], symbols: tuple[str, ...], actions: tuple[str, ...], asked: tuple[str, ...] | None
+) -> Strings:
+    names = letters_of(symbols, actions)
+    if asked is not None and asked != names:
+        raise ConfigurationError("strings.alphabet", names, f"that of the other strings, {_brief(asked)}")
+    number = {name: place for place, name in enumerate(names)}
+    last = {f"{action}{BETWEEN}{END}": place for place, action in enumerate(actions)}
+    words, ends = [], []
+    for place, line in content.items():
+        word = list(map(_name, line.split()))
+        ends.append(last[word.pop()] if word[-1] in last else None)
+        for at, name in enumerate(word):
+            if (number.get(name, -1) < len(symbols)) is not (at == 0) or name not in number:
+                accepted = (
+                    f"a symbol first, then ACTION{BETWEEN}SYMBOL each time, over {_ALPHABET[2:]} and {_ACTIONS[2:]}"
+                )
+                raise ConfigurationError(f"strings.line[{place}]", name, accepted)
+        words.append(tuple(number[name] for name in word))
+    return Strings(names, tuple(words), actions=actions, ends=tuple(ends))
+
+
 def text_of(strings: Strings) -> str:
     """Write strings as the text of a file.
 
@@ -215,10 +305,14 @@ def text_of(strings: Strings) -> str:
         if _COMMENT in name or _BLANK in name or " ".join(name.split()) != name:
             raise ConfigurationError("strings.alphabet", name, "names without # and ~, and with single blanks only")
     names = [name.replace(" ", _BLANK) for name in strings.alphabet]
+    actions = [name.replace(" ", _BLANK) for name in strings.actions]
     between = " " if any(len(name) > 1 for name in names) else ""
-    lines = [f"{_ALPHABET} {' '.join(names)}"]
+    lines = [f"{_ALPHABET} {' '.join(names[: len(strings.names)])}"]
+    lines += [f"{_ACTIONS} {' '.join(actions)}"] if actions else []
     for place, word in enumerate(strings.words):
         body = between.join(names[symbol] for symbol in word)
+        if actions and (end := strings.ends[place]) is not None:
+            body += f" {actions[end]}{BETWEEN}{END}"
         lines.append(f"{int(strings.labels[place])}\t{body}" if strings.labels else body)
     return "\n".join(lines) + "\n"
 

@@ -6,7 +6,12 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Final, TypeAlias
 
+import numpy as np
+from typing_extensions import override
+
+from palpate.core.automata.letters import letters_of
 from palpate.core.automata.machine import Machine
+from palpate.core.automata.prefix_tree import Integers, PrefixTree
 from palpate.core.automata.strings import Strings
 from palpate.core.errors import CommandError, ConfigurationError, require_one_of
 from palpate.core.perception import integer, names, register_stage, vector
@@ -59,14 +64,14 @@ class AutomatonState:
         self.automaton = names(f"{_FIELD}.automaton", self.automaton)
         if LOST in self.automaton:
             raise ConfigurationError(f"{_FIELD}.automaton", LOST, "another name; this one means that none is known")
-        states, symbols = len(self.automaton), len(self.symbols)
+        states, letters = len(self.automaton), self._letters
         rows = self.transitions
         if not isinstance(rows, (list, tuple)) or len(rows) != states:
             raise ConfigurationError(f"{_FIELD}.transitions", rows, f"{states} rows, one a state")
         self.transitions = tuple(
-            _known(f"{_FIELD}.transitions[{n}]", row, symbols, states) for n, row in enumerate(rows)
+            _known(f"{_FIELD}.transitions[{n}]", row, letters, states) for n, row in enumerate(rows)
         )
-        self.anchors = _known(f"{_FIELD}.anchors", self.anchors, symbols, states)
+        self.anchors = _known(f"{_FIELD}.anchors", self.anchors, letters, states)
         self.start = integer(f"{_FIELD}.start", self.start, 0, states - 1)
         self.reset()
 
@@ -74,12 +79,12 @@ class AutomatonState:
     def of(
         cls,
         machine: Machine,
-        strings: Strings | None = None,
+        strings: Strings | PrefixTree | None = None,
         *,
         symbols: Iterable[str] | None = None,
         recovery: str = "likeliest",
     ) -> AutomatonState:
-        """Follow a machine.
+        """Follow a machine; one with inputs as an :class:`AutomatonWithActions`.
 
         Args:
             machine: Any machine; only its transitions matter.
@@ -96,23 +101,27 @@ class AutomatonState:
                 is no such recovery.
         """
         require_one_of(f"{_FIELD}.recovery", recovery, RECOVERIES)
-        given = machine.alphabet if symbols is None else tuple(symbols)
-        if sorted(given) != sorted(machine.alphabet):
+        given = machine.symbols if symbols is None else tuple(symbols)
+        if sorted(given) != sorted(machine.symbols):
             # One that the machine lacks would lead to ``lost`` wherever it comes.
-            accepted = f"all symbols of the machine and no others: {', '.join(machine.alphabet)}"
+            accepted = f"all symbols of the machine and no others: {', '.join(machine.symbols)}"
             raise ConfigurationError(f"{_FIELD}.symbols", given, accepted)
-        taken = _taken(machine, strings)
+        taken = _taken(machine, PrefixTree.of(strings) if isinstance(strings, Strings) else strings)
         place = {name: number for number, name in enumerate(machine.alphabet)}
+        order = [place[name] for name in letters_of(given, machine.actions)]
         rows = tuple(
-            tuple(row[place[name]] if taken[state][place[name]] else None for name in given)
+            tuple(row[letter] if taken[state, letter] else None for letter in order)
             for state, row in enumerate(machine.transitions)
         )
-        anchors: Known = (None,) * len(given)
+        anchors: Known = (None,) * len(order)
         if recovery == "restart":
-            anchors = rows[machine.start]
+            anchors = tuple(rows[machine.start][letter % len(given)] for letter in range(len(order)))
         elif recovery == "likeliest":
-            anchors = tuple(_likeliest(machine, taken, place[name]) for name in given)
-        return cls(given, machine.names, rows, anchors, machine.start)
+            entered = _entered(machine, taken)
+            anchors = tuple(_likeliest(entered, letter, len(given)) for letter in order)
+        if machine.actions:
+            return AutomatonWithActions(given, machine.names, rows, anchors, machine.start, machine.actions)
+        return AutomatonState(given, machine.names, rows, anchors, machine.start)
 
     @property
     def states(self) -> tuple[str, ...]:
@@ -127,9 +136,9 @@ class AutomatonState:
         """
         entered = [[0] * len(self.symbols) for _ in self.states]
         for row in self.transitions:
-            for symbol, target in enumerate(row):
+            for letter, target in enumerate(row):
                 if target is not None:
-                    entered[target][symbol] += 1
+                    entered[target][letter % len(self.symbols)] += 1
         return tuple(counts.index(max(counts)) if any(counts) else None for counts in entered)
 
     @property
@@ -146,8 +155,12 @@ class AutomatonState:
         """A trial begins: back to the start state."""
         self._now, self._last, self._lost_steps = self.start, _NONE, 0
 
-    def update(self, symbol: int) -> int:
+    def update(self, symbol: int, action: str | None = None) -> int:
         """State after one more symbol.
+
+        Args:
+            symbol: Number of the symbol.
+            action: Name of the action that led to it; it counts only with inputs.
 
         Raises:
             CommandError: No such symbol.
@@ -155,14 +168,33 @@ class AutomatonState:
         if not 0 <= symbol < len(self.symbols):
             raise CommandError(f"a symbol must be from 0 to {len(self.symbols) - 1}", symbol)
         source = self.anchors[self._last] if self._now == self.lost else self._now
-        target = None if source is None else self.transitions[source][symbol]
+        return self._enter(None if source is None else self.transitions[source][symbol], symbol)
+
+    def table(self) -> Integers:
+        """Next state by state and letter, where being lost is a state for each letter that led there.
+
+        Returns:
+            (states + letters, letters); those from :attr:`lost` on are being lost.
+        """
+        known, lost, anchors = self._arrays()
+        after = np.where(known >= 0, known, lost)
+        return np.concatenate((after, np.where(anchors[:, None] >= 0, after[anchors], lost)))
+
+    @property
+    def _letters(self) -> int:
+        return len(self.symbols)
+
+    def _enter(self, target: int | None, symbol: int) -> int:
         self._last = symbol
-        if target is None:
-            self._lost_steps += 1
-            self._now = self.lost
-        else:
-            self._now = target
+        self._lost_steps += target is None
+        self._now = self.lost if target is None else target
         return self._now
+
+    def _arrays(self) -> tuple[Integers, Integers, Integers]:
+        """Transitions and anchors with -1 for none, and between them where each letter is lost."""
+        known = np.array([[_NONE if to is None else to for to in row] for row in self.transitions])
+        anchors = np.array([_NONE if to is None else to for to in self.anchors])
+        return known, self.lost + np.arange(self._letters), anchors
 
     def get_state(self) -> list[float]:
         """State, last symbol (-1 for none) and number of lost steps, for :meth:`set_state`."""
@@ -185,40 +217,87 @@ class AutomatonState:
         self._now, self._last, self._lost_steps = now, last, lost_steps
 
 
-def _taken(machine: Machine, strings: Strings | None) -> list[list[int]]:
-    """How often each transition is taken, (states, symbols): by the strings, or else once where there is one."""
-    if strings is None:
-        return [[int(target is not None) for target in row] for row in machine.transitions]
-    if strings.alphabet != machine.alphabet:
-        raise ConfigurationError("strings.alphabet", strings.alphabet, f"that of the machine, {machine.alphabet}")
-    counts = [[0] * len(machine.alphabet) for _ in machine.transitions]
-    for word in strings.words:
-        state = machine.start
-        for symbol in word:
-            after = machine.transitions[state][symbol]
-            if after is None:
-                break
-            counts[state][symbol] += 1
-            state = after
-    return counts
+@dataclass
+class AutomatonWithActions(AutomatonState):
+    """Follows an automaton with inputs, by the last action and what it led to.
 
+    Of so many pairs many are rare. So where no transition is known it goes on at once as if it had been where such a
+    pair leads most often, or if there was none, such a symbol. That counts as a lost step too; it is in ``lost`` where
+    not even that is known.
 
-def _likeliest(machine: Machine, taken: list[list[int]], symbol: int) -> int | None:
-    """State that a symbol leads to most often, of several the first; None if it leads nowhere."""
-    entered = [0] * len(machine.transitions)
-    for row, counts in zip(machine.transitions, taken, strict=True):
-        target = row[symbol]
+    Attributes:
+        transitions: Next state by state and letter, (states, letters); see :mod:`palpate.core.automata.letters`.
+        anchors: For each letter the state that it leads to where no transition is known, (letters,).
+        actions: Names of the actions.
+    """
+
+    actions: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        self.actions = names(f"{_FIELD}.actions", self.actions)
+        self._action = {action: place for place, action in enumerate(self.actions)}
+        super().__post_init__()
+
+    @override
+    def update(self, symbol: int, action: str | None = None) -> int:
+        if not 0 <= symbol < len(self.symbols):
+            raise CommandError(f"a symbol must be from 0 to {len(self.symbols) - 1}", symbol)
+        letter = symbol + len(self.symbols) * (self._action.get(action, _NONE) + 1 if action is not None else 0)
+        target = None if self._now == self.lost else self.transitions[self._now][letter]
         if target is not None:
-            entered[target] += counts[symbol]
-    most = max(entered)
-    return entered.index(most) if most else None
+            return self._enter(target, symbol)
+        state = self._enter(self.anchors[letter], symbol)
+        self._lost_steps += state != self.lost
+        return state
+
+    @override
+    def table(self) -> Integers:
+        known, lost, anchors = self._arrays()
+        instead = np.where(anchors >= 0, anchors, lost)
+        return np.concatenate((np.where(known >= 0, known, instead), np.tile(instead, (self._letters, 1))))
+
+    @property
+    @override
+    def _letters(self) -> int:
+        return len(self.symbols) * (len(self.actions) + 1)
 
 
-def _known(where: str, value: object, symbols: int, states: int) -> Known:
+def _taken(machine: Machine, tree: PrefixTree | None) -> Integers:
+    """How often each transition is taken, (states, letters): by the strings, or else once where there is one."""
+    off = len(machine.transitions)
+    known = np.array([[off if target is None else target for target in row] for row in machine.transitions])
+    if tree is None:
+        return np.where(known < off, 1, 0)
+    if tree.alphabet != machine.alphabet:
+        raise ConfigurationError("strings.alphabet", tree.alphabet, f"that of the machine, {machine.alphabet}")
+    at = tree.states(np.concatenate((known, np.full((1, known.shape[1]), off))), machine.start)
+    counts = np.zeros((off + 1, known.shape[1]), dtype=np.int64)
+    np.add.at(counts, (at[tree.parents[1:]], tree.symbols[1:]), tree.passes[1:])
+    return np.where(known < off, counts[:off], 0)
+
+
+def _entered(machine: Machine, taken: Integers) -> Integers:
+    """How often each letter leads to each state, (letters, states)."""
+    entered = np.zeros(taken.T.shape, dtype=np.int64)
+    for row, counts in zip(machine.transitions, taken, strict=True):
+        for letter, target in enumerate(row):
+            if target is not None:
+                entered[letter, target] += counts[letter]
+    return entered
+
+
+def _likeliest(entered: Integers, letter: int, symbols: int) -> int | None:
+    """State that a letter, or else its symbol, leads to most often, of several the first; None if it leads nowhere."""
+    counts = entered[letter] if entered[letter].any() else entered[letter % symbols :: symbols].sum(axis=0)
+    return int(counts.argmax()) if counts.any() else None
+
+
+def _known(where: str, value: object, letters: int, states: int) -> Known:
     """A row of states, None where none is known."""
-    if not isinstance(value, (list, tuple)) or len(value) != symbols:
-        raise ConfigurationError(where, value, f"{symbols} states or none, one a symbol")
+    if not isinstance(value, (list, tuple)) or len(value) != letters:
+        raise ConfigurationError(where, value, f"{letters} states or none, one a symbol")
     return tuple(None if item is None else integer(where, item, 0, states - 1) for item in value)
 
 
 register_stage("automaton", AutomatonState)
+register_stage("automaton with actions", AutomatonWithActions)

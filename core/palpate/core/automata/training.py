@@ -1,7 +1,8 @@
 """Training of many restarts at once, by backpropagation through the prefix tree and Adam (paper, 3.4 and 5.3).
 
 A single small network often stops at a poor minimum; many cheap restarts, of which training itself picks the best,
-do more than a better optimiser would. Nothing but the training strings is used to pick.
+do more than a better optimiser would. For acceptance nothing but the training strings is used to pick. For prediction
+held-out strings say when a network was at its best, and that more training adds nothing.
 """
 
 from __future__ import annotations
@@ -9,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, ClassVar, TypeAlias
+from typing import TYPE_CHECKING, Annotated, ClassVar, Final, TypeAlias
 
 from palpate.core.automata.elman import Architecture, Network, Readout
 from palpate.core.automata.prefix_tree import PrefixTree
@@ -45,6 +46,9 @@ class TrainingSettings(Settings):
     """Longest gradient of a network."""
     enough: Annotated[int, Range(1, 100_000)] = 16
     """No more is trained once so many networks are right about every string. For acceptance only."""
+    flat_looks: Annotated[int, Range(0, 1_000_000)] = 4
+    """A batch ends once its lowest loss on held-out strings has not fallen by 0.001 nats a symbol over so many looks; 0
+    for never. For prediction only."""
     look_every: Annotated[int, Range(1, 1_000_000)] = 25
     """Steps from one look at the losses, and the progress, to the next."""
     seed: Annotated[int, Range(0, 2**32 - 1)] = 0
@@ -58,7 +62,8 @@ class Progress:
     Attributes:
         restart: Number of the first network of the batch.
         step: Steps of this batch so far.
-        best_loss: Lowest cross-entropy in the batch, in nats a symbol, or a string for acceptance.
+        best_loss: Lowest cross-entropy in the batch, in nats a symbol, of held-out strings if there are any; or in nats
+            a string for acceptance.
         consistent: Networks so far that are right about every training string, all batches together; 0 for prediction.
     """
 
@@ -69,6 +74,9 @@ class Progress:
     consistent: int
 
 
+_GAIN: Final = 0.001
+"""Nats a symbol."""
+
 OnProgress: TypeAlias = Callable[[Progress], None]
 
 
@@ -77,7 +85,7 @@ class TrainedNetwork:
     """A network, as it was when it was best, and how good that was on the training strings.
 
     Attributes:
-        loss: Cross-entropy in nats a symbol, or a string for acceptance.
+        loss: Cross-entropy in nats a symbol, of held-out strings if there are any; or a string for acceptance.
         consistent: Whether it is right about every training string; false for prediction.
     """
 
@@ -127,6 +135,7 @@ def train(
     architecture: Architecture,
     settings: TrainingSettings | None = None,
     progress: OnProgress | None = None,
+    held_out: PrefixTree | None = None,
 ) -> Training:
     """Train networks on strings.
 
@@ -135,6 +144,7 @@ def train(
         architecture: Shape of the networks.
         settings: How to train; None takes the defaults.
         progress: Called at each look.
+        held_out: For prediction, what says when a network is at its best; None takes the training strings.
 
     Raises:
         ConfigurationError: The network has another alphabet, or needs labels that are not there (or the reverse).
@@ -145,12 +155,14 @@ def train(
     if strings.labelled is not (architecture.reading is Readout.ACCEPTANCE):
         accepted = "acceptance" if strings.labelled else "prediction"
         raise ConfigurationError("network.reading", architecture.reading.value, f"{accepted} for such strings")
-    task = Task(PrefixTree.of(strings), architecture.reading)
+    task = Task(PrefixTree.of(strings), architecture)
+    judged = Task(held_out, architecture) if held_out is not None and not strings.labelled else None
     found: list[TrainedNetwork] = []
     curve: list[Progress] = []
     with _one_thread():
         while len(found) < settings.restarts and sum(network.consistent for network in found) < settings.enough:
-            batch = _Batch(architecture, settings, len(found), sum(network.consistent for network in found))
+            consistent = sum(network.consistent for network in found)
+            batch = _Batch(architecture, settings, len(found), consistent, judged)
             for point in batch.run(task):
                 curve.append(point)
                 if progress is not None:
@@ -163,11 +175,13 @@ def train(
 class _Batch:
     """Some restarts in training, and the best of each so far."""
 
-    def __init__(self, architecture: Architecture, settings: TrainingSettings, first: int, consistent: int) -> None:
+    def __init__(
+        self, architecture: Architecture, settings: TrainingSettings, first: int, consistent: int, judged: Task | None
+    ) -> None:
         import torch
 
         count = min(settings.batch, settings.restarts - first)
-        self._settings, self._first, self._before = settings, first, consistent
+        self._settings, self._first, self._before, self._judged = settings, first, consistent, judged
         self._restarts = Restarts(architecture, count, seed=settings.seed, scale=settings.scale, skip=first)
         self._best = {name: value.detach().clone() for name, value in self._restarts.parameters.items()}
         self._losses = torch.full((count,), torch.inf)
@@ -180,7 +194,9 @@ class _Batch:
         settings, restarts = self._settings, self._restarts
         optimiser = torch.optim.Adam(restarts.parameters.values(), lr=settings.learning_rate)
         generator = torch.Generator().manual_seed(settings.seed + self._first)
-        yield self._look(task, 0)
+        judged = task if self._judged is None else self._judged
+        looks = [self._look(judged, 0)]
+        yield looks[-1]
         for step in range(1, settings.steps + 1):
             optimiser.zero_grad()
             hidden = restarts.hidden_states(task.levels, noise=settings.noise, generator=generator)
@@ -190,10 +206,18 @@ class _Batch:
             restarts.clip(settings.clip)
             optimiser.step()
             if step % settings.look_every == 0 or step == settings.steps:
-                point = self._look(task, step)
-                yield point
-                if point.consistent >= settings.enough:
+                looks.append(self._look(judged, step))
+                yield looks[-1]
+                if looks[-1].consistent >= settings.enough or self._flat(looks):
                     return
+
+    def _flat(self, looks: list[Progress]) -> bool:
+        """Whether held-out strings say that training adds nothing any more."""
+        few = self._settings.flat_looks
+        if self._judged is None or not few or len(looks) <= few:
+            return False
+        before = min(look.best_loss for look in looks[:-few])
+        return min(look.best_loss for look in looks[-few:]) > before - _GAIN
 
     def networks(self) -> list[TrainedNetwork]:
         """Each at its best."""

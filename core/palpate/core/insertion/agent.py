@@ -118,7 +118,8 @@ class Agent:
         self._policy.end_trial(hindsight)
 
     def _observe(self, position_m: Vector3, force_N: Vector3, torque_Nm: Vector3) -> int:
-        self.percept = self._perception.observe((*position_m, *force_N, *torque_Nm))
+        done = None if self._pending is None else self._pending[1].action.name
+        self.percept = self._perception.observe((*position_m, *force_N, *torque_Nm), done)
         return self.percept[1]
 
     def _settle(self, next_state: int | None) -> None:

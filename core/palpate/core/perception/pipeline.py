@@ -50,8 +50,12 @@ class Perception:
         """A trial begins."""
         self.identifier.reset()
 
-    def observe(self, signal: tuple[float, ...]) -> tuple[int, int]:
+    def observe(self, signal: tuple[float, ...], action: str | None = None) -> tuple[int, int]:
         """Symbol and state after one more measurement vector, in the order of ``CHANNELS``, SI units.
+
+        Args:
+            signal: The vector.
+            action: Name of the action that led to it; None at the start.
 
         Raises:
             CommandError: Not nine numbers, or one that is looked at is not finite.
@@ -59,7 +63,7 @@ class Perception:
         if len(signal) != len(CHANNELS):
             raise CommandError(f"a measurement vector must have {len(CHANNELS)} channels", signal)
         symbol = self.symboliser.symbol(self.extractor.extract(signal))
-        return symbol, self.identifier.update(symbol)
+        return symbol, self.identifier.update(symbol, action)
 
     def get_state(self) -> list[float]:
         """The memory of the identifier, for :meth:`set_state`."""

@@ -38,8 +38,12 @@ class StateIdentifier(Protocol):
         """A trial begins: clear the memory."""
 
     @abstractmethod
-    def update(self, symbol: int) -> int:
+    def update(self, symbol: int, action: str | None = None) -> int:
         """State after one more symbol.
+
+        Args:
+            symbol: Its number.
+            action: Name of the action that led to it; None at the start, and where it is not told.
 
         Raises:
             CommandError: No such symbol.
@@ -87,8 +91,8 @@ class IdentityState:
     def reset(self) -> None:
         """There is no memory."""
 
-    def update(self, symbol: int) -> int:
-        """The symbol itself."""
+    def update(self, symbol: int, action: str | None = None) -> int:
+        """The symbol itself, whatever was done."""
         if not 0 <= symbol < len(self.symbols):
             raise CommandError(f"a symbol must be from 0 to {len(self.symbols) - 1}", symbol)
         return symbol
@@ -149,8 +153,8 @@ class LastSymbols:
         """Clear the symbols."""
         self._recent.clear()
 
-    def update(self, symbol: int) -> int:
-        """State after one more symbol.
+    def update(self, symbol: int, action: str | None = None) -> int:
+        """State after one more symbol, whatever was done.
 
         Raises:
             CommandError: No such symbol.

@@ -20,7 +20,7 @@ from scipy.sparse.linalg import MatrixRankWarning, spsolve
 from palpate.core.automata import AutomatonState
 from palpate.core.errors import ConfigurationError, require_whole
 from palpate.core.perception import IdentityState, StateIdentifier
-from palpate.core.policy import Policy, boltzmann_probabilities
+from palpate.core.policy import COMPASS_NAMES, Policy, boltzmann_probabilities
 from palpate.simulation.grid.maps import COMPASS, GridMap
 from palpate.simulation.grid.trial import STEP_LIMIT, UNDISTURBED, Disturbance, run_trial
 
@@ -165,8 +165,8 @@ def _chain(grid: GridMap, identifier: StateIdentifier, policy: Sequence[Sequence
     numbers: dict[_Node, int] = {}
     nodes: list[_Node] = []
 
-    def number(cell: int) -> int:
-        state = identifier.update(grid.readings[cell])
+    def number(cell: int, action: str | None = None) -> int:
+        state = identifier.update(grid.readings[cell], action)
         memory = tuple(identifier.get_state())
         # An automaton counts how often it was lost; that is for people and changes nothing.
         place = (cell, state, memory[:2] if isinstance(identifier, AutomatonState) else memory)
@@ -185,7 +185,7 @@ def _chain(grid: GridMap, identifier: StateIdentifier, policy: Sequence[Sequence
     rows, columns, shares, to_goal = [], [], [], []
     for source, (cell, state, memory) in enumerate(nodes):  # grows on the way
         to_goal.append(0.0)
-        for target, share in zip(grid.moves[cell], policy[state], strict=True):
+        for target, share, action in zip(grid.moves[cell], policy[state], COMPASS_NAMES, strict=True):
             if share == 0.0:
                 continue
             if target is None:
@@ -193,7 +193,7 @@ def _chain(grid: GridMap, identifier: StateIdentifier, policy: Sequence[Sequence
                 continue
             identifier.set_state(memory)
             rows.append(source)
-            columns.append(number(target))
+            columns.append(number(target, action))
             shares.append(share)
     chain = csc_array((shares, (rows, columns)), shape=(len(nodes), len(nodes)))
     return chain, np.array(starts), np.array(to_goal)

@@ -6,6 +6,7 @@ state, what the last action came to, the next action, in this order.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Annotated, ClassVar, Final
 
@@ -13,7 +14,15 @@ from palpate.core.automata import Strings
 from palpate.core.errors import CommandError, ConfigurationError, require_whole
 from palpate.core.insertion import Purpose, generator
 from palpate.core.perception import IdentityState, StateIdentifier
-from palpate.core.policy import ActionPenalty, Hindsight, Observation, Policy, RandomWalkPolicy, Transition
+from palpate.core.policy import (
+    COMPASS_NAMES,
+    ActionPenalty,
+    Hindsight,
+    Observation,
+    Policy,
+    RandomWalkPolicy,
+    Transition,
+)
 from palpate.core.ports import Range, Settings, Vector3
 from palpate.simulation.grid.maps import GridMap, grid_actions
 
@@ -134,7 +143,7 @@ class Walker:
         if self.cell is None:
             return None
         self._symbols.append(self._read(self.cell))
-        self.state = self._identifier.update(self._symbols[-1])
+        self.state = self._identifier.update(self._symbols[-1], COMPASS_NAMES[action])
         return self.state
 
     def _read(self, cell: int) -> int:
@@ -189,18 +198,21 @@ def run_trial(
     return walker.walk
 
 
-def walk_strings(grid: GridMap, count: int, seed: int, longest: int = STEP_LIMIT) -> Strings:
+def walk_strings(
+    grid: GridMap, count: int, seed: int, longest: int = STEP_LIMIT, *, with_actions: bool = False
+) -> Strings:
     """Readings of random walks that ended at the goal, the start's first; the goal itself has none.
 
     The walks are trials 0, 1, 2, ... of :func:`run_trial` under a random policy; those
     that have not reached the goal after ``longest`` steps are left out, and the next trial takes their place. Files of
-    such strings are those of :mod:`palpate.core.automata.strings`.
+    such strings are those of :mod:`palpate.core.automata.strings`. With actions those are cut off there and kept.
 
     Args:
         grid: The map.
         count: How many strings, from 1.
         seed: Gives the walks, which have nothing in common with learning runs of the same seed.
         longest: Most symbols of a string, which is the most steps of a walk.
+        with_actions: Strings of pairs, of an action and the reading it led to.
 
     Raises:
         ConfigurationError: A number is out of its range, or the walks show a single symbol only.
@@ -209,11 +221,18 @@ def walk_strings(grid: GridMap, count: int, seed: int, longest: int = STEP_LIMIT
     require_whole("longest", longest, 1, 10_000_000)
     identifier, policy = IdentityState(grid.symbols), RandomWalkPolicy(grid_actions())
     own_seed = int(generator(seed, Purpose.WALKS).integers(2**63))
-    words: list[tuple[int, ...]] = []
+    walks: list[Walk] = []
     trial = 0
-    while len(words) < count:
+    while len(walks) < count:
         walk = run_trial(grid, identifier, policy, own_seed, trial, step_limit=longest)
         trial += 1
-        if walk.reached:
-            words.append(walk.symbols)
-    return Strings(grid.symbols, tuple(words))
+        if walk.reached or with_actions:
+            walks.append(walk)
+    if with_actions:
+        return strings_of_walks(grid, walks)
+    return Strings(grid.symbols, tuple(walk.symbols for walk in walks))
+
+
+def strings_of_walks(grid: GridMap, walks: Iterable[Walk]) -> Strings:
+    """Trials as strings of pairs; those that did not reach the goal are cut off."""
+    return Strings.of_walks(grid.symbols, COMPASS_NAMES, [(walk.symbols, walk.actions) for walk in walks])

@@ -72,13 +72,14 @@ def test_walks_give_a_machine_that_says_what_may_come_next(walks) -> None:
 
 def test_the_report_has_all_q_and_a_picture(walks) -> None:
     assert [extract.intervals for extract in walks.extracts] == list(range(2, 21))
-    assert walks.chosen in walks.extracts
     assert walks.chosen.cost == min(extract.cost for extract in walks.extracts)
     assert walks.hidden.shape == (len(walks.cells), 2)
     assert set(walks.cells) <= set(range(walks.chosen.raw_states))
-    assert 0.0 <= walks.chosen.agreement <= 1.0
-    assert "of the prefixes of held-out strings (72 strings)" in walks.summary
-    assert "nats a symbol" in walks.summary
+    beside = ", ".join(f"last {count} {walks.beside[f'last {count}']:.4f}" for count in (1, 2, 3))
+    assert f"on 72 held-out strings: {walks.chosen.loss:.4f} nats a symbol; {beside}" in walks.summary
+    # No orphan states, and each says what it stands for.
+    assert walks.machine.reachable() == tuple(range(walks.chosen.states))
+    assert all(" > " in name for name in walks.machine.names)
 
 
 def test_equal_seeds_give_equal_machines() -> None:

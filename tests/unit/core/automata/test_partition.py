@@ -6,9 +6,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from palpate.core.automata import Kind, Machine, minimised
+from palpate.core.automata import Kind, Machine, Strings
 from palpate.core.automata.elman import END, RANGES, Architecture, Network, Readout
 from palpate.core.automata.partition import Partition, bounded_partition, partition
+from palpate.core.automata.prefix_tree import PrefixTree
 from palpate.core.errors import ConfigurationError
 from tests.unit.core.automata.networks import drift, last_symbol, parity
 
@@ -116,30 +117,32 @@ def entered_by(machine: Machine) -> list[set[int]]:
     return found
 
 
-def forgetful() -> Partition:
+def forgetful(by_symbol: bool) -> Partition:
     """Three cells for the last symbol, which all say the same."""
     network = last_symbol()
     shape = network.architecture
     dumb = Network(shape, network.recurrent, network.inputs, network.start, 0.0 * network.output, 0.0 * network.bias)
-    return partition(dumb, 2)
+    return partition(dumb, 2, by_symbol=by_symbol)
 
 
 def test_states_of_different_last_symbols_stay_apart() -> None:
-    assert len(forgetful().minimal(merge_symbols=True).transitions) == 1
-    apart = forgetful().minimal()
-    assert len(apart.transitions) == 3
+    assert len(forgetful(by_symbol=False).minimal().transitions) == 1
+    assert len(forgetful(by_symbol=True).minimal().transitions) == 3
 
 
 @given(shapes, st.integers(0, 10**6), st.integers(2, 9))
 def test_one_symbol_at_most_leads_into_each_state_also_where_several_lead_into_its_cell(shape, seed, intervals) -> None:
-    machine = partition(drawn(shape, seed), intervals).minimal()
-    assert machine.kind is Kind.DFA or all(len(symbols) <= 1 for symbols in entered_by(machine))
+    machine = partition(drawn(shape, seed), intervals, by_symbol=True).minimal()
+    assert all(len(symbols) <= 1 for symbols in entered_by(machine))
 
 
 @given(shapes, st.integers(0, 10**6), st.integers(2, 9))
-def test_minimisation_changes_nothing_that_is_said(shape, seed, intervals) -> None:
-    found = partition(drawn(shape, seed), intervals)
-    assert minimised(found.minimal()) == found.minimal(merge_symbols=True) == minimised(found.machine())
+def test_with_strings_every_state_is_one_that_a_string_comes_to(shape, seed, intervals) -> None:
+    tree = PrefixTree.of(Strings.of(["ab", "bba", "abb"], alphabet=shape.alphabet))
+    found = bounded_partition(drawn(shape, seed), intervals, 100, tree=tree)
+    assert found is not None
+    assert set(tree.states(found.transitions).tolist()) == set(range(len(found.vectors)))
+    assert sorted(found.machine().reachable()) == list(range(len(found.vectors)))
 
 
 def test_the_threshold_decides_what_is_possible() -> None:

@@ -41,8 +41,8 @@ def loss_string_by_string(network: Network, strings: Strings) -> tuple[float, bo
 def test_a_batch_does_what_its_networks_do_one_by_one(shape) -> None:
     strings = LABELLED if shape.reading is Readout.ACCEPTANCE else POSITIVE
     tree = PrefixTree.of(strings)
-    task, restarts = Task(tree, shape.reading), Restarts(shape, 5, seed=3)
-    hidden = restarts.hidden_states(levels_of(tree))
+    task, restarts = Task(tree, shape), Restarts(shape, 5, seed=3)
+    hidden = restarts.hidden_states(levels_of(tree, shape))
     losses, right = task.losses(restarts, hidden)
     for place in range(5):
         network = restarts.network(place)
@@ -55,7 +55,7 @@ def test_a_batch_does_what_its_networks_do_one_by_one(shape) -> None:
 @shapes
 def test_gradients_are_those_of_each_network_alone(shape) -> None:
     strings = LABELLED if shape.reading is Readout.ACCEPTANCE else POSITIVE
-    task, restarts = Task(PrefixTree.of(strings), shape.reading), Restarts(shape, 3, seed=8)
+    task, restarts = Task(PrefixTree.of(strings), shape), Restarts(shape, 3, seed=8)
     losses, _ = task.losses(restarts, restarts.hidden_states(task.levels))
     losses.sum().backward()
     small = 1e-5
@@ -99,7 +99,7 @@ def test_gradients_are_clipped_network_by_network() -> None:
 def test_noise_comes_from_its_generator() -> None:
     import torch
 
-    levels, restarts = levels_of(PrefixTree.of(POSITIVE)), Restarts(SHAPES[0], 2, seed=0)
+    levels, restarts = levels_of(PrefixTree.of(POSITIVE), SHAPES[0]), Restarts(SHAPES[0], 2, seed=0)
     drawn = [
         restarts.hidden_states(levels, noise=0.5, generator=torch.Generator().manual_seed(seed)) for seed in (1, 1, 2)
     ]

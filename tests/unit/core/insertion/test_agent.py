@@ -29,7 +29,7 @@ class Counter:
     def reset(self) -> None:
         self.seen.clear()
 
-    def update(self, symbol: int) -> int:
+    def update(self, symbol: int, action: str | None = None) -> int:
         self.seen.append(symbol)
         return len(self.seen)
 

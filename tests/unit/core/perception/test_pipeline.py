@@ -20,7 +20,7 @@ class TwoInARow:
     def reset(self) -> None:
         self._last = -1.0
 
-    def update(self, symbol: int) -> int:
+    def update(self, symbol: int, action: str | None = None) -> int:
         again, self._last = symbol == self._last, symbol
         return int(again)
 
