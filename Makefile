@@ -6,6 +6,9 @@ STAMP := $(VENV)/.installed
 RUN ?= runs/paper
 BENCH ?= runs/bench.json
 
+# PyPI's torch for Linux brings gigabytes of CUDA, which nothing here uses.
+TORCH_CPU ?= https://download.pytorch.org/whl/cpu
+
 .PHONY: help setup train test lint golden browser browser-check foxglove-check bench bench-full clean
 
 help:
@@ -24,6 +27,9 @@ setup: $(STAMP)
 $(STAMP): pyproject.toml constraints.txt
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "palpate needs Python 3.11 or newer, this is " + sys.version.split()[0])'
 	$(PYTHON) -m venv $(VENV)
+	@[ "$$(uname -s)" != Linux ] || $(BIN)/pip install --quiet --disable-pip-version-check --retries 0 --timeout 10 \
+		--no-deps --index-url $(TORCH_CPU) "$$(grep '^torch==' constraints.txt)" 2>/dev/null \
+		|| echo "torch: no build for CPUs alone at $(TORCH_CPU); the index's own is taken"
 	$(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
 	@touch $@
 

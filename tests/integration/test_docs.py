@@ -92,7 +92,8 @@ def test_the_tutorial(palpate: CommandLine, tmp_path: Path) -> None:
         assert (tmp_path / "runs" / name).is_file()
 
 
-def test_policies_of_ones_own(palpate: CommandLine, tmp_path: Path) -> None:
+def test_policies_of_ones_own(palpate: CommandLine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(DOCS.parent / "examples" / "strange_policies"))
     for language, lines in blocks(DOCS / "how-to" / "your-own-policy.md"):
         if language == "toml":
             (tmp_path / lines[0].removeprefix("# ")).write_text("\n".join(lines))

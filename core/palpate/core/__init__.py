@@ -3,4 +3,13 @@
 It does no I/O and reads no clock; :mod:`palpate.core.control_loop` runs it over the four ports of
 :mod:`palpate.core.ports.devices`. Modules are imported by name
 (``from palpate.core.insertion.task import InsertionTask``), so that a program pays only for what it uses.
+``__version__`` is the installed distribution's.
 """
+
+
+def __getattr__(name: str) -> str:
+    if name != "__version__":
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from importlib.metadata import version
+
+    return version("palpate")

@@ -14,13 +14,13 @@ from palpate.core.errors import ConfigurationError, LogError, UsageError, requir
 
 def info(options: InfoOptions) -> int:
     """Print what logs hold; 0, or 2 if one of several cannot be used."""
-    _require_files(options.files, "info")
+    files = _logs(options.files, "info")
     import dataclasses
 
     from palpate.adapters.log import describe, finite, info_of, read_log, table
 
     infos = []
-    for name in options.files:
+    for name in files:
         try:
             infos.append(info_of(read_log(name)))
         except LogError as error:
@@ -29,11 +29,11 @@ def info(options: InfoOptions) -> int:
     if options.json:
         shown = finite([dataclasses.asdict(info) for info in infos])
         sys.stdout.write(json.dumps(shown, indent=2, ensure_ascii=False, allow_nan=False) + "\n")
-    elif len(options.files) == 1:
+    elif len(files) == 1:
         sys.stdout.write("".join(describe(info) for info in infos))
     elif infos:
         sys.stdout.write(table(infos))
-    return 0 if len(infos) == len(options.files) else 2
+    return 0 if len(infos) == len(files) else 2
 
 
 def plot(options: PlotOptions) -> int:
@@ -55,13 +55,12 @@ def plot(options: PlotOptions) -> int:
 
 def export(options: ExportOptions) -> int:
     """Write trials in another format."""
-    _require_files(options.files, "export")
+    paths = _logs(options.files, "export")
     require_one_of("to", options.to, ("csv", "lerobot"))
     if not options.out:
         raise ConfigurationError("out", options.out, "a folder for the result")
     if options.fps is not None and options.to == "csv":
         raise ConfigurationError("fps", options.fps, "nothing with --to csv, which keeps every tick as it was")
-    paths = [Path(name) for name in options.files]
     _require_different(paths)
     out = Path(options.out)
     if options.to == "csv":
@@ -100,9 +99,12 @@ def recover(options: RecoverOptions) -> int:
     return 0
 
 
-def _require_files(files: Sequence[str], command: str) -> None:
-    if not files:
-        raise UsageError(f"palpate log {command} needs a log; name one or more .mcap files")
+def _logs(names: Sequence[str], command: str) -> list[Path]:
+    """The logs that are named, those in and below a folder among them."""
+    if not names:
+        raise UsageError(f"palpate log {command} needs a log; name one or more .mcap files, or folders of them")
+    # A folder without any is refused as any other name that leads to no log.
+    return [path for name in names for path in sorted(Path(name).rglob("*.mcap")) or [Path(name)]]
 
 
 def _require_different(paths: Sequence[Path]) -> None:

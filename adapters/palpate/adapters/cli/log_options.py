@@ -17,7 +17,7 @@ class InfoOptions(Settings):
     """Tell what logs hold: what of, how fast, how whole, and what came of it."""
 
     files: Files = ()
-    """The logs; a page for one, a table for several."""
+    """Logs, or folders with logs in or below them; a page for one, a table for several."""
     json: bool = False
     """Everything about every log, as a JSON list."""
 
@@ -37,7 +37,7 @@ class ExportOptions(Settings):
     """Write logs in another format: csv keeps every bit, lerobot resamples to frames of a fixed rate."""
 
     files: Files = ()
-    """The logs."""
+    """Logs, or folders with logs in or below them."""
     to: str = ""
     """csv, or lerobot (LeRobotDataset v3.0, one episode a log)."""
     out: str = ""

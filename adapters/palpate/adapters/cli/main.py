@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
+from typing import Final
 
 from palpate.adapters.cli.commands import GROUPS, commands_of, help_of, loaded, options_of
 from palpate.core.errors import ConfigurationError, LogError, OutputError, PalpateError, UsageError
+
+_LEFT_OUT: Final = ("torch",)
+"""Packages that requirements/robot.txt leaves out, and that are imported where they are needed."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -27,6 +31,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _fail(error, 2)
     except PalpateError as error:
         return _fail(error, 1)
+    except ModuleNotFoundError as error:
+        if error.name not in _LEFT_OUT:
+            raise
+        text = f"this needs {error.name}, which a slim install leaves out: pip install {error.name}"
+        return _fail(UsageError(text), 2)
     except KeyboardInterrupt:
         sys.stderr.write("\npalpate: stopped at once; finished trials are kept\n")
         return 130
@@ -50,7 +59,11 @@ def _run(name: str, words: Sequence[str]) -> int:
         name, words = words[0], words[1:]
     known = commands_of(group)
     if name not in known:
-        raise UsageError(f"{name} is no command of {f'palpate {group}'.rstrip()}; there are {', '.join(known)}")
+        import difflib
+
+        near = difflib.get_close_matches(name, known, n=1)
+        hint = f"did you mean {near[0]}? " if near else ""
+        raise UsageError(f"{name} is no command of {f'palpate {group}'.rstrip()}; {hint}there are {', '.join(known)}")
     command = known[name]
     options: object = words
     if command.options:

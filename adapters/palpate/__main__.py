@@ -1,0 +1,8 @@
+"""``python -m palpate``: the command line, where no script was installed."""
+
+import sys
+
+from palpate.adapters.cli.main import main
+
+if __name__ == "__main__":
+    sys.exit(main())
