@@ -72,7 +72,7 @@ def study(options: StudyOptions) -> int:
         if finished:
             say(f"{len(finished)} of them are finished already")
         jobs = _jobs(asked, folder, [cell for cell in cells if cell.name not in finished], files)
-        progress = _Progress(len(cells), len(finished))
+        progress = CellProgress(len(cells), len(finished))
         try:
             with on_signals(signal.default_int_handler):
                 progress.follow(engine, jobs)
@@ -118,7 +118,7 @@ def _jobs(asked: Study, folder: StudyFolder, cells: Sequence[StudyCell], files: 
     return (CellJob(path, cell, asked.base, asked.trials, files, here) for cell in cells)
 
 
-class _Progress:
+class CellProgress:
     """The cells that are made, under a progress bar with the time left; what goes wrong stands above it."""
 
     def __init__(self, total: int, finished: int) -> None:
@@ -149,7 +149,7 @@ class _Progress:
             bar.update()
 
 
-def _end(options: StudyOptions, folder: StudyFolder, progress: _Progress, whole: int, total: int) -> int:
+def _end(options: StudyOptions, folder: StudyFolder, progress: CellProgress, whole: int, total: int) -> int:
     say(f"{whole} of {total} cells are finished; table in {folder.path / 'summary.csv'}")
     if progress.failed:
         say(f"{len(progress.failed)} cells failed")

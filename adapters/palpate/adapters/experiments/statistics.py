@@ -41,6 +41,14 @@ def wilson_interval(successes: int, trials: int) -> tuple[float, float]:
     return float(found.low), float(found.high)
 
 
+def exact_interval(successes: int, trials: int, confidence: float) -> tuple[float, float]:
+    """The two-sided interval of Clopper and Pearson, which covers the true share with at least this confidence."""
+    from scipy.stats import binomtest
+
+    found = binomtest(successes, trials).proportion_ci(confidence, method="exact")
+    return float(found.low), float(found.high)
+
+
 def quantile_interval(values: Sequence[float], quantile: float) -> tuple[float, float] | None:
     """The interval of a quantile that ends at two of the values, chosen by exact binomial chances.
 
