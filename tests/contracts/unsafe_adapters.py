@@ -41,6 +41,10 @@ def slow(self: Any) -> None:
     self.clock.sleep_until(self.clock.now_ns() + 2 * TICK_NS)
 
 
+def sleepy(self: Any) -> None:
+    self.clock.sleep_until(self.clock.now_ns() + 10**10)
+
+
 def ask(self: Any) -> None:
     self._require_connection()
 
@@ -135,6 +139,7 @@ def frozen(self: Any, now_ns: int, sequence: int) -> Any:
 FIRST_FLIPPED = altered(FakeJointEncoder, position_rad=lambda s: (-s.position_rad[0], *s.position_rad[1:]))
 ABOUT_HOME = altered(FakeJointEncoder, position_rad=lambda s: (*s.position_rad[:2], 2 * HOME[2] - s.position_rad[2]))
 SWAPPED = altered(FakeJointEncoder, position_rad=lambda s: (s.position_rad[1], s.position_rad[0], s.position_rad[2]))
+MIRRORED = altered(FakeForceSensor, force_N=lambda s: (-s.force_N[0], *s.force_N[1:]))
 SMALL = altered(FakeJointEncoder, position_rad=lambda s: tuple(q / 57.2958 for q in s.position_rad))
 
 # Arms that do not come to rest
@@ -323,90 +328,64 @@ class AddsUpWithinATick(FakeArm):
 
 
 FORCE, ENCODER, ARM = fake.TestFakeForceSensor, fake.TestFakeJointEncoder, fake.TestFakeArm
+SENSOR, PLAIN = FakeForceSensor, FakeArm
 BY_ITSELF: dict[str, Any] = {"runs_by_itself": True}
 UNKNOWN: dict[str, Any] = {"expected_rad": None}
-CUT_STOP, DROPPED = "test_stop_works_once_the_cable_is_cut", "test_command_under_way_is_dropped"
-HELD, RESUME = "test_stop_holds_the_pose_of_now", "test_motion_ends_and_does_not_resume"
-BLOCK, FOLLOW, LIMITS = (
-    "test_calls_do_not_block",
-    "test_encoders_follow_each_joint",
-    "test_position_limit_is_applied_and_told",
-)
-REFUSED, TORQUE = "test_refused_command_moves_nothing", "test_torque_is_reported_in_newton_metres_on_its_axis"
-CABLE_CLOSE, AJAR = "test_close_works_once_the_cable_is_cut", "test_failed_configure_leaves_nothing_open"
+BLOCK, RELEASE, AJAR = "calls_do_not_block", "close_releases", "failed_configure_leaves_nothing_open"
+TORQUE, FOLLOW = "torque_is_reported_in_newton_metres_on_its_axis", "encoders_follow_each_joint"
+STILL, DROPPED, HELD = "after_stop_the_arm_holds_still", "command_under_way_is_dropped", "stop_holds_the_pose_of_now"
+REST, REFUSED, COUNTS = "motion_ends_and_does_not_resume", "refused_command_moves_nothing", "each_command_counts"
+BOUNDS, SPEED = "position_limit_is_applied_and_told", "velocity_limit_is_applied_and_told"
 
-UNSAFE: list[tuple[Any, Any, dict[str, Any], str]] = [
-    (
-        FORCE,
-        unsafe(FakeForceSensor, "ClosePartsPolitely", _on_close=first(ask, "_on_close", FakeForceSensor)),
-        {},
-        CABLE_CLOSE,
-    ),
-    (
-        FORCE,
-        unsafe(FakeForceSensor, "OpensThenChecks", _on_configure=first(opened, "_on_configure", FakeForceSensor)),
-        {},
-        AJAR,
-    ),
-    (FORCE, unsafe(FakeForceSensor, "ConfiguresNothing", _on_configure=configure_blindly), {}, AJAR),
-    (FORCE, OpensTwice, {}, "test_close_releases"),
-    (
-        FORCE,
-        unsafe(FakeForceSensor, "OpensOnceMore", configure=first(opened, "configure", FakeForceSensor)),
-        {},
-        "test_close_releases",
-    ),
-    (FORCE, LeavesThread, {}, "test_close_leaves_no_thread"),
-    (FORCE, unsafe(FakeForceSensor, "SlowReading", read=first(slow, "read", FakeForceSensor)), {}, BLOCK),
-    (
-        FORCE,
-        unsafe(FakeForceSensor, "SlowByTheWall", read=first(lambda _: sleep(0.01), "read", FakeForceSensor)),
-        {},
-        BLOCK,
-    ),
+LISTED: list[tuple[Any, Any, dict[str, Any], str]] = [
+    (FORCE, unsafe(SENSOR, "Bye", _on_close=first(ask, "_on_close", SENSOR)), {}, "close_works_once_the_cable_is_cut"),
+    (FORCE, unsafe(SENSOR, "OpensThenChecks", _on_configure=first(opened, "_on_configure", SENSOR)), {}, AJAR),
+    (FORCE, unsafe(SENSOR, "ConfiguresNothing", _on_configure=configure_blindly), {}, AJAR),
+    (FORCE, OpensTwice, {}, RELEASE),
+    (FORCE, unsafe(SENSOR, "OpensOnceMore", configure=first(opened, "configure", SENSOR)), {}, RELEASE),
+    (FORCE, LeavesThread, {}, "close_leaves_no_thread"),
+    (FORCE, unsafe(SENSOR, "SlowReading", read=first(slow, "read", SENSOR)), {}, BLOCK),
+    (FORCE, unsafe(SENSOR, "SlowByTheWall", read=first(lambda _: sleep(0.01), "read", SENSOR)), {}, BLOCK),
     (FORCE, AwaitsNews, {}, BLOCK),
-    (ARM, unsafe(FakeArm, "SlowSending", send=first(slow, "send")), {}, BLOCK),
-    (FORCE, AwaitsTheSilent, {}, "test_silence_is_not_passed_off_as_news"),
-    (FORCE, NowAndThen, {}, "test_wrench_is_six_floats"),
-    (FORCE, EverySecondIsOld, {}, "test_load_is_reported_in_newtons_on_its_axis"),
-    (FORCE, KeepsItOverAPause, {}, "test_sample_after_a_pause_is_new"),
-    (FORCE, CountsReadings, BY_ITSELF, "test_reading_twice_gives_the_same_sample"),
-    (FORCE, altered(FakeForceSensor, frame=lambda _: "base"), {}, "test_frame_is_named"),
-    (
-        FORCE,
-        altered(FakeForceSensor, force_N=lambda s: (-s.force_N[0], *s.force_N[1:])),
-        {},
-        "test_pressing_on_the_tip_gives_negative_fz",
-    ),
-    (FORCE, altered(FakeForceSensor, torque_Nm=lambda s: tuple(1e3 * t for t in s.torque_Nm)), {}, TORQUE),
-    (FORCE, altered(FakeForceSensor, torque_Nm=lambda s: (s.torque_Nm[1], s.torque_Nm[0], s.torque_Nm[2])), {}, TORQUE),
+    (ARM, unsafe(PLAIN, "SlowSending", send=first(slow, "send")), {}, BLOCK),
+    (FORCE, AwaitsTheSilent, {}, "silence_is_not_passed_off_as_news"),
+    (FORCE, NowAndThen, {}, "wrench_is_six_floats"),
+    (FORCE, EverySecondIsOld, {}, "load_is_reported_in_newtons_on_its_axis"),
+    (FORCE, KeepsItOverAPause, {}, "sample_after_a_pause_is_new"),
+    (FORCE, CountsReadings, BY_ITSELF, "reading_twice_gives_the_same_sample"),
+    (FORCE, altered(SENSOR, frame=lambda _: "base"), {}, "frame_is_named"),
+    (FORCE, MIRRORED, {}, "pressing_on_the_tip_gives_negative_fz"),
+    (FORCE, altered(SENSOR, torque_Nm=lambda s: tuple(1e3 * t for t in s.torque_Nm)), {}, TORQUE),
+    (FORCE, altered(SENSOR, torque_Nm=lambda s: (s.torque_Nm[1], s.torque_Nm[0], s.torque_Nm[2])), {}, TORQUE),
     (ENCODER, FIRST_FLIPPED, UNKNOWN, FOLLOW),
     (ENCODER, ABOUT_HOME, {}, FOLLOW),
     (ENCODER, SWAPPED, UNKNOWN, FOLLOW),
     (ENCODER, SMALL, UNKNOWN, FOLLOW),
     (ENCODER, unsafe(FakeJointEncoder, "Frozen", _measured=frozen), {}, FOLLOW),
-    (ARM, unsafe(FakeArm, "StopAsksTheArm", stop=first(ask, "stop")), {}, CUT_STOP),
-    (ARM, unsafe(FakeArm, "StopSendsNothing", stop=only_said), {}, DROPPED),
-    (ARM, unsafe(FakeArm, "DeactivateLeavesItMoving", _on_deactivate=left_moving), {}, DROPPED),
-    (ARM, unsafe(FakeArm, "CloseLeavesItMoving", _on_close=lambda self: setattr(self, "is_open", False)), {}, DROPPED),
+    (ARM, unsafe(PLAIN, "StopAsksTheArm", stop=first(ask, "stop")), {}, "stop_works_once_the_cable_is_cut"),
+    (ARM, unsafe(PLAIN, "StopSendsNothing", stop=only_said), {}, DROPPED),
+    (ARM, unsafe(PLAIN, "StopNeverReturns", stop=first(sleepy, "stop")), {}, "stop_works_in_every_state"),
+    (ARM, unsafe(PLAIN, "DeactivateLeavesItMoving", _on_deactivate=left_moving), {}, DROPPED),
+    (ARM, unsafe(PLAIN, "CloseLeavesItMoving", _on_close=lambda self: setattr(self, "is_open", False)), {}, DROPPED),
     (ARM, StopsAtHome, {}, HELD),
     (ARM, HoldsFirstStop, {}, HELD),
     (ARM, SaysItIsAtHome, {}, HELD),
-    (ARM, StopWearsOff, {}, "test_after_stop_the_arm_holds_still"),
-    (ARM, MovesOnAfterStop, {}, "test_after_stop_the_arm_holds_still"),
-    (ARM, Resumes, {}, RESUME),
-    (ARM, unsafe(Resumes, "ResumesAfterFault", after="fault"), {}, RESUME),
-    (ARM, ActivatesAtHome, {}, RESUME),
-    (ARM, Coasts, {}, RESUME),
-    (ARM, StopForgetsFault, {}, "test_stop_works_while_faulted"),
-    (ARM, DropsEverySecond, {}, "test_each_command_counts"),
-    (ARM, SwapsMoves, {}, "test_each_command_counts"),
+    (ARM, StopWearsOff, {}, STILL),
+    (ARM, MovesOnAfterStop, {}, STILL),
+    (ARM, Resumes, {}, REST),
+    (ARM, unsafe(Resumes, "ResumesAfterFault", after="fault"), {}, REST),
+    (ARM, ActivatesAtHome, {}, REST),
+    (ARM, Coasts, {}, REST),
+    (ARM, StopForgetsFault, {}, "stop_works_while_faulted"),
+    (ARM, DropsEverySecond, {}, COUNTS),
+    (ARM, SwapsMoves, {}, COUNTS),
     (ARM, MovesUnasked, {}, REFUSED),
     (ARM, unsafe(MovesUnasked, "MovesWhileFaulted", refused_in=Life.FAULTED), {}, REFUSED),
     (ARM, unsafe(MovesUnasked, "MovesWhileDeactivated", refused_in=Life.CONFIGURED), {}, REFUSED),
-    (ARM, unsafe(OnlyBounds, "NoLowerLimit", absent=(("_lower_rad", 2),)), {}, LIMITS),
-    (ARM, unsafe(OnlyBounds, "NoLimitOfTheFirst", absent=(("_upper_rad", 0), ("_lower_rad", 0))), {}, LIMITS),
-    (ARM, SaysLimitAndGoesOn, {}, "test_position_limit_is_applied_and_told"),
-    (ARM, SlowForwardsOnly, {}, "test_velocity_limit_is_applied_and_told"),
-    (ARM, AddsUpWithinATick, {}, "test_velocity_limit_is_applied_and_told"),
+    (ARM, unsafe(OnlyBounds, "NoLowerLimit", absent=(("_lower_rad", 2),)), {}, BOUNDS),
+    (ARM, unsafe(OnlyBounds, "NoLimitOfTheFirst", absent=(("_upper_rad", 0), ("_lower_rad", 0))), {}, BOUNDS),
+    (ARM, SaysLimitAndGoesOn, {}, BOUNDS),
+    (ARM, SlowForwardsOnly, {}, SPEED),
+    (ARM, AddsUpWithinATick, {}, SPEED),
 ]
+UNSAFE = [(suite, kind, knobs, f"test_{clause}") for suite, kind, knobs, clause in LISTED]

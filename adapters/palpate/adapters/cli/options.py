@@ -182,7 +182,7 @@ class DoctorOptions(Settings):
 class EmulateOptions(Settings):
     """Serve the simulated work cell behind emulated wires, until Ctrl-C.
 
-    MuJoCo moves the arm; pseudo-terminals lead to its devices.
+    MuJoCo moves the arm; pseudo-terminals lead to its devices, sockets of this computer to a Net F/T.
 
     Prints a rig file; `palpate run --rig FILE` then drives the cell as it would drive the devices themselves.
     """
@@ -190,7 +190,7 @@ class EmulateOptions(Settings):
     arm: str = "zebra-nmc"
     """Arm: zebra-nmc (the Zebra Zero's own serial bus) or cia402 (a refit with CAN drives)."""
     force: str = "jr3-can"
-    """Force sensor: jr3-can or jr3-uart."""
+    """Force sensor: jr3-can, jr3-uart or ati-netft."""
     rig_file: str = ""
     """Write the rig file here; it must not be there yet."""
     scenario: str = "paper"

@@ -17,6 +17,7 @@ from palpate.core.errors import ConfigurationError, require_in, require_one_of, 
 from palpate.core.insertion import ReadyPose, goal_in_base, wander_m
 from palpate.core.motion import Kinematics, ToolGeometry, arm_named
 from palpate.core.ports import CONTROL_RATE_HZ, JointVector, Truth
+from palpate.simulation.emulators.ati import EmulatedBox, NetFtServer
 from palpate.simulation.emulators.cia402 import CanopenDrive
 from palpate.simulation.emulators.jr3 import UART_CONFIG, Jr3CanNode, Jr3Config, Jr3UartNode
 from palpate.simulation.emulators.lines import EmulatedCanBus, LineSpeed, PtyServer, SlcanServer
@@ -25,7 +26,7 @@ from palpate.simulation.emulators.nmc import NmcChain
 from palpate.simulation.work_cell import WorkCell
 
 ARMS: Final = ("zebra-nmc", "cia402")
-SENSORS: Final = ("jr3-can", "jr3-uart")
+SENSORS: Final = ("jr3-can", "jr3-uart", "ati-netft")
 _NS: Final = 1_000_000_000
 _JR3_NODE: Final = 9
 _COUNTS_PER_RAD: Final = 192_000 / 6.283185307179586
@@ -224,6 +225,19 @@ class EmulatedCell:
 
             self._serve.append(serve_can)
             return
+        if self.emulation.force == "ati-netft":
+            box = NetFtServer(EmulatedBox(self._wrench_source))
+
+            def serve_box() -> None:
+                self._servers.enter_context(box)
+                # Its records are not filtered: the cell's noise is theirs.
+                self._entries["force_sensor"] = {
+                    "adapter": "ati-netft", "host": box.host, "port": box.port, "http_port": box.http_port,
+                    "facts": self._facts(1.0),
+                }  # fmt: skip
+
+            self._serve.append(serve_box)
+            return
         timing = LineSpeed(usb_latency_s=self.emulation.usb_latency_ms * 1e-3)
         server = PtyServer(Jr3UartNode(self._wrench_source, UART_CONFIG, generator=rng(3)), timing)
 
@@ -233,10 +247,10 @@ class EmulatedCell:
 
         self._serve.append(serve_uart)
 
-    def _facts(self) -> dict[str, float]:
+    def _facts(self, share: float = _BEHIND_FILTER) -> dict[str, float]:
         """What the emulated sensor does not report: the noise that the simulated cell gives it, behind its filter."""
         noise = self.config.cell.sensor
         return {
-            "noise_N": round(_BEHIND_FILTER * noise.force_noise_N, 6),
-            "noise_Nm": round(_BEHIND_FILTER * noise.torque_noise_Nm, 6),
+            "noise_N": round(share * noise.force_noise_N, 6),
+            "noise_Nm": round(share * noise.torque_noise_Nm, 6),
         }

@@ -3,24 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, Final
 
+from typing_extensions import override
+
 from palpate.adapters.config import SensorFactsTable, overlay
 from palpate.adapters.hardware.can_table import CanBusTable
-from palpate.adapters.hardware.errors import told, translated, translating
+from palpate.adapters.hardware.errors import translating
 from palpate.adapters.hardware.plugins import DeviceSettings, RigContext
-from palpate.core.errors import DeviceError
-from palpate.core.ports import Clock, ForceSensor, Life, ManagedDevice, OneOf, Range, Settings, Validity, WrenchSample
+from palpate.adapters.hardware.polled_sensor import PolledForceSensor
+from palpate.core.ports import Clock, OneOf, Range, Settings
 from palpate.drivers.can_link import CanLink, open_bus
-from palpate.drivers.errors import DriverError, SilentError
 from palpate.drivers.jr3 import (
     LEFT_HANDED,
     RIGHT_HANDED,
     CanTransport,
     Jr3,
-    Jr3Sample,
     Jr3Settings,
     Pace,
     Transport,
@@ -51,15 +50,10 @@ _LEAVE_S: Final = 5.0
 """Longest wait for a board to take the end of its stream; one on a serial line sleeps 1 s after each command (FACT)."""
 _DEAD_S: Final = 0.2
 """The same for a board that has failed: it is told, and may have no way to answer."""
-_LINE_NS: Final = 20_000_000
-"""What line and system may add to the sensor's own period before a reading counts as missing."""
 
 
-class Jr3ForceSensor(ManagedDevice, ForceSensor):
-    """A JR3 wrist sensor. Never tares by itself: samples are raw.
-
-    The protocol carries no time of measurement: source and receive time are both that of the poll that found the
-    reading, which is older by the filter's delay, the wire, and the wait for the poll.
+class Jr3ForceSensor(PolledForceSensor[Jr3]):
+    """A JR3 wrist sensor.
 
     Args:
         open_wire: Opens the wire; called by ``configure``.
@@ -67,10 +61,9 @@ class Jr3ForceSensor(ManagedDevice, ForceSensor):
         clock: The run's clock.
         max_age_ns: Age above which a sample is marked ``STALE``.
         start_timeout_s: Longest wait for the first reading.
-
-    Attributes:
-        device: The driver; None before ``configure``. For ``palpate doctor``.
     """
+
+    REMEDY = "choose a higher cut-off, or look at it"
 
     def __init__(
         self,
@@ -81,18 +74,18 @@ class Jr3ForceSensor(ManagedDevice, ForceSensor):
         max_age_ns: int,
         start_timeout_s: float = 30.0,
     ) -> None:
-        super().__init__(_NAME)
-        self._open_wire, self._settings, self._clock = open_wire, settings, clock
-        self._max_age_ns, self._start_timeout_s = max_age_ns, start_timeout_s
-        self._opened: OpenWire | None = None
-        self.device: Jr3 | None = None
-        self._polled_ns = 0
-        self._undated: int | None = None
+        super().__init__(_NAME, clock, max_age_ns=max_age_ns, start_timeout_s=start_timeout_s)
+        self._open_wire, self._settings = open_wire, settings
 
     @property
     def settings(self) -> Jr3Settings:
         """Filter, rate and signs."""
         return self._settings
+
+    @property
+    @override
+    def period_ns(self) -> int:
+        return self._settings.period_us * 1000
 
     def reported_facts(self) -> SensorFactsTable:
         """Full scales and rate, as the board reports them. It does not report its noise.
@@ -100,9 +93,7 @@ class Jr3ForceSensor(ManagedDevice, ForceSensor):
         Raises:
             DeviceError: It is not configured.
         """
-        if self.device is None:
-            raise DeviceError(_NAME, "is not open")
-        identity = self.device.identity
+        identity = self._opened().identity
         x, y, z = identity.full_scales.force_N
         tx, ty, tz = identity.full_scales.moment_dNm
         return SensorFactsTable(
@@ -112,124 +103,23 @@ class Jr3ForceSensor(ManagedDevice, ForceSensor):
             frame="sensor",
         )
 
-    def read(self) -> WrenchSample:
-        """Poll the board and give its newest sample.
-
-        Raises:
-            DeviceError: Besides silence: the board restarted in mid-run, so its readings may have jumped.
-        """
-        if self._life is not Life.ACTIVE:
-            self._require_active("read()")
-        device = self._polled()
-        sample = device.latest
+    @override
+    def _surprise(self, device: Jr3) -> str | None:
         if device.after_boot or device.zero_lost:
-            self._fail("the board restarted in mid-run: readings may have jumped")
-        if sample is None:
-            raise DeviceError(_NAME, "has not delivered a sample yet")
-        return self._made(sample)
+            return "the board restarted in mid-run: readings may have jumped"
+        return None
 
-    def _polled(self) -> Jr3:
-        device = self.device
-        if device is None:
-            raise DeviceError(_NAME, "is not open")
-        try:
-            now_ns = self._clock.now_ns()
-            device.poll(now_ns)
-            device.check()
-            if now_ns - self._polled_ns > self._max_age_ns:
-                self._look_for_news(device)
-            self._polled_ns = self._clock.now_ns()
-        except SilentError as error:
-            # An old sample says so itself; a board that is gone for good is another matter.
-            age_ns = device.age_ns(self._clock.now_ns())
-            if age_ns is None or age_ns > 10 * self._max_age_ns:
-                self._latch(cause := f"has fallen silent: {told(error, _NAME)}")
-                raise DeviceError(_NAME, cause) from error
-        except DriverError as error:
-            self._latch(str(error))
-            raise translated(error, _NAME) from error
-        return device
+    @override
+    def _connect(self) -> None:
+        opened = self._open_wire()
+        self._close_wire = opened.close
+        self.device = Jr3(opened.wire, self._settings)
+        start_up(self.device, Pace(self._clock.now_ns, self._sleep), self._start_timeout_s)
 
-    def _look_for_news(self, device: Jr3) -> None:
-        """After a long pause: what waited in the line may be as old as the pause, so wait for one reading more."""
-        waiting = None if device.latest is None else device.latest.sequence
-        deadline_ns = self._clock.now_ns() + 3 * self._settings.period_us * 1000 + _LINE_NS
-        while self._clock.now_ns() < deadline_ns:
-            self._sleep(0.001)
-            device.poll(self._clock.now_ns())
-            device.check()
-            if device.latest is not None and device.latest.sequence != waiting:
-                self._undated = None
-                return
-        self._undated = waiting
-
-    def _made(self, sample: Jr3Sample) -> WrenchSample:
-        validity = Validity.VALID
-        if sample.settling:
-            validity = Validity.INVALID
-        elif sample.sequence == self._undated:
-            validity = Validity.STALE
-        elif self._clock.now_ns() - sample.receive_time_ns > self._max_age_ns:
-            validity = Validity.STALE
-        elif sample.saturated or sample.near_saturated:
-            validity = Validity.SATURATED
-        time_ns = sample.receive_time_ns
-        return WrenchSample(sample.force_N, sample.torque_Nm, time_ns, time_ns, sample.sequence, validity)
-
-    def _fail(self, problem: str) -> None:
-        self._latch(problem)
-        raise DeviceError(_NAME, problem)
-
-    def _on_configure(self) -> None:
-        with translating(_NAME):
-            self._opened = self._open_wire()
-            self.device = Jr3(self._opened.wire, self._settings)
-            pace = Pace(self._clock.now_ns, self._sleep)
-            start_up(self.device, pace, self._start_timeout_s)
-
-    def _on_activate(self) -> None:
-        """Wait for a reading that can be used: after a start the board's filter must settle."""
-        with translating(_NAME):
-            device, deadline_ns = self._polled(), self._clock.now_ns() + round(self._start_timeout_s * 1e9)
-            since_ns = self._clock.now_ns()
-            while device.latest is None or device.latest.settling or device.latest.receive_time_ns < since_ns:
-                self._sleep(0.002)
-                device.poll(self._clock.now_ns())
-                device.check()
-                if self._clock.now_ns() > deadline_ns:
-                    raise SilentError(_NAME, "delivers no settled reading", "choose a higher cut-off, or look at it")
-
-    def _on_acknowledge(self) -> None:
-        if self.device is not None:
-            self.device.acknowledge()
-
-    def _on_close(self) -> None:
-        device, opened = self.device, self._opened
-        self.device = self._opened = None
-        try:
-            if device is not None:
-                wait_s = _LEAVE_S if self._is_sound(device) else _DEAD_S
-                shut_down(device, Pace(self._clock.now_ns, self._sleep), wait_s)
-        except DriverError:
-            # It does not listen any more; what matters is that the wire is released.
-            return
-        finally:
-            if opened is not None:
-                with suppress(Exception):
-                    # An adapter that is gone cannot even be told to close its bus, and says so in many ways.
-                    opened.close()
-
-    def _is_sound(self, device: Jr3) -> bool:
-        """Whether it may be expected to answer."""
-        device.poll(self._clock.now_ns())
-        try:
-            device.check()
-        except DriverError:
-            return False
-        return self._life is not Life.FAULTED
-
-    def _sleep(self, seconds: float) -> None:
-        self._clock.sleep_until(self._clock.now_ns() + round(seconds * 1e9))
+    @override
+    def _leave(self, device: Jr3) -> None:
+        wait_s = _LEAVE_S if self._is_sound(device) else _DEAD_S
+        shut_down(device, Pace(self._clock.now_ns, self._sleep), wait_s)
 
 
 @dataclass(frozen=True)

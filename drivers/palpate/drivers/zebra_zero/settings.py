@@ -8,8 +8,7 @@ from dataclasses import dataclass, field
 from math import copysign, inf, isfinite
 from typing import Final
 
-from palpate.drivers.arm import Applied, clamped, held_back
-from palpate.drivers.bus_budget import BusBudget
+from palpate.drivers.arm import Applied, BusBudget, clamped, held_back
 from palpate.drivers.errors import SettingError
 from palpate.drivers.nmc import (
     BusSettings,

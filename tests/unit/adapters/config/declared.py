@@ -7,6 +7,7 @@ from typing import Any, get_args, get_origin
 from palpate.adapters.config import GridLearning, RealTimeConfig, RunConfig
 from palpate.adapters.config.rig import OperatorTable, WatchdogTable
 from palpate.adapters.fault_injection import FaultPlan
+from palpate.adapters.hardware.ati import _NetFtTable
 from palpate.adapters.hardware.cia402 import _Cia402Table
 from palpate.adapters.hardware.jr3 import _CanTable, _UartTable
 from palpate.adapters.hardware.zebra_zero import _ZebraTable
@@ -31,6 +32,7 @@ TABLES: dict[str, Settings] = {
     "arm cia402": _Cia402Table(),
     "force jr3-can": _CanTable(),
     "force jr3-uart": _UartTable(),
+    "force ati-netft": _NetFtTable(),
 }
 
 

@@ -9,6 +9,8 @@ from typing import TypeVar
 
 from palpate.adapters.config import DeviceEntry, RigFile
 from palpate.adapters.hardware.arm_on_bus import BusArm
+from palpate.adapters.hardware.ati import NetFtForceSensor
+from palpate.adapters.hardware.doctor.ati import examine_netft
 from palpate.adapters.hardware.doctor.cia402 import examine_cia402
 from palpate.adapters.hardware.doctor.facts import judge_facts
 from palpate.adapters.hardware.doctor.findings import FindingsSection, Notebook, driver_error
@@ -108,6 +110,8 @@ class Examination:
             measured = examine_jr3(sensor, clock, wishes.seconds, notes)
             other = "right-handed" if sensor.settings.signs == LEFT_HANDED else "left-handed"
             mend_axes = f'[force_sensor] axes = "{other}"'
+        elif isinstance(sensor, NetFtForceSensor):
+            measured = examine_netft(sensor, clock, wishes.seconds, notes)
         else:
             measured = examine_force_sensor(sensor, clock, wishes.seconds, notes)
         judge_facts(self._file.facts, reported_by(sensor), measured, notes)

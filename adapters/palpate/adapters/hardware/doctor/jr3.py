@@ -11,9 +11,13 @@ from palpate.adapters.hardware.doctor.ports import WrenchReading, examine_wrench
 from palpate.adapters.hardware.jr3 import Jr3ForceSensor
 from palpate.core.errors import DeviceError
 from palpate.core.ports import CONTROL_RATE_HZ, Clock
+from palpate.drivers.ati import NetFt
 from palpate.drivers.jr3 import CAN_TIMING, UART_TIMING, Jr3, Jr3Statistics
 
 _POLL_NS: Final = 1_000_000
+_REMEDY: Final = (
+    "look at gaps and garbage; on a serial line choose a longer period_us, on CAN see what else fills the bus"
+)
 _CLUMPED_MS: Final = 3.0
 """What readings may arrive late, usually, before an adapter is suspected. A choice: above a latency timer of 1 ms."""
 
@@ -36,11 +40,15 @@ def examine_jr3(sensor: Jr3ForceSensor, clock: Clock, seconds: float, notes: Not
     notes.fact("budget", f"{told}: {timing.min_period_us / identity.period_us:.0%}", timing.min_period_us)
     before, before_ns = device.statistics(), clock.now_ns()
     try:
-        readings, arrivals = _listen(device, clock, seconds)
+        readings, arrivals = listen(device, clock, seconds)
     finally:
         _counters(device.statistics(), notes)
     after = device.statistics()
-    _rate(readings, identity.period_us, notes)
+    judge_rate(readings, 1e6 / identity.period_us, _REMEDY, notes)
+    if identity.period_us * CONTROL_RATE_HZ > 1_000_000:
+        remedy = f"period_us = {1_000_000 // CONTROL_RATE_HZ} or less"
+        told = f"{1e6 / identity.period_us:.0f} Hz is slower than the control loop's {CONTROL_RATE_HZ} Hz"
+        notes.note(told, remedy)
     _arrivals(arrivals, identity.period_us, notes)
     _silence([before_ns, *arrivals, clock.now_ns()], asked.stall_ns, notes)
     _judge_counters(before, after, notes)
@@ -48,7 +56,7 @@ def examine_jr3(sensor: Jr3ForceSensor, clock: Clock, seconds: float, notes: Not
     return examine_wrench(readings, notes, (*newtons, *metres), resolution)
 
 
-def _listen(device: Jr3, clock: Clock, seconds: float) -> tuple[list[WrenchReading], list[int]]:
+def listen(device: Jr3 | NetFt, clock: Clock, seconds: float) -> tuple[list[WrenchReading], list[int]]:
     """Readings, and the times at which something arrived."""
     readings: list[WrenchReading] = []
     arrivals: list[int] = []
@@ -84,20 +92,16 @@ def _counters(now: Jr3Statistics, notes: Notebook) -> None:
     notes.fact("board", told, now.timeouts)
 
 
-def _rate(readings: list[WrenchReading], period_us: int, notes: Notebook) -> None:
-    wanted = 1e6 / period_us
+def judge_rate(readings: list[WrenchReading], wanted_Hz: float, remedy: str, notes: Notebook) -> None:
+    """Whether readings come as often as they should."""
     got = rate_Hz([reading.time_ns for reading in readings])
-    notes.fact("rate", f"{got:.1f} Hz, asked for {wanted:.1f} Hz", got)
-    remedy = "look at gaps and garbage; on a serial line choose a longer period_us, on CAN see what else fills the bus"
+    notes.fact("rate", f"{got:.1f} Hz, asked for {wanted_Hz:.1f} Hz", got)
     notes.judge(
-        got > 0.9 * wanted,
+        got > 0.9 * wanted_Hz,
         f"readings come at {got:.1f} Hz",
-        f"readings come at {got:.1f} Hz instead of {wanted:.1f} Hz",
+        f"readings come at {got:.1f} Hz instead of {wanted_Hz:.1f} Hz",
         remedy,
     )
-    if wanted < CONTROL_RATE_HZ:
-        remedy = f"period_us = {1_000_000 // CONTROL_RATE_HZ} or less"
-        notes.note(f"{wanted:.0f} Hz is slower than the control loop's {CONTROL_RATE_HZ} Hz", remedy)
 
 
 def _arrivals(arrivals: list[int], period_us: int, notes: Notebook) -> None:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Final
 
 from palpate.adapters.config import DeviceEntry
+from palpate.adapters.hardware.ati import ati_netft_table
 from palpate.adapters.hardware.cia402 import cia402_table
 from palpate.adapters.hardware.doctor.findings import Notebook
 from palpate.adapters.hardware.jr3 import jr3_can_table, jr3_uart_table
@@ -70,6 +71,11 @@ def _jr3_uart(settings: Mapping[str, Any]) -> Wiring:
     return Wiring(table.port, told=f"{table.port}, 8N1, {table.baud} baud")
 
 
+def _ati_netft(settings: Mapping[str, Any]) -> Wiring:
+    table = ati_netft_table(settings)
+    return Wiring(told=f"{table.host}, UDP port {table.port}, its page on port {table.http_port}")
+
+
 def _can(bus: Mapping[str, Any], told: str, **more: Any) -> Wiring:
     interface, channel = str(bus["interface"]), str(bus["channel"])
     serial = channel.split("@")[0] if interface == "slcan" else None
@@ -87,6 +93,7 @@ def _guessed(settings: Mapping[str, Any]) -> Wiring:
 
 _KNOWN: Final[Mapping[str, Callable[[Mapping[str, Any]], Wiring]]] = {
     "zebra-nmc": _zebra, "cia402": _cia402, "jr3-can": _jr3_can, "jr3-uart": _jr3_uart,
+    "ati-netft": _ati_netft,
 }  # fmt: skip
 
 

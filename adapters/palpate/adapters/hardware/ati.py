@@ -1,0 +1,124 @@
+"""The driver of ATI's Net F/T as a force sensor: wiring and marks, nothing else."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Annotated, ClassVar, Final
+
+from typing_extensions import override
+
+from palpate.adapters.config import SensorFactsTable, overlay
+from palpate.adapters.hardware.plugins import DeviceSettings, RigContext
+from palpate.adapters.hardware.polled_sensor import PolledForceSensor
+from palpate.core.ports import Clock, Range, Settings
+from palpate.drivers.ati import PAGE, RDT_PORT, NetFt, NetFtBox, RdtWire, UdpWire, fetch_page, parse_box
+
+_NAME: Final = "ATI Net F/T"
+_PAGE_S: Final = 3.0
+"""Longest wait for the box's page."""
+
+
+@dataclass(frozen=True)
+class OpenBox:
+    """A way to the box, open.
+
+    Attributes:
+        wire: What the driver talks over.
+        box: How it is set.
+        close: Closes the way.
+    """
+
+    wire: RdtWire
+    box: NetFtBox
+    close: Callable[[], None]
+
+
+class NetFtForceSensor(PolledForceSensor[NetFt]):
+    """A wrist sensor behind a Net F/T box; its frame is the box's own.
+
+    Args:
+        open_box: Reads how the box is set and opens the way; called by ``configure``.
+        clock: The run's clock.
+        max_age_ns: Age above which a sample is marked ``STALE``.
+        start_timeout_s: Longest wait for the first reading.
+    """
+
+    REMEDY = "end other programs that ask the box for its stream, and let UDP through this computer's firewall"
+
+    def __init__(
+        self, open_box: Callable[[], OpenBox], clock: Clock, *, max_age_ns: int, start_timeout_s: float = 5.0
+    ) -> None:
+        super().__init__(_NAME, clock, max_age_ns=max_age_ns, start_timeout_s=start_timeout_s)
+        self._open_box = open_box
+
+    @property
+    @override
+    def period_ns(self) -> int:
+        return round(1e9 / self._opened().box.rate_Hz)
+
+    def reported_facts(self) -> SensorFactsTable:
+        """Rated ranges and rate, as the box tells them. It does not tell its noise.
+
+        Raises:
+            DeviceError: It is not configured.
+        """
+        box = self._opened().box
+        return SensorFactsTable(range_N=box.range_N, range_Nm=box.range_Nm, rate_Hz=box.rate_Hz, frame="sensor")
+
+    @override
+    def _connect(self) -> None:
+        opened = self._open_box()
+        self._close_wire, self.device = opened.close, NetFt(opened.wire, opened.box)
+
+    @override
+    def _on_activate(self) -> None:
+        self._opened().start(self._clock.now_ns())
+        super()._on_activate()
+
+    def _on_deactivate(self) -> None:
+        self._opened().stop()
+
+    @override
+    def _leave(self, device: NetFt) -> None:
+        device.stop()
+
+
+@dataclass(frozen=True)
+class _NetFtTable(Settings):
+    """A Net F/T in a rig file."""
+
+    TABLE: ClassVar[str] = "force_sensor"
+
+    host: str = "192.168.1.1"
+    """Address of the box."""
+    port: Annotated[int, Range(1, 65535)] = RDT_PORT
+    """Its UDP port."""
+    http_port: Annotated[int, Range(1, 65535)] = 80
+    """Port of its web server."""
+    max_age_ms: Annotated[float, Range(1.0, 10_000.0)] = 50.0
+    """Age above which a sample is marked as stale."""
+    start_timeout_s: Annotated[float, Range(0.1, 600.0)] = 5.0
+    """Longest wait for the first reading."""
+
+
+def ati_netft_table(settings: DeviceSettings) -> _NetFtTable:
+    """The table ``[force_sensor]`` of a Net F/T with all that it leaves out.
+
+    Raises:
+        ConfigurationError: Something in it cannot be used.
+    """
+    return overlay(_NetFtTable(), settings)
+
+
+def make_ati_netft(settings: DeviceSettings, context: RigContext) -> NetFtForceSensor:
+    """A Net F/T, of the table ``[force_sensor]`` of a rig file."""
+    table = ati_netft_table(settings)
+
+    def open_box() -> OpenBox:
+        box = parse_box(fetch_page(table.host, table.http_port, PAGE, _PAGE_S))
+        wire = UdpWire(table.host, table.port)
+        return OpenBox(wire, box, wire.close)
+
+    age_ns = round(table.max_age_ms * 1e6)
+    return NetFtForceSensor(open_box, context.clock, max_age_ns=age_ns, start_timeout_s=table.start_timeout_s)

@@ -1,0 +1,187 @@
+"""A force sensor whose driver is polled: reading, ageing, faults and the end are the same, whatever the device."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Callable
+from contextlib import suppress
+from typing import ClassVar, Final, Generic, TypeVar
+
+from palpate.adapters.hardware.errors import told, translated, translating
+from palpate.core.errors import DeviceError
+from palpate.core.ports import Clock, ForceSensor, Life, ManagedDevice, Validity, WrenchSample
+from palpate.drivers.ati import NetFt, NetFtSample
+from palpate.drivers.errors import DriverError, SilentError
+from palpate.drivers.jr3 import Jr3, Jr3Sample
+
+DriverT = TypeVar("DriverT", Jr3, NetFt)
+_LINE_NS: Final = 20_000_000
+"""What line and system may add to the sensor's own period before a reading counts as missing."""
+
+
+class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
+    """A wrist sensor behind a driver that is polled. Never tares by itself: samples are raw.
+
+    The protocols carry no time of measurement: source and receive time are both that of the poll that found the
+    reading, which is older by the sensor's filter, the wire, and the wait for the poll.
+
+    Args:
+        name: Name for messages.
+        clock: The run's clock.
+        max_age_ns: Age above which a sample is marked ``STALE``.
+        start_timeout_s: Longest wait for the first reading.
+
+    Attributes:
+        device: The driver; None before ``configure``. For ``palpate doctor``.
+    """
+
+    REMEDY: ClassVar[str] = "look at it"
+    """What to do where it is there and delivers nothing."""
+
+    def __init__(self, name: str, clock: Clock, *, max_age_ns: int, start_timeout_s: float) -> None:
+        super().__init__(name)
+        self._clock, self._max_age_ns, self._start_timeout_s = clock, max_age_ns, start_timeout_s
+        self._close_wire: Callable[[], None] | None = None
+        self.device: DriverT | None = None
+        self._polled_ns = 0
+        self._undated: int | None = None
+
+    @property
+    @abstractmethod
+    def period_ns(self) -> int:
+        """Time between two readings."""
+
+    @abstractmethod
+    def _connect(self) -> None:
+        """Open the wire, and set ``device`` and ``_close_wire`` as soon as there is something to close."""
+
+    @abstractmethod
+    def _leave(self, device: DriverT) -> None:
+        """Have the device end what it does, before the wire is closed."""
+
+    def _surprise(self, device: DriverT) -> str | None:
+        """What has happened to the device that ends a run; None is nothing."""
+        return None
+
+    def read(self) -> WrenchSample:
+        """Poll the device and give its newest sample.
+
+        Raises:
+            DeviceError: Besides silence: the device failed, or restarted in mid-run, so its readings may have jumped.
+        """
+        if self._life is not Life.ACTIVE:
+            self._require_active("read()")
+        device = self._polled()
+        surprise = self._surprise(device)
+        if surprise is not None:
+            self._fail(surprise)
+        sample = device.latest
+        if sample is None:
+            raise DeviceError(self.name, "has not delivered a sample yet")
+        return self._made(sample)
+
+    def _opened(self) -> DriverT:
+        if self.device is None:
+            raise DeviceError(self.name, "is not open")
+        return self.device
+
+    def _polled(self) -> DriverT:
+        device = self._opened()
+        try:
+            now_ns = self._clock.now_ns()
+            device.poll(now_ns)
+            device.check()
+            if now_ns - self._polled_ns > self._max_age_ns:
+                self._look_for_news(device)
+            self._polled_ns = self._clock.now_ns()
+        except SilentError as error:
+            # An old sample says so itself; a device that is gone for good is another matter.
+            age_ns = device.age_ns(self._clock.now_ns())
+            if age_ns is None or age_ns > 10 * self._max_age_ns:
+                self._fail(f"has fallen silent: {told(error, self.name)}", error)
+        except DriverError as error:
+            self._latch(str(error))
+            raise translated(error, self.name) from error
+        return device
+
+    def _look_for_news(self, device: DriverT) -> None:
+        """After a long pause: what waited in the line may be as old as the pause, so wait for one reading more."""
+        waiting = None if device.latest is None else device.latest.sequence
+        deadline_ns = self._clock.now_ns() + 3 * self.period_ns + _LINE_NS
+        while self._clock.now_ns() < deadline_ns:
+            self._sleep(0.001)
+            device.poll(self._clock.now_ns())
+            device.check()
+            if device.latest is not None and device.latest.sequence != waiting:
+                self._undated = None
+                return
+        self._undated = waiting
+
+    def _made(self, sample: Jr3Sample | NetFtSample) -> WrenchSample:
+        validity = Validity.VALID
+        if sample.settling:
+            validity = Validity.INVALID
+        elif sample.sequence == self._undated:
+            validity = Validity.STALE
+        elif self._clock.now_ns() - sample.receive_time_ns > self._max_age_ns:
+            validity = Validity.STALE
+        elif sample.saturated or sample.near_saturated:
+            validity = Validity.SATURATED
+        time_ns = sample.receive_time_ns
+        return WrenchSample(sample.force_N, sample.torque_Nm, time_ns, time_ns, sample.sequence, validity)
+
+    def _fail(self, problem: str, cause: Exception | None = None) -> None:
+        self._latch(problem)
+        raise DeviceError(self.name, problem) from cause
+
+    def _on_configure(self) -> None:
+        try:
+            with translating(self.name):
+                self._connect()
+        except BaseException:
+            # The wire is free again for whoever tries once more.
+            self._on_close()
+            raise
+
+    def _on_activate(self) -> None:
+        """Wait for a reading that can be used: after a start a filter must settle."""
+        with translating(self.name):
+            device, deadline_ns = self._polled(), self._clock.now_ns() + round(self._start_timeout_s * 1e9)
+            since_ns = self._clock.now_ns()
+            while device.latest is None or device.latest.settling or device.latest.receive_time_ns < since_ns:
+                self._sleep(0.002)
+                device.poll(self._clock.now_ns())
+                device.check()
+                if self._clock.now_ns() > deadline_ns:
+                    raise SilentError(self.name, "delivers no settled reading", self.REMEDY)
+
+    def _on_acknowledge(self) -> None:
+        if self.device is not None:
+            self.device.acknowledge()
+
+    def _on_close(self) -> None:
+        device, close_wire = self.device, self._close_wire
+        self.device = self._close_wire = None
+        try:
+            if device is not None:
+                self._leave(device)
+        except DriverError:
+            # It does not listen any more; what matters is that the wire is released.
+            return
+        finally:
+            if close_wire is not None:
+                with suppress(Exception):
+                    # An adapter that is gone cannot even be told to close its bus, and says so in many ways.
+                    close_wire()
+
+    def _is_sound(self, device: DriverT) -> bool:
+        """Whether it may be expected to answer."""
+        device.poll(self._clock.now_ns())
+        try:
+            device.check()
+        except DriverError:
+            return False
+        return self._life is not Life.FAULTED
+
+    def _sleep(self, seconds: float) -> None:
+        self._clock.sleep_until(self._clock.now_ns() + round(seconds * 1e9))

@@ -1,0 +1,80 @@
+"""What a Net F/T box tells of itself on its page ``/netftapi2.xml``; FACT, fields as firmware 2.2.59 sends them."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from math import isfinite
+from typing import Final
+
+from palpate.drivers.errors import GarbledError, SettingError
+
+_NAME: Final = "ATI Net F/T"
+PAGE: Final = "/netftapi2.xml"
+_UNITS: Final = {"scfgfu": ("force", ("N",)), "scfgtu": ("torque", ("Nm", "N-m"))}
+
+Vector3 = tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class NetFtBox:
+    """The box as it is set.
+
+    Attributes:
+        counts_per_N: Counts of a force.
+        counts_per_Nm: Counts of a torque.
+        range_N: Rated forces, (3,).
+        range_Nm: Rated torques, (3,).
+        rate_Hz: Records a second.
+        calibration: Serial number of the calibration.
+        firmware: Version of its firmware.
+    """
+
+    counts_per_N: float
+    counts_per_Nm: float
+    range_N: Vector3
+    range_Nm: Vector3
+    rate_Hz: float
+    calibration: str = ""
+    firmware: str = ""
+
+
+def parse_box(page: bytes) -> NetFtBox:
+    """Read the page.
+
+    Raises:
+        SettingError: The box is set to units other than N and N m, or does not stream; says what to change on it.
+        GarbledError: The page lacks a field, or holds no number there.
+    """
+    for tag, (what, accepted) in _UNITS.items():
+        if (unit := _field(page, tag)) not in accepted:
+            remedy = f"set the {what} units to {accepted[0]} on the page Configurations of the box, and apply"
+            raise SettingError(_NAME, f"it is set to a {what} in {unit}, not in {accepted[0]}", remedy)
+    if _field(page, "comrdte") != "Enabled":
+        raise SettingError(_NAME, "its RDT interface is off", "enable RDT on the page Communications of the box")
+    fx, fy, fz, tx, ty, tz = _numbers(page, "cfgmr", 6)
+    (per_N,), (per_Nm,), (rate_Hz,) = (_numbers(page, tag, 1) for tag in ("cfgcpf", "cfgcpt", "comrdtrate"))
+    told = _field(page, "cfgcalsn", "unknown"), _field(page, "mfgdigver", "unknown")
+    return NetFtBox(per_N, per_Nm, (fx, fy, fz), (tx, ty, tz), rate_Hz, *told)
+
+
+def _field(page: bytes, tag: str, default: str | None = None) -> str:
+    found = re.search(rb"<%b>([^<]*)</%b>" % (tag.encode(), tag.encode()), page)
+    if found is not None:
+        return found[1].decode("utf-8", "replace").strip()
+    if default is None:
+        raise GarbledError(_NAME, f"its page {PAGE} has no {tag}", "check that this address is a Net F/T's")
+    return default
+
+
+def _numbers(page: bytes, tag: str, count: int) -> list[float]:
+    text = _field(page, tag)
+    try:
+        numbers = [float(word) for word in text.split(";")]
+    except ValueError:
+        numbers = []
+    if len(numbers) != count or not all(isfinite(x) and x > 0.0 for x in numbers):
+        raise GarbledError(
+            _NAME, f"its page {PAGE} says {tag} = {text!r}", "look at the page Configurations of the box"
+        )
+    return numbers

@@ -1,0 +1,212 @@
+"""The conversation with a Net F/T, advanced by polling: it asks for the stream, and puts what comes in order."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from dataclasses import dataclass
+from typing import Final, Protocol
+
+from palpate.drivers.ati.box import NetFtBox, Vector3
+from palpate.drivers.ati.rdt import SATURATED, RdtCommand, RdtRecord, decode_records, encode_request, faults_in
+from palpate.drivers.errors import DeviceFaultError, DriverError, SilentError
+
+_NAME: Final = "ATI Net F/T"
+_ASK_AGAIN_NS: Final = 100_000_000
+"""A datagram may be lost, so a stream that does not begin is asked for again."""
+_STALL_NS: Final = 100_000_000
+_WINDOW: Final = 1024
+"""So many records back a late one is told from one that was there already."""
+_WRAP: Final = 1 << 32
+
+
+class RdtWire(Protocol):
+    """A way to the box."""
+
+    @abstractmethod
+    def send(self, datagram: bytes) -> None:
+        """Send a request.
+
+        Raises:
+            DriverError: There is no way to the box.
+        """
+
+    @abstractmethod
+    def receive(self) -> list[bytes]:
+        """The datagrams that have arrived, in the order in which they did.
+
+        Raises:
+            DriverError: There is no way to the box.
+        """
+
+
+@dataclass(frozen=True, slots=True)
+class NetFtSample:
+    """A record in SI units.
+
+    Attributes:
+        force_N: Force on the tool, (3,), in the box's frame.
+        torque_Nm: Torque about its origin, (3,).
+        sequence: Counts the box's records, unwrapped; goes on over streams.
+        receive_time_ns: Clock of the poll that found it.
+        saturated: The box says so of transducer or converter.
+        near_saturated: Never said by this box. over_range: Beyond the rated range of an axis. settling: Never.
+    """
+
+    force_N: Vector3
+    torque_Nm: Vector3
+    sequence: int
+    receive_time_ns: int
+    saturated: bool = False
+    over_range: bool = False
+    near_saturated: bool = False
+    settling: bool = False
+
+
+@dataclass(slots=True)
+class RdtStatistics:
+    """Records of the stream, by what became of them.
+
+    Attributes:
+        samples: New ones.
+        lost: Those that never came. late: Those that came after a newer one. repeated: Those that came again.
+        unchanged: Those under a new number with the sample of before.
+        malformed: Datagrams that are no records.
+    """
+
+    samples: int = 0
+    lost: int = 0
+    late: int = 0
+    repeated: int = 0
+    unchanged: int = 0
+    malformed: int = 0
+
+
+class NetFt:
+    """A box that streams.
+
+    Attributes:
+        box: How it is set.
+        latest: Newest sample; None before the first one.
+        failure: Why nothing is taken any more; None otherwise.
+        statistics: Since it was made.
+    """
+
+    def __init__(self, wire: RdtWire, box: NetFtBox) -> None:
+        self.box = box
+        self.latest: NetFtSample | None = None
+        self.failure: DriverError | None = None
+        self.statistics = RdtStatistics()
+        self._wire = wire
+        self._newest: int | None = None
+        self._missing: set[int] = set()
+        self._ft_sequence: int | None = None
+        self._asked_ns: int | None = None
+        self._offset = self._polled_ns = self._heard_ns = 0
+
+    def start(self, now_ns: int) -> None:
+        """Ask for the stream; what still waits of another one is dropped."""
+        self._newest, self._missing, self._asked_ns = None, set(), now_ns
+        try:
+            self._wire.receive()
+        except DriverError as error:
+            self.failure = self.failure or error
+        self._ask(RdtCommand.REAL_TIME)
+
+    def stop(self) -> None:
+        """Ask the box to stop streaming; whether it has heard nobody knows."""
+        self._asked_ns = None
+        self._ask(RdtCommand.STOP)
+
+    def acknowledge(self) -> None:
+        """Forget the failure."""
+        self.failure = None
+
+    def age_ns(self, now_ns: int) -> int | None:
+        """Time since the newest sample; None before the first one."""
+        return None if self.latest is None else now_ns - self.latest.receive_time_ns
+
+    def check(self) -> None:
+        """Raise what is wrong now.
+
+        Raises:
+            DeviceFaultError: The box reports a fault; it waits for :meth:`acknowledge`.
+            WiringError: There is no way to the box; likewise.
+            SilentError: Its stream has ceased; a new sample ends that by itself.
+        """
+        if self.failure is not None:
+            raise self.failure
+        if self._newest is not None and self._polled_ns - self._heard_ns > _STALL_NS:
+            problem = f"has sent nothing for {(self._polled_ns - self._heard_ns) * 1e-6:.0f} ms"
+            raise SilentError(_NAME, problem, "check its power and cable, and that no other program has its stream")
+
+    def poll(self, now_ns: int) -> list[NetFtSample]:
+        """Take what has arrived. Never raises for what box or wire do: see :meth:`check`.
+
+        Args:
+            now_ns: Monotonic time.
+
+        Returns:
+            New samples, oldest first.
+        """
+        if self._asked_ns is not None and self._newest is None and now_ns - self._asked_ns >= _ASK_AGAIN_NS:
+            self._asked_ns = now_ns
+            self._ask(RdtCommand.REAL_TIME)
+        samples: list[NetFtSample] = []
+        self._polled_ns = now_ns
+        try:
+            for datagram in self._wire.receive():
+                records = decode_records(datagram)
+                self.statistics.malformed += not records
+                samples += [self._sample(record, now_ns) for record in records if self._is_news(record)]
+        except DriverError as error:
+            self.failure = self.failure or error
+        if samples:
+            self.latest, self._heard_ns = samples[-1], now_ns
+            self.statistics.samples += len(samples)
+        return samples
+
+    def _ask(self, command: RdtCommand) -> None:
+        try:
+            self._wire.send(encode_request(command))
+        except DriverError as error:
+            self.failure = self.failure or error
+
+    def _is_news(self, record: RdtRecord) -> bool:
+        """Whether it is newer than all before; the others are counted."""
+        counts, newest = self.statistics, self._newest
+        if newest is None:
+            self._newest = record.rdt_sequence
+            # Numbers of samples go on where an earlier stream ended.
+            self._offset = (0 if self.latest is None else self.latest.sequence + 1) - record.rdt_sequence
+        else:
+            step = (record.rdt_sequence - newest + _WRAP // 2) % _WRAP - _WRAP // 2
+            number = newest + step
+            if step <= 0:
+                is_late = number in self._missing
+                self._missing.discard(number)
+                counts.late, counts.lost = counts.late + is_late, counts.lost - is_late
+                counts.repeated += not is_late
+                return False
+            self._newest = number
+            counts.lost += step - 1
+            self._missing = {n for n in self._missing if n > number - _WINDOW}
+            self._missing |= set(range(max(newest + 1, number - _WINDOW + 1), number))
+        if record.ft_sequence == self._ft_sequence:
+            counts.unchanged += 1
+            return False
+        self._ft_sequence = record.ft_sequence
+        return True
+
+    def _sample(self, record: RdtRecord, now_ns: int) -> NetFtSample:
+        faults = faults_in(record.status)
+        if faults and self.failure is None:
+            remedy = "look at the box's page System Information, then acknowledge"
+            self.failure = DeviceFaultError(_NAME, f"it reports {'; '.join(faults)}", remedy)
+        x, y, z, tx, ty, tz = record.counts
+        box = self.box
+        force = x / box.counts_per_N, y / box.counts_per_N, z / box.counts_per_N
+        torque = tx / box.counts_per_Nm, ty / box.counts_per_Nm, tz / box.counts_per_Nm
+        rated = zip((*force, *torque), (*box.range_N, *box.range_Nm), strict=True)
+        beyond = any(abs(value) > most for value, most in rated)
+        number = self._offset + (self._newest or 0)
+        return NetFtSample(force, torque, number, now_ns, bool(record.status & SATURATED), beyond)

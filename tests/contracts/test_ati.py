@@ -1,0 +1,114 @@
+"""The adapter of ATI's Net F/T keeps the contract of a force sensor, against an emulated box in virtual time."""
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from palpate.adapters.hardware.ati import NetFtForceSensor, OpenBox
+from palpate.core.errors import ConfigurationError, DeviceError
+from palpate.core.ports import Life, Validity
+from palpate.core.ports.contracts import ForceSensorContract, ForceSensorRig
+from palpate.drivers.ati import parse_box
+from palpate.drivers.errors import WiringError
+from palpate.simulation.emulators.ati import EmulatedBox, EmulatedBoxConfig
+from tests.virtual_time import VirtualTime
+
+
+class Bench:
+    """An adapter, and a box at the other end of a network without delay."""
+
+    def __init__(self, **settings: Any) -> None:
+        self.clock = VirtualTime()
+        self.load = [0.3, -0.2, 5.0, 0.01, 0.02, 0.03]
+        self.box = EmulatedBox(lambda now_ns: tuple(self.load), EmulatedBoxConfig(**settings))
+        self.is_open, self.is_plugged, self._arrived = False, True, list[bytes]()
+        self.clock.devices.append(self)
+        self.sensor = NetFtForceSensor(self._open, self.clock, max_age_ns=50_000_000, start_timeout_s=1.0)
+
+    def _open(self) -> OpenBox:
+        self._require_cable()
+        box = parse_box(self.box.page())
+        self.is_open = True
+        return OpenBox(self, box, lambda: setattr(self, "is_open", False))
+
+    def _require_cable(self) -> None:
+        if not self.is_plugged:
+            raise WiringError("box", "the network is unreachable", "plug it in")
+
+    def send(self, datagram: bytes) -> None:
+        self._require_cable()
+        self.box.receive(datagram, self.clock.now_ns())
+
+    def receive(self) -> list[bytes]:
+        self._require_cable()
+        arrived, self._arrived = self._arrived, []
+        return arrived
+
+    def next_event_ns(self) -> int:
+        return self.box.next_event_ns()
+
+    def step(self, now_ns: int) -> None:
+        self._arrived += self.box.step(now_ns)
+
+    def ticks(self, count: int) -> None:
+        self.clock.sleep(count / 140)
+
+    def push(self, first: int) -> Callable[[float, float, float], None]:
+        def act(x: float, y: float, z: float) -> None:
+            self.load[first : first + 3] = (x, y, z)
+
+        return act
+
+    def fail(self) -> None:
+        self.box.status = 0x8000_0020
+        self.ticks(1)
+        with pytest.raises(DeviceError, match="supply voltage too low"):
+            self.sensor.read()
+        self.box.status = 0
+
+
+class TestNetFt(ForceSensorContract):
+    def make(self) -> ForceSensorRig:
+        bench = Bench()
+        return ForceSensorRig(
+            device=bench.sensor, clock=bench.clock, advance=bench.ticks, max_age_ns=50_000_000 + 10**9 // 140,
+            push_N=bench.push(0), twist_Nm=bench.push(3), tolerance_N=1e-5, tolerance_Nm=1e-5,
+            go_silent=lambda: setattr(bench.box, "silent", True), is_open=lambda: bench.is_open,
+            provoke_fault=bench.fail, disconnect=lambda: setattr(bench, "is_plugged", False), runs_by_itself=True,
+        )  # fmt: skip
+
+
+@pytest.mark.parametrize("way", ["silent", "unplugged"])
+def test_silence_is_stale_at_first_a_cut_cable_a_fault_and_both_name_their_cause(way: str) -> None:
+    bench = Bench()
+    with bench.sensor as sensor:
+        bench.box.silent, bench.is_plugged = way == "silent", way != "unplugged"
+        bench.ticks(10)
+        if way == "silent":
+            assert sensor.read().validity is Validity.STALE
+            bench.ticks(70)
+        with pytest.raises(DeviceError, match="sent nothing for" if way == "silent" else "network is unreachable"):
+            sensor.read()
+        assert sensor.life is Life.FAULTED
+        bench.box.silent, bench.is_plugged = False, True
+        sensor.acknowledge_fault()
+        sensor.activate()
+        assert sensor.read().validity is Validity.VALID
+
+
+def test_a_box_that_nobody_configured_for_us_does_not_open() -> None:
+    bench = Bench(force_unit="lbf")
+    with pytest.raises(ConfigurationError, match="set the force units to N"):
+        bench.sensor.configure()
+    assert (bench.sensor.life, bench.is_open) == (Life.CONSTRUCTED, False)
+
+
+def test_buffered_and_biased_streams_of_the_box_are_as_the_manual_says() -> None:
+    bench = Bench(rate_Hz=1000, buffered_records=5)
+    bench.box.receive(bytes.fromhex("1234 0042 00000000"), 0)
+    bench.box.receive(bytes.fromhex("1234 0003 0000000A"), 0)
+    datagrams = bench.box.step(1_000_000_000)
+    assert [len(datagram) for datagram in datagrams] == [180, 180]
+    assert datagrams[0][12:36] == bytes(24)
+    assert not bench.box.streams

@@ -1,0 +1,148 @@
+"""What becomes of records that are lost, late, repeated, or an old sample under a new number; faults; a new start."""
+
+import struct
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from palpate.drivers.ati import NetFt, NetFtBox, RdtStatistics
+from palpate.drivers.errors import DeviceFaultError, SilentError, WiringError
+
+BOX = NetFtBox(1e6, 1e5, (330.0, 330.0, 990.0), (30.0, 30.0, 30.0), 1000.0)
+START, STOP = bytes.fromhex("1234000200000000"), bytes.fromhex("1234000000000000")
+
+
+def record(number: int, ft: int | None = None, status: int = 0, fz: int = 0) -> bytes:
+    return struct.pack(">3I6i", number % 2**32, (7 * number if ft is None else ft) % 2**32, status, 0, 0, fz, 0, 0, fz)
+
+
+class Wire:
+    def __init__(self) -> None:
+        self.sent: list[bytes] = []
+        self.waiting: list[bytes] = []
+        self.broken = False
+
+    def send(self, datagram: bytes) -> None:
+        self.sent.append(datagram)
+
+    def receive(self) -> list[bytes]:
+        if self.broken:
+            raise WiringError("box", "is gone", "look")
+        found, self.waiting = self.waiting, []
+        return found
+
+
+def streaming() -> tuple[NetFt, Wire]:
+    wire = Wire()
+    device = NetFt(wire, BOX)
+    device.start(0)
+    return device, wire
+
+
+def fed(*datagrams: bytes) -> tuple[list[int], NetFt]:
+    """Numbers of the samples that come of these, one poll each."""
+    device, wire = streaming()
+    numbers = []
+    for datagram in datagrams:
+        wire.waiting = [datagram]
+        numbers += [sample.sequence for sample in device.poll(1)]
+    return numbers, device
+
+
+@pytest.mark.parametrize(
+    ("sent", "taken", "counts"),
+    [
+        ((1, 2, 3), [0, 1, 2], RdtStatistics(samples=3)),
+        ((1, 4, 5), [0, 3, 4], RdtStatistics(samples=3, lost=2)),
+        ((1, 2, 2, 3), [0, 1, 2], RdtStatistics(samples=3, repeated=1)),
+        ((1, 3, 2, 4), [0, 2, 3], RdtStatistics(samples=3, late=1)),
+        ((1, 4, 3, 3, 5), [0, 3, 4], RdtStatistics(samples=3, lost=1, late=1, repeated=1)),
+        ((2**32 - 2, 2**32 - 1, 0, 2, 1), [0, 1, 2, 4], RdtStatistics(samples=4, late=1)),
+        ((5, 5 + 10_000), [0, 10_000], RdtStatistics(samples=2, lost=9_999)),
+    ],
+)
+def test_lost_late_and_repeated_records_are_told_apart(
+    sent: tuple[int, ...], taken: list[int], counts: RdtStatistics
+) -> None:
+    numbers, device = fed(*map(record, sent))
+    assert (numbers, device.statistics) == (taken, counts)
+
+
+def test_an_old_sample_under_a_new_number_is_no_news() -> None:
+    numbers, device = fed(record(1, ft=70), record(2, ft=70), record(3, ft=77), b"\0" * 35)
+    assert numbers == [0, 2]
+    assert device.statistics == RdtStatistics(samples=2, unchanged=1, malformed=1)
+
+
+@given(st.lists(st.integers(0, 60), max_size=60))
+def test_whatever_the_network_does_samples_go_forward_and_the_account_is_even(sent: list[int]) -> None:
+    numbers, device = fed(*map(record, sent))
+    counts = device.statistics
+    assert numbers == sorted(set(numbers))
+    assert counts.samples + counts.late + counts.repeated == len(sent)
+    # Everything from the first on has come or is lost, but for what is older than the first.
+    spanned = range(sent[0], max(sent) + 1) if sent else range(0)
+    assert counts.lost == len(set(spanned) - set(sent))
+
+
+def test_scales_marks_and_range() -> None:
+    device, wire = streaming()
+    wire.waiting = [record(1, fz=2_000_000), record(2, status=0x8002_0000), record(3, fz=-(2**31))]
+    plain, saturated, beyond = device.poll(5)
+    assert (plain.force_N, plain.torque_Nm) == ((0.0, 0.0, 2.0), (0.0, 0.0, 20.0))
+    assert [s.saturated for s in (plain, saturated)] == [False, True]
+    assert beyond.over_range
+    device.check()
+
+
+def test_a_fault_has_its_name_and_waits_for_a_person() -> None:
+    _, device = fed(record(1, status=0x8000_0020), record(2))
+    for _ in range(2):
+        with pytest.raises(DeviceFaultError, match="analog supply voltage too low"):
+            device.check()
+    device.acknowledge()
+    device.check()
+
+
+def test_a_request_that_was_lost_is_sent_again_until_the_stream_begins() -> None:
+    device, wire = streaming()
+    for ms in (50, 100, 150, 200):
+        device.poll(ms * 1_000_000)
+    assert wire.sent == [START] * 3
+    wire.waiting = [record(1)]
+    device.poll(250_000_000)
+    device.poll(900_000_000)
+    device.stop()
+    assert wire.sent == [START] * 3 + [STOP]
+
+
+def test_a_new_stream_goes_on_counting_and_drops_what_waited() -> None:
+    device, wire = streaming()
+    wire.waiting = [record(1), record(2)]
+    device.poll(1)
+    wire.waiting = [record(3)]
+    device.start(2)
+    wire.waiting = [record(1, ft=999)]
+    assert [sample.sequence for sample in device.poll(3)] == [2]
+    assert device.statistics == RdtStatistics(samples=3)
+
+
+def test_a_dead_way_is_an_error_and_not_silence() -> None:
+    device, wire = streaming()
+    wire.broken = True
+    assert device.poll(1) == []
+    with pytest.raises(WiringError, match="is gone"):
+        device.check()
+
+
+def test_a_stream_that_ceases_is_silence_until_it_goes_on() -> None:
+    device, wire = streaming()
+    wire.waiting = [record(1)]
+    device.poll(1_000_000)
+    device.poll(200_000_000)
+    with pytest.raises(SilentError, match="nothing for 199 ms"):
+        device.check()
+    wire.waiting = [record(2)]
+    device.poll(210_000_000)
+    device.check()

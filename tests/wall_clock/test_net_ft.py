@@ -1,0 +1,89 @@
+"""ATI's Net F/T over real sockets of this computer: our adapter, the public client, the command line, a slow server."""
+
+import socket
+import threading
+import time
+from pathlib import Path
+
+import pytest
+
+from palpate.adapters.hardware import MonotonicClock, RigContext
+from palpate.adapters.hardware.ati import make_ati_netft
+from palpate.core.errors import DeviceError
+from palpate.core.ports import Validity
+from palpate.drivers.ati import fetch_page
+from palpate.drivers.errors import DriverError
+from palpate.simulation.emulators.ati import EmulatedBox, EmulatedBoxConfig, NetFtServer
+from tests.command_line import CommandLine
+
+LOAD = (1.5, -2.0, -10.0, 0.1, 0.2, -0.3)
+
+
+def table(server: NetFtServer) -> dict[str, object]:
+    return {"host": server.host, "port": server.port, "http_port": server.http_port, "max_age_ms": 500.0}
+
+
+def test_the_adapter_reads_a_box_and_is_told_that_it_has_gone() -> None:
+    context = RigContext.of("zebra-zero", MonotonicClock())
+    with NetFtServer(EmulatedBox(lambda now_ns: LOAD)) as server:
+        sensor = make_ati_netft(table(server), context)
+        sensor.configure()
+        sensor.activate()
+        sample = sensor.read()
+        assert sample.validity is Validity.VALID
+        assert (*sample.force_N, *sample.torque_Nm) == pytest.approx(LOAD, abs=1e-6)
+        assert sensor.reported_facts().range_N == (330.0, 330.0, 990.0)
+    # Nobody is at the port now: the next request that is sent comes back.
+    assert sensor.device is not None
+    sensor.device.stop()
+    time.sleep(0.05)
+    with pytest.raises(DeviceError, match="not there any more"):
+        sensor.read()
+    sensor.close()
+
+
+def test_the_public_client_reads_the_same() -> None:
+    client_of = pytest.importorskip("NetFT").Sensor
+    with NetFtServer(EmulatedBox(lambda now_ns: LOAD)) as server:
+        client = client_of(server.host)
+        client.sock.connect((server.host, server.port))  # it knows ATI's own port only
+        client.sock.settimeout(5.0)
+        counts = [round(1e6 * value) for value in LOAD]
+        assert client.getMeasurement() == counts
+        client.tare(5)
+        assert client.getForce() == pytest.approx([0, 0, 0])
+        client.zero()
+        client.startStreaming(handler=False)
+        assert [client.receive() for _ in range(20)] == [counts] * 20
+        client.stopStreaming()
+        client.sock.close()
+
+
+@pytest.mark.parametrize("setting", [{"force_unit": "lbf"}, {"torque_unit": "lbf-in"}, {"rdt": False}])
+def test_units_that_do_not_fit_are_one_line(palpate: CommandLine, tmp_path: Path, setting: dict[str, object]) -> None:
+    with NetFtServer(EmulatedBox(lambda now_ns: LOAD, EmulatedBoxConfig(**setting))) as server:  # type: ignore[arg-type]
+        rows = "".join(f"{key} = {value!r}\n" for key, value in table(server).items())
+        rig = f"[arm]\nadapter = 'zebra-nmc'\nport = '/dev/nowhere'\n[force_sensor]\nadapter = 'ati-netft'\n{rows}"
+        (tmp_path / "rig.toml").write_text(rig)
+        told = palpate.refusal("run", "--rig", "rig.toml", "--policy", "torque", "--trials", "1")
+    assert "on the page Co" in told
+
+
+def test_a_page_that_drips_in_is_given_up_in_time() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as web:
+        ended = threading.Event()
+
+        def drip() -> None:
+            line, _ = web.accept()
+            with line:
+                while not ended.wait(0.02):
+                    line.send(b"x")
+
+        thread = threading.Thread(target=drip, daemon=True)
+        thread.start()
+        start = time.monotonic()
+        with pytest.raises(DriverError, match=r"did not come within 0.3 s"):
+            fetch_page("127.0.0.1", web.getsockname()[1], "/netftapi2.xml", 0.3)
+        assert time.monotonic() - start < 3.0
+        ended.set()
+        thread.join()
