@@ -30,7 +30,8 @@ from palpate.core.automata import write_strings
 from palpate.core.errors import ConfigurationError, UsageError
 from palpate.core.files import new_file, new_folder, require_free_folder, require_no_file
 from palpate.core.perception import stage_to_dict
-from palpate.core.policy import document_of
+from palpate.core.policy import TabularLearner, document_of
+from palpate.core.policy.memory import MemoryDocument
 from palpate.simulation.grid import GridMap, walk_strings
 
 _PICTURES: Final = ("svg", "png")
@@ -95,9 +96,12 @@ def _write(
     learning = {name: getattr(options.learning, name) for name in options.learning.__dataclass_fields__}
     settings = {"map": list(grid.rows), "state": options.state, "trials": options.trials, "learning": learning}
     for run in runs:
-        perception = {"grid": list(grid.rows), "identifier": stage_to_dict(run.identifier)}
-        document = document_of(run.learner, created_with=made_with(), perception=perception)
-        document.save(folder / f"policy-{run.seed}.json")
+        world = {"grid": list(grid.rows), "identifier": stage_to_dict(run.identifier)}
+        path = folder / f"policy-{run.seed}.json"
+        if isinstance(run.learner, TabularLearner):
+            document_of(run.learner, created_with=made_with(), perception=world).save(path)
+        else:
+            MemoryDocument.of(run.learner, created_with=made_with(), world=world).save(path)
     curves = Panel(f"map {options.map}, {options.state}", _curves(runs), bounds_of(grid, options.learning.step_limit))
     (folder / "trials.csv").write_text(trials_csv(grid, runs), encoding="utf-8", newline="\n")
     (folder / "table.txt").write_text(text, encoding="utf-8", newline="\n")

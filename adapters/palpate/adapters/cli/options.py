@@ -90,10 +90,14 @@ class FitTouchOptions(Settings):
 
 @dataclass(frozen=True)
 class ShowOptions(Settings):
-    """Print what a policy file knows: states, best actions, values, visits."""
+    """Print what a policy file knows: states, best actions, values, visits; or a memory file: models and belief."""
 
     file: Annotated[str, tyro.conf.Positional]
     """The policy file."""
+    after: str = ""
+    """Of a memory file: show the belief after these symbols and actions, in turns, such as "A +x B"."""
+    out: str = ""
+    """Of a memory file of offsets: draw it instead; a file, .svg or .png."""
 
 
 @dataclass(frozen=True)

@@ -7,10 +7,38 @@ from pathlib import Path
 
 from palpate.adapters.cli.options import ShowOptions
 from palpate.adapters.experiments import render_table
+from palpate.adapters.experiments.grid import believed, render_memory
+from palpate.adapters.visualisation import memory_picture
+from palpate.core.errors import ConfigurationError
+from palpate.core.files import new_file, require_no_file
 from palpate.core.policy import PolicyDocument
+from palpate.core.policy.memory import MemoryDocument, is_memory_file
+
+_PICTURES = ("svg", "png")
 
 
 def show(options: ShowOptions) -> int:
-    """Print the table of a policy file; returns the exit code."""
-    sys.stdout.write(render_table(PolicyDocument.load(Path(options.file))))
+    """Print the table of a policy file, or what a memory file knows, or draw that; returns the exit code."""
+    path = Path(options.file)
+    if not is_memory_file(path):
+        if options.after or options.out:
+            raise ConfigurationError("file", options.file, "a memory file, with --after or --out")
+        sys.stdout.write(render_table(PolicyDocument.load(path)))
+        return 0
+    document = MemoryDocument.load(path)
+    if options.out:
+        _draw(document, options.after, Path(options.out))
+    else:
+        sys.stdout.write(render_memory(document, options.after))
     return 0
+
+
+def _draw(document: MemoryDocument, after: str, path: Path) -> None:
+    kind = path.suffix.removeprefix(".")
+    if kind not in _PICTURES:
+        raise ConfigurationError("out", str(path), f"a file name that ends in .{' or .'.join(_PICTURES)}")
+    require_no_file(path)
+    content = memory_picture(document, believed(document, after), after, kind)
+    with new_file(path) as file:
+        file.write_bytes(content)
+    sys.stdout.write(f"saved as {path}\n")

@@ -35,6 +35,7 @@ from .foreign import guarded as guarded
 from .learner import Learner as Learner
 from .memory import MemoryLearner as MemoryLearner
 from .memory import MemoryParameters as MemoryParameters
+from .memory import PairsLearner as PairsLearner
 from .model_learner import ModelLearner as ModelLearner
 from .options import OptionLearning as OptionLearning
 from .options import OptionParameters as OptionParameters

@@ -10,7 +10,8 @@ from palpate.adapters.config import TRIALS, GridLearning
 from palpate.core.automata import AutomatonState
 from palpate.core.errors import ConfigurationError, require_whole
 from palpate.core.perception import IdentityState, StateIdentifier
-from palpate.core.policy import BackOff, MemoryLearner, TabularLearner, new_learner
+from palpate.core.policy import BackOff, MemoryLearner, PairsLearner, TabularLearner, new_learner
+from palpate.core.policy.memory import PAIRS
 from palpate.simulation.grid import (
     STEP_LIMIT,
     UNDISTURBED,
@@ -27,9 +28,10 @@ from palpate.simulation.grid import (
 
 StateMaker: TypeAlias = Callable[[GridMap], StateIdentifier]
 """Makes the states of a map: each run gets an identifier of its own."""
+GridLearner: TypeAlias = TabularLearner | MemoryLearner | PairsLearner
 
 
-def new_grid_learner(learning: GridLearning, identifier: StateIdentifier) -> TabularLearner | MemoryLearner:
+def new_grid_learner(learning: GridLearning, identifier: StateIdentifier) -> GridLearner:
     """A learner on these states that has learned nothing.
 
     Raises:
@@ -39,6 +41,8 @@ def new_grid_learner(learning: GridLearning, identifier: StateIdentifier) -> Tab
         if not isinstance(identifier, IdentityState):
             accepted = f"symbols, with the learner {learning.learner}: it finds the hidden states itself"
             raise ConfigurationError("state", type(identifier).__name__, accepted)
+        if learning.learner == PAIRS:
+            return PairsLearner(identifier.symbols, grid_actions())
         return MemoryLearner(identifier.symbols, grid_actions(), learning.memory())
     back_off = BackOff.of(learning.back_off_visits, identifier.symbol_of)
     return new_learner(learning.parameters(), identifier.states, grid_actions(), back_off=back_off)
@@ -56,7 +60,7 @@ class LearningRun:
     walks: tuple[Walk, ...]
     lost_steps: tuple[int, ...]
     temperatures: tuple[float | None, ...]
-    learner: TabularLearner | MemoryLearner
+    learner: GridLearner
     identifier: StateIdentifier
 
     @property

@@ -1,7 +1,16 @@
+from .belief import StateBelief as StateBelief
+from .clone_model import CloneModel as CloneModel
+from .document import MEMORY_SCHEMA as MEMORY_SCHEMA
+from .document import AnyLearner as AnyLearner
+from .document import MemoryDocument as MemoryDocument
+from .document import is_memory_file as is_memory_file
 from .finite_pomdp import FinitePomdp as FinitePomdp
+from .learner import CLONES as CLONES
 from .learner import OFFSET as OFFSET
 from .learner import MemoryLearner as MemoryLearner
 from .learner import MemoryParameters as MemoryParameters
 from .learner import WorldModel as WorldModel
 from .offset_model import OffsetModel as OffsetModel
+from .pairs import PAIRS as PAIRS
+from .pairs import PairsLearner as PairsLearner
 from .recorded import RecordedTrial as RecordedTrial

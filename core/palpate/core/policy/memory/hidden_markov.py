@@ -66,7 +66,7 @@ class Passed:
 def forward(batch: Batch, chain: Chain) -> Passed:
     """Forward messages of all trials."""
     messages: list[Floats] = []
-    total = np.zeros(len(batch.lengths))
+    scales = np.ones(batch.symbols.shape)
     for time, running in enumerate(batch.running):
         if time == 0:
             message = chain.first(batch.symbols[:, 0])
@@ -75,13 +75,13 @@ def forward(batch: Batch, chain: Chain) -> Passed:
             around = batch.symbols[rows, time - 1], batch.symbols[rows, time]
             message = chain.forward(messages[-1][rows], batch.actions[rows, time - 1], *around)
         scale = message.sum(axis=1)
-        total[:running] += logarithm(np.maximum(scale, LEAST))
+        scales[:running, time] = np.maximum(scale, LEAST)
         message[scale < LEAST] = 1.0  # lost: anywhere
         scale = message.sum(axis=1)
         messages.append(message / scale[:, None])
     last = _last(messages, batch)
     ends = np.where(batch.reached, (last * _goals(batch, chain)).sum(axis=1), 1.0)
-    return Passed(messages, total + logarithm(np.maximum(ends, LEAST)))
+    return Passed(messages, logarithm(scales).sum(axis=1) + logarithm(np.maximum(ends, LEAST)))
 
 
 def expect(batch: Batch, chain: Chain, counts: Counts) -> float:

@@ -21,6 +21,7 @@ from palpate.core.policy.base import (
 )
 from palpate.core.policy.belief import Floats
 from palpate.core.policy.memory.belief import StateBelief
+from palpate.core.policy.memory.clone_model import fit_clones
 from palpate.core.policy.memory.finite_pomdp import FinitePomdp, require_room
 from palpate.core.policy.memory.offset_model import fit_offsets, lattice_steps
 from palpate.core.policy.memory.point_based import Plan, perseus
@@ -29,8 +30,10 @@ from palpate.core.policy.model_learner import ModelLearner
 from palpate.core.ports import OneOf, Range, Settings, require_keys
 
 OFFSET: Final = "offset"
-REFITS: Final = (30, 60, 100, 150, 220, 300, 400, 500)
-"""Numbers of trials after which the model is fitted anew; then after every quarter more."""
+CLONES: Final = "clones"
+REFITS: Final = {OFFSET: (30, 60, 100, 150, 220, 300, 400, 500), CLONES: (60, 100, 150, 300, 500)}
+"""Of each kind of model the numbers of trials after which it is fitted anew; then after every half more. Until the
+first of them actions are random."""
 _MANY_STARTS, _FEW_TRIALS = 2, 100  # first guesses that a fit to few trials is chosen from
 
 
@@ -50,26 +53,22 @@ class MemoryParameters(Settings):
 
     TABLE: ClassVar[str] = "learning.memory"
 
-    kind: Annotated[str, OneOf(OFFSET)] = OFFSET
-    """offset: hidden states are offsets from the goal, and what an action's displacement is is known."""
+    kind: Annotated[str, OneOf(*REFITS)] = OFFSET
+    """offset: hidden states are offsets from the goal, and the displacement of each action is known; clones: each
+    belongs to one symbol, and no more is known."""
     reach: Annotated[int, Range(1, 200)] = 10
     """Of the kind offset: the largest offset along x or y that is thought of, in steps."""
-    random_trials: Annotated[int, Range(1, 100_000)] = 30
-    """First trials, in which actions are random."""
     exploration: Annotated[float, Range(0.0, 1.0)] = 0.1
     """Share of random actions in the trials after them."""
     memory_trials: Annotated[int, Range(10, 100_000)] = 500
     """So many trials a model is fitted to, the last ones."""
 
 
-def fitted_after(trials: int) -> int:
+def fitted_after(kind: str, trials: int) -> int:
     """Number of trials that the model in use was fitted to, after so many trials; 0 for none."""
-    last = 0
-    for due in REFITS:
-        if due <= trials:
-            last = due
-    while last >= REFITS[-1] and last + last // 4 <= trials:
-        last += last // 4
+    last = max((due for due in REFITS[kind] if due <= trials), default=0)
+    while last >= REFITS[kind][-1] and last + last // 2 <= trials:
+        last += last // 2
     return last
 
 
@@ -126,20 +125,22 @@ class MemoryLearner(ModelLearner):
     def use(self, models: Sequence[WorldModel], trials: Sequence[RecordedTrial]) -> None:
         """Act by these models, which were fitted to these trials."""
         self._trials, self._trials_learned = list(trials), len(trials)
-        self._fitted, self._changed = fitted_after(len(trials)), False
+        self._fitted, self._changed = fitted_after(self.parameters.kind, len(trials)), False
         self.models = tuple(models)
         # Of the same seed, so a plan follows from its model.
         self._plans = tuple(perseus(model.pomdp(), np.random.default_rng(0)) for model in self.models)
 
     @override
     def _fit(self) -> None:
-        due = fitted_after(len(self._trials))
+        due = fitted_after(self.parameters.kind, len(self._trials))
         if due == self._fitted:
             return
         trials = self._trials[max(0, due - self.parameters.memory_trials) : due]
         self.use(self._models_of(trials, due), self._trials)
 
     def _models_of(self, trials: Sequence[RecordedTrial], seed: int) -> tuple[WorldModel, ...]:
+        if self.parameters.kind == CLONES:
+            return fit_clones(trials, len(self.states), len(self.actions), seed=seed)
         starts = _MANY_STARTS if len(trials) <= _FEW_TRIALS else 1
         reach, symbols = self.parameters.reach, len(self.states)
         return (fit_offsets(trials, self._steps, reach, symbols, starts=starts, seed=seed),)

@@ -43,7 +43,9 @@ def test_trials_of_another_alphabet_are_refused(run) -> None:
 
 
 def test_models_are_fitted_anew_after_ever_more_trials() -> None:
-    assert [fitted_after(n) for n in (0, 29, 30, 99, 100, 624, 625, 2000)] == [0, 0, 30, 60, 100, 500, 625, 1906]
+    told = [fitted_after("offset", n) for n in (0, 29, 30, 99, 100, 749, 750, 2000)]
+    assert told == [0, 0, 30, 60, 100, 500, 750, 1687]
+    assert fitted_after("clones", 59) == 0
 
 
 def test_hidden_states_are_found_on_symbols_alone() -> None:

@@ -1,0 +1,212 @@
+"""Clone-structured hidden Markov models: each hidden state belongs to one symbol, and no more is taken for granted.
+
+A symbol that several places share has several clones, and which of them it is must follow from what was done and read
+before (George and others, 2021). Neither place nor displacement is known: Baum-Welch learns where each action leads
+from each clone. From a random beginning it finds one of many local optima, so several are fitted, and those that
+foretell other trials best are kept side by side.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final, Self
+
+import numpy as np
+
+from palpate.core.errors import ConfigurationError
+from palpate.core.policy.belief import Floats
+from palpate.core.policy.memory.finite_pomdp import FinitePomdp, require_room, rounded
+from palpate.core.policy.memory.hidden_markov import expect, forward
+from palpate.core.policy.memory.recorded import Batch, Numbers, RecordedTrial
+
+TOTALS: Final = (30, 50, 80)
+"""Numbers of hidden states that models are begun with."""
+_GUESSES: Final = 3  # random beginnings of each total
+KEPT: Final = 5
+"""Models that are kept."""
+_SIFTED: Final = 6  # of the guesses, those that are fitted further than the first iterations
+_FIRST, _FURTHER, _LAST = 12, 20, 25  # iterations: of all guesses, of those sifted, of those kept and on all trials
+
+
+@dataclass(frozen=True, eq=False)
+class CloneModel:
+    """Where each action leads from each clone.
+
+    Attributes:
+        clones: Symbol of each hidden state, (states,), in rising order.
+        symbols: Number of symbols.
+        start: Probability of each state at the start, (states,).
+        transitions: Probability of each state after an action, (actions, states before, states after).
+        goal: Probability that an action leads to the goal, (actions, states).
+
+    Raises:
+        ConfigurationError: Clones of no symbol, or not in order.
+    """
+
+    clones: tuple[int, ...]
+    symbols: int
+    start: Floats
+    transitions: Floats
+    goal: Floats
+
+    def __post_init__(self) -> None:
+        if list(self.clones) != sorted(self.clones) or not all(0 <= clone < self.symbols for clone in self.clones):
+            accepted = f"numbers from 0 to {self.symbols - 1} in rising order"
+            raise ConfigurationError("model.clones", self.clones, accepted)
+
+    def pomdp(self) -> FinitePomdp:
+        """The same as a world with hidden states."""
+        return FinitePomdp(self.start, self.transitions, self.goal, np.eye(self.symbols)[list(self.clones)])
+
+    @classmethod
+    def blank(cls, clones: tuple[int, ...], symbols: int, actions: int, rng: np.random.Generator) -> Self:
+        """A random beginning.
+
+        Raises:
+            ConfigurationError: It would be too large.
+        """
+        states = len(clones)
+        require_room("clones", states, actions)
+        moves = rng.random((actions, states, states + 1))
+        moves /= moves.sum(axis=2, keepdims=True)
+        return cls(clones, symbols, np.full(states, 1.0 / states), moves[:, :, :-1], moves[:, :, -1])
+
+    def improved(self, batch: Batch) -> tuple[Self, float]:
+        """One step of Baum-Welch: the better model, and the log-likelihood of the trials under this one."""
+        chain = _Blocks(self)
+        counts = _CloneCounts(self, batch, chain)
+        log_likelihood = expect(batch, chain, counts)
+        moves, goals, starts = counts.sums()
+        few = 1.0 / len(self.clones)
+        moves, goals, starts = moves + few, goals + few, starts + few
+        total = moves.sum(axis=2) + goals
+        start = starts / starts.sum()
+        return type(self)(self.clones, self.symbols, start, moves / total[:, :, None], goals / total), log_likelihood
+
+    def fitted(self, batch: Batch, iterations: int) -> Self:
+        """After so many steps of Baum-Welch."""
+        model = self
+        for _ in range(iterations):
+            model, _ = model.improved(batch)
+        return model
+
+    def rounded(self) -> Self:
+        """As a file holds it."""
+        return type(self)(self.clones, self.symbols, rounded(self.start), rounded(self.transitions), rounded(self.goal))
+
+    def log_loss(self, trials: Sequence[RecordedTrial]) -> float:
+        """Nats a reading that these trials cost under the model; an arrival at the goal counts as one."""
+        batch = Batch.of(trials)
+        log_likelihood = forward(batch, _Blocks(self)).log_likelihood
+        return -float((log_likelihood * batch.weights).sum()) / batch.readings
+
+
+def clones_of(trials: Sequence[RecordedTrial], symbols: int, total: int) -> tuple[int, ...]:
+    """Symbols of about so many hidden states: as many clones as a symbol is frequent, and at least two."""
+    counts = np.bincount([symbol for trial in trials for symbol in trial.symbols], minlength=symbols)
+    shares = [max(2, round(total * int(count) / int(counts.sum()))) for count in counts]
+    return tuple(symbol for symbol, share in enumerate(shares) for _ in range(share))
+
+
+def fit_clones(trials: Sequence[RecordedTrial], symbols: int, actions: int, *, seed: int = 0) -> tuple[CloneModel, ...]:
+    """Fit models from scratch; the best of them by their loss on held-out trials come first.
+
+    Args:
+        trials: What was read and done, at least ten trials; one of five is held out.
+        symbols: Number of symbols.
+        actions: Number of actions.
+        seed: Equal seeds give equal guesses.
+    """
+    rng = np.random.default_rng(seed)
+    kept, held = Batch.of([trial for number, trial in enumerate(trials) if number % 5 != 4]), trials[4::5]
+    numbers = [clones_of(trials, symbols, total) for total in TOTALS for _ in range(_GUESSES)]
+    guesses = [CloneModel.blank(clones, symbols, actions, rng).fitted(kept, _FIRST) for clones in numbers]
+    sifted = [guess.fitted(kept, _FURTHER) for guess in _best(guesses, held, _SIFTED)]
+    whole = Batch.of(trials)
+    return tuple(model.fitted(whole, _LAST).rounded() for model in _best(sifted, held, KEPT))
+
+
+def _best(models: Sequence[CloneModel], held: Sequence[RecordedTrial], count: int) -> list[CloneModel]:
+    losses = [model.log_loss(held) for model in models]
+    return [models[place] for place in sorted(range(len(models)), key=losses.__getitem__)[:count]]
+
+
+class _Blocks:
+    """How messages go through the model: from the clones of one symbol to those of the next, a small block."""
+
+    def __init__(self, model: CloneModel) -> None:
+        counts = np.bincount(model.clones, minlength=model.symbols)
+        self.width = width = int(counts.max())
+        # Place of each symbol's clones, (symbols, width); one past the last state where there are fewer.
+        places = np.full((model.symbols, width), len(model.clones), dtype=np.intp)
+        for symbol, (end, count) in enumerate(zip(np.cumsum(counts), counts, strict=True)):
+            places[symbol, :count] = np.arange(end - count, end)
+        self.places = places
+        moves = np.pad(model.transitions, ((0, 0), (0, 1), (0, 1)))
+        # By action and the symbols before and after: (actions, symbols, symbols, width, width).
+        self.moves = np.ascontiguousarray(moves[:, places[:, None, :, None], places[None, :, None, :]])
+        self._goal = np.pad(model.goal, ((0, 0), (0, 1)))[:, places]
+        self._start = np.pad(model.start, (0, 1))[places]
+
+    def first(self, symbols: Numbers) -> Floats:
+        return self._start[symbols]
+
+    def forward(self, before: Floats, actions: Numbers, symbols: Numbers, following: Numbers) -> Floats:
+        after: Floats = np.einsum("nc,ncd->nd", before, self.moves[actions, symbols, following])
+        return after
+
+    def backward(self, after: Floats, actions: Numbers, symbols: Numbers, following: Numbers) -> Floats:
+        before: Floats = np.einsum("nd,ncd->nc", after, self.moves[actions, symbols, following])
+        return before
+
+    def goal(self, actions: Numbers, symbols: Numbers) -> Floats:
+        return self._goal[actions, symbols]
+
+
+class _CloneCounts:
+    """Posteriors of a batch, summed by action and clones."""
+
+    def __init__(self, model: CloneModel, batch: Batch, chain: _Blocks) -> None:
+        self._batch, self._chain = batch, chain
+        self._actions, self._symbols, self._states = len(model.goal), model.symbols, len(model.clones)
+        none = np.zeros((0, chain.width))
+        self._keys: list[Numbers] = [np.zeros(0, dtype=np.intp)]
+        self._before: list[Floats] = [none]
+        self._after: list[Floats] = [none]
+        self._starts = np.zeros(self._states + 1)
+        self._goals = np.zeros((self._actions, self._states + 1))
+
+    def state(self, time: int, posterior: Floats) -> None:
+        batch, running = self._batch, len(posterior)
+        symbols = batch.symbols[:running, time]
+        if time == 0:
+            np.add.at(self._starts, self._chain.places[symbols], posterior)
+        last = np.flatnonzero((batch.lengths[:running] == time + 1) & batch.reached[:running])
+        if len(last):
+            actions = batch.actions[last, time]
+            np.add.at(self._goals, (actions[:, None], self._chain.places[symbols[last]]), posterior[last])
+
+    def move(self, time: int, before: Floats, after: Floats) -> None:
+        batch, running = self._batch, len(before)
+        symbols, following = batch.symbols[:running, time], batch.symbols[:running, time + 1]
+        self._keys.append((batch.actions[:running, time] * self._symbols + symbols) * self._symbols + following)
+        self._before.append(before)
+        self._after.append(after)
+
+    def sums(self) -> tuple[Floats, Floats, Floats]:
+        """Moves (actions, states, states), arrivals at the goal (actions, states) and starts (states,)."""
+        keys = np.concatenate(self._keys)
+        order = np.argsort(keys, kind="stable")
+        before, after = np.concatenate(self._before)[order], np.concatenate(self._after)[order]
+        present, begins = np.unique(keys[order], return_index=True)
+        moves = np.zeros((self._actions, self._states + 1, self._states + 1))
+        places, ends = self._chain.places, [*begins[1:], len(keys)]
+        for key, begin, end in zip(present, begins, ends, strict=True):
+            pair, following = divmod(int(key), self._symbols)
+            action, symbol = divmod(pair, self._symbols)
+            both = np.einsum("nc,nd->cd", before[begin:end], after[begin:end])
+            moves[action, places[symbol][:, None], places[following]] = (
+                both * self._chain.moves[action, symbol, following]
+            )
+        return moves[:, :-1, :-1], self._goals[:, :-1], self._starts[:-1]

@@ -1,0 +1,226 @@
+"""The memory file: what a learner of hidden states or of pasts has learned, as JSON with schema ``palpate.memory/1``.
+
+Beside the models stand the trials that they were fitted to, from which learning can go on, and the world that they are
+of: a map, or a task. A file is of one alphabet, one action set and one world, and serves no other.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, fields
+from math import isclose
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, Final, TypeAlias
+
+import numpy as np
+
+from palpate.core.errors import ConfigurationError
+from palpate.core.files import write_whole
+from palpate.core.policy.base import Action
+from palpate.core.policy.belief import Floats
+from palpate.core.policy.memory.clone_model import CloneModel
+from palpate.core.policy.memory.learner import CLONES, OFFSET, MemoryLearner, MemoryParameters, WorldModel
+from palpate.core.policy.memory.offset_model import OffsetModel, lattice_steps
+from palpate.core.policy.memory.pairs import PAIRS, PairsLearner
+from palpate.core.ports import OneOf, Settings, fitted, load_json, parse_json, require_keys, require_names
+
+MEMORY_SCHEMA: Final = "palpate.memory/1"
+_WHOLE: Final = "memory file"
+_MM: Final = 1e-3
+_TABLES: Final = {
+    OFFSET: ("offsets", "start", "blocked", "emissions"),
+    CLONES: ("clones", "start", "transitions", "goal"),
+}
+
+AnyLearner: TypeAlias = MemoryLearner | PairsLearner
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MemoryDocument(Settings):
+    """The content of a memory file."""
+
+    TABLE: ClassVar[str] = _WHOLE
+
+    schema: Annotated[str, OneOf(MEMORY_SCHEMA)] = MEMORY_SCHEMA
+    """Id of the file format."""
+    kind: Annotated[str, OneOf(OFFSET, CLONES, PAIRS)]
+    """Kind of learner."""
+    created_with: Mapping[str, Any]
+    """Versions of what made it; for readers."""
+    world: Mapping[str, Any]
+    """What it was learned in; opaque here."""
+    symbols: tuple[str, ...]
+    """Names of the symbols."""
+    actions: tuple[str, ...]
+    """Names of the actions."""
+    displacements_mm: tuple[tuple[float, float], ...]
+    """XY displacement of each action, (actions, 2)."""
+    parameters: Mapping[str, Any]
+    """Settings of a learner of models."""
+    models: tuple[Mapping[str, Any], ...]
+    """The models, the best one first: their tables by name."""
+    state: Mapping[str, Any]
+    """State of the learner: the trials, and the tables of pasts."""
+
+    @classmethod
+    def of(cls, learner: AnyLearner, *, created_with: Mapping[str, Any], world: Mapping[str, Any]) -> MemoryDocument:
+        """What a live learner has learned."""
+        memory = isinstance(learner, MemoryLearner)
+        kind = learner.parameters.kind if isinstance(learner, MemoryLearner) else PAIRS
+        models = learner.as_frozen().models if isinstance(learner, MemoryLearner) else ()
+        tables = [{name: _plain(getattr(model, name)) for name in _TABLES[kind]} for model in models]
+        return cls(
+            kind=kind,
+            created_with=created_with,
+            world=world,
+            symbols=learner.states,
+            actions=tuple(action.name for action in learner.actions),
+            displacements_mm=tuple((x / _MM, y / _MM) for x, y in (one.displacement_m for one in learner.actions)),
+            parameters=asdict(learner.parameters) if memory else {},
+            models=tuple(tables),
+            state=learner.get_state(),
+        )
+
+    def to_json_text(self) -> str:
+        """The text of the file, a line for each of its parts; floats read back exactly."""
+        parts = {one.name: getattr(self, one.name) for one in fields(self)}
+        lines = [f" {json.dumps(name)}: {json.dumps(part, allow_nan=False)}" for name, part in parts.items()]
+        return "{\n" + ",\n".join(lines) + "\n}\n"
+
+    @classmethod
+    def from_json_text(cls, text: str) -> MemoryDocument:
+        """Read the text of a file.
+
+        Raises:
+            ConfigurationError: It is no memory file, or contradicts itself.
+        """
+        read = cls.read(parse_json(text, _WHOLE, MEMORY_SCHEMA))
+        require_names("symbols", read.symbols)
+        require_names("actions", read.actions)
+        if len(read.displacements_mm) != len(read.actions):
+            accepted = f"{len(read.actions)}, one an action"
+            raise ConfigurationError("displacements_mm", len(read.displacements_mm), accepted)
+        read.learner()
+        return read
+
+    def save(self, path: str | Path) -> None:
+        """Write the file as a whole or not at all.
+
+        Raises:
+            OutputError: The place cannot be written.
+        """
+        write_whole(Path(path), self.to_json_text())
+
+    @classmethod
+    def load(cls, path: str | Path) -> MemoryDocument:
+        """Read a file.
+
+        Raises:
+            ConfigurationError: It cannot be read, or :meth:`from_json_text` refuses it.
+        """
+        return load_json(path, _WHOLE, cls.from_json_text)
+
+    def require_world(self, world: Mapping[str, Any], symbols: Sequence[str], actions: Sequence[Action]) -> None:
+        """Refuse to serve another world than that which it is of.
+
+        Raises:
+            ConfigurationError: It has other symbols, actions or displacements, or is another map or task.
+        """
+        if tuple(symbols) != self.symbols:
+            raise ConfigurationError("memory.symbols", self.symbols, f"{tuple(symbols)}, as in this world")
+        names = tuple(action.name for action in actions)
+        if names != self.actions:
+            raise ConfigurationError("memory.actions", self.actions, f"{names}, as in this world")
+        for mine, action in zip(self.displacements_mm, actions, strict=True):
+            theirs = tuple(part / _MM for part in action.displacement_m)
+            if not all(isclose(a, b, abs_tol=1e-6) for a, b in zip(mine, theirs, strict=True)):
+                raise ConfigurationError(
+                    "memory.displacements_mm", mine, f"{theirs} for {action.name}, as in this world"
+                )
+        if dict(world) != dict(self.world):
+            raise ConfigurationError("memory.world", dict(self.world), f"{dict(world)}, which it would serve here")
+
+    def world_models(self) -> tuple[WorldModel, ...]:
+        """The models.
+
+        Raises:
+            ConfigurationError: Tables that are missing, or do not fit together.
+        """
+        models = []
+        for number, raw in enumerate(self.models):
+            where = f"models[{number}]"
+            require_keys(where, raw, _TABLES[self.kind])
+            if self.kind == OFFSET:
+                models.append(self._offsets(where, raw))
+            else:
+                models.append(self._clones(where, raw))
+        return tuple(models)
+
+    def _offsets(self, where: str, raw: Mapping[str, Any]) -> WorldModel:
+        offsets = fitted(f"{where}.offsets", raw["offsets"], tuple[tuple[int, int], ...])
+        tables = (
+            _array(f"{where}.{name}", raw[name], size)
+            for name, size in zip(_TABLES[OFFSET][1:], (1, 2, 2), strict=True)
+        )
+        return OffsetModel(lattice_steps(self._action_set()), offsets, *tables)
+
+    def _clones(self, where: str, raw: Mapping[str, Any]) -> WorldModel:
+        clones = fitted(f"{where}.clones", raw["clones"], tuple[int, ...])
+        tables = (
+            _array(f"{where}.{name}", raw[name], size)
+            for name, size in zip(_TABLES[CLONES][1:], (1, 3, 2), strict=True)
+        )
+        return CloneModel(clones, len(self.symbols), *tables)
+
+    def _action_set(self) -> tuple[Action, ...]:
+        lengths = ((x * _MM, y * _MM) for x, y in self.displacements_mm)
+        return tuple(Action(name, length) for name, length in zip(self.actions, lengths, strict=True))
+
+    def learner(self, *, frozen: bool = True) -> AnyLearner:
+        """The learner that has learned this.
+
+        Raises:
+            ConfigurationError: Its tables are no models of these symbols and actions.
+        """
+        if self.kind == PAIRS:
+            pairs = PairsLearner(self.symbols, self._action_set(), frozen=frozen)
+            pairs.set_state(self.state)
+            return pairs
+        parameters = MemoryParameters.read(self.parameters, "parameters")
+        learner = MemoryLearner(self.symbols, self._action_set(), parameters, frozen=frozen)
+        learner.set_state(self.state)
+        models = self.world_models()
+        for number, model in enumerate(models):
+            world = model.pomdp()
+            if (world.symbols, world.actions) != (len(self.symbols), len(self.actions)):
+                accepted = f"one of {len(self.symbols)} symbols and {len(self.actions)} actions"
+                raise ConfigurationError(f"models[{number}]", f"{world.symbols} and {world.actions}", accepted)
+        if models:
+            learner.use(models, learner.trials)
+        return learner
+
+
+def is_memory_file(path: Path) -> bool:
+    """Whether a file says of itself that it is one; one that cannot be read does not."""
+    try:
+        with path.open("rb") as stream:
+            return MEMORY_SCHEMA.encode() in stream.read(200)
+    except OSError:
+        return False
+
+
+def _plain(value: Any) -> Any:
+    return value.tolist() if isinstance(value, np.ndarray) else [list(v) if isinstance(v, tuple) else v for v in value]
+
+
+def _array(where: str, raw: object, sides: int) -> Floats:
+    try:
+        values = np.array(raw, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise ConfigurationError(
+            where, "rows that differ in length or hold no numbers", f"{sides} sides of numbers"
+        ) from error
+    if values.ndim != sides or not np.isfinite(values).all():
+        raise ConfigurationError(where, f"{values.ndim} sides", f"{sides} sides of finite numbers")
+    return values

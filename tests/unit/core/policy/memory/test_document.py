@@ -1,0 +1,105 @@
+"""Memory files: what was learned comes back to the bit, and what does not fit is refused in a line."""
+
+import json
+
+import numpy as np
+import pytest
+
+from palpate.adapters.experiments.grid import believed, render_memory
+from palpate.adapters.visualisation import memory_picture
+from palpate.core.errors import ConfigurationError
+from palpate.core.perception import IdentityState
+from palpate.core.policy import MemoryLearner, MemoryParameters, PairsLearner
+from palpate.core.policy.memory import MemoryDocument
+from palpate.core.policy.memory.clone_model import CloneModel, clones_of
+from palpate.core.policy.memory.recorded import Batch
+from palpate.simulation.grid import grid_actions, run_trial, walked_steps
+from tests.unit.core.policy.memory.worlds import AMBIGUOUS, random_trials, true_offsets
+
+WORLD = {"grid": list(AMBIGUOUS.rows)}
+TRIALS = random_trials(AMBIGUOUS, 40)
+
+
+def learner_of(kind: str):
+    if kind == "pairs":
+        pairs, identity = PairsLearner(AMBIGUOUS.symbols, grid_actions()), IdentityState(AMBIGUOUS.symbols)
+        for trial in range(20):
+            run_trial(AMBIGUOUS, identity, pairs, 0, trial)
+        return pairs
+    learner = MemoryLearner(AMBIGUOUS.symbols, grid_actions(), MemoryParameters(kind=kind))
+    if kind == "offset":
+        model = true_offsets(AMBIGUOUS)
+    else:
+        clones = clones_of(TRIALS, 3, 20)
+        model = CloneModel.blank(clones, 3, 8, np.random.default_rng(0)).fitted(Batch.of(TRIALS), 3)
+    learner.use([model.rounded()], TRIALS)
+    return learner
+
+
+def document_of(kind: str) -> MemoryDocument:
+    return MemoryDocument.of(learner_of(kind), created_with={}, world=WORLD)
+
+
+@pytest.mark.parametrize("kind", ["offset", "clones", "pairs"])
+def test_what_was_learned_comes_back_and_acts_alike(kind: str) -> None:
+    document = document_of(kind)
+    again = MemoryDocument.from_json_text(document.to_json_text())
+    assert again.to_json_text() == document.to_json_text()
+    again.require_world(WORLD, AMBIGUOUS.symbols, grid_actions())
+    identity = IdentityState(AMBIGUOUS.symbols)
+    learned, read = learner_of(kind).as_frozen(), again.learner()
+    assert walked_steps(AMBIGUOUS, identity, learned) == walked_steps(AMBIGUOUS, identity, read)
+    assert read.get_state() == learned.get_state()
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "says"),
+    [
+        (("models", 0, "emissions", 0, 0), float("nan"), "NaN"),
+        (("models", 0, "emissions", 0, 0), -0.5, "finite probabilities"),
+        (("models", 0, "blocked", 0, 0), 1.5, "probabilities from 0 to 1"),
+        (("models", 0, "start"), [1.0], r"shape \(1,\)"),
+        (("models", 0, "offsets", 0), [0, 0], "not the goal's"),
+        (("displacements_mm", 1), [0.3, 0.77], "whole multiples of the shortest"),
+        (("displacements_mm",), [[1.0, 0.0]], "8, one an action"),
+        (("symbols",), ["A", "B"], "numbers from 0 to 1"),
+        (("parameters", "reach"), 150, "more than 512 MB are not set aside"),
+        (("state", "trials", 0, "actions"), [0, 1], "one a each of the 2 actions|one each"),
+    ],
+)
+def test_a_file_that_contradicts_itself_is_refused_in_a_line(path, value, says: str) -> None:
+    content = json.loads(document_of("offset").to_json_text())
+    part = content
+    for key in path[:-1]:
+        part = part[key]
+    part[path[-1]] = value
+    with pytest.raises(ConfigurationError, match=says) as refused:
+        MemoryDocument.from_json_text(json.dumps(content))
+    assert "\n" not in str(refused.value)
+
+
+def test_another_world_is_refused() -> None:
+    document, actions = document_of("offset"), grid_actions()
+    for world, symbols, says in (
+        ({"grid": ["A·"]}, AMBIGUOUS.symbols, "memory.world"),
+        (WORLD, ("A", "B", "D"), "memory.symbols"),
+    ):
+        with pytest.raises(ConfigurationError, match=says):
+            document.require_world(world, symbols, actions)
+
+
+def test_text_and_picture_show_what_is_read_where_and_the_belief() -> None:
+    document = document_of("offset")
+    text = render_memory(document, "A +x B")
+    assert "A  B  A  C  B\nC  A     B  A\nB  C  ·  A  C\n" in text
+    belief = believed(document, "A +x B")
+    # Four places read B one step right of an A; from the start each is as likely as the other.
+    assert sorted(belief[belief > 0.01].round(3)) == [0.25] * 4
+    assert memory_picture(document, belief, "A +x B", "png").startswith(b"\x89PNG")
+    for words, says in (("A +x", "a symbol behind"), ("A A", "one of"), ("D", "one of A B C")):
+        with pytest.raises(ConfigurationError, match=says):
+            believed(document, words)
+    with pytest.raises(ConfigurationError, match="no other is laid out"):
+        memory_picture(document_of("clones"), belief, "", "png")
+    assert "symbol  hidden states  belief" in render_memory(document_of("clones"))
+    assert "pasts of one to 4 symbols" in render_memory(document_of("pairs"))
