@@ -10,9 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from palpate.adapters.config.run import LearningConfig, PerceptionConfig, RunConfig, scenario
-from palpate.adapters.config.toml import overlay, read_toml, to_toml
+from palpate.adapters.config.toml import literal, overlay, read_toml, to_toml
 from palpate.core.errors import ConfigurationError
 from palpate.core.insertion.config import GoalConfig, TaskConfig
+from palpate.core.motion import ArmDescription
 
 CHANGED = RunConfig(
     scenario="blind",
@@ -31,10 +32,13 @@ CHANGED = RunConfig(
     ),
 )
 
+OWN = ArmDescription("/a.urdf", "tool", (0.0,) * 7, lower_rad=(-1.0,) * 7)
 
-@pytest.mark.parametrize("config", [RunConfig(), scenario("blind"), CHANGED])
+
+@pytest.mark.parametrize("config", [RunConfig(), scenario("blind"), CHANGED, RunConfig(arm=OWN)])
 def test_a_configuration_comes_back_from_its_text(config: RunConfig) -> None:
     assert overlay(RunConfig(), loads(to_toml(config))) == config
+    assert overlay(CHANGED, loads(f"arm = {literal(config.arm)}")).arm == config.arm
 
 
 @given(name=st.text(), action=st.text())
