@@ -113,26 +113,6 @@ def test_equal_seeds_and_actions_give_equal_bytes_whatever_was_before(name: str,
     other.close()
 
 
-@pytest.mark.parametrize(("name", "arguments"), [KINDS[3], KINDS[4]])
-@pytest.mark.parametrize("mode", ["sync", "async"])
-def test_vector_environments_do_what_single_ones_do(name: str, arguments: dict[str, Any], mode: str) -> None:
-    single = [gymnasium.make(name, **arguments) for _ in range(2)]
-    many = gymnasium.make_vec(name, num_envs=2, vectorization_mode=mode, **arguments)
-    many.action_space.seed(1)
-    seen, _ = many.reset(seed=[3, 4])
-    alone = [env.reset(seed=seed)[0] for env, seed in zip(single, (3, 4), strict=True)]
-    assert in_bytes(*seen) == in_bytes(*alone)
-    for _ in range(6):
-        actions = many.action_space.sample()
-        seen, rewards, _, _, info = many.step(actions)
-        answers = [env.step(action) for env, action in zip(single, actions, strict=True)]
-        assert in_bytes(*seen) == in_bytes(*(answer[0] for answer in answers))
-        assert rewards.tolist() == [answer[1] for answer in answers]
-        assert info["symbol"].tolist() == [answer[4]["symbol"] for answer in answers]
-    for env in (*single, many):
-        env.close()
-
-
 def test_an_error_in_a_worker_process_arrives_as_itself() -> None:
     many = gymnasium.make_vec(SENSOR_MAP, num_envs=2, vectorization_mode="async")
     many.reset(seed=0)

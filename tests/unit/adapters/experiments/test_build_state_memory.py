@@ -22,7 +22,7 @@ def test_names_of_memories() -> None:
 
 def test_an_automaton_s_states_survive_their_way_into_a_policy_file(tmp_path: Path) -> None:
     path = tmp_path / "automaton.json"
-    save(Machine(Kind.MOORE, ("A", "B"), ((1, 0), (0, None)), ("even", "odd")), path)
+    save(Machine(Kind.MOORE, ("C", "A", "B"), ((None, 1, 0), (None, 0, None)), ("even", "odd")), path)
     states = identifier(str(path), SYMBOLS)
     assert states.states == ("s0", "s1", "lost")
     again = stage_from_dict(json.loads(json.dumps(stage_to_dict(states))))

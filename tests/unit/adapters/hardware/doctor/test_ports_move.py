@@ -3,7 +3,7 @@ from collections.abc import Callable
 import pytest
 
 from palpate.adapters.hardware.doctor.findings import Level, Notebook
-from palpate.adapters.hardware.doctor.ports import STEP_RAD, examine_following
+from palpate.adapters.hardware.doctor.ports import examine_following
 from palpate.core.errors import DeviceError
 from palpate.core.ports.contracts.fakes import FakeArm, FakeClock, FakeJointEncoder
 from palpate.core.ports.values import CommandReason, JointCommand, JointVector
@@ -70,7 +70,3 @@ def test_an_arm_that_is_held_back_or_lost_is_stopped() -> None:
     with pytest.raises(DeviceError, match="stale"):
         bench.run()
     assert bench.is_stopped()
-
-
-def test_the_step_is_tiny() -> None:
-    assert STEP_RAD == 1e-3
