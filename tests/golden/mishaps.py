@@ -203,6 +203,8 @@ MISHAPS: Final[dict[str, Mishap]] = {
         ),
     ),
     "few-tared": Mishap((_force("freeze", 30, channels=(3,)),), {"task": {"tare_ticks": 4}}),
+    "seven-tared": Mishap((_force("noise", 6, magnitude=1.0, channels=(1,)),), {"task": _SOON | {"tare_ticks": 7}},
+        (40, "stop")),
     "no-torque-noise": Mishap(
         (_force("freeze", 20, channels=(1,)),), {"cell": {"sensor": {"torque_noise_Nm": 0.0}}}
     ),
@@ -212,7 +214,7 @@ MISHAPS: Final[dict[str, Mishap]] = {
     "retract-fast": Mishap((_force("nan", 20),), _weak(retract_mm=20.0, retract_speed_mm_s=1000.0)),
     **{
         f"lies-flat-{name}": Mishap((_force("freeze", 20, channels=(channel,)),))
-        for name, channel in (("fy", 1), ("tx", 3), ("ty", 4), ("tz", 5))
+        for name, channel in (("fx", 0), ("fy", 1), ("tx", 3), ("ty", 4), ("tz", 5))
     },
     "false-drop": Mishap(
         (_force("offset", 156, magnitude=1.4, channels=(2,), duration_ticks=8),),
@@ -268,6 +270,7 @@ MISHAPS: Final[dict[str, Mishap]] = {
             "inverted": _force("unit", 20, factor=-1.0),
             "flat-channel": _force("freeze", 20, channels=(2,)),
             "recurring": _force("repeat", 40, span_ticks=20, honest=False),
+            "recurring-late": _force("repeat", 66, span_ticks=62, honest=False),
             "noisy": _force("noise", 20, magnitude=1.0),
             "swapped": _force("swap", 20, channels=(0, 2)),
             "torque-scaled": _force("unit", _EXPLORING, factor=5.0, channels=(3, 4)),
@@ -288,7 +291,15 @@ MISHAPS: Final[dict[str, Mishap]] = {
     "no-contact": Mishap((_force("unit", 0, factor=0.01),), {"task": {"insertion_depth_mm": 0.5}}),
     "leaning": Mishap(settings={"cell": {"tilt_mrad": 2.0, "tilt_heading_deg": 40.0}}),
     "noisy-at-rest": Mishap((_force("noise", 6, magnitude=1.0, channels=(1,)),), {"task": _SOON}),
-    "lift-low": Mishap((_joints("offset", 0, magnitude=0.006, channels=(1,)),), {"task": _SOON}, (26, "stop")),
+    "lift-low": Mishap(
+        (
+            _joints("offset", 0, magnitude=0.006, channels=(1,)),
+            # What was borne while the tool was lifted out is no contact afterwards.
+            _force("offset", 0, magnitude=4.0, channels=(0,), duration_ticks=2),
+        ),
+        {"task": _SOON},
+        (26, "stop"),
+    ),
     "placed": Mishap(settings={"task": _SOON}, at=(20, "stop"), placed=True),
     "lies-dead-borne": Mishap(
         (

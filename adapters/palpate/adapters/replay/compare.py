@@ -25,7 +25,7 @@ from palpate.adapters.log import (
 )
 from palpate.adapters.replay.differences import Difference, Differences, close_enough, same_bits
 from palpate.adapters.replay.rebuild import Rebuilt
-from palpate.core.control_loop import LoopObserver
+from palpate.core.control_loop import LoopObserver, UnfinishedTick
 from palpate.core.insertion import Purpose, TrialReport, generator
 from palpate.core.policy import learner_of
 from palpate.core.ports import Truth
@@ -34,18 +34,24 @@ _Told: TypeAlias = DecisionEntry | ReinforcementEntry | EventEntry
 
 
 class Beginning(LoopObserver):
-    """What the core holds as a trial begins.
+    """What the core holds as a trial begins, and which port it was calling when an error ended it.
 
     Args:
         rebuilt: The core.
 
     Attributes:
         held: Field of the start record and its value; empty while the trial has not begun.
+        calling: The port whose call failed; empty for none.
     """
 
     def __init__(self, rebuilt: Rebuilt) -> None:
         self._rebuilt = rebuilt
         self.held: dict[str, Any] = {}
+        self.calling = ""
+
+    @override
+    def failed(self, error: BaseException, tick: UnfinishedTick) -> None:
+        self.calling = tick.calling
 
     @override
     def begun(self, start_ns: int, report: TrialReport) -> None:

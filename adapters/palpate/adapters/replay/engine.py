@@ -170,6 +170,7 @@ def replay(
             _compare_calls(tape, report, refused=isinstance(error, DeviceError))
             if log.end is not None and not torn:
                 _compare_latch(tape, rebuilt.supervisor.latch.cause, error)
+                _compare_observed(tape, beginning, error)
         compare_recorder(tape.differences, log)
     return Replay(
         path=log.path,
@@ -205,7 +206,9 @@ def run_over(tape: Tape, rebuilt: Rebuilt, recording: WhatIfRecording, beginning
         ports = Ports(ReplayClock(tape), sensor, encoder, arm)
         try:
             with recording.of(tape, rebuilt, World("recording", {})) as observers:
-                run_trial(rebuilt.task, ports, rebuilt.setup, rebuilt.supervisor, (beginning, *observers))
+                report = run_trial(rebuilt.task, ports, rebuilt.setup, rebuilt.supervisor, (beginning, *observers))
+            if report is not rebuilt.task.report:
+                tape.differences.add(Difference(tape.tick, "/end", "report", "the task's", "another"), gross=True)
         except LogError:
             raise
         except Exception as error:
@@ -296,6 +299,16 @@ def _compare_latch(tape: Tape, cause: str, error: BaseException | None) -> None:
         # A trip's text holds rounded numbers, which another processor may round otherwise.
         difference = Difference(tape.tick, "/end", "latch", told or None, cause or None)
         tape.differences.add(difference, gross=bool(told) is not bool(cause))
+
+
+def _compare_observed(tape: Tape, beginning: Beginning, error: BaseException | None) -> None:
+    """Hold what observers of the loop are told against the log: that a trial begins, and which port's call failed."""
+    if tape.tick >= 0 and not beginning.held:
+        tape.differences.add(Difference(0, "/start", "begun", True, False), gross=True)
+    failed = (call.port for call in tape.log.calls if call.error and call.call in ("read", "send"))
+    told = next(failed, "")
+    if isinstance(error, DeviceError) and told != beginning.calling:
+        tape.differences.add(Difference(tape.tick, "/call", "failed port", told, beginning.calling), gross=True)
 
 
 def known_causes(log: TrialLog, rebuilt: Rebuilt) -> tuple[str, ...]:

@@ -105,8 +105,7 @@ class Measurement:
                     after_m = depth_m + (after_m - depth_m) * (time_ns - then_ns) / (after_ns - then_ns)
                     break
                 after_ns, after_m = then_ns, depth_m
-        if not self._depths or newest_ns > self._depths[-1][0]:
-            self._depths.append((newest_ns, self.position_m[2]))
+        self._depths.append((newest_ns, self.position_m[2]))
         return after_m
 
     def filtered_wrench_at_tip(self) -> tuple[Vector3, Vector3]:

@@ -108,7 +108,7 @@ class ContactProof(Proof):
     def begin(self) -> None:
         self.touch.begin()
         self.life.begin()
-        self.new = True
+        self.new: bool
         self._sequence: int | None = None
         self._pulls = self._misfits = 0
         self._torque_Nm = self._torque_limit_Nm = 0.0

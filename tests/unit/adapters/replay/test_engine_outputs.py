@@ -224,3 +224,17 @@ def test_a_rig_that_is_latched_otherwise(
         first = diverged(replay_file(golden_here(name), Rebuilder()))
         assert first.field == "latch"
         assert word in str(first.recorded)
+
+
+def test_observers_that_are_told_of_another_port_or_of_no_beginning(
+    golden_here: Golden, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(control_loop, "JOINT_ENCODER", "force_sensor")
+    assert diverged(replay_file(golden_here("encoders-gone"), Rebuilder())).field == "failed port"
+    monkeypatch.setattr(control_loop, "_listeners", lambda observers, event: ())
+    assert diverged(replay_file(golden_here("straight-in"), Rebuilder())).field == "begun"
+
+
+def test_a_trial_that_gives_another_report(golden_here: Golden, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("palpate.adapters.replay.engine.run_trial", lambda *them: [control_loop.run_trial(*them)])
+    assert diverged(replay_file(golden_here("straight-in"), Rebuilder())).field == "report"
