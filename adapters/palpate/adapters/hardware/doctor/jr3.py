@@ -50,7 +50,10 @@ def examine_jr3(sensor: Jr3ForceSensor, clock: Clock, seconds: float, notes: Not
         told = f"{1e6 / identity.period_us:.0f} Hz is slower than the control loop's {CONTROL_RATE_HZ} Hz"
         notes.note(told, remedy)
     _arrivals(arrivals, identity.period_us, notes)
-    _silence([before_ns, *arrivals, clock.now_ns()], asked.stall_ns, notes)
+    end_ns = clock.now_ns()
+    expected = 0.9 * (end_ns - before_ns) / (identity.period_us * 1000)
+    whole = after.missed == before.missed and len(readings) > expected
+    _silence([before_ns, *arrivals, end_ns], asked.stall_ns, whole, notes)
     _judge_counters(before, after, notes)
     resolution = 2.0 * max(*scales.lsb_N, *scales.lsb_Nm)
     return examine_wrench(readings, notes, (*newtons, *metres), resolution)
@@ -117,9 +120,14 @@ def _arrivals(arrivals: list[int], period_us: int, notes: Notebook) -> None:
         notes.wrong(f"readings come in clumps {spread.median_ms:.1f} ms apart", remedy)
 
 
-def _silence(times_ns: list[int], stall_ns: int, notes: Notebook) -> None:
+def _silence(times_ns: list[int], stall_ns: int, whole: bool, notes: Notebook) -> None:
     longest_ns = max(distances(times_ns))
-    if longest_ns > stall_ns:
+    if longest_ns > stall_ns and whole:
+        told = f"this computer or its adapter held readings up for {longest_ns * 1e-6:.0f} ms; none is missing"
+        notes.wrong(
+            told, f"end other programs, ask for real-time scheduling; a run ends after {stall_ns * 1e-6:.0f} ms"
+        )
+    elif longest_ns > stall_ns:
         told = f"the sensor was silent for {longest_ns * 1e-6:.0f} ms, a run ends after {stall_ns * 1e-6:.0f} ms"
         notes.wrong(told, "check cable and power; end other programs that keep this computer busy")
 

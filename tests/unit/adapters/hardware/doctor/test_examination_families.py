@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -170,6 +171,21 @@ def test_jr3_that_is_overloaded(desk: VirtualDesk, notes: Notebook) -> None:
     _, sensor = jr3(desk, lambda now_ns: (0.0, 0.0, 2000.0, 0.0, 0.0, 0.0))
     examine_jr3(sensor, desk.clock, SECONDS, notes)
     assert "saturation" in " ".join(told(notes, Level.WRONG))
+
+
+def test_jr3_whose_readings_this_computer_held_up(desk: VirtualDesk, notes: Notebook) -> None:
+    _, sensor = jr3(desk, lambda now_ns: (0.0, 0.0, 5.0 + (now_ns // 7) % 2, 0.0, 0.0, 0.0))
+    asleep, times = desk.clock.sleep_until, 0
+
+    def oversleep(deadline_ns: int) -> None:
+        nonlocal times
+        times += 1
+        asleep(deadline_ns + (200_000_000 if times == 100 else 0))
+
+    with patch.object(desk.clock, "sleep_until", oversleep):
+        examine_jr3(sensor, desk.clock, SECONDS, notes)
+    assert "this computer or its adapter held readings up for 2" in " ".join(told(notes, Level.WRONG))
+    assert "check cable and power" not in str(notes.section())
 
 
 def test_jr3_that_falls_silent(desk: VirtualDesk, notes: Notebook) -> None:
