@@ -91,8 +91,9 @@ class SignOfLife:
         self._count += 1
         self._force += force_z_N
         self._force_square += force_z_N * force_z_N
-        for lag, sums in enumerate(self._sums):
-            depth = (self._commanded_m[lag] - self._origin_m) * self._stiffness
+        origin_m, stiffness = self._origin_m, self._stiffness
+        for commanded_m, sums in zip(self._commanded_m, self._sums, strict=True):
+            depth = (commanded_m - origin_m) * stiffness
             sums[0] += depth
             sums[1] += depth * depth
             sums[2] += depth * force_z_N

@@ -79,9 +79,10 @@ class InverseKinematics:
             factors.compute(jacobian)
             # The determinant is the product of the singular values: manipulability for free.
             if abs(factors.determinant()) >= _SINGULAR:
-                dq: Array = factors.solve(error)
-                q: Array = q_rad + dq
-                if self._is_inside(q.tolist()) and max(map(abs, dq.tolist())) <= self._least_reach_rad:
+                q: Array = factors.solve(error)
+                longest_rad = max(map(abs, q.tolist()))
+                q += q_rad
+                if longest_rad <= self._least_reach_rad and self._is_inside(q.tolist()):
                     return JointStep(q, False)
         return self._limited_step(q_rad, jacobian, error, self._reach_rad, self._towards_posture)
 

@@ -63,6 +63,7 @@ class Kinematics:
         self._tip_translation: Array = self._tip.translation
         self._tip_rotation: Array = self._tip.rotation
         self.joints = int(self.model.nq)
+        self._q: Array = np.zeros(self.joints)
         self.lower_rad: Array = np.array(arm.lower_rad or self.model.lowerPositionLimit)
         self.upper_rad: Array = np.array(arm.upper_rad or self.model.upperPositionLimit)
         self.velocity_limit_rad_s: Array = np.array(arm.velocity_limit_rad_s or self.model.velocityLimit)
@@ -89,9 +90,8 @@ class Kinematics:
 
     def update(self, q_rad: JointVector | Array) -> None:
         """Forward kinematics at joint angles (n,); the properties below then refer to them."""
-        q = q_rad if isinstance(q_rad, np.ndarray) else np.array(q_rad)
-        pin.forwardKinematics(self.model, self._data, q)
-        pin.updateFramePlacement(self.model, self._data, self._tip_id)
+        self._q[:] = q_rad
+        pin.framesForwardKinematics(self.model, self._data, self._q)
 
     @property
     def tip_in_base(self) -> pin.SE3:
@@ -115,7 +115,6 @@ class Kinematics:
     @property
     def sensor_in_base(self) -> pin.SE3:
         """Placement of the sensor frame in the base frame, as a copy."""
-        pin.updateFramePlacement(self.model, self._data, self._sensor_id)
         return self._data.oMf[self._sensor_id].copy()
 
     def tip_jacobian(self, q_rad: JointVector | Array) -> Array:

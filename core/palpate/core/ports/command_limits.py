@@ -58,15 +58,10 @@ class CommandLimiter:
             self._now_ns, self._base = now_ns, self._held
         # As if all joints were as slow as the slowest: the cheapest way to see it.
         needs_s = max(map(abs, map(sub, asked_rad, self._base))) * self._slowness_s
-        if not (needs_s <= self._may_s and self._inside(asked_rad)):
+        if not (needs_s <= self._credit_s + _ROUNDING_S and needs_s <= self._period_s and self._inside(asked_rad)):
             return False
         self._left_s, self._held = self._credit_s - needs_s, asked_rad
         return True
-
-    @property
-    def _may_s(self) -> float:
-        """The time that a step may take."""
-        return min(self._credit_s + _ROUNDING_S, self._period_s)
 
     def _inside(self, asked_rad: JointVector) -> bool:
         return all(map(le, self._lower, asked_rad)) and all(map(le, asked_rad, self._upper))
@@ -80,7 +75,7 @@ class CommandLimiter:
         """
         if self.passes(asked_rad, now_ns):
             return AppliedCommand(asked_rad)
-        may_s, inside, within = self._may_s, self._inside(asked_rad), asked_rad
+        may_s, inside, within = min(self._credit_s + _ROUNDING_S, self._period_s), self._inside(asked_rad), asked_rad
         if not inside:
             limits = zip(asked_rad, self._lower, self._upper, strict=True)
             within = tuple(min(max(value, low), high) for value, low, high in limits)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Iterator, Sequence
 from functools import partial
+from math import copysign, remainder
 from operator import sub
 from typing import Final, TypeAlias
 
@@ -81,7 +82,7 @@ class WorkCell:
         self._goal = goal_in_base.copy()
         self._ready: Array = ready_rad.copy()
         share = config.sensor.encoder_counts_share
-        self._encoder_step: Array | None = np.array(kinematics.arm.encoder_step_rad) * share if share else None
+        self._encoder_step = [step * share for step in kinematics.arm.encoder_step_rad] if share else None
         self._world = trial_world(config, 0, 0)
         self._build(self._world.cell)
         self._peak_rows: Array = np.empty((_PEAK_BLOCK, 3 * config.substeps))
@@ -158,10 +159,10 @@ class WorkCell:
         """Joint angles as the encoders count them, (n,) rad."""
         if self._encoder_step is None:
             return self.joint_angles()
-        counts = self._qpos / self._encoder_step
-        np.rint(counts, counts)
-        counts *= self._encoder_step
-        return tuple(counts.tolist())
+        q_rad = self._qpos.tolist()
+        # Whole counts. An angle of less than half of one is zero, and keeps its sign.
+        whole = map(sub, q_rad, map(remainder, q_rad, self._encoder_step))
+        return tuple(map(copysign, whole, q_rad))
 
     def joint_angles(self) -> JointVector:
         """Exact joint angles, (n,) rad: for the servos, which do not depend on the host's encoders."""
