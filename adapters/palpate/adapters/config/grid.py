@@ -9,7 +9,7 @@ from typing_extensions import override
 
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy import MemoryParameters, QParameters, SarsaParameters, TemperatureSchedule
-from palpate.core.policy.memory import CLONES, OFFSET, PAIRS
+from palpate.core.policy.memory import CLONES, LONGEST, OFFSET, PAIRS
 from palpate.core.ports import (
     Discount,
     HalvingVisits,
@@ -70,6 +70,8 @@ class GridLearning(Settings):
     """Steps after which a trial ends without the goal."""
     reach: Annotated[int, Range(1, 200)] = 10
     """Largest offset from the goal along x or y that the learner offset thinks of, in cells."""
+    look_back: Annotated[int, Range(1, 8)] = LONGEST
+    """Most symbols that the learner pairs looks back on."""
 
     @override
     def check(self) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import Final, TypeAlias
 
 from palpate.adapters.config import TRIALS, GridLearning
 from palpate.core.automata import AutomatonState
@@ -26,6 +26,7 @@ from palpate.simulation.grid import (
     walked_steps,
 )
 
+_WALKS: Final = 20  # from each cell, of a policy that draws
 StateMaker: TypeAlias = Callable[[GridMap], StateIdentifier]
 """Makes the states of a map: each run gets an identifier of its own."""
 GridLearner: TypeAlias = TabularLearner | MemoryLearner | PairsLearner
@@ -42,7 +43,7 @@ def new_grid_learner(learning: GridLearning, identifier: StateIdentifier) -> Gri
             accepted = f"symbols, with the learner {learning.learner}: it finds the hidden states itself"
             raise ConfigurationError("state", type(identifier).__name__, accepted)
         if learning.learner == PAIRS:
-            return PairsLearner(identifier.symbols, grid_actions())
+            return PairsLearner(identifier.symbols, grid_actions(), longest=learning.look_back)
         return MemoryLearner(identifier.symbols, grid_actions(), learning.memory())
     back_off = BackOff.of(learning.back_off_visits, identifier.symbol_of)
     return new_learner(learning.parameters(), identifier.states, grid_actions(), back_off=back_off)
@@ -69,10 +70,14 @@ class LearningRun:
         return [walk.steps for walk in self.walks]
 
     def frozen_steps(self, grid: GridMap, step_limit: int = STEP_LIMIT) -> ExpectedSteps:
-        """What the policy that was learned costs when it learns no more; a table's best action is taken."""
+        """What the policy that was learned costs when it learns no more: exact, unless the learner draws its actions.
+
+        Of a table the best action is taken.
+        """
         if isinstance(self.learner, TabularLearner):
             return expected_steps(grid, self.identifier, greedy(self.learner.q), step_limit)
-        return walked_steps(grid, self.identifier, self.learner.as_frozen(), step_limit)
+        walks = 1 if self.learner.temperature is None else _WALKS
+        return walked_steps(grid, self.identifier, self.learner.as_frozen(), step_limit, walks=walks)
 
 
 def learn(

@@ -11,6 +11,7 @@ from .learner import MemoryLearner as MemoryLearner
 from .learner import MemoryParameters as MemoryParameters
 from .learner import WorldModel as WorldModel
 from .offset_model import OffsetModel as OffsetModel
+from .pairs import LONGEST as LONGEST
 from .pairs import PAIRS as PAIRS
 from .pairs import PairsLearner as PairsLearner
 from .recorded import RecordedTrial as RecordedTrial
