@@ -12,7 +12,7 @@ from typing import Any
 from palpate.adapters.cli.notices import print_weakened, say
 from palpate.adapters.cli.study import CellProgress
 from palpate.adapters.cli.study_options import ProveOptions
-from palpate.adapters.experiments import RunFolder, Verdict, accepted_policies, on_signals
+from palpate.adapters.experiments import ClaimVerdict, RunFolder, accepted_policies, on_signals
 from palpate.adapters.experiments.study import (
     CellJob,
     Processes,
@@ -69,7 +69,7 @@ def prove(options: ProveOptions) -> int:
     for problem in problems:
         say(f"{problem}: configuration and seed do not give it again")
     say(f"saved in {folder.path}; the slowest, the hardest and those that failed in {folder.path / _KEPT}")
-    return 0 if found["verdict"] == Verdict.PROVED.value and not problems else 1
+    return 0 if found["verdict"] == ClaimVerdict.PROVED.value and not problems else 1
 
 
 def _told(found: dict[str, Any]) -> str:

@@ -9,7 +9,7 @@ from .build import supervisor_of as supervisor_of
 from .build import task_actions as task_actions
 from .capture_width import capture_half_width_m as capture_half_width_m
 from .claim import Claim as Claim
-from .claim import Verdict as Verdict
+from .claim import ClaimVerdict as ClaimVerdict
 from .evaluation import FIRST_EVALUATION_TRIAL as FIRST_EVALUATION_TRIAL
 from .evaluation import NOBODY_KNOWS as NOBODY_KNOWS
 from .evaluation import ChosenPolicy as ChosenPolicy

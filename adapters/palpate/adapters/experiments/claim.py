@@ -36,12 +36,12 @@ class Claim(Settings):
         """Whether a trial ended well."""
         return row.success and row.peak_force_N <= self.force_N
 
-    def judge(self, rows: Sequence[TrialRow]) -> tuple[Verdict, tuple[float, float]]:
+    def judge(self, rows: Sequence[TrialRow]) -> tuple[ClaimVerdict, tuple[float, float]]:
         """The verdict on these trials, and the interval of the share that it goes by."""
         good = sum(map(self.holds, rows))
         low, high = exact_interval(good, len(rows), self.confidence_percent / 100.0)
         share = self.success_percent / 100.0
-        verdict = Verdict.PROVED if low >= share else Verdict.REFUTED if high < share else Verdict.OPEN
+        verdict = ClaimVerdict.PROVED if low >= share else ClaimVerdict.REFUTED if high < share else ClaimVerdict.OPEN
         return verdict, (low, high)
 
     def __str__(self) -> str:
@@ -51,7 +51,7 @@ class Claim(Settings):
         )
 
 
-class Verdict(Enum):
+class ClaimVerdict(Enum):
     """What trials say of a claim."""
 
     PROVED = "proved"

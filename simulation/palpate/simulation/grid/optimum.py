@@ -65,12 +65,12 @@ def belief_optimum(grid: GridMap, most_cells: int | None = None) -> Fraction:
     """
     if most_cells is None:
         most_cells = MOST_CELLS if len(grid.symbols) > 1 else MOST_BLIND_CELLS
-    search = _Search(grid, most_cells)
+    search = _BeliefSearch(grid, most_cells)
     starts = search.divided(Counter(range(len(grid.cells))))
     return Fraction(sum(map(search.solve, starts)), len(grid.cells))
 
 
-class _Search:
+class _BeliefSearch:
     def __init__(self, grid: GridMap, most_cells: int) -> None:
         self._grid, self._left = grid, most_cells
         self._distances = grid.distances

@@ -2,7 +2,7 @@
 
 import pytest
 
-from palpate.adapters.experiments import Claim, TrialRow, Verdict
+from palpate.adapters.experiments import Claim, ClaimVerdict, TrialRow
 
 
 def row(success: bool, force_N: float = 10.0) -> TrialRow:
@@ -19,9 +19,9 @@ def test_as_many_trials_as_are_needed_prove_it_and_one_fewer_does_not(
 ) -> None:
     claim = Claim(success_percent=percent, confidence_percent=confidence)
     assert claim.fewest == fewest
-    assert claim.judge([row(True)] * fewest)[0] is Verdict.PROVED
-    assert claim.judge([row(True)] * (fewest - 1))[0] is Verdict.OPEN
-    assert claim.judge([row(True)] * (fewest - 1) + [row(False)])[0] is Verdict.OPEN
+    assert claim.judge([row(True)] * fewest)[0] is ClaimVerdict.PROVED
+    assert claim.judge([row(True)] * (fewest - 1))[0] is ClaimVerdict.OPEN
+    assert claim.judge([row(True)] * (fewest - 1) + [row(False)])[0] is ClaimVerdict.OPEN
 
 
 def test_the_interval_is_that_of_clopper_and_pearson() -> None:
@@ -32,5 +32,5 @@ def test_the_interval_is_that_of_clopper_and_pearson() -> None:
 
 def test_a_great_force_is_no_good_end() -> None:
     verdict, (_, high) = Claim(force_N=30.0).judge([row(True, 30.0)] * 60 + [row(True, 30.1)] * 40)
-    assert verdict is Verdict.REFUTED
+    assert verdict is ClaimVerdict.REFUTED
     assert 0.6 < high < 0.75
