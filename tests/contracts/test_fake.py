@@ -16,8 +16,7 @@ from palpate.core.ports.contracts import (
     JointEncoderRig,
 )
 from palpate.core.ports.contracts.fakes import MAX_AGE_NS, FakeArm, FakeClock, FakeForceSensor, FakeJointEncoder
-from palpate.core.ports.lifecycle import Life
-from palpate.core.ports.values import JointCommand, Validity
+from palpate.core.ports.values import Validity
 
 HOME_RAD = (0.1, -0.2, 0.3)
 LOWER_RAD = (-1.0, -1.0, -1.0)
@@ -120,21 +119,3 @@ def test_silence_from_the_start_is_an_error(port: str) -> None:
     fake.silent = True
     with fake, pytest.raises(DeviceError, match="has not delivered"):
         fake.read()
-
-
-def test_a_device_that_does_not_answer_cannot_be_configured() -> None:
-    sensor = FakeForceSensor(FakeClock())
-    sensor.disconnected = True
-    with pytest.raises(DeviceError, match="does not answer"):
-        sensor.configure()
-    assert sensor.life is Life.CONSTRUCTED
-
-
-@pytest.mark.parametrize("end", ["fail", "deactivate", "close"])
-def test_a_command_under_way_is_dropped(end: str) -> None:
-    clock = FakeClock()
-    with make_arm(clock) as arm:
-        arm.send(JointCommand((0.11, -0.2, 0.3)))
-        getattr(arm, end)()
-        clock.advance()
-        assert arm.position_rad() == HOME_RAD

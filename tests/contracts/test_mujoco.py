@@ -5,13 +5,12 @@ from functools import cache, partial
 from typing import Self
 
 import numpy as np
-import pytest
 
 from palpate.adapters.config.run import RunConfig
 from palpate.adapters.mujoco.ports import MujocoArm, MujocoClock, MujocoForceSensor, MujocoJointEncoder
 from palpate.core.insertion import find_ready_pose, goal_in_base
 from palpate.core.motion import Kinematics, ToolGeometry, arm_named
-from palpate.core.ports import CONTROL_RATE_HZ, JointCommand, JointVector, ManagedDevice
+from palpate.core.ports import CONTROL_RATE_HZ, JointVector, ManagedDevice
 from palpate.core.ports.contracts import (
     ArmCommandContract,
     ArmCommandRig,
@@ -166,13 +165,3 @@ def test_noise_is_drawn_anew_for_each_tick() -> None:
         first = sensor.read()
         bench.advance(1)
         assert sensor.read().torque_Nm != first.torque_Nm
-
-
-@pytest.mark.parametrize("end", ["stop", "deactivate", "close"])
-def test_a_command_under_way_is_dropped(end: str) -> None:
-    bench = Bench.fresh()
-    with bench.arm() as arm:
-        arm.send(JointCommand(tuple(q + 1e-3 for q in bench.home_rad)))
-        getattr(arm, end)()
-        bench.advance(SETTLE_TICKS)
-        assert bench.cell.joint_angles() == pytest.approx(bench.home_rad, abs=2e-5)
