@@ -38,12 +38,6 @@ def test_without_a_folder_named_each_run_gets_one_of_its_own(palpate: CommandLin
     assert not (tmp_path / "runs" / "paper-run-001" / "logs").exists()
 
 
-def test_the_other_arm_inserts_too(palpate: CommandLine) -> None:
-    printed = palpate.succeed("run", "--policy", "torque", "--arm", "ur5", "--trials", 2, "--recording.no-enabled")
-    assert "torque, ur5, scenario paper, seed 0: 2 trials" in printed
-    assert "'inserted': 2" in printed
-
-
 @pytest.mark.parametrize("command", ["run", "train"])
 def test_the_trial_that_fails_has_a_row_with_the_number_in_the_message(
     palpate: CommandLine, tmp_path: Path, command: str

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from palpate.core.errors import AssetError, ConfigurationError
+from palpate.core.errors import AssetError
 from palpate.core.motion.arm import ARMS, ArmDescription, arm_named
 from palpate.core.motion.model import Array, Kinematics, ToolGeometry, wrench_about
 from palpate.core.ports.values import Vector3
@@ -164,9 +164,3 @@ def test_a_urdf_that_cannot_be_read_is_an_asset_error(tmp_path: Path, content: s
         Kinematics(replace(ZEBRA, urdf=str(path)), ToolGeometry())
     assert (caught.value.field, caught.value.value) == ("arm", str(path))
     assert "\n" not in str(caught.value)
-
-
-def test_a_urdf_without_the_flange_is_an_asset_error() -> None:
-    with pytest.raises(AssetError, match="a frame 'gripper' for the flange") as caught:
-        Kinematics(replace(ZEBRA, flange="gripper"), ToolGeometry())
-    assert isinstance(caught.value, ConfigurationError)
