@@ -32,7 +32,7 @@ def test_a_run_prints_what_is_possible_and_leaves_everything(palpate: CommandLin
     out = tmp_path / "deep" / "out"
     done = palpate("explore", "--map", 2, "--state", "last-2", *QUICK, "--seed", 5, "--out", out)
     assert done.code == 0, done.stderr
-    assert "60/60" in done.stderr
+    assert "60 of 60 trials" in done.stderr
     for fact in ("full information      2.33", "belief-state optimum  3.21", "random walk           48.27"):
         assert fact in done.stdout
     assert sorted(path.name for path in out.iterdir()) == [

@@ -152,7 +152,8 @@ def require_true_figures(study: Path) -> None:
         # The standard error of two values is half their distance.
         half = t.ppf(0.975, 1) * abs(means[0] - means[1]) / 2
         assert float(line["mean_s"]) == pytest.approx(mean, abs=1e-4)
-        assert float(line["mean_s_high"]) == pytest.approx(mean + half, abs=1e-4)
+        # No trial takes longer than the study's time limit, so nor does the mean.
+        assert float(line["mean_s_high"]) == pytest.approx(min(mean + half, 1.0), abs=1e-4)
         assert float(line["mean_s_low"]) == pytest.approx(max(0.0, mean - half), abs=1e-4)
         wins = [row["success"] == "True" for part in rows for row in part]
         assert float(line["success"]) == pytest.approx(sum(wins) / len(wins), abs=1e-4)

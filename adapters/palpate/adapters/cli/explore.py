@@ -8,9 +8,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final
 
-from tqdm import tqdm
-
 from palpate.adapters.cli.explore_options import ExploreOptions
+from palpate.adapters.cli.progress import progress
 from palpate.adapters.experiments.grid import (
     LearningRun,
     Named,
@@ -74,7 +73,7 @@ def _runs(options: ExploreOptions, grid: GridMap, make: StateMaker, title: str =
     runs: list[LearningRun] = []
     seeds = range(options.seed, options.seed + options.seeds)
     total = len(seeds) * options.trials
-    with tqdm(total=total, desc=title or None, unit="trial", file=sys.stderr, dynamic_ncols=True) as bar:
+    with progress(total, "trial", title) as bar:
         try:
             for seed in seeds:
                 runs.append(learn(grid, make, options.learning, seed, options.trials, lambda walk: bar.update()))

@@ -6,10 +6,9 @@ import os
 import sys
 from pathlib import Path
 
-from tqdm import tqdm
-
 from palpate.adapters.cli.notices import print_weakened
 from palpate.adapters.cli.options import FaultsOptions
+from palpate.adapters.cli.progress import progress
 from palpate.adapters.experiments import ChosenPolicy
 from palpate.adapters.fault_injection.campaign import Choice, Class, FaultRun, as_csv, cases, run_cases, summary, table
 from palpate.core.files import require_no_file, write_whole
@@ -25,7 +24,7 @@ def faults(options: FaultsOptions) -> int:
     chosen = cases(options.run, options.seeds, Choice(options.most, options.group, options.phase, options.fault))
     runs: list[FaultRun] = []
     try:
-        with tqdm(total=len(chosen), unit="run", file=sys.stderr) as bar:
+        with progress(len(chosen), "run") as bar:
             for part in run_cases(
                 options.run,
                 chosen,

@@ -5,9 +5,8 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from tqdm import tqdm
-
 from palpate.adapters.cli.options import FitTouchOptions
+from palpate.adapters.cli.progress import progress
 from palpate.adapters.experiments import render_table, run_toml
 from palpate.adapters.replay import find_logs, touches_of
 from palpate.adapters.visualisation.report import touch_pictures
@@ -23,7 +22,7 @@ def fit_touch(options: FitTouchOptions) -> int:
         raise UsageError("palpate fit-touch needs logs, folders with logs, or patterns in quotes")
     require_free_folder(Path(options.out))
     paths = find_logs(options.logs)
-    with tqdm(total=len(paths), unit="log", file=sys.stderr, leave=False, disable=None) as bar:
+    with progress(len(paths), "log", passing=True) as bar:
         found = touches_of(paths, lambda: bar.update())
     belief = found.document.belief
     with new_folder(Path(options.out)) as folder:

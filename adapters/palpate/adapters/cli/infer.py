@@ -6,10 +6,10 @@ import json
 import sys
 from contextlib import ExitStack
 from pathlib import Path
-
-from tqdm import tqdm
+from typing import Any
 
 from palpate.adapters.cli.automaton_options import InferOptions
+from palpate.adapters.cli.progress import progress
 from palpate.adapters.log import strings_from
 from palpate.adapters.visualisation import hidden_picture, machine_picture, training_picture
 from palpate.core.automata import (
@@ -35,13 +35,13 @@ def infer_command(options: InferOptions) -> int:
     held_out = read_strings(options.held_out_file, strings.alphabet) if options.held_out_file else None
     training = options.settings.training
     with ExitStack() as opened:
-        bars: list[tqdm[object]] = []
+        bars: list[Any] = []
 
         def show(point: Progress) -> None:
             if not bars:
                 # Not before training really goes on: settings may still be refused.
                 total = training.restarts * training.steps
-                bars.append(opened.enter_context(tqdm(total=total, unit="step", desc="training", file=sys.stderr)))
+                bars.append(opened.enter_context(progress(total, "step", "training")))
             (bar,) = bars
             batch = min(training.batch, training.restarts - point.restart)
             bar.update(point.restart * training.steps + batch * point.step - bar.n)

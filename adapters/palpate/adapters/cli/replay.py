@@ -9,9 +9,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
-from tqdm import tqdm
-
 from palpate.adapters.cli.options import ReplayOptions
+from palpate.adapters.cli.progress import progress
 from palpate.adapters.config import RunConfig, overlay, read_toml, recorded_config
 from palpate.adapters.experiments import COMPARATORS, accepted_policies, aligned, foreign_code, foreign_entry
 from palpate.adapters.replay import (
@@ -55,7 +54,7 @@ def replay(options: ReplayOptions) -> int:
     jobs = min(options.jobs or os.cpu_count() or 1, -(-len(paths) // 2))
     began = time.perf_counter()
     replays: list[Replay] = []
-    with tqdm(total=len(paths), unit="log", file=sys.stderr, disable=len(paths) < 2, leave=False) as bar:
+    with progress(len(paths), "log", passing=True) as bar:
         for part in replay_files(paths, WhatIf(changes, options.continue_in_mujoco, out), jobs):
             replays += part
             bar.update(len(part))

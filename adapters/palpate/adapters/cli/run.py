@@ -6,8 +6,6 @@ import sys
 from contextlib import ExitStack
 from pathlib import Path
 
-from tqdm import tqdm
-
 from palpate.adapters.cli.notices import (
     marked_line,
     print_grants,
@@ -17,6 +15,7 @@ from palpate.adapters.cli.notices import (
     unrecorded,
 )
 from palpate.adapters.cli.options import RunOptions
+from palpate.adapters.cli.progress import progress
 from palpate.adapters.config import RunConfig
 from palpate.adapters.experiments import (
     FIRST_EVALUATION_TRIAL,
@@ -122,7 +121,7 @@ def run_named(
         subfolder: Where in the recorder's folder the logs go.
         session: Real time, entered; None where the rig has none.
     """
-    with tqdm(total=trials, unit="trial", desc=chosen.label, file=sys.stderr) as bar:
+    with progress(trials, "trial", chosen.label) as bar:
         policy = chosen.on(rig)
         name = chosen.name if chosen.document is None else ""
         recorded = None if recorder is None else Recorded(recorder, command, name, subfolder)

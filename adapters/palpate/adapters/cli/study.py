@@ -9,11 +9,10 @@ import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, closing
 from pathlib import Path
-from typing import Final, NoReturn
-
-from tqdm import tqdm
+from typing import Any, Final
 
 from palpate.adapters.cli.notices import print_weakened, say
+from palpate.adapters.cli.progress import progress
 from palpate.adapters.cli.study_options import StudyOptions
 from palpate.adapters.experiments import on_signals
 from palpate.adapters.experiments.study import (
@@ -129,7 +128,7 @@ class CellProgress:
     def follow(self, engine: Engine, jobs: Iterator[CellJob]) -> None:
         """Make the cells, until all are made or Ctrl-C ends it."""
         with (
-            tqdm(total=self._total, initial=self._finished, unit="cell", file=sys.stderr, dynamic_ncols=True) as bar,
+            progress(self._total, "cell", initial=self._finished) as bar,
             closing(engine.run(jobs)) as reports,
         ):
             try:
@@ -138,7 +137,7 @@ class CellProgress:
             except KeyboardInterrupt:
                 self.interrupted = True
 
-    def _note(self, report: CellReport, bar: tqdm[NoReturn]) -> None:
+    def _note(self, report: CellReport, bar: Any) -> None:
         if report.outcome is CellOutcome.DIED:
             bar.write(f"palpate: a worker died over {report.name}: it is made anew", file=sys.stderr)
         elif report.outcome is CellOutcome.FAILED:

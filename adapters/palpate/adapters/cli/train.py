@@ -8,8 +8,6 @@ import sys
 from contextlib import ExitStack
 from pathlib import Path
 
-from tqdm import tqdm
-
 from palpate.adapters.cli.notices import (
     marked_line,
     print_grants,
@@ -20,6 +18,7 @@ from palpate.adapters.cli.notices import (
     unrecorded,
 )
 from palpate.adapters.cli.options import TrainOptions
+from palpate.adapters.cli.progress import progress
 from palpate.adapters.config import LEARNERS, RunConfig, read_toml, recorded_config, to_toml
 from palpate.adapters.experiments import (
     WINDOW,
@@ -194,7 +193,7 @@ def _with_progress(trainer: Trainer, trials: int, first: int, folder: RunFolder)
     rows = folder.read_trials()
     times = [row.exploration_time_s for row in rows]
     wins = [row.success for row in rows]
-    with tqdm(total=trials, initial=first, unit="trial", file=sys.stderr, dynamic_ncols=True) as bar:
+    with progress(trials, "trial", initial=first) as bar:
 
         def show(scored: ScoredTrial) -> None:
             times.append(scored.report.exploration_time_s)

@@ -10,7 +10,7 @@ from typing import Any, Final
 
 from palpate.adapters.config import RunConfig
 from palpate.adapters.experiments.build import build_perception, build_task, supervisor_of
-from palpate.adapters.experiments.figure import learning_curve
+from palpate.adapters.experiments.figure import trials_picture
 from palpate.adapters.experiments.fitting import configured_perception
 from palpate.adapters.experiments.foreign import foreign_code
 from palpate.adapters.experiments.policies import (
@@ -162,14 +162,14 @@ def at_work(policy: Policy, rig: Rig) -> Policy:
 def write_evaluation(
     config: RunConfig, folder: RunFolder, name: str, chosen: ChosenPolicy, rows: Sequence[TrialRow], trials: int
 ) -> dict[str, Any]:
-    """Write ``summary.json``, the times as a picture, and the policy, of which so many trials were to be made.
+    """Write ``summary.json``, times and forces as a picture, and the policy, of which so many trials were to be made.
 
     Returns:
         The figures of the summary.
     """
     summary = policy_summary(config, name, rows, trials)
     folder.write_json("summary.json", summary)
-    folder.write("learning_curve.png", learning_curve(rows, f"{name}, {config.scenario}"))
+    folder.write("trials.png", trials_picture(rows, f"{name}, {config.scenario}"))
     if chosen.document is not None:
         chosen.document.save(folder.path / "policy.json")
     return summary

@@ -59,22 +59,45 @@ def drawing(
 
 
 def learning_curve(rows: Sequence[TrialRow], title: str) -> bytes:
-    """Exploration time of every trial and its moving average, as a PNG (the paper's figure 5)."""
-    trials = [row.trial + 1 for row in rows]
-    times = [row.exploration_time_s for row in rows]
+    """Exploration time of every trial and, where there are enough, its moving average, as a PNG (the paper's figure 5).
+
+    Trials have the numbers that they have in ``trials.csv``.
+    """
     with drawing(8.0, 4.2, 120) as canvas:
         axes: Any = canvas.figure.add_subplot()
-        for success, colour, marker, label in (
-            (True, "#4878a8", ".", "inserted to full depth"),
-            (False, "#c44e52", "x", "not inserted"),
-        ):
-            points = [(t, s) for t, s, row in zip(trials, times, rows, strict=True) if row.success is success]
-            if points:
-                axes.scatter(*zip(*points, strict=True), s=18, marker=marker, color=colour, alpha=0.6, label=label)
+        _scatter(axes, rows, [row.exploration_time_s for row in rows])
+        if len(rows) >= WINDOW:
+            means = moving_average([row.exploration_time_s for row in rows])[WINDOW - 1 :]
+            trials = [row.trial for row in rows[WINDOW - 1 :]]
+            axes.plot(trials, means, color="black", linewidth=1.8, label=f"moving average of {WINDOW}")
         if rows:
-            axes.plot(trials, moving_average(times), color="black", linewidth=1.8, label=f"moving average of {WINDOW}")
             axes.legend(loc="upper right")
         axes.set(xlabel="trial", ylabel="exploration time [s]", title=title)
-        axes.set_ylim(bottom=0.0)
-        axes.grid(alpha=0.25)
     return canvas.content
+
+
+def trials_picture(rows: Sequence[TrialRow], title: str) -> bytes:
+    """Exploration time and peak force of every trial of a run that does not learn, as a PNG."""
+    with drawing(8.0, 5.2, 120) as canvas:
+        upper, lower = canvas.figure.subplots(2, 1, sharex=True)
+        _scatter(upper, rows, [row.exploration_time_s for row in rows])
+        _scatter(lower, rows, [row.peak_force_N for row in rows])
+        if rows:
+            upper.legend(loc="upper right")
+        upper.set(ylabel="exploration time [s]", title=title)
+        lower.set(xlabel="trial", ylabel="peak force [N]")
+    return canvas.content
+
+
+def _scatter(axes: Any, rows: Sequence[TrialRow], values: Sequence[float]) -> None:
+    """A mark for each trial, from zero to somewhat above the highest."""
+    for success, colour, marker, label in (
+        (True, "#4878a8", ".", "inserted to full depth"),
+        (False, "#c44e52", "x", "not inserted"),
+    ):
+        points = [(row.trial, value) for row, value in zip(rows, values, strict=True) if row.success is success]
+        if points:
+            axes.scatter(*zip(*points, strict=True), s=18, marker=marker, color=colour, alpha=0.6, label=label)
+    axes.set_ylim(0.0, 1.1 * max(values, default=0.0) or 1.0)
+    axes.xaxis.get_major_locator().set_params(integer=True)
+    axes.grid(alpha=0.25)

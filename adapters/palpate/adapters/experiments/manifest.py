@@ -167,7 +167,7 @@ class KnownFolder:
 
 RUN_FILES: Final = (
     "run.toml", "trials.csv", "decisions.csv", "checkpoint.json", "policy.json", "summary.json", "learning_curve.png",
-    "compare.csv", "compare.txt", "cell.json",
+    "trials.png", "compare.csv", "compare.txt", "cell.json",
 )  # fmt: skip
 """Files that a run leaves, besides its logs."""
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from math import isfinite
+from math import inf, isfinite
 from typing import Any, Final, TypeAlias
 
 import numpy as np
@@ -90,17 +90,18 @@ def t_half_width(values: Array) -> Array:
     return half
 
 
-def mean_with_interval(values: Sequence[float]) -> tuple[float, float | None, float | None]:
+def mean_with_interval(values: Sequence[float], highest: float = inf) -> tuple[float, float | None, float | None]:
     """Mean of independent values and Student's t interval; None twice where there is only one value.
 
-    Times and steps are never below zero, so the lower end is cut off there.
+    Times and steps are never below zero, so the lower end is cut off there; and the upper one at ``highest``, a
+    limit that no value exceeds.
     """
     data = np.asarray(values, dtype=float)
     mean = float(data.mean())
     if len(data) < 2:
         return mean, None, None
     half = float(t_half_width(data))
-    return mean, max(0.0, mean - half), mean + half
+    return mean, max(0.0, mean - half), min(mean + half, max(highest, mean))
 
 
 def shown_interval(value: float, low: float | None, high: float | None) -> str:

@@ -1,13 +1,16 @@
 """The learning curve is a picture that opens, and equal trials give equal pictures."""
 
 import io
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 from matplotlib.image import imread
 
-from palpate.adapters.experiments import TrialRow, learning_curve
+from palpate.adapters.experiments import TrialRow, figure, learning_curve
 from tests.unit.adapters.samples import trial_rows
 
 SIZE = (504, 960, 3)
@@ -45,3 +48,27 @@ def test_one_kind_alone_is_seen_alone(success: bool) -> None:
 @pytest.mark.parametrize("trials", [0, 1])
 def test_hardly_any_trials_still_give_a_picture(trials: int) -> None:
     assert pixels(learning_curve(trial_rows(*[3.0] * trials), "few")).shape == SIZE
+
+
+def test_times_and_forces_of_a_run_and_a_moving_average_only_where_there_are_so_many_trials(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    drawn: list[Any] = []
+    real = figure.drawing
+
+    @contextmanager
+    def kept(*words: Any) -> Iterator[Any]:
+        with real(*words) as canvas:
+            yield canvas
+            drawn.extend(canvas.figure.axes)
+
+    monkeypatch.setattr(figure, "drawing", kept)
+    learning_curve(trial_rows(*[3.0] * 26), "curve")
+    learning_curve(trial_rows(*[3.0] * 24), "too few")
+    figure.trials_picture(trial_rows(1.0, 2.0), "run")
+    long, short, times, forces = drawn
+    assert list(long.lines[0].get_xdata()) == [24, 25]
+    assert len(short.lines) == 0
+    assert (times.get_ylabel(), forces.get_ylabel()) == ("exploration time [s]", "peak force [N]")
+    assert times.get_ylim() == (0.0, pytest.approx(2.2))
+    assert all(place == round(place) for place in forces.get_xticks())

@@ -133,6 +133,8 @@ def test_three_values_by_hand() -> None:
 
 
 def test_times_are_not_negative() -> None:
+    # Two values have an interval far beyond all that can be.
+    assert mean_with_interval([15.0, 18.0], 20.0)[1:] == (0.0, 20.0)
     _, low, high = mean_with_interval([0.1, 3.0])
     assert low == 0.0
     assert high is not None

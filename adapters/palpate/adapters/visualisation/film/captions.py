@@ -58,7 +58,7 @@ def now_lines(moment: Moment, force_N: Sequence[float] | None) -> list[tuple[str
     else:
         x, y, z = (round(value, 1) + 0.0 for value in force_N)
         lines.append(("force", f"{hypot(*force_N):.1f} N"))
-        lines.append(("x y z", f"{x:+.1f} {y:+.1f} {z:+.1f}"))
+        lines.append(("x y z", f"{x:+.1f} {y:+.1f} {z:+.1f} N"))
     return lines
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import inf
 from typing import Any
 
 import numpy as np
@@ -53,12 +54,14 @@ class Axes:
     Attributes:
         cost: Name and unit of the cost, ``exploration time [s]``.
         highest: Upper limit of the cost; None takes it from the data.
+        ceiling: No cost is above this, so no interval need be: the time limit.
     """
 
     cost: str = "exploration time [s]"
     unit: str = "s"
     success: str = "success"
     highest: float | None = None
+    ceiling: float = inf
 
 
 def window_of(trials: int) -> int:
@@ -71,25 +74,25 @@ def learning_picture(
 ) -> Picture:
     """Cost above and success below, over the trials, of one or more curves with a trial or more.
 
-    A single curve of a single run has its trials as dots; several runs have a band, the t interval of their mean.
+    A single curve of a single run has its trials as dots; several runs have a band, the t interval of their mean, which
+    may leave the picture: two runs have one that is many times as high as all that was measured.
     """
-    axes = axes or Axes()
+    axes, tops = axes or Axes(), [level.cost for level in levels]
     with drawn(5.0) as canvas:
         upper, lower = canvas.figure.subplots(2, 1, sharex=True, height_ratios=(1.9, 1.0))
         for number, curve in enumerate(curves):
-            _draw(upper, lower, curve, COLOURS[number % len(COLOURS)], dots=len(curves) == 1)
+            tops.append(_draw(upper, lower, curve, COLOURS[number % len(COLOURS)], axes.ceiling, dots=len(curves) == 1))
         for number, level in enumerate(levels):
             style: dict[str, Any] = {"color": GREY, "linewidth": 1.3, "linestyle": LINES[1 + number % (len(LINES) - 1)]}
             upper.axhline(level.cost, label=level.label, **style)
             if level.success is not None:
                 lower.axhline(level.success, **style)
-        if axes.highest is not None:
-            upper.set_ylim(top=axes.highest)
-        upper.set_ylim(bottom=0.0)
+        upper.set_ylim(0.0, (1.08 * max(tops) if axes.highest is None else axes.highest) or 1.0)
         upper.set_ylabel(axes.cost)
         lower.set(xlabel="trial", ylabel=axes.success, ylim=(-0.04, 1.04))
         lower.yaxis.set_major_formatter(lambda value, _: f"{value:.0%}")
-        lower.set_xlim(0.5, max(max(map(len, c.costs)) for c in curves) + 0.5)
+        lower.set_xlim(-0.5, max(max(map(len, c.costs)) for c in curves) - 0.5)
+        lower.xaxis.get_major_locator().set_params(integer=True)
         legend_above(canvas.figure, upper)
     return Picture(name, _alt(curves, levels, axes), _caption(curves, axes), canvas.content)
 
@@ -99,23 +102,28 @@ def means_of(values: Sequence[Sequence[float]], trials: int) -> Array:
     return np.array([moving_average(run[:trials], window_of(trials)) for run in values])
 
 
-def _draw(upper: Any, lower: Any, curve: LearningCurve, colour: str, *, dots: bool) -> None:
-    runs, trials = len(curve.costs), np.arange(1, curve.trials + 1)
+def _draw(upper: Any, lower: Any, curve: LearningCurve, colour: str, ceiling: float, *, dots: bool) -> float:
+    """Draw a curve; returns the highest cost that is drawn, but for bands."""
+    runs, trials, top = len(curve.costs), np.arange(curve.trials), 0.0
+    whole = slice(window_of(curve.trials) - 1, None)
     if runs == 1 and dots:
         costs, wins = np.array(curve.costs[0]), np.array(curve.successes[0])
         for kind, marker, shade in ((wins, "o", colour), (~wins, "x", COLOURS[1])):
             if kind.any():
                 label = "trial, good end" if marker == "o" else "trial, no good end"
+                top = float(costs.max())
                 upper.scatter(trials[kind], costs[kind], s=22, marker=marker, color=shade, alpha=0.55, label=label)
         colour = "black"
-    for axes, values, ceiling in ((upper, curve.costs, np.inf), (lower, curve.successes, 1.0)):
-        means = means_of(values, curve.trials)
+    for axes, values, most in ((lower, curve.successes, 1.0), (upper, curve.costs, ceiling)):
+        # Only where the window is full.
+        means = means_of(values, curve.trials)[:, whole]
         middle = means.mean(axis=0)
         if runs > 1:
             half = t_half_width(means)
-            low, high = np.clip(middle - half, 0.0, ceiling), np.clip(middle + half, 0.0, ceiling)
-            axes.fill_between(trials, low, high, color=colour, alpha=0.2, linewidth=0.0)
-        axes.plot(trials, middle, color=colour, linewidth=1.8, label=curve.label)
+            low, high = np.clip(middle - half, 0.0, most), np.clip(middle + half, 0.0, most)
+            axes.fill_between(trials[whole], low, high, color=colour, alpha=0.2, linewidth=0.0)
+        axes.plot(trials[whole], middle, color=colour, linewidth=1.8, label=curve.label)
+    return max(top, float(middle.max()))
 
 
 def _caption(curves: Sequence[LearningCurve], axes: Axes) -> str:
@@ -145,7 +153,7 @@ def _alt(curves: Sequence[LearningCurve], levels: Sequence[ReferenceLevel], axes
         first = ends[window - 1]
         parts.append(
             f"{curve.label}: {first:.3g} {axes.unit} after {counted(window, 'trial')}, {ends[-1]:.3g} {axes.unit} at"
-            f" trial {curve.trials}, {axes.success} {share(float(wins[-1]))} there"
+            f" trial {curve.trials - 1}, {axes.success} {share(float(wins[-1]))} there"
         )
     parts += [f"{level.label}: {level.cost:.3g} {axes.unit}" for level in levels]
     return f"Learning curve. {'; '.join(parts)}."

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
+from math import inf
 from pathlib import Path
 from typing import Any, Final
 
@@ -132,7 +134,7 @@ def _figures(study: StudySource) -> PageSection:
     for cells in study.groups.values():
         figures = _summary(cells)
         fields = [shown_value(cells[0].fields[name]) for name in swept]
-        mean, low, high = mean_with_interval([_mean_s(cell) for cell in cells])
+        mean, low, high = mean_with_interval([_mean_s(cell) for cell in cells], _limit_s(cells))
         time = shown_interval(mean, low, high)
         success = [share(float(figures[name] or 0.0)) for name in ("success", "success_low", "success_high")]
         rows.append(
@@ -169,10 +171,18 @@ def _curves(study: StudySource, settings: list[Setting]) -> PageSection:
                     ReferenceLevel(policy, sum(times) / len(times), sum(row.success for row in rows) / len(rows))
                 )
         if curves:
-            picture = learning_picture(f"learning-{number:02d}", curves, levels, Axes(highest=highest))
+            picture = learning_picture(
+                f"learning-{number:02d}", curves, levels, Axes(highest=highest, ceiling=_limit_s(study.cells))
+            )
             title = shown_setting(setting)
             pictures.append(replace(picture, alt=f"{title}. {picture.alt}", caption=f"{title}. {picture.caption}"))
     return PageSection("Learning curves", pictures=tuple(pictures))
+
+
+def _limit_s(cells: Sequence[ReportedCell]) -> float:
+    """No mean time is above this, so neither is the end of an interval."""
+    limits = [cell.run.settings.get("task", {}).get("time_limit_s", inf) for cell in cells]
+    return max(limits, default=inf)
 
 
 def _highest(study: StudySource) -> float:
@@ -180,7 +190,8 @@ def _highest(study: StudySource) -> float:
     highest = 0.0
     for cell in study.cells:
         times = [row.exploration_time_s for row in cell.run.rows]
-        highest = max(highest, *moving_average(times, window_of(len(times))))
+        window = window_of(len(times))
+        highest = max(highest, *moving_average(times, window)[window - 1 :])
     return 1.08 * highest
 
 
@@ -229,7 +240,7 @@ def _summary(cells: list[ReportedCell]) -> dict[str, Cell]:
     """A line of ``summary.csv``: what cells that differ in their seed only came to."""
     rows = [row for cell in cells for row in cell.run.rows]
     late = [row for cell in cells for row in cell.run.late]
-    mean, low, high = mean_with_interval([_mean_s(cell) for cell in cells])
+    mean, low, high = mean_with_interval([_mean_s(cell) for cell in cells], _limit_s(cells))
     figures = summary_cells(rows, late)
     success_low, success_high = wilson_interval(sum(row.success for row in late), len(late))
     fields: dict[str, Cell] = {

@@ -19,7 +19,7 @@ MOMENT = Moment(7, 1.234, POSTURE, (0.0, 0.0, -5.0), (0.0, 0.0, 0.0), "explore",
 def test_a_picture_tells_time_phase_symbol_state_action_and_force() -> None:
     assert captions.now_lines(MOMENT, (0.04, -0.04, -5.06)) == [
         ("time", "1.23 s"), ("phase", "explore"), ("symbol", "x+ y0"), ("state", "seen"), ("action", "-x (learned)"),
-        ("force", "5.1 N"), ("x y z", "+0.0 +0.0 -5.1"),
+        ("force", "5.1 N"), ("x y z", "+0.0 +0.0 -5.1 N"),
     ]  # fmt: skip
 
 

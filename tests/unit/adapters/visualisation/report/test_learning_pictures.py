@@ -55,19 +55,19 @@ def test_failures_are_marked_and_successes_too() -> None:
 
 def test_words_say_what_is_to_be_seen() -> None:
     picture = learning_picture("learning", [curve((8.0, 4.0, 2.0, 2.0, 2.0))], [ReferenceLevel("torque", 0.75, 1.0)])
-    assert "q-learning: 4.67 s after 3 trials, 2 s at trial 5, success 100 % there" in picture.alt
+    assert "q-learning: 4.67 s after 3 trials, 2 s at trial 4, success 100 % there" in picture.alt
     assert "torque: 0.75 s" in picture.alt
     assert "Trials that fail count with the time they took." in picture.caption
 
 
 def test_runs_of_unlike_length_end_with_the_shortest() -> None:
     picture = learning_picture("l", [curve((3.0, 2.0, 1.0), (3.0, 2.0, 1.0, 1.0))])
-    assert "at trial 3" in picture.alt
+    assert "at trial 2" in picture.alt
     assert "end where the shortest run ends" in picture.caption
 
 
 def test_other_axes() -> None:
     axes = Axes(cost="steps to the goal", unit="steps", success="goal reached")
     picture = learning_picture("l", [curve((9.0, 8.0, 7.0))], axes=axes)
-    assert "8 steps at trial 3, goal reached 100 % there" in picture.alt
+    assert "8 steps at trial 2, goal reached 100 % there" in picture.alt
     assert "Trials that fail" not in picture.caption
