@@ -31,6 +31,7 @@ from palpate.adapters.config import GridLearning
 from palpate.adapters.experiments.grid import LearningRun, Named, bounds_of, grid_named, learn
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy import TabularLearner, boltzmann_probabilities
+from palpate.core.policy.memory import PATIENCE
 from palpate.simulation.grid import (
     GOAL,
     SCENARIOS,
@@ -103,9 +104,11 @@ def frozen(grid: GridMap, run: LearningRun, disturbance: Disturbance, walks: int
         policy_now: Any = learner
     else:
         policy_now = learner.as_frozen()
-    exact = disturbance == UNDISTURBED and policy_now.temperature is None
-    count = 1 if exact else walks
-    return walked_steps(grid, run.identifier, policy_now, walks=count, seed=1, disturbance=disturbance), exact
+    if disturbance == UNDISTURBED and policy_now.temperature is None:
+        found = walked_steps(grid, run.identifier, policy_now, PATIENCE, seed=1)
+        if found.reaches_in_time == 1.0:
+            return found, True
+    return walked_steps(grid, run.identifier, policy_now, walks=walks, seed=1, disturbance=disturbance), False
 
 
 def run_one(job: tuple[str, str, int, Disturbance, int]) -> dict[str, Any]:

@@ -7,6 +7,7 @@ from .document import is_memory_file as is_memory_file
 from .finite_pomdp import FinitePomdp as FinitePomdp
 from .learner import CLONES as CLONES
 from .learner import OFFSET as OFFSET
+from .learner import PATIENCE as PATIENCE
 from .learner import MemoryLearner as MemoryLearner
 from .learner import MemoryParameters as MemoryParameters
 from .learner import WorldModel as WorldModel

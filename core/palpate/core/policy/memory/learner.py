@@ -37,6 +37,10 @@ first of them actions are random."""
 _MANY_STARTS, _FEW_TRIALS = 2, 100  # first guesses that a fit to few trials is chosen from
 
 
+PATIENCE: Final = 20
+"""After so many actions in a trial the belief is doubted: a growing share is random, at four times as many all."""
+
+
 class WorldModel(Protocol):
     """A fitted model, of whatever kind."""
 
@@ -83,7 +87,7 @@ class MemoryLearner(ModelLearner):
         symbols: Names of the symbols; these are the states that it is asked in.
         actions: The action set.
         parameters: Its settings.
-        frozen: Learn nothing more, and leave nothing to chance.
+        frozen: Learn nothing more, and leave nothing to chance within the first :data:`PATIENCE` actions of a trial.
 
     Raises:
         ConfigurationError: Names repeat, actions that are on no lattice, or a model that would be too large.
@@ -162,7 +166,7 @@ class MemoryLearner(ModelLearner):
         """The action that the plan takes for the cheapest, or a random one.
 
         Raises:
-            LifecycleError: No trial has begun, and it learns.
+            LifecycleError: No trial has begun, and the action is left to chance.
         """
         symbol = observation.state
         self._take_in(symbol)
@@ -186,11 +190,13 @@ class MemoryLearner(ModelLearner):
 
     def _explored(self) -> int | None:
         """A random action, in the share of cases that is left to chance."""
-        if self.frozen and self._plans:
+        doubted = len(self._actions) >= PATIENCE
+        if self.frozen and self._plans and not doubted:
             return None
         rng = drawing_from(self._rng, type(self).__name__)
         draw, index = rng.random(), int(rng.integers(len(self.actions)))
-        share = 1.0 if not self._plans else self.parameters.exploration
+        share = len(self._actions) / (4 * PATIENCE) if doubted else self.parameters.exploration
+        share = share if self._plans else 1.0
         return index if draw < share else None
 
     @override

@@ -6,10 +6,10 @@ from palpate.adapters.config.grid import GridLearning
 from palpate.adapters.experiments.grid import Named, learn
 from palpate.core.errors import ConfigurationError
 from palpate.core.perception import IdentityState
-from palpate.core.policy import MemoryLearner
-from palpate.core.policy.memory.learner import fitted_after
-from palpate.simulation.grid import belief_optimum, grid_actions, run_trial
-from tests.unit.core.policy.memory.worlds import AMBIGUOUS
+from palpate.core.policy import MemoryLearner, MemoryParameters
+from palpate.core.policy.memory.learner import PATIENCE, fitted_after
+from palpate.simulation.grid import GridMap, belief_optimum, grid_actions, run_trial, walked_steps
+from tests.unit.core.policy.memory.worlds import AMBIGUOUS, random_trials, true_offsets
 
 
 @pytest.fixture(scope="module")
@@ -51,3 +51,12 @@ def test_models_are_fitted_anew_after_ever_more_trials() -> None:
 def test_hidden_states_are_found_on_symbols_alone() -> None:
     with pytest.raises(ConfigurationError, match="symbols, with the learner offset"):
         learn(AMBIGUOUS, Named("last-2"), GridLearning(learner="offset"), 0, 1)
+
+
+def test_a_frozen_learner_whose_model_is_wrong_goes_round_in_circles_but_not_for_ever() -> None:
+    here, elsewhere = GridMap.from_text("AAB·"), GridMap.from_text("·AAB")
+    learner = MemoryLearner(here.symbols, grid_actions(), MemoryParameters(), frozen=True)
+    learner.use([true_offsets(elsewhere)], random_trials(here, 30))
+    found = walked_steps(here, IdentityState(here.symbols), learner)
+    assert found.reaches == 1.0
+    assert found.steps > PATIENCE
