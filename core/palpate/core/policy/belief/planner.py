@@ -119,7 +119,6 @@ class SpiralSearch:
             increment = 0.05
             travelled += increment * hypot(radius, per_angle)
             target += increment
-        radius = per_angle * target
         heading = target + self._phase
         self._angle = target
         if radius > self._radius_m:
