@@ -6,7 +6,7 @@ import pytest
 from palpate.core.errors import CommandError, ConfigurationError
 from palpate.core.perception import IdentityState, LastSymbols
 from palpate.core.policy import Observation, QLearning, QParameters, RandomWalkPolicy, TemperatureSchedule, Transition
-from palpate.simulation.grid import GridMap, Walker, grid_actions, run_trial
+from palpate.simulation.grid import Disturbance, GridMap, Walker, grid_actions, run_trial, walked_steps
 from palpate.simulation.grid.maps import SCENARIO_1
 from tests.unit.core.policy.bench import Diary
 
@@ -103,3 +103,20 @@ def test_a_walker_is_the_same_trial_for_a_decider_outside() -> None:
     assert walker.steps == walk.steps
     with pytest.raises(CommandError, match="at the goal there is no move"):
         walker.move(RIGHT)
+
+
+def test_moves_fail_and_readings_are_wrong_in_the_share_that_is_asked_for() -> None:
+    identity = IdentityState(CORRIDOR.symbols)
+    slipping = walked_steps(CORRIDOR, identity, Diary(), walks=300, disturbance=Disturbance(slips=0.2))
+    assert slipping.steps == pytest.approx(2.0 / 0.8, rel=0.05)
+    wrong = [
+        run_trial(CORRIDOR, identity, Diary(), 0, trial, start=2, disturbance=Disturbance(misreads=0.4)).symbols[0] == 0
+        for trial in range(1000)
+    ]
+    # A wrong reading is any symbol, so of two it is the right one half of the time.
+    assert np.mean(wrong) == pytest.approx(0.2, abs=0.04)
+
+
+def test_a_policy_that_never_arrives_is_told_so_from_those_starts() -> None:
+    found = walked_steps(CORRIDOR, IdentityState(CORRIDOR.symbols), Diary((LEFT,)), 5)
+    assert (found.steps, found.reaches, found.limited_steps, found.reaches_in_time) == (float("inf"), 0.0, 5.0, 0.0)

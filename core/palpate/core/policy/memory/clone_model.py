@@ -22,11 +22,11 @@ from palpate.core.policy.memory.recorded import Batch, Numbers, RecordedTrial
 
 TOTALS: Final = (30, 50, 80)
 """Numbers of hidden states that models are begun with."""
-_GUESSES: Final = 3  # random beginnings of each total
+_GUESSES: Final = 4  # random beginnings of each total
 KEPT: Final = 5
 """Models that are kept."""
-_SIFTED: Final = 6  # of the guesses, those that are fitted further than the first iterations
-_FIRST, _FURTHER, _LAST = 12, 20, 25  # iterations: of all guesses, of those sifted, of those kept and on all trials
+_SIFTED: Final = 7  # of the guesses, those that are fitted further than the first iterations
+_FIRST, _FURTHER, _LAST = 12, 28, 40  # iterations: of all guesses, of those sifted, of those kept and on all trials
 
 
 @dataclass(frozen=True, eq=False)

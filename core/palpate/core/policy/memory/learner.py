@@ -31,7 +31,7 @@ from palpate.core.ports import OneOf, Range, Settings, require_keys
 
 OFFSET: Final = "offset"
 CLONES: Final = "clones"
-REFITS: Final = {OFFSET: (30, 60, 100, 150, 220, 300, 400, 500), CLONES: (60, 100, 150, 300, 500)}
+REFITS: Final = {OFFSET: (30, 60, 100, 150, 220, 300, 400, 500), CLONES: (60, 120, 250, 500)}
 """Of each kind of model the numbers of trials after which it is fitted anew; then after every half more. Until the
 first of them actions are random."""
 _MANY_STARTS, _FEW_TRIALS = 2, 100  # first guesses that a fit to few trials is chosen from
