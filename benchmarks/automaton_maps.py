@@ -4,8 +4,8 @@
 
 Maps of 5 x 5 to 11 x 11 cells with 3 to 8 symbols in patches, two in five with walls; those whose exact optimum is
 not found within the bound are refused, and their number is told. A run is 500 trials of at most 100 steps: 120 random
-walks, then trials by a plan that is made anew every tenth and a tenth of whose actions are random. After 120 and 260
-trials an automaton is inferred from all of them as strings of actions and symbols (Elman networks, partitioned). The
+walks, then trials by a plan that is made anew every tenth and a tenth of whose actions are random. After 120, 220
+and 340 trials an automaton is inferred from all of them as strings of actions and symbols (first-order networks). The
 plan is value iteration on how often its states led to which, backing off to the last symbol, and the policy draws by a
 soft minimum, which leads out of circles; how soft, the last 100 trials choose. All kinds of state have the same planner
 and policy: the last symbol, the last two, the last three, the last two pairs of action and symbol, the automaton of
@@ -39,9 +39,9 @@ from palpate.core.policy import COMPASS_NAMES
 from palpate.simulation.grid import STEP_LIMIT, GridMap, Walk, belief_optimum, expected_steps, strings_of_walks
 from palpate.simulation.grid.trial import Walker
 
-TRIALS = (120, 260, 500)
+TRIALS = (120, 220, 340, 500)
 """Trials after which states are inferred; the first are random walks, and after the last the policy is frozen."""
-SOFTNESS, JUDGED = (0.05, 0.1, 0.2, 0.3, 0.5), 100
+SOFTNESS, JUDGED = (0.1, 0.2, 0.3, 0.5, 0.8), 100
 """In steps; the first of equals is taken, and so many of the last trials judge them."""
 PLAN_EVERY, EXPLORE = 10, 0.1
 DISCOUNT, BACK_OFF, PESSIMISM = 0.98, 2.0, 60.0
@@ -79,9 +79,9 @@ def random_map(seed: int) -> tuple[GridMap | None, float]:
 
 
 def inferred(strings: Strings, seed: int, steps: int) -> Inference:
-    training = TrainingSettings(restarts=6, batch=6, steps=steps, seed=seed)
+    training = TrainingSettings(restarts=8, batch=8, steps=steps, seed=seed)
     extraction = ExtractionSettings(most_intervals=5, most_states=600)
-    return infer(strings, InferenceSettings(finalists=2, training=training, extraction=extraction))
+    return infer(strings, InferenceSettings(order=1, finalists=2, training=training, extraction=extraction))
 
 
 class Planner:
