@@ -9,6 +9,8 @@ from palpate.adapters.cli.options import RunOptions
 from palpate.adapters.config.run import RunConfig
 from tests.command_line import CommandLine
 
+RIG_FILE = Path(__file__).parents[2] / "rigs" / "zebra-nmc-jr3.toml"
+
 FACTS = "[arm]\nadapter = 'zebra-nmc'\n[force_sensor]\nadapter = 'jr3-can'\nfacts = {}\n"
 
 
@@ -49,7 +51,7 @@ def test_rig_files_that_cannot_work_are_refused_in_one_line(palpate: CommandLine
             "--cell.sensor.force-noise-N sets up the",
         ),
         ("train --rig missing.toml --cell.tilt-mrad=2", "beside --rig, the rig says what is true of it"),
-        ("run --rig missing.toml --policy omniscient", "on a real rig"),
+        (f"run --rig {RIG_FILE} --policy omniscient", "on a real rig"),
         ("emulate --arm irb", "arm = 'irb'"),
         ("emulate --force ati", "force = 'ati'"),
         ("emulate --wrist-backlash-deg -1", "wrist_backlash_deg"),
@@ -69,7 +71,7 @@ def test_the_cell_of_a_file_is_ignored_beside_a_rig_and_that_is_said(palpate: Co
     said, refused = done.stderr.splitlines()
     assert said == "palpate: [cell] of settings.toml is ignored: the rig says what is true of it"
     assert "missing.toml" in refused
-    options = parse(RunOptions, "run", ["--rig", "rig.toml", "--config", "settings.toml"])
+    options = parse(RunOptions, "run", ["--rig", str(RIG_FILE), "--config", "settings.toml"])
     assert options.run.cell == RunConfig().cell
 
 

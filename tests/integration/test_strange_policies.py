@@ -28,7 +28,8 @@ def forget() -> None:
 
 @pytest.fixture(autouse=True)
 def forgetful() -> Iterator[None]:
-    """No test leaves modules behind for the next one."""
+    """No test finds modules that one before has left, or leaves some behind."""
+    forget()
     yield
     forget()
 

@@ -103,21 +103,21 @@ def _require_no_learning(arguments: Sequence[str]) -> None:
 
 def _on_rig(options: Any, arguments: Sequence[str], cell_in_file: bool) -> Any:
     """The options with the rig's arm, and nothing of the simulated cell's: what is true of a rig is said by the rig."""
-    model = RigFile.load(Path(options.rig)).model
-    if model is not None:
-        if _value_of("--arm", arguments):
-            raise UsageError(f"--arm beside --rig: {options.rig} has the arm {model.name}, by its URDF")
-        options = replace(options, run=replace(options.run, arm=model))
     for word in arguments:
         if word.startswith("--cell."):
             flag = word.partition("=")[0]
             raise UsageError(f"{flag} sets up the simulated cell; beside --rig, the rig says what is true of it")
-    if not cell_in_file or "--resume" in arguments:
+    if cell_in_file and "--resume" not in arguments:
+        sys.stderr.write(
+            f"palpate: [cell] of {_value_of('--config', arguments)} is ignored: the rig says what is true of it\n"
+        )
+        options = replace(options, run=replace(options.run, cell=scenario(options.run.scenario).cell))
+    model = RigFile.load(Path(options.rig)).model
+    if model is None:
         return options
-    sys.stderr.write(
-        f"palpate: [cell] of {_value_of('--config', arguments)} is ignored: the rig says what is true of it\n"
-    )
-    return replace(options, run=replace(options.run, cell=scenario(options.run.scenario).cell))
+    if _value_of("--arm", arguments):
+        raise UsageError(f"--arm beside --rig: {options.rig} has the arm {model.name}, by its URDF")
+    return replace(options, run=replace(options.run, arm=model))
 
 
 def _frozen(value: Any) -> Any:

@@ -113,7 +113,7 @@ class RigFile(Settings):
         Raises:
             ConfigurationError: It is missing, no TOML, or does not say what a rig is.
         """
-        table = read_toml(path)
+        table = read_toml(path, "rig")
         unknown = sorted(set(table) - {"rig", "arm", "force_sensor", "operator", "watchdog"})
         if unknown:
             accepted = f"the tables rig, arm, force_sensor, operator and watchdog in {path}"

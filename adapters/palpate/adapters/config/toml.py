@@ -17,8 +17,12 @@ from palpate.core.ports import Settings, fitted, kinds_of, table_beside
 T = TypeVar("T", bound=Settings)
 
 
-def read_toml(path: Path) -> dict[str, Any]:
+def read_toml(path: Path, named: str = "config") -> dict[str, Any]:
     """The table in a TOML file. The URDF of its arm is looked for from the file's folder.
+
+    Args:
+        path: The file.
+        named: The setting that names it, for the message.
 
     Raises:
         ConfigurationError: No such file, or it is not TOML.
@@ -26,9 +30,9 @@ def read_toml(path: Path) -> dict[str, Any]:
     try:
         table = tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
-        raise ConfigurationError("config", str(path), f"a readable file ({error.strerror})") from error
+        raise ConfigurationError(named, str(path), f"a readable file ({error.strerror})") from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ConfigurationError("config", str(path), f"a TOML file ({error})") from error
+        raise ConfigurationError(named, str(path), f"a TOML file ({error})") from error
     arm = table.get("arm")
     if isinstance(arm, dict) and isinstance(urdf := arm.get("urdf"), str) and urdf and "://" not in urdf:
         arm["urdf"] = str(path.resolve().parent / urdf)
