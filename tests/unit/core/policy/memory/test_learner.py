@@ -11,35 +11,30 @@ from palpate.core.policy.memory.learner import PATIENCE, fitted_after
 from palpate.simulation.grid import GridMap, belief_optimum, grid_actions, run_trial, walked_steps
 from tests.unit.core.policy.memory.worlds import AMBIGUOUS, random_trials, true_offsets
 
-
-@pytest.fixture(scope="module")
-def run() -> object:
-    return learn(AMBIGUOUS, Named(), GridLearning(learner="offset", reach=3), seed=3, trials=65)
+OFFSET = GridLearning(learner="offset", reach=3)
 
 
-def test_after_sixty_trials_it_is_near_the_optimum_from_every_start(run) -> None:
+def test_after_sixty_trials_it_is_near_the_optimum_and_a_state_goes_on_as_the_learner_it_is_of() -> None:
+    run, again = (learn(AMBIGUOUS, Named(), OFFSET, seed=3, trials=count) for count in (65, 32))
     found, optimum = run.frozen_steps(AMBIGUOUS), float(belief_optimum(AMBIGUOUS))
     assert found.reaches == 1.0
     assert optimum - 1e-9 <= found.steps <= 1.2 * optimum
-
-
-def test_equal_seeds_give_equal_walks_and_a_state_goes_on_as_the_learner_it_is_of(run) -> None:
-    again = learn(AMBIGUOUS, Named(), GridLearning(learner="offset", reach=3), seed=3, trials=62)
-    assert run.walks[:62] == again.walks
+    # Equal seeds give equal walks, and a learner that is set to a state goes on as the one that it is of.
+    assert run.walks[:32] == again.walks
     other = MemoryLearner(AMBIGUOUS.symbols, grid_actions(), again.learner.parameters)
     other.set_state(again.learner.get_state())
-    assert other.trials_learned == 62
-    assert run_trial(AMBIGUOUS, IdentityState(AMBIGUOUS.symbols), other, 3, 62) == run.walks[62]
-    frozen = run.learner.as_frozen()
-    before = frozen.get_state()
+    assert other.trials_learned == 32
+    assert run_trial(AMBIGUOUS, IdentityState(AMBIGUOUS.symbols), other, 3, 32) == run.walks[32]
+
+
+def test_frozen_it_learns_nothing_and_trials_of_another_alphabet_are_refused() -> None:
+    learner = learn(AMBIGUOUS, Named(), OFFSET, seed=3, trials=2).learner
+    frozen, before = learner.as_frozen(), learner.get_state()
     run_trial(AMBIGUOUS, IdentityState(AMBIGUOUS.symbols), frozen, 3, 0)
     assert frozen.get_state() == before
-
-
-def test_trials_of_another_alphabet_are_refused(run) -> None:
-    other = MemoryLearner(("A", "B"), grid_actions(), run.learner.parameters)
+    other = MemoryLearner(("A", "B"), grid_actions(), learner.parameters)
     with pytest.raises(ConfigurationError, match=r"learner.trials\[\d+\].symbols = 2 is refused: numbers from 0 to 1"):
-        other.set_state(run.learner.get_state())
+        other.set_state(before)
 
 
 def test_models_are_fitted_anew_after_ever_more_trials() -> None:
