@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from typing import Any, Generic, Protocol, TypeVar
 
 import numpy as np
 from typing_extensions import override
@@ -11,7 +12,18 @@ from palpate.core.policy.base import Transition
 from palpate.core.policy.learner import Learner
 
 
-class ModelLearner(Learner):
+class Remembered(Protocol):
+    """A trial as a model is fitted to it."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """As plain JSON values."""
+        ...
+
+
+T = TypeVar("T", bound=Remembered)
+
+
+class ModelLearner(Learner, Generic[T]):
     """Learns a model from whole trials, tracks a belief over what is hidden, and acts by a plan on both.
 
     Between trials the model is fitted; while one runs it is only read. The model follows from the trials that are
@@ -23,6 +35,7 @@ class ModelLearner(Learner):
 
     def __init__(self, *, frozen: bool = False) -> None:
         self.frozen = frozen
+        self._trials: list[T] = []
         self._trials_learned = 0
         self._changed = True
 
@@ -48,6 +61,17 @@ class ModelLearner(Learner):
     @override
     def learn(self, transition: Transition) -> None:
         """A single step teaches nothing here: what it was worth is known at the end."""
+
+    @override
+    def get_state(self) -> dict[str, Any]:
+        """The trials that are remembered, as plain JSON values; what was fitted follows from them."""
+        return {"trials": [trial.to_dict() for trial in self._trials], "trials_learned": self._trials_learned}
+
+    def _remember(self, trial: T) -> None:
+        """Learn from one more trial."""
+        self._trials.append(trial)
+        self._trials_learned += 1
+        self._changed = True
 
     def _refit(self) -> None:
         """Fit the model to the trials that are remembered, if there are other ones than before."""

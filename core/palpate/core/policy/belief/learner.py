@@ -28,7 +28,7 @@ _WIDEST_M: Final = 8e-3
 _MIDDLE_M: Final = (0.0, 0.0)
 
 
-class BeliefLearner(ModelLearner):
+class BeliefLearner(ModelLearner[TouchedTrial]):
     """A touch model, a belief over the hole's place, and a planner on it.
 
     Until a trial has ended in the hole nothing is known of the touch, and the learner searches in a spiral.
@@ -55,7 +55,6 @@ class BeliefLearner(ModelLearner):
         self._step_m = parameters.speed_mm_s * 1e-3 * action_s
         self._places = Places(half_width_m)
         self._planner = Planner(self._places, parameters.capture_mm * 1e-3, self._step_m)
-        self._trials: list[TouchedTrial] = []
         self._model: TouchModel | None = None
         self._table: TouchTable | None = None
         self._touches: list[Touch]
@@ -144,15 +143,8 @@ class BeliefLearner(ModelLearner):
     def end_trial(self, hindsight: Hindsight) -> None:
         if self.frozen or not hindsight.inserted:
             return
-        self._trials.append(TouchedTrial.of(hindsight, self._touches))
+        self._remember(TouchedTrial.of(hindsight, self._touches))
         del self._trials[: -self.parameters.memory_trials]
-        self._trials_learned += 1
-        self._changed = True
-
-    @override
-    def get_state(self) -> dict[str, Any]:
-        """The trials that are remembered, as plain JSON values; what was fitted follows from them."""
-        return {"trials": [trial.to_dict() for trial in self._trials], "trials_learned": self._trials_learned}
 
     @override
     def set_state(self, state: Mapping[str, Any]) -> None:

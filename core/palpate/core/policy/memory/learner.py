@@ -76,7 +76,7 @@ def fitted_after(kind: str, trials: int) -> int:
     return last
 
 
-class MemoryLearner(ModelLearner):
+class MemoryLearner(ModelLearner[RecordedTrial]):
     """Learns hidden states from pairs of actions and symbols, and acts by a plan on its belief over them.
 
     The first trials are random. A model is fitted after :data:`REFITS` trials, from scratch: so it follows from the
@@ -102,7 +102,6 @@ class MemoryLearner(ModelLearner):
         if parameters.kind == OFFSET:
             self._steps = lattice_steps(actions)
             require_room("reach", (2 * parameters.reach + 1) ** 2 - 1, len(actions))
-        self._trials: list[RecordedTrial] = []
         self._fitted = 0
         self._plans: tuple[Plan, ...] = ()
         self.models: tuple[WorldModel, ...] = ()
@@ -211,14 +210,7 @@ class MemoryLearner(ModelLearner):
             return
         reached = self._next is None
         symbols = self._symbols if self._next is None else [*self._symbols, self._next]
-        self._trials.append(RecordedTrial(tuple(symbols), tuple(self._actions), reached))
-        self._trials_learned += 1
-        self._changed = True
-
-    @override
-    def get_state(self) -> dict[str, Any]:
-        """The trials, as plain JSON values; the models follow from them."""
-        return {"trials": [trial.to_dict() for trial in self._trials], "trials_learned": self._trials_learned}
+        self._remember(RecordedTrial(tuple(symbols), tuple(self._actions), reached))
 
     @override
     def set_state(self, state: Mapping[str, Any]) -> None:
