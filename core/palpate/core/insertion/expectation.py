@@ -47,15 +47,11 @@ class Trip:
     Attributes:
         reason: Its code.
         tick: Control tick of the trial.
-        value: What was found, in the unit that the text names.
-        limit: What it was held against, in the same unit.
-        text: In plain words, with units.
+        text: What was found and what it was held against, in plain words, with units.
     """
 
     reason: TripReason
     tick: int
-    value: float
-    limit: float
     text: str
 
 

@@ -133,14 +133,14 @@ class ContactProof(Proof):
         if self._pulls >= _SAMPLES:
             pull_N = measured.force_N[2]
             text = f"the force sensor shows a pull of {pull_N:.2f} N where the tool can only be pushed"
-            return Trip(TripReason.PULLED, tick, pull_N, self._pull_N, text)
+            return Trip(TripReason.PULLED, tick, text)
         if self._misfits >= _SAMPLES:
             torque_Nm, limit_Nm = self._torque_Nm, self._torque_limit_Nm
             text = (
                 f"torque about the tip {torque_Nm:.3f} N m, at most {limit_Nm:.3f} N m with this force:"
                 " a channel of the force sensor is dead, swapped or wrong"
             )
-            return Trip(TripReason.TORQUE_WITHOUT_FORCE, tick, torque_Nm, limit_Nm, text)
+            return Trip(TripReason.TORQUE_WITHOUT_FORCE, tick, text)
         return None
 
     def no_plate(self, tick: int, depth_m: float, limit_m: float) -> Trip:
@@ -150,12 +150,12 @@ class ContactProof(Proof):
             f" {limit_m * 1e3:.2f} mm, and no wall of the hole answers: the plate is elsewhere, or the force sensor is"
             " dead"
         )
-        return Trip(TripReason.PLATE_NOT_FELT, tick, depth_m * 1e3, limit_m * 1e3, text)
+        return Trip(TripReason.PLATE_NOT_FELT, tick, text)
 
-    def above_plate(self, tick: int, rise_m: float, limit_m: float) -> Trip:
+    def above_plate(self, tick: int, rise_m: float) -> Trip:
         """The sensor shows the plate's reaction where the tip is above it."""
         text = f"the force sensor shows contact {rise_m * 1e3:.2f} mm above the plate that was touched"
-        return Trip(TripReason.FORCE_WITHOUT_SPRING, tick, rise_m * 1e3, limit_m * 1e3, text)
+        return Trip(TripReason.FORCE_WITHOUT_SPRING, tick, text)
 
     def no_wall(self, tick: int, depth_m: float) -> Trip:
         """The peg should be in the hole, and no wall answered."""
@@ -164,7 +164,7 @@ class ContactProof(Proof):
             " needed): the peg is not in the hole, the hole is wider than task.play_mm, or the force sensor does not"
             " show what there is"
         )
-        return Trip(TripReason.WALL_NOT_FELT, tick, self.wall.answer_N, ANSWER_N, text)
+        return Trip(TripReason.WALL_NOT_FELT, tick, text)
 
     def drifts(self, tick: int, depth_m: float, change_N: float, limit_N: float) -> Trip:
         """The tip sank without the plate's force going, and at rest the force changes by itself."""
@@ -172,7 +172,7 @@ class ContactProof(Proof):
             f"the force changes by {change_N:+.2f} N in half a second while the tool stands still at"
             f" {depth_m * 1e3:.2f} mm, at most {limit_N:g} N is right: the force sensor drifts"
         )
-        return Trip(TripReason.FORCE_WITHOUT_SPRING, tick, abs(change_N), limit_N, text)
+        return Trip(TripReason.FORCE_WITHOUT_SPRING, tick, text)
 
     def no_floor(self, tick: int, depth_m: float, limit_m: float) -> Trip:
         """The tip went past the floor that it seemed to touch."""
@@ -180,7 +180,7 @@ class ContactProof(Proof):
             f"the tip is {depth_m * 1e3:.2f} mm deep, where the floor must be above {limit_m * 1e3:.2f} mm, and the"
             " force does not grow: nothing is there"
         )
-        return Trip(TripReason.FORCE_WITHOUT_SPRING, tick, depth_m * 1e3, limit_m * 1e3, text)
+        return Trip(TripReason.FORCE_WITHOUT_SPRING, tick, text)
 
     def floor_too_soft(self, tick: int, press_N: float, needed_N: float) -> Trip:
         """No lift could be made on the floor in the time for it."""
@@ -188,7 +188,7 @@ class ContactProof(Proof):
             f"the floor bore no lift in time: it pushes back with {press_N:.2f} N, {needed_N:.2f} N needed;"
             " friction carries the rest, or the force sensor is wrong"
         )
-        return Trip(TripReason.FORCE_WITHOUT_SPRING, tick, press_N, needed_N, text)
+        return Trip(TripReason.FORCE_WITHOUT_SPRING, tick, text)
 
     def no_spring(self, tick: int) -> Trip:
         """A lift did not change the force as the gripper's spring does."""
@@ -197,5 +197,4 @@ class ContactProof(Proof):
             f"the force follows a lift with {share:.2f} of control.axial_stiffness_N_per_mm, {LOWEST_SHARE:g} to"
             f" {HIGHEST_SHARE:g} are right: the force sensor does not show what there is, or the gripper is another one"
         )
-        limit = HIGHEST_SHARE if share > HIGHEST_SHARE else LOWEST_SHARE
-        return Trip(TripReason.FORCE_WITHOUT_SPRING, tick, share, limit, text)
+        return Trip(TripReason.FORCE_WITHOUT_SPRING, tick, text)

@@ -20,8 +20,6 @@ What is left of the noise of a channel that has died, a twentieth, stays within 
 """
 _FEWEST: Final = 8
 """A standard deviation of fewer samples than this says nothing."""
-_REMEMBERED: Final = 2**15
-"""At least so many samples are remembered, nearly four minutes of them; never more than twice as many."""
 CHANNELS: Final = ("Fx", "Fy", "Fz", "Tx", "Ty", "Tz")
 _Six: TypeAlias = tuple[float, float, float, float, float, float]
 _FORCES: Final = 3
@@ -61,7 +59,6 @@ class NoiseWatch:
         self._begun: _Six = (nan, nan, nan, nan, nan, nan)
         self._since = (0,) * 6
         self._seen: dict[float, int] = {}
-        self._seen_before: dict[float, int] = {}
         self._count = self._lag = self._recurring = 0
 
     def trip(self, snapshot: Snapshot, expectation: Expectation) -> Trip | None:
@@ -109,10 +106,7 @@ class NoiseWatch:
         self._begun, self._since = (a, b, c, d, e, f), (one, two, three, four, five, six)
         # A sum in place of six values to be hashed: that it comes again several times in order is no accident either.
         key, seen = fx + fy + fz + tx + ty + tz, self._seen
-        before = seen.get(key) or self._seen_before.get(key)
-        if len(seen) >= _REMEMBERED:
-            self._seen_before = seen
-            seen = self._seen = {}
+        before = seen.get(key)
         seen[key] = count
         if before is not None:
             return self._recurs(snapshot.tick, count - before)
@@ -133,7 +127,7 @@ class NoiseWatch:
             if noise > 0.0 and not found <= self._most_ratio * noise:
                 ratio, limit = found / noise, self._most_ratio
                 text = f"{name} shows {ratio:.1f} times the sensor's own noise while nothing moves, limit {limit:g}"
-                return Trip(TripReason.SENSOR_NOISE, snapshot.tick, ratio, limit, text)
+                return Trip(TripReason.SENSOR_NOISE, snapshot.tick, text)
         self._band = _bands([min(pair) for pair in zip(shown, self._noise, strict=True)])
         return None
 
@@ -141,7 +135,7 @@ class NoiseWatch:
         most = self._longest + 1
         name, unit = CHANNELS[place], "N" if place < _FORCES else "N m"
         text = f"{name} stayed within {self._band[place]:.3g} {unit} for {most} new samples: it lacks its own noise"
-        return Trip(TripReason.CHANNEL_FLAT, tick, float(most), float(most), text)
+        return Trip(TripReason.CHANNEL_FLAT, tick, text)
 
     def _recurs(self, tick: int, lag: int) -> Trip | None:
         last, self._lag = self._lag, lag
@@ -151,7 +145,7 @@ class NoiseWatch:
         if found <= most:
             return None
         text = f"{found} new force samples in a row came before in the same order, {lag} samples ago; limit {most}"
-        return Trip(TripReason.SAMPLES_RECUR, tick, float(found), float(most), text)
+        return Trip(TripReason.SAMPLES_RECUR, tick, text)
 
 
 def _deviation(values: Sequence[float]) -> float:

@@ -247,7 +247,7 @@ class Supervisor:
         if jump <= self._jump_rad:
             return None
         text = f"a joint's command jumps by {jump * 1e3:.1f} mrad, limit {self._jump_rad * 1e3:g} mrad"
-        return Trip(TripReason.COMMAND_JUMP, tick, jump * 1e3, self._jump_rad * 1e3, text)
+        return Trip(TripReason.COMMAND_JUMP, tick, text)
 
     def _take_command(self, trip: Trip, snapshot: Snapshot, asked_rad: JointVector) -> Supervised:
         self._trip = trip
@@ -277,4 +277,4 @@ class Supervisor:
 def _not_finite(tick: int, position: JointVector) -> Trip:
     bad = sum(not isfinite(q) for q in position)
     text = f"what the arm says that it applied has {bad} joint angles that are not finite"
-    return Trip(TripReason.COMMAND_NOT_FINITE, tick, float(bad), 0.0, text)
+    return Trip(TripReason.COMMAND_NOT_FINITE, tick, text)

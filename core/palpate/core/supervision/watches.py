@@ -83,7 +83,7 @@ class WrenchWatch:
             if not change <= most * most:
                 rate, limit = sqrt(change) / dt_ns * 1e9, self._rate_N_s
                 text = f"force changed at {rate:.0f} N/s, limit {limit:g} N/s"
-                return Trip(TripReason.FORCE_RATE, snapshot.tick, rate, limit, text)
+                return Trip(TripReason.FORCE_RATE, snapshot.tick, text)
         if expectation.contact:
             self._free = None
             return None
@@ -102,14 +102,14 @@ class WrenchWatch:
             return None
         force, limit = sqrt(square), self._contact_N
         text = f"force {force:.2f} N where nothing may be touched, limit {limit:g} N"
-        return Trip(TripReason.UNEXPECTED_CONTACT, snapshot.tick, force, limit, text)
+        return Trip(TripReason.UNEXPECTED_CONTACT, snapshot.tick, text)
 
 
 def _exceeded(
     reason: TripReason, tick: int, what: str, value: float, limit: float, bias: object, unit: str = "N"
 ) -> Trip:
     since = " more than at the start, before taring" if bias is None else ""
-    return Trip(reason, tick, value, limit, f"{what} {value:.2f} {unit}{since}, limit {limit:g} {unit}")
+    return Trip(reason, tick, f"{what} {value:.2f} {unit}{since}, limit {limit:g} {unit}")
 
 
 _WINDOW_NS: Final = 25_000_000
@@ -181,14 +181,14 @@ class JointWatch:
         number, (value, low, high) = next(one for one in joints if not one[1][1] <= one[1][0] <= one[1][2])
         limit = low if value < low else high
         text = f"joint {number} at {value:.4f} rad, limit {limit:.4f} rad"
-        return Trip(TripReason.JOINT_POSITION, tick, value, limit, text)
+        return Trip(TripReason.JOINT_POSITION, tick, text)
 
     def _fast(self, tick: int, q: JointVector, then: JointVector, dt_s: float) -> Trip | None:
         for number, (now, before, limit) in enumerate(zip(q, then, self._velocity, strict=True), start=1):
             velocity = abs(now - before) / dt_s
             if velocity > limit:
                 text = f"joint {number} moves at {velocity:.3f} rad/s, limit {limit:.3f} rad/s"
-                return Trip(TripReason.JOINT_VELOCITY, tick, velocity, limit, text)
+                return Trip(TripReason.JOINT_VELOCITY, tick, text)
         return None
 
     def _astray(self, tick: int, q: JointVector) -> Trip | None:
@@ -198,7 +198,7 @@ class JointWatch:
             error = max(min(commands) - value, value - max(commands))
             if error > limit:
                 text = f"joint {number} is {error * 1e3:.2f} mrad from its command, limit {limit * 1e3:g} mrad"
-                return Trip(TripReason.TRACKING_ERROR, tick, error * 1e3, limit * 1e3, text)
+                return Trip(TripReason.TRACKING_ERROR, tick, text)
         return None
 
 
@@ -273,20 +273,20 @@ class SampleWatch:
             return None
         name = "force" if repeats == self._wrench_repeats else "joint"
         text = f"no new {name} sample for {repeats} ticks, limit {most} ticks"
-        return Trip(TripReason.SAMPLE_REPEATED, tick, float(repeats), float(most), text)
+        return Trip(TripReason.SAMPLE_REPEATED, tick, text)
 
     def _frozen(self, tick: int) -> Trip:
         found, most = self._equal, self._most_equal
         text = f"{found} new force samples in a row are equal to the one before in every bit, limit {most}"
-        return Trip(TripReason.SAMPLE_FROZEN, tick, float(found), float(most), text)
+        return Trip(TripReason.SAMPLE_FROZEN, tick, text)
 
     def _not_as_agreed(self, tick: int, wrench: WrenchSample) -> Trip:
         text = f"{_wrench_text(wrench)}, agreed were raw ones in {self._frame!r}"
-        return Trip(TripReason.WRENCH_CONTRACT, tick, 1.0, 0.0, text)
+        return Trip(TripReason.WRENCH_CONTRACT, tick, text)
 
     @staticmethod
     def _not_valid(tick: int, name: str, validity: Validity) -> Trip:
-        return Trip(TripReason.SAMPLE_INVALID, tick, 1.0, 0.0, f"the {name} sample is {validity.value}")
+        return Trip(TripReason.SAMPLE_INVALID, tick, f"the {name} sample is {validity.value}")
 
 
 def require_raw(wrench: WrenchSample, frame: str = SENSOR_FRAME) -> None:
@@ -305,7 +305,7 @@ def _wrench_text(wrench: WrenchSample) -> str:
 
 def _times(reason: TripReason, tick: int, what: str, found_ns: int, limit_ns: int) -> Trip:
     found, limit = found_ns / _NS_PER_MS, limit_ns / _NS_PER_MS
-    return Trip(reason, tick, found, limit, f"{what} {found:.1f} ms, limit {limit:g} ms")
+    return Trip(reason, tick, f"{what} {found:.1f} ms, limit {limit:g} ms")
 
 
 class WorkspaceWatch:
@@ -348,10 +348,10 @@ class WorkspaceWatch:
             return None
         value, limit = max(abs(x - cx), abs(y - cy)) * 1e3, most * 1e3
         text = f"tip {value:.2f} mm from the centre of the exploration area, limit {limit:g} mm"
-        return Trip(TripReason.EXPLORATION_AREA, tick, value, limit, text)
+        return Trip(TripReason.EXPLORATION_AREA, tick, text)
 
 
 def _left_workspace(tick: int, axis: str, place_m: float, low_m: float, high_m: float) -> Trip:
     value, limit = place_m * 1e3, (low_m if place_m < low_m else high_m) * 1e3
     text = f"tip at {axis} = {value:.2f} mm in the task frame, the workspace ends at {limit:g} mm"
-    return Trip(TripReason.WORKSPACE, tick, value, limit, text)
+    return Trip(TripReason.WORKSPACE, tick, text)

@@ -23,8 +23,6 @@ class Case:
     reason: TripReason
     good: dict[str, Any]
     bad: dict[str, Any]
-    value: float
-    limit: float
     words: str
     before: dict[str, Any] = field(default_factory=dict)
 
@@ -36,99 +34,99 @@ def offset(joint: int, rad: float) -> dict[str, Any]:
 
 CASES = {
     "force": Case(
-        TripReason.FORCE_LIMIT, {"force_N": (0, 0, -19.9)}, {"force_N": (12.0, 0, -16.1)}, 20.08, 20.0,
+        TripReason.FORCE_LIMIT, {"force_N": (0, 0, -19.9)}, {"force_N": (12.0, 0, -16.1)},
         "force 20.08 N, limit 20 N",
     ),
     "force before taring": Case(
         TripReason.FORCE_LIMIT,
         {"force_N": (0, 0, -9.9), "expectation": UNTARED},
         {"force_N": (0, 0, -10.1), "expectation": UNTARED},
-        20.1, 20.0, "force 20.10 N more than at the start, before taring, limit 20 N",
+        "force 20.10 N more than at the start, before taring, limit 20 N",
         {"force_N": (0, 0, 10.0), "expectation": UNTARED},
     ),
     "torque": Case(
-        TripReason.TORQUE_LIMIT, {"torque_Nm": (0, 4.9, 0)}, {"torque_Nm": (0, -5.1, 0)}, 5.1, 5.0,
+        TripReason.TORQUE_LIMIT, {"torque_Nm": (0, 4.9, 0)}, {"torque_Nm": (0, -5.1, 0)},
         "torque 5.10 N m, limit 5 N m",
     ),
     "torque before taring": Case(
         TripReason.TORQUE_LIMIT,
         {"torque_Nm": (4.9, 0, 0), "expectation": UNTARED},
         {"torque_Nm": (5.1, 0, 0), "expectation": UNTARED},
-        5.1, 5.0, "torque 5.10 N m more than at the start, before taring, limit 5 N m",
+        "torque 5.10 N m more than at the start, before taring, limit 5 N m",
     ),
     "unexpected contact": Case(
         TripReason.UNEXPECTED_CONTACT,
         {"force_N": (0, 2.9, 0), "expectation": FREE},
         {"force_N": (0, 0, -3.2), "expectation": FREE},
-        3.2, 3.0, "force 3.20 N where nothing may be touched, limit 3 N",
+        "force 3.20 N where nothing may be touched, limit 3 N",
     ),
     "force sample": Case(
-        TripReason.SAMPLE_INVALID, {}, {"wrench": {"validity": Validity.SATURATED}}, 1.0, 0.0,
+        TripReason.SAMPLE_INVALID, {}, {"wrench": {"validity": Validity.SATURATED}},
         "the force sample is saturated",
     ),
     "joint sample": Case(
-        TripReason.SAMPLE_INVALID, {}, {"joints": {"validity": Validity.INVALID, "position_rad": (nan,) * 6}}, 1.0, 0.0,
+        TripReason.SAMPLE_INVALID, {}, {"joints": {"validity": Validity.INVALID, "position_rad": (nan,) * 6}},
         "the joint sample is invalid",
     ),
     "wrench in another frame": Case(
-        TripReason.WRENCH_CONTRACT, {}, {"wrench": {"frame": "base"}}, 1.0, 0.0,
+        TripReason.WRENCH_CONTRACT, {}, {"wrench": {"frame": "base"}},
         "wrenches are raw ones in the frame 'base', agreed were raw ones in 'sensor'",
     ),
     "wrench of another kind": Case(
-        TripReason.WRENCH_CONTRACT, {}, {"wrench": {"kind": WrenchKind.TARED}}, 1.0, 0.0,
+        TripReason.WRENCH_CONTRACT, {}, {"wrench": {"kind": WrenchKind.TARED}},
         "wrenches are tared ones in the frame 'sensor', agreed were raw ones in 'sensor'",
     ),
     "old wrench": Case(
-        TripReason.SAMPLE_STALE, {}, {"wrench": {"source_time_ns": -20 * MS}}, 55.7142857, 50.0,
+        TripReason.SAMPLE_STALE, {}, {"wrench": {"source_time_ns": -20 * MS}},
         "age of the force sample 55.7 ms, limit 50 ms",
     ),
     "old joints": Case(
-        TripReason.SAMPLE_STALE, {}, {"joints": {"source_time_ns": -70 * MS}}, 105.7142857, 100.0,
+        TripReason.SAMPLE_STALE, {}, {"joints": {"source_time_ns": -70 * MS}},
         "age of the joint sample 105.7 ms, limit 100 ms",
     ),
     "wrench of the future": Case(
-        TripReason.SAMPLE_STALE, {}, {"wrench": {"source_time_ns": 100 * MS}}, -64.2857143, 50.0,
+        TripReason.SAMPLE_STALE, {}, {"wrench": {"source_time_ns": 100 * MS}},
         "age of the force sample -64.3 ms, limit 50 ms",
     ),
     "joint outside": Case(
-        TripReason.JOINT_POSITION, {}, {"measured_rad": (0.0, 1.7051, -1.42, 0.0, 0.55, 0.0)}, 1.7051, 1.705,
+        TripReason.JOINT_POSITION, {}, {"measured_rad": (0.0, 1.7051, -1.42, 0.0, 0.55, 0.0)},
         "joint 2 at 1.7051 rad, limit 1.7050 rad",
     ),
     "joint below": Case(
-        TripReason.JOINT_POSITION, {}, {"measured_rad": (0.0, -1.0751, -1.42, 0.0, 0.55, 0.0)}, -1.0751, -1.075,
+        TripReason.JOINT_POSITION, {}, {"measured_rad": (0.0, -1.0751, -1.42, 0.0, 0.55, 0.0)},
         "joint 2 at -1.0751 rad, limit -1.0750 rad",
     ),
     "arm astray": Case(
-        TripReason.TRACKING_ERROR, offset(2, -9.9e-3), offset(2, -10.1e-3), 10.1, 10.0,
+        TripReason.TRACKING_ERROR, offset(2, -9.9e-3), offset(2, -10.1e-3),
         "joint 3 is 10.10 mrad from its command, limit 10 mrad",
     ),
     "workspace, side": Case(
-        TripReason.WORKSPACE, {"tip_m": (26.4e-3, -26.4e-3, 0)}, {"tip_m": (0, -26.6e-3, 0)}, -26.6, -26.5,
+        TripReason.WORKSPACE, {"tip_m": (26.4e-3, -26.4e-3, 0)}, {"tip_m": (0, -26.6e-3, 0)},
         "tip at y = -26.60 mm in the task frame, the workspace ends at -26.5 mm",
     ),
     "workspace, other side": Case(
-        TripReason.WORKSPACE, {"tip_m": (-26.4e-3, 26.4e-3, 0)}, {"tip_m": (26.6e-3, 0, 0)}, 26.6, 26.5,
+        TripReason.WORKSPACE, {"tip_m": (-26.4e-3, 26.4e-3, 0)}, {"tip_m": (26.6e-3, 0, 0)},
         "tip at x = 26.60 mm in the task frame, the workspace ends at 26.5 mm",
     ),
     "workspace, above": Case(
-        TripReason.WORKSPACE, {"tip_m": (0, 0, -52.9e-3)}, {"tip_m": (0, 0, -53.1e-3)}, -53.1, -53.0,
+        TripReason.WORKSPACE, {"tip_m": (0, 0, -52.9e-3)}, {"tip_m": (0, 0, -53.1e-3)},
         "tip at z = -53.10 mm in the task frame, the workspace ends at -53 mm",
     ),
     "workspace, below": Case(
-        TripReason.WORKSPACE, {"tip_m": (0, 0, 21.9e-3)}, {"tip_m": (0, 0, 22.1e-3)}, 22.1, 22.0,
+        TripReason.WORKSPACE, {"tip_m": (0, 0, 21.9e-3)}, {"tip_m": (0, 0, 22.1e-3)},
         "tip at z = 22.10 mm in the task frame, the workspace ends at 22 mm",
     ),
     "area": Case(
         TripReason.EXPLORATION_AREA,
         {"tip_m": (5.4e-3, -4.4e-3, 0), "expectation": EXPLORING},
         {"tip_m": (5.6e-3, 0, 0), "expectation": EXPLORING},
-        4.6, 4.5, "tip 4.60 mm from the centre of the exploration area, limit 4.5 mm",
+        "tip 4.60 mm from the centre of the exploration area, limit 4.5 mm",
     ),
     "area, across": Case(
         TripReason.EXPLORATION_AREA,
         {"tip_m": (1e-3, 4.4e-3, 0), "expectation": EXPLORING},
         {"tip_m": (1e-3, -4.6e-3, 0), "expectation": EXPLORING},
-        4.6, 4.5, "tip 4.60 mm from the centre of the exploration area, limit 4.5 mm",
+        "tip 4.60 mm from the centre of the exploration area, limit 4.5 mm",
     ),
 }  # fmt: skip
 
@@ -146,8 +144,6 @@ def test_it_trips_at_the_first_bad_tick_and_not_before(name: str) -> None:
     assert done.intervention.trip is trip
     assert done.intervention.reason is trip.reason is case.reason
     assert trip.tick == 5
-    assert trip.value == pytest.approx(case.value, abs=5e-3)
-    assert trip.limit == pytest.approx(case.limit)
     assert trip.text == case.words
 
 
@@ -157,4 +153,4 @@ def test_the_force_is_scaled_as_the_task_scales_it() -> None:
     assert bench.trip(force_N=(0, 0, -13.0), torque_Nm=(0, 2.6, 0)).reason is TripReason.TORQUE_LIMIT
     bench = Bench(scale=(1.0, 1.0, 3.0, 1.0, 1.0, 1.0))
     bench.clean(5, force_N=(0, 0, -13.0))
-    assert bench.trip(force_N=(0, 0, -13.4)).value == pytest.approx(40.2)
+    assert bench.trip(force_N=(0, 0, -13.4)).text.startswith("force 40.20 N")

@@ -22,7 +22,6 @@ def test_the_force_may_change_so_fast_and_no_faster() -> None:
     bench.clean(1, force_N=(0, 0, -21.4))  # 21.43 N in a period are 3000 N/s
     trip = bench.trip(force_N=(0, 0.0, 0.1))
     assert (trip.reason, trip.tick) == (TripReason.FORCE_RATE, 4)
-    assert trip.value == pytest.approx(21.5 * 140, rel=1e-6)
     assert trip.text == "force changed at 3010 N/s, limit 3000 N/s"
 
 
@@ -43,7 +42,7 @@ def test_samples_close_together_do_not_turn_noise_into_a_rate() -> None:
     bench.clean(1, force_N=(0, 0, -10.0), wrench={"source_time_ns": last + 1})  # 10 N in at least 3.57 ms: 2800 N/s
     trip = bench.trip(force_N=(0, 0, -21.0), wrench={"source_time_ns": last + 2})
     assert trip.reason is TripReason.FORCE_RATE
-    assert trip.value == pytest.approx(11.0 * 280, rel=1e-6)
+    assert trip.text == "force changed at 3080 N/s, limit 3000 N/s"
 
 
 # Contact where none is expected, before the sensor is tared.
@@ -149,7 +148,6 @@ def test_a_joint_that_runs_away_trips() -> None:
     trip = bench.supervisor.trip
     assert trip is not None
     assert (trip.reason, n) == (TripReason.JOINT_VELOCITY, 4)
-    assert trip.value == pytest.approx(1.3, rel=1e-6)
     assert trip.text == "joint 1 moves at 1.300 rad/s, limit 1.200 rad/s"
 
 
@@ -198,7 +196,6 @@ def test_a_jump_trips_and_is_not_sent() -> None:
     trip = bench.supervisor.trip
     assert trip is not None
     assert (trip.reason, trip.tick) == (TripReason.COMMAND_JUMP, 3)
-    assert trip.value == pytest.approx(50.1)
     assert trip.text == "a joint's command jumps by 50.1 mrad, limit 50 mrad"
     assert abs(done.command.position_rad[0] - home[0]) < 1e-3
     assert done.intervention is not None

@@ -53,7 +53,7 @@ class ExploringChecks:
             rise_m = state.surface_m - measured.tip_depth_m(equipment.axial_N_per_m)
             self._risen_ticks = self._risen_ticks + 1 if rise_m > _RISE_M else 0
             if self._touch_judged and self._risen_ticks > _RISEN_TICKS:
-                state.doubt(proof.above_plate(state.tick, rise_m, _RISE_M))
+                state.doubt(proof.above_plate(state.tick, rise_m))
             if not proof.life.due:
                 return None
             if measured.filtered_force_z_N > -_PRESSED_SHARE * self._press_N:
