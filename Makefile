@@ -9,13 +9,14 @@ BENCH ?= runs/bench.json
 # PyPI's torch for Linux brings gigabytes of CUDA, which nothing here uses.
 TORCH_CPU ?= https://download.pytorch.org/whl/cpu
 
-.PHONY: help setup train test lint golden browser browser-check foxglove-check bench bench-full clean
+.PHONY: help setup train test lint docs docs-setup golden browser browser-check foxglove-check bench bench-full clean
 
 help:
 	@echo "make setup   create .venv and install pinned dependencies (does nothing when nothing changed)"
 	@echo "make train   learn the paper's insertion, 350 trials, or go on with it; the result is left in $(RUN)"
 	@echo "make test    style, types, layering and all tests"
 	@echo "make lint    style, types and layering only"
+	@echo "make docs    the documentation site in runs/site/html, strictly: a lost link or any other warning is an error"
 	@echo "make browser-check   reports in a headless browser, at laptop and phone width (Debian, needs root to install it)"
 	@echo "make foxglove-check  a recorded trial in Foxglove Studio, its numbers held against the log (the same, and npm)"
 	@echo "make bench   benchmarks beside floors and peers, under three minutes; figures also in $(BENCH)"
@@ -51,6 +52,14 @@ lint: setup
 test: lint
 	$(BIN)/pytest -n 2 --dist loadgroup --ignore tests/wall_clock
 	$(BIN)/pytest tests/wall_clock
+
+# Under a minute; its builder is an extra of its own, which neither training nor tests need.
+docs-setup: setup
+	$(BIN)/python -c 'import zensical, mkdocstrings' 2>/dev/null \
+		|| $(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[docs]'
+
+docs: docs-setup
+	$(BIN)/python -m docs.site.build
 
 golden: setup
 	$(BIN)/python -m tests.golden.record

@@ -1,0 +1,208 @@
+"""Builds the documentation site: pages of docs/, README, examples and rig files, and a reference of all public names.
+
+    python -m docs.site.build            into runs/site; a link that leads nowhere, or any other warning, is an error
+
+Pages stay as they are in the repository, where their links work too. Here their links outside docs/ are led to pages of
+the site; what has no page there becomes plain text as long as pyproject.toml names no repository. Navigation comes from
+the folders: a new page in docs/how-to is in it without being listed here.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ast
+import os
+import shutil
+import subprocess
+import sys
+import tomllib
+from collections.abc import Iterator
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Final
+
+from docs.site.links import in_repository, relinked
+
+ROOT: Final = Path(__file__).parents[2]
+ROOTS: Final = ("core", "adapters", "drivers", "simulation")
+MOVED: Final = {
+    "README.md": "index.md",
+    "docs/README.md": "contents.md",
+    "docs/decisions/README.md": "decisions/index.md",
+    "CHANGELOG.md": "changelog.md",
+    "CONTRIBUTING.md": "contributing.md",
+    "examples": "examples/index.md",
+    "rigs": "examples/index.md",
+}
+"""Pages whose place on the site is another one than below docs/."""
+SHOWN: Final = ("examples/**/*.py", "examples/**/*.toml", "rigs/*.toml", "benchmarks/study_scaling.py")
+
+
+def sources() -> dict[str, str]:
+    """Every file that has a page, by its path in the repository: the page's path on the site."""
+    pages = {
+        str(path.relative_to(ROOT)): str(path.relative_to(ROOT / "docs")) for path in (ROOT / "docs").rglob("*.md")
+    }
+    for pattern in SHOWN:
+        pages |= {name: f"{name}.md" for name in (str(path.relative_to(ROOT)) for path in ROOT.glob(pattern))}
+    for path in (ROOT / "examples").rglob("*"):
+        if path.is_dir():
+            pages[str(path.relative_to(ROOT))] = "examples/index.md"
+    return pages | {name: place for name, place in MOVED.items() if (ROOT / name).exists()}
+
+
+def repository() -> str:
+    """Address of the repository, as the owner has set it in pyproject.toml; empty until then."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    return str(project["tool"]["hatch"]["metadata"]["hooks"]["custom"]["repository"])
+
+
+def linked(text: str, name: str, pages: dict[str, str], address: str) -> str:
+    """The text of a page with its links as they are on the site.
+
+    Args:
+        text: Markdown.
+        name: Path of the page in the repository.
+        pages: As of `sources`.
+        address: As of `repository`.
+    """
+    here = os.path.dirname(pages[name]) or "."
+
+    def place_of(path: str) -> str:
+        if path in pages or path.startswith("docs/"):
+            return os.path.relpath(pages.get(path, path.removeprefix("docs/")), here)
+        return in_repository(address, path, picture=False)
+
+    return relinked(text, name, place_of)
+
+
+def rooms() -> Iterator[tuple[str, list[str]]]:
+    """Every module that others may import from, with its public names.
+
+    A room's names are those of its stub; of a file without one, all that it defines without an underscore.
+    """
+    for root in ROOTS:
+        top = ROOT / root / "palpate" / root
+        for path in sorted({*top.rglob("__init__.pyi"), *top.glob("*.py"), *top.glob("gymnasium_envs/*.py")}):
+            place = path.parent if path.stem == "__init__" else path.with_suffix("")
+            room = ".".join(place.relative_to(ROOT / root).parts)
+            body = ast.parse(path.read_text(encoding="utf-8")).body
+            if path.suffix == ".pyi":
+                names = [
+                    one.asname or one.name for node in body if isinstance(node, ast.ImportFrom) for one in node.names
+                ]
+            else:
+                names = [node.name for node in body if isinstance(node, (ast.ClassDef, ast.FunctionDef))]
+                names += [ast.unparse(node.targets[0]) for node in body if isinstance(node, ast.Assign)]
+            if names := [one for one in names if not one.startswith("_")]:
+                yield room, names
+
+
+def reference(pages: Path) -> list[str]:
+    """Write a page a room; returns their paths on the site."""
+    (pages / "reference").mkdir()
+    written = []
+    for room, names in rooms():
+        text = f"---\ntitle: {room.removeprefix('palpate.')}\n---\n\n# {room}\n\n"
+        text += f"::: {room}\n    options:\n      members: false\n      show_root_heading: false\n"
+        text += "      show_root_toc_entry: false\n\n"
+        text += "\n".join(f"::: {room}.{name}\n" for name in sorted(names, key=str.lower))
+        (pages / "reference" / f"{room}.md").write_text(text, encoding="utf-8")
+        written.append(f"reference/{room}.md")
+    return written
+
+
+def write_pages(pages: Path) -> list[dict[str, object]]:
+    """Write all pages into an empty folder; returns the navigation."""
+    shutil.copytree(ROOT / "docs", pages, ignore=shutil.ignore_patterns("site", "__pycache__", "README.md"))
+    places, address = sources(), repository()
+    for name, place in places.items():
+        path = ROOT / name
+        (pages / place).parent.mkdir(parents=True, exist_ok=True)
+        if path.suffix == ".md":
+            text = linked(path.read_text(encoding="utf-8"), name, places, address)
+            (pages / place).write_text(text, encoding="utf-8")
+        elif path.is_file():
+            language = path.suffix.removeprefix(".").replace("py", "python")
+            text = path.read_text(encoding="utf-8")
+            (pages / place).write_text(f"# {name}\n\n````{language}\n{text}````\n", encoding="utf-8")
+    shown = sorted(place for name, place in places.items() if (ROOT / name).is_file() and not name.endswith(".md"))
+    rows = "".join(f"- [{place.removesuffix('.md')}]({os.path.relpath(place, 'examples')})\n" for place in shown)
+    begin = "# Examples and rig files\n\nWith `palpate examples copy FOLDER` they are yours to change.\n\n"
+    (pages / "examples" / "index.md").write_text(begin + rows, encoding="utf-8")
+    api: dict[str, list[object]] = {root: [] for root in ROOTS}
+    for place in reference(pages):
+        room = place.removesuffix(".md").removeprefix("reference/palpate.")
+        api[room.partition(".")[0]].append({room: place})
+    first = ["index.md", "tutorial.md", "glossary.md"]
+    how_to = sorted(place for place in places.values() if place.startswith("how-to/"))
+    decisions = sorted(place for place in places.values() if place.startswith("decisions/"))
+    known = {*first, *how_to, *decisions, *shown, "examples/index.md"}
+    more = sorted(set(places.values()) - known)
+    return [
+        {"To begin": [*first, "examples/index.md"]},
+        {"How to": how_to},
+        {"To know": more},
+        {"Reference": [{root: found} for root, found in api.items()]},
+        {"Decisions": decisions},
+        {"Files": [{place.removesuffix(".md"): place} for place in shown]},
+    ]
+
+
+def toml(value: object) -> str:
+    """A value of the navigation as TOML writes it."""
+    if isinstance(value, dict):
+        return "{ " + ", ".join(f'"{key}" = {toml(one)}' for key, one in value.items()) + " }"
+    return "[" + ", ".join(map(toml, value)) + "]" if isinstance(value, list) else f'"{value}"'
+
+
+def build(out: Path) -> int:
+    """Build the site into a folder, anew; returns the exit code of the builder."""
+    shutil.rmtree(out, ignore_errors=True)
+    out.mkdir(parents=True)
+    nav = write_pages(out / "pages")
+    settings = (ROOT / "docs" / "site" / "zensical.toml").read_text(encoding="utf-8")
+    address = repository()
+    facts = f"nav = {toml(nav)}\n" + (f'repo_url = "{address}"\n' if address else "")
+    paths = "".join(f'"{ROOT / root}", ' for root in ROOTS)
+    settings = settings.replace("[project]\n", f"[project]\n{facts}", 1)
+    settings += f"\n[project.plugins.mkdocstrings.handlers.python]\npaths = [{paths}]\n"
+    (out / "zensical.toml").write_text(settings, encoding="utf-8")
+    shutil.copy(ROOT / "docs" / "site" / "palpate.css", out / "pages")
+    words = [
+        sys.executable,
+        "-m",
+        "zensical",
+        "build",
+        "--strict",
+        "--clean",
+        "--config-file",
+        str(out / "zensical.toml"),
+    ]
+    code = subprocess.run(words, check=False).returncode
+    for name in [] if code else unshown(out / "html"):
+        sys.stderr.write(f"{name} is a public name without an entry in the reference\n")
+        code = 1
+    return code
+
+
+def unshown(html: Path) -> list[str]:
+    """Public names that the built reference lacks."""
+    texts = {room: (html / "reference" / room / "index.html").read_text(encoding="utf-8") for room, _ in rooms()}
+    entries = [(room, f"{room}.{name}") for room, names in rooms() for name in names]
+    return [entry for room, entry in entries if f'id="{entry}"' not in texts[room]]
+
+
+def main() -> int:
+    """Command line."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--out", type=Path, default=ROOT / "runs" / "site")
+    out = parser.parse_args().out.resolve()
+    if find_spec("zensical") is None or find_spec("mkdocstrings") is None:
+        sys.stderr.write("the documentation site needs: pip install -c constraints.txt -e '.[docs]'\n")
+        return 2
+    return build(out)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,61 @@
+"""The documentation site's pages before they are built, and what a package index shows; ``make docs`` builds it."""
+
+import re
+import sys
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+from docs.site import build
+from docs.site.links import in_repository, relinked
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture(scope="module")
+def pages(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
+    """All pages, and the navigation as TOML."""
+    folder = tmp_path_factory.mktemp("site") / "pages"
+    nav = build.write_pages(folder)
+    return folder, build.toml(nav)
+
+
+def test_every_page_is_in_the_navigation_and_every_link_leads_to_one(pages: tuple[Path, str]) -> None:
+    folder, nav = pages
+    written = sorted(folder.rglob("*.md"))
+    assert len(written) > 90
+    lost = []
+    for page in written:
+        assert f'"{page.relative_to(folder)}"' in nav, page
+        for link in re.findall(r"\]\(([^)#\s]+)", re.sub(r"^```.*?^````?$", "", page.read_text(), flags=re.S | re.M)):
+            if not re.match("[a-z]+:", link) and not (page.parent / link).is_file():
+                lost.append((page.name, link))
+    assert lost == []
+
+
+def test_the_reference_has_every_name_of_a_face() -> None:
+    rooms = dict(build.rooms())
+    assert len(rooms) > 40
+    for room in ("palpate.core.ports", "palpate.adapters.experiments", "palpate.drivers.jr3"):
+        assert set(rooms[room]) == set(import_module(room).__all__)
+    assert "ConfigurationError" in rooms["palpate.core.errors"]
+
+
+@pytest.mark.parametrize("address", ["", "https://code.example/palpate"])
+def test_links_follow_the_one_setting(address: str) -> None:
+    text = "![a](docs/a.png) [b](docs/b.md#c) [d](#e) [f](https://g)\n```md\n[h](i.md)\n```\n"
+    led = relinked(text, "README.md", lambda path: in_repository(address, path, picture=path.endswith("png")))
+    blob = f"[b]({address}/blob/main/docs/b.md#c)" if address else "b"
+    picture = f"![a]({address}/raw/main/docs/a.png)" if address else ""
+    assert led == f"{picture} {blob} [d](#e) [f](https://g)\n```md\n[h](i.md)\n```\n"
+
+
+def test_without_the_extra_one_line_says_what_to_install(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    monkeypatch.setattr(build, "find_spec", lambda name: None)
+    monkeypatch.setattr(sys, "argv", ["build", "--out", str(tmp_path / "site")])
+    assert build.main() == 2
+    assert "pip install -c constraints.txt -e '.[docs]'" in capsys.readouterr().err
+    assert not (tmp_path / "site").exists()
