@@ -24,10 +24,10 @@ from palpate.adapters.experiments import build_task, loaded_policy, perception_o
 from palpate.adapters.experiments.evaluation import FIRST_EVALUATION_TRIAL
 from palpate.adapters.experiments.statistics import wilson_interval
 from palpate.adapters.mujoco import SimulatedRig
-from palpate.core.insertion import find_ready_pose
 from palpate.core.motion import Kinematics, ToolGeometry, arm_named
 from palpate.core.motion.arm import ARMS
 from palpate.core.policy import PolicyDocument
+from palpate.core.trial import find_ready_pose
 
 BLOCK: Final = 10
 FAILED_S: Final = 20.0

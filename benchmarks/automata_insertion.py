@@ -33,8 +33,8 @@ from palpate.core.automata.document import save
 from palpate.core.automata.infer import InferenceSettings, infer
 from palpate.core.automata.strings import Strings
 from palpate.core.automata.training import TrainingSettings
-from palpate.core.insertion.ready_pose import find_ready_pose
 from palpate.core.policy import Policy
+from palpate.core.trial import find_ready_pose
 
 FIRST_SEED = 300
 FIRST_WALK = 2_000_000

@@ -23,7 +23,7 @@ from palpate.adapters.config import scenario
 from palpate.adapters.experiments import build_perception, build_task, comparator, learning_policy, run_scored_trial
 from palpate.adapters.experiments.statistics import wilson_interval
 from palpate.adapters.mujoco import SimulatedRig
-from palpate.core.insertion import find_ready_pose
+from palpate.core.trial import find_ready_pose
 
 CONDITIONS = (
     "paper", "blind", "blind-tilt-2", "blind-tilt-4", "blind-bias", "blind-bias-drawn", "blind-noise", "blind-regrip",

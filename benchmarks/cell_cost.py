@@ -23,7 +23,7 @@ from palpate.adapters.experiments.build import build_perception, build_task
 from palpate.adapters.experiments.policies import comparator
 from palpate.adapters.experiments.trial import run_scored_trial
 from palpate.adapters.mujoco.rig import SimulatedRig
-from palpate.core.insertion.ready_pose import find_ready_pose
+from palpate.core.trial import find_ready_pose
 
 SEED = 700
 

@@ -25,7 +25,7 @@ from palpate.adapters.experiments.build import build_perception, build_task
 from palpate.adapters.experiments.policies import comparator, learning_policy
 from palpate.adapters.experiments.trial import ScoredTrial, run_scored_trial
 from palpate.adapters.mujoco.rig import SimulatedRig
-from palpate.core.insertion.ready_pose import find_ready_pose
+from palpate.core.trial import find_ready_pose
 from palpate.simulation.work_cell.config import CellConfig
 from tests.integration.physics.bench import Bench, headings, quiet
 

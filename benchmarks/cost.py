@@ -25,10 +25,10 @@ from palpate.adapters.experiments.build import build_perception, build_task
 from palpate.adapters.experiments.policies import learning_policy
 from palpate.adapters.experiments.trial import run_scored_trial
 from palpate.adapters.mujoco.rig import SimulatedRig
-from palpate.core.insertion.ready_pose import find_ready_pose
-from palpate.core.insertion.task import InsertionTask
 from palpate.core.policy import Observation
 from palpate.core.ports.values import JointCommand, Snapshot
+from palpate.core.tasks.insertion import InsertionTask
+from palpate.core.trial import find_ready_pose
 
 RATE_HZ = 140
 
@@ -173,7 +173,7 @@ def tick_without_physics(trials: int) -> None:
 def start_up_seconds(runs: int = 7) -> dict[str, float]:
     """Wall time of whole processes, medians."""
     import_core = "import palpate.core"
-    import_all = "import palpate.core.control_loop, palpate.core.insertion.task, palpate.core.ports.contracts"
+    import_all = "import palpate.core.control_loop, palpate.core.tasks.insertion.task, palpate.core.ports.contracts"
     help_call = [sys.executable, "-m", "palpate.adapters.cli.main"]
     calls = {
         "python -c pass": [sys.executable, "-c", "pass"],

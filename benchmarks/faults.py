@@ -35,7 +35,6 @@ from palpate.adapters.log.tick_layout import TickRecord
 from palpate.adapters.log.writer_client import Opening, ProcessSink
 from palpate.core.control_loop import LoopObserver, run_trial
 from palpate.core.errors import LogError
-from palpate.core.insertion.trial import TrialReport, TrialSetup
 from palpate.core.ports.devices import ArmCommand, Clock, ForceSensor, JointEncoder, Ports
 from palpate.core.ports.lifecycle import ManagedDevice
 from palpate.core.ports.values import (
@@ -47,6 +46,7 @@ from palpate.core.ports.values import (
     Snapshot,
     WrenchSample,
 )
+from palpate.core.trial import TrialReport, TrialSetup
 
 ROOT = Path(__file__).parents[1]
 MOST_LOST_S = 0.5

@@ -25,8 +25,8 @@ from palpate.adapters.experiments.policies import comparator, learning_policy, l
 from palpate.adapters.experiments.statistics import moving_average
 from palpate.adapters.experiments.trial import run_scored_trial
 from palpate.adapters.mujoco.rig import SimulatedRig
-from palpate.core.insertion.ready_pose import find_ready_pose
 from palpate.core.policy import document_of
+from palpate.core.trial import find_ready_pose
 
 FIRST_SEED = 100
 

@@ -18,7 +18,7 @@ from typing import Final
 from palpate.adapters.config.run import RunConfig
 from palpate.adapters.fault_injection.campaign.campaign import Choice, cases, run_cases
 from palpate.adapters.fault_injection.campaign.runs import HARDWARE_LIMIT_N, Class, FaultRun
-from palpate.core.files import write_whole
+from palpate.core.ports import write_whole
 
 ARMS: Final = ("zebra-zero", "ur5")
 

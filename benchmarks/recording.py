@@ -30,8 +30,8 @@ from palpate.adapters.log.trial_recorder import TrialRecorder
 from palpate.adapters.log.writer_client import Opening, ProcessSink, Sink
 from palpate.adapters.log.writer_process import messages_in
 from palpate.adapters.mujoco.rig import SimulatedRig
-from palpate.core.insertion.ready_pose import ReadyPose, find_ready_pose
 from palpate.core.ports.values import CONTROL_RATE_HZ
+from palpate.core.trial import ReadyPose, find_ready_pose
 
 WAYS = ("none", "in the loop", "thread", "process")
 

@@ -44,10 +44,9 @@ from palpate.adapters.log.trial_recorder import TrialRecorder, trial_name
 from palpate.adapters.log.writer_client import ProcessSink
 from palpate.core.control_loop import run_trial
 from palpate.core.errors import LogError, PalpateError
-from palpate.core.insertion.ready_pose import find_ready_pose
-from palpate.core.insertion.trial import Outcome
 from palpate.core.ports.lifecycle import Life
 from palpate.core.ports.sensor_facts import SensorFacts
+from palpate.core.trial import Outcome, find_ready_pose
 
 PALPATE = [sys.executable, "-m", "palpate.adapters.cli.main"]
 PAGE = os.sysconf("SC_PAGE_SIZE")

@@ -45,7 +45,7 @@ def bare_steps(seconds: float, start: object, counts: object) -> None:
 
     from palpate.adapters.config.run import RunConfig
     from palpate.adapters.mujoco.rig import SimulatedRig
-    from palpate.core.insertion.ready_pose import find_ready_pose
+    from palpate.core.trial import find_ready_pose
 
     config = RunConfig()
     cell = SimulatedRig(config, find_ready_pose(config.arm, config.task)).cell

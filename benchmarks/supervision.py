@@ -21,9 +21,8 @@ from palpate.adapters.experiments.policies import comparator
 from palpate.adapters.experiments.trial import trial_setup
 from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.core.control_loop import run_trial
-from palpate.core.insertion.expectation import Supervised
-from palpate.core.insertion.ready_pose import find_ready_pose
 from palpate.core.supervision.supervisor import Supervisor
+from palpate.core.trial import Supervised, find_ready_pose
 
 Heard = list[tuple[Any, ...]]
 

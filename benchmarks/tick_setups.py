@@ -12,7 +12,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib import import_module
 from inspect import signature
 from pathlib import Path
@@ -86,7 +86,12 @@ BEFORE = Layout(
     },
     lambda config: (config,),
 )
-LAYOUTS = (FOLDED, BEFORE)
+SEAM = replace(
+    FOLDED,
+    sign="core/palpate/core/trial/task.py",
+    modules={**FOLDED.modules, "find_ready_pose": "palpate.core.trial.ready_pose"},
+)
+LAYOUTS = (SEAM, FOLDED, BEFORE)
 """The newest first: the first whose sign is there counts."""
 
 PATIENT = (

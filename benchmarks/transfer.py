@@ -21,8 +21,8 @@ from benchmarks.belief import FAILED_S
 from palpate.adapters.config import RunConfig, scenario
 from palpate.adapters.experiments import build_perception, build_task, learning_policy, run_scored_trial
 from palpate.adapters.mujoco import SimulatedRig
-from palpate.core.insertion import find_ready_pose
 from palpate.core.policy import learner_of
+from palpate.core.trial import find_ready_pose
 
 WORLDS = {
     "ur5": ("blind", "ur5"),

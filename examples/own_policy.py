@@ -21,9 +21,9 @@ from palpate.adapters.config import scenario
 from palpate.adapters.experiments import build_perception, comparator, learning_curve, run_policy
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.errors import PalpateError, require_whole
-from palpate.core.files import new_folder, require_free_folder
-from palpate.core.insertion import find_ready_pose
 from palpate.core.policy import Action, Decision, Observation, Policy, Transition
+from palpate.core.ports import new_folder, require_free_folder
+from palpate.core.trial import find_ready_pose
 
 FIRST_STEP_M, SHORTEST_STEP_M = 0.7e-3, 0.2e-3
 FELT_Nm = 0.005

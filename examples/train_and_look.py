@@ -31,8 +31,8 @@ from palpate.adapters.experiments import (
 from palpate.adapters.log import LOG_FOLDER, TrialRecorder, read_log, timeline
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.errors import PalpateError, require_whole
-from palpate.core.insertion import find_ready_pose
 from palpate.core.policy import PolicyDocument
+from palpate.core.trial import find_ready_pose
 
 
 def tell(scored: ScoredTrial) -> None:

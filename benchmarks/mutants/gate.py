@@ -42,9 +42,9 @@ NOT_RUN: Final = Path(__file__).with_name("not_run.json")
 _SAME_BITS: Final = "it differs only where two numbers that are computed from samples are equal in every bit"
 THOROUGH: Final = (
     "core/palpate/core/supervision/",
-    "core/palpate/core/insertion/task.py",
-    "core/palpate/core/insertion/trial_state.py",
-    "core/palpate/core/insertion/phases/",
+    "core/palpate/core/tasks/insertion/task.py",
+    "core/palpate/core/tasks/insertion/trial_state.py",
+    "core/palpate/core/tasks/insertion/phases/",
 )
 """Where no survivor stays unexplained, and every line is to be run, if a trial runs the module at all."""
 _REFUSING: Final = ("check", "__post_init__", "require", "_require")

@@ -22,9 +22,9 @@ from palpate.adapters.log.trial_recorder import TrialRecorder
 from palpate.adapters.log.writer_client import ProcessSink
 from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.core.control_loop import run_trial
-from palpate.core.insertion.ready_pose import find_ready_pose
 from palpate.core.motion.arm import arm_named
 from palpate.core.motion.model import Kinematics, ToolGeometry
+from palpate.core.trial import find_ready_pose
 
 STAGES = {
     TickSection.FORCE: "read the force sensor",

@@ -30,8 +30,8 @@ from stable_baselines3.common.monitor import Monitor
 from palpate.adapters.config import RunConfig
 from palpate.adapters.experiments import WINDOW, build_perception, learning_policy, moving_average
 from palpate.adapters.gymnasium_envs import PEG_INSERTION
-from palpate.core.insertion import Purpose, generator
 from palpate.core.policy import Observation, Transition
+from palpate.core.trial import Purpose, generator
 
 NOWHERE = (0.0, 0.0, 0.0)
 COLOURS = ("#4878a8", "#d1751e")

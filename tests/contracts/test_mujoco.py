@@ -8,7 +8,6 @@ import numpy as np
 
 from palpate.adapters.config.run import RunConfig
 from palpate.adapters.mujoco.ports import MujocoArm, MujocoClock, MujocoForceSensor, MujocoJointEncoder
-from palpate.core.insertion import find_ready_pose, goal_in_base
 from palpate.core.motion import Kinematics, ToolGeometry, arm_named
 from palpate.core.ports import CONTROL_RATE_HZ, JointVector, ManagedDevice
 from palpate.core.ports.contracts import (
@@ -21,6 +20,7 @@ from palpate.core.ports.contracts import (
     JointEncoderContract,
     JointEncoderRig,
 )
+from palpate.core.trial import find_ready_pose, goal_in_base
 from palpate.simulation.work_cell.cell import WorkCell
 
 TICK_NS = 10**9 // CONTROL_RATE_HZ

@@ -22,7 +22,6 @@ from palpate.adapters.fault_injection import FaultPlan, faulty
 from palpate.adapters.log import MemorySink, TrialRecorder, world_of
 from palpate.core.control_loop import LoopObserver, run_trial
 from palpate.core.errors import DeviceError, PalpateError
-from palpate.core.insertion import InsertionTask, find_ready_pose
 from palpate.core.ports import (
     AppliedCommand,
     ArmCommand,
@@ -38,6 +37,8 @@ from palpate.core.ports import (
     WrenchSample,
 )
 from palpate.core.supervision import weaker_settings
+from palpate.core.tasks.insertion import InsertionTask
+from palpate.core.trial import find_ready_pose
 
 _FRESH_NS: Final = 10**12
 """What a fault holds back is not marked stale by its port: that is the supervisor's affair."""

@@ -23,8 +23,8 @@ from palpate.adapters.gymnasium_envs import PEG_INSERTION, SENSOR_MAP
 from palpate.adapters.gymnasium_envs.episode import ActionRefusedError
 from palpate.adapters.gymnasium_envs.peg_insertion import PegInsertionEnv
 from palpate.adapters.gymnasium_envs.sensor_map import SensorMapEnv
-from palpate.core.insertion.trial import Purpose, generator
 from palpate.core.policy import Observation, Policy, Transition, learner_of
+from palpate.core.trial.report import Purpose, generator
 from tests.command_line import CommandLine
 
 NOWHERE = (0.0, 0.0, 0.0)

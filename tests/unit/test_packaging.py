@@ -79,7 +79,7 @@ def test_a_heavy_module_would_be_noticed() -> None:
 
 
 UPWARDS = {
-    "Floors of the core": ("core/ports/values.py", "from palpate.core.insertion.config import TaskConfig"),
+    "Floors of the core": ("core/ports/values.py", "from palpate.core.trial.config import TaskConfig"),
     "Floors of the adapters": ("adapters/log/file.py", "from palpate.adapters.replay.differences import Difference"),
     "Floors of the drivers": ("drivers/nmc/bus.py", "from palpate.drivers.zebra_zero.arm import ZebraZero"),
     "Floors of the simulation": ("simulation/grid/maps.py", "import palpate.simulation.work_cell.config"),

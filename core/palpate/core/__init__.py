@@ -2,7 +2,7 @@
 
 It does no I/O and reads no clock; :mod:`palpate.core.control_loop` runs it over the four ports of
 :mod:`palpate.core.ports.devices`. Modules are imported by name
-(``from palpate.core.insertion.task import InsertionTask``), so that a program pays only for what it uses.
+(``from palpate.core.tasks.insertion.task import InsertionTask``), so that a program pays only for what it uses.
 ``__version__`` is the installed distribution's.
 """
 

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from palpate.core.errors import DeviceError
-from palpate.core.insertion import Intervention, Supervised, TrialReport, TrialSetup, TrialTiming
 from palpate.core.ports import (
     CONTROL_RATE_HZ,
     AppliedCommand,
@@ -18,12 +17,13 @@ from palpate.core.ports import (
     Snapshot,
     WrenchSample,
 )
+from palpate.core.trial import Intervention, Supervised, TrialReport, TrialSetup, TrialTiming
 
 if TYPE_CHECKING:
     # Kinematics and learning are loaded by whoever makes a task; an observer needs neither.
-    from palpate.core.insertion import InsertionTask
     from palpate.core.policy import Observation
     from palpate.core.supervision import Supervisor
+    from palpate.core.trial import Task
 
 _NS: int = 1_000_000_000
 LATE_NS: int = 1_000_000
@@ -114,7 +114,7 @@ def next_slot(start_ns: int, slot: int, time_ns: int) -> int:
 
 
 def run_trial(
-    task: InsertionTask,
+    task: Task,
     ports: Ports,
     setup: TrialSetup,
     supervisor: Supervisor | None = None,
@@ -169,7 +169,7 @@ def next_snapshot(ticks: Generator[Snapshot, JointCommand, None], command: Joint
 
 
 def trial_ticks(
-    task: InsertionTask,
+    task: Task,
     ports: Ports,
     setup: TrialSetup,
     supervisor: Supervisor | None = None,
@@ -303,7 +303,7 @@ def _stop(
             call(trouble)
 
 
-def _report(task: InsertionTask, intervention: Intervention) -> None:
+def _report(task: Task, intervention: Intervention) -> None:
     if intervention.trip is not None:
         task.tripped(intervention.trip)
     else:

@@ -14,13 +14,14 @@ import numpy as np
 from palpate.adapters.config.run import RunConfig
 from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.core.control_loop import tick_time_ns
-from palpate.core.insertion import N_PER_KGF, PERIOD_S, Measurement, ReadyPose, find_ready_pose, goal_in_base
 from palpate.core.motion.arm import arm_named
 from palpate.core.motion.laws import ControlLaw, DampingControl, HybridControl, PositionControl
 from palpate.core.motion.model import Kinematics, ToolGeometry
 from palpate.core.motion.tip_motion import TipMotion
 from palpate.core.perception import SignalProcessor
+from palpate.core.ports import PERIOD_S
 from palpate.core.ports.values import CONTROL_RATE_HZ, Snapshot, Vector3, WrenchSample
+from palpate.core.trial import N_PER_KGF, Measurement, ReadyPose, find_ready_pose, goal_in_base
 from palpate.simulation.work_cell.config import CellConfig, ComplianceConfig, PegConfig, SensorConfig
 
 LEAST_OFFSET_M, MOST_OFFSET_M = 0.3e-3, 3e-3

@@ -6,8 +6,8 @@ import pytest
 
 from palpate.adapters.config.run import RunConfig
 from palpate.adapters.mujoco.rig import SimulatedRig
-from palpate.core.insertion.trial import Outcome
 from palpate.core.motion.arm import ARMS
+from palpate.core.trial.report import Outcome
 from palpate.simulation.work_cell.config import CellConfig, PegConfig
 from palpate.simulation.work_cell.cross_section import SIDES
 from tests.integration.physics.bench import ready_pose

@@ -8,9 +8,9 @@ from palpate.adapters.config.run import RunConfig
 from palpate.adapters.experiments.build import build_perception, build_task, task_actions
 from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.core.control_loop import run_trial
-from palpate.core.insertion.trial import TrialReport, TrialSetup
 from palpate.core.policy import RandomWalkPolicy
 from palpate.core.ports.devices import Ports
+from palpate.core.trial.report import TrialReport, TrialSetup
 from tests.integration.physics.bench import ready_pose
 
 

@@ -5,10 +5,10 @@ from functools import cache
 
 from palpate.adapters.config.run import RunConfig
 from palpate.adapters.experiments import ScoredTrial, TrialRow
-from palpate.core.insertion import Outcome, ReadyPose, TaskConfig, TrialReport, TrialSetup, find_ready_pose
-from palpate.core.insertion.trial import DecisionRecord
 from palpate.core.policy import Observation
 from palpate.core.ports.rig import Truth
+from palpate.core.trial import Outcome, ReadyPose, TaskConfig, TrialReport, TrialSetup, find_ready_pose
+from palpate.core.trial.report import DecisionRecord
 
 QUICK = RunConfig(task=TaskConfig(time_limit_s=1.0))
 

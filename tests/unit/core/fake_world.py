@@ -17,12 +17,6 @@ from typing import Self
 import numpy as np
 import pinocchio as pin
 
-from palpate.core.insertion.agent import Agent
-from palpate.core.insertion.config import N_PER_KGF, ControlConfig, GoalConfig, TaskConfig
-from palpate.core.insertion.frame import goal_in_base
-from palpate.core.insertion.laws import PERIOD_S
-from palpate.core.insertion.measurement import Measurement
-from palpate.core.insertion.task import InsertionTask
 from palpate.core.motion import Array, InverseKinematics, Kinematics, TipMotion, ToolGeometry, arm_named
 from palpate.core.perception import (
     GatedThresholds,
@@ -45,6 +39,12 @@ from palpate.core.policy import (
 )
 from palpate.core.ports import CONTROL_RATE_HZ, JointVector, Ports, Vector3, WrenchSample
 from palpate.core.ports.contracts.fakes import FakeArm, FakeClock, FakeForceSensor, FakeJointEncoder
+from palpate.core.ports.values import PERIOD_S
+from palpate.core.tasks.insertion.agent import Agent
+from palpate.core.tasks.insertion.task import InsertionTask
+from palpate.core.trial.config import N_PER_KGF, ControlConfig, GoalConfig, TaskConfig
+from palpate.core.trial.frame import goal_in_base
+from palpate.core.trial.measurement import Measurement
 
 TOOL = ToolGeometry()
 STIFFNESS_N_PER_M = 5e3

@@ -15,17 +15,15 @@ from palpate.core.control_loop import (
     trial_ticks,
 )
 from palpate.core.errors import LifecycleError
-from palpate.core.insertion import Outcome, TaskConfig, TrialSetup
-from palpate.core.motion import Kinematics, arm_named
 from palpate.core.ports.contracts.fakes import FakeClock
 from palpate.core.ports.devices import Ports
-from palpate.core.ports.sensor_facts import SensorFacts
 from palpate.core.ports.values import (
     CONTROL_RATE_HZ,
     JointCommand,
 )
-from palpate.core.supervision import SupervisionConfig, Supervisor
-from tests.unit.core.fake_world import TOOL, FakeWorld, FollowTorque, Pit, build_task
+from palpate.core.trial import Outcome, TrialSetup
+from tests.unit.core.fake_world import FakeWorld, FollowTorque, Pit, build_task
+from tests.unit.core.supervision.bench import supervisor
 from tests.unit.core.watched_task import HOLE, SETUP, Watch, assert_stopped, run
 
 
@@ -169,9 +167,7 @@ def test_a_caller_who_steps_the_task_itself_has_the_same_trial() -> None:
 @pytest.mark.parametrize("tripped", [False, True])
 def test_what_a_trial_came_to_is_told_once_all_of_it_is_known(tripped: bool) -> None:
     world, policy = FakeWorld(Pit(0.3e-3, -0.2e-3)), FollowTorque()
-    supervisor = Supervisor(
-        SupervisionConfig(), TaskConfig(), Kinematics(arm_named("zebra-zero"), TOOL), SensorFacts(0.0, 0.0)
-    )
+    guard = supervisor()
 
     class Last(Watch):
         def act(self) -> JointCommand:
@@ -182,7 +178,7 @@ def test_what_a_trial_came_to_is_told_once_all_of_it_is_known(tripped: bool) -> 
             return JointCommand(tuple(q + jump for q in command.position_rad))
 
     with world:
-        report = run_trial(Last(world, policy), world.ports, SETUP, supervisor)  # type: ignore[arg-type]
+        report = run_trial(Last(world, policy), world.ports, SETUP, guard)  # type: ignore[arg-type]
         assert_stopped(world)
     (told,) = policy.ended
     assert (report.outcome, told.inserted) == ((Outcome.TRIPPED, False) if tripped else (Outcome.INSERTED, True))

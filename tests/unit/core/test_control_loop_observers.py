@@ -12,11 +12,8 @@ from palpate.core.control_loop import (
     trial_ticks,
 )
 from palpate.core.errors import DeviceError
-from palpate.core.insertion import Outcome, Supervised, TaskConfig, TrialReport
-from palpate.core.motion import Kinematics, arm_named
 from palpate.core.policy import Observation
 from palpate.core.ports.lifecycle import Life
-from palpate.core.ports.sensor_facts import SensorFacts
 from palpate.core.ports.values import (
     AppliedCommand,
     JointCommand,
@@ -24,8 +21,9 @@ from palpate.core.ports.values import (
     Snapshot,
     WrenchSample,
 )
-from palpate.core.supervision import SupervisionConfig, Supervisor
-from tests.unit.core.fake_world import TOOL, FakeWorld, FollowTorque, build_task
+from palpate.core.trial import Outcome, Supervised, TrialReport
+from tests.unit.core.fake_world import FakeWorld, FollowTorque, build_task
+from tests.unit.core.supervision.bench import supervisor
 from tests.unit.core.watched_task import HOLE, SETUP, Watch, assert_stopped
 
 
@@ -115,8 +113,7 @@ def test_observers_are_called_in_order_and_change_nothing() -> None:
 
 def test_a_retreat_is_observed_without_anything_asked() -> None:
     world = FakeWorld(HOLE)
-    kinematics = Kinematics(arm_named("zebra-zero"), TOOL)
-    diary, supervisor = Diary(world), Supervisor(SupervisionConfig(), TaskConfig(), kinematics, SensorFacts(0.0, 0.0))
+    diary, guard = Diary(world), supervisor()
 
     class Jumpy(Watch):
         def act(self) -> JointCommand:
@@ -124,7 +121,7 @@ def test_a_retreat_is_observed_without_anything_asked() -> None:
             return command if len(self.commands) < 50 else JointCommand(tuple(q + 1.0 for q in command.position_rad))
 
     with world:
-        report = run_trial(Jumpy(world), world.ports, SETUP, supervisor, (diary,))  # type: ignore[arg-type]
+        report = run_trial(Jumpy(world), world.ports, SETUP, guard, (diary,))  # type: ignore[arg-type]
     assert report.outcome is Outcome.TRIPPED
     assert diary.events.pop() == "stopped"
     ticks = split(diary.events)

@@ -4,9 +4,9 @@ from collections.abc import Callable
 from typing import Any
 
 from palpate.core.control_loop import run_trial
-from palpate.core.insertion import Outcome, TrialSetup
 from palpate.core.policy import Observation
 from palpate.core.ports import CommandReason, JointCommand, Snapshot
+from palpate.core.trial import Outcome, TrialSetup
 from tests.unit.core.fake_world import FakeWorld, FollowTorque, Pit, build_task
 
 SETUP = TrialSetup(0, 1, (1e-3, 1e-3))

@@ -11,7 +11,7 @@ from palpate.adapters.experiments import aligned
 from palpate.adapters.visualisation import machine_picture
 from palpate.core.automata import Kind, Machine, difference, load, minimised, shown_output, to_dot_text, to_json_text
 from palpate.core.errors import ConfigurationError
-from palpate.core.files import new_file, require_no_file
+from palpate.core.ports import new_file, require_no_file
 
 
 def show(options: ShowAutomatonOptions) -> int:

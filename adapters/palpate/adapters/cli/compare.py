@@ -24,7 +24,7 @@ from palpate.adapters.experiments import (
     shown_interval,
     summary_of,
 )
-from palpate.core.insertion import find_ready_pose
+from palpate.core.trial import find_ready_pose
 
 
 def compare(options: CompareOptions) -> int:

@@ -13,9 +13,8 @@ from palpate.adapters.config import scenario
 from palpate.adapters.experiments import interrupting
 from palpate.adapters.hardware import EmulatedCell, EmulationConfig
 from palpate.adapters.hardware.real_time import take_real_time
-from palpate.core.files import new_file, require_no_file
-from palpate.core.insertion import find_ready_pose
-from palpate.core.ports import Truth
+from palpate.core.ports import Truth, new_file, require_no_file
+from palpate.core.trial import find_ready_pose
 
 
 def emulate(options: EmulateOptions) -> int:

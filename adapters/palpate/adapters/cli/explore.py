@@ -27,10 +27,10 @@ from palpate.adapters.experiments.grid import (
 )
 from palpate.core.automata import write_strings
 from palpate.core.errors import ConfigurationError, UsageError
-from palpate.core.files import new_file, new_folder, require_free_folder, require_no_file
 from palpate.core.perception import stage_to_dict
 from palpate.core.policy import TabularLearner, document_of
 from palpate.core.policy.memory import MemoryDocument
+from palpate.core.ports import new_file, new_folder, require_free_folder, require_no_file
 from palpate.simulation.grid import GridMap, walk_strings
 
 _PICTURES: Final = ("svg", "png")

@@ -11,7 +11,7 @@ from palpate.adapters.cli.options import FaultsOptions
 from palpate.adapters.cli.progress import progress
 from palpate.adapters.experiments import ChosenPolicy
 from palpate.adapters.fault_injection.campaign import Choice, Class, FaultRun, as_csv, cases, run_cases, summary, table
-from palpate.core.files import require_no_file, write_whole
+from palpate.core.ports import require_no_file, write_whole
 
 
 def faults(options: FaultsOptions) -> int:

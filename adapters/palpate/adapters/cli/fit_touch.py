@@ -11,7 +11,7 @@ from palpate.adapters.experiments import render_table, run_toml
 from palpate.adapters.replay import find_logs, touches_of
 from palpate.adapters.visualisation.report import touch_pictures
 from palpate.core.errors import UsageError
-from palpate.core.files import new_folder, require_free_folder
+from palpate.core.ports import new_folder, require_free_folder
 
 
 def fit_touch(options: FitTouchOptions) -> int:

@@ -22,7 +22,7 @@ from palpate.core.automata import (
     to_json_text,
 )
 from palpate.core.errors import UsageError
-from palpate.core.files import new_folder, require_free_folder
+from palpate.core.ports import new_folder, require_free_folder
 
 
 def infer_command(options: InferOptions) -> int:

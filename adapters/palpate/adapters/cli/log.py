@@ -39,7 +39,7 @@ def info(options: InfoOptions) -> int:
 def plot(options: PlotOptions) -> int:
     """Draw a trial over time."""
     from palpate.adapters.log import read_log
-    from palpate.core.files import new_file, require_no_file
+    from palpate.core.ports import new_file, require_no_file
 
     out = Path(options.out or Path(options.file).with_suffix(".png"))
     trial = read_log(options.file)

@@ -30,9 +30,8 @@ from palpate.adapters.replay import (
     replay_files,
 )
 from palpate.core.errors import ConfigurationError, LogError, OutputError
-from palpate.core.files import require_no_file, write_whole
 from palpate.core.policy import ForeignEntry, PolicyDocument
-from palpate.core.ports import CONTROL_RATE_HZ
+from palpate.core.ports import CONTROL_RATE_HZ, require_no_file, write_whole
 
 _FEW: Final = 20
 """So many logs get a line each; of more only those that are not equal do."""

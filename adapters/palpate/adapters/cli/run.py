@@ -38,8 +38,8 @@ from palpate.adapters.experiments import (
 from palpate.adapters.hardware.real_time import RealTimeSession
 from palpate.adapters.log import TrialRecorder
 from palpate.core.errors import ConfigurationError
-from palpate.core.insertion import ReadyPose, find_ready_pose
 from palpate.core.ports import Rig
+from palpate.core.trial import ReadyPose, find_ready_pose
 
 
 def run(options: RunOptions) -> int:

@@ -10,9 +10,9 @@ from palpate.adapters.experiments import render_table
 from palpate.adapters.experiments.grid import believed, render_memory
 from palpate.adapters.visualisation import memory_picture
 from palpate.core.errors import ConfigurationError
-from palpate.core.files import new_file, require_no_file
 from palpate.core.policy import PolicyDocument
 from palpate.core.policy.memory import MemoryDocument, is_memory_file
+from palpate.core.ports import new_file, require_no_file
 
 _PICTURES = ("svg", "png")
 

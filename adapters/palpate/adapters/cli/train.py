@@ -48,8 +48,8 @@ from palpate.adapters.experiments import (
 from palpate.adapters.hardware.real_time import RealTimeSession
 from palpate.adapters.log import LOG_FOLDER, made_with, set_aside
 from palpate.core.errors import ConfigurationError, OutputError
-from palpate.core.insertion import find_ready_pose, reachable_share
 from palpate.core.policy import PolicyDocument, learner_of
+from palpate.core.trial import find_ready_pose, reachable_share
 
 
 def train(options: TrainOptions) -> int:

@@ -20,7 +20,7 @@ from palpate.adapters.experiments import (
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.adapters.visualisation import ShownClock, Viewer, WindowClosedError, open_viewer, require_display
 from palpate.core.errors import ConfigurationError
-from palpate.core.insertion import find_ready_pose
+from palpate.core.trial import find_ready_pose
 from palpate.simulation.work_cell import WorkCell
 
 

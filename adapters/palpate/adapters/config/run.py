@@ -12,10 +12,10 @@ from palpate.adapters.config.real_time import RealTimeConfig
 from palpate.adapters.config.scenarios import BLIND, LEARNERS, SCENARIOS
 from palpate.adapters.config.toml import overlay
 from palpate.core.errors import ConfigurationError, require_in, require_one_of
-from palpate.core.insertion import ControlConfig, TaskConfig
 from palpate.core.motion import ArmDescription
 from palpate.core.ports import CHANNELS, CONTROL_RATE_HZ, Holds, OneOf, Range, Settings
 from palpate.core.supervision import SupervisionConfig
+from palpate.core.trial import ControlConfig, TaskConfig
 from palpate.simulation.work_cell import CellConfig
 
 _BELOW_HALF_THE_RATE: Final = Range(

@@ -12,7 +12,6 @@ from palpate.adapters.hardware import HardwareRig, find_approach
 from palpate.adapters.mujoco import SimulatedRig, simulated_sensor
 from palpate.core.automata import AutomatonState, load
 from palpate.core.errors import ConfigurationError
-from palpate.core.insertion import N_PER_KGF, PERIOD_S, Agent, InsertionTask, Measurement, ReadyPose, goal_in_base
 from palpate.core.motion import Kinematics, TipMotion, ToolGeometry, arm_named
 from palpate.core.perception import (
     GatedThresholds,
@@ -35,8 +34,10 @@ from palpate.core.policy import (
     Reinforcement,
     compass_actions,
 )
-from palpate.core.ports import CONTROL_RATE_HZ, FaultLatch, Rig, SensorFacts
+from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, FaultLatch, Rig, SensorFacts
 from palpate.core.supervision import Supervisor, require_fitting
+from palpate.core.tasks.insertion import Agent, InsertionTask, insertion_workspace
+from palpate.core.trial import N_PER_KGF, Measurement, ReadyPose, goal_in_base
 
 NONE: Final = "none"
 _FIELD: Final = "perception.memory"
@@ -130,9 +131,8 @@ def build_supervisor(
     """
     kinematics = Kinematics(arm_named(config.arm), ToolGeometry())
     ready_rad = tuple(ready.q_rad.tolist())
-    return Supervisor(
-        config.supervision, config.task, kinematics, sensor, config.perception.calibration, latch, ready_rad
-    )
+    workspace, scale = insertion_workspace(config.task), config.perception.calibration
+    return Supervisor(config.supervision, config.task, workspace, kinematics, sensor, scale, latch, ready_rad)
 
 
 def supervisor_of(rig: Rig, config: RunConfig, ready: ReadyPose) -> Supervisor:

@@ -10,7 +10,8 @@ from palpate.adapters.experiments.build import build_perception, build_task
 from palpate.adapters.experiments.comparators import StraightPass
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.control_loop import run_trial
-from palpate.core.insertion import InsertionTask, ReadyPose, TrialSetup
+from palpate.core.tasks.insertion import InsertionTask
+from palpate.core.trial import ReadyPose, TrialSetup
 from palpate.simulation.work_cell import ConditionsConfig
 
 _APPROACH_M = 2e-3

@@ -35,10 +35,10 @@ from palpate.adapters.log import TrialRecorder
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.control_loop import run_trial
 from palpate.core.errors import ConfigurationError
-from palpate.core.insertion import TRIALS_OF_A_SERIES, Outcome, ReadyPose, TrialReport
 from palpate.core.perception import Perception
 from palpate.core.policy import ForeignPolicy, Policy, PolicyDocument, learner_of
 from palpate.core.ports import Rig
+from palpate.core.trial import TRIALS_OF_A_SERIES, Outcome, ReadyPose, TrialReport
 
 FIRST_EVALUATION_TRIAL: Final = TRIALS_OF_A_SERIES
 """Trials that evaluate are numbered from here for their random streams: never the ones that a policy was trained on."""

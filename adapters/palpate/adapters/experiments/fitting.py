@@ -9,7 +9,6 @@ import numpy as np
 from palpate.adapters.config import PerceptionConfig, RunConfig
 from palpate.adapters.experiments.build import build_perception, build_task, identifier, supervisor_of, task_actions
 from palpate.adapters.experiments.trial import require_sound, run_scored_trial
-from palpate.core.insertion import TRIALS_OF_A_SERIES, Purpose, ReadyPose, generator
 from palpate.core.perception import (
     Clusters,
     FeatureExtractor,
@@ -22,6 +21,7 @@ from palpate.core.perception import (
 )
 from palpate.core.policy import Action, Decision, Observation, RandomWalkPolicy
 from palpate.core.ports import Rig
+from palpate.core.trial import TRIALS_OF_A_SERIES, Purpose, ReadyPose, generator
 
 FIRST_FITTING_TRIAL = 2 * TRIALS_OF_A_SERIES
 """Fitting trials are numbered from here, so that they never share a random stream with a run's own."""

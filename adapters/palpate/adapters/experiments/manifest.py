@@ -17,7 +17,7 @@ from typing import Any, Final
 
 from palpate.adapters.log import LOG_FOLDER
 from palpate.core.errors import OutputError
-from palpate.core.files import write_whole
+from palpate.core.ports import write_whole
 
 MANIFEST: Final = "manifest.json"
 SCHEMA: Final = "palpate.manifest/1"

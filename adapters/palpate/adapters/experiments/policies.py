@@ -13,7 +13,6 @@ from palpate.adapters.experiments.comparators import Omniscient, Spiral, TorqueF
 from palpate.adapters.experiments.foreign import GROUP, foreign_entry, foreign_policy
 from palpate.adapters.log import made_with
 from palpate.core.errors import ConfigurationError
-from palpate.core.insertion import N_PER_KGF
 from palpate.core.perception import Perception, perception_from_dict, perception_to_dict
 from palpate.core.policy import (
     BackOff,
@@ -33,6 +32,7 @@ from palpate.core.policy import (
     policy_from,
 )
 from palpate.core.policy.belief import BeliefLearner
+from palpate.core.trial import N_PER_KGF
 
 SPIRAL_PITCH_M: Final = 0.30e-3
 """Distance between the turns: 1.7 times the capture half-width of the default cell (docs/results.md), because chords

@@ -25,7 +25,7 @@ from palpate.adapters.experiments.trial import ScoredTrial
 from palpate.adapters.experiments.writer_lock import only_writer
 from palpate.adapters.log import LOG_FOLDER, TrialRecorder
 from palpate.core.errors import OutputError
-from palpate.core.files import write_whole
+from palpate.core.ports import write_whole
 
 _OF_DECISION: Final = ("tick", "symbol", "state", "action", "source", "reinforcement")
 

@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from palpate.adapters.config import RunConfig
 from palpate.adapters.experiments.results import TrialRow
-from palpate.core.insertion import reachable_share
+from palpate.core.trial import reachable_share
 
 Array: TypeAlias = npt.NDArray[np.float64]
 

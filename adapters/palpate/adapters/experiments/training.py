@@ -17,10 +17,10 @@ from palpate.adapters.experiments.trial import ScoredTrial, interrupting, requir
 from palpate.adapters.hardware.real_time import RealTimeSession
 from palpate.adapters.log import TrialRecorder, made_with
 from palpate.core.errors import ConfigurationError, OutputError
-from palpate.core.insertion import Outcome, ReadyPose
 from palpate.core.perception import Perception, perception_from_dict, perception_to_dict
 from palpate.core.policy import Policy, document_of, learner_of
 from palpate.core.ports import Rig
+from palpate.core.trial import Outcome, ReadyPose
 
 CHECKPOINT_SCHEMA: Final = "palpate.checkpoint/1"
 

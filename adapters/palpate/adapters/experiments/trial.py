@@ -16,9 +16,10 @@ from palpate.adapters.hardware.real_time import RealTimeSession
 from palpate.adapters.log import TrialRecorder, trial_name, world_of
 from palpate.core.control_loop import LoopObserver, run_trial
 from palpate.core.errors import DeviceError
-from palpate.core.insertion import InsertionTask, Outcome, Purpose, TrialReport, TrialSetup, draw_in_disc, generator
 from palpate.core.ports import Rig, Truth
 from palpate.core.supervision import Supervisor
+from palpate.core.tasks.insertion import InsertionTask
+from palpate.core.trial import Outcome, Purpose, TrialReport, TrialSetup, draw_in_disc, generator
 
 FULL_DEPTH_TOLERANCE_M = 5e-5
 """A peg within this of the depth asked for is at full depth."""

@@ -32,9 +32,9 @@ from palpate.adapters.experiments import (
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.control_loop import next_snapshot, trial_ticks
 from palpate.core.errors import CommandError, ConfigurationError, DeviceError, LifecycleError
-from palpate.core.insertion import PERIOD_S, Outcome, TrialReport, find_ready_pose
 from palpate.core.policy import ActionOutcome, Decision, FixedPolicy, Observation
-from palpate.core.ports import CONTROL_RATE_HZ, JointCommand, Snapshot
+from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, JointCommand, Snapshot
+from palpate.core.trial import Outcome, TrialReport, find_ready_pose
 
 
 class ActionRefusedError(CommandError, gymnasium.error.InvalidAction):

@@ -27,8 +27,8 @@ from palpate.adapters.gymnasium_envs.spaces import (
     TipWrench,
 )
 from palpate.core.errors import ConfigurationError, require_in, require_one_of, require_whole
-from palpate.core.insertion import Outcome
 from palpate.core.ports import CONTROL_RATE_HZ
+from palpate.core.trial import Outcome
 from palpate.simulation.work_cell import WorkCell
 
 _MOST_TRIALS: Final = 1_000_000_000

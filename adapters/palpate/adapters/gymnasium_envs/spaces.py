@@ -11,8 +11,9 @@ from gymnasium import spaces
 
 from palpate.adapters.config import RunConfig
 from palpate.adapters.gymnasium_envs.episode import SOURCE, ActionRefusedError
-from palpate.core.insertion import InsertionTask, wander_m
 from palpate.core.policy import Action, Decision
+from palpate.core.tasks.insertion import InsertionTask
+from palpate.core.trial import wander_m
 
 OBSERVATION_KINDS: Final = ("symbolic", "raw")
 _MARGIN_M: Final = 2e-3

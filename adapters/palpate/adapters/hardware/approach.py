@@ -12,10 +12,19 @@ import pinocchio as pin
 from palpate.adapters.config import RunConfig
 from palpate.core.control_loop import next_slot, tick_time_ns
 from palpate.core.errors import DeviceError
-from palpate.core.insertion import PERIOD_S, ReadyPose, goal_in_base
 from palpate.core.motion import ArmDescription, InverseKinematics, Kinematics, ToolGeometry, arm_named
-from palpate.core.ports import CONTROL_RATE_HZ, CommandReason, JointCommand, JointVector, Ports, Validity, Vector3
+from palpate.core.ports import (
+    CONTROL_RATE_HZ,
+    PERIOD_S,
+    CommandReason,
+    JointCommand,
+    JointVector,
+    Ports,
+    Validity,
+    Vector3,
+)
 from palpate.core.supervision import WITHDRAWAL_SHARE, require_raw
+from palpate.core.trial import ReadyPose, goal_in_base
 
 WITHDRAWAL_M_S: Final = 0.02
 """Speed at which a peg that was left in its hole is drawn out: that of free motion near the plate."""

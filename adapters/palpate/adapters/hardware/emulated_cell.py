@@ -14,9 +14,9 @@ import numpy as np
 from palpate.adapters.config import RunConfig, literal
 from palpate.adapters.hardware.clock import MonotonicClock
 from palpate.core.errors import ConfigurationError, require_in, require_one_of, require_whole
-from palpate.core.insertion import ReadyPose, goal_in_base, wander_m
 from palpate.core.motion import Kinematics, ToolGeometry, arm_named
 from palpate.core.ports import CONTROL_RATE_HZ, JointVector, Truth
+from palpate.core.trial import ReadyPose, goal_in_base, wander_m
 from palpate.simulation.emulators.ati import EmulatedBox, NetFtServer
 from palpate.simulation.emulators.cia402 import CanopenDrive
 from palpate.simulation.emulators.jr3 import UART_CONFIG, Jr3CanNode, Jr3Config, Jr3UartNode

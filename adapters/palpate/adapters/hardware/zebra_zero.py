@@ -17,8 +17,7 @@ from palpate.adapters.hardware.clock import sleeping
 from palpate.adapters.hardware.errors import translating
 from palpate.adapters.hardware.plugins import ArmAdapter, DeviceSettings, RigContext
 from palpate.core.errors import OutputError
-from palpate.core.files import write_whole
-from palpate.core.ports import CONTROL_RATE_HZ, OneOf, Range, Settings
+from palpate.core.ports import CONTROL_RATE_HZ, OneOf, Range, Settings, write_whole
 from palpate.drivers.errors import WiringError
 from palpate.drivers.nmc import POWER_UP_BAUD, BusSettings
 from palpate.drivers.serial_port import close_serial, open_serial

@@ -16,8 +16,7 @@ from palpate.adapters.log.file import finite, json_in
 from palpate.adapters.log.reader import TrialLog, read_log
 from palpate.adapters.log.records import CallEntry
 from palpate.adapters.log.tick_layout import TickRecord
-from palpate.core.files import new_folder
-from palpate.core.ports import AppliedCommand, JointSample, JointVector, WrenchSample
+from palpate.core.ports import AppliedCommand, JointSample, JointVector, WrenchSample, new_folder
 
 _WRENCH: Final = (
     "force_x_N", "force_y_N", "force_z_N", "torque_x_Nm", "torque_y_Nm", "torque_z_Nm",

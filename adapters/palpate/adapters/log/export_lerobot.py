@@ -23,9 +23,8 @@ from palpate.adapters.log.reader import TrialLog, read_log
 from palpate.adapters.log.series import config_of, tare_of
 from palpate.adapters.log.tick_layout import TickRecord
 from palpate.core.errors import LogError
-from palpate.core.files import new_folder
-from palpate.core.insertion import Outcome
-from palpate.core.ports import AppliedCommand, JointSample, JointVector, Validity, WrenchSample
+from palpate.core.ports import AppliedCommand, JointSample, JointVector, Validity, WrenchSample, new_folder
+from palpate.core.trial import Outcome
 
 Floats: TypeAlias = npt.NDArray[np.float64]
 Whole: TypeAlias = npt.NDArray[np.int64]

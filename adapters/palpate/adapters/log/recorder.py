@@ -26,8 +26,8 @@ from palpate.adapters.log.writer_client import Opening, Sink
 from palpate.adapters.log.writer_process import message_frame
 from palpate.core.control_loop import ARM, LoopObserver, UnfinishedTick
 from palpate.core.errors import DeviceError, LogError, PalpateError
-from palpate.core.insertion import TrialReport
 from palpate.core.ports import AppliedCommand, JointCommand, Snapshot
+from palpate.core.trial import TrialReport
 
 _BATCH: Final = 14
 """Messages handed over at once, a tenth of a second of ticks: one system call for all of them."""

@@ -21,8 +21,8 @@ from palpate.adapters.log.tick_layout import (
     wrench_fields,
     wrench_from,
 )
-from palpate.core.insertion import DecisionRecord
 from palpate.core.ports import AppliedCommand, JointSample, JointVector, WrenchSample
+from palpate.core.trial import DecisionRecord
 
 R = TypeVar("R")
 

@@ -22,7 +22,7 @@ from palpate.adapters.log.reader import (
 from palpate.adapters.log.records import LossEntry, encode_record
 from palpate.adapters.log.schema import RECORDER, SCHEMA
 from palpate.core.errors import LogError
-from palpate.core.files import new_file
+from palpate.core.ports import new_file
 
 RECOVERED: Final = "recovered"
 """The problem that the recorder's message in a recovered log names."""

@@ -16,8 +16,8 @@ from palpate.adapters.log.info import NS
 from palpate.adapters.log.reader import TrialLog
 from palpate.adapters.log.tick_layout import TickRecord
 from palpate.core.errors import ConfigurationError, LogError, PalpateError
-from palpate.core.insertion import Phase
 from palpate.core.ports import JointVector, Validity
+from palpate.core.trial import Phase
 
 _NUMBERS = re.compile(r"(\S+) (\S+) (\S+) N, (\S+) (\S+) (\S+) N m\b")
 
@@ -153,8 +153,8 @@ class _Tip:
     """Forward kinematics of the arm that the log names."""
 
     def __init__(self, log: TrialLog, config: RunConfig) -> None:
-        from palpate.core.insertion import goal_in_base
         from palpate.core.motion import Kinematics, ToolGeometry, arm_named
+        from palpate.core.trial import goal_in_base
 
         try:
             self._kinematics = Kinematics(arm_named(config.arm), ToolGeometry())

@@ -10,9 +10,9 @@ from palpate.adapters.log.file import json_in
 from palpate.adapters.log.reader import TrialLog, read_log
 from palpate.core.automata import Strings, read_strings
 from palpate.core.errors import ConfigurationError
-from palpate.core.insertion import Outcome
 from palpate.core.perception import perception_from_dict
 from palpate.core.policy import COMPASS_NAMES
+from palpate.core.trial import Outcome
 
 _LOG: Final = ".mcap"
 _FIELD: Final = "strings"

@@ -19,10 +19,10 @@ from palpate.adapters.log.schema import SCHEMA
 from palpate.adapters.log.writer_client import Opening, ProcessSink, Sink
 from palpate.core.control_loop import LoopObserver
 from palpate.core.errors import OutputError
-from palpate.core.insertion import InsertionTask, Purpose, ReadyPose, TrialReport, TrialSetup, generator
 from palpate.core.perception import Perception, perception_to_dict
 from palpate.core.policy import ForeignPolicy, Policy, document_of, learner_of
 from palpate.core.ports import World
+from palpate.core.trial import Purpose, ReadyPose, Task, TrialReport, TrialSetup, generator
 
 LOG_FOLDER: Final = "logs"
 CUT_SHORT: Final = ".cut-short-"
@@ -79,7 +79,7 @@ class TrialRecorder:
         command: str,
         config: RunConfig,
         ready: ReadyPose,
-        task: InsertionTask,
+        task: Task,
         perception: Perception,
         policy: Policy,
         *,
@@ -247,7 +247,7 @@ def _make_folder(path: Path) -> None:
 @dataclass(frozen=True)
 class _Subject:
     folder: Path
-    task: InsertionTask
+    task: Task
     perception: Perception
     policy: Policy
     constant: dict[str, Any]

@@ -8,9 +8,9 @@ from typing import Self
 
 from palpate.adapters.config import RunConfig
 from palpate.adapters.mujoco.ports import MujocoArm, MujocoClock, MujocoForceSensor, MujocoJointEncoder
-from palpate.core.insertion import ReadyPose, goal_in_base, wander_m
 from palpate.core.motion import Kinematics, ToolGeometry, arm_named
 from palpate.core.ports import CONTROL_RATE_HZ, SIMULATOR, FaultLatch, Ports, Rig, SensorFacts, Truth, World
+from palpate.core.trial import ReadyPose, goal_in_base, wander_m
 from palpate.simulation.work_cell import SensorConfig, WorkCell
 
 

@@ -14,9 +14,9 @@ from palpate.adapters.log import DecisionEntry, TrialLog, config_of
 from palpate.adapters.mujoco.graphics import off_screen_context
 from palpate.adapters.mujoco.views import FIELD_OF_VIEW_DEG, Array, View, close_up, whole_arm
 from palpate.core.errors import LogError, PalpateError
-from palpate.core.insertion import goal_in_base, wander_m
 from palpate.core.motion import Kinematics, ToolGeometry, arm_named, wrench_about
 from palpate.core.ports import CONTROL_RATE_HZ, JointVector, Vector3
+from palpate.core.trial import goal_in_base, wander_m
 from palpate.simulation.work_cell import PLATE_REACH_M, build_work_cell, trial_world
 
 

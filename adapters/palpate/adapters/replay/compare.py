@@ -26,9 +26,9 @@ from palpate.adapters.log import (
 from palpate.adapters.replay.differences import Difference, Differences, close_enough, same_bits
 from palpate.adapters.replay.rebuild import Rebuilt
 from palpate.core.control_loop import LoopObserver, UnfinishedTick
-from palpate.core.insertion import Purpose, TrialReport, generator
 from palpate.core.policy import learner_of
 from palpate.core.ports import Truth
+from palpate.core.trial import Purpose, TrialReport, generator
 
 _Told: TypeAlias = DecisionEntry | ReinforcementEntry | EventEntry
 

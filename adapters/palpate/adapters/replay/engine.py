@@ -42,9 +42,9 @@ from palpate.adapters.replay.rebuild import Rebuilder, Rebuilt
 from palpate.adapters.replay.tape import Tape, TapeEndError
 from palpate.core.control_loop import run_trial
 from palpate.core.errors import DeviceError, LogError
-from palpate.core.insertion import INTERRUPT, TrialReport
 from palpate.core.policy import ForeignPolicy, PolicyDocument
 from palpate.core.ports import SENSOR_FRAME, Ports, World, WrenchKind
+from palpate.core.trial import INTERRUPT, TrialReport
 
 
 class Verdict(enum.Enum):

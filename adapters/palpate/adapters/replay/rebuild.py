@@ -23,11 +23,12 @@ from palpate.adapters.log import TrialLog, learner_of_json, recorded_sensor
 from palpate.adapters.mujoco import simulated_sensor
 from palpate.adapters.replay.recorded_decisions import RecordedDecisions
 from palpate.core.errors import ConfigurationError, LogError, PalpateError
-from palpate.core.insertion import InsertionTask, ReadyPose, TrialSetup
 from palpate.core.perception import Perception, perception_from_dict
 from palpate.core.policy import ForeignEntry, Policy, PolicyDocument, learner_of
 from palpate.core.ports import SensorFacts
 from palpate.core.supervision import Supervisor
+from palpate.core.tasks.insertion import InsertionTask
+from palpate.core.trial import ReadyPose, TrialSetup
 
 _OUTSIDE: Final = ("cell", "recording")
 """Settings of the world and of the recorder: what was recorded does not change with them."""

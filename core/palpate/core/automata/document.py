@@ -31,8 +31,17 @@ from palpate.core.automata.letters import letters_of
 from palpate.core.automata.machine import Kind, Machine, Output
 from palpate.core.automata.texts import shown_name
 from palpate.core.errors import ConfigurationError
-from palpate.core.files import write_whole
-from palpate.core.ports import Holds, OneOf, Settings, fitted, load_json, parse_json, require_keys, require_names
+from palpate.core.ports import (
+    Holds,
+    OneOf,
+    Settings,
+    fitted,
+    load_json,
+    parse_json,
+    require_keys,
+    require_names,
+    write_whole,
+)
 
 SCHEMA: Final = "palpate.automaton/1"
 

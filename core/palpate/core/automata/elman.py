@@ -22,8 +22,7 @@ from typing_extensions import override
 from palpate.core.automata.letters import END, symbols_in
 from palpate.core.automata.prefix_tree import Integers, PrefixTree
 from palpate.core.errors import ConfigurationError
-from palpate.core.files import write_whole
-from palpate.core.ports import OneOf, Range, Settings
+from palpate.core.ports import OneOf, Range, Settings, write_whole
 
 Array: TypeAlias = npt.NDArray[np.float64]
 

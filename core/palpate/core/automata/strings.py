@@ -12,7 +12,7 @@ import numpy as np
 
 from palpate.core.automata.letters import BETWEEN, END, letters_of, symbols_in
 from palpate.core.errors import ConfigurationError
-from palpate.core.files import read_text, write_whole
+from palpate.core.ports import read_text, write_whole
 
 _LISTED = 12
 """Symbols and strings are shown in messages up to this length."""

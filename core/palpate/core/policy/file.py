@@ -16,12 +16,11 @@ from pathlib import Path
 from typing import Annotated, Any, ClassVar, Final
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.files import write_whole
 from palpate.core.policy.base import LEARNED, Action
 from palpate.core.policy.belief_entry import BeliefEntry
 from palpate.core.policy.entries import ActionEntry, LearnerEntry, TableRow
 from palpate.core.policy.foreign import ForeignEntry
-from palpate.core.ports import OneOf, Settings, load_json, parse_json, require_names
+from palpate.core.ports import OneOf, Settings, load_json, parse_json, require_names, write_whole
 
 SCHEMA: Final = "palpate.policy/1"
 

@@ -8,6 +8,13 @@ from .devices import Device as Device
 from .devices import ForceSensor as ForceSensor
 from .devices import JointEncoder as JointEncoder
 from .devices import Ports as Ports
+from .files import new_file as new_file
+from .files import new_folder as new_folder
+from .files import put_folder_in_place as put_folder_in_place
+from .files import read_text as read_text
+from .files import require_free_folder as require_free_folder
+from .files import require_no_file as require_no_file
+from .files import write_whole as write_whole
 from .json_files import load_json as load_json
 from .json_files import parse_json as parse_json
 from .kinds import CHANNELS as CHANNELS
@@ -37,6 +44,7 @@ from .settings import parts_of as parts_of
 from .settings import require_keys as require_keys
 from .settings import table_beside as table_beside
 from .values import CONTROL_RATE_HZ as CONTROL_RATE_HZ
+from .values import PERIOD_S as PERIOD_S
 from .values import SENSOR_FRAME as SENSOR_FRAME
 from .values import AppliedCommand as AppliedCommand
 from .values import CommandReason as CommandReason

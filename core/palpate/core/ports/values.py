@@ -16,7 +16,7 @@ from palpate.core.errors import CommandError
 
 CONTROL_RATE_HZ: Final = 140
 """The paper's sampling rate; a whole number, so that tick times are exact."""
-
+PERIOD_S: Final = 1.0 / CONTROL_RATE_HZ
 
 Vector3: TypeAlias = tuple[float, float, float]
 JointVector: TypeAlias = tuple[float, ...]

@@ -8,11 +8,11 @@ from typing import Final
 import numpy as np
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.insertion import N_PER_KGF, TaskConfig
 from palpate.core.motion import Array, Kinematics
 from palpate.core.ports import CONTROL_RATE_HZ, SENSOR_FRAME, SensorFacts
 from palpate.core.supervision.config import SupervisionConfig
 from palpate.core.supervision.retreat import Retreat
+from palpate.core.trial import N_PER_KGF, TaskConfig
 
 _NOISE: Final = 9.0
 """The difference of two samples of three channels stays below so many standard deviations of one of them."""

@@ -8,8 +8,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-from palpate.core.insertion import TaskConfig
 from palpate.core.supervision.config import SupervisionConfig
+from palpate.core.trial import TaskConfig
 
 WITHDRAWAL_SHARE: Final = 2.0
 """While a tool is drawn out of a hole the force may be so many times the limit: what had pressed lets go."""

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from math import nan, sqrt
 from typing import Final, TypeAlias
 
-from palpate.core.insertion import Expectation, TaskConfig, Trip, TripReason
 from palpate.core.ports import SensorFacts, Snapshot
 from palpate.core.supervision.config import SupervisionConfig
+from palpate.core.trial import Expectation, TaskConfig, Trip, TripReason
 
 BAND: Final = 1.0 / 3.0
 """Half the width of the band that is flat, in standard deviations of the channel's noise.

@@ -8,7 +8,6 @@ from operator import sub
 from typing import Final
 
 from palpate.core.errors import CommandError, DeviceError, LifecycleError
-from palpate.core.insertion import Expectation, Intervention, Supervised, TaskConfig, Trip, TripReason, require_place
 from palpate.core.motion import Kinematics
 from palpate.core.ports import (
     CONTROL_RATE_HZ,
@@ -26,6 +25,16 @@ from palpate.core.supervision.config import SupervisionConfig
 from palpate.core.supervision.noise_watch import NoiseWatch
 from palpate.core.supervision.retreat import Retreat
 from palpate.core.supervision.watches import JointWatch, SampleWatch, WorkspaceWatch, WrenchWatch, require_raw
+from palpate.core.trial import (
+    Expectation,
+    Intervention,
+    Supervised,
+    TaskConfig,
+    Trip,
+    TripReason,
+    Workspace,
+    require_place,
+)
 
 
 class Guard(enum.Enum):
@@ -69,7 +78,8 @@ class Supervisor:
 
     Args:
         config: The limits; :func:`~palpate.core.supervision.fit.require_fitting` checks that they suit this arm.
-        task: What the workspace has to hold.
+        task: How many samples are averaged for taring.
+        workspace: Where the task is done.
         kinematics: A work space of its own.
         sensor: What is known of the force sensor. Where it has noise, it has to show it.
         scale: Factors on the sensor's six channels after taring, (6,), as the task applies them.
@@ -85,6 +95,7 @@ class Supervisor:
         self,
         config: SupervisionConfig,
         task: TaskConfig,
+        workspace: Workspace,
         kinematics: Kinematics,
         sensor: SensorFacts,
         scale: tuple[float, ...] = (1.0,) * 6,
@@ -98,7 +109,7 @@ class Supervisor:
         self._samples, self._wrench = SampleWatch(config, sensor), WrenchWatch(config, scale)
         self._noise = NoiseWatch(config, task, sensor) if sensor.noise_N > 0.0 or sensor.noise_Nm > 0.0 else None
         self._frame = sensor.frame
-        self._joints, self._places = JointWatch(config, lower, upper, velocity), WorkspaceWatch(config, task)
+        self._joints, self._places = JointWatch(config, lower, upper, velocity), WorkspaceWatch(config, workspace)
         self._limiter = CommandLimiter(lower, upper, velocity, CONTROL_RATE_HZ)
         self._retreat = Retreat(
             kinematics, config.retract_mm * 1e-3, config.retract_speed_mm_s * 1e-3, 1.0 / CONTROL_RATE_HZ

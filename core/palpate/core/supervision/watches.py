@@ -8,7 +8,6 @@ from operator import le, sub
 from typing import Final
 
 from palpate.core.errors import DeviceError
-from palpate.core.insertion import Expectation, TaskConfig, Trip, TripReason
 from palpate.core.ports import (
     CONTROL_RATE_HZ,
     SENSOR_FRAME,
@@ -21,6 +20,7 @@ from palpate.core.ports import (
     WrenchSample,
 )
 from palpate.core.supervision.config import SupervisionConfig
+from palpate.core.trial import Expectation, Trip, TripReason, Workspace
 
 _SHORTEST_NS = 1_000_000_000 // CONTROL_RATE_HZ // 2
 """Samples that lie closer together would turn their noise into a rate."""
@@ -313,14 +313,13 @@ class WorkspaceWatch:
 
     Args:
         config: The margins.
-        task: What the box has to hold: all starts, the exploration, the whole depth.
+        workspace: What the task needs.
     """
 
-    def __init__(self, config: SupervisionConfig, task: TaskConfig) -> None:
-        # Where the area is centred at the start, the two add up.
-        self._side_m = (task.start_uncertainty_mm + task.area_half_width_mm + config.side_margin_mm) * 1e-3
-        self._top_m = -(task.ready_height_mm + config.height_margin_mm) * 1e-3
-        self._bottom_m = (task.insertion_depth_mm + config.depth_margin_mm) * 1e-3
+    def __init__(self, config: SupervisionConfig, workspace: Workspace) -> None:
+        self._sides_m = tuple((side + config.side_margin_mm) * 1e-3 for side in workspace.side_mm)
+        self._top_m = -(workspace.above_mm + config.height_margin_mm) * 1e-3
+        self._bottom_m = (workspace.below_mm + config.depth_margin_mm) * 1e-3
         self._margin_m = config.area_margin_mm * 1e-3
 
     def trip(self, tick: int, tip_m: Vector3, expectation: Expectation) -> Trip | None:
@@ -332,12 +331,12 @@ class WorkspaceWatch:
             expectation: Whether the task explores, and where.
         """
         x, y, z = tip_m
-        side = self._side_m
+        aside, across = self._sides_m
         # Written so that a number that is none trips, too.
-        if not -side <= x <= side:
-            return _left_workspace(tick, "x", x, -side, side)
-        if not -side <= y <= side:
-            return _left_workspace(tick, "y", y, -side, side)
+        if not -aside <= x <= aside:
+            return _left_workspace(tick, "x", x, -aside, aside)
+        if not -across <= y <= across:
+            return _left_workspace(tick, "y", y, -across, across)
         if not self._top_m <= z <= self._bottom_m:
             return _left_workspace(tick, "z", z, self._top_m, self._bottom_m)
         area = expectation.area

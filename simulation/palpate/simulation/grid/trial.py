@@ -1,7 +1,7 @@
 """Trials in a grid world, with the states, policies and learners that the insertion task has.
 
-What :class:`~palpate.core.insertion.agent.Agent` does above a force sensor is done here above a map: a symbol, its
-state, what the last action came to, the next action, in this order.
+What :class:`~palpate.core.tasks.insertion.agent.Agent` does above a force sensor is done here above a map: a symbol,
+its state, what the last action came to, the next action, in this order.
 """
 
 from __future__ import annotations
@@ -12,7 +12,6 @@ from typing import Annotated, ClassVar, Final
 
 from palpate.core.automata import Strings
 from palpate.core.errors import CommandError, ConfigurationError, require_whole
-from palpate.core.insertion import Purpose, generator
 from palpate.core.perception import IdentityState, StateIdentifier
 from palpate.core.policy import (
     COMPASS_NAMES,
@@ -24,6 +23,7 @@ from palpate.core.policy import (
     Transition,
 )
 from palpate.core.ports import Range, Settings, Vector3
+from palpate.core.trial import Purpose, generator
 from palpate.simulation.grid.maps import GridMap, grid_actions
 
 STEP_LIMIT: Final = 100

@@ -14,9 +14,9 @@ import numpy as np
 import numpy.typing as npt
 import pinocchio as pin
 
-from palpate.core.insertion import Purpose, generator
 from palpate.core.motion import Kinematics
 from palpate.core.ports import JointVector, Truth
+from palpate.core.trial import Purpose, generator
 from palpate.simulation.work_cell.config import CellConfig
 from palpate.simulation.work_cell.contact_pairs import NEAR_M, Leeway
 from palpate.simulation.work_cell.contact_search import ContactSearch

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from math import cos, radians, sin
 from typing import Final
 
-from palpate.core.insertion import TRIALS_OF_A_SERIES, Purpose, draw_in_disc, generator
+from palpate.core.trial import TRIALS_OF_A_SERIES, Purpose, draw_in_disc, generator
 from palpate.simulation.work_cell.conditions import DRAWN
 from palpate.simulation.work_cell.config import CellConfig
 

@@ -13,8 +13,8 @@ from palpate.adapters.config.run import SCENARIOS, RunConfig, scenario
 from palpate.adapters.config.toml import overlay, to_toml
 from palpate.adapters.experiments.build import require_usable
 from palpate.core.errors import ConfigurationError
-from palpate.core.insertion import find_ready_pose
 from palpate.core.ports.json_schema import json_schema
+from palpate.core.trial import find_ready_pose
 from tests.unit.adapters.samples import ready_pose
 
 

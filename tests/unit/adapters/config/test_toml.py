@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from palpate.adapters.config.run import LearningConfig, PerceptionConfig, RunConfig, scenario
 from palpate.adapters.config.toml import literal, overlay, read_toml, to_toml
 from palpate.core.errors import ConfigurationError
-from palpate.core.insertion.config import GoalConfig, TaskConfig
 from palpate.core.motion import ArmDescription
+from palpate.core.trial.config import GoalConfig, TaskConfig
 
 CHANGED = RunConfig(
     scenario="blind",

@@ -9,11 +9,11 @@ from palpate.adapters.config.run import LearningConfig, PerceptionConfig, RunCon
 from palpate.adapters.experiments.build import build_perception, build_reinforcement, supervisor_of, task_actions
 from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.core.errors import ConfigurationError, UnreachableError
-from palpate.core.insertion import N_PER_KGF, TaskConfig, find_ready_pose, goal_in_base
-from palpate.core.insertion.config import GoalConfig
 from palpate.core.motion import Kinematics, ToolGeometry, arm_named
 from palpate.core.policy import ActionOutcome
 from palpate.core.ports import CommandReason, JointCommand, Life, SensorFacts
+from palpate.core.trial import N_PER_KGF, TaskConfig, find_ready_pose, goal_in_base
+from palpate.core.trial.config import GoalConfig
 from palpate.simulation.work_cell import SensorConfig
 from tests.unit.adapters.samples import QUICK, ready_pose
 

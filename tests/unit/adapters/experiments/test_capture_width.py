@@ -10,8 +10,9 @@ from palpate.adapters.config.run import RunConfig
 from palpate.adapters.experiments import capture_half_width_m
 from palpate.adapters.experiments import capture_width as capture
 from palpate.adapters.mujoco.rig import SimulatedRig
-from palpate.core.insertion import InsertionTask, TrialSetup
 from palpate.core.ports.devices import Ports
+from palpate.core.tasks.insertion import InsertionTask
+from palpate.core.trial import TrialSetup
 from tests.unit.adapters.samples import ready_pose
 
 PRECISION_M = 4e-5

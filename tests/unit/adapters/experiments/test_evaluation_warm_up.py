@@ -2,7 +2,7 @@
 
 from palpate.adapters.config.run import RunConfig
 from palpate.adapters.experiments.evaluation import warm_up
-from palpate.core.insertion.trial import Outcome
+from palpate.core.trial.report import Outcome
 from tests.unit.adapters.samples import ready_pose
 
 

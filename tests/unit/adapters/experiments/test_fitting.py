@@ -16,9 +16,9 @@ from palpate.adapters.experiments.results import RunFolder
 from palpate.adapters.experiments.training import Trainer
 from palpate.adapters.experiments.trial import ScoredTrial, run_scored_trial
 from palpate.adapters.mujoco.rig import SimulatedRig
-from palpate.core.insertion.task import InsertionTask
 from palpate.core.perception import Perception, perception_to_dict
 from palpate.core.policy import PolicyDocument
+from palpate.core.tasks.insertion.task import InsertionTask
 from tests.unit.adapters.samples import QUICK, ready_pose
 
 STAGES = {

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-import palpate.core.files as files
+import palpate.core.ports.files as files
 from palpate.adapters.experiments import read_manifest
 from palpate.adapters.experiments.manifest import Manifest, Print
 

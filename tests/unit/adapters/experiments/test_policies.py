@@ -14,8 +14,8 @@ from palpate.adapters.experiments.build import task_reach
 from palpate.adapters.experiments.policies import loaded_policy, perception_settings
 from palpate.adapters.log.provenance import made_with
 from palpate.core.errors import ConfigurationError
-from palpate.core.insertion.config import N_PER_KGF, TaskConfig
 from palpate.core.policy import Policy, PolicyDocument, QLearning, Reach, Sarsa, document_of, learner_of
+from palpate.core.trial.config import N_PER_KGF, TaskConfig
 from tests.unit.adapters.samples import observation
 
 DEFAULT = RunConfig()

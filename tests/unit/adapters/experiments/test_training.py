@@ -14,7 +14,6 @@ from palpate.adapters.experiments.training import Checkpoint, Trainer, require_s
 from palpate.adapters.experiments.trial import interrupting
 from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.core.errors import ConfigurationError, DeviceError, OutputError
-from palpate.core.insertion.trial import Event, Outcome
 from palpate.core.policy import (
     Action,
     Decision,
@@ -24,6 +23,7 @@ from palpate.core.policy import (
     RandomWalkPolicy,
     TemperatureSchedule,
 )
+from palpate.core.trial.report import Event, Outcome
 from tests.unit.adapters.samples import QUICK, ready_pose, scored_trial
 
 FILES = ("trials.csv", "decisions.csv", "checkpoint.json", "policy.json")

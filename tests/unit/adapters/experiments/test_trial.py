@@ -9,8 +9,8 @@ import pytest
 from palpate.adapters.config.run import RunConfig
 from palpate.adapters.experiments import falsely_inserted, run_scored_trial, trial_setup, truth_fields
 from palpate.adapters.experiments import trial as experiment
-from palpate.core.insertion.trial import Outcome
 from palpate.core.ports import FaultLatch, Truth
+from palpate.core.trial.report import Outcome
 from palpate.simulation.work_cell import CellConfig
 from tests.unit.adapters.samples import scored_trial
 

@@ -10,8 +10,8 @@ from palpate.adapters.hardware.watchdogs import WatchedArm, WatchedForceSensor
 from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.core.control_loop import run_trial
 from palpate.core.errors import CommandError, DeviceError
-from palpate.core.insertion.trial import Outcome, TrialReport, TrialSetup
 from palpate.core.ports.values import CommandReason, JointCommand
+from palpate.core.trial.report import Outcome, TrialReport, TrialSetup
 from tests.unit.adapters.samples import QUICK, ready_pose
 
 TICK_NS = 1_000_000_000 // 140

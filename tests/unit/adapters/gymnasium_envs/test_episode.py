@@ -18,9 +18,9 @@ from palpate.adapters.gymnasium_envs.episode import (
     run_config,
 )
 from palpate.core.errors import CommandError, DeviceError, LifecycleError
-from palpate.core.insertion import Outcome, Phase, TaskConfig
 from palpate.core.policy import Decision, Observation, Policy, Transition
 from palpate.core.ports.values import CommandReason, JointCommand
+from palpate.core.trial import Outcome, Phase, TaskConfig
 
 EAST = Decision(task_actions(RunConfig())[0], 0, "test")
 

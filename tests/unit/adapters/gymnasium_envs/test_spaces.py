@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from palpate.adapters.config.run import RunConfig
 from palpate.adapters.gymnasium_envs.episode import ActionRefusedError
 from palpate.adapters.gymnasium_envs.spaces import CompassSteps, FreeSteps, StateIndex, TipWrench
-from palpate.core.insertion.config import TaskConfig
 from palpate.core.policy import compass_actions
+from palpate.core.trial.config import TaskConfig
 
 
 @dataclass

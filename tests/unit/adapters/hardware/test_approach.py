@@ -14,8 +14,6 @@ from palpate.adapters.experiments import build_perception, build_task, comparato
 from palpate.adapters.hardware.approach import WITHDRAWAL_M_S, find_approach, require_right_turn, walk, withdrawal
 from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.core.errors import DeviceError
-from palpate.core.insertion import find_ready_pose
-from palpate.core.insertion.frame import goal_in_base
 from palpate.core.motion import InverseKinematics, Kinematics, ToolGeometry
 from palpate.core.ports.decorator import DeviceDecorator, SensorDecorator
 from palpate.core.ports.devices import ArmCommand, ForceSensor, JointEncoder
@@ -29,6 +27,8 @@ from palpate.core.ports.values import (
     Validity,
     WrenchSample,
 )
+from palpate.core.trial import find_ready_pose
+from palpate.core.trial.frame import goal_in_base
 from tests.unit.adapters.samples import ready_pose
 
 CONFIG = RunConfig()

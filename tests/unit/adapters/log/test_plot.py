@@ -18,9 +18,9 @@ from palpate.adapters.log.records import DecisionEntry, EndRecord, EventEntry
 from palpate.adapters.log.series import series_of, tare_of
 from palpate.adapters.log.tick_layout import TickRecord
 from palpate.core.errors import LogError
-from palpate.core.insertion.frame import goal_in_base
 from palpate.core.motion import Kinematics, ToolGeometry, arm_named
 from palpate.core.ports.values import AppliedCommand, CommandReason, JointSample, Validity, WrenchSample
+from palpate.core.trial.frame import goal_in_base
 from tests.unit.adapters.log.made_logs import PERIOD_NS, POSTURE, start, tick, write_log
 
 TARE = EventEntry(tick=20, name="tare", detail="0.5 -1 2.5 N, 0.01 0.02 -3e-05 N m, sensor frame")

@@ -11,8 +11,8 @@ from palpate.adapters.log.schema import BY_ID
 from palpate.adapters.log.writer_client import Opening
 from palpate.core.control_loop import UnfinishedTick
 from palpate.core.errors import DeviceError, LogError
-from palpate.core.insertion.trial import DecisionRecord, Event, TrialReport, TrialSetup
 from palpate.core.ports.values import AppliedCommand, JointCommand, WrenchSample
+from palpate.core.trial.report import DecisionRecord, Event, TrialReport, TrialSetup
 from tests.unit.adapters.log.crafted import STARTING, start_with
 from tests.unit.adapters.log.recording_bench import Bench, ChokingSink, log_of, ticks_of
 

@@ -20,9 +20,10 @@ from palpate.adapters.log import MemorySink, TrialLog, TrialRecorder, read_log, 
 from palpate.adapters.log.writer_client import Sink
 from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.core.errors import DeviceError, OutputError
-from palpate.core.insertion import InsertionTask, Outcome, TrialReport, TrialSetup
 from palpate.core.policy import Policy
 from palpate.core.ports import World, WrenchSample
+from palpate.core.tasks.insertion import InsertionTask
+from palpate.core.trial import Outcome, TrialReport, TrialSetup
 from tests.unit.adapters.log.recording_bench import log_of
 from tests.unit.adapters.samples import QUICK, ready_pose
 

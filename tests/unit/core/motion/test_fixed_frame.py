@@ -5,8 +5,8 @@ import pinocchio as pin
 import pytest
 
 from palpate.adapters.config import scenario
-from palpate.core.insertion import goal_in_base
 from palpate.core.motion import FixedFrame, rotated
+from palpate.core.trial import goal_in_base
 
 rng = np.random.default_rng(3)
 

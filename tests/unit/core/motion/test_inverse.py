@@ -9,10 +9,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.core.errors import UnreachableError
-from palpate.core.insertion import PERIOD_S, goal_in_base
-from palpate.core.insertion.config import GoalConfig
 from palpate.core.motion import ArmDescription, Array, InverseKinematics, Kinematics, ToolGeometry, arm_named
 from palpate.core.motion.arm import ARMS
+from palpate.core.ports import PERIOD_S
+from palpate.core.trial import goal_in_base
+from palpate.core.trial.config import GoalConfig
 
 ZEBRA = arm_named("zebra-zero")
 SIX = ("zebra-zero", "ur5")

@@ -4,10 +4,11 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from palpate.core.insertion import PERIOD_S, goal_in_base
-from palpate.core.insertion.config import GoalConfig
 from palpate.core.motion import Kinematics, TipMotion, ToolGeometry, arm_named
+from palpate.core.ports import PERIOD_S
 from palpate.core.ports.values import AppliedCommand, CommandReason, JointVector, Vector3
+from palpate.core.trial import goal_in_base
+from palpate.core.trial.config import GoalConfig
 from tests.unit.core.fake_world import ready_pose
 
 ARMS = ("zebra-zero", "ur5")

@@ -4,7 +4,6 @@ from dataclasses import replace
 from typing import Any
 
 from palpate.core.control_loop import tick_time_ns
-from palpate.core.insertion import Expectation, Supervised, TaskConfig, Trip
 from palpate.core.motion import Kinematics, arm_named
 from palpate.core.ports.sensor_facts import SensorFacts
 from palpate.core.ports.values import (
@@ -17,6 +16,8 @@ from palpate.core.ports.values import (
     WrenchSample,
 )
 from palpate.core.supervision import SupervisionConfig, Supervisor
+from palpate.core.tasks.insertion import insertion_workspace
+from palpate.core.trial import Expectation, Supervised, TaskConfig, Trip
 from tests.unit.core.fake_world import TOOL, ready_pose
 
 BIAS = (0.7, -0.4, 6.0, 0.05, -0.02, 0.01)
@@ -34,6 +35,7 @@ def supervisor(
     return Supervisor(
         config or SupervisionConfig(),
         TaskConfig(),
+        insertion_workspace(TaskConfig()),
         kinematics,
         SensorFacts(0.1, 0.004) if noisy else SensorFacts(0.0, 0.0),
         **more,

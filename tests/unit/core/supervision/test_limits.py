@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from palpate.core.insertion.config import TaskConfig
 from palpate.core.supervision import SupervisionConfig, force_limits, limits_line
+from palpate.core.trial.config import TaskConfig
 
 DOCUMENT = Path(__file__).parents[4] / "docs" / "safety.md"
 

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from palpate.core.insertion import TripReason
 from palpate.core.supervision import SupervisionConfig
+from palpate.core.trial import TripReason
 from tests.unit.core.supervision.bench import FREE, TOUCHING, UNTARED, Bench
 
 NOISE = np.array([0.1] * 3 + [0.004] * 3)

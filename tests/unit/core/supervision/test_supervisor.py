@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from palpate.core.errors import CommandError, ConfigurationError, DeviceError, FaultLatchedError, LifecycleError
-from palpate.core.insertion.expectation import TripReason
 from palpate.core.motion import Kinematics, arm_named
 from palpate.core.ports.latch import Acknowledgement, FaultLatch
 from palpate.core.ports.values import AppliedCommand, CommandReason, JointCommand, JointVector, Validity, WrenchKind
 from palpate.core.supervision.config import SupervisionConfig
 from palpate.core.supervision.retreat import Retreat
 from palpate.core.supervision.supervisor import TRANSITIONS, Guard, GuardEvent
+from palpate.core.trial.expectation import TripReason
 from tests.unit.core.fake_world import TOOL, ready_pose
 from tests.unit.core.supervision.bench import TOUCHING, Bench
 

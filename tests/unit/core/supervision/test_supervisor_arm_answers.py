@@ -9,8 +9,8 @@ from palpate.adapters.config import RunConfig
 from palpate.adapters.experiments import build_perception, build_task, comparator, run_scored_trial, supervisor_of
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.errors import FaultLatchedError
-from palpate.core.insertion import Outcome, TripReason
 from palpate.core.ports import AppliedCommand, ArmCommand, CommandReason, DeviceDecorator, JointCommand, JointVector
+from palpate.core.trial import Outcome, TripReason
 from tests.unit.adapters.samples import ready_pose
 
 

@@ -10,8 +10,6 @@ from typing import Any
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from palpate.core.insertion.expectation import Expectation
-from palpate.core.insertion.frame import ExplorationArea
 from palpate.core.motion import Kinematics, arm_named
 from palpate.core.ports.values import (
     AppliedCommand,
@@ -26,6 +24,8 @@ from palpate.core.ports.values import (
 )
 from palpate.core.supervision import SupervisionConfig, Supervisor
 from palpate.core.supervision.supervisor import Guard
+from palpate.core.trial.expectation import Expectation
+from palpate.core.trial.frame import ExplorationArea
 from tests.unit.core.fake_world import TOOL, ready_pose
 from tests.unit.core.supervision.bench import BIAS, supervisor
 

@@ -6,10 +6,10 @@ from typing import Any
 
 import pytest
 
-from palpate.core.insertion.expectation import TripReason
-from palpate.core.insertion.frame import ExplorationArea
 from palpate.core.ports.values import Validity, WrenchKind
 from palpate.core.supervision.config import SupervisionConfig
+from palpate.core.trial.expectation import TripReason
+from palpate.core.trial.frame import ExplorationArea
 from tests.unit.core.supervision.bench import FREE, TOUCHING, UNTARED, Bench
 
 MS = 1_000_000

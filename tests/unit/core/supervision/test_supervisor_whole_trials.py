@@ -6,11 +6,12 @@ from itertools import pairwise
 import pytest
 
 from palpate.core.control_loop import run_trial
-from palpate.core.insertion import Expectation, Outcome, Supervised, TaskConfig, TrialSetup, TripReason
 from palpate.core.motion import Kinematics, arm_named
 from palpate.core.ports import CommandReason, JointCommand, SensorFacts, Snapshot, Validity, Vector3, WrenchSample
 from palpate.core.supervision import SupervisionConfig, Supervisor
 from palpate.core.supervision.supervisor import Guard
+from palpate.core.tasks.insertion import insertion_workspace
+from palpate.core.trial import Expectation, Outcome, Supervised, TaskConfig, TrialSetup, TripReason
 from tests.unit.core.fake_world import TOOL, FakeWorld, FollowTorque, Pit, build_task
 from tests.unit.core.supervision.bench import supervisor
 
@@ -23,7 +24,11 @@ class Trial(Supervisor):
 
     def __init__(self, world: FakeWorld) -> None:
         super().__init__(
-            SupervisionConfig(), TaskConfig(), Kinematics(arm_named("zebra-zero"), TOOL), SensorFacts(0.0, 0.0)
+            SupervisionConfig(),
+            TaskConfig(),
+            insertion_workspace(TaskConfig()),
+            Kinematics(arm_named("zebra-zero"), TOOL),
+            SensorFacts(0.0, 0.0),
         )
         self.world, self.task = world, build_task(FollowTorque())
         self.snapshots: list[Snapshot] = []

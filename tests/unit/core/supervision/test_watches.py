@@ -5,9 +5,9 @@ from typing import Any
 
 import pytest
 
-from palpate.core.insertion.expectation import Expectation, TripReason
 from palpate.core.ports.values import AppliedCommand, CommandReason, Validity
 from palpate.core.supervision.config import SupervisionConfig
+from palpate.core.trial.expectation import Expectation, TripReason
 from tests.unit.core.supervision.bench import UNTARED, Bench
 
 MS = 1_000_000

@@ -10,11 +10,11 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from palpate.core.insertion.config import GoalConfig
-from palpate.core.insertion.frame import goal_in_base
 from palpate.core.motion import InverseKinematics, Kinematics, ToolGeometry, arm_named
 from palpate.core.motion.arm import ARMS
 from palpate.core.ports.values import CONTROL_RATE_HZ
+from palpate.core.trial.config import GoalConfig
+from palpate.core.trial.frame import goal_in_base
 from palpate.simulation.work_cell import CellConfig, WorkCell
 from palpate.simulation.work_cell.config import ComplianceConfig, PegConfig, SensorConfig
 

@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from palpate.core.insertion import TRIALS_OF_A_SERIES as SERIES
-from palpate.core.insertion import Purpose, draw_in_disc, generator
+from palpate.core.trial import TRIALS_OF_A_SERIES as SERIES
+from palpate.core.trial import Purpose, draw_in_disc, generator
 from palpate.simulation.work_cell import CellConfig, ConditionsConfig, trial_world
 from palpate.simulation.work_cell.trial_world import TrialWorld
 

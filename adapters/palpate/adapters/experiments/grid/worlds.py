@@ -11,8 +11,8 @@ from typing import Final
 from palpate.adapters.experiments.build import NONE, identifier
 from palpate.core.automata import AutomatonState, Machine, Strings
 from palpate.core.errors import ConfigurationError
-from palpate.core.files import read_text
 from palpate.core.perception import IdentityState, StateIdentifier
+from palpate.core.ports import read_text
 from palpate.simulation.grid import (
     SCENARIOS,
     STEP_LIMIT,

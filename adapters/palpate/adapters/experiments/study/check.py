@@ -13,7 +13,7 @@ from palpate.adapters.experiments.fitting import configured_perception
 from palpate.adapters.experiments.policies import learning_policy
 from palpate.adapters.experiments.study.document import Study
 from palpate.adapters.experiments.study.fields import with_learner
-from palpate.core.insertion import find_ready_pose
+from palpate.core.trial import find_ready_pose
 
 MOST_CHECKED: Final = 2000
 """Sets of settings that are looked at, at some milliseconds each; errors in others are reported when they are met."""

@@ -27,8 +27,8 @@ from palpate.adapters.experiments.study.folder import StudyFolder
 from palpate.adapters.experiments.trial import run_scored_trial
 from palpate.adapters.log import LOG_FOLDER, read_log, timeline, trial_name
 from palpate.core.errors import ConfigurationError
-from palpate.core.files import write_whole
-from palpate.core.insertion import find_ready_pose
+from palpate.core.ports import write_whole
+from palpate.core.trial import find_ready_pose
 
 PER_SEED: Final = 50
 """Trials of a seed: a piece of work for one process, and what is lost when it is cut short."""

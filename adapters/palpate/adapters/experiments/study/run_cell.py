@@ -37,8 +37,8 @@ from palpate.adapters.experiments.training import Trainer, run_toml, write_train
 from palpate.adapters.experiments.trial import ScoredTrial
 from palpate.adapters.log import LOG_FOLDER, TrialRecorder
 from palpate.core.errors import ConfigurationError, OutputError, PalpateError
-from palpate.core.files import put_folder_in_place
-from palpate.core.insertion import find_ready_pose
+from palpate.core.ports import put_folder_in_place
+from palpate.core.trial import find_ready_pose
 
 UNFINISHED: Final = ".unfinished"
 """Folders that end so are cells that were begun."""

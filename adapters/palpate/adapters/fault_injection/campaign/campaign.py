@@ -17,8 +17,8 @@ from palpate.adapters.fault_injection.campaign.runs import PHASES, TORQUE, Bench
 from palpate.adapters.fault_injection.campaign.variants import Variant, variants
 from palpate.adapters.hardware.real_time import RealTimeSession
 from palpate.core.errors import ConfigurationError
-from palpate.core.insertion import Phase, ReadyPose, find_ready_pose
 from palpate.core.supervision import SupervisionConfig
+from palpate.core.trial import Phase, ReadyPose, find_ready_pose
 
 GROUPS: Final = ("all", "devices", "liars")
 

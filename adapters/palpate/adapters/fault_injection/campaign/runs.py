@@ -27,10 +27,11 @@ from palpate.adapters.hardware.real_time import RealTimeSession
 from palpate.adapters.log import CallEntry, MemorySink, TrialLog, TrialRecorder, assemble, sound_messages, world_of
 from palpate.core.control_loop import run_trial
 from palpate.core.errors import LogError, PalpateError, PolicyError
-from palpate.core.insertion import InsertionTask, Outcome, Phase, ReadyPose, TrialReport
 from palpate.core.motion import Kinematics, ToolGeometry, arm_named
 from palpate.core.ports import ForceSensor, Rig, SensorDecorator, Validity, Vector3, WrenchSample
 from palpate.core.supervision import Supervisor
+from palpate.core.tasks.insertion import InsertionTask
+from palpate.core.trial import Outcome, Phase, ReadyPose, TrialReport
 
 PHASES: Final = (Phase.TRANSFER, Phase.SETTLE, Phase.APPROACH, Phase.EXPLORE, Phase.INSERT)
 """Phases that take time in every trial, and so can have a fault in them."""

@@ -15,8 +15,8 @@ from palpate.adapters.hardware.real_time.attribution import Account, Attribution
 from palpate.adapters.hardware.real_time.lateness import Histograms, LatenessSpread, LateTick, Limits, SlowCore
 from palpate.core.control_loop import LoopObserver
 from palpate.core.errors import DeviceError
-from palpate.core.insertion import Supervised, TrialReport
 from palpate.core.ports import CONTROL_RATE_HZ, AppliedCommand, JointCommand, JointSample, Snapshot, WrenchSample
+from palpate.core.trial import Supervised, TrialReport
 
 if TYPE_CHECKING:
     from palpate.core.policy import Observation

@@ -13,8 +13,8 @@ import numpy as np
 from palpate.adapters.log import DecisionEntry, TrialLog, tare_of
 from palpate.adapters.mujoco import Moment
 from palpate.core.errors import ConfigurationError, LogError, require_in
-from palpate.core.insertion import Phase
 from palpate.core.ports import JointVector, Validity
+from palpate.core.trial import Phase
 
 _NS: Final = 1_000_000_000
 FORCE_TICKS: Final = 5

@@ -16,7 +16,7 @@ from palpate.adapters.experiments import csv_text
 from palpate.adapters.visualisation.report.files import is_there, read_bytes
 from palpate.adapters.visualisation.report.page import Page, Picture
 from palpate.core.errors import OutputError
-from palpate.core.files import write_whole
+from palpate.core.ports import write_whole
 
 GENERATOR: Final = "palpate report 1"
 """The mark of a page that palpate made."""

@@ -16,14 +16,13 @@ from typing import Annotated, Any, ClassVar, Final, TypeAlias
 import numpy as np
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.files import write_whole
 from palpate.core.policy.base import Action
 from palpate.core.policy.belief import Floats
 from palpate.core.policy.memory.clone_model import CloneModel
 from palpate.core.policy.memory.learner import CLONES, OFFSET, MemoryLearner, MemoryParameters, WorldModel
 from palpate.core.policy.memory.offset_model import OffsetModel, lattice_steps
 from palpate.core.policy.memory.pairs import PAIRS, PairsLearner
-from palpate.core.ports import OneOf, Settings, fitted, load_json, parse_json, require_keys, require_names
+from palpate.core.ports import OneOf, Settings, fitted, load_json, parse_json, require_keys, require_names, write_whole
 
 MEMORY_SCHEMA: Final = "palpate.memory/1"
 _WHOLE: Final = "memory file"

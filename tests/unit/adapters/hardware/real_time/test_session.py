@@ -17,8 +17,8 @@ from palpate.adapters.experiments.training import Trainer
 from palpate.adapters.experiments.trial import ScoredTrial, objections, run_scored_trial
 from palpate.adapters.hardware.real_time.session import RealTimeSession
 from palpate.adapters.mujoco.rig import SimulatedRig
-from palpate.core.insertion.trial import TrialReport, TrialSetup, TrialTiming
 from palpate.core.policy import learner_of
+from palpate.core.trial.report import TrialReport, TrialSetup, TrialTiming
 from tests.unit.adapters.samples import QUICK, ready_pose
 
 

@@ -1,0 +1,148 @@
+"""Is the force sensor alive while the tool slides? Only so far may it go without a sign of it."""
+
+from __future__ import annotations
+
+import enum
+from collections import deque
+from math import hypot, inf, sqrt
+from typing import Final
+
+from palpate.core.ports import CONTROL_RATE_HZ, Vector3
+from palpate.core.tasks.contact.axial_check import HIGHEST_SHARE, LOWEST_SHARE
+
+FREE_WAY_M: Final = 1.5e-3
+"""Travel without a sign of life after which the tool stops for a check, if nothing speaks against the sensor before. A
+peg that caught on something meanwhile has bent the gripper by no more than that."""
+_HEAVE_M: Final = 2.5e-4
+"""The tool heaves by so much up and down from where the pressing law leads it, at most."""
+_HALF_PERIOD_TICKS: Final = 5
+_LATEST_TICKS: Final = 6
+"""The force may be so many ticks behind the command; later samples are stale to a supervisor, as it comes."""
+_FEWEST: Final = 8
+"""Samples below which nothing is concluded."""
+_DEVIATIONS: Final = 3.0
+"""The share has to be so many of its own standard deviations above none. Sliding is rough: what the force does besides
+following the flange is measured with it. A dead sensor with a noise of 0.3 N passes by chance on one of a hundred such
+ways; one that is noisier than its facts say is found by its noise."""
+
+
+class _Answer(enum.Enum):
+    ALIVE = "alive"
+    WRONG = "wrong"
+    NONE = "none"
+
+
+class SignOfLife:
+    """Holds the axial force against the axial motion of a tool that heaves a little while it slides.
+
+    Between flange and peg lies the gripper's spring. While the peg bears on the plate, the force follows the flange
+    with the spring's stiffness, wherever it slides; a sensor that is held, dead, noisy or wrongly scaled gives another
+    number. This is the lift of :class:`~palpate.core.tasks.contact.axial_check.AxialCheck`, made in motion.
+
+    A force that does not follow demands a check. Where the check finds the sensor sound, servos or samples are later
+    than a heave can show; for the rest of the trial only a way without a sign demands another.
+
+    Args:
+        stiffness_N_per_m: Axial stiffness of the gripper.
+        swing_N: By so much the force may rise and fall.
+        speed_m_s: Top speed of the heave.
+    """
+
+    def __init__(self, stiffness_N_per_m: float, swing_N: float, speed_m_s: float) -> None:
+        self._stiffness = stiffness_N_per_m
+        heave_m = min(_HEAVE_M, swing_N / stiffness_N_per_m)
+        self._speed_m_s = min(2.0 * heave_m * CONTROL_RATE_HZ / _HALF_PERIOD_TICKS, speed_m_s)
+        self.begin()
+
+    def begin(self) -> None:
+        """A trial begins."""
+        self._place: tuple[float, float] | None = None
+        self.travel_m = 0.0
+        self._accused = self._late = False
+        self.resume()
+
+    def resume(self) -> None:
+        """The slide begins, here or anew."""
+        self._ticks = 0
+        self._commanded_m: deque[float] = deque(maxlen=_LATEST_TICKS + 1)
+        self._restart()
+
+    def heave_m_s(self) -> float:
+        """Velocity along the tool axis to be added to that of the pressing law in this tick."""
+        self._ticks += 1
+        # The first stroke is half as long, so that it heaves about where it began.
+        up = (self._ticks + _HALF_PERIOD_TICKS // 2) // _HALF_PERIOD_TICKS % 2
+        return -self._speed_m_s if up else self._speed_m_s
+
+    def watch(self, force_z_N: float, new: bool, reference_m: Vector3) -> None:
+        """A tick of a tool that presses on the plate.
+
+        Args:
+            force_z_N: Tared force along the tool axis, negative while pressing.
+            new: Whether this force is a new sample.
+            reference_m: Commanded tip, task frame.
+        """
+        place, self._place = self._place, reference_m[:2]
+        if place is not None:
+            self.travel_m += hypot(reference_m[0] - place[0], reference_m[1] - place[1])
+        self._commanded_m.appendleft(reference_m[2])
+        if not new or len(self._commanded_m) <= _LATEST_TICKS:
+            return
+        self._count += 1
+        self._force += force_z_N
+        self._force_square += force_z_N * force_z_N
+        origin_m, stiffness = self._origin_m, self._stiffness
+        for commanded_m, sums in zip(self._commanded_m, self._sums, strict=True):
+            depth = (commanded_m - origin_m) * stiffness
+            sums[0] += depth
+            sums[1] += depth * depth
+            sums[2] += depth * force_z_N
+        if self._count < _FEWEST:
+            return
+        answer = self._answer()
+        if answer is _Answer.ALIVE:
+            self.travel_m, self._accused = 0.0, False
+            self._restart()
+        elif answer is _Answer.WRONG and not self._late:
+            self._accused = True
+            self.demand_check()
+
+    def proved(self) -> None:
+        """The sensor has answered to a check: travel counts from now on, and what was seen before it does not."""
+        self.travel_m = 0.0
+        self._late, self._accused = self._late or self._accused, False
+        self.resume()
+
+    def demand_check(self) -> None:
+        """A check is due for another reason."""
+        self.travel_m = inf
+
+    @property
+    def due(self) -> bool:
+        """Whether the tool has gone as far as it may without a sign of life."""
+        return self.travel_m > FREE_WAY_M
+
+    def _answer(self) -> _Answer:
+        """What the force does with the motion, by the lag at which it follows best."""
+        count, follows, share, spread = self._count, -inf, 0.0, 0.0
+        least, most = inf, 0.0
+        for depth, square, product in self._sums:
+            square -= depth * depth / count
+            product -= depth * self._force / count
+            least, most = min(least, square), max(most, square)
+            if square > 0.0 and -product / sqrt(square) > follows:
+                follows, share, spread = -product / sqrt(square), -product / square, square
+        if spread == 0.0:
+            return _Answer.NONE
+        left = max(self._force_square - self._force * self._force / count - follows * follows, 0.0)
+        error = _DEVIATIONS * sqrt(left / (spread * (count - 2)))
+        if share > error and LOWEST_SHARE <= share <= HIGHEST_SHARE:
+            return _Answer.ALIVE
+        wrong = share + error < LOWEST_SHARE or share - error > HIGHEST_SHARE
+        # A force that comes late has not had the time to answer before the heave is seen at the longest lag, too.
+        return _Answer.WRONG if wrong and least > 0.5 * most else _Answer.NONE
+
+    def _restart(self) -> None:
+        self._count, self._force, self._force_square = 0, 0.0, 0.0
+        self._origin_m = self._commanded_m[0] if self._commanded_m else 0.0
+        self._sums = [[0.0, 0.0, 0.0] for _ in range(_LATEST_TICKS + 1)]

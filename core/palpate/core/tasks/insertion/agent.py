@@ -1,0 +1,140 @@
+"""The learning half of the task: perceive a state, choose an action, learn from what came of it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import dist, sqrt
+
+import numpy as np
+
+from palpate.core.errors import LifecycleError
+from palpate.core.perception import Perception
+from palpate.core.policy import ActionOutcome, Decision, Hindsight, Observation, Policy, Reinforcement, Transition
+from palpate.core.ports import Vector3
+from palpate.core.trial import DecisionRecord
+
+
+class Agent:
+    """Symbols, states, policy and reinforcement, wired together.
+
+    Args:
+        perception: Features, symbols and state identification.
+        policy: Chooses and learns.
+        reinforcement: What an action earns.
+        tick_s: Control period.
+
+    Attributes:
+        percept: Symbol and state last perceived in this trial, as indices; None before the first.
+        decisions: Choices of this trial, in order.
+    """
+
+    def __init__(self, perception: Perception, policy: Policy, reinforcement: Reinforcement, tick_s: float) -> None:
+        self._perception, self._policy = perception, policy
+        self._reinforcement, self._tick_s = reinforcement, tick_s
+        self._pending: tuple[int, Decision] | None
+        self._asked: tuple[int, Observation] | None
+        self._force_sum: float
+        self._force_peak: float
+        self._distance: float
+        self._last_position: Vector3 | None
+        self.percept: tuple[int, int] | None = None
+        self.decisions: list[DecisionRecord] = []
+
+    def begin(self, trial: int, rng: np.random.Generator) -> None:
+        """Start a trial; ``rng`` is the policy's own."""
+        self._perception.reset()
+        self._policy.begin_trial(trial, rng)
+        self._pending = self._asked = self.percept = None
+        self._clear_effort()
+        self._last_position = None
+        self.decisions = []
+
+    @property
+    def temperature(self) -> float | None:
+        """Exploration temperature of the policy, if it has one."""
+        return self._policy.temperature
+
+    def record_effort(self, position_m: Vector3, force_N: Vector3) -> None:
+        """Take note of one tick of the running action."""
+        x, y, z = force_N
+        force = sqrt(x * x + y * y + z * z)
+        self._ticks += 1
+        self._force_sum += force
+        self._force_peak = max(self._force_peak, force)
+        if self._last_position is not None:
+            self._distance += dist(position_m, self._last_position)
+        self._last_position = position_m
+
+    def perceive(
+        self, tick: int, position_m: Vector3, reference_m: Vector3, force_N: Vector3, torque_Nm: Vector3
+    ) -> Observation:
+        """The action before has ended: learn from it, and give what :meth:`choose` will choose the next one by."""
+        state = self._observe(position_m, force_N, torque_Nm)
+        self._settle(next_state=state)
+        observation = Observation(state, position_m, reference_m, force_N, torque_Nm, len(self.decisions))
+        self._asked = (tick, observation)
+        return observation
+
+    def choose(self) -> Decision:
+        """Choose the next action by what was just perceived.
+
+        Raises:
+            LifecycleError: Nothing was perceived since the last choice.
+        """
+        if self._asked is None or self.percept is None:
+            raise LifecycleError("agent", "nothing new was perceived", "choose()", "call perceive() first")
+        (tick, observation), (symbol, state) = self._asked, self.percept
+        self._asked = None
+        decision = self._policy.choose(observation)
+        wrench = *observation.force_N, *observation.torque_Nm
+        features = self._perception.extractor.extract((*observation.position_m, *wrench))
+        self._pending = (state, decision)
+        self._clear_effort()
+        self.decisions.append(
+            DecisionRecord(
+                tick,
+                self._perception.symbols[symbol],
+                self._perception.states[state],
+                decision.action.name,
+                decision.source,
+                displacement_m=decision.action.displacement_m,
+                index=decision.index,
+                grounds=(*wrench, *features, *decision.grounds),
+            )
+        )
+        return decision
+
+    def reached_goal(self) -> None:
+        """The running action led into the hole."""
+        self._settle(next_state=None)
+
+    def gave_up(self, position_m: Vector3, force_N: Vector3, torque_Nm: Vector3) -> None:
+        """The trial ended without the goal: the running action leads to whatever state this is."""
+        if self._pending is not None:
+            self._settle(next_state=self._observe(position_m, force_N, torque_Nm))
+
+    def end(self, hindsight: Hindsight) -> None:
+        """The trial is over, and this is what it came to."""
+        self._policy.end_trial(hindsight)
+
+    def _observe(self, position_m: Vector3, force_N: Vector3, torque_Nm: Vector3) -> int:
+        done = None if self._pending is None else self._pending[1].action.name
+        self.percept = self._perception.observe((*position_m, *force_N, *torque_Nm), done)
+        return self.percept[1]
+
+    def _settle(self, next_state: int | None) -> None:
+        if self._pending is None:
+            return
+        state, decision = self._pending
+        self._pending = None
+        ticks = max(self._ticks, 1)
+        reward = self._reinforcement(
+            ActionOutcome(ticks * self._tick_s, self._force_sum / ticks, self._force_peak, self._distance)
+        )
+        self.decisions[-1] = replace(self.decisions[-1], reinforcement=reward)
+        if decision.index is not None:
+            self._policy.learn(Transition(state, decision.index, reward, next_state))
+
+    def _clear_effort(self) -> None:
+        self._ticks = 0
+        self._force_sum = self._force_peak = self._distance = 0.0

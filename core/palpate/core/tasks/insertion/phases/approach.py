@@ -1,0 +1,62 @@
+"""The approach: straight down to the first contact."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from typing_extensions import override
+
+from palpate.core.ports import Vector3
+from palpate.core.tasks.contact import Proof
+from palpate.core.tasks.insertion.phases.equipment import Equipment, RunningPhase
+from palpate.core.trial import N_PER_KGF, Outcome
+
+_NO_CONTACT_M: Final = 0.008
+"""How far below the nominal surface (beyond the insertion depth) the approach may search for contact."""
+
+
+class Approach(RunningPhase):
+    """Presses down where it is until something pushes back.
+
+    Attributes:
+        touched: Whether the plate was touched; where it was not, and the phase is over, the tip is past it.
+    """
+
+    def __init__(self, equipment: Equipment, proof: Proof) -> None:
+        task = equipment.task
+        self._state, self._measurement, self._motion = equipment.state, equipment.measurement, equipment.motion
+        self._law, self._proof, self._axial_N_per_m = equipment.laws.press, proof, equipment.axial_N_per_m
+        self._contact_N, self._depth_m = task.contact_kgf * N_PER_KGF, task.insertion_depth_mm * 1e-3
+        self._tolerance_m, self._slack_m = task.depth_tolerance_mm * 1e-3, task.surface_uncertainty_mm * 1e-3
+
+    def enter(self) -> None:
+        """Begin, straight down from here."""
+        self.over = self.touched = False
+        self._target_m = self._motion.reference_m
+
+    @override
+    def step(self) -> Vector3:
+        """Down."""
+        measured, state = self._measurement, self._state
+        depth = measured.tip_depth_m(self._axial_N_per_m)
+        self._proof.watch_touch(state.snapshot, measured)
+        if measured.filtered_force_z_N < -self._contact_N:
+            state.explore_start = state.tick
+            if depth >= self._depth_m - self._tolerance_m - self._slack_m:
+                # The surface was never touched, so its height is known only as well as the plate was set up.
+                state.event("hole", "the approach went straight into it")
+                state.end_inserted(depth)
+                return 0.0, 0.0, 0.0
+            state.surface_m = depth
+            state.event("contact", f"surface at {depth * 1e3:.3f} mm below the nominal plane")
+            self.over = self.touched = True
+        elif depth > self._proof.deepest_plate_m:
+            state.explore_start = state.tick
+            # The surface was never touched, so its height is known only as well as the plate was set up.
+            state.slack_m = self._slack_m
+            state.event("nothing felt where the plate must be")
+            self.over = True
+        elif self._motion.reference_m[2] > self._depth_m + _NO_CONTACT_M:
+            # By the reference, so that the search also ends for an arm that does not follow.
+            state.end(Outcome.NO_CONTACT, f"nothing touched, tip at {depth * 1e3:.2f} mm")
+        return self._law.velocity_m_s(self._motion.reference_m, self._target_m, measured.force_N)

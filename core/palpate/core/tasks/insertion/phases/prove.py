@@ -1,0 +1,81 @@
+"""The last proof: the floor of the hole bears a lift, or where there is none, a wall answers once more."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from typing_extensions import override
+
+from palpate.core.ports import CONTROL_RATE_HZ, Vector3
+from palpate.core.tasks.contact import ContactProof
+from palpate.core.tasks.insertion.phases.equipment import Equipment, RunningPhase
+from palpate.core.tasks.insertion.phases.lift_check import LiftCheck
+from palpate.core.trial import N_PER_KGF
+
+_PAST_FLOOR_M: Final = 3e-4
+"""A tip so far below where the floor must be has none under it."""
+_SEATED_SHARE: Final = 0.7
+"""Share of the pressing force, filtered, from which the floor is pressed enough for the lift."""
+_SEATING_TICKS: Final = CONTROL_RATE_HZ // 2
+"""Time for that; friction on the walls may keep it from being reached."""
+
+
+class Prove(RunningPhase):
+    """Holds what the sensor shows at full depth against what the hole gives there; the trial ends in it."""
+
+    def __init__(self, equipment: Equipment, proof: ContactProof) -> None:
+        task = equipment.task
+        self._equipment, self._proof, self._lift = equipment, proof, LiftCheck(equipment, proof)
+        self._contact_N, self._press_N = task.contact_kgf * N_PER_KGF, task.press_kgf * N_PER_KGF
+        self._deepest_m = task.insertion_depth_mm * 1e-3 + task.depth_tolerance_mm * 1e-3
+
+    def enter(self) -> None:
+        """The tip is as deep as it shall be."""
+        self.over, self._lift.running = False, False
+        # Where the plate was never touched, only the floor can show that the force along the axis is alive.
+        # The filter still shows the plate to a peg that sinks on where ticks are late.
+        measured = self._equipment.measurement
+        in_contact = max(measured.filtered_force_z_N, measured.force_N[2]) < -self._contact_N
+        self._floor, self._countdown = in_contact or self._equipment.state.slack_m > 0.0, _SEATING_TICKS
+        self._proof.wall.begin(self._equipment.motion.reference_m)
+
+    @override
+    def step(self) -> Vector3:
+        """Press on the floor, then lift; or push aside."""
+        equipment = self._equipment
+        depth_m = equipment.measurement.tip_depth_m(equipment.axial_N_per_m) - equipment.state.surface_m
+        return self._try_floor(depth_m) if self._floor else self._try_wall(depth_m)
+
+    def _try_wall(self, depth_m: float) -> Vector3:
+        equipment, proof, state = self._equipment, self._proof, self._equipment.state
+        across = proof.wall.velocity_m_s(equipment.measurement.force_N, proof.new, equipment.motion.reference_m)
+        if proof.wall.failed:
+            state.doubt(proof.no_wall(state.tick, depth_m))
+        elif proof.wall.answered:
+            state.event("proof", f"wall: {proof.wall.answer_N:.2f} N at {depth_m * 1e3:.2f} mm")
+            state.end_inserted(depth_m)
+        return *across, 0.0
+
+    def _try_floor(self, depth_m: float) -> Vector3:
+        proof, state = self._proof, self._equipment.state
+        if not self._lift.running:
+            self._countdown -= 1
+            deepest_m = self._deepest_m + state.slack_m + _PAST_FLOOR_M
+            pressed_N, needed_N = -self._equipment.measurement.filtered_force_z_N, _SEATED_SHARE * self._press_N
+            if depth_m > deepest_m:
+                state.doubt(proof.no_floor(state.tick, depth_m, deepest_m))
+            elif self._countdown <= 0:
+                state.doubt(proof.floor_too_soft(state.tick, pressed_N, needed_N))
+            elif pressed_N < needed_N:
+                return self._press_on()
+            self._lift.begin()
+        along = self._lift.velocity_m_s()
+        if along is None and proof.axial.passed:
+            state.event("proof", f"floor: {proof.axial.share:.2f} of the gripper's stiffness")
+            state.end_inserted(proof.axial.tip_depth_m - state.surface_m)
+        return 0.0, 0.0, along or 0.0
+
+    def _press_on(self) -> Vector3:
+        equipment, reference_m = self._equipment, self._equipment.motion.reference_m
+        velocity = equipment.laws.inserting.velocity_m_s(reference_m, reference_m, equipment.measurement.force_N)
+        return self._proof.wall.bounded(velocity, reference_m)

@@ -1,0 +1,85 @@
+"""The phases in free space: out of the hole of the trial before, above the start, at rest while the sensor is tared."""
+
+from __future__ import annotations
+
+from operator import sub
+from typing import Final
+
+from typing_extensions import override
+
+from palpate.core.ports import Vector3
+from palpate.core.tasks.insertion.phases.equipment import Equipment, RunningPhase
+
+_NO_FORCE: Final = (0.0, 0.0, 0.0)
+"""In free space nothing is regulated."""
+Bias = tuple[float, float, float, float, float, float]
+
+
+class Lift(RunningPhase):
+    """Straight up to the ready height."""
+
+    def __init__(self, equipment: Equipment) -> None:
+        self._motion, self._law = equipment.motion, equipment.laws.free
+        self._ready_z_m = -equipment.task.ready_height_mm * 1e-3
+
+    @override
+    def step(self) -> Vector3:
+        """Up; of a tool that is there already the tick is the next phase's."""
+        x, y, z = self._motion.reference_m
+        self.over = z <= self._ready_z_m + 1e-6
+        return self._law.velocity_m_s((x, y, z), (x, y, self._ready_z_m), _NO_FORCE)
+
+
+class Transfer(RunningPhase):
+    """At the ready height to where the trial starts."""
+
+    def __init__(self, equipment: Equipment) -> None:
+        self._motion, self._law, self._state = equipment.motion, equipment.laws.free, equipment.state
+        self._ready_z_m = -equipment.task.ready_height_mm * 1e-3
+
+    @override
+    def step(self) -> Vector3:
+        """Towards the start."""
+        reference = self._motion.reference_m
+        target = (*self._state.report.setup.start_m, self._ready_z_m)
+        self.over = max(map(abs, map(sub, reference, target))) < 1e-6
+        return self._law.velocity_m_s(reference, target, _NO_FORCE)
+
+
+class Settle(RunningPhase):
+    """At rest, while the vibrations of the way decay, and then while the sensor is tared.
+
+    Attributes:
+        bias: The wrench that counts as zero from then on, (6,), N and N m, sensor frame; None before.
+    """
+
+    def __init__(self, equipment: Equipment) -> None:
+        self._state, self._measurement = equipment.state, equipment.measurement
+        self._tare_ticks = equipment.task.tare_ticks
+        self.begin()
+
+    def begin(self) -> None:
+        """A trial begins."""
+        self.over = False
+        self.bias: Bias | None = None
+        self._sum = [0.0] * 6
+
+    def enter(self) -> None:
+        """Begin to rest."""
+        self._countdown = 2 * self._tare_ticks
+
+    @override
+    def step(self) -> Vector3:
+        """Rest."""
+        self._countdown -= 1
+        if self._countdown < self._tare_ticks:
+            wrench = self._state.snapshot.wrench
+            for i, value in enumerate((*wrench.force_N, *wrench.torque_Nm)):
+                self._sum[i] += value
+        if self._countdown == 0:
+            a, b, c, d, e, f = (total / self._tare_ticks for total in self._sum)
+            self.bias = (a, b, c, d, e, f)
+            self._measurement.tare(self.bias)
+            self._state.event("tare", f"{a:.6g} {b:.6g} {c:.6g} N, {d:.6g} {e:.6g} {f:.6g} N m, sensor frame")
+            self.over = True
+        return 0.0, 0.0, 0.0

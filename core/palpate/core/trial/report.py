@@ -1,0 +1,174 @@
+"""What goes into one trial and what comes out of it, as plain values."""
+
+from __future__ import annotations
+
+import enum
+from dataclasses import dataclass, field
+from typing import Final
+
+import numpy as np
+
+
+class Phase(enum.Enum):
+    """Stages of an insertion trial, in their order."""
+
+    LIFT = "lift"
+    TRANSFER = "transfer"
+    SETTLE = "settle"
+    APPROACH = "approach"
+    EXPLORE = "explore"
+    INSERT = "insert"
+    PROVE = "prove"
+    DONE = "done"
+
+
+class Outcome(enum.Enum):
+    """How a trial ended, as the core sees it from port data."""
+
+    INSERTED = "inserted"
+    TIME_LIMIT = "time limit"
+    JAMMED = "jammed"
+    FORCE_LIMIT = "force limit"
+    NO_CONTACT = "no contact"
+    UNPROVED = "contact not proved"
+    SENSOR_FAULT = "sensor fault"
+    STOPPED = "stopped from outside"
+    TRIPPED = "safety trip"
+    INTERRUPTED = "interrupted"
+
+
+@dataclass(frozen=True, slots=True)
+class TrialSetup:
+    """What distinguishes one trial from the next, for the core.
+
+    Attributes:
+        index: Number of the trial within its run, from 0.
+        seed: The run's seed; with the index it gives every random stream.
+        start_m: Where above the plate the trial starts, (x, y) in the task frame.
+    """
+
+    index: int
+    seed: int
+    start_m: tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """Something worth a line in a log.
+
+    Attributes:
+        tick: Control tick of the trial.
+        name: What happened, for example ``contact`` or ``tare``.
+        detail: In words, with units.
+    """
+
+    tick: int
+    name: str
+    detail: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class DecisionRecord:
+    """One choice of an action, and the reinforcement that it then earned.
+
+    Attributes:
+        tick: Control tick of the trial.
+        symbol: Name of the symbol perceived.
+        state: Name of the state.
+        action: Name of the action chosen.
+        source: Which knowledge chose it.
+        reinforcement: What the action then earned; None while it is not known, or when it was interrupted.
+        displacement_m: What was asked of the tip, (2,), task frame.
+        index: Place of the action in the action set; None for one that is not of the set.
+        grounds: What it was chosen by: force (3,), N, and torque (3,), N m, of the observation, the features, and
+            numbers of the policy's own.
+    """
+
+    tick: int
+    symbol: str
+    state: str
+    action: str
+    source: str
+    reinforcement: float | None = None
+    displacement_m: tuple[float, float] = (0.0, 0.0)
+    index: int | None = None
+    grounds: tuple[float, ...] = ()
+
+
+@dataclass
+class TrialTiming:
+    """How regular the ticks and samples of a trial were; a simulator's always are.
+
+    Attributes:
+        worst_late_ns: Longest time by which a tick began after its slot.
+        late_ticks: Ticks that began more than a millisecond late.
+        skipped_slots: Slots of the schedule that went by without a tick.
+        repeated_samples: Ticks in which a sensor had nothing new.
+    """
+
+    worst_late_ns: int = 0
+    late_ticks: int = 0
+    skipped_slots: int = 0
+    repeated_samples: int = 0
+
+
+@dataclass
+class TrialReport:
+    """What came of a finished trial, from port data alone.
+
+    Attributes:
+        setup: The trial's setup.
+        outcome: How it ended; None while it runs.
+        exploration_time_s: From contact to the hole (or to the end without it).
+        actions: Number of exploratory actions.
+        peak_force_N: Largest norm of the measured force, tared, over the control ticks after taring.
+        depth_m: Estimated depth of the tip below the plate's surface at the end.
+        ticks: Control ticks that the trial took.
+        clamped_ticks: Ticks whose command was not applied as asked.
+        events: What happened, in order.
+        decisions: Choices, in order.
+        temperature: Exploration temperature during the trial; None for policies without one.
+        timing: How regular its ticks and samples were.
+    """
+
+    setup: TrialSetup
+    outcome: Outcome | None = None
+    exploration_time_s: float = 0.0
+    actions: int = 0
+    peak_force_N: float = 0.0
+    depth_m: float = 0.0
+    ticks: int = 0
+    clamped_ticks: int = 0
+    events: list[Event] = field(default_factory=list)
+    decisions: list[DecisionRecord] = field(default_factory=list)
+    temperature: float | None = None
+    timing: TrialTiming = field(default_factory=lambda: TrialTiming())
+
+
+INTERRUPT: Final = "interrupt"
+"""Name of the event at the tick in which an interruption was first seen."""
+
+
+class Purpose(enum.IntEnum):
+    """What random numbers are drawn for. The values are part of every log: never renumber them."""
+
+    START = 0
+    HOLE = 1
+    SENSOR = 2
+    POLICY = 3
+    PARTITION = 4
+    FITTING = 5
+    WALKS = 6
+    HOLE_SHIFT = 7
+    GRIP = 8
+    ZERO = 9
+
+
+TRIALS_OF_A_SERIES: Final = 500_000
+"""Each multiple of this begins a series of trials with random streams of its own: first those of training, then those
+of evaluation, then those that fit a perception."""
+
+
+def generator(seed: int, purpose: Purpose, trial: int = 0) -> np.random.Generator:
+    """The generator for one purpose of one trial."""
+    return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(int(purpose), trial)))

@@ -1,0 +1,20 @@
+"""The part of the world that a task is done in."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Workspace:
+    """A box in the task frame; a supervisor lets the tip leave it by its margins and no further.
+
+    Attributes:
+        side_mm: Half its length along x and along y.
+        above_mm: How far it extends above the nominal surface.
+        below_mm: How far it extends below.
+    """
+
+    side_mm: tuple[float, float]
+    above_mm: float
+    below_mm: float

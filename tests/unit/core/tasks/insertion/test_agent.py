@@ -1,0 +1,243 @@
+"""The agent: what policy and perception are given, when, and with which effort."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+
+from palpate.core.errors import LifecycleError
+from palpate.core.perception import Perception, SelectedChannels, Thresholds
+from palpate.core.policy import ActionOutcome, Decision, Observation, Reinforcement, Transition, compass_actions
+from palpate.core.ports.values import Vector3
+from palpate.core.tasks.insertion.agent import Agent
+from tests.unit.core.policy.bench import Diary
+
+TICK_S = 0.01
+NONE: Vector3 = (0.0, 0.0, 0.0)
+ACTIONS = compass_actions(1e-3)
+
+
+@dataclass
+class Counter:
+    """An identifier with a memory: the state is how many symbols there were since the reset."""
+
+    symbols: tuple[str, ...] = ("x-", "x0", "x+")
+    states: tuple[str, ...] = ("none", "one", "two", "three", "four", "five")
+    seen: list[int] = field(default_factory=list)
+
+    def reset(self) -> None:
+        self.seen.clear()
+
+    def update(self, symbol: int, action: str | None = None) -> int:
+        self.seen.append(symbol)
+        return len(self.seen)
+
+    def get_state(self) -> list[float]:
+        return [float(symbol) for symbol in self.seen]
+
+    def set_state(self, state: Sequence[float]) -> None:
+        self.seen = [int(symbol) for symbol in state]
+
+
+@dataclass
+class Meter(Reinforcement):
+    """Writes down the outcome of each action; each costs one more than the one before."""
+
+    outcomes: list[ActionOutcome] = field(default_factory=list)
+
+    def __call__(self, outcome: ActionOutcome) -> float:
+        self.outcomes.append(outcome)
+        return -float(len(self.outcomes))
+
+
+def diary(indices: Sequence[int | None] = (0, 1, 2, 3, 4)) -> Diary:
+    return Diary(indices, ACTIONS, temperature=2.5)
+
+
+class Bench:
+    def __init__(self, policy: Diary | None = None, reinforcement: Reinforcement | None = None) -> None:
+        self.policy, self.counter, self.meter = policy or diary(), Counter(), Meter()
+        perception = Perception(SelectedChannels(("x",)), Thresholds(("x",), ((-1e-3, 1e-3),)), self.counter)
+        self.agent = Agent(perception, self.policy, reinforcement or self.meter, TICK_S)
+        self.begin()
+
+    def begin(self, trial: int = 0) -> None:
+        self.rng = np.random.default_rng(trial)
+        self.agent.begin(trial, self.rng)
+
+    def decide(self, x_m: float = 0.0, tick: int = 0) -> Decision:
+        self.agent.perceive(tick, (x_m, 0.0, 0.0), NONE, NONE, NONE)
+        return self.agent.choose()
+
+    def record_effort(self, *forces_N: float) -> None:
+        for force in forces_N:
+            self.agent.record_effort(NONE, (0.0, 0.0, -force))
+
+    @property
+    def entries(self) -> list[object]:
+        return self.policy.entries
+
+
+def test_transitions_follow_the_states_and_come_before_the_next_choice() -> None:
+    bench = Bench()
+    for x in (-2e-3, 0.0, 2e-3):
+        bench.decide(x)
+        bench.record_effort(1.0)
+    bench.agent.reached_goal()
+    kinds = [type(entry).__name__ for entry in bench.entries]
+    assert kinds == ["tuple", "Observation", *["Transition", "Observation"] * 2, "Transition"]
+    transitions = bench.policy.learned
+    assert transitions == [
+        Transition(1, 0, -1.0, 2),
+        Transition(2, 1, -2.0, 3),
+        Transition(3, 2, -3.0, None),
+    ]
+
+
+def test_the_policy_sees_what_was_measured() -> None:
+    bench = Bench()
+    position, reference, force, torque = (2e-3, 0.0, 1.0), (3e-3, 0.0, 2.0), (0.1, 0.2, -5.0), (0.01, 0.02, 0.03)
+    shown = bench.agent.perceive(14, position, reference, force, torque)
+    decision = bench.agent.choose()
+    assert bench.entries[-1] == shown == Observation(1, position, reference, force, torque, 0)
+    assert bench.agent.percept == (2, 1)
+    assert bench.counter.seen == [2]  # x+
+    assert decision == Decision(ACTIONS[0], 0, "diary")
+    bench.agent.perceive(28, position, reference, force, torque)
+    bench.agent.choose()
+    observation = bench.entries[-1]
+    assert isinstance(observation, Observation)
+    assert observation.action_number == 1
+
+
+def test_decisions_are_recorded_with_names_and_with_what_they_earned() -> None:
+    bench = Bench()
+    bench.decide(-2e-3, tick=14)
+    bench.record_effort(1.0)
+    bench.decide(2e-3, tick=28)
+    first, second = bench.agent.decisions
+    assert (first.tick, first.symbol, first.state, first.action, first.source) == (14, "x-", "one", "+x", "diary")
+    assert (second.tick, second.symbol, second.state, second.action) == (28, "x+", "two", "+x+y")
+    assert first.reinforcement == -1.0
+    assert second.reinforcement is None
+    bench.record_effort(1.0)
+    bench.agent.reached_goal()
+    assert [d.reinforcement for d in bench.agent.decisions] == [-1.0, -2.0]
+
+
+def test_the_effort_of_an_action_is_added_up() -> None:
+    bench = Bench()
+    bench.record_effort(50.0)  # before the first action: belongs to none
+    bench.decide()
+    bench.agent.record_effort((0.0, 0.0, 0.0), (3.0, 0.0, -4.0))
+    bench.agent.record_effort((1e-3, 0.0, 0.0), (0.0, 0.0, -1.0))
+    bench.agent.record_effort((1e-3, 2e-3, 0.0), (0.0, 2.0, 0.0))
+    bench.decide()
+    (outcome,) = bench.meter.outcomes
+    assert outcome.duration_s == pytest.approx(0.03)
+    assert outcome.mean_force_N == pytest.approx(8.0 / 3)
+    assert outcome.peak_force_N == 5.0
+    assert outcome.distance_m == pytest.approx(3e-3)
+
+
+def test_each_action_starts_afresh_and_no_way_is_lost_between_them() -> None:
+    bench = Bench()
+    x = 0.0
+    for _ in range(3):
+        bench.decide()
+        for _ in range(4):
+            x += 1 / 1024
+            bench.agent.record_effort((x, 0.0, 0.0), (0.0, 0.0, -2.0))
+    bench.agent.reached_goal()
+    first, second, third = bench.meter.outcomes
+    assert first.distance_m == 3 / 1024  # nobody knows where the tip was before
+    assert second == third
+    assert second.distance_m == 4 / 1024
+    assert second.duration_s == pytest.approx(0.04)
+    assert (second.mean_force_N, second.peak_force_N) == (2.0, 2.0)
+
+
+def test_an_action_that_ends_at_once_counts_as_one_tick() -> None:
+    bench = Bench()
+    bench.decide()
+    bench.agent.reached_goal()
+    assert bench.meter.outcomes == [ActionOutcome(TICK_S, 0.0, 0.0, 0.0)]
+
+
+def test_nothing_is_learned_from_an_action_that_is_not_of_the_set() -> None:
+    bench = Bench(diary((0, None, 2)))
+    for _ in range(3):
+        bench.decide()
+        bench.record_effort(1.0)
+    bench.agent.reached_goal()
+    assert bench.policy.learned == [
+        Transition(1, 0, -1.0, 2),
+        Transition(3, 2, -3.0, None),
+    ]
+    # It still cost something.
+    assert [d.reinforcement for d in bench.agent.decisions] == [-1.0, -2.0, -3.0]
+
+
+def test_the_goal_is_reached_once() -> None:
+    bench = Bench()
+    bench.agent.reached_goal()  # straight into the hole: no action to learn from
+    assert bench.entries[1:] == []
+    bench.decide()
+    bench.agent.reached_goal()
+    bench.agent.reached_goal()
+    assert len(bench.policy.learned) == 1
+
+
+def test_giving_up_is_learned_as_an_ordinary_transition() -> None:
+    bench = Bench()
+    bench.decide(-2e-3)
+    bench.record_effort(1.0, 1.0)
+    bench.agent.gave_up((2e-3, 0.0, 0.0), NONE, NONE)
+    assert bench.entries[-1] == Transition(1, 0, -1.0, 2)
+    assert bench.counter.seen == [0, 2]  # the state in which it ended was looked at
+    assert bench.agent.decisions[-1].reinforcement == -1.0
+    assert len(bench.agent.decisions) == 1  # and no further choice was made
+    bench.agent.gave_up(NONE, NONE, NONE)
+    bench.agent.reached_goal()
+    assert len(bench.meter.outcomes) == 1
+
+
+def test_giving_up_before_the_first_choice_is_no_lesson() -> None:
+    bench = Bench()
+    bench.agent.gave_up(NONE, NONE, NONE)
+    assert bench.counter.seen == []
+    assert bench.entries[1:] == []
+
+
+def test_a_new_trial_forgets_the_old_one() -> None:
+    bench = Bench()
+    bench.decide(-2e-3)
+    bench.record_effort(9.0)
+    old = bench.agent.decisions
+    bench.begin(7)
+    assert bench.entries[-1] == ("begin", 7, bench.rng)
+    assert bench.counter.seen == []
+    assert bench.agent.decisions == []
+    assert len(old) == 1  # the report of the old trial keeps its own
+    bench.decide(2e-3)
+    # The unfinished action of the old trial is never learned from.
+    assert bench.policy.learned == []
+    assert bench.agent.decisions[0].state == "one"
+
+
+def test_the_temperature_is_the_policys() -> None:
+    assert Bench().agent.temperature == 2.5
+    assert Bench(Diary()).agent.temperature is None
+
+
+def test_nothing_is_chosen_twice_on_one_perception() -> None:
+    bench = Bench()
+    assert bench.agent.percept is None
+    with pytest.raises(LifecycleError, match="call perceive"):
+        bench.agent.choose()
+    bench.decide(2e-3)
+    with pytest.raises(LifecycleError, match="call perceive"):
+        bench.agent.choose()
+    bench.begin(1)
+    assert bench.agent.percept is None
