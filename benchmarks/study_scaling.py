@@ -21,8 +21,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 from statistics import median
 
@@ -93,15 +92,6 @@ def digest(folder: Path) -> str:
     return whole.hexdigest()[:16]
 
 
-@contextmanager
-def dask_cluster() -> Iterator[str]:
-    """A scheduler and two workers on the loopback interface; gives the scheduler's address."""
-    from distributed import LocalCluster
-
-    with LocalCluster(n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address=None) as cluster:
-        yield cluster.scheduler_address
-
-
 def finished(out: Path) -> dict[str, int]:
     """Finished cells, and when each was."""
     cells = out / "cells"
@@ -169,9 +159,6 @@ def main() -> int:
             print(f"round {turn + 1}, mj_step: {rates[1][-1]:.0f}/s in one, {rates[2][-1]:.0f}/s in two", flush=True)
         study(file, desk / "4", "--jobs", 4)
         digests["4 processes"] = digest(desk / "4")
-        with dask_cluster() as address:
-            study(file, desk / "dask", "--scheduler", address)
-        digests["Dask, 2 workers"] = digest(desk / "dask")
         killed = kill_in_the_middle(file, desk / "killed", total)
         digests["2 processes, one killed"] = digest(desk / "killed")
     # Each round has its own ratio: what slows the machine down slows both.

@@ -25,7 +25,7 @@ RUN = ("--scenario", "--arm", "--seed", "--trials", "--policy", "--out", "--conf
         ("run", RUN),
         ("compare", RUN),
         ("show", ()),
-        ("study", ("--engine", "--scheduler", "--jobs", "--yes", "--out", "[study]", "[grid]", "[[cells]]")),
+        ("study", ("--engine", "--jobs", "--yes", "--out", "[study]", "[grid]", "[[cells]]")),
         ("doctor", ("--rig", "--seconds", "--push", "--move", "--json")),
         ("report", ("--logs", "--no-logs", "--overwrite")),
         ("log", ("\n  info ", "\n  plot ", "\n  export ", "\n  recover ")),

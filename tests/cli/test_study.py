@@ -176,20 +176,6 @@ def test_processes_leave_the_same_bytes_also_when_a_worker_is_killed(studied: Pa
     assert files_in(out) == files_in(studied)
 
 
-def test_dask_leaves_the_same_bytes_also_when_a_worker_is_killed(studied: Path, tmp_path: Path) -> None:
-    from distributed import LocalCluster
-
-    out = tmp_path / "out"
-    with (
-        LocalCluster(n_workers=1, threads_per_worker=1, host="127.0.0.1", dashboard_address=None) as cluster,
-        killing(lambda: next(iter(cluster.workers.values())).pid, out),
-    ):
-        done = run(SMALL, out, "--scheduler", cluster.scheduler_address)
-    assert done.code == 0
-    assert "a worker died over" in done.stderr
-    assert files_in(out) == files_in(studied)
-
-
 def require_ended_in_order(done: Done, out: Path) -> None:
     assert done.code == 130
     assert "Traceback" not in done.stderr
@@ -268,10 +254,7 @@ def desk(tmp_path: Path) -> Path:
         ("programmed.toml", "learning.programmed = 'nowhere'", "a state of this task"),
         ("million.toml", "1000000 cells of 10 trials in runs/million, about 80.0 GB", "only with --yes"),
         ("billion.toml --yes", "11000000 cells", "at most 10000000"),
-        ("small.toml --engine threads", "engine = 'threads'", "sequential, processes, dask"),
-        ("small.toml --engine processes --scheduler x", "engine = 'processes'", "dask"),
-        ("small.toml --scheduler 127.0.0.1:1", "scheduler = '127.0.0.1:1'", "a Dask scheduler that answers"),
-        ("small.toml --scheduler tcp://nowhere.invalid:8786", "nowhere.invalid", "a Dask scheduler that answers"),
+        ("small.toml --engine threads", "engine = 'threads'", "sequential, processes"),
         ("small.toml --out small.toml", "small.toml", "name another folder"),
         ("small.toml --out other", "other: holds something already", "name another folder"),
         ("small.toml --jbos 2", "--jbos", "did you mean --jobs?"),

@@ -32,7 +32,7 @@ COMMANDS: dict[str, Command] = {
         "compare:compare", "options:CompareOptions",
     ),
     "study": Command(
-        "many runs: settings, policies and seeds from one file, on several processes or a Dask cluster",
+        "many runs: settings, policies and seeds from one file, on several processes",
         "study:study", "study_options:StudyOptions",
     ),
     "prove": Command(

@@ -7,7 +7,7 @@ import shlex
 import signal
 import sys
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import ExitStack, closing
+from contextlib import closing
 from pathlib import Path
 from typing import Any, Final
 
@@ -20,7 +20,6 @@ from palpate.adapters.experiments.study import (
     CellJob,
     CellOutcome,
     CellReport,
-    Dask,
     Engine,
     Processes,
     Sequential,
@@ -38,15 +37,12 @@ _MOST_LINES: Final = 20
 _BYTES_PER_CELL: Final = 60_000
 _BYTES_PER_TRIAL: Final = 2_000
 _BYTES_PER_LOG: Final = 200_000
-_ENGINES: Final = ("sequential", "processes", "dask")
+_ENGINES: Final = ("sequential", "processes")
 
 
 def study(options: StudyOptions) -> int:
     """Make every cell of a study that is not finished; returns the exit code."""
-    name = options.engine or ("dask" if options.scheduler else "processes")
-    require_one_of("engine", name, _ENGINES)
-    if options.scheduler and name != "dask":
-        raise ConfigurationError("engine", name, "dask, where there is a --scheduler")
+    require_one_of("engine", options.engine, _ENGINES)
     file = Path(options.file)
     asked, folder = Study.read(file), StudyFolder(Path(options.out or f"runs/{file.stem}"))
     if asked.count > MOST_CELLS:
@@ -58,11 +54,7 @@ def study(options: StudyOptions) -> int:
     cells = list(asked.cells())
     folder.require_fits(asked, cells, files)
     folder.finished(cells)
-    with ExitStack() as opened:
-        engine = _engine(name, options, opened)
-        opened.enter_context(folder.opened(asked, files))
-        if isinstance(engine, Dask):
-            engine.require_sight(folder.path)
+    with folder.opened(asked, files):
         print_weakened(asked.config(next(asked.settings())))
         say(size)
         finished = folder.finished(cells)
@@ -74,7 +66,7 @@ def study(options: StudyOptions) -> int:
         progress = CellProgress(len(cells), len(finished))
         try:
             with on_signals(signal.default_int_handler):
-                progress.follow(engine, jobs)
+                progress.follow(_engine(options), jobs)
         finally:
             # What workers left that died, or that were ended now.
             folder.clear(cells, folder.finished(cells))
@@ -103,13 +95,8 @@ def _permit(asked: Study, folder: StudyFolder, size: str, yes: bool) -> None:
         raise UsageError("not begun")
 
 
-def _engine(name: str, options: StudyOptions, opened: ExitStack) -> Engine:
-    count = options.jobs or os.cpu_count() or 1
-    if name == "sequential":
-        return Sequential()
-    if name == "processes":
-        return Processes(count)
-    return opened.enter_context(Dask(options.scheduler, count))
+def _engine(options: StudyOptions) -> Engine:
+    return Sequential() if options.engine == "sequential" else Processes(options.jobs or os.cpu_count() or 1)
 
 
 def _jobs(asked: Study, folder: StudyFolder, cells: Sequence[StudyCell], files: Mapping[str, str]) -> Iterator[CellJob]:

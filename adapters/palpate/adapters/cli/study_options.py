@@ -65,11 +65,9 @@ class StudyOptions(Settings):
     """The study file (TOML)."""
     out: str = ""
     """Folder for the study; runs/NAME-OF-THE-FILE if not given."""
-    engine: str = ""
-    """sequential, processes or dask; processes if not given, dask with --scheduler."""
+    engine: str = "processes"
+    """sequential or processes."""
     jobs: Jobs = 0
-    """Processes, or workers of a Dask cluster of this machine's own; 0 takes one per core."""
-    scheduler: str = ""
-    """Dask: address of a scheduler, such as tcp://127.0.0.1:8786; its workers must see the same folders."""
+    """Processes; 0 takes one per core."""
     yes: bool = False
     """Do not ask before a study of more than 1000 cells."""

@@ -2,7 +2,6 @@ from .cell import CELL_FILE as CELL_FILE
 from .cell import FORMAT as FORMAT
 from .cell import StudyCell as StudyCell
 from .check import require_possible as require_possible
-from .dask_engine import Dask as Dask
 from .document import MOST_CELLS as MOST_CELLS
 from .document import Study as Study
 from .engines import Engine as Engine

@@ -1,4 +1,4 @@
-"""Makes one cell: a run in a folder of its own, in whichever process and machine this is called."""
+"""Makes one cell: a run in a folder of its own, in whichever process this is called."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ import importlib
 import os
 import shutil
 import sys
-import threading
 import uuid
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
@@ -42,9 +41,6 @@ from palpate.core.trial import find_ready_pose
 
 UNFINISHED: Final = ".unfinished"
 """Folders that end so are cells that were begun."""
-
-_ONE_AT_A_TIME: Final = threading.Lock()
-"""A Dask worker may have several threads. Two runs in one process would only be in each other's way."""
 
 
 @dataclass(frozen=True)
@@ -86,28 +82,22 @@ class CellOutcome(Enum):
 
 @dataclass(frozen=True)
 class CellReport:
-    """What came of making a cell.
-
-    Attributes:
-        begun_before: How often it had been begun before, by workers that died over it.
-    """
+    """What came of making a cell."""
 
     name: str
     outcome: CellOutcome
     problem: str = ""
-    begun_before: int = 0
 
 
 def make_cell(job: CellJob) -> CellReport:
     """Make a cell in a folder of another name, and rename that when all is in it. What fails leaves nothing behind."""
     cells, name = Path(job.folder), job.cell.name
-    before = len(begun(cells, name))
     # No two attempts share a folder: a worker that was given up may still be at work on its own.
     passing = cells / f"{name}.{uuid.uuid4().hex[:8]}{UNFINISHED}"
     outcome, problem = CellOutcome.FAILED, ""
     try:
         config = job.config()
-        with _ONE_AT_A_TIME, one_thread(config):
+        with one_thread(config):
             outcome = _run(job, config, passing)
         if outcome is CellOutcome.FINISHED:
             put_in_place(passing, cells / name)
@@ -117,12 +107,7 @@ def make_cell(job: CellJob) -> CellReport:
         problem = f"{error.filename}: {error.strerror}"
     finally:
         shutil.rmtree(passing, ignore_errors=True)
-    return CellReport(name, CellOutcome.FAILED if problem else outcome, problem, before)
-
-
-def begun(cells: Path, name: str) -> list[Path]:
-    """The folders in which attempts at a cell were begun, and neither finished nor given up."""
-    return sorted(cells.glob(f"{name}.*{UNFINISHED}"))
+    return CellReport(name, CellOutcome.FAILED if problem else outcome, problem)
 
 
 def put_in_place(passing: Path, place: Path) -> None:

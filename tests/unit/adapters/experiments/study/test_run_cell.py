@@ -1,26 +1,21 @@
 """Making a cell."""
 
-import threading
 from pathlib import Path
 
 import pytest
 from threadpoolctl import threadpool_info
 
 from palpate.adapters.config.run import RunConfig
-from palpate.adapters.experiments.study import CellOutcome, CellReport, StudyCell
+from palpate.adapters.experiments.study import CellOutcome, StudyCell
 from palpate.adapters.experiments.study.run_cell import make_cell, one_thread, put_in_place
 from tests.unit.adapters.experiments.study.studies import job_in
 
 CELL = StudyCell({"task.start_uncertainty_mm": 1.0}, "torque", 3)
 
 
-def test_a_learner_is_trained_by_name_in_any_thread(tmp_path: Path) -> None:
-    reports: list[CellReport] = []
+def test_a_learner_is_trained_by_name(tmp_path: Path) -> None:
     cell = StudyCell({}, "belief", 0)
-    thread = threading.Thread(target=lambda: reports.append(make_cell(job_in(tmp_path, cell))))
-    thread.start()
-    thread.join()
-    assert [report.outcome for report in reports] == [CellOutcome.FINISHED]
+    assert make_cell(job_in(tmp_path, cell)).outcome is CellOutcome.FINISHED
     assert '"belief"' in (tmp_path / cell.name / "policy.json").read_text()
     assert "ticks_per_action = 7" in (tmp_path / cell.name / "run.toml").read_text()
 
@@ -42,11 +37,6 @@ def test_what_fails_says_why_and_leaves_nothing(
     assert report.outcome is CellOutcome.FAILED
     assert problem in report.problem
     assert [path.name for path in tmp_path.iterdir()] == ["e.csv"]
-
-
-def test_attempts_that_did_not_end_are_counted(tmp_path: Path) -> None:
-    (tmp_path / f"{CELL.name}.0123.unfinished").mkdir()
-    assert make_cell(job_in(tmp_path, CELL)).begun_before == 1
 
 
 def test_of_two_that_make_the_same_cell_the_first_one_stays(tmp_path: Path) -> None:
