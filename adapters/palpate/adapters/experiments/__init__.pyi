@@ -29,6 +29,7 @@ from .foreign import foreign_policy as foreign_policy
 from .manifest import MANIFEST as MANIFEST
 from .manifest import read_manifest as read_manifest
 from .policies import COMPARATORS as COMPARATORS
+from .policies import OUTSIDE as OUTSIDE
 from .policies import accepted_policies as accepted_policies
 from .policies import comparator as comparator
 from .policies import foreign_document as foreign_document
@@ -62,6 +63,7 @@ from .trial import ScoredTrial as ScoredTrial
 from .trial import falsely_inserted as falsely_inserted
 from .trial import interrupting as interrupting
 from .trial import on_signals as on_signals
+from .trial import require_sound as require_sound
 from .trial import run_scored_trial as run_scored_trial
 from .trial import score as score
 from .trial import trial_setup as trial_setup

@@ -41,6 +41,9 @@ OMNISCIENT_SPEED_M_S: Final = 0.01
 
 Hole = Callable[[], Sequence[float]]
 
+OUTSIDE: Final = "environment"
+"""An agent outside chose, through an environment: of it nothing is known but its decisions."""
+
 COMPARATORS: Final[dict[str, str]] = {
     "omniscient": "straight to the true hole",
     "torque": "hand-written: step where the torque says the hole is",

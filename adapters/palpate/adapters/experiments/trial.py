@@ -65,6 +65,7 @@ def run_scored_trial(
     first: int = 0,
     supervisor: Supervisor | None = None,
     session: RealTimeSession | None = None,
+    watching: tuple[LoopObserver, ...] = (),
 ) -> ScoredTrial:
     """Prepare the world, run one trial over the ports, and score it.
 
@@ -77,6 +78,7 @@ def run_scored_trial(
         first: Index of the trial that is number 0 in the run's own count.
         supervisor: Stands between the core and the arm.
         session: Keeps it in time; None where time waits.
+        watching: Observe it besides.
 
     Raises:
         FaultLatchedError: A trip or fault on this rig has not been acknowledged.
@@ -84,9 +86,9 @@ def run_scored_trial(
     # Making ready moves an arm, too.
     rig.latch.require_free()
     rig.prepare(trial)
-    setup, observers = trial_setup(config, trial), tuple[LoopObserver, ...]()
+    setup, observers = trial_setup(config, trial), watching
     if recorder is not None:
-        observers = (recorder.begin(setup, world_of(rig), trial_name(trial - first)),)
+        observers = (recorder.begin(setup, world_of(rig), trial_name(trial - first)), *watching)
     if session is not None:
         observers = session.timed(observers)
     try:

@@ -15,6 +15,12 @@ except ModuleNotFoundError as error:
 PEG_INSERTION = "palpate/PegInsertion-v0"
 SENSOR_MAP = "palpate/SensorMap-v0"
 
-# Both have their own time limit, so none is given here: a wrapper's would end a trial that the core still runs.
-register(id=PEG_INSERTION, entry_point=f"{__name__}.peg_insertion:PegInsertionEnv")
+# The insertion's own time limit, 20 s, ends any trial before so many steps. The other one's limit is an argument: a
+# wrapper's would only be in the way.
+register(
+    id=PEG_INSERTION,
+    entry_point=f"{__name__}.peg_insertion:PegInsertionEnv",
+    reward_threshold=-20.0,
+    max_episode_steps=200,
+)
 register(id=SENSOR_MAP, entry_point=f"{__name__}.sensor_map:SensorMapEnv")

@@ -7,7 +7,8 @@ supervisor, reinforcement. Nothing here depends on Gymnasium.
 from __future__ import annotations
 
 import os
-from collections.abc import Generator, Mapping
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Generator, Mapping
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
@@ -19,7 +20,7 @@ from typing_extensions import override
 
 from palpate.adapters.config import RunConfig, overlay, read_toml, recorded, scenario
 from palpate.adapters.experiments import (
-    ScoredTrial,
+    OUTSIDE,
     build_reinforcement,
     build_supervisor,
     build_task,
@@ -32,8 +33,10 @@ from palpate.adapters.experiments import (
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.control_loop import next_snapshot, trial_ticks
 from palpate.core.errors import CommandError, ConfigurationError, DeviceError, LifecycleError
+from palpate.core.perception import Perception
 from palpate.core.policy import ActionOutcome, Decision, FixedPolicy, Observation
-from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, JointCommand, Snapshot
+from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, JointCommand, Rig, Snapshot
+from palpate.core.tasks.insertion import InsertionTask
 from palpate.core.trial import Outcome, TrialReport, find_ready_pose
 
 
@@ -67,7 +70,7 @@ def refuse_unknown(environment: str, unknown: dict[str, object], known: tuple[st
         raise ConfigurationError(name, value, f"no such argument of {environment}; there are {', '.join(known)}")
 
 
-SOURCE = "environment"
+SOURCE: Final = OUTSIDE
 """Where decisions come from, in the records of a trial."""
 
 
@@ -99,38 +102,39 @@ class GivenActions(FixedPolicy):
         return decision
 
 
-_MOST_SKIPPED: Final = 20
+MOST_SKIPPED: Final = 20
 """Trials in a row without any decision; a cell in which none ever has one is set up wrongly."""
 
 
-class InsertionEpisodes:
-    """One simulated work cell, and trials in it.
+def without_decision(report: TrialReport) -> DeviceError:
+    """Trial after trial was over without a decision, and this is how the last one ended."""
+    return DeviceError("work cell", f"{MOST_SKIPPED} trials without any decision: {report.events[-1].detail}")
 
-    Args:
-        config: The run's configuration; its seed only serves a perception that has to be fitted.
+
+class Episodes(ABC):
+    """Trials of the insertion task, decision by decision.
 
     Attributes:
         config: The configuration, with the seed of the trial that runs.
+        trial: Index of that trial.
         skipped: Trials before it that were over without a decision, since :meth:`begin` was asked for one.
-
-    Raises:
-        ConfigurationError: A setting is refused.
+        perception: From signals to states.
+        task: The core.
+        observe: An agent's observation of the task as it stands.
+        plain_reinforcement: What an action earns without any excess effort.
+        rig: What the trials run on.
     """
 
+    rig: Rig
+    config: RunConfig
+    perception: Perception
+    task: InsertionTask
+    observe: Callable[[InsertionTask], Any]
+
     def __init__(self, config: RunConfig) -> None:
-        self._ready = ready = find_ready_pose(config.arm, config.task)
-        require_usable(config, ready)
         self.config, self.trial, self.skipped = config, 0, 0
-        self._opened = ExitStack()
-        self.rig = self._opened.enter_context(SimulatedRig(config, ready))
-        self.perception = configured_perception(config) or fitted_perception(config, ready, self.rig)
-        self._policy = GivenActions()
-        self.task = build_task(config, ready, self.perception, self._policy)
-        self._supervisor = build_supervisor(config, ready, self.rig.sensor_facts)
         duration_s = config.task.ticks_per_action * PERIOD_S
         self.plain_reinforcement = build_reinforcement(config)(ActionOutcome(duration_s, 0.0, 0.0, 0.0))
-        self._ticks: Generator[Snapshot, JointCommand, None] | None = None
-        self._contact_tick = 0
 
     @property
     def report(self) -> TrialReport:
@@ -138,11 +142,17 @@ class InsertionEpisodes:
         return self.task.report
 
     @property
+    def outcome(self) -> Outcome | None:
+        """How the trial ended; None while it runs."""
+        return self.report.outcome
+
+    @property
     def exploration_time_s(self) -> float:
         """Time from contact to now; to the hole (or to the end without it) when the trial is over."""
         if self.report.outcome is not None:
             return self.report.exploration_time_s
-        return (self.report.ticks - 1 - self._contact_tick) * PERIOD_S
+        contact_tick = next(event.tick for event in self.report.events if event.name == "contact")
+        return (self.report.ticks - 1 - contact_tick) * PERIOD_S
 
     @property
     def decisions_left(self) -> int:
@@ -151,6 +161,12 @@ class InsertionEpisodes:
         left = max(task.time_limit_s - self.exploration_time_s, 0.0)
         return int(left * CONTROL_RATE_HZ / task.ticks_per_action)
 
+    @property
+    @abstractmethod
+    def running(self) -> bool:
+        """Whether a trial waits for a decision."""
+
+    @abstractmethod
     def begin(self, seed: int, trial: int) -> None:
         """Run a trial to its first decision; one that is over before, straight into the hole, is skipped for the next.
 
@@ -160,17 +176,81 @@ class InsertionEpisodes:
 
         Raises:
             ConfigurationError: The seed cannot be one.
-            DeviceError: Trial after trial is over without any decision.
+            DeviceError: A device failed, or trial after trial is over without any decision.
         """
-        self.config = replace(self.config, seed=seed)
-        for skipped in range(_MOST_SKIPPED):
+
+    @abstractmethod
+    def decide(self, decision: Decision) -> float:
+        """Take an action, and run to the next decision or to the end of the trial.
+
+        Returns:
+            The reinforcement that the action earned, as a learner of the core gets it. Where the core gives none,
+            because a supervisor or a fault ended the trial, what an action without any excess effort earns.
+
+        Raises:
+            NotRunningError: No trial runs.
+            DeviceError: A device failed.
+        """
+
+    @abstractmethod
+    def seen(self) -> tuple[Any, dict[str, Any]]:
+        """The observation at the newest decision or end, and what is known of the trial then."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """Stop the arm and close every device; a second time does nothing."""
+
+    def _known(self, *, success: bool, earned: float) -> dict[str, Any]:
+        """For people, for scoring, and for repeating a trial; an agent may not learn from it."""
+        report, (symbol, state) = self.report, self.task.percept or (0, 0)
+        return {
+            "seed": self.config.seed,
+            "trial": self.trial,
+            "skipped_trials": self.skipped,
+            "phase": self.task.phase.value,
+            "outcome": "" if report.outcome is None else report.outcome.value,
+            "is_success": success,
+            "time_s": report.ticks / CONTROL_RATE_HZ,
+            "exploration_time_s": self.exploration_time_s,
+            "decisions": len(report.decisions),
+            "symbol": self.perception.symbols[symbol],
+            "state": self.perception.states[state],
+            "reinforcement": earned,
+        }
+
+
+class InsertionEpisodes(Episodes):
+    """One simulated work cell, and trials in it; time stands still between the decisions.
+
+    Args:
+        config: The run's configuration; its seed only serves a perception that has to be fitted.
+
+    Raises:
+        ConfigurationError: A setting is refused.
+    """
+
+    def __init__(self, config: RunConfig) -> None:
+        self._ready = ready = find_ready_pose(config.arm, config.task)
+        require_usable(config, ready)
+        super().__init__(config)
+        self._opened = ExitStack()
+        self.rig: SimulatedRig = self._opened.enter_context(SimulatedRig(config, ready))
+        self.perception = configured_perception(config) or fitted_perception(config, ready, self.rig)
+        self._policy = GivenActions()
+        self.task = build_task(config, ready, self.perception, self._policy)
+        self._supervisor = build_supervisor(config, ready, self.rig.sensor_facts)
+        self._ticks: Generator[Snapshot, JointCommand, None] | None = None
+        self._earned = 0.0
+
+    @override
+    def begin(self, seed: int, trial: int) -> None:
+        self.config, self._earned = replace(self.config, seed=seed), 0.0
+        for skipped in range(MOST_SKIPPED):
             self.trial, self.skipped = trial + skipped, skipped
             self._begin()
             if self._ticks is not None:
-                events = self.report.events
-                self._contact_tick = next(event.tick for event in events if event.name == "contact")
                 return
-        raise DeviceError("work cell", f"{_MOST_SKIPPED} trials without any decision: {self.report.events[-1].detail}")
+        raise without_decision(self.report)
 
     def _begin(self) -> None:
         self._let_go()
@@ -184,22 +264,15 @@ class InsertionEpisodes:
         self._ticks = trial_ticks(self.task, self.rig.ports, trial_setup(self.config, self.trial), self._supervisor)
         self._advance(self._ticks, first=True)
 
+    @override
     def decide(self, decision: Decision) -> float:
-        """Take an action, and run to the next decision or to the end of the trial.
-
-        Returns:
-            The reinforcement that the action earned, as a learner of the core gets it. Where the core gives none,
-            because a supervisor or a fault ended the trial, what an action without any excess effort earns.
-
-        Raises:
-            NotRunningError: No trial runs.
-        """
         if self._ticks is None:
             raise NotRunningError("no trial runs; begin one first")
         self._policy.give(decision)
         self._advance(self._ticks)
         earned = self.report.decisions[-1].reinforcement
-        return self.plain_reinforcement if earned is None else earned
+        self._earned = self.plain_reinforcement if earned is None else earned
+        return self._earned
 
     def _advance(self, ticks: Generator[Snapshot, JointCommand, None], *, first: bool = False) -> None:
         """Tick by tick, from the first or from the middle of one, to the middle of that in which a choice is due."""
@@ -216,26 +289,26 @@ class InsertionEpisodes:
         self._ticks = None
 
     @property
+    @override
     def running(self) -> bool:
-        """Whether a trial waits for a decision."""
         return self._ticks is not None
 
-    @property
-    def outcome(self) -> Outcome | None:
-        """How the trial ended; None while it runs."""
-        return self.report.outcome
-
-    def scored(self) -> ScoredTrial:
-        """The trial held against the truth."""
-        return score(self.config, self.report, self.rig.truth())
+    @override
+    def seen(self) -> tuple[Any, dict[str, Any]]:
+        truth = self.rig.truth()
+        # Adding zero turns a negative zero into zero.
+        tip, hole = (np.array(point) + 0.0 for point in (truth.tip_in_task_m, truth.hole_in_task_m))
+        known = self._known(success=score(self.config, self.report, truth).success, earned=self._earned)
+        true = {"peak_force_N": truth.peak_force_N, "true_depth_m": truth.depth_m}
+        return self.observe(self.task), {**known, **true, "true_tip_m": tip, "true_hole_m": hole}
 
     def _let_go(self) -> None:
         if self._ticks is not None:
             self._ticks.close()
             self._ticks = None
 
+    @override
     def close(self) -> None:
-        """Stop the arm and close every device; a second time does nothing."""
         self._let_go()
         self._opened.close()
 

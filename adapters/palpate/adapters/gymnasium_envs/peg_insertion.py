@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import weakref
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import gymnasium
 import numpy as np
+from typing_extensions import override
 
+from palpate.adapters.config import RigFile
 from palpate.adapters.experiments import task_actions
 from palpate.adapters.gymnasium_envs.episode import (
+    Episodes,
     InsertionEpisodes,
     NotRunningError,
     Settings,
@@ -26,8 +32,8 @@ from palpate.adapters.gymnasium_envs.spaces import (
     StateIndex,
     TipWrench,
 )
-from palpate.core.errors import ConfigurationError, require_in, require_one_of, require_whole
-from palpate.core.ports import CONTROL_RATE_HZ
+from palpate.core.errors import ConfigurationError, LifecycleError, require_in, require_one_of, require_whole
+from palpate.core.ports import FaultLatch
 from palpate.core.trial import Outcome
 from palpate.simulation.work_cell import WorkCell
 
@@ -77,7 +83,16 @@ if TYPE_CHECKING:
     from palpate.adapters.gymnasium_envs.picture import Camera
 
 _NAME: Final = "palpate/PegInsertion-v0"
-_ARGUMENTS: Final = ("scenario", "arm", "actions", "observations", "failure_penalty", "config")
+_ARGUMENTS: Final = (
+    "scenario", "arm", "actions", "observations", "failure_penalty", "config", "rig", "out", "decision_limit_s",
+)  # fmt: skip
+
+
+class OneArmError(LifecycleError, TypeError):
+    """An environment on a rig can be neither pickled nor copied: there is one arm."""
+
+    def __init__(self) -> None:
+        super().__init__(_NAME, "on a rig", "pickling or copying", "make it in the process that drives the arm")
 
 
 class PegInsertionEnv(gymnasium.Env[Any, Any]):
@@ -100,11 +115,17 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
             time limit would have cost, so that failing early is no way to save reward; 0 gives the core's own
             reinforcement and nothing else.
         config: Any other settings: a nested table such as ``{"task": {"step_mm": 0.5}}``, or a TOML file.
-        render_mode: None, or ``rgb_array``: close-ups of peg and hole, (480, 640, 3).
+        render_mode: None, or ``rgb_array``: close-ups of peg and hole, (480, 640, 3); not on a rig.
+        rig: A rig file: the trials run on that rig, in real time, supervised and recorded; empty is the simulator. What
+            the configuration says of the simulated cell is left aside then.
+        out: On a rig, the folder for the recording; empty takes the next free one, ``runs/paper-environment-001``.
+        decision_limit_s: On a rig, how long the agent may take for a decision, 0.01 s to 60 s. One that is not there
+            when it is due is replaced by a rest, and counted; after this time the arm is stopped and the rig latched.
         unknown: Anything else is refused.
 
     Raises:
         ConfigurationError: An argument or a setting is unknown or refused.
+        DeviceError: A device of the rig failed.
     """
 
     metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 10}  # noqa: RUF012 - Gymnasium declares it so
@@ -118,8 +139,15 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
         failure_penalty: float | None = None,
         config: Settings = None,
         render_mode: str | None = None,
+        rig: str = "",
+        out: str = "",
+        decision_limit_s: float = 0.3,
         **unknown: object,
     ) -> None:
+        self._arguments = {
+            "scenario": scenario, "arm": arm, "actions": actions, "observations": observations,
+            "failure_penalty": failure_penalty, "config": config, "render_mode": render_mode, "rig": rig,
+        }  # fmt: skip
         refuse_unknown(_NAME, unknown, _ARGUMENTS)
         require_one_of("actions", actions, ACTION_KINDS)
         require_one_of("observations", observations, OBSERVATION_KINDS)
@@ -127,18 +155,35 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
             require_in("failure_penalty", failure_penalty, 0.0, 1e9)
         if render_mode not in (None, "rgb_array"):
             raise ConfigurationError("render_mode", render_mode, "rgb_array, or None")
+        if rig and render_mode is not None:
+            raise ConfigurationError("render_mode", render_mode, "None on a rig, of which there is no picture")
         self.render_mode = render_mode
         self._camera: Camera | None = None
-        settings = run_config(scenario, arm, config)
-        self._episodes = InsertionEpisodes(settings)
+        if rig and (model := RigFile.load(Path(rig)).model) is not None:
+            if arm:
+                raise ConfigurationError("arm", arm, f"none beside a rig that has its arm, {model.name}, by its URDF")
+            settings = replace(run_config(scenario, arm, config), arm=model)
+        else:
+            settings = run_config(scenario, arm, config)
+        self._episodes: Episodes
+        if rig:
+            # Here, because it loads what only a rig needs.
+            from palpate.adapters.gymnasium_envs.rig_episode import RigEpisodes
+
+            self._episodes = RigEpisodes(settings, rig, out, decision_limit_s)
+            # Whatever becomes of the program: an environment that nobody has any more leaves the arm stopped.
+            weakref.finalize(self, self._episodes.close)
+        else:
+            self._episodes = InsertionEpisodes(settings)
         self._penalty = failure_penalty
         self._actions: Actions = (
             CompassSteps(task_actions(settings)) if actions == "discrete" else FreeSteps(settings.task.step_mm * 1e-3)
         )
-        self._observations: Observations = (
+        seen: Observations = (
             StateIndex(len(self._episodes.perception.states)) if observations == "symbolic" else TipWrench(settings)
         )
-        self.action_space, self.observation_space = self._actions.space, self._observations.space
+        self._episodes.observe = seen.of
+        self.action_space, self.observation_space = self._actions.space, seen.space
         self._numbering = Numbering()
         self._closed = False
 
@@ -159,7 +204,7 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
         run_seed, trial = self._numbering.next(seed, options, self.np_random)
         self._episodes.begin(run_seed, trial)
         self._numbering.passed(self._episodes.trial)
-        return self._observations.of(self._episodes.task), self._info(0.0)
+        return self._episodes.seen()
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """One decision; the arm does it, and the reward is what it cost.
@@ -181,7 +226,8 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
         if over and not truncated and episodes.outcome is not Outcome.INSERTED:
             left = -episodes.plain_reinforcement * episodes.decisions_left
             reward -= left if self._penalty is None else self._penalty
-        return self._observations.of(episodes.task), reward, over and not truncated, truncated, self._info(earned)
+        observation, info = episodes.seen()
+        return observation, reward, over and not truncated, truncated, info
 
     def render(self) -> Any:
         """A picture of the cell as it stands, where ``render_mode`` asks for pictures; None otherwise.
@@ -200,8 +246,30 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
 
     @property
     def cell(self) -> WorkCell:
-        """The work cell with its MuJoCo model and data: for pictures and measurements, never for an agent."""
+        """The work cell with its MuJoCo model and data: for pictures and measurements, never for an agent.
+
+        Raises:
+            LifecycleError: It is on a rig.
+        """
+        if not isinstance(self._episodes, InsertionEpisodes):
+            raise LifecycleError(_NAME, "on a rig", "cell", "only a simulated cell has a model")
         return self._episodes.rig.cell
+
+    @property
+    def latch(self) -> FaultLatch:
+        """What keeps a rig still after a trip or a fault, until a person calls its ``acknowledge(by, reason)``."""
+        return self._episodes.rig.latch
+
+    @override
+    def __reduce__(self) -> tuple[Callable[..., PegInsertionEnv], tuple[dict[str, Any]]]:
+        """A copy begins anew with the same arguments; its episodes are those of its own seeds.
+
+        Raises:
+            OneArmError: It is on a rig.
+        """
+        if self._arguments["rig"]:
+            raise OneArmError
+        return _again, (self._arguments,)
 
     def close(self) -> None:
         """Stop the arm and close the work cell."""
@@ -211,29 +279,6 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
                 self._camera.close()
             self._episodes.close()
 
-    def _info(self, earned: float) -> dict[str, Any]:
-        """What an agent may not learn from: for people, for scoring, and for repeating a trial."""
-        episodes = self._episodes
-        report, success = episodes.report, episodes.scored().success
-        symbol, state = episodes.task.percept or (0, 0)
-        truth = episodes.rig.truth()
-        # Adding zero turns a negative zero into zero.
-        tip, hole = (np.array(point) + 0.0 for point in (truth.tip_in_task_m, truth.hole_in_task_m))
-        return {
-            "seed": episodes.config.seed,
-            "trial": episodes.trial,
-            "skipped_trials": episodes.skipped,
-            "phase": episodes.task.phase.value,
-            "outcome": "" if report.outcome is None else report.outcome.value,
-            "is_success": success,
-            "time_s": report.ticks / CONTROL_RATE_HZ,
-            "exploration_time_s": episodes.exploration_time_s,
-            "decisions": len(report.decisions),
-            "symbol": episodes.perception.symbols[symbol],
-            "state": episodes.perception.states[state],
-            "reinforcement": earned,
-            "peak_force_N": truth.peak_force_N,
-            "true_depth_m": truth.depth_m,
-            "true_tip_m": tip,
-            "true_hole_m": hole,
-        }
+
+def _again(arguments: dict[str, Any]) -> PegInsertionEnv:
+    return PegInsertionEnv(**arguments)

@@ -12,6 +12,7 @@ import numpy as np
 
 from palpate.adapters.config import RunConfig, overlay, recorded_config
 from palpate.adapters.experiments import (
+    OUTSIDE,
     build_supervisor,
     build_task,
     comparator,
@@ -231,6 +232,8 @@ class Rebuilder:
             return own, loaded_policy(other, config, own, frozen=True)
         if isinstance(other, ForeignEntry):
             return perception, foreign_policy(other, config, perception, frozen=True)
+        if other is None and log.start.policy == OUTSIDE:
+            return perception, self._told(log, config, perception, "an agent outside chose the actions")
         if other is not None or (log.start.policy != "document" and ":" not in log.start.policy):
             return perception, comparator(other or log.start.policy, config, lambda: _hole(log, world))
         try:
@@ -255,10 +258,14 @@ class Rebuilder:
         try:
             return foreign_policy(entry, config, perception, frozen=log.start.frozen)
         except ConfigurationError as error:
-            if self.what_if:
-                problem = f"the policy's code is not there, and the log holds no answer to a what-if ({error})"
-                raise LogError(log.path, "", problem, "install what made it, or name another --policy") from error
-            return RecordedDecisions(task_actions(config), str(error), 6 + len(perception.extractor.names))
+            return self._told(log, config, perception, str(error))
+
+    def _told(self, log: TrialLog, config: RunConfig, perception: Perception, problem: str) -> Policy:
+        """What was decided when it was recorded."""
+        if self.what_if:
+            text = f"the policy's code is not there, and the log holds no answer to a what-if ({problem})"
+            raise LogError(log.path, "", text, "install what made it, or name another --policy")
+        return RecordedDecisions(task_actions(config), problem, 6 + len(perception.extractor.names))
 
 
 def _sensor(log: TrialLog, config: RunConfig) -> SensorFacts:

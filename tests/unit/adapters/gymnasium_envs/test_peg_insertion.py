@@ -1,15 +1,20 @@
 """The insertion task as an environment: steps, rewards, ends and refusals."""
 
+import pickle
 from collections.abc import Iterator
 from math import nan
 from typing import Any
 
+import gymnasium
 import numpy as np
 import pytest
 
+from palpate.adapters.gymnasium_envs import PEG_INSERTION
 from palpate.adapters.gymnasium_envs.episode import ActionRefusedError, NotRunningError
 from palpate.adapters.gymnasium_envs.peg_insertion import Numbering, PegInsertionEnv
 from palpate.core.errors import ConfigurationError
+from palpate.core.ports import CONTROL_RATE_HZ
+from palpate.core.trial import TaskConfig
 
 EAST, WEST = 0, 4
 
@@ -161,6 +166,21 @@ def test_what_there_is_not_is_refused(arguments: dict[str, Any], message: str) -
     with pytest.raises(ConfigurationError) as caught:
         cell(**arguments)
     assert str(caught.value).startswith(message)
+
+
+def test_a_copy_begins_anew_with_the_same_arguments(env: PegInsertionEnv) -> None:
+    first = env.reset(seed=5)[0]
+    copied = pickle.loads(pickle.dumps(env))
+    with pytest.raises(NotRunningError):
+        copied.step(EAST)
+    assert copied.reset(seed=5)[0].tobytes() == first.tobytes()
+    copied.close()
+
+
+def test_its_limit_on_steps_is_beyond_any_trial_s_own() -> None:
+    spec, task = gymnasium.spec(PEG_INSERTION), TaskConfig()
+    assert spec.max_episode_steps == round(task.time_limit_s * CONTROL_RATE_HZ / task.ticks_per_action)
+    assert spec.reward_threshold is not None
 
 
 # Episodes after a seed are its trials in order, whatever happened before.

@@ -1,0 +1,151 @@
+"""Decisions for a loop in a thread of its own, over a simulated rig: its time runs as fast as it can."""
+
+import csv
+import os
+import pickle
+import signal
+import threading
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+from palpate.adapters.config.run import RunConfig
+from palpate.adapters.experiments import task_actions
+from palpate.adapters.gymnasium_envs.episode import NotRunningError
+from palpate.adapters.gymnasium_envs.peg_insertion import OneArmError, PegInsertionEnv
+from palpate.adapters.gymnasium_envs.rig_episode import RigEpisodes
+from palpate.adapters.log import read_log
+from palpate.adapters.mujoco import SimulatedRig
+from palpate.adapters.replay.engine import Verdict, replay
+from palpate.adapters.replay.rebuild import Rebuilder
+from palpate.core.errors import ConfigurationError, DeviceError, FaultLatchedError, LifecycleError, OutputError
+from palpate.core.policy import Decision
+from palpate.core.ports import CommandReason, JointCommand, Life
+from palpate.core.trial import Outcome, TaskConfig
+
+HERE = (0.0,) * 6
+EAST = Decision(task_actions(RunConfig())[0], 0, "environment")
+
+
+@pytest.fixture
+def episodes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[RigEpisodes]:
+    monkeypatch.setattr("palpate.adapters.gymnasium_envs.rig_episode.warm_up", lambda config, ready: None)
+    config = RunConfig(task=TaskConfig(time_limit_s=2.0))
+    made = RigEpisodes(config, "rig.toml", str(tmp_path / "run"), 60.0, lambda c, ready, file: SimulatedRig(c, ready))
+    made.observe = lambda task: task.tip_m
+    yield made
+    made.close()
+
+
+def stopped(episodes: RigEpisodes) -> bool:
+    arm = episodes.rig.ports.arm
+    return arm.life is Life.CLOSED or arm.send(JointCommand(HERE)).reason is CommandReason.STOPPED
+
+
+def test_trials_are_recorded_as_a_run_leaves_them_and_replay_equal(episodes: RigEpisodes) -> None:
+    folder = episodes.folder.path
+    episodes.begin(5, 3)
+    while episodes.running:
+        episodes.decide(EAST)
+    seen, info = episodes.seen()
+    assert len(seen) == 3
+    assert (info["outcome"], info["trial"], info["seed"]) == (Outcome.TIME_LIMIT.value, 3, 5)
+    assert info["decisions"] >= info["late_decisions"]
+    assert stopped(episodes)
+    with pytest.raises(NotRunningError):
+        episodes.decide(EAST)
+    episodes.close()
+    assert {path.name for path in folder.iterdir()} >= {"run.toml", "trials.csv", "manifest.json", "summary.json"}
+    with (folder / "trials.csv").open(encoding="utf-8", newline="") as stream:
+        assert [row["trial"] for row in csv.DictReader(stream)] == ["0"]
+    for path in sorted((folder / "logs").iterdir()):
+        replayed = replay(read_log(path), Rebuilder())
+        assert replayed.verdict is Verdict.EQUAL
+        assert replayed.recorded_decisions == "an agent outside chose the actions"
+    with pytest.raises(OutputError, match="already holds a run"):
+        RigEpisodes(RunConfig(), "rig.toml", str(folder))
+
+
+def test_a_fault_is_a_typed_error_and_latches(episodes: RigEpisodes, monkeypatch: pytest.MonkeyPatch) -> None:
+    episodes.begin(5, 0)
+
+    def broken() -> None:
+        raise DeviceError("encoder", "gone")
+
+    with monkeypatch.context() as cable:
+        cable.setattr(episodes.rig.cell, "measure_joints", broken)
+        with pytest.raises(DeviceError, match="encoder: gone"):
+            episodes.decide(EAST)
+    assert not episodes.running
+    with pytest.raises(FaultLatchedError, match="encoder: gone"):
+        episodes.begin(5, 1)
+    episodes.rig.latch.acknowledge("a person", "plugged in again")
+    episodes.begin(5, 2)
+    assert episodes.running
+
+
+def test_ctrl_c_while_a_step_is_waited_for_leaves_the_arm_stopped(
+    episodes: RigEpisodes, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    episodes.begin(5, 0)
+    measure, came = episodes.rig.cell.measure_joints, threading.Event()
+
+    def press() -> object:
+        if not came.is_set():
+            came.set()
+            os.kill(os.getpid(), signal.SIGINT)
+        return measure()
+
+    monkeypatch.setattr(episodes.rig.cell, "measure_joints", press)
+    with pytest.raises(KeyboardInterrupt):
+        all(episodes.decide(EAST) for _ in range(100))
+    assert not episodes.running
+    assert episodes.outcome is Outcome.STOPPED
+    assert stopped(episodes)
+    # The next one begins as if nothing had been; one that is left in its middle ends likewise.
+    episodes.begin(5, 1)
+    episodes.begin(5, 2)
+    assert episodes.running
+    episodes.close()
+    episodes.close()
+    assert not threading.main_thread().daemon
+    assert stopped(episodes)
+
+
+def test_an_environment_that_is_let_go_stops_the_arm_and_can_be_neither_copied_nor_drawn(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made = partial(RigEpisodes, made=lambda config, ready, file: SimulatedRig(config, ready))
+    monkeypatch.setattr("palpate.adapters.gymnasium_envs.rig_episode.RigEpisodes", made)
+    monkeypatch.setattr("palpate.adapters.gymnasium_envs.rig_episode.warm_up", lambda config, ready: None)
+    rig_file = str(Path(__file__).parents[4] / "rigs" / "zebra-nmc-jr3.toml")
+    with pytest.raises(ConfigurationError, match="None on a rig"):
+        PegInsertionEnv(rig=rig_file, render_mode="rgb_array")
+    env = PegInsertionEnv(rig=rig_file, out=str(tmp_path / "run"), decision_limit_s=60.0, observations="raw")
+    seen, info = env.reset(seed=1)
+    assert seen in env.observation_space
+    assert "true_tip_m" not in info
+    with pytest.raises(OneArmError, match="make it in the process that drives the arm"):
+        pickle.dumps(env)
+    with pytest.raises(LifecycleError, match="only a simulated cell"):
+        env.cell  # noqa: B018
+    arm = env._episodes.rig.ports.arm
+    del env
+    assert arm.life is Life.CLOSED
+
+
+def test_it_belongs_to_the_main_thread(episodes: RigEpisodes) -> None:
+    said: list[str] = []
+
+    def make() -> None:
+        try:
+            RigEpisodes(RunConfig(), "rig.toml")
+        except LifecycleError as error:
+            said.append(str(error))
+
+    thread = threading.Thread(target=make)
+    thread.start()
+    thread.join()
+    assert said == ["rig: open() is not possible while in another thread; make the environment in the main thread"]
