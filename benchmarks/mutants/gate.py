@@ -1,10 +1,11 @@
 """Mutants of the core, each replayed against the golden logs in a fork of its own: what does the gate not see?
 
 Only what a trial runs is mutated: functions of modules in which a trial runs lines, as far as setting up and running
-the golden trials runs them, and the constants of those modules; no functions that only refuse settings, and nothing
-that only makes texts. Mutants are drawn by a fixed seed, some of every module. A mutant is killed when a golden log
-does not replay equal in every bit; one that survives may be equivalent, and then the reason is in ``equivalent.json``,
-by the mutant's id: that follows from what the function says, so a reason lapses when the function changes.
+the golden trials runs them, and the constants of those modules; no functions or statements that only refuse settings,
+and nothing that only makes texts. Mutants are drawn by a fixed seed, some of every module. A mutant is killed when a
+golden log does not replay equal in every bit; one that survives may be equivalent, and then the reason is in
+``equivalent.json``, by the mutant's id: that follows from what the function says, so a reason lapses when the function
+changes.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import json
 import os
 import pickle
 import random
+import re
 import resource
 import signal
 import sys
@@ -49,6 +51,13 @@ THOROUGH: Final = (
 """Where no survivor stays unexplained, and every line is to be run, if a trial runs the module at all."""
 _REFUSING: Final = ("check", "__post_init__", "require", "_require")
 """How functions are called, or begin, that refuse what was set before any trial."""
+_CHECKING: Final = {
+    "Range", "check_known", "check_names", "require_floor", "require_keys", "require_names", "require_one_of",
+    "require_room", "require_whole",
+}  # fmt: skip
+"""Functions that only refuse settings and files; what they are called with is no behaviour of a trial."""
+_SETTING: Final = re.compile(r"[a-z_]+(\.\w+)+")
+"""How a setting is called where it is checked: with the table that it stands in."""
 _MODULE: Final = "<module>"
 _CORE: Final = "core/palpate/core"
 _CPU_S: Final = 30
@@ -217,11 +226,13 @@ def _candidates(file: str, source: str, run: set[int]) -> Iterator[_Candidate]:
     for name, text, node in bodies:
         if name.rpartition(".")[2].startswith(_REFUSING):
             continue
-        starts = _statement_lines(node)
+        starts, idle = _statement_lines(node), _idle(node)
         for operator, ones in sorted(places(node).items()):
             if operator == "statement" and name == _MODULE:
                 continue  # without it nothing can even be imported
             for number, place in enumerate(ones):
+                if place.node in idle:
+                    continue
                 if name != _MODULE and not {place.node.lineno, starts.get(place.node, -1)} & run:
                     continue
                 for variant, becomes in enumerate(place.variants):
@@ -239,6 +250,40 @@ def _candidates(file: str, source: str, run: set[int]) -> Iterator[_Candidate]:
                         place,
                         variant,
                     )
+
+
+def _idle(function: ast.AST) -> set[ast.AST]:
+    """What no trial can show: what only refuses settings, zip's ``strict=``, a return where a function ends anyway."""
+    found: set[ast.AST] = set()
+    for node in ast.walk(function):
+        if isinstance(node, ast.If) and not node.orelse and all(map(_refuses, node.body)):
+            found |= set(ast.walk(node))
+        elif isinstance(node, ast.Expr) and isinstance(node.value, ast.Call) and _checks(node.value):
+            found |= set(ast.walk(node))
+        elif isinstance(node, ast.Call) and _checks(node):
+            found |= {inner for inner in ast.walk(node) if isinstance(inner, ast.Constant)}
+        elif isinstance(node, ast.keyword) and node.arg == "strict":
+            found.add(node.value)
+        elif isinstance(node, ast.FunctionDef) and _returns_nothing(node.body[-1]):
+            found |= set(ast.walk(node.body[-1]))
+    return found
+
+
+def _refuses(statement: ast.stmt) -> bool:
+    return isinstance(statement, ast.Raise) and "ConfigurationError" in ast.unparse(statement)
+
+
+def _checks(call: ast.Call) -> bool:
+    """Whether it is called for what it refuses: by its name, or with a setting's name first."""
+    name = ast.unparse(call.func).rpartition(".")[2]
+    first = call.args[0] if call.args else None
+    setting = isinstance(first, ast.Constant) and _SETTING.fullmatch(str(first.value)) is not None
+    return name in _CHECKING or setting
+
+
+def _returns_nothing(statement: ast.stmt) -> bool:
+    value = statement.value if isinstance(statement, ast.Return) else statement
+    return value is None or (isinstance(value, ast.Constant) and value.value is None)
 
 
 def _statement_lines(function: ast.AST) -> dict[ast.AST, int]:

@@ -367,4 +367,27 @@ MISHAPS: Final[dict[str, Mishap]] = {
             "control": {"damping_N_s_per_m": 4000.0},
         }
     ),
+    # Recordings that are too short to count, with live samples between them.
+    "recurring-twice": Mishap(
+        tuple(_force("repeat", tick, span_ticks=20, honest=False, duration_ticks=4) for tick in (40, 50)),
+        {"task": _SOON},
+        (60, "stop"),
+    ),
+    "inserted-panda": Mishap(
+        settings={
+            "arm": "panda",
+            # Far from where the arm's posture points: each step goes there as far as it may.
+            "task": _SOON | {"goal": {"x_mm": 320.0, "y_mm": 420.0}, "insertion_depth_mm": 2.0, "ready_height_mm": 2.0},
+            "cell": {"peg": {"hole_depth_mm": 2.0}},
+        }
+    ),
+    # The force follows each heave too late to be believed, a lift shows why, and it is believed from then on.
+    "late-force": Mishap(
+        (_force("delay", 20, delay_ticks=6),),
+        {
+            "task": {"tare_ticks": 8, "time_limit_s": 2.5, "ticks_per_action": 30},
+            "cell": {"hole_uncertainty_mm": 3.0},
+        },
+        trial=3,
+    ),
 }  # fmt: skip

@@ -65,6 +65,11 @@ RECORDINGS: dict[str, tuple[str, ...]] = {
         "train", "--trials", "2", "--seed", "23", *SHORT, "--perception.symbols", "grid", "--task.area-centre", "start",
         "--task.start-shape", "ball", "--arm", "ur5",
     ),
+    # Neither greedy nor nearly even: what is drawn depends on every value.
+    "train-cool": (
+        "train", "--trials", "3", "--seed", "26", *SHORT, "--learning.temperature", "0.9",
+        "--learning.temperature-floor", "0.3", "--learning.reinforcement", "effort",
+    ),
     "train-examples": (
         "train", "--trials", "2", "--seed", "24", *SHORT, "--scenario", "blind", "--learning.examples",
         str(HERE / "before" / "run" / "decisions.csv"),

@@ -91,6 +91,21 @@ def test_verdicts(tree: FakeTree, verdict: str, stage: str) -> None:
     assert tree.script == []
 
 
+def test_the_gate_leaves_out_what_no_trial_can_show() -> None:
+    source = """
+def f(a, b):
+    if a > 9:
+        raise ConfigurationError("task.a", a, "at most 9")
+    require_names("states", b)
+    c = number("task.b", b, 0.5)
+    for x, y in zip(a, b, strict=True):
+        c += x
+    return None
+"""
+    found = {(one.mutant.operator, one.mutant.was) for one in gate._candidates("f.py", source, set(range(20)))}
+    assert found == {("statement", "c = number('task.b', b, 0.5)"), ("arithmetic", "c += x"), ("statement", "c += x")}
+
+
 def test_survivors_of_the_gate_are_told_but_for_those_with_a_reason() -> None:
     supervision = "core/palpate/core/supervision/watches.py"
     judged = [

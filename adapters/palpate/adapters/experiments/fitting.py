@@ -55,7 +55,7 @@ def fitted_perception(config: RunConfig, ready: ReadyPose, rig: Rig) -> Percepti
 
 
 def _seed(config: RunConfig, purpose: Purpose) -> int:
-    return int(generator(config.seed, purpose).integers(2**31))
+    return int(generator(config.seed, purpose, 0).integers(2**31))
 
 
 def _extractor(p: PerceptionConfig, samples: Sequence[tuple[float, ...]], seed: int) -> FeatureExtractor:

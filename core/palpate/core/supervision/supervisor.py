@@ -98,7 +98,7 @@ class Supervisor:
         workspace: Workspace,
         kinematics: Kinematics,
         sensor: SensorFacts,
-        scale: tuple[float, ...] = (1.0,) * 6,
+        scale: tuple[float, ...],
         latch: FaultLatch | None = None,
         ready_rad: JointVector | None = None,
     ) -> None:

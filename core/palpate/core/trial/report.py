@@ -169,6 +169,6 @@ TRIALS_OF_A_SERIES: Final = 500_000
 of evaluation, then those that fit a perception."""
 
 
-def generator(seed: int, purpose: Purpose, trial: int = 0) -> np.random.Generator:
+def generator(seed: int, purpose: Purpose, trial: int) -> np.random.Generator:
     """The generator for one purpose of one trial."""
     return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(int(purpose), trial)))

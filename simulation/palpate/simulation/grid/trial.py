@@ -220,7 +220,7 @@ def walk_strings(
     require_whole("walks", count, 1, 10_000_000)
     require_whole("longest", longest, 1, 10_000_000)
     identifier, policy = IdentityState(grid.symbols), RandomWalkPolicy(grid_actions())
-    own_seed = int(generator(seed, Purpose.WALKS).integers(2**63))
+    own_seed = int(generator(seed, Purpose.WALKS, 0).integers(2**63))
     walks: list[Walk] = []
     trial = 0
     while len(walks) < count:

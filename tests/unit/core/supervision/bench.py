@@ -38,7 +38,7 @@ def supervisor(
         insertion_workspace(TaskConfig()),
         kinematics,
         SensorFacts(0.1, 0.004) if noisy else SensorFacts(0.0, 0.0),
-        **more,
+        **{"scale": (1.0,) * 6, **more},
     )
 
 

@@ -29,6 +29,7 @@ class Trial(Supervisor):
             insertion_workspace(TaskConfig()),
             Kinematics(arm_named("zebra-zero"), TOOL),
             SensorFacts(0.0, 0.0),
+            (1.0,) * 6,
         )
         self.world, self.task = world, build_task(FollowTorque())
         self.snapshots: list[Snapshot] = []

@@ -30,10 +30,6 @@ def test_no_two_streams_of_a_run_are_alike() -> None:
     assert len(set(streams)) == len(streams)
 
 
-def test_the_trial_is_the_first_one_unless_said_otherwise() -> None:
-    assert generator(3, Purpose.FITTING).random() == generator(3, Purpose.FITTING, 0).random()
-
-
 def test_purposes_are_never_renumbered() -> None:
     # Logs depend on these values.
     assert {purpose.name: purpose.value for purpose in Purpose} == {

@@ -29,9 +29,7 @@ _NOISE_COUNT: Final = 5.0
 _BORROWED: Final = 0.1
 """Share of its neighbours' touches that a ring takes for its own."""
 _BIAS_TRIALS: Final = 2.0
-"""What is believed of the bias beforehand is worth so many trials."""
-_BIAS_SHARE: Final = 1.0
-"""Beforehand, the bias is as large as the noise, times this."""
+"""What is believed of the bias beforehand, that it is as large as the noise, is worth so many trials."""
 _LEAST_NM: Final = 1e-4
 """Nothing is less noisy than this."""
 
@@ -64,7 +62,7 @@ class _Fit:
         self._per_trial = np.bincount(self._trial, minlength=self._trials).astype(float)
         self._cues = self._residuals = np.zeros((len(self._torque), 2))
         self.pooled = max(float(np.square(self._torque).mean()), _LEAST_NM**2)
-        self._bias_variance = _BIAS_SHARE**2 * self.pooled
+        self._bias_variance = self.pooled
         for _ in range(_SWEEPS):
             self._sweep()
 
@@ -106,7 +104,7 @@ class _Fit:
         shrink = self._bias_variance * weights
         self._bias = shrink[:, None] * (means - self._offset)
         spread = float((np.square(self._bias).mean(axis=1) + shrink * noise).sum())
-        before = _BIAS_TRIALS * _BIAS_SHARE**2 * self.pooled
+        before = _BIAS_TRIALS * self.pooled
         self._bias_variance = max((spread + before) / (self._trials + _BIAS_TRIALS), _LEAST_NM**2)
 
     def _by_ring(self, values: Floats) -> Floats:
