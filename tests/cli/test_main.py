@@ -114,7 +114,7 @@ def desk(tmp_path: Path) -> Path:
 
 COMMANDS = (
     "train, run, compare, study, prove, show, fit-touch, explore, infer, automaton, replay, report, log, render, view, "
-    "check-adapter, emulate, doctor, faults, version"
+    "check-adapter, emulate, doctor, faults, examples, version"
 )
 
 

@@ -11,11 +11,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "api.md").read_text(encoding="utf-8")
-README = (ROOT / "README.md").read_text(encoding="utf-8")
-EXAMPLES = [
-    re.findall(r"```python\n(.*?)```", text, re.DOTALL)[0]
-    for text in (*PAGE.split("\n## ")[1:], README.split("## From Python")[1])
-]
+EXAMPLES = [re.findall(r"```python\n(.*?)```", text, re.DOTALL)[0] for text in PAGE.split("\n## ")[1:]]
 TABLE = [re.findall(r"`(palpate[\w.]+)`: (.*)", line) for line in PAGE.splitlines() if line.startswith("|")]
 
 

@@ -10,12 +10,13 @@ from typing import Any
 
 import pytest
 
+from palpate.adapters.cli.commands import commands_of
 from palpate.adapters.config import RunConfig, overlay
 from tests.command_line import QUICK, CommandLine
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
-PAGES = sorted(DOCS.rglob("*.md"))
+PAGES = [*sorted(DOCS.rglob("*.md")), *sorted(ROOT.glob("*.md"))]
 
 
 def blocks(page: Path) -> list[tuple[str, list[str]]]:
@@ -36,7 +37,7 @@ def shape(line: str) -> str:
     return " ".join(re.sub(r"\d[\d.]*", "#", line).split())
 
 
-@pytest.mark.parametrize("page", PAGES, ids=[str(page.relative_to(DOCS)) for page in PAGES])
+@pytest.mark.parametrize("page", PAGES, ids=[str(page.relative_to(ROOT)) for page in PAGES])
 def test_every_link_leads_somewhere(page: Path) -> None:
     lost = []
     for link in re.findall(r"\]\(([^)\s]+)\)", page.read_text(encoding="utf-8")):
@@ -52,10 +53,16 @@ def test_every_link_leads_somewhere(page: Path) -> None:
 def test_every_page_is_in_the_index() -> None:
     index = (DOCS / "README.md").read_text(encoding="utf-8")
     listed = {(DOCS / link.partition("#")[0]).resolve() for link in re.findall(r"\]\(([^)]+)\)", index)}
-    pages = [page for page in PAGES if page.parent.name != "decisions" and page != DOCS / "README.md"]
+    pages = [page for page in PAGES if page.parent.name not in ("decisions", ROOT.name) and page != DOCS / "README.md"]
     assert [page for page in pages if page not in listed] == []
     examples = [path for path in (ROOT / "examples").rglob("*.py") if path.name not in ("checks.py", "__init__.py")]
     assert [path for path in examples if path not in listed] == []
+
+
+def test_the_readme_is_short_and_commands_are_all_in_their_table() -> None:
+    assert len((ROOT / "README.md").read_text(encoding="utf-8").splitlines()) <= 120
+    named = re.findall(r"^\| `palpate ([\w-]+)` \|", (DOCS / "commands.md").read_text(encoding="utf-8"), re.MULTILINE)
+    assert sorted(named) == sorted(commands_of())
 
 
 def shortened(line: str) -> str:
@@ -143,7 +150,9 @@ def test_the_glossary_explains_every_unit() -> None:
     assert named - set(settings) == set()
 
 
-@pytest.mark.parametrize("page", [DOCS / "how-to" / "your-own-policy.md"], ids=lambda page: page.stem)
+@pytest.mark.parametrize(
+    "page", [DOCS / "how-to" / "your-own-policy.md", DOCS / "commands.md"], ids=lambda page: page.stem
+)
 def test_settings_that_are_shown_are_settings(page: Path) -> None:
     shown = [lines for language, lines in blocks(page) if language == "toml"]
     assert shown

@@ -1,5 +1,6 @@
 """What is shipped: the wheel has all that is needed, and works without the source tree."""
 
+import re
 import subprocess
 import sys
 import zipfile
@@ -18,6 +19,10 @@ site, *words = sys.argv[1:]
 roots = {[str(ROOT / layer) for layer in LAYERS]!r}
 sys.path[:] = [site, *(folder for folder in sys.path if folder not in roots)]
 """
+
+
+SHIPPED = "palpate/adapters/cli/shipped/"
+"""What palpate examples copies."""
 
 
 def call(*words: object, cwd: Path) -> str:
@@ -57,7 +62,8 @@ def test_every_source_file_is_in_it(wheel: Path) -> None:
         for path in (ROOT / layer / "palpate").rglob("*")
         if path.is_file() and "__pycache__" not in path.parts
     }
-    assert {name for name in names_in(wheel) if ".dist-info/" not in name} == sources
+    code = {name for name in names_in(wheel) if ".dist-info/" not in name and not name.startswith(SHIPPED)}
+    assert code == sources
     assert sources >= {
         *(f"palpate/{layer}/py.typed" for layer in LAYERS),
         "palpate/core/motion/zebra_zero.urdf",
@@ -83,20 +89,31 @@ def test_it_says_what_it_is(wheel: Path) -> None:
     assert "palpate = palpate.adapters.cli.main:main" in entry_points
     assert "Requires-Dist: mujoco==" in metadata
     assert f"{info}/licenses/LICENSE" in names_in(wheel)
+    # Nobody has set the repository's address: no invented URL, and no link or picture that leads nowhere.
+    assert "Project-URL" not in metadata
+    assert not re.findall(r"\]\((?!http|#)", metadata)
+    assert f"version: {version('palpate')}\n" in (ROOT / "CITATION.cff").read_text()
 
 
 def test_installed_it_is_on_its_own_and_trains(site: Path, tmp_path: Path) -> None:
     train = ["train", "--trials", "1", "--task.time-limit-s", "0.3", "--out", "run"]
+    calls = (["version"], train, ["show", "run/policy.json"], ["examples", "copy"])
     code = FROM_WHEEL + (
         f"import importlib, palpate\n"
         f"for layer in {LAYERS!r}:\n"
         f"    print(importlib.import_module('palpate.' + layer).__file__)\n"
         f"print(*palpate.__path__, sep=chr(10))\n"
         f"from palpate.adapters.cli.main import main\n"
-        f"sys.exit(any(main(words) for words in (['version'], {train!r}, ['show', 'run/policy.json'])))\n"
+        f"sys.exit(any(main(words) for words in {calls!r}))\n"
     )
     printed = call("-I", "-c", code, site, cwd=tmp_path).splitlines()
     places = [*(str(site / "palpate" / layer / "__init__.py") for layer in LAYERS), str(site / "palpate")]
     assert printed[: len(places) + 1] == [*places, f"palpate {version('palpate')}"]
     assert any(line.startswith("17 states") for line in printed)
     assert (tmp_path / "run" / "policy.json").is_file()
+    # What it carries is what the checkout has, and the documents' pictures are where they look for them.
+    copied = {path.relative_to(tmp_path / "palpate-examples") for path in (tmp_path / "palpate-examples").rglob("*.*")}
+    assert copied >= {
+        path.relative_to(ROOT) for folder in ("examples", "rigs") for path in (ROOT / folder).rglob("*.[tp][oy]*")
+    }
+    assert {Path("README.md"), Path("docs/tutorial.md"), Path("docs/images/insertion.gif")} <= copied

@@ -78,6 +78,7 @@ COMMANDS: dict[str, Command] = {
         "trials in which something goes wrong on purpose, and what came of each",
         "faults:faults", "options:FaultsOptions",
     ),
+    "examples": Command("copy examples, rig files and documents out of the installed package"),
     "version": Command("versions of palpate and of what its results depend on", "version:version"),
     "log info": Command(
         "what logs hold: what of, how fast, how whole, and what came of it", "log:info", "log_options:InfoOptions"
@@ -88,6 +89,9 @@ COMMANDS: dict[str, Command] = {
     ),
     "log recover": Command(
         "a sound log of what is left of a torn or damaged one", "log:recover", "log_options:RecoverOptions"
+    ),
+    "examples copy": Command(
+        "copy them into a new folder, with the documents that speak of them", "examples:copy", "examples:CopyOptions"
     ),
     "automaton show": Command(
         "print one; or write it as DOT, or draw it", "automaton:show", "automaton_options:ShowAutomatonOptions"
@@ -107,6 +111,7 @@ GROUPS: dict[str, tuple[str, str]] = {
         "Work with automata in JSON files, as palpate infer writes them.",
         "palpate infer makes automata from strings.",
     ),
+    "examples": ("What comes with palpate beside its code.", "The documents are the same in every copy."),
     "log": ("Look at recorded trials.", "Logs are the .mcap files in the folder logs of a run."),
 }
 """Commands of commands: what they are for, and a word more."""
