@@ -28,11 +28,12 @@ RUN = ("--scenario", "--arm", "--seed", "--trials", "--policy", "--out", "--conf
         ("study", ("--engine", "--jobs", "--yes", "--out", "[study]", "[grid]", "[[cells]]")),
         ("doctor", ("--rig", "--seconds", "--push", "--move", "--json")),
         ("report", ("--logs", "--no-logs", "--overwrite")),
-        ("log", ("\n  info ", "\n  plot ", "\n  export ", "\n  recover ")),
+        ("log", ("\n  info ", "\n  plot ", "\n  export ", "\n  recover ", "\n  layout ")),
         ("log info", ("--json",)),
         ("log plot", ("--out",)),
         ("log export", ("--fps",)),
         ("log recover", ("--out",)),
+        ("log layout", ("--to",)),
     ],
 )
 def test_every_command_explains_itself(palpate: CommandLine, words: str, shown: tuple[str, ...]) -> None:

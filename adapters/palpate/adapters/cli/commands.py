@@ -61,7 +61,7 @@ COMMANDS: dict[str, Command] = {
         "one page about a run or a study, with its pictures, to be read in a browser",
         "report:report", "report:ReportOptions",
     ),
-    "log": Command("look at recorded trials: info, plot, export, recover"),
+    "log": Command("look at recorded trials: info, plot, export, recover, layout"),
     "render": Command("a film or a picture of a recorded trial", "render:render", "picture_options:RenderOptions"),
     "view": Command("watch trials in the simulator, in real time", "view:view", "picture_options:ViewOptions"),
     "check-adapter": Command(
@@ -85,13 +85,18 @@ COMMANDS: dict[str, Command] = {
     ),
     "log plot": Command("a picture of one trial over time", "log:plot", "log_options:PlotOptions"),
     "log export": Command(
-        "the same data as CSV files, or as a LeRobot dataset", "log:export", "log_options:ExportOptions"
+        "the same data as CSV files, as a LeRobot dataset, or for Foxglove and Rerun",
+        "log:export", "log_options:ExportOptions",
     ),
     "log recover": Command(
         "a sound log of what is left of a torn or damaged one", "log:recover", "log_options:RecoverOptions"
     ),
     "examples copy": Command(
         "copy them into a new folder, with the documents that speak of them", "examples:copy", "examples:CopyOptions"
+    ),
+    "log layout": Command(
+        "a layout for Foxglove or Rerun: cell, wrench, decisions, learning",
+        "log:layout", "log_options:LayoutOptions",
     ),
     "automaton show": Command(
         "print one; or write it as DOT, or draw it", "automaton:show", "automaton_options:ShowAutomatonOptions"

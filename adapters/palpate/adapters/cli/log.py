@@ -8,7 +8,14 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from palpate.adapters.cli.log_options import ExportOptions, InfoOptions, PlotOptions, RecoverOptions
+from palpate.adapters.cli.log_options import (
+    VIEWERS,
+    ExportOptions,
+    InfoOptions,
+    LayoutOptions,
+    PlotOptions,
+    RecoverOptions,
+)
 from palpate.core.errors import ConfigurationError, LogError, UsageError, require_one_of
 
 
@@ -56,11 +63,13 @@ def plot(options: PlotOptions) -> int:
 def export(options: ExportOptions) -> int:
     """Write trials in another format."""
     paths = _logs(options.files, "export")
-    require_one_of("to", options.to, ("csv", "lerobot"))
+    require_one_of("to", options.to, ("csv", "lerobot", *VIEWERS))
     if not options.out:
         raise ConfigurationError("out", options.out, "a folder for the result")
-    if options.fps is not None and options.to == "csv":
-        raise ConfigurationError("fps", options.fps, "nothing with --to csv, which keeps every tick as it was")
+    if options.fps is not None and options.to != "lerobot":
+        raise ConfigurationError(
+            "fps", options.fps, f"nothing with --to {options.to}, which keeps every tick as it was"
+        )
     _require_different(paths)
     out = Path(options.out)
     if options.to == "csv":
@@ -69,6 +78,12 @@ def export(options: ExportOptions) -> int:
         folders = export_csv(paths, out)
         sys.stdout.write(f"{len(folders)} trial{'s' * (len(folders) > 1)} as CSV in {out}\n")
         return 0
+    if options.to in VIEWERS:
+        from palpate.adapters.visualisation.live import export_pictures
+
+        made = export_pictures(paths, out, options.to)
+        sys.stdout.write(f"{len(made)} trial{'s' * (len(made) > 1)} for {options.to} in {out}\n")
+        return 0
     from palpate.core.ports import CONTROL_RATE_HZ
 
     fps = CONTROL_RATE_HZ if options.fps is None else options.fps
@@ -76,6 +91,19 @@ def export(options: ExportOptions) -> int:
 
     frames = export_lerobot(paths, out, fps)
     sys.stdout.write(f"{len(paths)} episode{'s' * (len(paths) > 1)}, {frames} frames at {fps} Hz in {out}\n")
+    return 0
+
+
+def layout(options: LayoutOptions) -> int:
+    """Write a viewer's layout."""
+    require_one_of("to", options.to, VIEWERS)
+    from palpate.adapters.visualisation.live import write_layout
+    from palpate.core.ports import new_file
+
+    out = Path(options.out or f"palpate{'.json' if options.to == 'foxglove' else '.rbl'}")
+    with new_file(out) as passing:
+        write_layout(options.to, passing)
+    sys.stdout.write(f"layout for {options.to} in {out}\n")
     return 0
 
 

@@ -9,6 +9,7 @@ import tyro
 
 from palpate.core.ports import Range, Settings
 
+VIEWERS = ("foxglove", "rerun")
 Files = Annotated[tuple[str, ...], tyro.conf.Positional]
 
 
@@ -34,16 +35,29 @@ class PlotOptions(Settings):
 
 @dataclass(frozen=True)
 class ExportOptions(Settings):
-    """Write logs in another format: csv keeps every bit, lerobot resamples to frames of a fixed rate."""
+    """Write logs in another format: csv keeps every bit, lerobot resamples to frames of a fixed rate.
+
+    foxglove and rerun get what palpate run --live shows: frames, scene and values, to be opened as a picture.
+    """
 
     files: Files = ()
     """Logs, or folders with logs in or below them."""
     to: str = ""
-    """csv, or lerobot (LeRobotDataset v3.0, one episode a log)."""
+    """csv, lerobot (LeRobotDataset v3.0, one episode a log), foxglove (MCAP) or rerun (RRD)."""
     out: str = ""
     """Folder for the result; it must be new or empty."""
     fps: Annotated[int, Range(1, 10_000)] | None = None
     """Frames per second, for lerobot only; 140, the control rate, if not given."""
+
+
+@dataclass(frozen=True)
+class LayoutOptions(Settings):
+    """Write the layout in which a viewer shows a live view, or a log that was exported for it."""
+
+    to: str = ""
+    """foxglove or rerun."""
+    out: str = ""
+    """The layout, a file that is not there yet; palpate.json or palpate.rbl if not given."""
 
 
 @dataclass(frozen=True)

@@ -3,17 +3,39 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from palpate.adapters.cli.options import LiveSettings
 from palpate.adapters.config import RecordingConfig, RunConfig
 from palpate.adapters.hardware.real_time import RealTimeSession
 from palpate.adapters.log import TrialRecorder
 from palpate.core.supervision import limits_line, weakened_lines
 from palpate.simulation.work_cell import accuracy_lines
 
+if TYPE_CHECKING:
+    from palpate.adapters.visualisation.live import LiveView
+
 _MOST = 5
+
+
+@contextmanager
+def watched(options: LiveSettings) -> Iterator[LiveView | None]:
+    """The live view that was asked for, and at the end what became of it; None where none was."""
+    if not options.live:
+        yield None
+        return
+    from palpate.adapters.visualisation.live import LiveView
+
+    with LiveView.serving(options.live, options.live_port) as view:
+        sys.stderr.write(f"palpate: live view: {view.how_to}\n")
+        try:
+            yield view
+        finally:
+            view.end()
+            sys.stderr.write(f"palpate: {view.account()}\n")
 
 
 def say(text: str) -> None:

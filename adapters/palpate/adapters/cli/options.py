@@ -29,8 +29,19 @@ class RunSettings(Settings):
     """TOML file with any of the settings below (a run.toml too); flags win over it."""
 
 
+@dataclass(frozen=True, kw_only=True)
+class LiveSettings(Settings):
+    """What every command takes that can be watched."""
+
+    live: Annotated[str, OneOf("", "foxglove", "rerun")] = ""
+    """Show trials while they run, in foxglove or rerun: pip install 'palpate[foxglove]' or 'palpate[rerun]'. What it is
+    too slow for is dropped and counted; the run does not wait for it."""
+    live_port: Annotated[int, Range(0, 65535)] = 0
+    """Port of this computer at which the viewer connects; 0 takes its usual one, 8765 or 9876."""
+
+
 @dataclass(frozen=True)
-class TrainOptions(RunSettings):
+class TrainOptions(LiveSettings, RunSettings):
     """Learn an insertion from scratch, and leave a folder with everything about it."""
 
     trials: Trials = 350
@@ -47,7 +58,7 @@ class TrainOptions(RunSettings):
 
 
 @dataclass(frozen=True)
-class RunOptions(RunSettings):
+class RunOptions(LiveSettings, RunSettings):
     """Run a trained policy, or a comparator, without learning."""
 
     policy: str = ""
@@ -183,7 +194,7 @@ class DoctorOptions(Settings):
 
 
 @dataclass(frozen=True)
-class EmulateOptions(Settings):
+class EmulateOptions(LiveSettings, Settings):
     """Serve the simulated work cell behind emulated wires, until Ctrl-C.
 
     MuJoCo moves the arm; pseudo-terminals lead to its devices, sockets of this computer to a Net F/T.

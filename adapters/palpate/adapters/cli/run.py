@@ -13,6 +13,7 @@ from palpate.adapters.cli.notices import (
     print_weakened,
     recording_for,
     unrecorded,
+    watched,
 )
 from palpate.adapters.cli.options import RunOptions
 from palpate.adapters.cli.progress import progress
@@ -62,6 +63,7 @@ def _run(options: RunOptions, kept: ExitStack) -> int:
     require_usable(config, ready, options.rig)
     print_weakened(config)
     with ExitStack() as opened:
+        live = opened.enter_context(watched(options))
         closed = open_rig(config, ready, options.rig)
         if options.rig:
             warm_up(config, ready)
@@ -71,7 +73,7 @@ def _run(options: RunOptions, kept: ExitStack) -> int:
         kept.enter_context(folder.writing())
         folder.write("run.toml", run_toml(config, "run", trials=options.trials, policy=options.policy))
         folder.keep_manifest("run")
-        recorder = folder.recorder(recording_for(config, options.rig), opened)
+        recorder = folder.recorder(recording_for(config, options.rig), opened, live)
         # On every way out: what a log has lost is told beside the error that ended the run.
         kept.callback(print_troubles, recorder)
         session = opened.enter_context(RealTimeSession(config.real_time)) if options.rig else None

@@ -6,15 +6,16 @@ import os
 import shlex
 import signal
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing
 from pathlib import Path
 from typing import Any, Final
 
-from palpate.adapters.cli.notices import print_weakened, say
+from palpate.adapters.cli.notices import print_weakened, say, watched
 from palpate.adapters.cli.progress import progress
 from palpate.adapters.cli.study_options import StudyOptions
-from palpate.adapters.experiments import on_signals
+from palpate.adapters.experiments import RunFolder, on_signals
 from palpate.adapters.experiments.study import (
     MOST_CELLS,
     CellJob,
@@ -29,6 +30,7 @@ from palpate.adapters.experiments.study import (
     digest_of,
     require_possible,
 )
+from palpate.adapters.visualisation.live import LiveView
 from palpate.core.errors import ConfigurationError, UsageError, require_one_of
 
 _MANY: Final = 1000
@@ -54,7 +56,7 @@ def study(options: StudyOptions) -> int:
     cells = list(asked.cells())
     folder.require_fits(asked, cells, files)
     folder.finished(cells)
-    with folder.opened(asked, files):
+    with watched(options) as live, folder.opened(asked, files):
         print_weakened(asked.config(next(asked.settings())))
         say(size)
         finished = folder.finished(cells)
@@ -63,7 +65,7 @@ def study(options: StudyOptions) -> int:
         if finished:
             say(f"{len(finished)} of them are finished already")
         jobs = _jobs(asked, folder, [cell for cell in cells if cell.name not in finished], files)
-        progress = CellProgress(len(cells), len(finished))
+        progress = CellProgress(len(cells), len(finished), lambda name: _show(live, folder, name))
         try:
             with on_signals(signal.default_int_handler):
                 progress.follow(_engine(options), jobs)
@@ -107,8 +109,8 @@ def _jobs(asked: Study, folder: StudyFolder, cells: Sequence[StudyCell], files: 
 class CellProgress:
     """The cells that are made, under a progress bar with the time left; what goes wrong stands above it."""
 
-    def __init__(self, total: int, finished: int) -> None:
-        self._total, self._finished = total, finished
+    def __init__(self, total: int, finished: int, made: Callable[[str], object] = len) -> None:
+        self._total, self._finished, self._made = total, finished, made
         self.failed: list[CellReport] = []
         self.interrupted = False
 
@@ -133,6 +135,13 @@ class CellProgress:
                 bar.write(f"palpate: {report.name} failed: {report.problem}", file=sys.stderr)
         else:
             bar.update()
+            self._made(report.name)
+
+
+def _show(live: LiveView | None, folder: StudyFolder, name: str) -> None:
+    """Workers have no view of their own: many arms at once would be none to look at. Cells are shown as they come."""
+    if live is not None:
+        live.note(time.monotonic_ns(), f"{name} is finished", RunFolder(folder.cells / name).read_trials(), name)
 
 
 def _end(options: StudyOptions, folder: StudyFolder, progress: CellProgress, whole: int, total: int) -> int:

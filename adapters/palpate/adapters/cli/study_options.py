@@ -7,7 +7,7 @@ from typing import Annotated
 
 import tyro
 
-from palpate.adapters.cli.options import Jobs, RunSettings, Trials
+from palpate.adapters.cli.options import Jobs, LiveSettings, RunSettings, Trials
 from palpate.adapters.experiments import Claim
 from palpate.core.ports import Settings
 
@@ -35,7 +35,7 @@ class ProveOptions(RunSettings):
 
 
 @dataclass(frozen=True)
-class StudyOptions(Settings):
+class StudyOptions(LiveSettings, Settings):
     """Many runs: every combination of settings, policies and seeds that a TOML file asks for, in a folder for each.
 
     The file:

@@ -16,6 +16,7 @@ from palpate.adapters.cli.notices import (
     recording_for,
     say,
     unrecorded,
+    watched,
 )
 from palpate.adapters.cli.options import TrainOptions
 from palpate.adapters.cli.progress import progress
@@ -93,6 +94,7 @@ def _train(options: TrainOptions, folder: RunFolder, checkpoint: Checkpoint | No
         perception = checkpoint_perception(checkpoint)
 
     with ExitStack() as opened:
+        live = opened.enter_context(watched(options))
         closed = open_rig(config, ready, options.rig)
         if options.rig:
             warm_up(config, ready)
@@ -116,7 +118,7 @@ def _train(options: TrainOptions, folder: RunFolder, checkpoint: Checkpoint | No
         require_usable(config, ready, options.rig)
         if checkpoint is None:
             kept.enter_context(folder.writing())
-        recorder = folder.recorder(recording_for(config, options.rig), opened)
+        recorder = folder.recorder(recording_for(config, options.rig), opened, live)
         # On every way out: what a log has lost is told beside the error that ended the run.
         kept.callback(print_troubles, recorder)
         session = opened.enter_context(RealTimeSession(config.real_time)) if options.rig else None
@@ -136,6 +138,8 @@ def _train(options: TrainOptions, folder: RunFolder, checkpoint: Checkpoint | No
             sys.stderr.write(f"palpate: {folder.path} has no manifest: an older run, taken as it is\n")
         folder.keep_manifest("train", first)
         _announce(config, folder, options.trials, first)
+        if live is not None and first:
+            live.note(0, f"goes on after {first} trials", folder.read_trials())
         print_weakened(config)
         _with_progress(trainer, options.trials, first, folder)
         trainer.save_policy()

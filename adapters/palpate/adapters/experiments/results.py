@@ -23,7 +23,7 @@ from palpate.adapters.experiments.manifest import RUN_FILES, Manifest
 from palpate.adapters.experiments.tables import csv_text
 from palpate.adapters.experiments.trial import ScoredTrial
 from palpate.adapters.experiments.writer_lock import only_writer
-from palpate.adapters.log import LOG_FOLDER, TrialRecorder
+from palpate.adapters.log import LOG_FOLDER, Sink, TrialRecorder
 from palpate.core.errors import OutputError
 from palpate.core.ports import write_whole
 
@@ -177,9 +177,15 @@ class RunFolder:
                 sys.stderr.write(f"palpate: {self.path} was left in the middle by {before}; it goes on from there\n")
             yield
 
-    def recorder(self, config: RecordingConfig, opened: ExitStack) -> TrialRecorder | None:
-        """A recorder of trials into the folder ``logs``, until ``opened`` closes; None where none is asked for."""
-        recorder = TrialRecorder.into(self.path / LOG_FOLDER, config)
+    def recorder(self, config: RecordingConfig, opened: ExitStack, live: Sink | None = None) -> TrialRecorder | None:
+        """A recorder of trials into the folder ``logs``, until ``opened`` closes; None where none is asked for.
+
+        Args:
+            config: The recorder's settings.
+            opened: Closes it.
+            live: Gets the same messages.
+        """
+        recorder = TrialRecorder.into(self.path / LOG_FOLDER, config, live)
         if recorder is not None:
             self._recorder = opened.enter_context(recorder)
         return recorder

@@ -15,7 +15,7 @@ from palpate.adapters.config import RunConfig, literal
 from palpate.adapters.hardware.clock import MonotonicClock
 from palpate.core.errors import ConfigurationError, require_in, require_one_of, require_whole
 from palpate.core.motion import Kinematics, ToolGeometry, arm_named
-from palpate.core.ports import CONTROL_RATE_HZ, JointVector, Truth
+from palpate.core.ports import CONTROL_RATE_HZ, JointVector, Truth, Vector3
 from palpate.core.trial import ReadyPose, goal_in_base, wander_m
 from palpate.simulation.emulators.ati import EmulatedBox, NetFtServer
 from palpate.simulation.emulators.cia402 import CanopenDrive
@@ -63,6 +63,27 @@ class EmulationConfig:
         require_in("usb_latency_ms", self.usb_latency_ms, 0.0, 100.0)
         if self.wrist_backlash_deg and self.arm != "zebra-nmc":
             raise ConfigurationError("wrist_backlash_deg", self.wrist_backlash_deg, "0, except for zebra-nmc")
+
+
+@dataclass(frozen=True)
+class CellMoment:
+    """A tick of the cell, for whoever watches it.
+
+    Attributes:
+        time_ns: When it began.
+        deadline_ns: When it was due.
+        targets_rad: Set-points of the joints, (n,).
+        joints_rad: Where the joints are, (n,).
+        force_N: What the sensor measures, (3,), sensor frame, raw.
+        torque_Nm: About the sensor's origin, (3,).
+    """
+
+    time_ns: int
+    deadline_ns: int
+    targets_rad: JointVector
+    joints_rad: JointVector
+    force_N: Vector3
+    torque_Nm: Vector3
 
 
 class Motors(Protocol):
@@ -134,29 +155,43 @@ class EmulatedCell:
             lines += [f"{name} = {literal(value)}\n" for name, value in entries.items()]
         return "".join(lines)
 
-    def run(self, ended: Callable[[], bool], told: Callable[[Truth], None]) -> None:
+    def run(
+        self,
+        ended: Callable[[], bool],
+        told: Callable[[Truth], None],
+        watched: Callable[[CellMoment], None] | None = None,
+    ) -> None:
         """Let the cell live in real time.
 
         Args:
             ended: Asked each tick.
             told: Called with the truth when the peg has newly reached full depth.
+            watched: Called each tick.
         """
         clock = MonotonicClock()
-        start_ns, tick = clock.now_ns(), 0
+        deadline_ns = start_ns = clock.now_ns()
+        tick = 0
         while not ended():
+            time_ns = clock.now_ns()
             with self._hold():
                 targets = self._motors.targets_rad()
             self.cell.command(targets)
             self.cell.advance()
             self._wrench = tuple(self.cell.measure_wrench())
+            joints = self.cell.joint_angles()
             with self._hold():
-                self._motors.measured_rad(self.cell.joint_angles())
+                self._motors.measured_rad(joints)
+            if watched is not None:
+                fx, fy, fz, tx, ty, tz = self._wrench
+                felt = (fx, fy, fz), (tx, ty, tz)
+                watched(CellMoment(time_ns, deadline_ns, tuple(targets), tuple(joints), *felt))
             self._watch(told)
             tick += 1
             deadline_ns = start_ns + tick * _NS // CONTROL_RATE_HZ
             if clock.now_ns() - deadline_ns > _NS // 10:
                 # Far behind, as after a suspended machine: time goes on from here, nothing is made up for.
-                start_ns, tick = clock.now_ns(), 0
+                deadline_ns = start_ns = clock.now_ns()
+                tick = 0
             else:
                 clock.sleep_until(deadline_ns)
 

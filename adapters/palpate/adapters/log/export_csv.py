@@ -40,7 +40,7 @@ def export_csv(paths: Sequence[Path], out: Path) -> list[Path]:
         LogError: A log cannot be read; nothing is written then.
         OutputError: The folder cannot be written.
     """
-    names = [""] if len(paths) == 1 else _names(paths)
+    names = [""] if len(paths) == 1 else names_for(paths)
     with new_folder(out) as passing:
         for path, name in zip(paths, names, strict=True):
             folder = passing / name
@@ -49,7 +49,7 @@ def export_csv(paths: Sequence[Path], out: Path) -> list[Path]:
     return [out / name for name in names]
 
 
-def _names(paths: Sequence[Path]) -> list[str]:
+def names_for(paths: Sequence[Path]) -> list[str]:
     """The files' own names, numbered where two are the same."""
     names: list[str] = []
     for path in paths:

@@ -264,7 +264,7 @@ def assemble(path: str, data: bytes, messages: list[RawMessage]) -> TrialLog:
             continue
         kind = BY_ID[message.channel]
         try:
-            _file_in(log, message)
+            file_in(log, message)
         except Exception as error:
             where = f"message {number} on {kind.topic}"
             raise LogError(path, where, f"is no {kind.message} ({error})", "it was not written by palpate") from error
@@ -273,7 +273,8 @@ def assemble(path: str, data: bytes, messages: list[RawMessage]) -> TrialLog:
     return log
 
 
-def _file_in(log: TrialLog, message: RawMessage) -> None:
+def file_in(log: TrialLog, message: RawMessage) -> None:
+    """Add what a message holds that is neither the start nor a tick."""
     if message.channel == DECISION.id:
         log.decisions.append(decode_record("Decision", DecisionEntry, message.payload))
     elif message.channel == REINFORCEMENT.id:

@@ -16,7 +16,7 @@ from palpate.adapters.log.raised import raised_by
 from palpate.adapters.log.recorder import FlightRecorder
 from palpate.adapters.log.records import DecisionEntry, EndRecord, StartRecord, policy_digest
 from palpate.adapters.log.schema import SCHEMA
-from palpate.adapters.log.writer_client import Opening, ProcessSink, Sink
+from palpate.adapters.log.writer_client import Opening, ProcessSink, Sink, Tee
 from palpate.core.control_loop import LoopObserver
 from palpate.core.errors import OutputError
 from palpate.core.perception import Perception, perception_to_dict
@@ -35,24 +35,36 @@ class TrialRecorder:
         sink: Takes the messages; made on entry.
         folder: Where the logs go; made on entry.
         config: The recorder's settings.
+        kept: Whether the sink writes files there.
     """
 
-    def __init__(self, sink: Callable[[], Sink], folder: Path, config: RecordingConfig) -> None:
-        self._make_sink, self._folder, self._config = sink, folder, config
+    def __init__(self, sink: Callable[[], Sink], folder: Path, config: RecordingConfig, *, kept: bool = True) -> None:
+        self._make_sink, self._folder, self._config, self._kept = sink, folder, config, kept
         self._subject: _Subject | None = None
         self._before = ""
         self._setup: TrialSetup | None = None
 
     @classmethod
-    def into(cls, folder: Path, config: RecordingConfig) -> TrialRecorder | None:
-        """A recorder as configured, writing with a process of its own; None when recording is switched off."""
+    def into(cls, folder: Path, config: RecordingConfig, live: Sink | None = None) -> TrialRecorder | None:
+        """A recorder as configured, writing with a process of its own; None when nobody is to get anything.
+
+        Args:
+            folder: Where the logs go.
+            config: The recorder's settings.
+            live: Gets the same, also when recording is switched off.
+        """
         if not config.enabled:
-            return None
+            return None if live is None else cls(lambda: live, folder, config, kept=False)
         room, patient = config.queue_kB * 1000, config.when_full == "wait"
-        return cls(lambda: ProcessSink(queue_bytes=room, patient=patient), folder, config)
+
+        def writer() -> Sink:
+            made = ProcessSink(queue_bytes=room, patient=patient)
+            return made if live is None else Tee(made, live)
+
+        return cls(writer, folder, config)
 
     def __enter__(self) -> Self:
-        _make_folder(self._folder)
+        self._make_folder(self._folder)
         self._sink = self._make_sink()
         self.flight = FlightRecorder(self._sink, stop_on_trouble=self._config.on_trouble == "stop")
         return self
@@ -128,7 +140,7 @@ class TrialRecorder:
                 "derived_from": derived_from,
             },
         )
-        _make_folder(self._subject.folder)
+        self._make_folder(self._subject.folder)
 
     def begin(
         self,
@@ -186,6 +198,13 @@ class TrialRecorder:
         text = {"error": type(error).__name__, "text": str(error), "raised_by": by}
         self.flight.end(end_of(report, **self._policy_fields(report), **text, **(facts or {})))
 
+    def _make_folder(self, path: Path) -> None:
+        try:
+            if self._kept:
+                path.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise OutputError(str(path), f"cannot be made ({error.strerror})", "name another folder") from error
+
     def _policy_fields(self, report: TrialReport) -> dict[str, Any]:
         subject = self._subject
         learner = "" if subject is None else subject.learner_json()
@@ -235,13 +254,6 @@ def set_aside(folder: Path, first: int) -> list[Path]:
                 attempt += 1
             moved.append(path.rename(f"{path}{CUT_SHORT}{attempt}"))
     return moved
-
-
-def _make_folder(path: Path) -> None:
-    try:
-        path.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise OutputError(str(path), f"cannot be made ({error.strerror})", "name another folder") from error
 
 
 @dataclass(frozen=True)

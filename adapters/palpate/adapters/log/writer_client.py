@@ -10,6 +10,7 @@ import subprocess
 import sys
 from abc import abstractmethod
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any, Final, Protocol, cast
@@ -127,9 +128,20 @@ class ProcessSink(Sink):
         queue_bytes: Frames that may wait here beyond what the pipe holds. An empty queue takes anything.
         patient: When the queue is full, wait for the writer instead of refusing: for a world whose time waits too.
         patience_s: How long to wait, here and when everything is shut, for a writer that takes nothing at all.
+        program: The writer's module, and words for it.
+        called: What it is called when it is in trouble.
     """
 
-    def __init__(self, *, queue_bytes: int, patient: bool, patience_s: float = PATIENCE_S) -> None:
+    def __init__(
+        self,
+        *,
+        queue_bytes: int,
+        patient: bool,
+        patience_s: float = PATIENCE_S,
+        program: Sequence[str] = ("palpate.adapters.log.writer_process",),
+        called: str = "log writer",
+    ) -> None:
+        self._called = called
         self._queue: deque[memoryview] = deque()
         self._queued, self._room, self._patient, self._patience_s = 0, queue_bytes, patient, patience_s
         self._reports = b""
@@ -139,13 +151,13 @@ class ProcessSink(Sink):
         self._ready = self._gone = self._shut = False
         # Not with this folder's modules before the library's; and in a process group of its own, because Ctrl-C is
         # for the run: the run decides when it ends, and the log is to tell of it.
-        command = [sys.executable, "-P", "-m", "palpate.adapters.log.writer_process"]
+        command = [sys.executable, "-P", "-m", *program]
         pipe = subprocess.PIPE
         try:
             self._process = subprocess.Popen(command, stdin=pipe, stdout=pipe, bufsize=0, process_group=0)
         except OSError as error:
             remedy = "mend that, or switch recording off"
-            raise OutputError("log writer", f"cannot be started ({error.strerror})", remedy) from error
+            raise OutputError(called, f"cannot be started ({error.strerror})", remedy) from error
         # Both are there, because pipes were asked for.
         self._stdin = cast(IO[bytes], self._process.stdin)
         self._stdout = cast(IO[bytes], self._process.stdout)
@@ -167,6 +179,11 @@ class ProcessSink(Sink):
         return self._gone
 
     @property
+    def queued_bytes(self) -> int:
+        """What waits here because the pipe is full."""
+        return self._queued
+
+    @property
     def process_id(self) -> int:
         """The writer's."""
         return self._process.pid
@@ -176,9 +193,9 @@ class ProcessSink(Sink):
         """The first time, waits until the writer runs."""
         # The writer stays in the folder where it was started.
         self._path = os.path.abspath(opening.path)
-        self._await_writer()
+        self.await_writer()
         if self._gone:
-            self._troubles.append(f"{self._path}: is not recorded, because the log writer is gone")
+            self._troubles.append(f"{self._path}: is not recorded, because the {self._called} is gone")
         told = {"path": self._path, "metadata": opening.metadata}
         self._enqueue(frame(OPEN, json.dumps(told).encode()))
         self._push()
@@ -223,18 +240,23 @@ class ProcessSink(Sink):
             self._stdout.close()
             code = self._process.wait()
             if code and not self._gone:
-                self._troubles.append(f"the log writer ended with code {code}")
+                self._troubles.append(f"the {self._called} ended with code {code}")
             # What comes now goes nowhere, and above all not into whatever was given the number of our pipe.
             self._gone = True
         return self.trouble()
 
-    def _await_writer(self) -> None:
+    def await_writer(self) -> None:
+        """Wait until the writer runs.
+
+        Raises:
+            OutputError: It does not start.
+        """
         while not self._ready and not self._gone:
             heard = select.select([self._answers], [], [], PATIENCE_S)[0]
             if not heard or (not self._listen() and not self._ready):
                 self._give_up("does not start")
                 remedy = "what it printed tells more; mend that, or switch recording off"
-                raise OutputError("log writer", "does not start", remedy)
+                raise OutputError(self._called, "does not start", remedy)
 
     def _enqueue(self, frames: bytes) -> None:
         if frames and not self._gone:
@@ -271,7 +293,7 @@ class ProcessSink(Sink):
         """Go on without the writer. It is reported once, here, and at each log that is not recorded for it."""
         if not self._gone:
             self._gone = True
-            self._troubles.append(f"{self._path or 'recording'}: the log writer {why}")
+            self._troubles.append(f"{self._path or 'recording'}: the {self._called} {why}")
             self._process.kill()
         self._queue.clear()
         self._queued = 0
@@ -295,6 +317,45 @@ class ProcessSink(Sink):
             if told["problem"]:
                 self._troubles.append(f"{told['path']}: {told['problem']}")
         return alive
+
+
+class Tee(Sink):
+    """A log's sink, and a live view beside it that gets the same and changes nothing of what comes of it."""
+
+    def __init__(self, sink: Sink, live: Sink) -> None:
+        self._sink, self._live = sink, live
+
+    @override
+    def open(self, opening: Opening) -> None:
+        self._sink.open(opening)
+        self._live.open(opening)
+
+    @override
+    def put(self, frames: bytes, *, vital: bool = False) -> bool:
+        self._live.put(frames, vital=vital)
+        return self._sink.put(frames, vital=vital)
+
+    @override
+    def close(self, frames: bytes) -> None:
+        self._live.close(frames)
+        self._sink.close(frames)
+
+    @override
+    def trouble(self) -> str | None:
+        return self._sink.trouble()
+
+    @override
+    def shut(self) -> str | None:
+        return self._sink.shut()
+
+    @property
+    @override
+    def gone(self) -> bool:
+        return self._sink.gone
+
+    @override
+    def closed(self) -> dict[str, tuple[int, str]]:
+        return self._sink.closed()
 
 
 class _Buffer:

@@ -1,0 +1,5 @@
+"""Trials as pictures in Foxglove and Rerun: while they run, and from their logs."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,0 +1,175 @@
+"""Trials in Rerun: from a server to which its viewer connects while they run, or in a file of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Final, Self
+
+import numpy as np
+import rerun as rr
+from rerun import blueprint
+from typing_extensions import override
+
+from palpate.adapters.log import DecisionEntry
+from palpate.adapters.visualisation.live.display import BASE, SERIES, Display, LearningCurve, Pose, Row, Shape
+from palpate.adapters.visualisation.live.ports import require_free_port
+
+_CLOCK, _TRIAL = "run clock", "trial"
+"""Timelines: seconds of the run's clock, and numbers of trials."""
+_MEMORY: Final = "512MB"
+"""What the server keeps for those who come late; then the oldest goes."""
+_ARROW_COLOUR: Final = (217, 26, 26)
+_CURVE: Final = ("exploration time (s)", "moving average (s)")
+
+
+def layout() -> blueprint.Blueprint:
+    """What stands where in the viewer."""
+    plots = [
+        blueprint.TimeSeriesView(name="Force (N), torque (N m)", origin="/wrench"),
+        blueprint.TimeSeriesView(name="Tip (mm)", origin="/tip"),
+        blueprint.TimeSeriesView(name="Lateness (ms)", origin="/timing"),
+    ]
+    return blueprint.Blueprint(
+        blueprint.Horizontal(
+            blueprint.Vertical(
+                blueprint.Spatial3DView(name="Cell", origin="/cell"),
+                blueprint.TextLogView(name="Events", origin="/log"),
+                row_shares=[3, 1],
+            ),
+            blueprint.Vertical(*plots),
+            blueprint.Vertical(
+                blueprint.BarChartView(name="Action values of the state", origin="/action_values"),
+                blueprint.TextDocumentView(name="Decision", origin="/decision"),
+                blueprint.TextDocumentView(name="Supervisor", origin="/supervisor"),
+                blueprint.TimeSeriesView(name="Learning curve", origin="/learning_curve"),
+            ),
+            column_shares=[2, 2, 1],
+        ),
+        blueprint.TimePanel(timeline=_CLOCK, state="collapsed"),
+        collapse_panels=True,
+    )
+
+
+class RerunDisplay(Display):
+    """A recording of Rerun's, which its server keeps whole for whoever comes anew.
+
+    Args:
+        recording: Leads to a server or a file already.
+    """
+
+    def __init__(self, recording: rr.RecordingStream) -> None:
+        self._recording, self._shown = recording, dict[str, int]()
+        # When something was shown says nothing about the run.
+        recording.set_log_time_enabled(False)
+        recording.set_log_tick_enabled(False)
+        for topic, names in SERIES.items():
+            recording.log(topic, rr.SeriesLines(names=list(names)), static=True)
+        recording.log("learning_curve", rr.SeriesLines(names=list(_CURVE)), static=True)
+        recording.log("cell", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
+
+    @classmethod
+    def served(cls, port: int) -> Self:
+        """For viewers that connect to this port.
+
+        Raises:
+            OSError: The port is taken.
+        """
+        require_free_port(port)
+        recording = rr.RecordingStream("palpate")
+        recording.serve_grpc(grpc_port=port, server_memory_limit=_MEMORY, default_blueprint=layout())
+        return cls(recording)
+
+    @classmethod
+    def file(cls, path: Path, name: str) -> Self:
+        """Into a file that is not there yet, as a recording of this name."""
+        recording = rr.RecordingStream("palpate", recording_id=name, send_properties=False)
+        recording.save(path, default_blueprint=layout())
+        return cls(recording)
+
+    @override
+    def scene(self, time_ns: int, bodies: dict[str, list[Shape]]) -> None:
+        self._at(time_ns)
+        for frame, shapes in bodies.items():
+            for kind, made in _of_kinds(shapes).items():
+                self._recording.log(f"cell/{frame}/{kind}", made)
+
+    @override
+    def pose(self, time_ns: int, frames: dict[str, Pose], force: tuple[Row, Row] | None) -> None:
+        self._at(time_ns)
+        for name, pose in frames.items():
+            w, x, y, z = pose.quaternion
+            self._recording.log(f"cell/{name}", rr.Transform3D(translation=pose.position_m, quaternion=(x, y, z, w)))
+        origins, vectors = ([], []) if force is None else ([force[0]], [force[1]])
+        self._recording.log(
+            f"cell/{BASE}/force", rr.Arrows3D(origins=origins, vectors=vectors, colors=_ARROW_COLOUR, radii=0.002)
+        )
+
+    @override
+    def series(self, topic: str, times_ns: Sequence[int], rows: Sequence[Row]) -> None:
+        columns = rr.Scalars.columns(scalars=np.array(rows).ravel()).partition([len(rows[0])] * len(rows))
+        self._recording.send_columns(
+            topic, [rr.TimeColumn(_CLOCK, duration=np.array(times_ns, "timedelta64[ns]"))], columns
+        )
+
+    @override
+    def decision(self, time_ns: int, entry: DecisionEntry, values: dict[str, float]) -> None:
+        self._at(time_ns)
+        text = f"{entry.number}: **{entry.action}** in {entry.state}, felt {entry.symbol}, {entry.source}"
+        if values:
+            text += "\n\n" + ", ".join(f"{action} {value:.3f}" for action, value in values.items())
+            worth = rr.BarChart(list(values.values()))
+            self._recording.log("action_values", worth)
+        self._recording.log("decision", rr.TextDocument(text, media_type="text/markdown"))
+
+    @override
+    def supervisor(self, time_ns: int, state: str, detail: str) -> None:
+        self._at(time_ns)
+        text = f"**{state}** {detail}".rstrip()
+        self._recording.log("supervisor", rr.TextDocument(text, media_type="text/markdown"))
+
+    @override
+    def event(self, time_ns: int, text: str, *, serious: bool = False) -> None:
+        self._at(time_ns)
+        self._recording.log("log", rr.TextLog(text, level="WARN" if serious else "INFO"))
+
+    @override
+    def learned(self, time_ns: int, curve: LearningCurve) -> None:
+        at = f"learning_curve/{curve.label}" if curve.label else "learning_curve"
+        # All of a run that others have made, at once.
+        first = 0 if self._shown.get(at, 0) != len(curve.trials) - 1 else len(curve.trials) - 1
+        self._shown[at] = len(curve.trials)
+        pairs = np.column_stack((curve.times_s, curve.averages_s))[first:]
+        columns = rr.Scalars.columns(scalars=pairs.ravel()).partition([2] * len(pairs))
+        self._recording.send_columns(at, [rr.TimeColumn(_TRIAL, sequence=curve.trials[first:])], columns)
+
+    @override
+    def renew(self) -> None:
+        """Rerun's server does that."""
+
+    @override
+    def close(self) -> None:
+        self._recording.flush()
+        self._recording.disconnect()
+
+    def _at(self, time_ns: int) -> None:
+        self._recording.set_time(_CLOCK, duration=np.timedelta64(time_ns, "ns"))
+
+
+def _of_kinds(shapes: Sequence[Shape]) -> dict[str, Any]:
+    """The shapes as Rerun has them, those of a kind together."""
+    made: dict[str, Any] = {}
+    for kind in {shape.kind for shape in shapes}:
+        some = [shape for shape in shapes if shape.kind == kind]
+        turns = [(x, y, z, w) for w, x, y, z in (shape.quaternion for shape in some)]
+        centres, halves = [shape.position_m for shape in some], [shape.half_m for shape in some]
+        colours = [tuple(round(255 * part) for part in shape.rgba) for shape in some]
+        solid: dict[str, Any] = {"colors": colours, "quaternions": turns, "fill_mode": "solid"}
+        if kind == "box":
+            made[kind] = rr.Boxes3D(half_sizes=halves, centers=centres, **solid)
+        elif kind == "sphere":
+            made[kind] = rr.Ellipsoids3D(half_sizes=halves, centers=centres, **solid)
+        else:
+            lengths, radii = [2 * half[2] for half in halves], [half[0] for half in halves]
+            made[kind] = rr.Cylinders3D(lengths=lengths, radii=radii, centers=centres, **solid)
+    return made

@@ -1,0 +1,200 @@
+"""The messages of trials, as a log has them, one after the other onto a display."""
+
+from __future__ import annotations
+
+import json
+from collections import deque
+from typing import Any, Final
+
+import numpy as np
+
+from palpate.adapters.log import (
+    DECISION,
+    END,
+    EVENT,
+    RECORDER,
+    START,
+    TICK,
+    EndRecord,
+    RawMessage,
+    StartRecord,
+    TickRecord,
+    TrialLog,
+    decode_record,
+    decode_tick,
+    file_in,
+    layout_of,
+    tare_of,
+)
+from palpate.adapters.mujoco import Moment
+from palpate.adapters.visualisation.live.cell import CellFrames
+from palpate.adapters.visualisation.live.display import SERIES, Display, LearningCurve, Row
+from palpate.core.errors import LogError
+from palpate.core.ports import JointVector, Validity
+from palpate.core.trial import TRIALS_OF_A_SERIES, Outcome
+
+POSE_TICKS: Final = 5
+"""A picture every so many ticks: 28 a second."""
+_MEAN_TICKS: Final = 5
+"""The arrow of the force is a mean over so many ticks; the noise of single samples would make it flicker."""
+_NO_WRENCH: Final = (float("nan"),) * 6
+_SUPERVISED: Final = {"clamp": "has clamped", "doubt": "doubts", "trip": "draws the tool back"}
+"""What the supervisor does from such an event on."""
+
+
+class TrialStream:
+    """Trial after trial, message by message; numbers wait for :meth:`flush`.
+
+    Args:
+        display: Where it is shown.
+
+    Attributes:
+        curve: What came of the trials so far.
+    """
+
+    def __init__(self, display: Display) -> None:
+        self._display, self.curve = display, LearningCurve()
+        self._log: TrialLog | None = None
+        self._cell: CellFrames | None = None
+        self._values: dict[str, dict[str, float]] = {}
+        self._zero: Row = (0.0,) * 6
+        self._wrenches: deque[Row] = deque(maxlen=_MEAN_TICKS)
+        self._layout: Any = None
+        self._rows: dict[str, tuple[list[int], list[Row]]] = {topic: ([], []) for topic in SERIES}
+
+    def take(self, message: RawMessage) -> None:
+        """Show a message of a trial, or keep its numbers.
+
+        Raises:
+            LogError: It is none of ours, or no trial has begun.
+        """
+        try:
+            if message.channel == START.id:
+                self._begin(message)
+            elif self._log is None:
+                raise ValueError("no trial has begun")
+            elif message.channel == TICK.id:
+                self._tick(self._log, message.payload)
+            else:
+                file_in(self._log, message)
+                self._sparse(self._log, message)
+        except Exception as error:
+            # Whatever protobuf or JSON may raise for bytes that are none of ours.
+            raise LogError("live view", f"channel {message.channel}", f"cannot be shown ({error})", "") from error
+
+    def flush(self) -> None:
+        """Show the numbers that wait."""
+        for topic, (times_ns, rows) in self._rows.items():
+            if rows:
+                self._display.series(topic, times_ns, rows)
+                self._rows[topic] = [], []
+
+    def _begin(self, message: RawMessage) -> None:
+        start = decode_record("Start", StartRecord, message.payload)
+        self._log, self._layout = TrialLog("live view", 0, start), None
+        self._zero, self._values = (0.0,) * 6, values_of(start)
+        self._wrenches.clear()
+        display, time_ns = self._display, message.time_ns
+        display.event(time_ns, f"trial {_number(start)} begins: {start.command}, {start.policy or start.arm}")
+        display.supervisor(time_ns, "passes the command", "")
+        try:
+            self._cell = CellFrames(self._log)
+        except LogError as error:
+            self._cell = None
+            display.event(time_ns, f"{error}", serious=True)
+        else:
+            display.scene(time_ns, self._cell.bodies)
+
+    def _tick(self, log: TrialLog, payload: bytes) -> None:
+        record = decode_tick(payload, self._layout)
+        self._layout = layout_of(record) or self._layout
+        time_ns = record.deadline_ns if record.time_ns is None else record.time_ns
+        if time_ns is None:
+            return
+        wrench = self._tared(record)
+        if wrench is None:
+            self._wrenches.clear()
+        else:
+            self._wrenches.append(wrench)
+            self._add("wrench", time_ns, wrench)
+        if record.time_ns is not None and record.deadline_ns is not None and record.wrench is not None:
+            late, age = record.time_ns - record.deadline_ns, record.time_ns - record.wrench.receive_time_ns
+            self._add("timing", time_ns, (late * 1e-6, age * 1e-6))
+        if record.asked_rad is not None and record.applied is not None:
+            told = zip(record.asked_rad, record.applied.position_rad, strict=True)
+            self._add("command", time_ns, (max(abs(a - b) for a, b in told) * 1e3,))
+        joints = record.joints
+        if joints is not None and joints.validity is not Validity.INVALID and not record.tick % POSE_TICKS:
+            self._pose(log, record.tick, time_ns, joints.position_rad)
+
+    def _tared(self, record: TickRecord) -> Row | None:
+        sample = record.wrench
+        if sample is None or sample.validity is Validity.INVALID:
+            return None
+        raw = (*sample.force_N, *sample.torque_Nm)
+        return tuple(value - zero for value, zero in zip(raw, self._zero, strict=True))
+
+    def _pose(self, log: TrialLog, tick: int, time_ns: int, joints_rad: JointVector) -> None:
+        if self._cell is None:
+            return
+        fx, fy, fz, tx, ty, tz = np.mean(self._wrenches, axis=0).tolist() if self._wrenches else _NO_WRENCH
+        # Before the zero is known the arrow would show the tool's weight.
+        known = bool(self._wrenches) and any(self._zero)
+        force, torque = ((fx, fy, fz), (tx, ty, tz)) if known else (None, None)
+        decision = log.decisions[-1] if log.decisions else None
+        frames, arrow, tip_mm = self._cell.at(Moment(tick, 0.0, joints_rad, force, torque, "", decision))
+        self._display.pose(time_ns, frames, arrow)
+        self._add("tip", time_ns, tip_mm)
+
+    def _sparse(self, log: TrialLog, message: RawMessage) -> None:
+        display, time_ns = self._display, message.time_ns
+        if message.channel == DECISION.id:
+            entry = log.decisions[-1]
+            display.decision(time_ns, entry, self._values.get(entry.state, {}))
+        elif message.channel == EVENT.id:
+            event = log.events[-1]
+            if event.name == "tare":
+                self._zero = tare_of(log, []).bias
+            state = _SUPERVISED.get(event.name)
+            if state is not None:
+                display.supervisor(time_ns, state, event.detail)
+            display.event(time_ns, f"{event.name}: {event.detail}".rstrip(": "), serious=state is not None)
+        elif message.channel == RECORDER.id:
+            display.event(time_ns, f"recorder: {log.losses[-1].text}", serious=True)
+        elif message.channel == END.id and log.end is not None:
+            self._end(time_ns, log.start, log.end)
+
+    def _end(self, time_ns: int, start: StartRecord, end: EndRecord) -> None:
+        if end.outcome == Outcome.TRIPPED.value:
+            self._display.supervisor(time_ns, "latched", "until somebody acknowledges the trip")
+        failed = end.error or end.stopped_by
+        self._display.event(time_ns, f"trial {_number(start)} is over: {failed or end.outcome}", serious=bool(failed))
+        if failed or end.outcome in ("", Outcome.INTERRUPTED.value):
+            return
+        success = end.outcome == Outcome.INSERTED.value if end.success is None else end.success
+        self.curve.add(_number(start), end.exploration_time_s, success, end.peak_force_N)
+        self._display.learned(time_ns, self.curve)
+
+    def _add(self, topic: str, time_ns: int, row: Row) -> None:
+        times_ns, rows = self._rows[topic]
+        times_ns.append(time_ns)
+        rows.append(row)
+
+
+def _number(start: StartRecord) -> int:
+    return start.trial % TRIALS_OF_A_SERIES
+
+
+def values_of(start: StartRecord) -> dict[str, dict[str, float]]:
+    """What each action was worth in each state as a trial began; empty for a policy without such a table."""
+    policy: dict[str, Any] = json.loads(start.policy_json or "{}")
+    learner: dict[str, Any] = json.loads(start.learner_json or "{}")
+    actions = [action["name"] for action in policy.get("actions", ())]
+    rows = dict(zip(policy.get("states", ()), learner.get("q", ()), strict=False)) or {
+        row["state"]: row["q"] for row in policy.get("table", ()) if row.get("q")
+    }
+    return {
+        state: dict(zip(actions, map(float, row), strict=True))
+        for state, row in rows.items()
+        if len(row) == len(actions)
+    }

@@ -1,0 +1,67 @@
+"""The run's end of a live view: it never waits, and counts what it drops."""
+
+import os
+import signal
+import time
+from pathlib import Path
+
+import pytest
+
+from palpate.adapters.log import MESSAGE, Opening, ProcessSink, message_frame
+from palpate.adapters.visualisation.live.live_view import LiveView, require_viewer
+from palpate.adapters.visualisation.live.viewer_process import Frames
+from palpate.core.errors import UsageError
+
+TICK = message_frame(2, 5, b"x" * 1000)
+
+
+def test_a_viewer_that_hangs_costs_messages_and_no_time() -> None:
+    process = ProcessSink(queue_bytes=2000, patient=False, patience_s=0.1)
+    process.await_writer()
+    os.kill(process.process_id, signal.SIGSTOP)
+    view = LiveView(process)
+    began = time.monotonic()
+    for _ in range(4):
+        view.open(Opening(Path("none"), {}))
+        assert view.put(message_frame(1, 0, b"s" * 2_000_000), vital=True)
+        for _ in range(100):
+            assert view.put(TICK * 14)
+        view.close(message_frame(8, 9, b"e"))
+    assert time.monotonic() - began < 1.0
+    # Two beginnings fit and their ends; then a beginning that does not takes its ticks with it.
+    assert view.dropped_messages >= 4 * 100 * 14
+    assert process.queued_bytes < 8_000_000
+    assert (view.gone, view.trouble()) == (False, None)
+    view.end()
+    assert "live view: 56" in view.account()
+
+
+def test_a_viewer_that_is_killed_is_told_once_at_the_end() -> None:
+    process = ProcessSink(queue_bytes=2000, patient=False, called="live view")
+    process.await_writer()
+    os.kill(process.process_id, signal.SIGKILL)
+    os.waitpid(process.process_id, os.WNOHANG)
+    view = LiveView(process)
+    while not process.gone:
+        view.put(TICK)
+    before = view.dropped_messages
+    view.put(TICK * 3)
+    assert view.dropped_messages == before + 3
+    view.end()
+    assert "its process was gone" in view.account()
+    assert "\n" not in view.account()
+
+
+def test_a_viewer_that_is_not_installed_is_refused_with_the_remedy() -> None:
+    with pytest.raises(UsageError, match=r"^this needs nowhere-sdk, .* pip install 'palpate\[nowhere\]'$"):
+        require_viewer("nowhere")
+
+
+def test_frames_come_whole_out_of_pieces() -> None:
+    data, frames = TICK + message_frame(7, -3, b"") + TICK, Frames()
+    found = [each for at in range(0, len(data), 7) for each in frames.of(data[at : at + 7])]
+    assert [(kind, m.channel, m.time_ns, len(m.payload)) for kind, m in found] == [
+        (MESSAGE, 2, 5, 1000),
+        (MESSAGE, 7, -3, 0),
+        (MESSAGE, 2, 5, 1000),
+    ]
