@@ -49,6 +49,8 @@ lint: setup
 	$(BIN)/lint-imports
 
 # What waits for real time runs by itself afterwards: beside busy workers its devices would come late.
+# Bytecode is kept, also where the environment says not to: each process that a test starts would compile all anew.
+test: export PYTHONDONTWRITEBYTECODE :=
 test: lint
 	$(BIN)/pytest -n 2 --dist loadgroup --ignore tests/wall_clock
 	$(BIN)/pytest tests/wall_clock
