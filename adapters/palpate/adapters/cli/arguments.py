@@ -63,7 +63,7 @@ def parse(kind: type[T], command: str, arguments: Sequence[str]) -> T:
                 args=list(arguments),
                 default=default,
                 return_unknown_args=True,
-                registry=_NAMES,
+                registry=_readers(_untouched(arguments) if default is not None else ()),
                 # Help texts are docstrings; looking for them in comments would take longer than all the rest.
                 config=(tyro.conf.HelptextFromCommentsOff,),
             )
@@ -78,15 +78,29 @@ def parse(kind: type[T], command: str, arguments: Sequence[str]) -> T:
     return _on_rig(result, arguments, cell_in_file) if getattr(result, "rig", "") and default is not None else result
 
 
-_NAMES: Final = ConstructorRegistry()
-"""On a command line, what may be a name or a table is a name."""
+def _readers(untouched: Sequence[object]) -> ConstructorRegistry:
+    """What the parser takes for one word: what may be a name or a table, and tables that stay as they are."""
+    readers = ConstructorRegistry()
+
+    @readers.primitive_rule
+    def one_word(info: PrimitiveTypeInfo) -> PrimitiveConstructorSpec[object] | None:
+        if table_beside(info.type) is None and not any(info.type is one for one in untouched):
+            return None
+        return PrimitiveConstructorSpec(1, "STR", lambda words: words[0], lambda _: True, lambda value: [str(value)])
+
+    return readers
 
 
-@_NAMES.primitive_rule
-def _name(info: PrimitiveTypeInfo) -> PrimitiveConstructorSpec[object] | None:
-    if table_beside(info.type) is None:
-        return None
-    return PrimitiveConstructorSpec(1, "STR", lambda words: words[0], lambda _: True, lambda value: [str(value)])
+def _untouched(arguments: Sequence[str]) -> list[object]:
+    """Tables of a run's settings that no word names: to take them apart is most of the parser's work."""
+    words = [word.replace("_", "-") for word in arguments]
+    if any(word in ("-h", "--help") for word in words):
+        return []
+    return [
+        table
+        for name, table in kinds_of(RunConfig).items()
+        if is_dataclass(table) and not any(word.startswith(f"--{name.replace('_', '-')}") for word in words)
+    ]
 
 
 _EARNED: Final = ("--learning.reinforcement", "--learning.effort-per-n-s")
