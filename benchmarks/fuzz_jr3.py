@@ -16,7 +16,7 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
-from palpate.drivers.can_link import CanFrame, FrameKind
+from palpate.drivers.can import CanFrame, FrameKind
 from palpate.drivers.jr3.codec_can import CanDecoder, Reassembly
 from palpate.drivers.jr3.codec_uart import MAX_FRAME, UartParser
 from palpate.drivers.jr3.messages import Ack, Forces, FullScales, Message, Moments, Reading, Scaling

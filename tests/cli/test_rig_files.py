@@ -19,8 +19,11 @@ FACTS = "[arm]\nadapter = 'zebra-nmc'\n[force_sensor]\nadapter = 'jr3-can'\nfact
     [
         ("", "arm = None"),
         ("[arm]\nadapter = 'zebra-nmc'\n", "force_sensor = None"),
-        ("[arm]\nadapter = 'irb'\n[force_sensor]\nadapter = 'jr3-can'\n", "one of cia402, zebra-nmc"),
-        ("[arm]\nadapter = 'zebra-nmc'\n[force_sensor]\nadapter = 'ati'\n", "one of ati-netft, jr3-can, jr3-uart"),
+        ("[arm]\nadapter = 'irb'\n[force_sensor]\nadapter = 'jr3-can'\n", "one of cia402, ur-rtde, zebra-nmc"),
+        (
+            "[arm]\nadapter = 'zebra-nmc'\n[force_sensor]\nadapter = 'ati'\n",
+            "one of ati-netft, jr3-can, jr3-uart, ur-rtde",
+        ),
         ("[arm]\nadapter = 'zebra-nmc'\nbaudrate = 3\n[force_sensor]\nadapter = 'jr3-can'\n", "did you mean arm.baud"),
         ("[arm]\nadapter = 'zebra-nmc'\nbaud = 1200\n[force_sensor]\nadapter = 'jr3-can'\n", "19200, 57600"),
         ("[arm]\nadapter = 'zebra-nmc'\ndivider = 1\n[force_sensor]\nadapter = 'jr3-can'\n", "46.67, 35, 28"),

@@ -197,15 +197,17 @@ class DoctorOptions(Settings):
 class EmulateOptions(LiveSettings, Settings):
     """Serve the simulated work cell behind emulated wires, until Ctrl-C.
 
-    MuJoCo moves the arm; pseudo-terminals lead to its devices, sockets of this computer to a Net F/T.
+    MuJoCo moves the arm; pseudo-terminals lead to its devices, sockets of this computer to a Net F/T and to a
+    controller of Universal Robots.
 
     Prints a rig file; `palpate run --rig FILE` then drives the cell as it would drive the devices themselves.
     """
 
     arm: str = "zebra-nmc"
-    """Arm: zebra-nmc (the Zebra Zero's own serial bus) or cia402 (a refit with CAN drives)."""
+    """Arm: zebra-nmc (the Zebra Zero's own serial bus), cia402 (a refit with CAN drives) or ur5-rtde (a UR5 behind a
+    controller of Universal Robots, at the first free address from 127.0.0.1 on: palpate run --rig FILE --arm ur5)."""
     force: str = "jr3-can"
-    """Force sensor: jr3-can, jr3-uart or ati-netft."""
+    """Force sensor: jr3-can, jr3-uart, ati-netft, or ur-rtde, the one in the flange of ur5-rtde."""
     rig_file: str = ""
     """Write the rig file here; it must not be there yet."""
     scenario: str = "paper"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from math import sqrt
 from pathlib import Path
 from typing import Final
 
@@ -40,6 +41,8 @@ from palpate.core.tasks.insertion import Agent, InsertionTask, insertion_workspa
 from palpate.core.trial import N_PER_KGF, Measurement, ReadyPose, goal_in_base
 
 NONE: Final = "none"
+_NOISE_BAND: Final = 1.11
+"""White noise passes a Butterworth low-pass of second order as if it ended at 1.11 times its cut-off."""
 _FIELD: Final = "perception.memory"
 _ACCEPTED: Final = "none, last-2, last-3 and so on, or an automaton file ending in .json"
 
@@ -170,13 +173,32 @@ def require_usable(config: RunConfig, ready: ReadyPose, rig_file: str = "") -> N
 
 
 def require_limits(config: RunConfig, ready: ReadyPose, sensor: SensorFacts) -> None:
-    """Check the supervisor's limits against arm, task and force sensor.
+    """Check task and supervisor's limits against arm and force sensor.
 
     Raises:
-        ConfigurationError: One could never trip, would always trip, or the sensor's frame is not the task's.
+        ConfigurationError: The sensor's noise hides what the task looks for, a limit could never trip or would always
+            trip, or the sensor's frame is not the task's.
     """
+    _require_quiet(config, sensor)
     kinematics = Kinematics(arm_named(config.arm), ToolGeometry())
     require_fitting(config.supervision, config.task, kinematics, ready.q_rad, sensor)
+
+
+def _require_quiet(config: RunConfig, sensor: SensorFacts) -> None:
+    """The force is looked at unfiltered, the torque behind perception's low-pass, which lets noise through by band."""
+    band = config.perception.cutoff_Hz / (CONTROL_RATE_HZ / 2.0)
+    passed = sqrt(_NOISE_BAND * band)
+    contact_N = config.task.contact_kgf * N_PER_KGF
+    torque_Nm = config.perception.torque_threshold_kgf_mm * 1e-3 * N_PER_KGF
+    if sensor.noise_N < contact_N and passed * sensor.noise_Nm < torque_Nm:
+        return
+    told = f"noise of {sensor.noise_N:g} N and {1e3 * sensor.noise_Nm:g} mN m"
+    accepted = (
+        f"less than {contact_N:.2f} N, a contact, and {1e3 * torque_Nm / passed:.0f} mN m, of which the low-pass leaves"
+        f" {1e3 * torque_Nm:.1f} mN m, a torque that points to the hole: insert with a finer sensor;"
+        " one in an arm's flange serves as a coarse guard beside it ([arm] guard_N)"
+    )
+    raise ConfigurationError("force_sensor.facts", told, accepted)
 
 
 def open_rig(config: RunConfig, ready: ReadyPose, rig_file: str = "") -> Rig:

@@ -178,8 +178,10 @@ class BusArm(ManagedDevice, JointEncoder, ArmCommand):
                 if self._stop_wanted:
                     self._stop_driver()
                 found = driver.cycle(None if self._stopped else self._newest)
-                self._cycles += 1
-                self._sample = JointSample(found.position_rad, found.time_ns, self._clock.now_ns(), self._cycles)
+                if self._sample is None or found.time_ns > self._sample.source_time_ns:
+                    # What was measured before is no news; it grows old.
+                    self._cycles += 1
+                    self._sample = JointSample(found.position_rad, found.time_ns, self._clock.now_ns(), self._cycles)
                 slot = max(slot + 1, (now_ns - start_ns) * CONTROL_RATE_HZ // (_NS * self._divider) + 1)
         except DriverError as error:
             self._latch(told(error, self.name))

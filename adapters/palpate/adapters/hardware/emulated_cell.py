@@ -16,23 +16,28 @@ from palpate.adapters.hardware.clock import MonotonicClock
 from palpate.core.errors import ConfigurationError, require_in, require_one_of, require_whole
 from palpate.core.motion import Kinematics, ToolGeometry, arm_named
 from palpate.core.ports import CONTROL_RATE_HZ, JointVector, Truth, Vector3
-from palpate.core.trial import ReadyPose, goal_in_base, wander_m
+from palpate.core.trial import ReadyPose, find_ready_pose, goal_in_base, wander_m
 from palpate.simulation.emulators.ati import EmulatedBox, NetFtServer
 from palpate.simulation.emulators.cia402 import CanopenDrive
 from palpate.simulation.emulators.jr3 import UART_CONFIG, Jr3CanNode, Jr3Config, Jr3UartNode
 from palpate.simulation.emulators.lines import EmulatedCanBus, LineSpeed, PtyServer, SlcanServer
 from palpate.simulation.emulators.motors import HOME_RAD, DirectMotors, JointPlant, MotorModel
 from palpate.simulation.emulators.nmc import NmcChain
+from palpate.simulation.emulators.ur import DATA_SHEET, ControllerConfig, ToolForce, UrController, UrServer
 from palpate.simulation.work_cell import WorkCell
 
-ARMS: Final = ("zebra-nmc", "cia402")
-SENSORS: Final = ("jr3-can", "jr3-uart", "ati-netft")
+ARMS: Final = ("zebra-nmc", "cia402", "ur5-rtde")
+SENSORS: Final = ("jr3-can", "jr3-uart", "ati-netft", "ur-rtde")
 _NS: Final = 1_000_000_000
 _JR3_NODE: Final = 9
 _COUNTS_PER_RAD: Final = 192_000 / 6.283185307179586
 _INSERTED_M: Final = 5e-5
 _BEHIND_FILTER: Final = 0.77
 """Share of the cell's noise, new each control tick, that the board's filter of 50 Hz lets through; measured."""
+_UR: Final = ControllerConfig(
+    payload_kg=1.1, payload_cog_m=(0.0, 0.0, 0.06), tcp_offset=(0.0, 0.0, 0.15, 0.0, 0.0, 0.0)
+)
+"""What somebody has entered at the emulated pendant."""
 
 
 @dataclass(frozen=True)
@@ -63,6 +68,10 @@ class EmulationConfig:
         require_in("usb_latency_ms", self.usb_latency_ms, 0.0, 100.0)
         if self.wrist_backlash_deg and self.arm != "zebra-nmc":
             raise ConfigurationError("wrist_backlash_deg", self.wrist_backlash_deg, "0, except for zebra-nmc")
+        if self.force == "ur-rtde" and self.arm != "ur5-rtde":
+            raise ConfigurationError(
+                "force", self.force, "ur-rtde only with --arm ur5-rtde: the sensor is in its flange"
+            )
 
 
 @dataclass(frozen=True)
@@ -99,7 +108,8 @@ class Motors(Protocol):
 class EmulatedCell:
     """The work cell with its devices on pseudo-terminals. A context manager: inside, the devices are served.
 
-    The arm starts in its home pose, its controllers as after power-up.
+    The Zebra starts in its home pose, any other arm in the ready pose; drives are as after power-up, a controller of
+    Universal Robots is switched on and in remote control.
 
     Args:
         config: The simulated cell; trial 0 of its seed gives hole and sensor errors.
@@ -111,6 +121,9 @@ class EmulatedCell:
     def __init__(self, config: RunConfig, ready: ReadyPose, emulation: EmulationConfig, counts_file: str = "") -> None:
         if emulation.arm == "zebra-nmc" and config.arm != "zebra-zero":
             raise ConfigurationError("arm", config.arm, "zebra-zero behind the NMC bus")
+        if emulation.arm == "ur5-rtde":
+            config = replace(config, arm="ur5")
+            ready = find_ready_pose(config.arm, config.task)
         kinematics = Kinematics(arm_named(config.arm), ToolGeometry())
         self.config, self.emulation, self._counts_file = config, emulation, counts_file
         self.cell = WorkCell(
@@ -228,6 +241,9 @@ class EmulatedCell:
 
             self._serve.append(serve)
             return
+        if emulation.arm == "ur5-rtde":
+            self._prepare_ur(start)
+            return
         scale = (_COUNTS_PER_RAD,) * len(start)
         motors = DirectMotors(scale, start)
         self._motors = motors
@@ -245,7 +261,27 @@ class EmulatedCell:
 
         self._serve.append(serve_can)
 
+    def _prepare_ur(self, start: JointVector) -> None:
+        controller = UrController(start, ToolForce(self._wrench_source), _UR)
+        server = self.ur = UrServer(controller)
+        self._motors, self._hold = controller, server.exclusive
+
+        def serve_ur() -> None:
+            self._servers.enter_context(server)
+            self._entries["arm"] = {
+                "adapter": "ur-rtde", "host": server.host, "payload_kg": _UR.payload_kg,
+                "payload_cog_m": list(_UR.payload_cog_m), "tcp_offset": list(_UR.tcp_offset), "guard_N": 45.0,
+            }  # fmt: skip
+            if self.emulation.force == "ur-rtde":
+                noise_N, noise_Nm = (precision / 2.0 for precision in DATA_SHEET.precision)
+                facts = {"noise_N": noise_N, "noise_Nm": noise_Nm}
+                self._entries["force_sensor"] = {"adapter": "ur-rtde", "host": server.host, "facts": facts}
+
+        self._serve.append(serve_ur)
+
     def _prepare_sensor(self) -> None:
+        if self.emulation.force == "ur-rtde":
+            return
         rng = np.random.default_rng
         if self.emulation.force == "jr3-can":
             node = Jr3CanNode(_JR3_NODE, self._wrench_source, replace(Jr3Config()), generator=rng(3))

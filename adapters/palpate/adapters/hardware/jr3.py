@@ -14,7 +14,7 @@ from palpate.adapters.hardware.errors import translating
 from palpate.adapters.hardware.plugins import DeviceSettings, RigContext
 from palpate.adapters.hardware.polled_sensor import PolledForceSensor
 from palpate.core.ports import Clock, OneOf, Range, Settings
-from palpate.drivers.can_link import CanLink, open_bus
+from palpate.drivers.can import CanLink, open_bus
 from palpate.drivers.jr3 import (
     LEFT_HANDED,
     RIGHT_HANDED,

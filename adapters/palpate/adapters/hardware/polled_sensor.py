@@ -13,8 +13,9 @@ from palpate.core.ports import Clock, ForceSensor, Life, ManagedDevice, Validity
 from palpate.drivers.ati import NetFt, NetFtSample
 from palpate.drivers.errors import DriverError, SilentError
 from palpate.drivers.jr3 import Jr3, Jr3Sample
+from palpate.drivers.ur import UrToolForce, UrWrenchSample
 
-DriverT = TypeVar("DriverT", Jr3, NetFt)
+DriverT = TypeVar("DriverT", Jr3, NetFt, UrToolForce)
 _LINE_NS: Final = 20_000_000
 """What line and system may add to the sensor's own period before a reading counts as missing."""
 
@@ -117,7 +118,7 @@ class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
                 return
         self._undated = waiting
 
-    def _made(self, sample: Jr3Sample | NetFtSample) -> WrenchSample:
+    def _made(self, sample: Jr3Sample | NetFtSample | UrWrenchSample) -> WrenchSample:
         validity = Validity.VALID
         if sample.settling:
             validity = Validity.INVALID

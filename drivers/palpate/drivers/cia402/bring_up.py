@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Final
 
-from palpate.drivers.can_identifiers import SDO_ANSWER
+from palpate.drivers.can import SDO_ANSWER
 from palpate.drivers.cia402.drive import DriveIdentity, Targets, arm_watchdog, identify, set_up
 from palpate.drivers.cia402.exchange import NMT_PRE_OPERATIONAL, NMT_START, CyclicExchange
 from palpate.drivers.cia402.link import CanopenLink

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from palpate.drivers.can_identifiers import RPDO1, TPDO1
+from palpate.drivers.can import RPDO1, TPDO1
 from palpate.drivers.cia402.object_dictionary import Objects, OperationMode
 from palpate.drivers.cia402.settings import ArmSettings, JointDrive
 from palpate.drivers.cia402.watch import AxisView

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Final
 
-from palpate.drivers.can_identifiers import EMCY, HEARTBEAT, NMT, RPDO1, SYNC, TPDO1
+from palpate.drivers.can import EMCY, HEARTBEAT, NMT, RPDO1, SYNC, TPDO1
 from palpate.drivers.cia402.drive import RPDO, TPDO
 from palpate.drivers.cia402.link import CanopenLink
 from palpate.drivers.cia402.mailbox import ArmStatistics, Mailbox, NodeBox, Tally

@@ -20,8 +20,7 @@ from canopen.objectdictionary import ObjectDictionary
 from canopen.sdo import SdoClient
 from typing_extensions import override
 
-from palpate.drivers.can_identifiers import SDO_ANSWER, SDO_REQUEST
-from palpate.drivers.can_link import open_bus
+from palpate.drivers.can import SDO_ANSWER, SDO_REQUEST, open_bus
 from palpate.drivers.cia402.object_dictionary import Objects
 from palpate.drivers.errors import SilentError
 
@@ -80,7 +79,7 @@ class CanopenLink:
         """Connect to a bus.
 
         Args:
-            interface: As :func:`palpate.drivers.can_link.open_bus`, like the next two and the options.
+            interface: As :func:`palpate.drivers.can.open_bus`, like the next two and the options.
             channel: Which bus.
             bitrate: In bit/s.
             in_receiver: Called once by the receive thread, with the first frame; for its priority, for instance.

@@ -14,7 +14,7 @@ from math import isfinite
 from typing import Final
 
 from palpate.drivers.arm import Applied, BusBudget, clamped, held_back
-from palpate.drivers.can_identifiers import HIGHEST_NODE
+from palpate.drivers.can import HIGHEST_NODE
 from palpate.drivers.cia402.object_dictionary import OperationMode
 from palpate.drivers.errors import RefusedError, SettingError
 

@@ -10,8 +10,7 @@ from __future__ import annotations
 import struct
 from dataclasses import dataclass
 
-from palpate.drivers.can_identifiers import Jr3Code
-from palpate.drivers.can_link import CanFrame, FrameKind
+from palpate.drivers.can import CanFrame, FrameKind, Jr3Code
 from palpate.drivers.errors import RefusedError
 from palpate.drivers.jr3.messages import Ack, Bootup, Forces, Moments, Op, Reading, Request
 

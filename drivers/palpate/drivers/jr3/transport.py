@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Protocol
 
-from palpate.drivers.can_link import CanFrame
+from palpate.drivers.can import CanFrame
 from palpate.drivers.errors import SilentError
 from palpate.drivers.jr3.codec_can import CanDecoder, Reassembly, encode_can
 from palpate.drivers.jr3.codec_uart import UartParser, encode_uart, nudged

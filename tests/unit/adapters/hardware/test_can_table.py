@@ -9,7 +9,7 @@ from can.interfaces.virtual import VirtualBus
 from palpate.adapters.hardware.cia402 import cia402_table
 from palpate.adapters.hardware.jr3 import jr3_can_table, open_can_wire
 from palpate.core.errors import ConfigurationError
-from palpate.drivers.can_link import CanFrame, CanLink, open_bus
+from palpate.drivers.can.link import CanFrame, CanLink, open_bus
 from palpate.drivers.errors import SilentError, WiringError
 
 

@@ -3,7 +3,7 @@ from typing import Any
 
 import pytest
 
-from palpate.drivers.can_identifiers import collisions
+from palpate.drivers.can.identifiers import collisions
 from palpate.drivers.cia402.settings import ArmSettings, JointDrive, bits_per_cycle, bus_budget, frame_bits
 from palpate.drivers.errors import SettingError
 from tests.unit.drivers.cia402.bench import joints

@@ -5,7 +5,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Callable
 
-from palpate.drivers.can_link import CanFrame
+from palpate.drivers.can.link import CanFrame
 from palpate.drivers.errors import SilentError
 from palpate.drivers.jr3 import CanTransport, Jr3, Jr3Sample, Jr3Settings, Pace
 from palpate.drivers.jr3.phases import Jr3Phase

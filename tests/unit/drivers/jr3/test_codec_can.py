@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from palpate.drivers.can_link import CanFrame, FrameKind
+from palpate.drivers.can.link import CanFrame, FrameKind
 from palpate.drivers.errors import RefusedError
 from palpate.drivers.jr3.codec_can import CanDecoder, encode_can
 from palpate.drivers.jr3.messages import Ack, Bootup, Forces, Moments, Op, Request

@@ -4,7 +4,7 @@ import dataclasses
 
 import pytest
 
-from palpate.drivers.can_link import CanFrame
+from palpate.drivers.can.link import CanFrame
 from palpate.drivers.errors import DeviceFaultError, GarbledError, SettingError, SilentError, StateError, WiringError
 from palpate.drivers.jr3 import CanTransport, Jr3, Jr3Settings, UartTransport, shut_down, start_up
 from palpate.drivers.jr3.blocking import identify, zero

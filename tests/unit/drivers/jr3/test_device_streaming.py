@@ -2,7 +2,7 @@
 
 import pytest
 
-from palpate.drivers.can_link import CanFrame
+from palpate.drivers.can.link import CanFrame
 from palpate.drivers.errors import DeviceFaultError, SilentError
 from palpate.drivers.jr3 import Jr3Settings, shut_down
 from palpate.drivers.jr3.device import MAX_BOOTS

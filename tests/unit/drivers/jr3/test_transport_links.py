@@ -8,7 +8,7 @@ import can
 import pytest
 import serial
 
-from palpate.drivers.can_link import MAX_FRAMES, CanFrame, CanLink, FrameKind
+from palpate.drivers.can.link import MAX_FRAMES, CanFrame, CanLink, FrameKind
 from palpate.drivers.errors import SilentError
 from palpate.drivers.jr3.transport import MAX_BYTES, UartLink
 

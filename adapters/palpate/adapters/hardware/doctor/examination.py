@@ -19,16 +19,19 @@ from palpate.adapters.hardware.doctor.pace import examine_clock
 from palpate.adapters.hardware.doctor.ports import examine_encoder, examine_following, examine_force_sensor
 from palpate.adapters.hardware.doctor.push import Person, PushCheck
 from palpate.adapters.hardware.doctor.system import System
+from palpate.adapters.hardware.doctor.ur import examine_tool_force, examine_ur
 from palpate.adapters.hardware.doctor.wiring import Wiring, examine_sharing, wiring_of
 from palpate.adapters.hardware.doctor.zebra import examine_zebra, tell_modules
 from palpate.adapters.hardware.jr3 import Jr3ForceSensor
 from palpate.adapters.hardware.plugins import ArmAdapter, RigContext, arm_maker, force_sensor_maker
 from palpate.adapters.hardware.sensor_facts import reported_by
+from palpate.adapters.hardware.ur import UrToolForceSensor
 from palpate.core.errors import ConfigurationError
 from palpate.core.ports import ForceSensor
 from palpate.drivers.cia402 import Cia402Arm
 from palpate.drivers.errors import DriverError, GarbledError, WiringError
 from palpate.drivers.jr3 import LEFT_HANDED
+from palpate.drivers.ur import UrArm
 from palpate.drivers.zebra_zero import ZebraZero
 
 T = TypeVar("T")
@@ -112,6 +115,8 @@ class Examination:
             mend_axes = f'[force_sensor] axes = "{other}"'
         elif isinstance(sensor, NetFtForceSensor):
             measured = examine_netft(sensor, clock, wishes.seconds, notes)
+        elif isinstance(sensor, UrToolForceSensor):
+            measured = examine_tool_force(sensor, clock, wishes.seconds, notes)
         else:
             measured = examine_force_sensor(sensor, clock, wishes.seconds, notes)
         judge_facts(self._file.facts, reported_by(sensor), measured, notes)
@@ -134,6 +139,9 @@ class Examination:
         elif isinstance(driver, Cia402Arm):
             arm.configure()
             examine_cia402(driver, clock, seconds, notes)
+        elif isinstance(driver, UrArm):
+            arm.configure()
+            examine_ur(driver, clock, seconds, notes)
         else:
             self._examine_strange_arm(adapter)
         if not self._wishes.move:

@@ -13,6 +13,7 @@ from palpate.core.errors import DeviceError
 from palpate.core.ports import CONTROL_RATE_HZ, Clock
 from palpate.drivers.ati import NetFt
 from palpate.drivers.jr3 import CAN_TIMING, UART_TIMING, Jr3, Jr3Statistics
+from palpate.drivers.ur import UrToolForce
 
 _POLL_NS: Final = 1_000_000
 _REMEDY: Final = (
@@ -59,7 +60,7 @@ def examine_jr3(sensor: Jr3ForceSensor, clock: Clock, seconds: float, notes: Not
     return examine_wrench(readings, notes, (*newtons, *metres), resolution)
 
 
-def listen(device: Jr3 | NetFt, clock: Clock, seconds: float) -> tuple[list[WrenchReading], list[int]]:
+def listen(device: Jr3 | NetFt | UrToolForce, clock: Clock, seconds: float) -> tuple[list[WrenchReading], list[int]]:
     """Readings, and the times at which something arrived."""
     readings: list[WrenchReading] = []
     arrivals: list[int] = []

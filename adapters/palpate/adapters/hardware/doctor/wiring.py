@@ -11,9 +11,10 @@ from palpate.adapters.hardware.ati import ati_netft_table
 from palpate.adapters.hardware.cia402 import cia402_table
 from palpate.adapters.hardware.doctor.findings import Notebook
 from palpate.adapters.hardware.jr3 import jr3_can_table, jr3_uart_table
+from palpate.adapters.hardware.ur import ur_table
 from palpate.adapters.hardware.zebra_zero import zebra_table
 from palpate.core.ports import CONTROL_RATE_HZ
-from palpate.drivers.can_identifiers import HIGHEST_NODE, collisions
+from palpate.drivers.can import HIGHEST_NODE, collisions
 from palpate.drivers.cia402 import HIGHEST_LOAD, bits_per_cycle, frame_bits
 
 
@@ -76,6 +77,10 @@ def _ati_netft(settings: Mapping[str, Any]) -> Wiring:
     return Wiring(told=f"{table.host}, UDP port {table.port}, its page on port {table.http_port}")
 
 
+def _ur(settings: Mapping[str, Any]) -> Wiring:
+    return Wiring(told=f"{settings.get('host', ur_table({}).host)}, TCP ports 30004 (RTDE), 30003 and 29999")
+
+
 def _can(bus: Mapping[str, Any], told: str, **more: Any) -> Wiring:
     interface, channel = str(bus["interface"]), str(bus["channel"])
     serial = channel.split("@")[0] if interface == "slcan" else None
@@ -93,7 +98,7 @@ def _guessed(settings: Mapping[str, Any]) -> Wiring:
 
 _KNOWN: Final[Mapping[str, Callable[[Mapping[str, Any]], Wiring]]] = {
     "zebra-nmc": _zebra, "cia402": _cia402, "jr3-can": _jr3_can, "jr3-uart": _jr3_uart,
-    "ati-netft": _ati_netft,
+    "ati-netft": _ati_netft, "ur-rtde": _ur,
 }  # fmt: skip
 
 

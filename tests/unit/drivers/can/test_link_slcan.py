@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import can
 import pytest
 
-from palpate.drivers.can_link import CanFrame, CanLink, open_bus
+from palpate.drivers.can.link import CanFrame, CanLink, open_bus
 from palpate.drivers.cia402.link import CanopenLink
 from palpate.drivers.errors import SilentError
 

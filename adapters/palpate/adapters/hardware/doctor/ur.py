@@ -1,0 +1,68 @@
+"""An arm of Universal Robots, and its tool force. Nothing is switched on here."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from palpate.adapters.hardware.doctor.facts import MeasuredNoise
+from palpate.adapters.hardware.doctor.findings import Notebook
+from palpate.adapters.hardware.doctor.jr3 import judge_rate, listen
+from palpate.adapters.hardware.doctor.pace import at_rate, rate_Hz, spread_of
+from palpate.adapters.hardware.doctor.ports import examine_wrench
+from palpate.adapters.hardware.ur import UrToolForceSensor
+from palpate.core.errors import DeviceError
+from palpate.core.ports import CONTROL_RATE_HZ, Clock
+from palpate.drivers.ur import RANGE_N, RANGE_NM, UrArm
+
+_CABLE: Final = "connect controller and computer directly, or through one switch that carries nothing else"
+_FRESH_SHARE: Final = 0.99
+_QUIETEST_N: Final = 1e-6
+
+
+def examine_ur(arm: UrArm, clock: Clock, seconds: float, notes: Notebook) -> None:
+    """Who the controller is, what it believes to carry, how its data come; its program is not led."""
+    if arm.hello is not None:
+        notes.fact("controller", f"PolyScope {arm.hello.version}, robot {arm.hello.serial}", arm.hello.serial)
+    settings = arm.settings
+    notes.ok(f"payload {settings.payload_kg:g} kg and tool centre point are those of the rig file")
+    begun: list[int] = []
+    late_ns: list[int] = []
+    fresh: list[bool] = []
+    ages_ns: list[int] = []
+    angles: list[tuple[float, ...]] = []
+
+    def turn() -> None:
+        begun.append(clock.now_ns())
+        found = arm.cycle()
+        fresh.append(all(found.is_fresh))
+        ages_ns.append(clock.now_ns() - found.time_ns)
+        angles.append(found.position_rad)
+
+    wanted_Hz = 1.0 / settings.period_s
+    try:
+        at_rate(clock, wanted_Hz, seconds, turn, late_ns)
+    finally:
+        notes.fact("state", arm.state.value if arm.fault is None else f"{arm.state.value}: {arm.fault}")
+    limits = zip(angles[-1], settings.lower_rad, settings.upper_rad, strict=True)
+    rows = tuple((str(i + 1), f"{q:+.4f}", f"{low:.2f} to {high:.2f}") for i, (q, low, high) in enumerate(limits))
+    notes.table(("joint", "angle (rad)", "limits (rad)"), rows)
+    if (spread := spread_of(ages_ns)) is not None:
+        notes.fact("age of the angles", str(spread), spread.median_ms)
+    got_Hz = rate_Hz(begun)
+    told = f"{sum(fresh)} of {len(fresh)} cycles brought new angles, at {got_Hz:.1f} of {wanted_Hz:.1f} Hz"
+    good = sum(fresh) >= _FRESH_SHARE * len(fresh) and got_Hz > 0.97 * wanted_Hz
+    notes.judge(good, told, told, f"{_CABLE}; or [arm] divider = 2, {CONTROL_RATE_HZ / 2:g} Hz")
+
+
+def examine_tool_force(
+    sensor: UrToolForceSensor, clock: Clock, seconds: float, notes: Notebook
+) -> MeasuredNoise | None:
+    """Rate and noise of the tool force. The sensor is active."""
+    device = sensor.device
+    if device is None:
+        raise DeviceError(sensor.name, "is not open")
+    notes.fact("full scales", f"{RANGE_N[0]:g} N; {RANGE_NM[0]:g} N m, a UR5e's")
+    readings, _ = listen(device, clock, seconds)
+    # Of packages that came between two looks only the newest is taken; the loop looks so often.
+    judge_rate(readings, min(1e9 / sensor.period_ns, float(CONTROL_RATE_HZ)), _CABLE, notes)
+    return examine_wrench(readings, notes, (*RANGE_N, *RANGE_NM), _QUIETEST_N)

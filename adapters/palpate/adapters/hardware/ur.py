@@ -1,0 +1,177 @@
+"""An arm of Universal Robots, and the force sensor in its flange, as adapters: wiring and marks, nothing else."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Annotated, ClassVar, Final
+
+from typing_extensions import override
+
+from palpate.adapters.config import SensorFactsTable, overlay
+from palpate.adapters.hardware.arm_on_bus import BusArm, OpenArm
+from palpate.adapters.hardware.clock import sleeping
+from palpate.adapters.hardware.errors import translating
+from palpate.adapters.hardware.plugins import ArmAdapter, DeviceSettings, RigContext
+from palpate.adapters.hardware.polled_sensor import PolledForceSensor
+from palpate.core.errors import ConfigurationError
+from palpate.core.ports import CONTROL_RATE_HZ, Clock, Holds, OneOf, Range, Settings
+from palpate.drivers.ur import RANGE_N, RANGE_NM, ProcessLink, UrArm, UrLink, UrSettings, UrToolForce
+
+_NAME: Final = "Universal Robots arm"
+_TOOL: Final = "Universal Robots tool force"
+_JOINTS: Final = 6
+_OPEN_S: Final = 3.0
+_DEADMAN_S: Final = 0.1
+
+
+@dataclass(frozen=True)
+class _UrTable(Settings):
+    """The table ``[arm]`` of a rig file."""
+
+    TABLE: ClassVar[str] = "arm"
+
+    host: str = "192.168.1.100"
+    """Address of the controller."""
+    rate_Hz: Annotated[float, OneOf(125.0, 250.0, 500.0)] = 500.0
+    """Rate of its data."""
+    payload_kg: Annotated[float, Range(0.0, 50.0)] = 0.0
+    """Mass of all that hangs at the flange; the controller must have the same."""
+    payload_cog_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Its centre, from the flange."""
+    tcp_offset: Annotated[tuple[float, ...], Holds(lambda offset: len(offset) == 6, "six numbers")] = (0.0,) * 6
+    """Tool centre point from the flange, in metres and a rotation vector; the controller must have the same."""
+    guard_N: Annotated[float, Range(0.0, 500.0)] = 0.0
+    """Change of the tool force that stops the arm, whatever other sensor there is; 0 watches nothing."""
+    lookahead_s: Annotated[float, Range(0.03, 0.2)] = 0.03
+    """servoj's look-ahead: it smoothes, and the arm is late by it."""
+    gain: Annotated[float, Range(100.0, 2000.0)] = 1000.0
+    """servoj's gain."""
+    divider: Annotated[int, Range(1, 14)] = 1
+    """Control ticks per set-point."""
+    max_age_ms: Annotated[float, Range(1.0, 10_000.0)] = 50.0
+    """Age above which a sample of the joints is marked as stale."""
+    patience: Annotated[float, Range(0.1, 100.0)] = 1.0
+    """Factor on every time-out of this computer and of the controller's watchdog: 3 for a machine that cannot keep
+    time."""
+
+
+@dataclass(frozen=True)
+class _UrToolTable(Settings):
+    """The tool force in a rig file."""
+
+    TABLE: ClassVar[str] = "force_sensor"
+
+    host: str = "192.168.1.100"
+    """Address of the controller."""
+    rate_Hz: Annotated[float, OneOf(125.0, 250.0, 500.0)] = 500.0
+    """Rate of its data."""
+    max_age_ms: Annotated[float, Range(1.0, 10_000.0)] = 50.0
+    """Age above which a sample is marked as stale."""
+    start_timeout_s: Annotated[float, Range(0.1, 600.0)] = 5.0
+    """Longest wait for the first reading."""
+
+
+def ur_table(settings: DeviceSettings) -> _UrTable:
+    """The table ``[arm]`` with all that it leaves out.
+
+    Raises:
+        ConfigurationError: Something in it cannot be used.
+    """
+    return overlay(_UrTable(), settings)
+
+
+def ur_tool_table(settings: DeviceSettings) -> _UrToolTable:
+    """The table ``[force_sensor]`` with all that it leaves out.
+
+    Raises:
+        ConfigurationError: Something in it cannot be used.
+    """
+    return overlay(_UrToolTable(), settings)
+
+
+def make_ur_rtde(settings: DeviceSettings, context: RigContext) -> ArmAdapter:
+    """An arm of Universal Robots over RTDE, by the client ur_rtde."""
+    table = ur_table(settings)
+    deadman_s = _DEADMAN_S * table.patience
+    return ur_arm(table, context, lambda: ProcessLink(table.host, table.rate_Hz, deadman_s, context.hurry))
+
+
+def ur_arm(table: _UrTable, context: RigContext, link: Callable[[], UrLink]) -> ArmAdapter:
+    """The same over a link of the caller's."""
+    if len(context.lower_rad) != _JOINTS:
+        raise ConfigurationError("arm", context.arm.name, f"an arm of {_JOINTS} joints; {_NAME} has no other")
+    with translating("arm"):
+        arm_settings = UrSettings(
+            lower_rad=context.lower_rad, upper_rad=context.upper_rad, velocity_rad_s=context.velocity_limit_rad_s,
+            period_s=table.divider / CONTROL_RATE_HZ, payload_kg=table.payload_kg, payload_cog_m=table.payload_cog_m,
+            tcp_offset=table.tcp_offset, lookahead_s=table.lookahead_s, gain=table.gain, guard_N=table.guard_N,
+            silence_s=0.1 * table.patience, watchdog_s=0.15 * table.patience,
+        )  # fmt: skip
+
+    def open_bus() -> OpenArm:
+        way, clock = link(), context.clock
+        return OpenArm(UrArm(way, arm_settings, now_ns=clock.now_ns, sleep=sleeping(clock)), way.close)
+
+    arm = BusArm(
+        _NAME, open_bus, context.clock, joints=_JOINTS, divider=table.divider,
+        max_age_ns=round(table.max_age_ms * 1e6), hurry=context.hurry,
+    )  # fmt: skip
+    return ArmAdapter(arm, arm)
+
+
+class UrToolForceSensor(PolledForceSensor[UrToolForce]):
+    """The force sensor in the flange of an e-Series arm.
+
+    Args:
+        link: Makes a way to the controller; called by ``configure``.
+        clock: The run's clock.
+        rate_Hz: Rate of its data.
+        max_age_ns: Age above which a sample is marked ``STALE``.
+        start_timeout_s: Longest wait for the first reading.
+    """
+
+    REMEDY = "see that the controller is switched on, and that no firewall stands before port 30004"
+
+    def __init__(
+        self, link: Callable[[], UrLink], clock: Clock, *, rate_Hz: float, max_age_ns: int, start_timeout_s: float
+    ) -> None:
+        super().__init__(_TOOL, clock, max_age_ns=max_age_ns, start_timeout_s=start_timeout_s)
+        self._link, self._rate_Hz = link, rate_Hz
+        self._way: UrLink | None = None
+
+    @property
+    @override
+    def period_ns(self) -> int:
+        return round(1e9 / self._rate_Hz)
+
+    def reported_facts(self) -> SensorFactsTable:
+        """Rated ranges of the data sheet, and the rate."""
+        return SensorFactsTable(range_N=RANGE_N, range_Nm=RANGE_NM, rate_Hz=self._rate_Hz, frame="sensor")
+
+    @override
+    def _connect(self) -> None:
+        way = self._way = self._link()
+        self._close_wire = way.close
+        way.open(_OPEN_S)
+        self.device = UrToolForce(way)
+
+    @override
+    def _on_acknowledge(self) -> None:
+        super()._on_acknowledge()
+        if self._way is not None:
+            with translating(self.name):
+                self._way.open(_OPEN_S)
+
+    @override
+    def _leave(self, device: UrToolForce) -> None:
+        """Nothing of the controller's was changed."""
+
+
+def make_ur_tool_force(settings: DeviceSettings, context: RigContext) -> UrToolForceSensor:
+    """The tool force of an e-Series arm."""
+    table = ur_tool_table(settings)
+    return UrToolForceSensor(
+        lambda: ProcessLink(table.host, table.rate_Hz, _OPEN_S, context.hurry), context.clock,
+        rate_Hz=table.rate_Hz, max_age_ns=round(table.max_age_ms * 1e6), start_timeout_s=table.start_timeout_s,
+    )  # fmt: skip

@@ -1,0 +1,10 @@
+from .arm import UrArm as UrArm
+from .arm import UrSettings as UrSettings
+from .link import ProcessLink as ProcessLink
+from .link import UrHello as UrHello
+from .link import UrLink as UrLink
+from .link import UrState as UrState
+from .tool_force import RANGE_N as RANGE_N
+from .tool_force import RANGE_NM as RANGE_NM
+from .tool_force import UrToolForce as UrToolForce
+from .tool_force import UrWrenchSample as UrWrenchSample

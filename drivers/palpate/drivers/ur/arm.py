@@ -1,0 +1,392 @@
+"""The arm: checked as it is opened, led cycle by cycle, stopped on every way out.
+
+Who comes to rest how: a stop brakes within servoStop; without set-points the client's process does so after the
+deadman's time; without that process the controller's watchdog ends the control program, which brakes too.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import enum
+import re
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from math import dist, inf, isfinite
+from typing import Final
+
+from typing_extensions import override
+
+from palpate.drivers.arm import Applied, AppliedReason, ArmDriver, Measured, clamped, held_back
+from palpate.drivers.errors import (
+    DeviceFaultError,
+    DriverError,
+    GarbledError,
+    RefusedError,
+    SettingError,
+    SilentError,
+    StateError,
+    WiringError,
+)
+from palpate.drivers.ur.link import CHECK, NAME, UrHello, UrLink, UrState
+
+JOINTS: Final = 6
+_RUNNING, _PLAYING = 7, 2
+_SAFE: Final = (1, 2)
+_PROTECTIVE: Final = 3
+_SAFETY: Final = {
+    3: "protective stop", 4: "recovery mode", 5: "safeguard stop", 6: "emergency stop of the system",
+    7: "emergency stop of the robot", 8: "violation of a safety limit", 9: "safety fault", 10: "a joint to validate",
+    12: "safeguard stop of the automatic mode", 13: "three-position switch released",
+}  # fmt: skip
+_MODES: Final = {
+    -1: "no controller", 0: "disconnected", 1: "safety to confirm", 2: "booting", 3: "power off", 4: "power on",
+    5: "idle, brakes on", 6: "backdrive", 8: "updating its firmware",
+}  # fmt: skip
+"""FACT: safety_mode and robot_mode of the RTDE guide."""
+_REMEDY: Final = (
+    "mend the cause, release the button if one is pressed, power on and release the brakes, then acknowledge"
+)
+_OPEN_S, _ANSWER_S, _PROGRAM_S, _STOP_S = 3.0, 1.0, 6.0, 0.5
+_STOP_RAD_S2: Final = 15.0
+_WAIT_S: Final = 0.02
+_FULL_RAD, _SLACK_RAD, _FASTEST_RAD_S = 6.6, 0.05, 7.0
+"""Joints turn by 360 degrees, those of the wrists at 360 degrees/s."""
+_COG_M, _KG, _TCP_M, _TCP_RAD = 1e-3, 0.01, 1e-4, 1e-3
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class UrSettings:
+    """What the rig file says.
+
+    Attributes:
+        lower_rad: Lower joint limits, (6,). upper_rad: Upper ones. velocity_rad_s: Velocity limits.
+        period_s: Time between cycles.
+        payload_kg: Mass of the tool. payload_cog_m: Its centre from the flange, (3,).
+        tcp_offset: Tool centre point from the flange: metres and rotation vector, (6,).
+        lookahead_s: servoj's look-ahead. gain: servoj's gain.
+        silence_s: So long without data is a fault.
+        watchdog_s: So long without set-points and the controller ends the program.
+        guard_N: Change of the tool force since the arm was enabled that stops it; 0 watches nothing.
+    """
+
+    lower_rad: tuple[float, ...]
+    upper_rad: tuple[float, ...]
+    velocity_rad_s: tuple[float, ...]
+    period_s: float
+    payload_kg: float = 0.0
+    payload_cog_m: tuple[float, ...] = (0.0, 0.0, 0.0)
+    tcp_offset: tuple[float, ...] = (0.0,) * 6
+    lookahead_s: float = 0.03
+    gain: float = 1000.0
+    silence_s: float = 0.1
+    watchdog_s: float = 0.15
+    guard_N: float = 0.0
+
+
+class UrArmState(enum.Enum):
+    """Where in its life the arm is."""
+
+    NEW = "new"
+    CONFIGURED = "configured"
+    ENABLED = "enabled"
+    STOPPED = "stopped"
+    FAULTED = "faulted"
+    CLOSED = "closed"
+
+
+class UrArm(ArmDriver):
+    """The arm.
+
+    Args:
+        link: A way to its controller, not open yet.
+        settings: What the rig file says.
+        now_ns: Clock of the samples.
+        sleep: Waits that many seconds.
+
+    Attributes:
+        hello: Who the controller is; None before :meth:`open`.
+        fault: Why the arm stopped for good, or None.
+        reconnections: How often a connection that broke was made again.
+    """
+
+    def __init__(
+        self, link: UrLink, settings: UrSettings, *, now_ns: Callable[[], int], sleep: Callable[[float], None]
+    ) -> None:
+        self.settings = settings
+        self.hello: UrHello | None = None
+        self.fault: str | None = None
+        self.reconnections = 0
+        self._link, self._now_ns, self._sleep = link, now_ns, sleep
+        self._state, self._found = UrArmState.NEW, UrArmState.NEW
+        self._seen: UrState | None = None
+        self._reference_rad: tuple[float, ...] = ()
+        self._force_N: tuple[float, ...] | None = None
+
+    @property
+    def state(self) -> UrArmState:
+        """Where in its life the arm is."""
+        return self._state
+
+    def open(self) -> None:
+        """Reach the controller and hold it against the rig file; nothing moves.
+
+        Raises:
+            DriverError: It is not there, in local control, without power, of another version, or set up otherwise.
+        """
+        self._require("open()", UrArmState.NEW)
+        self._connect()
+        self._state = UrArmState.CONFIGURED
+
+    def enable(self) -> None:
+        """Start the control program, watched by the controller; the arm holds still. A broken connection is made again.
+
+        Raises:
+            DriverError: As :meth:`open`.
+        """
+        self._require("enable()", UrArmState.CONFIGURED)
+        try:
+            seen = self._fresh()
+            self._judge_controller(seen)
+        except (SilentError, WiringError):
+            # Nothing was under way: whoever enables wants it back.
+            seen = self._connect()
+            self.reconnections += 1
+        self._judge_tool(seen)
+        for i, (angle, low, high) in enumerate(
+            zip(seen.q_rad, self.settings.lower_rad, self.settings.upper_rad, strict=True)
+        ):
+            if not low <= angle <= high:
+                problem = f"joint {i + 1} stands at {angle:.4f} rad, outside {low:.4f} to {high:.4f}"
+                raise StateError("arm", problem, "move it back from the pendant")
+        self._link.call("control", _PROGRAM_S, 1.0 / self.settings.watchdog_s)
+        seen = self._fresh()
+        self._reference_rad, self._force_N = seen.q_rad, seen.wrench[:3]
+        self._state = UrArmState.ENABLED
+
+    def preview(self, setpoint_rad: Sequence[float], /) -> Applied:
+        """What a cycle would make of a set-point now; nothing is sent.
+
+        Raises:
+            RefusedError: The number of angles is wrong, or one is not finite.
+            StateError: The arm is not enabled.
+        """
+        self._require("a set-point", UrArmState.ENABLED, UrArmState.STOPPED)
+        asked = tuple(map(float, setpoint_rad))
+        if len(asked) != JOINTS or not all(map(isfinite, asked)):
+            raise RefusedError("arm", f"{asked} are no {JOINTS} joint angles", "give finite angles, one a joint")
+        if self._state is UrArmState.STOPPED:
+            return Applied(self._position_rad(), AppliedReason.STOPPED)
+        settings = self.settings
+        within = clamped(asked, settings.lower_rad, settings.upper_rad)
+        steps = zip(within, self._reference_rad, settings.velocity_rad_s, strict=True)
+        share = min((most * settings.period_s / abs(a - b) if a != b else inf) for a, b, most in steps)
+        return held_back(asked, within, self._reference_rad, share)
+
+    def cycle(self, setpoint_rad: Sequence[float] | None = None, /) -> Measured:
+        """Send a set-point, look at the newest state; None holds.
+
+        Raises:
+            RefusedError: The number of angles is wrong, or one is not finite; nothing was sent.
+            StateError: The arm is not configured.
+            DriverError: A stop of the controller, silence, or a force beyond the guard; stopped and latched.
+        """
+        self._require("cycle()", UrArmState.CONFIGURED, UrArmState.ENABLED, UrArmState.STOPPED)
+        applied = None if setpoint_rad is None else self.preview(setpoint_rad)
+        enabled, before = self._state is UrArmState.ENABLED, self._seen
+        with self._latching():
+            if enabled:
+                self._reference_rad = self._reference_rad if applied is None else applied.position_rad
+                settings = self.settings
+                self._link.servo(self._reference_rad, settings.period_s, settings.lookahead_s, settings.gain)
+            try:
+                seen = self._fresh()
+            except SilentError:
+                if self._state is not UrArmState.STOPPED or before is None:
+                    raise
+                # It is at rest: the next enable() makes the connection again.
+                seen = before
+            if enabled:
+                self._judge_motion(seen)
+        is_new = before is None or seen.timestamp_s != before.timestamp_s
+        return Measured(
+            position_rad=seen.q_rad, is_fresh=(is_new,) * JOINTS, applied=applied, time_ns=self._time_ns(seen)
+        )
+
+    def stop(self) -> None:
+        """Brake; at any time, twice too, never raising.
+
+        Where the client does not obey it is ended, and the watchdog of the controller acts.
+        """
+        if self._state is UrArmState.ENABLED:
+            self._state = UrArmState.STOPPED
+        elif self._state is not UrArmState.FAULTED:
+            return
+        try:
+            self._link.call("stop", _STOP_S, _STOP_RAD_S2)
+        except DriverError:
+            self._link.close()
+
+    def disable(self) -> None:
+        """Stop. The controller's watchdog then ends the program, and the arm holds itself.
+
+        Raises:
+            StateError: The arm is neither configured nor enabled.
+        """
+        self._require("disable()", UrArmState.CONFIGURED, UrArmState.ENABLED, UrArmState.STOPPED)
+        self.stop()
+        self._state = UrArmState.CONFIGURED
+
+    def acknowledge(self) -> None:
+        """Clear a fault: a protective stop is unlocked, a broken connection made again; a person's decision.
+
+        Raises:
+            StateError: There is no fault.
+            DriverError: It does not go away; it stays.
+        """
+        if self._state is not UrArmState.FAULTED:
+            raise StateError("arm", f"there is no fault to acknowledge while it is {self._state.value}", "go on")
+        try:
+            seen = self._fresh()
+        except DriverError:
+            seen = self._connect(judged=False)
+            self.reconnections += 1
+        if seen.safety_mode == _PROTECTIVE:
+            self._link.call("unlock", _ANSWER_S)
+            self._sleep(0.1)
+            seen = self._fresh()
+        self._judge_controller(seen)
+        self._judge_tool(seen)
+        self._state, self.fault = UrArmState.CONFIGURED, None
+
+    def close(self) -> None:
+        """Stop, end the program and the client; never raises."""
+        self.stop()
+        self._link.close()
+        self._state = UrArmState.CLOSED
+
+    @override
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Nothing is lacking."""
+        return ()
+
+    def _connect(self, *, judged: bool = True) -> UrState:
+        self._seen = None
+        self.hello = self._link.open(_OPEN_S)
+        found = re.search(r"(\d+)\.(\d+)", self.hello.version)
+        if found is None or int(found[1]) != 5 or int(found[2]) < 9:
+            problem = f"its software is {self.hello.version!r}, which nobody has tried"
+            raise WiringError(NAME, problem, "PolyScope 5.9 or a later 5 is asked for")
+        seen = self._fresh()
+        if judged:
+            self._judge_controller(seen)
+            self._judge_tool(seen)
+            # The tool centre point is the control program's to tell.
+            self._link.call("control", _PROGRAM_S, 0.0)
+            self._judge_tcp(self._link.call("tcp", _ANSWER_S))
+        return seen
+
+    def _require(self, request: str, *states: UrArmState) -> None:
+        if self._state in states:
+            return
+        if self._state is UrArmState.FAULTED:
+            raise DeviceFaultError("arm", f"{request} refused, a fault is latched: {self.fault}", "acknowledge it")
+        wanted = " or ".join(state.value for state in states)
+        raise StateError("arm", f"{request} while it is {self._state.value}", f"it has to be {wanted}")
+
+    @contextlib.contextmanager
+    def _latching(self) -> Iterator[None]:
+        try:
+            yield
+        except DriverError as error:
+            self._state, self.fault = UrArmState.FAULTED, str(error)
+            self.stop()
+            raise
+        except BaseException:
+            self.stop()
+            raise
+
+    def _fresh(self) -> UrState:
+        """The newest state, which may be awaited for a moment.
+
+        Raises:
+            SilentError: There is none that is young enough.
+        """
+        waited_s, before = 0.0, self._seen
+        while True:
+            seen = self._link.state()
+            if seen is not None and (before is None or seen.timestamp_s != before.timestamp_s):
+                self._require_sense(seen, before)
+                self._seen = seen
+                if self._age_s(seen) < _WAIT_S:
+                    return seen
+            if waited_s >= (_OPEN_S if before is None else _WAIT_S):
+                break
+            self._sleep(0.001)
+            waited_s += 0.001
+        if seen is None or self._age_s(seen) > self.settings.silence_s:
+            silence = "ever" if seen is None else f"for {self._age_s(seen) * 1e3:.0f} ms"
+            raise SilentError(NAME, f"its controller at {self._link.host} has sent no data {silence}", CHECK)
+        return seen
+
+    def _require_sense(self, seen: UrState, before: UrState | None) -> None:
+        """A client that has lost the beginning of its packages takes other bytes for them."""
+        numbers = (*seen.q_rad, *seen.wrench, seen.timestamp_s)
+        # A controller that has started anew counts its time from zero.
+        elapsed_s = 0.0 if before is None else abs(seen.timestamp_s - before.timestamp_s)
+        way_rad = 0.0 if before is None else max(abs(a - b) for a, b in zip(seen.q_rad, before.q_rad, strict=True))
+        if (
+            not all(map(isfinite, numbers))
+            or max(map(abs, seen.q_rad)) > _FULL_RAD
+            or way_rad > _SLACK_RAD + _FASTEST_RAD_S * elapsed_s
+            or seen.robot_mode not in range(-1, 9)
+            or seen.safety_mode not in range(1, 32)
+            or seen.runtime not in range(6)
+        ):
+            raise GarbledError(NAME, f"what its controller at {self._link.host} sends makes no sense", CHECK)
+
+    def _age_s(self, seen: UrState) -> float:
+        return (self._link.stamp_ns() - seen.stamp_ns) * 1e-9
+
+    def _time_ns(self, seen: UrState) -> int:
+        return self._now_ns() - max(0, self._link.stamp_ns() - seen.stamp_ns)
+
+    def _position_rad(self) -> tuple[float, ...]:
+        return self._reference_rad if self._seen is None else self._seen.q_rad
+
+    def _judge_controller(self, seen: UrState) -> None:
+        if seen.safety_mode not in _SAFE:
+            name = _SAFETY.get(seen.safety_mode, f"safety mode {seen.safety_mode}")
+            raise DeviceFaultError(NAME, f"its controller at {self._link.host} reports: {name}", _REMEDY)
+        if seen.robot_mode != _RUNNING:
+            name = _MODES.get(seen.robot_mode, f"robot mode {seen.robot_mode}")
+            raise DeviceFaultError(NAME, f"its controller at {self._link.host} reports: {name}", _REMEDY)
+        if not self._link.call("remote", _ANSWER_S):
+            raise WiringError(NAME, "it is in local control", "switch the pendant to remote control")
+
+    def _judge_motion(self, seen: UrState) -> None:
+        if seen.safety_mode not in _SAFE or seen.robot_mode != _RUNNING:
+            self._judge_controller(seen)
+        if seen.runtime != _PLAYING:
+            problem = "its control program has ended: by its watchdog, at the pendant, or by a switch to local control"
+            raise DeviceFaultError(NAME, problem, "see the controller's log, then acknowledge")
+        guard_N = self.settings.guard_N
+        if guard_N and self._force_N is not None and (change_N := dist(seen.wrench[:3], self._force_N)) > guard_N:
+            problem = f"its tool force has changed by {change_N:.1f} N, beyond [arm] guard_N = {guard_N:g}"
+            raise DeviceFaultError(NAME, problem, "see what the tool has met, then acknowledge")
+
+    def _judge_tool(self, seen: UrState) -> None:
+        settings = self.settings
+        if abs(seen.payload_kg - settings.payload_kg) > _KG:
+            self._refuse("payload_kg", settings.payload_kg, round(seen.payload_kg, 4))
+        if dist(seen.payload_cog_m, settings.payload_cog_m) > _COG_M:
+            self._refuse("payload_cog_m", settings.payload_cog_m, tuple(round(x, 5) for x in seen.payload_cog_m))
+
+    def _judge_tcp(self, told: Sequence[float]) -> None:
+        wanted = self.settings.tcp_offset
+        if dist(told[:3], wanted[:3]) > _TCP_M or dist(told[3:], wanted[3:]) > _TCP_RAD:
+            self._refuse("tcp_offset", wanted, tuple(round(x, 5) for x in told))
+
+    def _refuse(self, name: str, wanted: object, told: object) -> None:
+        problem = f"[arm] {name} is {wanted} in the rig file, and {told} in the controller"
+        raise SettingError(NAME, problem, "set the same in the controller's installation and in the rig file")

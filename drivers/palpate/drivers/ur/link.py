@@ -1,0 +1,259 @@
+"""The way to the process that owns ur_rtde. Nothing here waits longer than it is told."""
+
+from __future__ import annotations
+
+import json
+import select
+import socket
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from abc import abstractmethod
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from importlib.util import find_spec
+from typing import Any, Final, Protocol
+
+from palpate.drivers.errors import DriverError, SettingError, SilentError, WiringError
+from palpate.drivers.ur.process_main import STATE
+
+NAME: Final = "Universal Robots arm"
+CHECK: Final = "check the address in the rig file, the cable, and that the controller is switched on"
+EXTRA: Final = "pip install 'palpate[ur]'"
+_MOST: Final = 1 << 16
+_END_S: Final = 0.2
+
+
+@dataclass(frozen=True, slots=True)
+class UrHello:
+    """Who the controller is.
+
+    Attributes:
+        version: Of PolyScope, as it says it.
+        serial: Number of the robot.
+    """
+
+    version: str
+    serial: str
+
+
+@dataclass(frozen=True, slots=True)
+class UrState:
+    """One data package.
+
+    Attributes:
+        stamp_ns: When it was found, on the clock of :meth:`UrLink.stamp_ns`.
+        timestamp_s: The controller's own time.
+        q_rad: Joint angles, (6,).
+        wrench: Raw force and torque in the tool flange, (6,) N and N m; its weight is in it.
+        robot_mode: RTDE's robot_mode. safety_mode: RTDE's safety_mode. runtime: RTDE's runtime_state.
+        payload_kg: Mass that the controller believes to carry.
+        payload_cog_m: Its centre from the flange, (3,).
+    """
+
+    stamp_ns: int
+    timestamp_s: float
+    q_rad: tuple[float, ...]
+    wrench: tuple[float, ...]
+    robot_mode: int
+    safety_mode: int
+    runtime: int
+    payload_kg: float
+    payload_cog_m: tuple[float, ...]
+
+
+class UrLink(Protocol):
+    """A way to the controller.
+
+    Attributes:
+        host: Its address.
+    """
+
+    host: str
+
+    @abstractmethod
+    def stamp_ns(self) -> int:
+        """Now, on the clock that states are stamped with."""
+
+    @abstractmethod
+    def open(self, timeout_s: float) -> UrHello:
+        """Reach the controller; whatever was open before is given up.
+
+        Raises:
+            DriverError: Nobody is there, or it does not answer in time.
+        """
+
+    @abstractmethod
+    def call(self, request: str, timeout_s: float, *args: float) -> Any:
+        """Ask for something and wait for the answer.
+
+        Raises:
+            DriverError: It was refused, or not answered in time; then the link is closed.
+        """
+
+    @abstractmethod
+    def servo(self, q_rad: tuple[float, ...], step_s: float, lookahead_s: float, gain: float) -> None:
+        """Send a set-point; waits for nothing.
+
+        Raises:
+            DriverError: There is no way to the controller any more.
+        """
+
+    @abstractmethod
+    def state(self) -> UrState | None:
+        """The newest state; None before the first.
+
+        Raises:
+            DriverError: There is no way to the controller any more.
+        """
+
+    @abstractmethod
+    def close(self) -> None:
+        """Give everything up; twice too, never raising."""
+
+
+class ProcessLink(UrLink):
+    """ur_rtde in a process of its own.
+
+    Args:
+        host: Address of the controller.
+        rate_Hz: Rate of its data.
+        deadman_s: Longest time between set-points while the arm is led; then that process stops it.
+        hurry: Puts the thread that starts the process where the process is to run: into the real-time class.
+    """
+
+    def __init__(self, host: str, rate_Hz: float, deadman_s: float, hurry: Callable[[], object] | None = None) -> None:
+        self.host, self._words, self._hurry = host, [host, str(rate_Hz), str(deadman_s)], hurry
+        self._process: subprocess.Popen[bytes] | None = None
+        self._line: socket.socket | None = None
+        self._told: Any = None
+        self._state, self._asked = b"", 0
+        self._answers: dict[int, dict[str, Any]] = {}
+        self._lost = ""
+
+    def stamp_ns(self) -> int:
+        """The system's monotonic clock, which both processes have."""
+        return time.monotonic_ns()
+
+    def open(self, timeout_s: float) -> UrHello:
+        """See :class:`UrLink`."""
+        if find_spec("rtde_control") is None:
+            raise SettingError(NAME, "the package ur_rtde is not installed", EXTRA)
+        self.close()
+        ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        # The client prints what troubles it.
+        self._told = tempfile.TemporaryFile()
+        with theirs:
+            # What a process inherits is its starting thread's, and this one is to stay as it is.
+            starter = threading.Thread(target=self._start, args=(theirs.fileno(),))
+            starter.start()
+            starter.join()
+        self._line, self._state, self._lost = ours, b"", ""
+        hello = UrHello(**self.call("hello", timeout_s))
+        self.call("listen", timeout_s)
+        return hello
+
+    def call(self, request: str, timeout_s: float, *args: float) -> Any:
+        """See :class:`UrLink`."""
+        self._asked += 1
+        number, deadline_ns = self._asked, time.monotonic_ns() + round(timeout_s * 1e9)
+        self._send({"op": request, "id": number, "args": args})
+        while number not in self._answers:
+            left_s = (deadline_ns - time.monotonic_ns()) * 1e-9
+            if left_s <= 0.0:
+                self.close()
+                problem = f"{self.host} has not answered within {timeout_s:g} s ({request})"
+                raise SilentError(NAME, problem, CHECK)
+            select.select([self._open_line()], [], [], left_s)
+            self._take()
+        answer = self._answers.pop(number)
+        if "error" in answer:
+            raise WiringError(NAME, f"{self.host}: {answer['error']}", CHECK)
+        return answer["value"]
+
+    def servo(self, q_rad: tuple[float, ...], step_s: float, lookahead_s: float, gain: float) -> None:
+        """See :class:`UrLink`."""
+        # ur_rtde asks for a speed and an acceleration that servoj does not use.
+        self._send({"op": "servo", "args": [list(q_rad), 0.5, 0.5, step_s, lookahead_s, gain]})
+
+    def state(self) -> UrState | None:
+        """See :class:`UrLink`."""
+        self._take()
+        if not self._state:
+            return None
+        fields: dict[str, Any] = json.loads(self._state)
+        fields |= {name: tuple(value) for name, value in fields.items() if isinstance(value, list)}
+        return UrState(**fields)
+
+    def close(self) -> None:
+        """End the process: it is told first, so that it ends the program on the controller."""
+        process, line, told = self._process, self._line, self._told
+        self._process = self._line = self._told = None
+        self._answers = {}
+        if line is not None:
+            line.close()
+        if process is not None:
+            with suppress(subprocess.TimeoutExpired):
+                process.wait(_END_S)
+            process.kill()
+            process.wait()
+        if told is not None:
+            told.close()
+
+    def _start(self, fd: int) -> None:
+        if self._hurry is not None:
+            self._hurry()
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", "palpate.drivers.ur.process_main", str(fd), *self._words], pass_fds=[fd],
+            stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=self._told, start_new_session=True,
+        )  # fmt: skip
+
+    def _open_line(self) -> socket.socket:
+        if self._line is None:
+            raise SilentError(NAME, f"the connection to {self.host} is closed", CHECK)
+        return self._line
+
+    def _send(self, message: dict[str, Any]) -> None:
+        try:
+            self._open_line().send(json.dumps(message).encode(), socket.MSG_DONTWAIT)
+        except BlockingIOError as error:
+            problem = f"the client takes no set-points: {self.host} does not answer it"
+            raise SilentError(NAME, problem, CHECK) from error
+        except OSError as error:
+            # What it said last is more than that it is gone.
+            with suppress(OSError):
+                self._take()
+            raise self._gone() from error
+
+    def _take(self) -> None:
+        line = self._open_line()
+        while True:
+            try:
+                message = line.recv(_MOST, socket.MSG_DONTWAIT)
+            except BlockingIOError:
+                break
+            except OSError as error:
+                raise self._gone() from error
+            if not message:
+                raise self._gone()
+            if message.startswith(STATE):
+                self._state = message[1:]
+            elif "lost" in (heard := json.loads(message)):
+                self._lost = heard["lost"]
+                raise self._gone()
+            else:
+                self._answers[heard["id"]] = heard
+
+    def _gone(self) -> DriverError:
+        cause = self._lost or self._last_words() or "the client's process has ended"
+        return SilentError(NAME, f"the connection to {self.host} is broken: {cause}", CHECK)
+
+    def _last_words(self) -> str:
+        if self._told is None:
+            return ""
+        self._told.seek(0)
+        lines = self._told.read().decode("utf-8", "replace").strip().splitlines()
+        return lines[-1].strip() if lines else ""

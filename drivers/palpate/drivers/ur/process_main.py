@@ -1,0 +1,176 @@
+"""The process that owns ur_rtde: ``python -m palpate.drivers.ur.process_main FD HOST RATE_HZ DEADMAN_S``.
+
+It ends when the other side hangs up, and stops the arm when no set-point has come for the deadman's time. If it dies
+itself, the controller's own watchdog ends the control program.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import select
+import socket
+import sys
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Any, Final
+
+STATE: Final = b"S"
+_LOOK_S: Final = 0.001
+_START_S: Final = 2.0
+_MOST: Final = 1 << 16
+_VARIABLES: Final = [
+    "timestamp", "actual_q", "ft_raw_wrench", "robot_mode", "safety_mode", "runtime_state", "payload", "payload_cog",
+]  # fmt: skip
+
+
+class Served:
+    """The client, and what is asked of it.
+
+    Args:
+        line: To whoever asks.
+        host: Address of the controller.
+        rate_Hz: Rate of its data.
+        deadman_s: Longest time between set-points while the arm is led.
+    """
+
+    def __init__(self, line: socket.socket, host: str, rate_Hz: float, deadman_s: float) -> None:
+        self._line, self._host, self._rate_Hz, self._deadman_s = line, host, rate_Hz, deadman_s
+        self._dashboard: Any = None
+        self._receive: Any = None
+        self._control: Any = None
+        self._timestamp_s = -1.0
+        self._led_s: float | None = None
+        self._ways: dict[str, Callable[..., Any]] = {
+            "hello": self._hello, "listen": self._listen, "control": self._start_program, "stop": self._stop,
+            "tcp": lambda: self._control.getTCPOffset(), "unlock": self._unlock,
+            "remote": lambda: self._dashboard.isInRemoteControl(),
+        }  # fmt: skip
+
+    def serve(self) -> None:
+        """Until the other side hangs up, or the controller does."""
+        while True:
+            if select.select([self._line], [], [], _LOOK_S)[0] and not self._hear():
+                return
+            if self._led_s is not None and time.monotonic() - self._led_s > self._deadman_s:
+                self._stop(20.0)
+            if self._receive is not None:
+                self._tell_state()
+
+    def end(self) -> None:
+        """Stop the arm and end the program, where there is one."""
+        with suppress(Exception):
+            if self._control is not None:
+                if self._led_s is not None:
+                    self._stop(20.0)
+                self._control.stopScript()
+
+    def _hear(self) -> bool:
+        """Do what is asked; of several set-points the newest. False when nobody is left to ask."""
+        joints_rad = None
+        while True:
+            try:
+                message = self._line.recv(_MOST, socket.MSG_DONTWAIT)
+            except BlockingIOError:
+                break
+            if not message:
+                return False
+            asked = json.loads(message)
+            if asked["op"] == "servo":
+                joints_rad = asked["args"]
+                continue
+            joints_rad = None
+            self._answer(asked)
+        if joints_rad is not None and self._control is not None:
+            self._led_s = time.monotonic()
+            self._control.servoJ(*joints_rad)
+        return True
+
+    def _answer(self, asked: dict[str, Any]) -> None:
+        try:
+            answer = {"id": asked["id"], "value": self._ways[asked["op"]](*asked["args"])}
+        except Exception as error:
+            # Whatever the client raises: it is told in its own words.
+            answer = {"id": asked["id"], "error": str(error).strip() or repr(error)}
+        self._line.send(json.dumps(answer).encode())
+
+    def _hello(self) -> dict[str, Any]:
+        from dashboard_client import DashboardClient  # type: ignore[import-untyped, import-not-found, unused-ignore]
+
+        self._dashboard = DashboardClient(self._host)
+        self._dashboard.connect(1000)
+        version = self._dashboard.polyscopeVersion()
+        with suppress(Exception):
+            return {"version": version, "serial": self._dashboard.getSerialNumber()}
+        return {"version": version, "serial": ""}
+
+    def _listen(self) -> None:
+        from rtde_receive import RTDEReceiveInterface  # type: ignore[import-untyped, import-not-found, unused-ignore]
+
+        self._receive = RTDEReceiveInterface(self._host, self._rate_Hz, _VARIABLES)
+
+    def _start_program(self, watchdog_Hz: float) -> bool:
+        from rtde_control import RTDEControlInterface  # type: ignore[import-untyped, import-not-found, unused-ignore]
+
+        self._led_s = None
+        if self._control is None:
+            self._control = RTDEControlInterface(self._host, self._rate_Hz)
+        else:
+            self._control.reuploadScript()
+            deadline_s = time.monotonic() + _START_S
+            while not self._control.isProgramRunning():
+                if time.monotonic() > deadline_s:
+                    raise RuntimeError("the control program does not start")
+                time.sleep(0.005)
+        return bool(self._control.setWatchdog(watchdog_Hz)) if watchdog_Hz else True
+
+    def _stop(self, rad_s2: float) -> bool:
+        self._led_s = None
+        return self._control is None or bool(self._control.servoStop(rad_s2))
+
+    def _unlock(self) -> None:
+        self._dashboard.closeSafetyPopup()
+        self._dashboard.unlockProtectiveStop()
+
+    def _tell_state(self) -> None:
+        receive = self._receive
+        if not receive.isConnected():
+            raise ConnectionError("the controller has closed the RTDE connection, or sends nothing any more")
+        timestamp_s = receive.getTimestamp()
+        if timestamp_s == self._timestamp_s:
+            return
+        state = {
+            "stamp_ns": time.monotonic_ns(), "timestamp_s": timestamp_s, "q_rad": receive.getActualQ(),
+            "wrench": receive.getFtRawWrench(), "robot_mode": receive.getRobotMode(),
+            "safety_mode": receive.getSafetyMode(), "runtime": receive.getRuntimeState(),
+            "payload_kg": receive.getPayload(), "payload_cog_m": receive.getPayloadCog(),
+        }  # fmt: skip
+        if receive.getTimestamp() != timestamp_s:
+            # A package came in between: its parts would not be of one time.
+            return
+        self._timestamp_s = timestamp_s
+        with suppress(BlockingIOError):
+            self._line.send(STATE + json.dumps(state).encode(), socket.MSG_DONTWAIT)
+
+
+def main() -> None:
+    """Serve; never returns, and leaves without the client's own clearing up, which may wait without end."""
+    fd, host, rate_Hz, deadman_s = sys.argv[1:]
+    with suppress(OSError):
+        # The client waits without sleeping: not on the loop's own processor, where that has one.
+        os.sched_setaffinity(0, range(os.cpu_count() or 1))
+    line = socket.socket(fileno=int(fd))
+    served = Served(line, host, float(rate_Hz), float(deadman_s))
+    try:
+        served.serve()
+    except Exception as error:
+        with suppress(OSError):
+            line.send(json.dumps({"lost": str(error).strip() or repr(error)}).encode())
+    line.close()
+    served.end()
+    os._exit(0)
+
+
+if __name__ == "__main__":
+    main()

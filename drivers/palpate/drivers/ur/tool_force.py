@@ -1,0 +1,96 @@
+"""The force sensor in the tool flange of an e-Series arm, advanced by polling."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+from palpate.drivers.errors import DriverError, SilentError, WiringError
+from palpate.drivers.ur.link import CHECK, NAME, UrLink
+
+RANGE_N: Final = (50.0, 50.0, 50.0)
+RANGE_NM: Final = (10.0, 10.0, 10.0)
+"""FACT: UR5e, technical specification, "Force sensing, tool flange"."""
+_STALL_NS: Final = 100_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class UrWrenchSample:
+    """A reading, raw: the tool's weight is in it.
+
+    Attributes:
+        force_N: Force on the tool, (3,), in the flange's frame.
+        torque_Nm: Torque about its origin, (3,).
+        sequence: Counts the readings.
+        receive_time_ns: Clock of the poll that found it.
+        over_range: Beyond the rated range of an axis, where the sensor saturates. saturated: The same.
+        near_saturated: Never. settling: Never.
+    """
+
+    force_N: tuple[float, float, float]
+    torque_Nm: tuple[float, float, float]
+    sequence: int
+    receive_time_ns: int
+    over_range: bool
+    saturated: bool
+    near_saturated: bool = False
+    settling: bool = False
+
+
+class UrToolForce:
+    """The sensor. Opens nothing: the link is open.
+
+    Args:
+        link: To the controller.
+
+    Attributes:
+        latest: Newest reading; None before the first.
+        failure: Why nothing is taken any more; None otherwise.
+    """
+
+    def __init__(self, link: UrLink) -> None:
+        self.latest: UrWrenchSample | None = None
+        self.failure: DriverError | None = None
+        self._link, self._timestamp_s, self._count = link, -1.0, 0
+        self._polled_ns = 0
+
+    def acknowledge(self) -> None:
+        """Forget the failure."""
+        self.failure = None
+
+    def age_ns(self, now_ns: int) -> int | None:
+        """Time since the newest reading; None before the first."""
+        return None if self.latest is None else now_ns - self.latest.receive_time_ns
+
+    def check(self) -> None:
+        """Raise what is wrong now.
+
+        Raises:
+            WiringError: The connection is broken; it waits for :meth:`acknowledge`.
+            SilentError: Nothing comes over it.
+        """
+        if self.failure is not None:
+            raise self.failure
+        age_ns = self.age_ns(self._polled_ns)
+        if age_ns is not None and age_ns > _STALL_NS:
+            raise SilentError(
+                NAME, f"the tool force of {self._link.host} has not come for {age_ns * 1e-6:.0f} ms", CHECK
+            )
+
+    def poll(self, now_ns: int) -> list[UrWrenchSample]:
+        """Take what has arrived; never raises for what the controller does: see :meth:`check`."""
+        self._polled_ns = now_ns
+        try:
+            state = self._link.state()
+        except DriverError as error:
+            # A connection that is gone does not come back by itself.
+            self.failure = self.failure or WiringError(error.device, error.problem, error.remedy)
+            return []
+        if state is None or state.timestamp_s == self._timestamp_s:
+            return []
+        self._timestamp_s, self._count = state.timestamp_s, self._count + 1
+        x, y, z, tx, ty, tz = state.wrench
+        beyond = any(abs(value) > most for value, most in zip(state.wrench, (*RANGE_N, *RANGE_NM), strict=True))
+        found_ns = now_ns - max(0, self._link.stamp_ns() - state.stamp_ns)
+        self.latest = UrWrenchSample((x, y, z), (tx, ty, tz), self._count, found_ns, beyond, beyond)
+        return [self.latest]

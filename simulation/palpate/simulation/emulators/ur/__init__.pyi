@@ -1,0 +1,10 @@
+from .controller import ControllerConfig as ControllerConfig
+from .controller import RobotMode as RobotMode
+from .controller import RuntimeState as RuntimeState
+from .controller import SafetyMode as SafetyMode
+from .controller import UrController as UrController
+from .server import Network as Network
+from .server import UrServer as UrServer
+from .session import RtdeSession as RtdeSession
+from .tool_force import DATA_SHEET as DATA_SHEET
+from .tool_force import ToolForce as ToolForce

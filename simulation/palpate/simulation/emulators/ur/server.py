@@ -1,0 +1,229 @@
+"""Serves an emulated controller on sockets of this computer, at the ports that Universal Robots has for everybody."""
+
+from __future__ import annotations
+
+import select
+import socket
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from typing import Final, Self
+
+from palpate.simulation.emulators.ur.controller import CYCLE_NS, UrController
+from palpate.simulation.emulators.ur.session import RtdeSession
+
+DASHBOARD_PORT, SCRIPT_PORT, RTDE_PORT = 29999, 30003, 30004
+_GREETING: Final = b"Connected: Universal Robots Dashboard Server\n"
+_ADDRESSES: Final = 60
+_QUIET_NS: Final = 20_000_000
+"""A script has come to its end when so long nothing more of it arrives."""
+_HOPELESS: Final = 1 << 20
+"""A client that leaves so many bytes unread is given up, as the controller does."""
+
+
+@dataclass
+class Network:
+    """What becomes of bytes on their way to clients; set it to have troubles.
+
+    Attributes:
+        is_silent: No data packages are sent.
+        half: Of each package only so many bytes are sent; 0 sends all.
+        repeats: So many times more is each data package sent.
+        garbage: Is sent instead of the next data package.
+        is_stalled: Nobody at the controller reads or writes.
+        is_unplugged: Nobody is there: connections break, new ones are refused.
+    """
+
+    is_silent: bool = False
+    half: int = 0
+    repeats: int = 0
+    garbage: bytes = b""
+    is_stalled: bool = False
+    is_unplugged: bool = False
+
+
+class _Line:
+    """A connection: what came in, what is to go out."""
+
+    def __init__(self, connection: socket.socket, session: RtdeSession | None = None) -> None:
+        connection.setblocking(False)
+        connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self.socket, self.session = connection, session
+        self.arrived, self.waiting, self.heard_ns, self.is_over = b"", b"", 0, False
+
+    def receive(self, now_ns: int) -> None:
+        try:
+            data = self.socket.recv(65536)
+        except BlockingIOError:
+            return
+        except OSError:
+            data = b""
+        self.is_over |= not data
+        self.arrived, self.heard_ns = self.arrived + data, now_ns
+
+    def send(self, data: bytes) -> None:
+        self.waiting += data
+        try:
+            self.waiting = self.waiting[self.socket.send(self.waiting) :] if self.waiting else b""
+        except BlockingIOError:
+            self.is_over |= len(self.waiting) > _HOPELESS
+        except OSError:
+            self.is_over = True
+
+    def close(self) -> None:
+        self.socket.close()
+        if self.session is not None:
+            self.session.close()
+
+
+class UrServer:
+    """A thread that serves a controller and lets it live. A context manager: inside, it is there.
+
+    Args:
+        controller: The controller.
+        host: Address; empty takes the first of 127.0.0.1 to 127.0.0.60 whose ports are free.
+
+    Attributes:
+        host: That address.
+        network: What becomes of bytes on their way.
+    """
+
+    def __init__(self, controller: UrController, host: str = "") -> None:
+        self.host, self.network = host, Network()
+        self._controller, self._lock, self._end = controller, threading.Lock(), False
+        self._listeners: dict[int, socket.socket] = {}
+        self._lines: dict[int, list[_Line]] = {}
+        self._thread: threading.Thread | None = None
+
+    def __enter__(self) -> Self:
+        candidates = [self.host] if self.host else [f"127.0.0.{i}" for i in range(1, _ADDRESSES + 1)]
+        for host in candidates:
+            with suppress(OSError):
+                self._listen(host)
+                break
+        if not self._listeners:
+            raise OSError(f"ports {DASHBOARD_PORT}, {SCRIPT_PORT} and {RTDE_PORT} are taken at {', '.join(candidates)}")
+        self._end = False
+        self._thread = threading.Thread(target=self._serve, name="UR emulator", daemon=True)
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._end = True
+        if self._thread is not None:
+            self._thread.join()
+        self._hang_up()
+
+    @contextmanager
+    def exclusive(self) -> Iterator[UrController]:
+        """The controller, while the server's thread keeps its hands off it."""
+        with self._lock:
+            yield self._controller
+
+    def cut(self) -> None:
+        """Break all connections."""
+        with self._lock:
+            self._cut()
+
+    def _cut(self) -> None:
+        for lines in self._lines.values():
+            for line in lines:
+                line.close()
+            lines.clear()
+
+    def _listen(self, host: str) -> None:
+        opened: dict[int, socket.socket] = {}
+        try:
+            for port in (DASHBOARD_PORT, SCRIPT_PORT, RTDE_PORT):
+                opened[port] = socket.create_server((host, port))
+        except OSError:
+            for listener in opened.values():
+                listener.close()
+            raise
+        self.host, self._listeners = host, opened
+        self._lines = {port: [] for port in opened}
+
+    def _hang_up(self) -> None:
+        self._cut()
+        for listener in self._listeners.values():
+            listener.close()
+        self._listeners = {}
+
+    def _serve(self) -> None:
+        due_ns = time.monotonic_ns()
+        while not self._end:
+            left_s = max(0.0, (due_ns - time.monotonic_ns()) * 1e-9)
+            if self.network.is_stalled:
+                time.sleep(left_s or CYCLE_NS * 1e-9)
+            else:
+                self._talk(left_s)
+            now_ns = time.monotonic_ns()
+            if now_ns >= due_ns:
+                due_ns = max(due_ns + CYCLE_NS, now_ns - 10 * CYCLE_NS)
+                with self._lock:
+                    self._controller.step(now_ns)
+                    if not self.network.is_stalled:
+                        self._tell(now_ns)
+
+    def _talk(self, wait_s: float) -> None:
+        with self._lock:
+            if self.network.is_unplugged:
+                self._hang_up()
+            elif not self._listeners:
+                with suppress(OSError):
+                    self._listen(self.host)
+            lines = {line.socket: (port, line) for port, each in self._lines.items() for line in each}
+        sources = [*self._listeners.values(), *lines]
+        if not sources:
+            time.sleep(wait_s)
+            return
+        try:
+            ready, _, _ = select.select(sources, [], [], wait_s)
+        except (OSError, ValueError):
+            # Somebody has cut a connection meanwhile.
+            return
+        with self._lock:
+            for port, listener in self._listeners.items():
+                if listener in ready:
+                    self._welcome(port, listener)
+            for source in ready:
+                if source in lines and lines[source][1] in self._lines[lines[source][0]]:
+                    self._hear(*lines[source])
+
+    def _welcome(self, port: int, listener: socket.socket) -> None:
+        with suppress(OSError):
+            connection, _ = listener.accept()
+            line = _Line(connection, RtdeSession(self._controller) if port == RTDE_PORT else None)
+            self._lines[port].append(line)
+            if port == DASHBOARD_PORT:
+                line.send(_GREETING)
+
+    def _hear(self, port: int, line: _Line) -> None:
+        line.receive(time.monotonic_ns())
+        if line.session is not None:
+            line.send(line.session.receive(line.arrived))
+            line.arrived, line.is_over = b"", line.is_over or line.session.is_broken
+        elif port == DASHBOARD_PORT:
+            *told, line.arrived = line.arrived.split(b"\n")
+            for words in told:
+                line.send(self._controller.dashboard(words.decode("latin-1").strip()).encode() + b"\n")
+        line.is_over |= len(line.arrived) > _HOPELESS
+
+    def _tell(self, now_ns: int) -> None:
+        """Scripts that are complete run, data packages go out, connections that have ended are forgotten."""
+        network = self.network
+        for line in self._lines.get(SCRIPT_PORT, ()):
+            if line.arrived and now_ns - line.heard_ns > _QUIET_NS:
+                self._controller.run_script(line.arrived)
+                line.arrived = b""
+        for line in self._lines.get(RTDE_PORT, ()):
+            data = line.session.due(now_ns) if line.session is not None and not network.is_silent else b""
+            if data and network.garbage:
+                data, network.garbage = network.garbage, b""
+            line.send((data[: network.half] if network.half else data) * (1 + network.repeats))
+        for lines in self._lines.values():
+            for line in [line for line in lines if line.is_over]:
+                line.close()
+                lines.remove(line)

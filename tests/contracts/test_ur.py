@@ -1,0 +1,104 @@
+"""The adapters of a Universal Robots arm keep the contracts of their ports, against an emulated controller."""
+
+import pytest
+
+from palpate.adapters.hardware.arm_on_bus import BusArm
+from palpate.adapters.hardware.plugins import RigContext
+from palpate.adapters.hardware.ur import UrToolForceSensor, ur_arm, ur_table
+from palpate.core.errors import DeviceError
+from palpate.core.motion.arm import arm_named
+from palpate.core.ports.contracts import (
+    ArmCommandContract,
+    ArmCommandRig,
+    ForceSensorContract,
+    ForceSensorRig,
+    JointEncoderContract,
+    JointEncoderRig,
+)
+from tests.virtual_ur import HOME, VirtualUr
+
+LOWER, UPPER = tuple(q - 0.3 for q in HOME), tuple(q + 0.05 for q in HOME)
+MAX_AGE_NS = 50_000_000
+
+
+class Bench(VirtualUr):
+    """An adapter, and the controller that it talks to."""
+
+    reader: UrToolForceSensor | None = None
+
+    def arm(self) -> BusArm:
+        context = RigContext(self.clock, arm_named("ur5"), LOWER, UPPER, (1.0,) * 6)
+        arm = ur_arm(ur_table({}), context, lambda: self).arm
+        assert isinstance(arm, BusArm)
+        return arm
+
+    def sensor(self) -> UrToolForceSensor:
+        self.reader = UrToolForceSensor(
+            lambda: self, self.clock, rate_Hz=500.0, max_age_ns=MAX_AGE_NS, start_timeout_s=1.0
+        )
+        return self.reader
+
+    def fail(self) -> None:
+        self.controller.emergency_stop()
+        self.ticks(3)
+        self.controller.release()
+        self.controller.robot_mode = type(self.controller.robot_mode).RUNNING
+
+    def cut(self) -> None:
+        assert self.reader is not None
+        self.is_plugged = False
+        self.ticks(1)
+        with pytest.raises(DeviceError, match="broken"):
+            self.reader.read()
+        self.is_plugged = True
+
+    def unplug(self) -> None:
+        self.is_plugged = False
+
+    def fall_silent(self) -> None:
+        self.is_silent = True
+
+
+class TestUrEncoder(JointEncoderContract):
+    def make(self) -> JointEncoderRig:
+        bench = Bench()
+        arm = bench.arm()
+        return JointEncoderRig(
+            device=arm, clock=bench.clock, advance=bench.ticks, max_age_ns=MAX_AGE_NS + 20_000_000, joints=6,
+            expected_rad=HOME, tolerance_rad=2e-4, arm=arm, provoke_fault=bench.fail, disconnect=bench.unplug,
+            go_silent=bench.fall_silent, runs_by_itself=True, is_open=lambda: bench.is_open,
+        )  # fmt: skip
+
+
+class TestUrArm(ArmCommandContract):
+    def make(self) -> ArmCommandRig:
+        bench = Bench()
+        return ArmCommandRig(
+            device=bench.arm(), clock=bench.clock, advance=bench.ticks, home_rad=HOME, lower_rad=LOWER,
+            upper_rad=UPPER, step_rad=4e-3, fast_step_rad=0.03, position_rad=bench.controller.targets_rad,
+            tolerance_rad=2e-4, settle_ticks=60, limit_ticks=100, provoke_fault=bench.fail, disconnect=bench.unplug,
+            is_open=lambda: bench.is_open, runs_by_itself=True,
+        )  # fmt: skip
+
+
+class TestUrToolForce(ForceSensorContract):
+    def make(self) -> ForceSensorRig:
+        bench = Bench()
+
+        def push(x: float, y: float, z: float) -> None:
+            bench.load[:3] = (x, y, z)
+
+        def twist(x: float, y: float, z: float) -> None:
+            bench.load[3:] = (x, y, z)
+
+        return ForceSensorRig(
+            device=bench.sensor(), clock=bench.clock, advance=bench.ticks, max_age_ns=MAX_AGE_NS + 10_000_000,
+            push_N=push, twist_Nm=twist, go_silent=bench.fall_silent, disconnect=bench.unplug,
+            is_open=lambda: bench.is_open, provoke_fault=bench.cut, runs_by_itself=True,
+        )  # fmt: skip
+
+
+def test_an_arm_of_seven_joints_is_refused() -> None:
+    context = RigContext.of("panda", VirtualUr().clock)
+    with pytest.raises(Exception, match="an arm of 6 joints"):
+        ur_arm(ur_table({}), context, VirtualUr)

@@ -1,0 +1,148 @@
+"""The client ur_rtde itself against an emulated controller, over sockets of this computer."""
+
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from palpate.adapters.hardware import MonotonicClock, RigContext
+from palpate.adapters.hardware.ur import make_ur_rtde, make_ur_tool_force
+from palpate.core.errors import DeviceError, PalpateError
+from palpate.core.ports import JointCommand, Life
+from palpate.simulation.emulators.ur import ControllerConfig, UrController, UrServer
+from tests.command_line import CommandLine
+from tests.virtual_ur import HOME
+
+pytest.importorskip("rtde_control", reason="needs the extra ur")
+THERE = (*HOME[:5], HOME[5] + 0.3)
+
+
+class Following(UrController):
+    """Joints that stand at their set-points at once."""
+
+    def step(self, now_ns: int) -> None:
+        super().step(now_ns)
+        self.measured_rad(self.targets_rad())
+
+
+@contextmanager
+def served(**settings: Any) -> Iterator[UrServer]:
+    controller = Following(HOME, lambda now_ns: (0.0, 0.0, -5.0, 0.0, 0.0, 0.0), ControllerConfig(**settings))
+    with UrServer(controller) as server:
+        yield server
+
+
+@pytest.fixture
+def context() -> RigContext:
+    return RigContext.of("ur5", MonotonicClock())
+
+
+def wait_for(awaited: Callable[[], object]) -> None:
+    end_s = time.monotonic() + 5.0
+    while not awaited() and time.monotonic() < end_s:
+        time.sleep(0.005)
+
+
+def lead(arm: Any, seconds: float) -> None:
+    end_s = time.monotonic() + seconds
+    while time.monotonic() < end_s:
+        arm.send(JointCommand(THERE))
+        arm.read()
+        time.sleep(0.007)
+
+
+@pytest.mark.usefixtures("real_time")
+def test_it_is_led_stops_and_is_there_again_after_a_broken_connection(context: RigContext) -> None:
+    with served() as server:
+        arm: Any = make_ur_rtde({"host": server.host, "patience": 4.0, "max_age_ms": 400.0}, context).arm
+        with arm:
+            lead(arm, 0.6)
+            assert arm.read().position_rad == pytest.approx(THERE, abs=2e-3)
+            arm.stop()
+            server.cut()
+            time.sleep(0.1)
+            arm.deactivate()
+            arm.activate()
+            lead(arm, 0.1)
+            server.cut()
+            with pytest.raises(DeviceError, match="connection to 127"):
+                lead(arm, 3.0)
+            wait_for(lambda: arm.life is Life.FAULTED)
+            arm.acknowledge_fault()
+            arm.activate()
+            lead(arm, 0.1)
+
+
+def test_the_tool_force_is_read_and_a_controller_that_is_gone_is_named(context: RigContext) -> None:
+    with served() as server:
+        sensor = make_ur_tool_force({"host": server.host, "max_age_ms": 400.0}, context)
+        sensor.configure()
+        sensor.activate()
+        assert sensor.read().force_N == (0.0, 0.0, -5.0)
+    time.sleep(0.1)
+    with pytest.raises(DeviceError, match=r"connection to 127.* is broken: "):
+        sensor.read()
+    sensor.close()
+
+
+GARBAGE = b"\x00\x01U"
+
+
+@pytest.mark.parametrize(
+    "strike",
+    [
+        lambda server: setattr(server.network, "is_silent", True),
+        lambda server: setattr(server.network, "is_stalled", True),
+        lambda server: setattr(server.network, "half", 7),
+        lambda server: setattr(server.network, "garbage", GARBAGE),
+        lambda server: setattr(server.network, "is_unplugged", True),
+    ],
+    ids=["silence", "stall", "half frames", "garbage", "unplugged"],
+)
+@pytest.mark.usefixtures("real_time")
+def test_wire_trouble_ends_in_a_named_fault_with_the_arm_at_rest_within_two_seconds(
+    context: RigContext, strike: Callable[[UrServer], object]
+) -> None:
+    with served() as server:
+        arm: Any = make_ur_rtde({"host": server.host, "patience": 2.0}, context).arm
+        with arm:
+            lead(arm, 0.1)
+            with server.exclusive() as controller:
+                strike(server)
+            since_s = time.monotonic()
+            with pytest.raises(DeviceError, match="Universal Robots arm"):
+                lead(arm, 5.0)
+            wait_for(lambda: arm.fault and controller.at_rest)
+            assert time.monotonic() - since_s < 2.0
+            assert server.host in arm.fault
+
+
+def test_repeated_packages_do_no_harm(context: RigContext) -> None:
+    with served() as server:
+        arm: Any = make_ur_rtde({"host": server.host, "patience": 4.0, "max_age_ms": 400.0}, context).arm
+        with arm:
+            server.network.repeats = 2
+            lead(arm, 0.3)
+
+
+def test_without_the_client_one_line_names_the_extra(
+    palpate: CommandLine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "rtde_control", None)
+    (tmp_path / "rig.toml").write_text(
+        "[arm]\nadapter = 'ur-rtde'\nhost = '127.0.0.9'\n[force_sensor]\nadapter = 'ur-rtde'\n"
+    )
+    told = palpate.refusal("run", "--rig", "rig.toml", "--arm", "ur5", "--policy", "torque", "--trials", "1")
+    assert "pip install 'palpate[ur]'" in told
+
+
+def test_a_controller_in_local_control_is_one_line(context: RigContext) -> None:
+    with served() as server:
+        with server.exclusive() as controller:
+            controller.remote = False
+        with pytest.raises(PalpateError, match="local control; switch the pendant to remote control"):
+            make_ur_rtde({"host": server.host}, context).arm.configure()
