@@ -11,6 +11,7 @@
     ├── LogError                    a recorded trial that cannot be read, or not be replayed
     ├── LifecycleError              a port was used in the wrong order: the caller's fault
     ├── CommandError                a command that no arm may execute: the caller's fault
+    ├── UndeterminedError           measurements that do not say what is asked of them: measure more
     ├── PolicyError                 a policy from outside failed: its author's to mend
     └── DeviceError                 the device's fault
         └── FaultLatchedError       a fault waits for a person to acknowledge it
@@ -102,6 +103,18 @@ class CommandError(PalpateError, ValueError):
     def __init__(self, problem: str, value: object) -> None:
         self.value = value
         super().__init__(f"{problem}: {_shown(value)}")
+
+
+class UndeterminedError(PalpateError):
+    """Measurements do not determine what is asked of them.
+
+    Attributes:
+        quantity: What was to be found.
+    """
+
+    def __init__(self, quantity: str, problem: str, missing: str) -> None:
+        self.quantity = quantity
+        super().__init__(f"{quantity} is not determined: {problem}; what is missing: {missing}")
 
 
 class PolicyError(PalpateError, RuntimeError):

@@ -126,7 +126,13 @@ def _on_rig(options: Any, arguments: Sequence[str], cell_in_file: bool) -> Any:
             f"palpate: [cell] of {_value_of('--config', arguments)} is ignored: the rig says what is true of it\n"
         )
         options = replace(options, run=replace(options.run, cell=scenario(options.run.scenario).cell))
-    model = RigFile.load(Path(options.rig)).model
+    file = RigFile.load(Path(options.rig))
+    model, given = file.model, {word.partition("=")[0].replace("_", "-") for word in arguments}
+    measured = file.calibration.run_settings()
+    for table, flag in (("task", "--task.goal."), ("control", "--control.axial-stiffness")):
+        # What a person says on the command line stands above what was measured.
+        if table in measured and not any(word.startswith(flag) for word in given) and "--resume" not in given:
+            options = replace(options, run=overlay(options.run, {table: measured[table]}))
     if model is None:
         return options
     if _value_of("--arm", arguments):

@@ -74,6 +74,10 @@ COMMANDS: dict[str, Command] = {
     "doctor": Command(
         "examine the devices of a rig, and say how to mend what is wrong", "doctor:doctor", "options:DoctorOptions"
     ),
+    "calibrate": Command(
+        "find out what a new rig lacks, step by step, and write it into the rig file",
+        "calibrate:calibrate", "options:CalibrateOptions",
+    ),
     "faults": Command(
         "trials in which something goes wrong on purpose, and what came of each",
         "faults:faults", "options:FaultsOptions",

@@ -23,7 +23,13 @@ def emulate(options: EmulateOptions) -> int:
     """Serve until ended from outside; returns the exit code."""
     config = replace(scenario(options.scenario), seed=options.seed)
     emulation = EmulationConfig(
-        options.arm, options.force, options.baud, options.divider, options.wrist_backlash_deg, options.usb_latency_ms
+        options.arm,
+        options.force,
+        options.baud,
+        options.divider,
+        options.wrist_backlash_deg,
+        options.usb_latency_ms,
+        options.hide,
     )
     if options.rig_file:
         require_no_file(Path(options.rig_file), "--rig-file")

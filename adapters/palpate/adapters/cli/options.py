@@ -194,6 +194,29 @@ class DoctorOptions(Settings):
 
 
 @dataclass(frozen=True)
+class CalibrateOptions(RunSettings):
+    """Find out what a new rig lacks, in steps that a person confirms, and write it into the rig file.
+
+    Nothing that is in the file is lost. The arm moves at 5 mm/s at most, and stops where the force changes by 10 N.
+    What is believed of task and arm comes by the same options as for palpate run.
+
+    Exit code 0: all done; 1: a step failed, or its data do not determine what is asked; 2: a wrong option or file.
+    """
+
+    rig: str = ""
+    """Rig file: names the devices, and takes the results."""
+    steps: tuple[str, ...] = ("rest", "weigh", "touch", "hole")
+    """rest: noise and rates; weigh: weight, centre of mass, offset and mounting angle; touch: the plate's height and
+    stiffness; hole: the hole's place."""
+    seconds: Annotated[float, Range(0.5, 600.0)] = 5.0
+    """How long to measure at rest."""
+    out: str = ""
+    """Folder for a picture of each step; beside the rig file, NAME-calibration, if not given."""
+    yes: bool = False
+    """Ask nobody; for emulated rigs only."""
+
+
+@dataclass(frozen=True)
 class EmulateOptions(LiveSettings, Settings):
     """Serve the simulated work cell behind emulated wires, until Ctrl-C.
 
@@ -222,6 +245,9 @@ class EmulateOptions(LiveSettings, Settings):
     """Full gap of the wrist's gears."""
     usb_latency_ms: float = 0.0
     """Latency timer of an emulated USB adapter on the serial lines; 16 is usual, 1 a good setting."""
+    hide: bool = False
+    """Let the tool's weight, the sensor's mounting, the plate's height, the hole's place and the gripper's stiffness be
+    other than the rig file has them, drawn from the seed: palpate calibrate has to find them."""
     priority: Annotated[int, Range(0, 99)] = 0
     """Real-time priority (SCHED_FIFO) of the emulated devices, 1 to 99: other work on this machine then does not hold
     them up, which real devices would not know either. 0 asks for none; a refusal is told."""

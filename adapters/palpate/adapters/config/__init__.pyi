@@ -1,3 +1,5 @@
+from .calibration import CalibrationTable as CalibrationTable
+from .calibration import write_into as write_into
 from .grid import TRIALS as TRIALS
 from .grid import GridLearning as GridLearning
 from .learning import OF_SOME as OF_SOME

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Final, TypeAlias
 
+from palpate.adapters.config.calibration import CalibrationTable
 from palpate.adapters.config.toml import overlay, read_toml
 from palpate.core.errors import ConfigurationError
 from palpate.core.motion import ArmDescription
@@ -103,6 +104,10 @@ class RigFile(Settings):
     """What stops it when something has gone quiet."""
     facts: SensorFactsTable = SensorFactsTable()
     """What is stated of the force sensor."""
+    calibration: CalibrationTable = field(default_factory=CalibrationTable)
+    """What a commissioning has found out."""
+    emulated: bool = False
+    """Nobody can be hurt: `palpate emulate` writes it into its rig file."""
     model: ArmDescription | None = None
     """The arm by its URDF, where the table ``[arm]`` has one; what the run is told of its arm where it has none."""
 
@@ -114,14 +119,14 @@ class RigFile(Settings):
             ConfigurationError: It is missing, no TOML, or does not say what a rig is.
         """
         table = read_toml(path, "rig")
-        unknown = sorted(set(table) - {"rig", "arm", "force_sensor", "operator", "watchdog"})
+        unknown = sorted(set(table) - {"rig", "arm", "force_sensor", "operator", "watchdog", "calibration"})
         if unknown:
-            accepted = f"the tables rig, arm, force_sensor, operator and watchdog in {path}"
+            accepted = f"the tables rig, arm, force_sensor, operator, watchdog and calibration in {path}"
             raise ConfigurationError(unknown[0], table[unknown[0]], accepted)
         rig = _optional(path, table, "rig")
-        strange = sorted(set(rig) - {"name", "approach_rad_s"})
+        strange = sorted(set(rig) - {"name", "approach_rad_s", "emulated"})
         if strange:
-            raise ConfigurationError(f"rig.{strange[0]}", rig[strange[0]], "name or approach_rad_s")
+            raise ConfigurationError(f"rig.{strange[0]}", rig[strange[0]], "name, approach_rad_s or emulated")
         device, sensor = _device(path, table, "arm"), dict(_table(path, table, "force_sensor"))
         facts = _table(path, {"force_sensor.facts": sensor.pop("facts", {})}, "force_sensor.facts")
         told: Mapping[str, Any] = {}
@@ -135,6 +140,7 @@ class RigFile(Settings):
             facts=overlay(SensorFactsTable(), facts),
             operator=overlay(OperatorTable(), _optional(path, table, "operator")),
             watchdog=overlay(WatchdogTable(), _optional(path, table, "watchdog")),
+            calibration=overlay(CalibrationTable(), _optional(path, table, "calibration")),
             **{"name": path.stem, **rig},
         )
 

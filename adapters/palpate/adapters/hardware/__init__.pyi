@@ -1,8 +1,11 @@
 from .approach import find_approach as find_approach
+from .approach import withdrawal as withdrawal
 from .clock import MonotonicClock as MonotonicClock
 from .emulated_cell import CellMoment as CellMoment
 from .emulated_cell import EmulatedCell as EmulatedCell
 from .emulated_cell import EmulationConfig as EmulationConfig
+from .mounting import TurnedForceSensor as TurnedForceSensor
 from .plugins import ArmAdapter as ArmAdapter
 from .plugins import RigContext as RigContext
+from .plugins import force_sensor_maker as force_sensor_maker
 from .rig import HardwareRig as HardwareRig

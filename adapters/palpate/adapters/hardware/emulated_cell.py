@@ -24,7 +24,7 @@ from palpate.simulation.emulators.lines import EmulatedCanBus, LineSpeed, PtySer
 from palpate.simulation.emulators.motors import HOME_RAD, DirectMotors, JointPlant, MotorModel
 from palpate.simulation.emulators.nmc import NmcChain
 from palpate.simulation.emulators.ur import DATA_SHEET, ControllerConfig, ToolForce, UrController, UrServer
-from palpate.simulation.work_cell import WorkCell
+from palpate.simulation.work_cell import HiddenValues, WorkCell
 
 ARMS: Final = ("zebra-nmc", "cia402", "ur5-rtde")
 SENSORS: Final = ("jr3-can", "jr3-uart", "ati-netft", "ur-rtde")
@@ -51,6 +51,7 @@ class EmulationConfig:
         divider: Control ticks per bus cycle in the rig file.
         wrist_backlash_deg: Full gap of the wrist's gears.
         usb_latency_ms: Latency timer of an emulated USB adapter on the serial lines.
+        hide: Whether weight, mounting, plate, hole and stiffness are other than configured: drawn from the seed.
     """
 
     arm: str = "zebra-nmc"
@@ -59,6 +60,7 @@ class EmulationConfig:
     divider: int = 2
     wrist_backlash_deg: float = 0.0
     usb_latency_ms: float = 0.0
+    hide: bool = False
 
     def __post_init__(self) -> None:
         require_one_of("arm", self.arm, ARMS)
@@ -126,13 +128,15 @@ class EmulatedCell:
             ready = find_ready_pose(config.arm, config.task)
         kinematics = Kinematics(arm_named(config.arm), ToolGeometry())
         self.config, self.emulation, self._counts_file = config, emulation, counts_file
+        self.hidden = HiddenValues.drawn(config.seed) if emulation.hide else None
         self.cell = WorkCell(
             kinematics,
-            config.cell,
+            config.cell if self.hidden is None else self.hidden.cell(config.cell),
             goal_in_base=goal_in_base(config.task.goal),
             ready_rad=ready.q_rad,
             rate_Hz=CONTROL_RATE_HZ,
             wander_m=wander_m(config.task),
+            hidden=self.hidden,
         )
         self.cell.reset(config.seed, 0)
         start = HOME_RAD if emulation.arm == "zebra-nmc" else tuple(ready.q_rad.tolist())
@@ -162,10 +166,11 @@ class EmulatedCell:
 
     def rig_toml(self) -> str:
         """The rig file for these devices; known once they are served."""
-        lines = [f'[rig]\nname = "emulated {self.emulation.arm} and {self.emulation.force}"\n']
+        name = f"emulated {self.emulation.arm} and {self.emulation.force}"
+        lines = [f'[rig]\nname = "{name}"\nemulated = true\n']
         for table, entries in self._entries.items():
             lines.append(f"\n[{table}]\n")
-            lines += [f"{name} = {literal(value)}\n" for name, value in entries.items()]
+            lines += [f"{name} = {literal(value)}\n" for name, value in entries.items() if value != {}]
         return "".join(lines)
 
     def run(
@@ -320,6 +325,8 @@ class EmulatedCell:
 
     def _facts(self, share: float = _BEHIND_FILTER) -> dict[str, float]:
         """What the emulated sensor does not report: the noise that the simulated cell gives it, behind its filter."""
+        if self.hidden is not None:
+            return {}
         noise = self.config.cell.sensor
         return {
             "noise_N": round(share * noise.force_noise_N, 6),

@@ -14,6 +14,7 @@ from typing_extensions import override
 from palpate.adapters.config import RealTimeConfig, RigFile, RunConfig
 from palpate.adapters.hardware.approach import WayToReadyPose, walk
 from palpate.adapters.hardware.clock import MonotonicClock
+from palpate.adapters.hardware.mounting import TurnedForceSensor
 from palpate.adapters.hardware.plugins import RigContext, arm_maker, force_sensor_maker
 from palpate.adapters.hardware.real_time import RealTime, join_loop
 from palpate.adapters.hardware.sensor_facts import gathered, reported_by
@@ -29,7 +30,7 @@ from palpate.adapters.hardware.watchdogs import (
     WatchedJointEncoder,
 )
 from palpate.core.errors import DeviceError, LifecycleError
-from palpate.core.ports import FaultLatch, Life, Ports, Rig, SensorFacts, World
+from palpate.core.ports import FaultLatch, ForceSensor, Life, Ports, Rig, SensorFacts, World
 
 
 class HardwareRig(Rig):
@@ -72,7 +73,9 @@ class HardwareRig(Rig):
         silence_ns = round(watchdog.sensor_ms * 1e6)
         self.ports = Ports(
             WatchedClock(clock, fed),
-            WatchedForceSensor(sensor, clock, silence_ns, dead_after_ns=silence_ns, tell=_tell_of_sensor),
+            WatchedForceSensor(
+                _mounted(sensor, file), clock, silence_ns, dead_after_ns=silence_ns, tell=_tell_of_sensor
+            ),
             WatchedJointEncoder(
                 adapter.encoder,
                 clock,
@@ -182,6 +185,12 @@ class HardwareRig(Rig):
     ) -> None:
         self.ports.arm.stop()
         self._opened.close()
+
+
+def _mounted(sensor: ForceSensor, file: RigFile) -> ForceSensor:
+    """The sensor in the frame of the tool."""
+    turn_deg = file.calibration.mounting_deg
+    return TurnedForceSensor(sensor, turn_deg) if turn_deg else sensor
 
 
 def _tell_of_sensor(trip: WatchdogTrip) -> None:

@@ -11,7 +11,7 @@ from palpate.adapters.mujoco.ports import MujocoArm, MujocoClock, MujocoForceSen
 from palpate.core.motion import Kinematics, ToolGeometry, arm_named
 from palpate.core.ports import CONTROL_RATE_HZ, SIMULATOR, FaultLatch, Ports, Rig, SensorFacts, Truth, World
 from palpate.core.trial import ReadyPose, goal_in_base, wander_m
-from palpate.simulation.work_cell import SensorConfig, WorkCell
+from palpate.simulation.work_cell import HiddenValues, SensorConfig, WorkCell
 
 
 def simulated_sensor(sensor: SensorConfig) -> SensorFacts:
@@ -28,17 +28,18 @@ class SimulatedRig(Rig):
         seed: Gives, with a trial's index, its hole and sensor errors; may be another from one trial to the next.
     """
 
-    def __init__(self, config: RunConfig, ready: ReadyPose) -> None:
+    def __init__(self, config: RunConfig, ready: ReadyPose, hidden: HiddenValues | None = None) -> None:
         kinematics = Kinematics(arm_named(config.arm), ToolGeometry())
         self.seed, self.latch = config.seed, FaultLatch()
         self._facts = simulated_sensor(config.cell.sensor)
         self.cell = WorkCell(
             kinematics,
-            config.cell,
+            config.cell if hidden is None else hidden.cell(config.cell),
             goal_in_base=goal_in_base(config.task.goal),
             ready_rad=ready.q_rad,
             rate_Hz=CONTROL_RATE_HZ,
             wander_m=wander_m(config.task),
+            hidden=hidden,
         )
         clock = MujocoClock(self.cell)
         self._sensor = MujocoForceSensor(self.cell, clock)

@@ -162,6 +162,7 @@ class Purpose(enum.IntEnum):
     HOLE_SHIFT = 7
     GRIP = 8
     ZERO = 9
+    HIDDEN = 10
 
 
 TRIALS_OF_A_SERIES: Final = 500_000

@@ -21,6 +21,7 @@ from palpate.simulation.work_cell.config import CellConfig
 from palpate.simulation.work_cell.contact_pairs import NEAR_M, Leeway
 from palpate.simulation.work_cell.contact_search import ContactSearch
 from palpate.simulation.work_cell.contact_shapes import PLATE_REACH_M, outermost_m, peg_rings
+from palpate.simulation.work_cell.hidden import HiddenValues
 from palpate.simulation.work_cell.model import build_work_cell
 from palpate.simulation.work_cell.trial_world import trial_world
 
@@ -44,6 +45,7 @@ class WorkCell:
         ready_rad: Joint angles that every trial starts from, (n,), tool pointing down.
         rate_Hz: Control rate.
         wander_m: How far from the nominal goal the peg may be led; the plate is made large enough for it.
+        hidden: What else is true of it; None for nothing. The configuration has what physics know of that already.
 
     Attributes:
         model: MuJoCo's model, made anew for a trial whose grip or clearance is another.
@@ -62,7 +64,9 @@ class WorkCell:
         ready_rad: Array,
         rate_Hz: int,
         wander_m: float = 0.0,
+        hidden: HiddenValues | None = None,
     ) -> None:
+        self._hidden = hidden
         kinematics.update(ready_rad)
         yaw_axis = kinematics.tip_in(goal_in_base).rotation[:, 0]
         self.config, self._yaw_rad = config, float(np.arctan2(yaw_axis[1], yaw_axis[0]))
@@ -153,6 +157,8 @@ class WorkCell:
         MuJoCo reports the force from child to parent body; the world's force on the tool is its negative.
         """
         wrench = list(map(sub, next(self._noise), self._wrench.tolist()))
+        if self._hidden is not None:
+            wrench = self._hidden.felt(wrench, -self.data.body("sensor").xmat[6:9])
         return [a + b for a, b in zip(wrench, self._moved_zero(), strict=True)] if self._zero_moves else wrench
 
     def measure_joints(self) -> JointVector:

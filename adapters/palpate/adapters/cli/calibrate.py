@@ -1,0 +1,183 @@
+"""``palpate calibrate``."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from collections.abc import Mapping
+from contextlib import ExitStack
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, Final
+
+from palpate.adapters.cli.notices import print_grants, say
+from palpate.adapters.cli.options import CalibrateOptions
+from palpate.adapters.config import CalibrationTable, RigFile, overlay, write_into
+from palpate.adapters.experiments import on_signals, warm_up
+from palpate.adapters.experiments.calibration import (
+    Commissioning,
+    Estimate,
+    hole_picture,
+    measure_rest,
+    rest_picture,
+    touch_picture,
+    weigh_picture,
+)
+from palpate.adapters.hardware import HardwareRig, MonotonicClock, RigContext, find_approach, force_sensor_maker
+from palpate.adapters.hardware.real_time import RealTimeSession
+from palpate.core.errors import ConfigurationError, UsageError
+from palpate.core.ports import write_whole
+from palpate.core.trial import find_ready_pose
+
+STEPS: Final = {
+    "rest": "measure the force sensor at rest; nothing moves, nothing may touch the tool",
+    "weigh": "lift the tool above the plate and tilt it by 25 degrees to all sides; make room, no cable may pull",
+    "touch": "press the peg on the plate with up to 7 N at four places 5 mm beside the believed hole",
+    "hole": "insert the peg three times; what the torque tells leads it into the hole",
+}
+_TABLE: Final = CalibrationTable.TABLE
+
+
+class _LeaveError(Exception):
+    """The person has had enough."""
+
+
+def calibrate(options: CalibrateOptions) -> int:
+    """Go through the steps, each confirmed; returns the exit code."""
+    if not options.rig:
+        raise ConfigurationError("rig", options.rig, "a rig file: palpate calibrate --rig FILE")
+    if strange := [step for step in options.steps if step not in STEPS]:
+        raise ConfigurationError("steps", strange[0], f"some of {', '.join(STEPS)}")
+    bench = _Bench(options)
+    try:
+        bench.go()
+    except _LeaveError:
+        sys.stderr.write("palpate: ended; what was found so far is in the rig file\n")
+        return 130
+    return 0
+
+
+class _Bench:
+    """One rig, its file, and the person beside it."""
+
+    def __init__(self, options: CalibrateOptions) -> None:
+        self._options, self._path = options, Path(options.rig)
+        self._file = RigFile.load(self._path)
+        if options.yes and not self._file.emulated:
+            raise UsageError(f"--yes is for emulated rigs only: at {self._file.name} a person confirms each step")
+        self._out = Path(options.out) if options.out else self._path.with_name(f"{self._path.stem}-calibration")
+
+    def go(self) -> None:
+        """All steps that are asked for, each when it is confirmed."""
+        for step in STEPS:
+            if step not in self._options.steps or not self._confirmed(step):
+                continue
+            if step == "rest":
+                self._rest()
+            else:
+                self._moved(step)
+
+    def _rest(self) -> None:
+        clock = MonotonicClock()
+        entry = self._file.force_sensor
+        sensor = force_sensor_maker(entry.adapter)(entry.settings, RigContext.of(self._options.run.arm, clock))
+        with ExitStack() as opened:
+            opened.callback(sensor.close)
+            sensor.configure()
+            sensor.activate()
+            rest, wrenches = measure_rest(clock, sensor, self._options.seconds)
+        self._keep(
+            "rest",
+            {
+                "force_sensor.facts": {"noise_N": rest.noise_N.value, "noise_Nm": rest.noise_Nm.value},
+                _TABLE: {"force_rate_Hz": rest.rate_Hz},
+            },
+            rest_picture(wrenches, rest),
+            f"noise {rest.noise_N.text('N')}, {rest.noise_Nm.text('N m')}; {rest.rate_Hz:.1f} samples a second",
+        )
+
+    def _moved(self, step: str) -> None:
+        """A step that moves the arm. The rig is open for it alone: between steps, keys are a person's answers."""
+        before = RigFile.load(self._path)
+        config = overlay(self._options.run, before.calibration.run_settings())
+        # As the sensor is mounted: how it is turned is what is measured.
+        file = replace(before, calibration=CalibrationTable())
+        ready = find_ready_pose(config.arm, config.task)
+        warm_up(config, ready)
+        with (
+            on_signals(signal.default_int_handler),
+            HardwareRig(file, config, find_approach(config, ready)) as rig,
+            RealTimeSession(config.real_time) as session,
+        ):
+            print_grants(session, config)
+            commissioning = Commissioning(rig, config, session.loop)
+            if step == "weigh":
+                self._weigh(commissioning)
+            elif step == "touch":
+                self._touch(commissioning)
+            else:
+                self._hole(commissioning, before.calibration.mounting_deg)
+
+    def _weigh(self, commissioning: Commissioning) -> None:
+        load, down, means, joint_rate_Hz = commissioning.weigh()
+        centre, offset = load.centre_of_mass_m, load.offset
+        values = {
+            "weight_N": load.weight_N.value, "weight_sd_N": load.weight_N.sd,
+            "centre_of_mass_mm": _values(centre, 1e3), "centre_of_mass_sd_mm": _spreads(centre, 1e3),
+            "offset_N": _values(offset[:3]), "offset_sd_N": _spreads(offset[:3]),
+            "offset_Nm": _values(offset[3:]), "offset_sd_Nm": _spreads(offset[3:]),
+            "mounting_deg": load.mounting_deg.value, "mounting_sd_deg": load.mounting_deg.sd,
+            "joint_rate_Hz": joint_rate_Hz,
+        }  # fmt: skip
+        told = "; ".join(f"{axis} {each.text('mm', 1e3)}" for axis, each in zip("xyz", centre, strict=True))
+        text = f"weight {load.weight_N.text('N')}; centre of mass {told}; turned by {load.mounting_deg.text('degrees')}"
+        self._keep("weigh", {_TABLE: values}, weigh_picture(load, down, means), text)
+
+    def _touch(self, commissioning: Commissioning) -> None:
+        touched = commissioning.touch()
+        height, stiffness = touched.height_m, touched.stiffness_N_per_m
+        values = {
+            "plate_mm": height.value * 1e3, "plate_sd_mm": height.sd * 1e3,
+            "axial_stiffness_N_per_mm": stiffness.value * 1e-3, "axial_stiffness_sd_N_per_mm": stiffness.sd * 1e-3,
+        }  # fmt: skip
+        text = f"plate at {height.text('mm', 1e3)}; stiffness {stiffness.text('N/mm', 1e-3)}"
+        self._keep("touch", {_TABLE: values}, touch_picture(touched), text)
+
+    def _hole(self, commissioning: Commissioning, turn_deg: float | None) -> None:
+        if turn_deg is None:
+            raise ConfigurationError(f"{_TABLE}.mounting_deg", None, "a number, by the step weigh")
+        x, y, places = commissioning.insert(turn_deg)
+        values = {"hole_mm": _values((x, y), 1e3), "hole_sd_mm": _spreads((x, y), 1e3)}
+        text = f"hole at x {x.text('mm', 1e3)}, y {y.text('mm', 1e3)}"
+        self._keep("hole", {_TABLE: values}, hole_picture(places, x, y), text)
+
+    def _keep(self, step: str, tables: Mapping[str, Mapping[str, Any]], picture: bytes, text: str) -> None:
+        """Into the rig file at once: a later step may fail."""
+        write_into(self._path, {name: {k: _short(v) for k, v in table.items()} for name, table in tables.items()})
+        self._out.mkdir(parents=True, exist_ok=True)
+        write_whole(self._out / f"{step}.png", picture)
+        say(f"{step}: {text}")
+
+    def _confirmed(self, step: str) -> bool:
+        sys.stderr.write(f"{step}: {STEPS[step]}\n")
+        if self._options.yes:
+            return True
+        sys.stderr.write("Enter does it, s leaves it out, q ends: ")
+        sys.stderr.flush()
+        answer = sys.stdin.readline()
+        if not answer or answer.strip() == "q":
+            raise _LeaveError
+        return answer.strip() != "s"
+
+
+def _values(estimates: tuple[Estimate, ...], scale: float = 1.0) -> tuple[float, ...]:
+    return tuple(each.value * scale for each in estimates)
+
+
+def _spreads(estimates: tuple[Estimate, ...], scale: float = 1.0) -> tuple[float, ...]:
+    return tuple(each.sd * scale for each in estimates)
+
+
+def _short(value: Any) -> Any:
+    """To six digits: more are noise."""
+    return tuple(map(_short, value)) if isinstance(value, tuple) else float(f"{value:.6g}")

@@ -1,0 +1,82 @@
+"""What a commissioning has found out about a rig, and how it gets into the rig file without anything being lost."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, TypeAlias
+
+from palpate.core.ports import Range, Settings, Vector3, read_text, write_whole
+
+_Spread: TypeAlias = Annotated[float, Range(0.0)]
+
+
+@dataclass(frozen=True)
+class CalibrationTable(Settings):
+    """What ``palpate calibrate`` measured; sd is the standard deviation of a result. None is not measured."""
+
+    TABLE: ClassVar[str] = "calibration"
+
+    weight_N: Annotated[float, Range(0.0, 1000.0)] | None = None
+    """Weight of all that hangs on the force sensor."""
+    weight_sd_N: _Spread | None = None
+    centre_of_mass_mm: Vector3 | None = None
+    """Its centre of mass, from the sensor's origin, frame of the tool."""
+    centre_of_mass_sd_mm: Vector3 | None = None
+    offset_N: Vector3 | None = None
+    """Force that the sensor shows without any load, its own frame; every trial tares anew."""
+    offset_sd_N: Vector3 | None = None
+    offset_Nm: Vector3 | None = None
+    """Torque that it shows without any load."""
+    offset_sd_Nm: Vector3 | None = None
+    mounting_deg: Annotated[float, Range(-180.0, 180.0)] | None = None
+    """Turn of the sensor about the tool's axis, from x towards y; its samples are turned back by it."""
+    mounting_sd_deg: _Spread | None = None
+    plate_mm: Annotated[float, Range(-2000.0, 2000.0)] | None = None
+    """Height of the plate, base frame; instead of task.goal.z_mm."""
+    plate_sd_mm: _Spread | None = None
+    hole_mm: tuple[float, float] | None = None
+    """Place of the hole, x and y, base frame; instead of task.goal.x_mm and y_mm."""
+    hole_sd_mm: tuple[float, float] | None = None
+    axial_stiffness_N_per_mm: Annotated[float, Range(0.1, 1e5)] | None = None
+    """Stiffness along the tool, of gripper, arm and plate; instead of control.axial_stiffness_N_per_mm."""
+    axial_stiffness_sd_N_per_mm: _Spread | None = None
+    force_rate_Hz: _Spread | None = None
+    """Rate of new samples of the force sensor, as far as a loop of 140 Hz sees them."""
+    joint_rate_Hz: _Spread | None = None
+    """Rate of new samples of the encoders."""
+
+    def run_settings(self) -> dict[str, Any]:
+        """The settings of a run that this replaces, as tables."""
+        goal = dict(zip(("x_mm", "y_mm"), self.hole_mm or (), strict=False))
+        if self.plate_mm is not None:
+            goal["z_mm"] = self.plate_mm
+        tables: dict[str, Any] = {"task": {"goal": goal}} if goal else {}
+        if self.axial_stiffness_N_per_mm is not None:
+            tables["control"] = {"axial_stiffness_N_per_mm": self.axial_stiffness_N_per_mm}
+        return tables
+
+
+def write_into(path: Path, tables: Mapping[str, Mapping[str, Any]]) -> None:
+    """Put values into a TOML file: what else is in it stays, comments too. The old file is there until the new one is.
+
+    Args:
+        path: The file.
+        tables: By dotted name of a table, its values.
+
+    Raises:
+        OutputError: It cannot be written.
+    """
+    import tomlkit
+
+    document = tomlkit.parse(read_text(path, "rig"))
+    for name, values in tables.items():
+        table: Any = document
+        for part in name.split("."):
+            if part not in table:
+                table[part] = tomlkit.table()
+            table = table[part]
+        for key, value in values.items():
+            table[key] = list(value) if isinstance(value, tuple) else value
+    write_whole(path, tomlkit.dumps(document))

@@ -1,0 +1,201 @@
+"""Moves an arm so slowly that a person may stand by, and stops it at the first thing that is not as it should be."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager, nullcontext
+from math import ceil, dist
+from typing import Final, NamedTuple
+
+import numpy as np
+import pinocchio as pin
+
+from palpate.core.control_loop import next_slot, tick_time_ns
+from palpate.core.errors import DeviceError
+from palpate.core.motion import Array, InverseKinematics, Kinematics
+from palpate.core.ports import (
+    CONTROL_RATE_HZ,
+    PERIOD_S,
+    CommandReason,
+    JointCommand,
+    JointVector,
+    Life,
+    Rig,
+    Validity,
+    Vector3,
+)
+from palpate.core.supervision import require_raw
+
+SPEED_M_S: Final = 0.005
+"""Highest speed of tip and sensor."""
+FORCE_N: Final = 10.0
+"""A force that differs by more than this from the one at the beginning of a motion stops the arm."""
+_TURN_RAD_S: Final = 0.1
+_BLIND_TICKS: Final = CONTROL_RATE_HZ // 4
+_SETTLE_TICKS: Final = CONTROL_RATE_HZ // 2
+_LEGS: Final = 4
+"""Parts of a motion that each begin with the force as it is then: the weight turns with the tool."""
+
+
+class Felt(NamedTuple):
+    """One tick of a motion.
+
+    Attributes:
+        time_ns: Source time of the wrench.
+        joints_ns: Source time of the joint angles.
+        fresh: Whether the wrench is a new one.
+        q_rad: Joint angles, (n,).
+        wrench: Force and torque, (6,), N and N m, as the sensor gives them.
+    """
+
+    time_ns: int
+    joints_ns: int
+    fresh: bool
+    q_rad: JointVector
+    wrench: tuple[float, ...]
+
+
+class CarefulArm:
+    """An arm that is moved slowly, over the ports.
+
+    Args:
+        rig: Entered.
+        kinematics: The arm; a work space of its own.
+        loop: To be held around each motion, for real-time scheduling.
+    """
+
+    def __init__(
+        self,
+        rig: Rig,
+        kinematics: Kinematics,
+        loop: Callable[[], AbstractContextManager[object]] = nullcontext,
+    ) -> None:
+        self._rig, self._ports, self.kinematics, self._loop = rig, rig.ports, kinematics, loop
+        self._inverse = InverseKinematics(kinematics, PERIOD_S)
+        self._asked: JointVector = ()
+        self._start_ns = self._slot = 0
+        self._sequence = -1
+        self._first_N: Vector3 = (0.0, 0.0, 0.0)
+
+    @contextmanager
+    def moving(self) -> Iterator[None]:
+        """While inside, the arm may be moved; it is stopped on every way out."""
+        arm, clock = self._ports.arm, self._ports.clock
+        with self._loop():
+            if arm.life is Life.ACTIVE:
+                arm.deactivate()
+            arm.activate()
+            try:
+                self._asked = self._ports.joint_encoder.read().position_rad
+                self._start_ns, self._slot = clock.now_ns(), 0
+                self._mark()
+                yield
+            finally:
+                arm.stop()
+
+    def place(self, q_rad: JointVector | Array) -> pin.SE3:
+        """Where the tip is at these joint angles, base frame."""
+        self.kinematics.update(q_rad)
+        return self.kinematics.tip_in_base
+
+    @property
+    def asked_rad(self) -> JointVector:
+        """What the arm was told last, (n,)."""
+        return self._asked
+
+    def joint_line(self, target_rad: JointVector | Array) -> None:
+        """Go straight in joint space, no point of the tool faster than allowed, and wait until the arm has settled."""
+        begin, target = np.array(self._asked), np.asarray(target_rad)
+        ticks = ceil(self._duration_s(begin, target) * CONTROL_RATE_HZ)
+        for tick in range(1, ticks + 1):
+            if (tick - 1) % max(ticks // _LEGS, 1) == 0:
+                self._mark()
+            self.tick(tuple((begin + (target - begin) * (tick / ticks)).tolist()))
+        self.hold(_SETTLE_TICKS)
+
+    def path(self, poses: Sequence[JointVector]) -> None:
+        """Pass joint poses, one a tick."""
+        for pose in poses:
+            self.tick(pose)
+
+    def tip_line(self, target_in_base: pin.SE3, speed_m_s: float | None = None) -> Iterator[Felt]:
+        """Go straight with the tip, its orientation kept; gives each tick, and ends wherever its reader leaves it.
+
+        Raises:
+            DeviceError: The arm cannot follow that line.
+        """
+        begin = self.place(self._asked)
+        way = target_in_base.translation - begin.translation
+        ticks = max(1, ceil(float(np.linalg.norm(way)) / (speed_m_s or SPEED_M_S) * CONTROL_RATE_HZ))
+        for tick in range(1, ticks + 1):
+            step = self._inverse.step(
+                np.array(self._asked), pin.SE3(begin.rotation, begin.translation + way * (tick / ticks))
+            )
+            if step.limited:
+                raise DeviceError("rig", "the arm cannot move its tool straight from here: bring it elsewhere by hand")
+            yield self.tick(tuple(step.q_rad.tolist()))
+
+    def hold(self, ticks: int) -> list[Felt]:
+        """Stay; gives what was felt, and holds later forces against the one at the end."""
+        felt = [self.tick(self._asked) for _ in range(ticks)]
+        self._mark()
+        return felt
+
+    def tick(self, q_rad: JointVector) -> Felt:
+        """One control tick.
+
+        Raises:
+            DeviceError: A sensor is silent, the arm is held back, or the force is too high.
+        """
+        clock, ports = self._ports.clock, self._ports
+        for _ in range(_BLIND_TICKS):
+            clock.sleep_until(tick_time_ns(self._start_ns, self._slot))
+            now_ns = clock.now_ns()
+            joints, wrench = ports.joint_encoder.read(), ports.force_sensor.read()
+            seeing = joints.validity is Validity.VALID and wrench.validity is Validity.VALID
+            if seeing and dist(wrench.force_N, self._first_N) > FORCE_N:
+                raise DeviceError("rig", f"the force has changed by more than {FORCE_N:g} N: the arm was stopped")
+            # An arm whose sensors do not see is told to stay where it is.
+            asked = q_rad if seeing else self._asked
+            applied = ports.arm.send(JointCommand(asked))
+            self._slot = next_slot(self._start_ns, self._slot, now_ns)
+            if applied.reason in (CommandReason.STOPPED, CommandReason.POSITION_LIMIT):
+                # By then a fault that stopped it has a name.
+                ports.arm.stop()
+                cause = self._rig.stopped_by()
+                raise DeviceError("rig", f"the arm was held back: {applied.reason.value}{cause and f', {cause}'}")
+            if seeing:
+                self._asked = asked
+                fresh, self._sequence = wrench.sequence != self._sequence, wrench.sequence
+                values = (*wrench.force_N, *wrench.torque_Nm)
+                return Felt(wrench.source_time_ns, joints.source_time_ns, fresh, joints.position_rad, values)
+        raise DeviceError("rig", f"joint sample {joints.validity.value}, force sample {wrench.validity.value}")
+
+    def _mark(self) -> None:
+        """Take the present force for what later ones are held against."""
+        for _ in range(_BLIND_TICKS):
+            sample = self._ports.force_sensor.read()
+            if sample.validity is Validity.VALID:
+                require_raw(sample)
+                self._first_N = sample.force_N
+                return
+            self._ports.clock.sleep_until(self._ports.clock.now_ns() + round(PERIOD_S * 1e9))
+        raise DeviceError("rig", f"force sample {sample.validity.value}")
+
+    def _duration_s(self, begin: Array, target: Array) -> float:
+        """Time for a line in joint space, by the fastest of its parts."""
+        parts, before = 40, None
+        longest_m = 0.0
+        for part in range(parts + 1):
+            tip = self.place(begin + (target - begin) * (part / parts))
+            points = tip.translation, self.kinematics.sensor_in_base.translation
+            if before is not None:
+                longest_m = max(longest_m, *(dist(a, b) for a, b in zip(before, points, strict=True)))
+            before = points
+        turn_s = float(np.abs(target - begin).max()) / _TURN_RAD_S
+        return max(longest_m * parts / SPEED_M_S, turn_s, PERIOD_S)
+
+
+def fresh_wrenches(felt: Sequence[Felt]) -> Array:
+    """The wrenches that were new, (n, 6)."""
+    return np.array([each.wrench for each in felt if each.fresh])

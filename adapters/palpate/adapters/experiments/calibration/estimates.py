@@ -1,0 +1,278 @@
+"""What samples of a rig say of it: pure functions, each result with its standard deviation, or a refusal.
+
+Frames as in :mod:`palpate.core.motion`. A sensor that is turned by an angle about the tool's axis, from x towards y,
+gives (c fx + s fy, c fy - s fx) for the (fx, fy) of the tool.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import degrees, hypot, inf, radians, sqrt
+from typing import Final, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+from scipy.optimize import least_squares
+
+from palpate.core.errors import UndeterminedError
+
+Array: TypeAlias = npt.NDArray[np.float64]
+
+_BATCHES: Final = 10
+"""Samples of a filtered sensor are not independent; the means of so many pieces of a second nearly are."""
+_LEAST_SAMPLES: Final = 50
+_SINGULAR: Final = 1e-5
+_WEIGHT_SHARE: Final = 0.01
+_CENTRE_M: Final = 1e-3
+_MOUNTING_DEG: Final = 0.25
+_PLATE_M: Final = 5e-5
+_STIFFNESS_SHARE: Final = 0.025
+_APART_M: Final = 3e-4
+_MISFIT_SHARE: Final = 0.1
+"""A wrench that is further from a rigid tool's than this share of its weight has another cause."""
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A number and its standard deviation, in the same unit."""
+
+    value: float
+    sd: float
+
+    def text(self, unit: str, scale: float = 1.0) -> str:
+        """As a person reads it: two standard deviations."""
+        return f"{self.value * scale:.4g} ± {2.0 * self.sd * scale:.2g} {unit}"
+
+
+@dataclass(frozen=True)
+class Rest:
+    """A sensor that nothing touches.
+
+    Attributes:
+        noise_N: Standard deviation of a force channel.
+        noise_Nm: Standard deviation of a torque channel.
+        rate_Hz: Rate of new samples.
+    """
+
+    noise_N: Estimate
+    noise_Nm: Estimate
+    rate_Hz: float
+
+
+@dataclass(frozen=True)
+class ToolLoad:
+    """What a force sensor carries, and how it is mounted.
+
+    Attributes:
+        weight_N: Weight of all that hangs on it.
+        centre_of_mass_m: Of that, (3,), frame of the tool.
+        mounting_deg: The sensor's turn about the tool's axis.
+        offset: Its wrench without any load, (6,), N and N m, its own frame.
+        misfit_N: Root mean square of what a rigid tool leaves of the forces.
+    """
+
+    weight_N: Estimate
+    centre_of_mass_m: tuple[Estimate, Estimate, Estimate]
+    mounting_deg: Estimate
+    offset: tuple[Estimate, ...]
+    misfit_N: float
+
+    def wrenches(self, down_in_tool: Array) -> Array:
+        """What the sensor shows of it, (n, 6), where these are down in the tool's frame, (n, 3)."""
+        offset = [each.value for each in self.offset]
+        centre = [each.value for each in self.centre_of_mass_m]
+        turn = radians(self.mounting_deg.value)
+        return _load(np.array([self.weight_N.value, turn, *offset[:3], *centre, *offset[3:]]), down_in_tool)
+
+
+@dataclass(frozen=True)
+class Press:
+    """A tool pressed on a plate.
+
+    Attributes:
+        surface_m: Depth of the plate's surface.
+        stiffness_N_per_m: Stiffness along the tool.
+    """
+
+    surface_m: Estimate
+    stiffness_N_per_m: Estimate
+
+
+def at_rest(wrenches: Array, times_ns: Sequence[int]) -> Rest:
+    """Noise and rate of samples, (n, 6), of a sensor that nothing moves; a drift is not taken for noise.
+
+    Raises:
+        UndeterminedError: They are too few, or a channel never changes.
+    """
+    count = len(wrenches)
+    if count < _LEAST_SAMPLES:
+        raise UndeterminedError("noise", f"{count} samples", f"at least {_LEAST_SAMPLES}: see whether the sensor sends")
+    if (still := np.ptp(wrenches, axis=0) == 0.0).any():
+        names = ", ".join(name for name, flat in zip(("Fx", "Fy", "Fz", "Tx", "Ty", "Tz"), still, strict=True) if flat)
+        raise UndeterminedError("noise", f"{names} never changes", "a sensor whose channels all live")
+    steps = np.arange(count) - (count - 1) / 2
+    trend = steps[:, None] * (steps @ wrenches) / (steps @ steps)
+    noise = (wrenches - wrenches.mean(axis=0) - trend).std(axis=0, ddof=2)
+    force, torque = (float(np.sqrt(np.mean(noise[part] ** 2))) for part in (slice(3), slice(3, 6)))
+    share = 1.0 / sqrt(6.0 * count)
+    rate = (count - 1) * 1e9 / (times_ns[-1] - times_ns[0])
+    return Rest(Estimate(force, force * share), Estimate(torque, torque * share), rate)
+
+
+def mean_of(wrenches: Array) -> tuple[Array, Array]:
+    """Mean of samples, (n, 6), and its standard deviation, (6,) each; of pieces, because neighbours are alike.
+
+    Raises:
+        UndeterminedError: They are too few.
+    """
+    if len(wrenches) < _LEAST_SAMPLES:
+        raise UndeterminedError(
+            "wrench", f"{len(wrenches)} samples", f"at least {_LEAST_SAMPLES}: hold the pose longer"
+        )
+    pieces = np.array([piece.mean(axis=0) for piece in np.array_split(wrenches, _BATCHES)])
+    return wrenches.mean(axis=0), pieces.std(axis=0, ddof=1) / sqrt(_BATCHES)
+
+
+def weigh(down_in_tool: Array, means: Array, sds: Array) -> ToolLoad:
+    """Weight, centre of mass, offset and mounting angle from wrenches at rest in several poses.
+
+    Args:
+        down_in_tool: Unit vectors down, (n, 3), frame of the tool as the encoders give it.
+        means: Mean wrenches, (n, 6), N and N m, as the sensor gives them.
+        sds: Their standard deviations, (n, 6).
+
+    Raises:
+        UndeterminedError: The poses do not determine them, or something besides a rigid tool's weight acts.
+    """
+    start = _linear_load(down_in_tool, means)
+    spread = np.maximum(sds, (1e-4,) * 3 + (1e-5,) * 3)
+
+    def residual(x: Array) -> Array:
+        misfit: Array = ((_load(x, down_in_tool) - means) / spread).ravel()
+        return misfit
+
+    found = least_squares(residual, start, x_scale=np.array([1.0, 0.1, 1.0, 1.0, 1.0, *(0.01,) * 3, *(0.05,) * 3]))
+    covariance = _covariance(found.jac, found.fun, "the poses", "poses that tilt the tool about two axes")
+    sd = np.sqrt(np.diag(covariance))
+    misfit_N = float(np.sqrt(np.mean((_load(found.x, down_in_tool) - means)[:, :3] ** 2)))
+    weight, turn = found.x[0], degrees(found.x[1])
+    load = ToolLoad(
+        Estimate(float(weight), float(sd[0])),
+        tuple(Estimate(float(v), float(s)) for v, s in zip(found.x[5:8], sd[5:8], strict=True)),  # type: ignore[arg-type]
+        Estimate(float((turn + 180.0) % 360.0 - 180.0), degrees(sd[1])),
+        tuple(Estimate(float(found.x[i]), float(sd[i])) for i in (2, 3, 4, 8, 9, 10)),
+        misfit_N,
+    )
+    if misfit_N > _MISFIT_SHARE * weight + 3.0 * float(spread[:, :3].mean()):
+        problem = f"the forces are {misfit_N:.2g} N beside those of a rigid tool of {weight:.3g} N"
+        raise UndeterminedError("weight", problem, "a tool that no cable pulls, and a sensor whose axes are right")
+    _require("weight", load.weight_N, _WEIGHT_SHARE * weight, "N", "poses held longer, or tilted further")
+    for axis, centre in zip("xyz", load.centre_of_mass_m, strict=True):
+        _require(f"centre of mass along {axis}", centre, _CENTRE_M, "m", "poses held longer, or tilted further")
+    _require("mounting angle", load.mounting_deg, _MOUNTING_DEG, "degrees", "poses tilted further, or a heavier tool")
+    return load
+
+
+def press(depth_m: Array, force_N: Array, direction: Array) -> Press:
+    """The plate's surface and the stiffness, from a press and the way back.
+
+    Args:
+        depth_m: Depth of the tip by the encoders, (n,).
+        force_N: Force with which the tool presses, (n,).
+        direction: +1 on the way in, -1 on the way out, (n,): what differs between the two is friction and delay.
+
+    Raises:
+        UndeterminedError: They are too few, or force does not grow with depth as with a spring.
+    """
+    if len(depth_m) < _LEAST_SAMPLES or np.ptp(depth_m) == 0.0:
+        raise UndeterminedError("stiffness", f"{len(depth_m)} samples under load", "a press that is slower or deeper")
+    middle = float(depth_m.mean())
+    columns = np.column_stack((depth_m - middle, np.ones_like(depth_m), direction))
+    if np.ptp(direction) == 0.0:
+        columns = columns[:, :2]
+    found, *_ = np.linalg.lstsq(columns, force_N, rcond=None)
+    rest = force_N - columns @ found
+    # Neighbours are alike here too: as many independent samples as pieces of ten.
+    covariance = np.linalg.inv(columns.T @ columns) * float(rest @ rest) / (len(rest) - 3) * _BATCHES
+    slope, level = float(found[0]), float(found[1])
+    sd_slope = sqrt(covariance[0, 0])
+    if slope <= 5.0 * sd_slope:
+        raise UndeterminedError("stiffness", "force does not grow with depth", "a tool that touches the plate")
+    surface = Estimate(middle - level / slope, hypot(sqrt(covariance[1, 1]), level / slope * sd_slope) / slope)
+    stiffness = Estimate(slope, sd_slope)
+    _require("plate's height", surface, _PLATE_M, "m", "a press that is slower or deeper")
+    _require("stiffness", stiffness, _STIFFNESS_SHARE * slope, "N/m", "a press that is slower or deeper")
+    return Press(surface, stiffness)
+
+
+def joined(what: str, values: Sequence[Estimate], apart: float, unit: str) -> Estimate:
+    """One number of several that should be the same: their mean, with the scatter that they really have.
+
+    Raises:
+        UndeterminedError: There are fewer than two, or they are further apart than that.
+    """
+    numbers = np.array([each.value for each in values])
+    if len(numbers) < 2:
+        raise UndeterminedError(what, f"{len(numbers)} results", "at least two, that may be compared")
+    if np.ptp(numbers) > apart:
+        shown = ", ".join(f"{number:.4g}" for number in numbers)
+        raise UndeterminedError(what, f"{shown} {unit}", f"results no further apart than {apart:.2g} {unit}")
+    within = sqrt(sum(each.sd**2 for each in values)) / len(values)
+    return Estimate(float(numbers.mean()), hypot(within, float(numbers.std(ddof=1)) / sqrt(len(numbers))))
+
+
+def hole(places_m: Sequence[tuple[float, float]], play_m: float) -> tuple[Estimate, Estimate]:
+    """The hole's place from where a peg that sits in it came to rest, which is anywhere within its play.
+
+    Raises:
+        UndeterminedError: There are fewer than two, or they are too far apart for one hole.
+    """
+    x, y = (
+        joined(f"hole's {axis}", [Estimate(place[k], play_m / sqrt(12.0)) for place in places_m], _APART_M, "m")
+        for k, axis in enumerate("xy")
+    )
+    return x, y
+
+
+def _load(x: Array, down: Array) -> Array:
+    """Wrenches of a tool, (n, 6): weight, turn in rad, force offset (3), centre of mass (3), torque offset (3)."""
+    force = x[0] * down
+    c, s = np.cos(x[1]), np.sin(x[1])
+    turn = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+    wrenches: Array = np.hstack((force @ turn.T + x[2:5], np.cross(x[5:8], force) @ turn.T + x[8:11]))
+    return wrenches
+
+
+def _linear_load(down: Array, means: Array) -> Array:
+    """A start for the fit: weight and turn from the forces across the tool, the rest from both."""
+    count = len(down)
+    if count < 3:
+        raise UndeterminedError("weight", f"{count} poses", "at least 3, that tilt the tool about two axes")
+    x, y = down[:, 0], down[:, 1]
+    ones, none = np.ones(count), np.zeros(count)
+    rows = np.vstack((np.column_stack((x, y, ones, none)), np.column_stack((y, -x, none, ones))))
+    (across, turned, bx, by), *_ = np.linalg.lstsq(rows, np.concatenate((means[:, 0], means[:, 1])), rcond=None)
+    weight = hypot(across, turned)
+    bz = float(np.mean(means[:, 2] - weight * down[:, 2]))
+    return np.array([weight, np.arctan2(turned, across), bx, by, bz, 0.0, 0.0, 0.0, *means[:, 3:].mean(axis=0)])
+
+
+def _covariance(jacobian: Array, residual: Array, what: str, missing: str) -> Array:
+    """Covariance of a weighted fit; a misfit beyond the noise widens it."""
+    scale = np.linalg.norm(jacobian, axis=0)
+    if not scale.all():
+        raise UndeterminedError("weight", f"{what} do not determine it", missing)
+    _, singular, axes = np.linalg.svd(jacobian / scale, full_matrices=False)
+    if singular[-1] < _SINGULAR * singular[0]:
+        raise UndeterminedError("weight", f"{what} do not determine it", missing)
+    excess = float(residual @ residual) / max(len(residual) - jacobian.shape[1], 1)
+    inverse = axes.T / singular
+    covariance: Array = (inverse @ inverse.T) / np.outer(scale, scale) * max(1.0, excess)
+    return covariance
+
+
+def _require(what: str, estimate: Estimate, most: float, unit: str, missing: str) -> None:
+    if not estimate.sd <= most < inf:
+        problem = f"known to {estimate.sd:.2g} {unit} only, {most:.2g} {unit} are wanted"
+        raise UndeterminedError(what, problem, missing)

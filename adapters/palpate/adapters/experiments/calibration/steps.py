@@ -1,0 +1,284 @@
+"""The steps of a commissioning: each moves the arm as far as it has to, and makes an estimate of what was felt."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import replace
+from math import cos, radians, sin
+from typing import Final, NamedTuple
+
+import numpy as np
+import pinocchio as pin
+
+from palpate.adapters.config import RunConfig, overlay
+from palpate.adapters.experiments.build import build_task, supervisor_of
+from palpate.adapters.experiments.calibration.careful import CarefulArm, Felt, fresh_wrenches
+from palpate.adapters.experiments.calibration.estimates import (
+    Array,
+    Estimate,
+    Press,
+    Rest,
+    ToolLoad,
+    at_rest,
+    hole,
+    joined,
+    mean_of,
+    press,
+    weigh,
+)
+from palpate.adapters.experiments.evaluation import ChosenPolicy
+from palpate.adapters.experiments.trial import trial_setup
+from palpate.adapters.hardware import TurnedForceSensor, find_approach, withdrawal
+from palpate.core.control_loop import run_trial
+from palpate.core.errors import DeviceError, UndeterminedError, UnreachableError
+from palpate.core.motion import InverseKinematics, Kinematics, ToolGeometry, arm_named
+from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, Clock, ForceSensor, Rig, Validity
+from palpate.core.trial import Outcome, ReadyPose, find_ready_pose, goal_in_base
+
+_TILT_DEG: Final = 25.0
+_HEADINGS_DEG: Final = (0.0, 60.0, 120.0, 180.0, 240.0, 300.0)
+_LEAST_TILTED: Final = 3
+_NEAR_RAD: Final = 1.5
+_MIDDLE: Final = 0.5
+_HOLD_TICKS: Final = 2 * CONTROL_RATE_HZ
+_TARE_TICKS: Final = CONTROL_RATE_HZ
+_BESIDE_M: Final = 0.005
+_ABOVE_M: Final = 0.008
+_AGAIN_M: Final = 0.002
+_TOUCH_N: Final = 1.5
+_PRESS_N: Final = 6.0
+_FELT_N: Final = 1.0
+_DOWN_M_S: Final = 0.001
+_PRESS_M_S: Final = 0.0002
+_PLATE_APART_M: Final = 3e-4
+_STIFFNESS_APART: Final = 0.1
+_INSERTIONS: Final = 3
+_CAREFUL: Final = {
+    "start_uncertainty_mm": 1.5, "travel_speed_mm_s": 5.0, "press_kgf": 0.3, "step_mm": 0.5, "max_force_N": 10.0,
+    "time_limit_s": 60.0,
+}  # fmt: skip
+"""The task of a commissioning's insertions: ten steps a second are 5 mm/s."""
+
+
+class Pressed(NamedTuple):
+    """A press at one place: depth of the tip by the encoders, m; force, N; +1 inwards, -1 outwards; each (n,)."""
+
+    depth_m: Array
+    force_N: Array
+    direction: Array
+
+
+class Touched(NamedTuple):
+    """What touching told.
+
+    Attributes:
+        height_m: Height of the plate, base frame.
+        depth_m: The same below where it was believed.
+        stiffness_N_per_m: Stiffness along the tool.
+        pressed: The data of each place.
+    """
+
+    height_m: Estimate
+    depth_m: Estimate
+    stiffness_N_per_m: Estimate
+    pressed: list[Pressed]
+
+
+class Commissioning:
+    """What a rig's person goes through step by step.
+
+    Args:
+        rig: Entered.
+        config: What is believed of task and arm.
+        loop: To be held around each motion.
+    """
+
+    def __init__(
+        self, rig: Rig, config: RunConfig, loop: Callable[[], AbstractContextManager[object]] = nullcontext
+    ) -> None:
+        self._rig, self._loop = rig, loop
+        self._description = arm_named(config.arm)
+        self._kinematics = Kinematics(self._description, ToolGeometry())
+        self.arm = CarefulArm(rig, self._kinematics, loop)
+        self.believe(config)
+
+    def believe(self, config: RunConfig) -> None:
+        """Go on with another belief of where the plate and its hole are."""
+        self.config = overlay(config, {"task": _CAREFUL})
+        self._goal = goal_in_base(config.task.goal)
+        self._ready: ReadyPose = find_ready_pose(config.arm, config.task)
+        self._approach = find_approach(config, self._ready)
+
+    def weigh(self) -> tuple[ToolLoad, Array, Array, float]:
+        """Turn the tool about its middle, well above the plate; returns what hangs on the sensor, and the data.
+
+        Returns:
+            The estimate; unit vectors down in the tool's frame, (n, 3); mean wrenches, (n, 6); rate of new joint
+            samples, Hz.
+        """
+        down, means, sds = [], [], []
+        with self.arm.moving():
+            above = self._go_above()
+            for pose in [np.array(above), *self._tilted(np.array(above)), np.array(above)]:
+                self.arm.joint_line(pose)
+                felt = self.arm.hold(_HOLD_TICKS)
+                mean, sd = mean_of(fresh_wrenches(felt))
+                rotation = self.arm.place(np.mean([each.q_rad for each in felt], axis=0)).rotation
+                down.append(-rotation[2])
+                means.append(mean)
+                sds.append(sd)
+        load = weigh(np.array(down), np.array(means), np.array(sds))
+        times = sorted({each.joints_ns for each in felt})
+        rate_Hz = (len(times) - 1) * 1e9 / (times[-1] - times[0])
+        return load, np.array(down), np.array(means), rate_Hz
+
+    def touch(self) -> Touched:
+        """Press on the plate at four places round the believed hole."""
+        pressed: list[Pressed] = []
+        results: list[Press] = []
+        with self.arm.moving():
+            self._go_above()
+            height_m = -_ABOVE_M
+            for x, y in ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)):
+                data = self._press_at(x * _BESIDE_M, y * _BESIDE_M, height_m)
+                result = press(*data)
+                pressed.append(data)
+                results.append(result)
+                height_m = result.surface_m.value - _AGAIN_M
+            self._lift()
+        depth = joined("plate's height", [each.surface_m for each in results], _PLATE_APART_M, "m")
+        mean = float(np.mean([each.stiffness_N_per_m.value for each in results]))
+        stiffness = joined("stiffness", [each.stiffness_N_per_m for each in results], _STIFFNESS_APART * mean, "N/m")
+        height = Estimate(float(self._goal.translation[2]) - depth.value, depth.sd)
+        return Touched(height, depth, stiffness, pressed)
+
+    def insert(self, mounting_deg: float) -> tuple[Estimate, Estimate, list[tuple[float, float]]]:
+        """Insert the peg slowly a few times, by what its torque tells; the core proves that it is in the hole.
+
+        Args:
+            mounting_deg: The sensor's turn about the tool's axis.
+
+        Returns:
+            Place of the hole, x and y, m, base frame; where the peg came to rest each time.
+
+        Raises:
+            UndeterminedError: The peg did not get in.
+        """
+        ports = self._rig.ports
+        turned = replace(ports, force_sensor=TurnedForceSensor(ports.force_sensor, mounting_deg))
+        chosen = ChosenPolicy("torque", self.config)
+        task = build_task(self.config, self._ready, chosen.perception, chosen.on(self._rig))
+        places = []
+        for trial in range(_INSERTIONS):
+            with self.arm.moving():
+                self._go_above()
+                self.arm.joint_line(self._approach.poses_rad[-1])
+            supervisor = supervisor_of(self._rig, self.config, self._ready)
+            ports.arm.deactivate()
+            ports.arm.activate()
+            with self._loop():
+                report = run_trial(task, turned, trial_setup(self.config, trial), supervisor)
+            if report.outcome is not Outcome.INSERTED:
+                outcome = "nothing" if report.outcome is None else report.outcome.value
+                problem = f"insertion {trial + 1} ended with {outcome}: {report.events[-1].detail}"
+                raise UndeterminedError("hole's place", problem, "a believed place within 3 mm (--task.goal)")
+            x, y, _ = self._goal.act(np.array(task.tip_m))
+            places.append((float(x), float(y)))
+        with self.arm.moving():
+            self._go_above()
+        return *hole(places, 2e-3 * self.config.cell.peg.clearance_mm), places
+
+    def _go_above(self) -> tuple[float, ...]:
+        """Draw the tool out of whatever it may be in, and lift it; returns the pose well above the believed hole."""
+        for pose in withdrawal(self._approach, self.arm.asked_rad):
+            # Made for 20 mm/s.
+            self.arm.path((pose,) * 4)
+        above = self._approach.poses_rad[0]
+        self.arm.joint_line(above)
+        return above
+
+    def _lift(self) -> None:
+        tip = self.arm.place(self.arm.asked_rad)
+        for _ in self.arm.tip_line(pin.SE3(tip.rotation, tip.translation + np.array([0.0, 0.0, _ABOVE_M]))):
+            pass
+
+    def _tilted(self, above_rad: Array) -> list[Array]:
+        """Poses with the tool tilted about its middle, as far as the arm can take them without turning over."""
+        tip = self.arm.place(above_rad)
+        lever = np.array([0.0, 0.0, _MIDDLE * (ToolGeometry().tip_from_sensor_m + ToolGeometry().sensor_from_flange_m)])
+        middle = tip.act(-lever)
+        inverse, poses = InverseKinematics(Kinematics(self._description, ToolGeometry()), PERIOD_S), []
+        for heading in _HEADINGS_DEG:
+            axis = np.array([cos(radians(heading)), sin(radians(heading)), 0.0])
+            rotation = tip.rotation @ pin.exp3(radians(_TILT_DEG) * axis)
+            target = pin.SE3(rotation, middle + rotation @ lever)
+            try:
+                q = inverse.solve(target, free_yaw=False, seed_rad=above_rad, field="task.goal")
+            except UnreachableError:
+                continue
+            if float(np.abs(q - above_rad).max()) < _NEAR_RAD:
+                poses.append(q)
+        if len(poses) < _LEAST_TILTED:
+            problem = (
+                f"the arm can tilt its tool by {_TILT_DEG:g} degrees in {len(poses)} of {len(_HEADINGS_DEG)} directions"
+            )
+            raise UndeterminedError("weight", problem, "a place further from the arm's limits (--task.goal)")
+        return poses
+
+    def _press_at(self, x_m: float, y_m: float, height_m: float) -> Pressed:
+        """Touch the plate at a place of the task frame, coming from a depth there; press, and go back up."""
+        arm, rotation = self.arm, self._ready.tip_rotation
+
+        def at(depth_m: float) -> pin.SE3:
+            return pin.SE3(rotation, self._goal.act(np.array([x_m, y_m, depth_m])))
+
+        here = float(self._goal.actInv(arm.place(arm.asked_rad)).translation[2])
+        for depth_m in (min(here, height_m), height_m):
+            for _ in arm.tip_line(at(depth_m)):
+                pass
+        arm.hold(_TARE_TICKS)
+        zero_N = float(fresh_wrenches(arm.hold(_TARE_TICKS))[:, 2].mean())
+
+        def force_N(felt: Felt) -> float:
+            # Pressing pushes the tool back: a negative force along its axis, whichever way the sensor is turned.
+            return zero_N - felt.wrench[2]
+
+        lowest = at(_ABOVE_M)
+        if not any(force_N(felt) > _TOUCH_N for felt in arm.tip_line(lowest, _DOWN_M_S)):
+            problem = f"no contact down to {_ABOVE_M * 1e3:g} mm below where it is believed"
+            raise UndeterminedError("plate's height", problem, "a nearer belief (--task.goal.z-mm)")
+        rows = []
+        for direction, target in ((1.0, lowest), (-1.0, at(height_m))):
+            for felt in arm.tip_line(target, _PRESS_M_S):
+                force = force_N(felt)
+                if felt.fresh and force > _FELT_N:
+                    rows.append((float(self._goal.actInv(arm.place(felt.q_rad)).translation[2]), force, direction))
+                if force > _PRESS_N if direction > 0.0 else force < _FELT_N:
+                    break
+        for _ in arm.tip_line(at(height_m)):
+            pass
+        depth, force, way = np.array(rows).T
+        return Pressed(depth, force, way)
+
+
+def measure_rest(clock: Clock, sensor: ForceSensor, seconds: float) -> tuple[Rest, Array]:
+    """Noise and real rate of an active sensor that nothing moves; the wrenches, (n, 6), beside it.
+
+    Raises:
+        DeviceError: The sensor gives nothing that is valid.
+    """
+    wrenches: list[tuple[float, ...]] = []
+    times: list[int] = []
+    last = -1
+    end_ns = clock.now_ns() + round(seconds * 1e9)
+    while clock.now_ns() < end_ns:
+        sample = sensor.read()
+        if sample.validity is Validity.VALID and sample.sequence != last:
+            last = sample.sequence
+            wrenches.append((*sample.force_N, *sample.torque_Nm))
+            times.append(sample.source_time_ns)
+        clock.sleep_until(clock.now_ns() + round(PERIOD_S * 1e9))
+    if not wrenches:
+        raise DeviceError("force sensor", f"no valid sample in {seconds:g} s; the last was {sample.validity.value}")
+    return at_rest(np.array(wrenches), times), np.array(wrenches)

@@ -1,0 +1,84 @@
+"""What an emulated rig keeps to itself: values that a commissioning has to find, drawn from a seed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import cos, radians, sin
+from typing import Any, Final
+
+from palpate.core.ports import Vector3
+from palpate.core.trial import Purpose, generator
+from palpate.simulation.work_cell.config import CellConfig
+
+_GRAVITY_M_S2: Final = 9.81
+_GRIPPER_KG: Final = (0.1, 0.5)
+_ACROSS_M: Final = 0.012
+_ALONG_M: Final = (0.02, 0.07)
+_MOUNTING_DEG: Final = 12.0
+_PLATE_MM: Final = 1.5
+_HOLE_MM: Final = 2.0
+_STIFFNESS: Final = (0.6, 1.6)
+
+
+@dataclass(frozen=True)
+class HiddenValues:
+    """What is true of a rig besides its configuration.
+
+    Attributes:
+        gripper_kg: Mass between force sensor and springs, on top of the configured cell's.
+        centre_of_mass_m: Its centre of mass, (3,), frame of the tool.
+        mounting_deg: By how much the sensor is turned about the tool's axis, from x towards y.
+        plate_mm: How much higher the plate is than believed.
+        hole_mm: Within this distance of the nominal goal the hole lies.
+        axial_share: The gripper's stiffness along its axis, as a share of the configured one.
+    """
+
+    gripper_kg: float = 0.0
+    centre_of_mass_m: Vector3 = (0.0, 0.0, 0.0)
+    mounting_deg: float = 0.0
+    plate_mm: float = 0.0
+    hole_mm: float = 0.0
+    axial_share: float = 1.0
+
+    @classmethod
+    def drawn(cls, seed: int) -> HiddenValues:
+        """The values that belong to a seed."""
+        rng = generator(seed, Purpose.HIDDEN, 0)
+        return cls(
+            gripper_kg=rng.uniform(*_GRIPPER_KG),
+            centre_of_mass_m=(
+                rng.uniform(-_ACROSS_M, _ACROSS_M),
+                rng.uniform(-_ACROSS_M, _ACROSS_M),
+                rng.uniform(*_ALONG_M),
+            ),
+            mounting_deg=rng.uniform(-_MOUNTING_DEG, _MOUNTING_DEG),
+            plate_mm=rng.uniform(-_PLATE_MM, _PLATE_MM),
+            hole_mm=_HOLE_MM,
+            axial_share=rng.uniform(*_STIFFNESS),
+        )
+
+    def cell(self, config: CellConfig) -> CellConfig:
+        """The configured cell with what of this its physics know."""
+        springs = config.compliance
+        return replace(
+            config,
+            compliance=replace(springs, axial_N_per_mm=springs.axial_N_per_mm * self.axial_share),
+            conditions=replace(config.conditions, hole_shift_mm=self.hole_mm),
+            hole_height_error_mm=config.hole_height_error_mm + self.plate_mm,
+        )
+
+    def felt(self, wrench: list[float], down_in_tool: Any) -> list[float]:
+        """What the turned sensor measures of a wrench, (6,), with the gripper's weight in it.
+
+        Args:
+            wrench: That of the configured cell, (6,), frame of the tool.
+            down_in_tool: Unit vector down, (3,), frame of the tool. Accelerations are small beside gravity.
+        """
+        weight_N = self.gripper_kg * _GRAVITY_M_S2
+        gx, gy, gz = (weight_N * float(each) for each in down_in_tool)
+        px, py, pz = self.centre_of_mass_m
+        fx, fy, fz, tx, ty, tz = wrench
+        fx, fy, fz = fx + gx, fy + gy, fz + gz
+        tx, ty, tz = tx + py * gz - pz * gy, ty + pz * gx - px * gz, tz + px * gy - py * gx
+        c, s = cos(radians(self.mounting_deg)), sin(radians(self.mounting_deg))
+        return [c * fx + s * fy, c * fy - s * fx, fz, c * tx + s * ty, c * ty - s * tx, tz]

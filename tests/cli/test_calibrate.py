@@ -1,0 +1,46 @@
+"""``palpate calibrate``: what it refuses, and that it moves nothing unasked."""
+
+import io
+from pathlib import Path
+
+import pytest
+
+from tests.command_line import CommandLine
+
+RIG = '[rig]\nname = "bench"\n[arm]\nadapter = "zebra-nmc"\n[force_sensor]\nadapter = "jr3-can"\n'
+
+
+@pytest.mark.parametrize(
+    ("words", "problem"),
+    [
+        ((), "a rig file: palpate calibrate --rig FILE"),
+        (("--rig", "rig.toml", "--yes"), "--yes is for emulated rigs only: at bench a person confirms each step"),
+        (
+            ("--rig", "rig.toml", "--steps", "touch", "dance"),
+            "steps = 'dance' is refused: some of rest, weigh, touch, hole",
+        ),
+        (("--rig", "rig.toml", "--cell.peg.friction", "0.3"), "the rig says what is true of it"),
+    ],
+)
+def test_refusals(palpate: CommandLine, words: tuple[str, ...], problem: str) -> None:
+    Path("rig.toml").write_text(RIG)
+    assert problem in palpate.refusal("calibrate", *words)
+    assert Path("rig.toml").read_text() == RIG
+
+
+def test_who_confirms_no_step_opens_no_device(palpate: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
+    Path("rig.toml").write_text(RIG)
+    # Left out three times, then ended: an adapter with no port would be refused as soon as it were made.
+    monkeypatch.setattr("sys.stdin", io.StringIO("s\ns\ns\nq\n"))
+    done = palpate("calibrate", "--rig", "rig.toml")
+    assert done.code == 130
+    assert done.stderr.count("Enter does it, s leaves it out, q ends") == 4
+    assert Path("rig.toml").read_text() == RIG
+
+
+def test_a_run_on_a_rig_takes_the_goal_that_was_measured(palpate: CommandLine) -> None:
+    Path("rig.toml").write_text(RIG + "[calibration]\nplate_mm = 1500.0\n")
+    # Out of the arm's reach: so it was taken, unless a person says something else.
+    words = ("run", "--rig", "rig.toml", "--policy", "torque")
+    assert "task.goal" in palpate.refusal(*words)
+    assert palpate(*words, "--task.goal.z-mm", "20").stderr.startswith("palpate: JR3")

@@ -1,0 +1,44 @@
+"""Results of a commissioning in a rig file."""
+
+from pathlib import Path
+
+import pytest
+
+from palpate.adapters.config import RigFile, write_into
+from palpate.core.errors import ConfigurationError
+
+RIG = """# the bench by the window
+[rig]
+name = "bench"   # as on its label
+
+[arm]
+adapter = "cia402"
+nodes = [1, 2, 3]
+
+[force_sensor]
+adapter = "jr3-can"
+[force_sensor.facts]
+range_N = [100.0, 100.0, 200.0]  # of the data sheet
+"""
+
+
+def test_results_are_put_in_and_nothing_is_lost(tmp_path: Path) -> None:
+    path = tmp_path / "rig.toml"
+    path.write_text(RIG)
+    write_into(path, {"force_sensor.facts": {"noise_N": 0.08}, "calibration": {"plate_mm": 21.5, "mounting_deg": 3.0}})
+    write_into(path, {"calibration": {"plate_mm": 21.25, "hole_mm": (401.0, -1.5)}})
+    kept = [line for line in RIG.splitlines() if line not in path.read_text().splitlines()]
+    assert kept == []
+    rig = RigFile.load(path)
+    assert (rig.facts.noise_N, rig.facts.range_N) == (0.08, (100.0, 100.0, 200.0))
+    assert (rig.calibration.mounting_deg, rig.emulated) == (3.0, False)
+    goal = {"x_mm": 401.0, "y_mm": -1.5, "z_mm": 21.25}
+    assert rig.calibration.run_settings() == {"task": {"goal": goal}}
+    assert [each.name for each in tmp_path.iterdir()] == ["rig.toml"]
+
+
+def test_a_table_that_says_what_no_calibration_finds_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "rig.toml"
+    path.write_text(RIG + "[calibration]\nmounting_deg = 400.0\n")
+    with pytest.raises(ConfigurationError, match=r"calibration\.mounting_deg = 400.0 is refused"):
+        RigFile.load(path)

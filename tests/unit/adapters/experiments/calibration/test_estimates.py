@@ -1,0 +1,111 @@
+"""Estimates of made data: what was put in comes out within its own uncertainty, or is refused by name."""
+
+from math import radians
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from palpate.adapters.experiments.calibration import Estimate, at_rest, hole, joined, mean_of, press, weigh
+from palpate.core.errors import UndeterminedError
+from palpate.simulation.work_cell import HiddenValues
+
+NOISE = np.array([0.01] * 3 + [0.0004] * 3)
+"""Of a mean over two seconds."""
+
+
+def tilted(tilt_deg: float, headings: int = 6) -> np.ndarray:
+    """Down in the tool's frame, upright and tilted to all sides."""
+    angles = np.arange(headings) * 2 * np.pi / max(headings, 1)
+    sine, cosine = np.sin(radians(tilt_deg)), np.cos(radians(tilt_deg))
+    return np.vstack(
+        ([0.0, 0.0, 1.0], np.column_stack((sine * np.cos(angles), sine * np.sin(angles), 0 * angles + cosine)))
+    )
+
+
+def felt(hidden: HiddenValues, down: np.ndarray, offset: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    rows = [hidden.felt([0.0] * 6, each) for each in down]
+    return np.array(rows) + offset + rng.standard_normal((len(down), 6)) * NOISE
+
+
+@settings(max_examples=25)
+@given(st.integers(0, 2**32), st.floats(-180.0, 180.0), st.floats(0.4, 3.0))
+def test_a_load_comes_out_within_its_uncertainty(seed: int, mounting_deg: float, mass_kg: float) -> None:
+    rng = np.random.default_rng(seed)
+    centre, offset = rng.uniform(-0.05, 0.08, 3), rng.uniform(-3.0, 3.0, 6)
+    hidden = HiddenValues(gripper_kg=mass_kg, centre_of_mass_m=tuple(centre), mounting_deg=mounting_deg)
+    down = tilted(25.0)
+    load = weigh(down, felt(hidden, down, offset, rng), np.tile(NOISE, (len(down), 1)))
+    found = [load.weight_N, *load.centre_of_mass_m, *load.offset]
+    for estimate, true in zip(found, [9.81 * mass_kg, *centre, *offset], strict=True):
+        assert abs(estimate.value - true) < 7.0 * estimate.sd
+    away = (load.mounting_deg.value - mounting_deg + 180.0) % 360.0 - 180.0
+    assert abs(away) < 7.0 * load.mounting_deg.sd < 1.8
+    assert load.wrenches(down)[:, :3] == pytest.approx(felt(hidden, down, offset, rng)[:, :3], abs=0.1)
+
+
+@pytest.mark.parametrize(
+    ("down", "mass_kg", "problem"),
+    [
+        (tilted(25.0, 0), 0.5, "1 poses; what is missing: at least 3, that tilt the tool about two axes"),
+        (np.tile([0.0, 0.0, 1.0], (5, 1)), 0.5, "the poses do not determine it"),
+        (tilted(1.0), 0.5, "weight is not determined: known to .* N only"),
+        (tilted(25.0), 0.02, "is not determined: known to .* only"),
+    ],
+)
+def test_poses_that_determine_no_load_are_refused(down: np.ndarray, mass_kg: float, problem: str) -> None:
+    means = felt(HiddenValues(gripper_kg=mass_kg), down, np.zeros(6), np.random.default_rng(1))
+    with pytest.raises(UndeterminedError, match=problem):
+        weigh(down, means, np.tile(NOISE, (len(down), 1)))
+
+
+def test_a_cable_that_pulls_is_not_taken_for_a_tool() -> None:
+    down = tilted(25.0)
+    means = felt(HiddenValues(gripper_kg=0.5), down, np.zeros(6), np.random.default_rng(1))
+    means[::2, 0] += 2.0
+    with pytest.raises(UndeterminedError, match="a tool that no cable pulls"):
+        weigh(down, means, np.tile(NOISE, (len(down), 1)))
+
+
+@settings(max_examples=50)
+@given(st.integers(0, 2**32), st.floats(2.0, 200.0), st.floats(-0.002, 0.002), st.floats(-0.5, 0.5))
+def test_a_press_gives_surface_and_stiffness_whatever_friction_there_is(
+    seed: int, stiffness_N_per_mm: float, surface_m: float, friction_N: float
+) -> None:
+    rng = np.random.default_rng(seed)
+    deep = np.concatenate((np.linspace(1.0, 6.0, 300), np.linspace(6.0, 1.0, 300))) / stiffness_N_per_mm * 1e-3
+    way = np.repeat([1.0, -1.0], 300)
+    force = deep * stiffness_N_per_mm * 1e3 + friction_N * way + 0.1 * rng.standard_normal(600)
+    found = press(surface_m + deep, force, way)
+    assert found.surface_m.value == pytest.approx(surface_m, abs=7.0 * found.surface_m.sd)
+    assert found.stiffness_N_per_m.value == pytest.approx(
+        stiffness_N_per_mm * 1e3, abs=7.0 * found.stiffness_N_per_m.sd
+    )
+
+
+def test_what_is_no_press_no_hole_and_no_rest_is_refused() -> None:
+    rng, times = np.random.default_rng(0), list(range(0, 100 * 7_000_000, 7_000_000))
+    noise, depth = rng.standard_normal((100, 6)), np.linspace(0.0, 1e-3, 100)
+    with pytest.raises(UndeterminedError, match="force does not grow with depth"):
+        press(depth, noise[:, 0], np.ones(100))
+    with pytest.raises(UndeterminedError, match="stiffness is not determined: 10 samples"):
+        press(depth[:10], noise[:10, 0], np.ones(10))
+    with pytest.raises(UndeterminedError, match="hole's x is not determined"):
+        hole([(0.4, 0.0), (0.4005, 0.0)], 1e-4)
+    with pytest.raises(UndeterminedError, match="at least two"):
+        joined("height", [Estimate(1.0, 0.1)], 1.0, "m")
+    with pytest.raises(UndeterminedError, match="noise is not determined: 20 samples"):
+        at_rest(noise[:20], times[:20])
+    with pytest.raises(UndeterminedError, match="at least 50: hold the pose longer"):
+        mean_of(noise[:20])
+    with pytest.raises(UndeterminedError, match="Ty never changes"):
+        at_rest(noise * [1, 1, 1, 1, 0, 1], times)
+
+
+def test_a_drift_is_not_noise() -> None:
+    wrenches = np.random.default_rng(0).standard_normal((1000, 6)) * ([0.1] * 3 + [0.004] * 3)
+    rest = at_rest(wrenches + np.linspace(0.0, 5.0, 1000)[:, None], list(range(0, 1000 * 8_000_000, 8_000_000)))
+    assert rest.rate_Hz == pytest.approx(125.0)
+    assert rest.noise_N.value == pytest.approx(0.1, abs=5.0 * rest.noise_N.sd)
+    assert rest.noise_Nm.value == pytest.approx(0.004, abs=5.0 * rest.noise_Nm.sd)

@@ -1,0 +1,78 @@
+"""A commissioning in the simulated cell, in virtual time, of values that nobody told it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from palpate.adapters.config import overlay, scenario
+from palpate.adapters.experiments.calibration import Commissioning, hole_picture, touch_picture, weigh_picture
+from palpate.adapters.mujoco import SimulatedRig
+from palpate.core.errors import DeviceError, UndeterminedError
+from palpate.core.ports import WrenchSample
+from palpate.core.trial import find_ready_pose
+from palpate.simulation.work_cell import HiddenValues
+
+CONFIG = replace(scenario("paper"), seed=7)
+READY = find_ready_pose(CONFIG.arm, CONFIG.task)
+PNG = b"\x89PNG"
+
+
+@pytest.fixture(autouse=True)
+def _hurried(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nobody stands beside a simulated arm: ten times as fast as a commissioning is."""
+    hurried = {
+        "careful.SPEED_M_S": 0.05, "careful._TURN_RAD_S": 1.0, "careful._SETTLE_TICKS": 20, "steps._PRESS_M_S": 1e-3,
+        "steps._DOWN_M_S": 4e-3, "steps._INSERTIONS": 2, "steps._HOLD_TICKS": 200, "steps._TARE_TICKS": 60,
+    }  # fmt: skip
+    for name, value in hurried.items():
+        monkeypatch.setattr(f"palpate.adapters.experiments.calibration.{name}", value)
+
+
+def test_hidden_values_are_found_and_the_peg_is_inserted_by_them() -> None:
+    hidden = HiddenValues.drawn(CONFIG.seed)
+    with SimulatedRig(CONFIG, READY, hidden) as rig:
+        rig.prepare(0)
+        hole_in_base = np.array([0.4, 0.0, 0.02]) + np.array(rig.truth().hole_in_task_m) * [1, -1, -1]
+        commissioning = Commissioning(rig, CONFIG)
+        load, down, means, rate_Hz = commissioning.weigh()
+        touched = commissioning.touch()
+        found = {"task": {"goal": {"z_mm": touched.height_m.value * 1e3}}}
+        commissioning.believe(overlay(CONFIG, found))
+        x, y, places = commissioning.insert(load.mounting_deg.value)
+        assert rig.truth().peak_force_N < 10.0
+    # Of the configured cell hang 0.35 kg there, 0.3 of them 50 mm above the tip.
+    mass_kg = 0.35 + hidden.gripper_kg
+    centre_m = (hidden.gripper_kg * np.array(hidden.centre_of_mass_m) + 0.3 * np.array([0.0, 0.0, 0.09])) / mass_kg
+    assert load.weight_N.value == pytest.approx(9.81 * mass_kg, rel=0.02)
+    assert [each.value for each in load.centre_of_mass_m] == pytest.approx(centre_m.tolist(), abs=2e-3)
+    assert load.mounting_deg.value == pytest.approx(hidden.mounting_deg, abs=0.5)
+    assert touched.height_m.value == pytest.approx(hole_in_base[2], abs=1e-4)
+    assert touched.stiffness_N_per_m.value == pytest.approx(5e3 * hidden.axial_share, rel=0.05)
+    assert [x.value, y.value] == pytest.approx(hole_in_base[:2].tolist(), abs=3e-4)
+    assert rate_Hz == pytest.approx(140.0, rel=0.01)
+    pictures = weigh_picture(load, down, means), touch_picture(touched), hole_picture(places, x, y)
+    assert all(picture.startswith(PNG) for picture in pictures)
+
+
+def test_a_plate_that_is_not_where_it_is_believed_to_be_is_not_searched_for_long() -> None:
+    config = overlay(CONFIG, {"task": {"goal": {"z_mm": 45.0}}})
+    with SimulatedRig(CONFIG, READY) as rig:
+        rig.prepare(0)
+        with pytest.raises(UndeterminedError, match="no contact down to 8 mm below where it is believed"):
+            Commissioning(rig, config).touch()
+
+
+def test_a_force_that_nobody_expects_stops_the_arm(monkeypatch: pytest.MonkeyPatch) -> None:
+    with SimulatedRig(CONFIG, READY) as rig:
+        rig.prepare(0)
+        read = rig.ports.force_sensor.read
+
+        def struck() -> WrenchSample:
+            sample = read()
+            return replace(sample, force_N=(11.5, 0.0, 0.0)) if rig.cell.ticks > 100 else sample
+
+        monkeypatch.setattr(rig.ports.force_sensor, "read", struck)
+        with pytest.raises(DeviceError, match="changed by more than 10 N: the arm was stopped"):
+            Commissioning(rig, CONFIG).weigh()
+        assert rig.cell.ticks < 110
