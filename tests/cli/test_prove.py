@@ -8,7 +8,7 @@ from tests.command_line import CommandLine, files_in
 EASY = ("--policy", "omniscient", "--claim.success-percent", 20, "--jobs", 1, "--out", "proof")
 
 
-def test_trials_prove_a_claim_and_the_worst_are_kept(palpate: CommandLine) -> None:
+def test_trials_prove_a_claim_or_do_not_and_the_worst_are_kept(palpate: CommandLine) -> None:
     told = palpate.succeed("prove", *EASY, "--trials", 3).splitlines()
     assert told[1] == "proved: 3 of 3 ended well (95 % interval 29.240 to 100.000 %)"
     found = json.loads(Path("proof/proof.json").read_text())
@@ -21,9 +21,7 @@ def test_trials_prove_a_claim_and_the_worst_are_kept(palpate: CommandLine) -> No
     assert files_in(Path("proof/cells")) == before
     # Trials with other settings are of another proof.
     assert "task.press_kgf" in palpate.refusal("prove", *EASY, "--trials", 3, "--task.press-kgf", 0.6)
-
-
-def test_a_claim_that_does_not_hold_is_not_proved(palpate: CommandLine) -> None:
+    # The same trials do not prove another claim.
     done = palpate("prove", *EASY, "--trials", 3, "--claim.force-N", 0.5)
     assert done.code == 1
     assert "neither proved nor refuted: 0 of 3 ended well" in done.stdout

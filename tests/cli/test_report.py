@@ -92,7 +92,7 @@ def require_complete(page: Page) -> None:
     assert {attrs["href"][1:] for tag, attrs in page.tags if tag == "a"} <= anchors
 
 
-def test_a_training_run(desk: Path) -> None:
+def test_a_training_run_has_equal_bytes_in_any_process_and_its_results_stay(desk: Path, trained: Path) -> None:
     page = reported(desk / "run")
     require_complete(page)
     assert page.headings == [
@@ -104,12 +104,7 @@ def test_a_training_run(desk: Path) -> None:
     assert float(line["mean_s"]) == pytest.approx(float(last["exploration_time_s"]), abs=1e-4)
     # Every trial of this short run is the first, the last or the one with the highest force.
     assert {"force-01.png", "force-02.png"} <= {path.name for path in (desk / "run" / "report").iterdir()}
-
-
-def test_equal_folders_give_equal_bytes_in_any_process_and_so_does_a_second_report(desk: Path, trained: Path) -> None:
-    reported(desk / "run")
     first, results = files_in(desk / "run"), files_in(trained)
-    # All results are as they were.
     assert {name: first[name] for name in results} == results
     shutil.copytree(desk / "run", desk / "elsewhere" / "run")
     # In a process of its own: nothing that was drawn before has an influence.

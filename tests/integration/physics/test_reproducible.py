@@ -33,11 +33,10 @@ def digests_of_a_fresh_process(arm: str, **processor: str) -> list[str]:
     return done.stdout.split()
 
 
-@pytest.mark.parametrize("arm", ["zebra-zero", "ur5", "panda"])
-def test_a_fresh_process_repeats_every_command_and_sample(arm: str) -> None:
-    here = digests(short_run(arm), range(2))
+def test_a_fresh_process_repeats_every_command_and_sample() -> None:
+    here = digests(short_run("panda"), range(2))
     assert len(set(here)) == 2
-    assert digests_of_a_fresh_process(arm) == here
+    assert digests_of_a_fresh_process("panda") == here
 
 
 @pytest.mark.skipif(platform.machine() != "x86_64", reason="these are the kernels of x86-64 processors")
@@ -50,9 +49,8 @@ def test_kernels_that_are_chosen_by_the_processor_play_no_part(kernels: str, nee
     assert there == digests(short_run("zebra-zero"), range(2))
 
 
-@pytest.mark.parametrize("arm", ["zebra-zero", "ur5", "panda"])
-def test_a_trial_alone_equals_the_trial_in_a_sequence(arm: str) -> None:
-    config = short_run(arm)
+def test_a_trial_alone_equals_the_trial_in_a_sequence() -> None:
+    config = short_run("zebra-zero")
     sequence = digests(config, range(4))
     assert len(set(sequence)) == 4
     assert digests(config, [3, 1]) == [sequence[3], sequence[1]]

@@ -102,7 +102,7 @@ def test_marks_are_escaped():
     assert '  alphabet="&amp;";' in text
 
 
-@settings(max_examples=30)
+@settings(max_examples=10)
 @given(machines(), dot_names)
 def test_another_reader_of_dot_finds_states_and_edges(machine, name):
     machine = replace(machine, alphabet=(name, *(f"{name}{number}" for number in range(1, len(machine.alphabet)))))
