@@ -33,7 +33,7 @@ from palpate.adapters.gymnasium_envs.spaces import (
     TipWrench,
 )
 from palpate.core.errors import ConfigurationError, LifecycleError, require_in, require_one_of, require_whole
-from palpate.core.ports import FaultLatch
+from palpate.core.ports import Rig
 from palpate.core.trial import Outcome
 from palpate.simulation.work_cell import WorkCell
 
@@ -256,9 +256,12 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
         return self._episodes.rig.cell
 
     @property
-    def latch(self) -> FaultLatch:
-        """What keeps a rig still after a trip or a fault, until a person calls its ``acknowledge(by, reason)``."""
-        return self._episodes.rig.latch
+    def rig(self) -> Rig:
+        """What the trials run on: its ports, and the latch that keeps it still after a trip or a fault.
+
+        ``rig.latch.acknowledge(by, reason)`` is a person's decision.
+        """
+        return self._episodes.rig
 
     @override
     def __reduce__(self) -> tuple[Callable[..., PegInsertionEnv], tuple[dict[str, Any]]]:

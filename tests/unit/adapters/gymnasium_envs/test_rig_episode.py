@@ -131,7 +131,7 @@ def test_an_environment_that_is_let_go_stops_the_arm_and_can_be_neither_copied_n
         pickle.dumps(env)
     with pytest.raises(LifecycleError, match="only a simulated cell"):
         env.cell  # noqa: B018
-    arm = env._episodes.rig.ports.arm
+    arm = env.rig.ports.arm
     del env
     assert arm.life is Life.CLOSED
 
