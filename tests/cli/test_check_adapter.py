@@ -8,7 +8,7 @@ import pytest
 
 from tests.command_line import CommandLine
 
-EXAMPLE = Path(__file__).parents[2] / "examples" / "line_arm"
+EXAMPLE = Path(__file__).parents[2] / "examples" / "third_party_rig"
 
 
 @pytest.fixture(autouse=True)
@@ -28,7 +28,8 @@ MOVES = ("--moves", "--rate-rad-s", "0.2", "--reach-rad", "0.15")
     ("name", "flags", "counts"),
     [
         ("ArmChecks", MOVES, "35 passed, 0 failed, 1 not applicable"),
-        ("EncoderChecks", MOVES, "30 passed, 0 failed, 1 not applicable"),
+        ("EncoderChecks", MOVES, "31 passed, 0 failed, 0 not applicable"),
+        ("ForceChecks", (), "33 passed, 0 failed, 0 not applicable"),
         ("ArmChecks", (), "18 passed, 0 failed, 18 not applicable"),
     ],
 )
@@ -36,13 +37,13 @@ def test_the_example_keeps_its_contract(
     palpate: CommandLine, monkeypatch: pytest.MonkeyPatch, name: str, flags: tuple[str, ...], counts: str
 ) -> None:
     monkeypatch.chdir(EXAMPLE)
-    assert counts in palpate.succeed("check-adapter", f"checks:{name}", *flags)
+    assert counts in palpate.succeed("check-adapter", f"third_party_rig.checks:{name}", *flags)
 
 
 def test_what_will_move_is_said_before_anything_does(palpate: CommandLine, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(EXAMPLE)
-    printed = palpate.succeed("check-adapter", "checks:ArmChecks", *MOVES)
-    plan, clauses = printed.split("checks:ArmChecks: the contract of ArmCommand")
+    printed = palpate.succeed("check-adapter", "third_party_rig.checks:ArmChecks", *MOVES)
+    plan, clauses = printed.split("third_party_rig.checks:ArmChecks: the contract of ArmCommand")
     assert "joint 3 by 0.1007 rad, to its limit at 0.4 rad" in plan
     assert "at most 0.2 rad/s a joint" in plan
     assert "passed" in clauses
@@ -61,7 +62,7 @@ def test_moves_are_refused_without_rates(
     palpate: CommandLine, monkeypatch: pytest.MonkeyPatch, flags: tuple[str, ...], reason: str
 ) -> None:
     monkeypatch.chdir(EXAMPLE)
-    assert reason in palpate.refusal("check-adapter", "checks:ArmChecks", *flags)
+    assert reason in palpate.refusal("check-adapter", "third_party_rig.checks:ArmChecks", *flags)
 
 
 BROKEN = """

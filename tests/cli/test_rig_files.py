@@ -24,6 +24,7 @@ FACTS = "[arm]\nadapter = 'zebra-nmc'\n[force_sensor]\nadapter = 'jr3-can'\nfact
             "[arm]\nadapter = 'zebra-nmc'\n[force_sensor]\nadapter = 'ati'\n",
             "one of ati-netft, jr3-can, jr3-uart, ur-rtde",
         ),
+        ("[arm]\nadapter = 'nowhere:make'\n[force_sensor]\nadapter = 'jr3-can'\n", "a module that can be imported"),
         ("[arm]\nadapter = 'zebra-nmc'\nbaudrate = 3\n[force_sensor]\nadapter = 'jr3-can'\n", "did you mean arm.baud"),
         ("[arm]\nadapter = 'zebra-nmc'\nbaud = 1200\n[force_sensor]\nadapter = 'jr3-can'\n", "19200, 57600"),
         ("[arm]\nadapter = 'zebra-nmc'\ndivider = 1\n[force_sensor]\nadapter = 'jr3-can'\n", "46.67, 35, 28"),

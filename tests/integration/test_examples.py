@@ -10,8 +10,8 @@ import pytest
 from palpate.core.policy import PolicyDocument
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
-ALL = ("train_and_look", "own_policy", "own_arm", "clearance_study", "replay_gate", "infer_automaton")
-QUICK = frozenset(ALL) - {"own_arm", "replay_gate"}
+ALL = ("train_and_look", "own_policy", "clearance_study", "replay_gate", "infer_automaton")
+QUICK = frozenset(ALL) - {"replay_gate"}
 """Those that have a shorter form; the others are short."""
 
 
@@ -29,7 +29,7 @@ class Example:
         path = EXAMPLES / f"{name}.py"
         with self._monkeypatch.context() as patched:
             patched.setattr(sys, "argv", [str(path), *map(str, words)])
-            # Python puts a script's folder there, and own_arm the one of the arm.
+            # Python puts a script's folder there.
             patched.setattr(sys, "path", [str(EXAMPLES), *sys.path])
             try:
                 runpy.run_path(str(path), run_name="__main__")
@@ -89,12 +89,6 @@ def test_own_policy(example: Example, tmp_path: Path) -> None:
     assert re.search(r"^torque: \d of 3 inserted, median \d+\.\d\d s$", printed, re.MULTILINE)
     (inserted,) = re.findall(r"^homing: (\d) of 3 inserted", printed, re.MULTILINE)
     assert int(inserted) >= 2
-
-
-def test_own_arm(example: Example, tmp_path: Path) -> None:
-    printed = example.printed("own_arm", tmp_path / "out")
-    assert "applied 0.1193 (joint velocity limit)" in printed
-    assert printed.count(" passed, 0 failed") == 2
 
 
 def test_clearance_study(example: Example, tmp_path: Path) -> None:

@@ -1,7 +1,7 @@
 """Adapters by name: ours and strangers', all through the entry points of the group ``palpate.adapters``.
 
 An entry is called ``arm.NAME`` or ``force.NAME`` and leads to a function that makes an adapter of the settings in a
-rig file. Making opens nothing; the life cycle does.
+rig file; ``package.module:function`` leads to one without any entry. Making opens nothing; the life cycle does.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Final, TypeAlias
 
-from palpate.adapters.config import entries
+from palpate.adapters.config import entries, from_here, imported
 from palpate.core.errors import ConfigurationError
 from palpate.core.motion import ArmDescription, Kinematics, ToolGeometry, arm_named
 from palpate.core.ports import ArmCommand, Clock, ForceSensor, JointEncoder, JointVector
@@ -104,5 +104,8 @@ def _load(kind: str, name: str) -> Any:
             # A stranger's package may fail in any way as it is imported.
             accepted = f"an adapter that can be loaded; {entry.value} cannot ({error})"
             raise ConfigurationError(field, name, accepted) from error
+    if ":" in name:
+        with from_here():
+            return imported(field, name, "package.module:function")
     known = sorted(known.removeprefix(f"{kind}.") for known in found if known.startswith(f"{kind}."))
     raise ConfigurationError(field, name, f"one of {', '.join(known) or 'none that is installed'}")

@@ -1,0 +1,194 @@
+"""The other end of both links: a fake arm and a fake force sensor over TCP.
+
+    python -m third_party_rig.fake --rig-file rig.toml     both devices in front of palpate's simulated work cell
+
+The checks use the same devices with a plain plant and a clock of their own.
+"""
+
+from __future__ import annotations
+
+import argparse
+import selectors
+import socket
+import threading
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from palpate.adapters.config import RunConfig
+from palpate.adapters.hardware import MonotonicClock
+from palpate.adapters.mujoco import SimulatedRig
+from palpate.core.ports import CONTROL_RATE_HZ, Clock
+from palpate.core.trial import find_ready_pose
+
+POWER_UP_NS = 7_000_000_000
+"""The devices were switched on so long before the run's clock began."""
+
+
+class FakeDevice:
+    """One device. Samples go out when ``tick`` is called; whoever connects is served by a thread.
+
+    Args:
+        kind: What it calls itself.
+        clock: Its own clock ticks as this one, from another zero.
+        values: What it measures now.
+        command: Takes a command: ``G`` with numbers, or ``S``.
+    """
+
+    def __init__(
+        self, kind: str, clock: Clock, values: Callable[[], Sequence[float]],
+        command: Callable[[str, tuple[float, ...]], None] = lambda word, numbers: None,
+    ) -> None:  # fmt: skip
+        self._kind, self._clock, self._values, self._command = kind, clock, values, command
+        self._lock, self._number, self.silent = threading.RLock(), 0, False
+        self._clients: dict[socket.socket, bool] = {}
+        self._listener = socket.create_server(("127.0.0.1", 0))
+        self.address: tuple[str, int] = self._listener.getsockname()
+        self._ended = False
+        self._thread = threading.Thread(target=self._serve, name=f"fake {kind}", daemon=True)
+        self._thread.start()
+
+    def tick(self) -> None:
+        """A tick has gone by: what was commanded is taken in, then there is a new sample."""
+        with self._lock:
+            self.take_in()
+            self._number += 1
+            for client in [client for client, begun in self._clients.items() if begun and not self.silent]:
+                self._send(client, self._sample())
+
+    def take_in(self) -> None:
+        """Do what was asked up to now."""
+        with self._lock:
+            for client in list(self._clients):
+                self._hear(client)
+
+    def fail(self, text: str) -> None:
+        """A fault of its own."""
+        with self._lock:
+            self._command("S", ())
+            for client in self._clients:
+                self._send(client, f"F {text}")
+
+    def close(self) -> None:
+        """As if the cable were cut, and nobody there any more."""
+        self._ended = True
+        self._thread.join()
+        with self._lock:
+            self._listener.close()
+            for client in list(self._clients):
+                self._drop(client)
+
+    def _serve(self) -> None:
+        with selectors.DefaultSelector() as selector:
+            selector.register(self._listener, selectors.EVENT_READ)
+            while not self._ended:
+                for key, _ in selector.select(0.005):
+                    with self._lock:
+                        if key.fileobj is self._listener:
+                            client, _ = self._listener.accept()
+                            client.setblocking(False)
+                            client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+                            self._clients[client] = False
+                            selector.register(client, selectors.EVENT_READ)
+                            self._send(client, f"HELLO {self._kind} {len(self._values())}")
+                        elif key.fileobj not in self._clients or not self._hear(key.fileobj):  # type: ignore[arg-type]
+                            selector.unregister(key.fileobj)
+
+    def _hear(self, client: socket.socket) -> bool:
+        """Take in what a client sent; False if it has gone. Commands are short: a line comes whole."""
+        try:
+            said = client.recv(65536)
+        except BlockingIOError:
+            return True
+        except OSError:
+            said = b""
+        for line in said.decode("ascii").splitlines():
+            word, *numbers = line.split()
+            if word in "BE":
+                self._clients[client] = word == "B"
+            self._command(word, tuple(map(float, numbers)))
+            if word == "B":
+                self._send(client, self._sample())
+        if not said:
+            self._command("S", ())
+            self._drop(client)
+        return bool(said)
+
+    def _sample(self) -> str:
+        microseconds = (self._clock.now_ns() + POWER_UP_NS) // 1000
+        return f"T {self._number} {microseconds} " + " ".join(map(repr, map(float, self._values())))
+
+    def _send(self, client: socket.socket, line: str) -> None:
+        try:
+            client.send(line.encode("ascii") + b"\n")
+        except OSError:
+            # Gone, or so far behind that its buffer is full: a device does not wait.
+            return
+
+    def _drop(self, client: socket.socket) -> None:
+        self._clients.pop(client, None)
+        client.close()
+
+
+class FakeServos:
+    """Set-points of joints: what is told becomes what is held a tick later; every word but ``G`` drops it before."""
+
+    def __init__(self, home_rad: Sequence[float]) -> None:
+        self.held_rad = self._told_rad = tuple(home_rad)
+        self._enabled = False
+
+    def command(self, word: str, numbers: tuple[float, ...]) -> None:
+        """A command of the arm's client."""
+        if word != "G":
+            self._enabled, self._told_rad = word == "B", self.held_rad
+        elif self._enabled and len(numbers) == len(self.held_rad):
+            self._told_rad = numbers
+
+    def tick(self) -> None:
+        """A tick has gone by."""
+        self.held_rad = self._told_rad
+
+
+def serve(rig_file: Path, ended: threading.Event) -> None:
+    """Both devices before the simulated cell, in real time, until ended."""
+    config, clock = RunConfig(), MonotonicClock()
+    example = (Path(__file__).parents[1] / "rig.toml").read_text(encoding="utf-8")
+    with SimulatedRig(config, find_ready_pose(config.arm, config.task)) as rig:
+        rig.prepare(0)
+        cell = rig.cell
+        joints, wrench = tuple(cell.joint_angles()), tuple(cell.measure_wrench())
+        servos = FakeServos(joints)
+        arm = FakeDevice("bench-arm", clock, lambda: joints, servos.command)
+        sensor = FakeDevice("bench-force", clock, lambda: wrench)
+        ports = {"5800": str(arm.address[1]), "5801": str(sensor.address[1])}
+        for known, here in ports.items():
+            example = example.replace(f"port = {known}", f"port = {here}")
+        rig_file.write_text(example, encoding="utf-8")
+        print(f"serving; {rig_file} is the rig file; end with Ctrl-C", flush=True)
+        start_ns, tick = clock.now_ns(), 0
+        while not ended.is_set():
+            arm.take_in()
+            servos.tick()
+            cell.command(servos.held_rad)
+            cell.advance()
+            joints, wrench = tuple(cell.joint_angles()), tuple(cell.measure_wrench())
+            arm.tick()
+            sensor.tick()
+            tick += 1
+            clock.sleep_until(start_ns + tick * 1_000_000_000 // CONTROL_RATE_HZ)
+        arm.close()
+        sensor.close()
+
+
+def main() -> None:
+    """The command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--rig-file", type=Path, required=True, help="written here, with the ports that are served")
+    ended = threading.Event()
+    try:
+        serve(parser.parse_args().rig_file, ended)
+    except KeyboardInterrupt:
+        ended.set()
+
+
+if __name__ == "__main__":
+    main()

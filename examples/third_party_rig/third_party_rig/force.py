@@ -1,0 +1,50 @@
+"""The force sensor."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from palpate.adapters.config import SensorFactsTable
+from palpate.adapters.hardware import RigContext
+from palpate.core.ports import CONTROL_RATE_HZ, Clock, ForceSensor, Validity, WrenchSample
+from third_party_rig.device import BenchDevice, address
+
+RANGE_N, RANGE_Nm = 200.0, 20.0
+
+
+class BenchForceSensor(BenchDevice, ForceSensor):
+    """Raw wrenches in the sensor's frame, z along the tool axis out of the tool: pressing gives a negative Fz.
+
+    Args:
+        at: Host and port.
+        clock: The run's clock.
+    """
+
+    def __init__(self, at: tuple[str, int], clock: Clock) -> None:
+        super().__init__("bench-force", 6, at, clock)
+        self._sample: WrenchSample | None = None
+
+    def read(self) -> WrenchSample:
+        """The newest wrench; the same sample again where there is nothing new."""
+        self._require_active("read()")
+        validity = self._take_in()
+        x, y, z, a, b, c = self._newest.values
+        at_the_end = max(abs(x), abs(y), abs(z)) >= RANGE_N or max(abs(a), abs(b), abs(c)) >= RANGE_Nm
+        if at_the_end and validity is Validity.VALID:
+            validity = Validity.SATURATED
+        last = self._sample
+        if last is None or (last.sequence, last.validity) != (self._sequence, validity):
+            at_ns = self._source_ns, self._heard_ns
+            self._sample = last = WrenchSample((x, y, z), (a, b, c), *at_ns, self._sequence, validity)
+        return last
+
+    def reported_facts(self) -> SensorFactsTable:
+        """What need not stand in the rig file."""
+        ranges_N, ranges_Nm = (RANGE_N,) * 3, (RANGE_Nm,) * 3
+        return SensorFactsTable(range_N=ranges_N, range_Nm=ranges_Nm, rate_Hz=CONTROL_RATE_HZ, frame="sensor")
+
+
+def make_force_sensor(settings: Mapping[str, Any], context: RigContext) -> BenchForceSensor:
+    """The sensor of the table ``[force_sensor]`` of a rig file."""
+    return BenchForceSensor(address("force_sensor", settings), context.clock)

@@ -1,0 +1,82 @@
+"""A stranger's arm and force sensor over TCP, from a rig file: doctor, a trial, an agent."""
+
+import os
+import subprocess
+import sys
+import time
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from palpate.adapters.gymnasium_envs.handover import LateAgentError
+from palpate.adapters.gymnasium_envs.peg_insertion import PegInsertionEnv
+from palpate.core.errors import DeviceError, FaultLatchedError
+from palpate.core.ports import Life
+from tests.command_line import CommandLine, wait_until
+from tests.wall_clock.host import Host, LateError
+from tests.wall_clock.test_rigs import LATE, PATIENT
+
+PACKAGE = Path(__file__).parents[2] / "examples" / "third_party_rig"
+
+
+@pytest.fixture
+def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The package with its entry points, as pip leaves it."""
+    project = tomllib.loads((PACKAGE / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    info = tmp_path / "site" / "third_party_rig-1.0.0.dist-info"
+    info.mkdir(parents=True)
+    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {project['name']}\nVersion: {project['version']}\n")
+    rows = (f"{name} = {place}\n" for name, place in project["entry-points"]["palpate.adapters"].items())
+    (info / "entry_points.txt").write_text("[palpate.adapters]\n" + "".join(rows))
+    monkeypatch.syspath_prepend(str(info.parent))
+    monkeypatch.syspath_prepend(str(PACKAGE))
+
+
+@pytest.fixture
+def rig(tmp_path: Path, installed: None) -> Iterator[Path]:
+    """The rig file of devices that are served; the arm by its place, the sensor by its entry point."""
+    path = tmp_path / "rig.toml"
+    words = [sys.executable, "-W", "error", "-m", "third_party_rig.fake", "--rig-file", str(path)]
+    paths = {**os.environ, "PYTHONPATH": str(PACKAGE)}
+    process = subprocess.Popen(words, env=paths, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    try:
+        wait_until(lambda: path.exists() and "[force_sensor]" in path.read_text(), process)
+        path.write_text(path.read_text().replace('"bench-arm"', '"third_party_rig.arm:make_arm"'))
+        yield path
+    finally:
+        process.kill()
+        process.communicate()
+
+
+def test_doctor_and_a_trial(palpate: CommandLine, rig: Path, host: Host) -> None:
+    with host.judged(0.02):
+        done = palpate("doctor", "--rig", rig, "--seconds", "0.3")
+        assert "ok     the adapter opens its device" in done.stdout
+        if done.code:
+            raise LateError(done.stdout)
+        done = palpate("run", "--rig", rig, "--policy", "torque", "--trials", 1, "--out", "run", *PATIENT[:-1])
+        if done.code and LATE.search(done.stderr.splitlines()[-1]):
+            raise LateError(done.stderr)
+    assert done.code == 0, done.stderr
+    assert "'inserted': 1" in done.stdout
+    assert "1 of 1 equal in every bit" in palpate.succeed("replay", "run", "--jobs", 1)
+
+
+def test_an_agent_drives_it_and_finds_it_latched_when_it_hangs(tmp_path: Path, rig: Path, host: Host) -> None:
+    with host.judged(0.02, DeviceError, LATE.pattern):
+        env = PegInsertionEnv(rig=str(rig), out=str(tmp_path / "run"))
+        try:
+            env.reset(seed=4)
+            for action in (0, 4):
+                env.step(action)
+            time.sleep(0.4)
+            with pytest.raises(LateAgentError, match=r"0\.3 s are allowed"):
+                env.step(0)
+            with pytest.raises(FaultLatchedError, match="agent: no decision"):
+                env.reset()
+        finally:
+            env.close()
+    assert env.rig.ports.arm.life is Life.CLOSED
+    assert (tmp_path / "run" / "logs" / "trial-00000.mcap").exists()
