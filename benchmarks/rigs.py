@@ -36,7 +36,9 @@ def outcomes_of(out: Path) -> list[str]:
         return [row["outcome"] for row in csv.DictReader(stream)]
 
 
-def run_on_rig(folder: Path, policy: str, trials: int, seed: int, words: tuple[str, ...]) -> tuple[int, Path, str]:
+def run_on_rig(
+    folder: Path, policy: str, trials: int, seed: int, words: tuple[str, ...], more: tuple[str, ...] = ()
+) -> tuple[int, Path, str]:
     """Trials on an emulated rig; how often the peg really went in, the run's folder, and what went wrong."""
     rig, out = folder / "rig.toml", folder / "run"
     with (folder / "emulate.txt").open("w") as told:
@@ -45,7 +47,7 @@ def run_on_rig(folder: Path, policy: str, trials: int, seed: int, words: tuple[s
             while not rig.exists() or "[force_sensor]" not in rig.read_text():
                 time.sleep(0.05)
             call = [*PALPATE, "run", "--rig", str(rig), "--policy", policy, "--trials", str(trials)]
-            call += ["--seed", str(seed), "--out", str(out)]
+            call += ["--seed", str(seed), "--out", str(out), *more]
             done = subprocess.run(call, capture_output=True, text=True, check=False)
         finally:
             cell.terminate()

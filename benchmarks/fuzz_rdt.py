@@ -1,0 +1,166 @@
+"""Fuzzing of the Net F/T's driver: a box and a network may say anything at all.
+
+    python -m benchmarks.fuzz_rdt --seconds 600
+    python -m benchmarks.fuzz_rdt --seconds 5 --seed 7
+
+Drawn from a seed: records of a stream that are lost, repeated, reordered, cut, joined and flipped, with any status and
+any counters; pages of settings with fields missing, doubled and spoilt; requests to the emulated box. Nothing but a
+``DriverError`` may come out; every record is accounted for; samples are numbered upwards and none is taken twice;
+memory stays bounded. The first finding ends the run with the seed that shows it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import random
+import struct
+import time
+from collections import Counter
+from itertools import pairwise
+from math import isfinite
+
+from palpate.drivers.ati import NetFt, NetFtBox, parse_box
+from palpate.drivers.ati.rdt import decode_records, faults_in
+from palpate.drivers.errors import DriverError, WiringError
+from palpate.simulation.emulators.ati import EmulatedBox
+
+BOX = NetFtBox(1e6, 1e6, (330.0,) * 3, (30.0,) * 3, 1000.0)
+RECORD = struct.Struct(">IIIiiiiii")
+WORDS = (0, 1, 0x7FFFFFFF, 0x80000000, 0xFFFFFFFF)
+
+
+def require(condition: bool, what: str) -> None:
+    if not condition:
+        raise AssertionError(what)
+
+
+class Network:
+    """A wire that delivers what was drawn."""
+
+    def __init__(self) -> None:
+        self.waiting: list[bytes] = []
+        self.is_gone = False
+
+    def send(self, datagram: bytes) -> None:
+        require(len(datagram) == 8, "a request has eight bytes")
+        self._look()
+
+    def receive(self) -> list[bytes]:
+        self._look()
+        waiting, self.waiting = self.waiting, []
+        return waiting
+
+    def _look(self) -> None:
+        if self.is_gone:
+            raise WiringError("box", "gone", "plug it in")
+
+
+def stream(draw: random.Random) -> None:
+    """A box that streams, through a bad network."""
+    wire = Network()
+    device = NetFt(wire, BOX)
+    now_ns = 0
+    device.start(now_ns)
+    number = draw.choice([0, 1, 2**32 - 20, draw.randrange(2**32)])
+    sample, taken, records, malformed = draw.randrange(2**32), [], 0, 0
+    kept: list[bytes] = []
+    for _ in range(draw.randrange(1, 60)):
+        now_ns += draw.choice([0, 1_000_000, 7_000_000, 200_000_000])
+        for _ in range(draw.randrange(4)):
+            number = (number + draw.choice([1, 1, 1, 1, 2, 5, 2000, 2**31, 0, -1])) % 2**32
+            sample = (sample + draw.choice([1, 1, 7, 0])) % 2**32
+            status = draw.choice([0, 0, 0, 0, 1 << 17, draw.randrange(2**32)])
+            counts = [draw.randrange(-(2**31), 2**31) for _ in range(6)]
+            kept.append(RECORD.pack(number, sample, status, *counts))
+        datagrams = [
+            b"".join(draw.choices(kept[-8:], k=draw.choice([1, 1, 1, 2, 40]))) for _ in range(draw.randrange(4)) if kept
+        ]
+        draw.shuffle(datagrams)
+        if datagrams and draw.random() < 0.2:
+            spoilt = bytearray(datagrams[0])
+            spoilt[draw.randrange(len(spoilt))] ^= 1 << draw.randrange(8)
+            datagrams[0] = draw.choice([bytes(spoilt), bytes(spoilt)[: draw.randrange(len(spoilt))], b""])
+        for datagram in datagrams:
+            fits = len(datagram) % 36 == 0 and len(datagram) > 0
+            records, malformed = records + (len(datagram) // 36 if fits else 0), malformed + (not fits)
+        wire.waiting += datagrams
+        wire.is_gone = draw.random() < 0.02
+        if wire.is_gone:
+            wire.waiting = []
+            records -= sum(len(datagram) // 36 for datagram in datagrams if datagram and len(datagram) % 36 == 0)
+            malformed -= sum(not datagram or len(datagram) % 36 != 0 for datagram in datagrams)
+        taken += device.poll(now_ns)
+        try:
+            device.check()
+        except DriverError:
+            if draw.random() < 0.5:
+                device.acknowledge()
+    found = device.statistics
+    require(found.samples == len(taken), "samples are counted")
+    require(found.malformed == malformed, "malformed datagrams are counted")
+    accounted = found.samples + found.late + found.repeated + found.unchanged
+    require(accounted == records, f"every record is accounted for: {accounted} of {records}")
+    require(all(a.sequence < b.sequence for a, b in pairwise(taken)), "numbered upwards")
+    require(all(map(isfinite, (x for s in taken for x in (*s.force_N, *s.torque_Nm)))), "finite")
+    require(found.lost >= 0, "no less than nothing is lost")
+    require(len(device._missing) <= 2048, "bounded memory")  # noqa: SLF001
+
+
+def page(draw: random.Random, seen: Counter[str]) -> None:
+    """The box's page, spoilt."""
+    text = bytearray(EmulatedBox(lambda now_ns: (0.0,) * 6).page())
+    for _ in range(draw.randrange(5)):
+        at = draw.randrange(len(text))
+        piece = draw.choice(
+            [b"", b"nan", b"1e400", b"-1", b";", b"<", b"\xff", draw.randbytes(4), bytes(text[at : at + 40])]
+        )
+        text[at : at + draw.choice([0, 1, 5, 60])] = piece
+    try:
+        box = parse_box(bytes(text))
+    except DriverError:
+        seen["pages refused"] += 1
+        return
+    numbers = (box.counts_per_N, box.counts_per_Nm, box.rate_Hz, *box.range_N, *box.range_Nm)
+    require(all(isfinite(x) and x > 0.0 for x in numbers), "an accepted page has numbers above 0")
+    seen["pages accepted"] += 1
+
+
+def box(draw: random.Random) -> None:
+    """Requests to the emulated box, and what it streams."""
+    emulated = EmulatedBox(lambda now_ns: (1e9, -1e9, 0.0, 1e-9, float(now_ns % 7), -30.0))
+    now_ns = 0
+    for _ in range(draw.randrange(1, 12)):
+        request = struct.pack(
+            ">HHI", draw.choice([0x1234, 0x1234, 0]), draw.choice([0, 2, 3, 0x42, 9]), draw.choice([0, 1, 3, 7])
+        )
+        emulated.receive(draw.choice([request, request, request[:5], draw.randbytes(8)]), now_ns)
+        emulated.status = draw.choice([0, *WORDS])
+        now_ns += draw.choice([1_000_000, 9_000_000])
+        for datagram in emulated.step(now_ns):
+            records = decode_records(datagram)
+            require(bool(records), "datagrams are whole records")
+            require(all(isinstance(faults_in(record.status), tuple) for record in records), "status words have names")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seconds", type=float, default=600.0)
+    parser.add_argument("--seed", type=int, default=0, help="of the first case; the others follow")
+    arguments = parser.parse_args()
+    seen: Counter[str] = Counter()
+    seed, end_s = arguments.seed, time.monotonic() + arguments.seconds
+    while time.monotonic() < end_s:
+        draw = random.Random(seed)
+        try:
+            stream(draw)
+            page(draw, seen)
+            box(draw)
+        except BaseException:
+            print(f"finding: --seed {seed}", flush=True)
+            raise
+        seed += 1
+    print(f"{seed - arguments.seed} cases in {arguments.seconds:g} s, no finding; {dict(seen)}")
+
+
+if __name__ == "__main__":
+    main()
