@@ -1,0 +1,140 @@
+"""Every trouble that the wires of a Universal Robots arm can have, in mid-trial, through the real client.
+
+    python -m benchmarks.ur_wires                       all of them, about 12 s each
+    python -m benchmarks.ur_wires --only "half frames"
+
+An emulated UR5 and ATI box in this process, `palpate run --rig` in another. As soon as the trial is under way the
+trouble strikes. Told is what became of the run: it went on to insert, or it ended; when the arm was at rest and the
+process had ended; its last line; whether its log can be read.
+"""
+
+from __future__ import annotations
+
+import argparse
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+from benchmarks.rigs import PALPATE
+from palpate.adapters.config import scenario
+from palpate.adapters.hardware import EmulatedCell, EmulationConfig
+from palpate.adapters.hardware.real_time import take_real_time
+from palpate.adapters.log.reader import read_log
+from palpate.core.trial import find_ready_pose
+from palpate.simulation.emulators.ur import SafetyMode, UrController, UrServer
+
+Strike = Callable[[UrServer, UrController], object]
+SHORT_S = 0.03
+
+
+def net(**settings: object) -> Strike:
+    def strike(server: UrServer, controller: UrController) -> None:
+        for name, value in settings.items():
+            setattr(server.network, name, value)
+
+    return strike
+
+
+def for_a_moment(**settings: object) -> Strike:
+    def strike(server: UrServer, controller: UrController) -> None:
+        before = {name: getattr(server.network, name) for name in settings}
+        net(**settings)(server, controller)
+        threading.Timer(SHORT_S, lambda: net(**before)(server, controller)).start()
+
+    return strike
+
+
+def local(server: UrServer, controller: UrController) -> None:
+    """The switch to local control ends a program that came from outside."""
+    controller.remote = False
+    controller.end_program()
+
+
+def reboot(server: UrServer, controller: UrController) -> None:
+    controller.reboot()
+    net(is_unplugged=True)(server, controller)
+
+
+def replug(server: UrServer, controller: UrController) -> None:
+    net(is_unplugged=True)(server, controller)
+    threading.Timer(0.5, lambda: net(is_unplugged=False)(server, controller)).start()
+
+
+TROUBLES: dict[str, Strike] = {
+    "silence": net(is_silent=True),
+    "silence of 30 ms": for_a_moment(is_silent=True),
+    "stall": net(is_stalled=True),
+    "stall of 30 ms": for_a_moment(is_stalled=True),
+    "half frames": net(half=7),
+    "a header alone": net(half=3),
+    "a package shorter than its header": net(garbage=b"\x00\x01U"),
+    "a package longer than the stream": net(garbage=b"\xff\xffU" + bytes(40)),
+    "a text message": net(garbage=b"\x00\x0aM\x02hi\x01x\x01"),
+    "duplicates": net(repeats=1),
+    "unplugged": net(is_unplugged=True),
+    "unplugged and plugged again": replug,
+    "connections cut": lambda server, controller: server._cut(),  # noqa: SLF001
+    "reboot": reboot,
+    "protective stop": lambda server, controller: controller.protective_stop(),
+    "emergency stop": lambda server, controller: controller.emergency_stop(),
+    "safeguard stop": lambda server, controller: setattr(controller, "safety_mode", SafetyMode.SAFEGUARD_STOP),
+    "local control": local,
+    "program stopped at the pendant": lambda server, controller: controller.end_program(),
+}
+
+
+def tried(strike: Strike, folder: Path) -> str:
+    config = replace(scenario("paper"), seed=0)
+    rig, out, ended = folder / "rig.toml", folder / "out", threading.Event()
+    emulation = EmulationConfig("ur5-rtde", "ati-netft")
+    with EmulatedCell(config, find_ready_pose(config.arm, config.task), emulation) as cell:
+        rig.write_text(cell.rig_toml())
+        life = threading.Thread(target=cell.run, args=(ended.is_set, lambda truth: None))
+        life.start()
+        call = [*PALPATE, "run", "--rig", str(rig), "--arm", "ur5", "--policy", "torque", "--trials", "1"]
+        call += ["--out", str(out), "--real-time.scheduling"]
+        process = subprocess.Popen(call, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        try:
+            log = out / "logs" / "trial-00000.mcap"
+            while process.poll() is None and not (log.exists() and log.stat().st_size > 10_000):
+                time.sleep(0.01)
+            struck_s = time.monotonic()
+            with cell.ur.exclusive() as controller:
+                strike(cell.ur, controller)
+            rest_s = None
+            while process.poll() is None:
+                if controller.at_rest and controller.runtime.name != "PLAYING":
+                    rest_s = rest_s or time.monotonic() - struck_s
+                time.sleep(0.005)
+            ended_s = time.monotonic() - struck_s
+            _, complaint = process.communicate()
+        finally:
+            process.kill()
+            ended.set()
+            life.join()
+    ticks = len(read_log(log).ticks)
+    last = (complaint.strip().splitlines() or [""])[-1]
+    if process.returncode == 0:
+        return f"went on and inserted ({cell.insertions}), {ticks} ticks"
+    rest = "never" if rest_s is None else f"{rest_s:.2f} s"
+    return f"at rest {rest}, ended {ended_s:.2f} s, exit code {process.returncode}, {ticks} ticks in the log: {last}"
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--only", choices=tuple(TROUBLES))
+    options = parser.parse_args()
+    sys.stderr.write(f"{take_real_time(30)}\n")
+    for name, strike in TROUBLES.items():
+        if options.only in (None, name):
+            with tempfile.TemporaryDirectory() as folder:
+                print(f"{name}: {tried(strike, Path(folder))}", flush=True)
+
+
+if __name__ == "__main__":
+    main()
