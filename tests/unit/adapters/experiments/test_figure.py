@@ -57,8 +57,8 @@ def test_times_and_forces_of_a_run_and_a_moving_average_only_where_there_are_so_
     real = figure.drawing
 
     @contextmanager
-    def kept(*words: Any) -> Iterator[Any]:
-        with real(*words) as canvas:
+    def kept(*words: Any, **settings: Any) -> Iterator[Any]:
+        with real(*words, **settings) as canvas:
             yield canvas
             drawn.extend(canvas.figure.axes)
 
