@@ -141,7 +141,7 @@ def main() -> None:
     random.seed(0)
     with tempfile.TemporaryDirectory() as name:
         model = trained(options.model or Path(name) / "agent.zip", 150)
-        cell = Cell(Path(name), ["--arm", options.arm, "--force", options.force], patient=options.patient)
+        cell = Cell(Path(name), ["--arm", options.arm, "--force", options.force, "--priority", "30"], patient=options.patient)
         try:
             out = str(options.out or Path(name) / "run")
             config = PATIENT if options.patient else None

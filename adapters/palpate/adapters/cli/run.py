@@ -83,7 +83,7 @@ def _run(options: RunOptions, kept: ExitStack) -> int:
         )
         if session is not None:
             sys.stdout.write(session.report() + "\n")
-    summary = write_evaluation(config, folder, options.policy, chosen, rows, options.trials)
+    summary = write_evaluation(config, folder, options.policy, chosen.document, rows, options.trials)
     folder.seal()
     low, high = summary["success_95"]
     sys.stdout.write(

@@ -160,7 +160,12 @@ def at_work(policy: Policy, rig: Rig) -> Policy:
 
 
 def write_evaluation(
-    config: RunConfig, folder: RunFolder, name: str, chosen: ChosenPolicy, rows: Sequence[TrialRow], trials: int
+    config: RunConfig,
+    folder: RunFolder,
+    name: str,
+    document: PolicyDocument | None,
+    rows: Sequence[TrialRow],
+    trials: int,
 ) -> dict[str, Any]:
     """Write ``summary.json``, times and forces as a picture, and the policy, of which so many trials were to be made.
 
@@ -170,8 +175,8 @@ def write_evaluation(
     summary = policy_summary(config, name, rows, trials)
     folder.write_json("summary.json", summary)
     folder.write("trials.png", trials_picture(rows, f"{name}, {config.scenario}"))
-    if chosen.document is not None:
-        chosen.document.save(folder.path / "policy.json")
+    if document is not None:
+        document.save(folder.path / "policy.json")
     return summary
 
 

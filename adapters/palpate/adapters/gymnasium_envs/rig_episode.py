@@ -26,7 +26,6 @@ from palpate.adapters.experiments import (
     fitted_perception,
     next_free_folder,
     open_rig,
-    policy_summary,
     require_limits,
     require_sound,
     require_usable,
@@ -34,6 +33,7 @@ from palpate.adapters.experiments import (
     run_toml,
     supervisor_of,
     warm_up,
+    write_evaluation,
 )
 from palpate.adapters.gymnasium_envs.episode import MOST_SKIPPED, SOURCE, Episodes, NotRunningError, without_decision
 from palpate.adapters.gymnasium_envs.handover import Handover
@@ -181,7 +181,7 @@ class RigEpisodes(Episodes):
     def _finish(self) -> None:
         """Everything is closed: what the trials came to."""
         if self._rows:
-            self.folder.write_json("summary.json", policy_summary(self.config, SOURCE, self._rows, len(self._rows)))
+            write_evaluation(self.config, self.folder, SOURCE, None, self._rows, len(self._rows))
         self.folder.seal()
         for trouble in () if self._recorder is None else self._recorder.troubles:
             _tell(f"recording: {trouble}")

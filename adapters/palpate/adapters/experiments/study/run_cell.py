@@ -203,7 +203,7 @@ def _evaluate(job: CellJob, config: RunConfig, folder: RunFolder) -> bool:
 
         rows = run_policy(config, ready, rig, chosen.perception, chosen.on(rig), job.trials, done, recorded)
     _require_recorded(recorder)
-    write_evaluation(config, folder, name, chosen, rows, job.trials)
+    write_evaluation(config, folder, name, chosen.document, rows, job.trials)
     return len(rows) == job.trials
 
 
