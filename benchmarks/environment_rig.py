@@ -19,6 +19,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -145,14 +146,13 @@ def main() -> None:
         try:
             out = str(options.out or Path(name) / "run")
             config = PATIENT if options.patient else None
-            env: Any = gymnasium.make(PEG_INSERTION, rig=str(cell.rig), out=out, config=config)
-            if options.trials:
-                drive(env, model, options.trials, 0.0, cell, "as fast as it decides")
-            if options.slow:
-                drive(env, model, options.slow, 0.15, cell, "asleep for 150 ms, one decision in five")
-            if options.hangs:
-                hang(env, model, options.hangs)
-            env.close()
+            with closing(gymnasium.make(PEG_INSERTION, rig=str(cell.rig), out=out, config=config)) as env:
+                if options.trials:
+                    drive(env, model, options.trials, 0.0, cell, "as fast as it decides")
+                if options.slow:
+                    drive(env, model, options.slow, 0.15, cell, "asleep for 150 ms, one decision in five")
+                if options.hangs:
+                    hang(env, model, options.hangs)
         finally:
             cell.close()
 
