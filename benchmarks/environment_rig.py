@@ -142,7 +142,8 @@ def main() -> None:
     random.seed(0)
     with tempfile.TemporaryDirectory() as name:
         model = trained(options.model or Path(name) / "agent.zip", 150)
-        cell = Cell(Path(name), ["--arm", options.arm, "--force", options.force, "--priority", "30"], patient=options.patient)
+        words = ["--arm", options.arm, "--force", options.force, "--priority", "30"]
+        cell = Cell(Path(name), words, patient=options.patient)
         try:
             out = str(options.out or Path(name) / "run")
             config = PATIENT if options.patient else None
