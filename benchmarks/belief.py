@@ -5,6 +5,8 @@
 One line a seed goes to ``--out`` as soon as it is there, and a second call goes on where the first was ended. Times are
 seconds of exploration; a failure counts 20. "Converged" is the first trial from which the mean of the next ten is
 within 20 % of the mean of trials 11 to 50.
+
+``--policy belief-WITHOUT`` leaves out one part of the learner: what each part is worth.
 """
 
 from __future__ import annotations
@@ -12,17 +14,21 @@ from __future__ import annotations
 import argparse
 import json
 from collections.abc import Sequence
+from contextlib import ExitStack
 from dataclasses import replace
 from multiprocessing import Pool
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 
-from palpate.adapters.config import scenario
+from palpate.adapters.config import overlay, scenario
 from palpate.adapters.experiments import build_perception, build_task, comparator, learning_policy, run_scored_trial
 from palpate.adapters.experiments.statistics import wilson_interval
 from palpate.adapters.mujoco import SimulatedRig
+from palpate.core.policy.belief import TouchedTrial, TouchModel, fit, learner, planner
+from palpate.core.policy.belief.places import Places
 from palpate.core.trial import find_ready_pose
 
 CONDITIONS = (
@@ -30,7 +36,31 @@ CONDITIONS = (
     "blind-corner", "blind-smooth", "blind-rough", "blind-tight", "blind-5", "ur5",
 )  # fmt: skip
 FIRST_SEED = 1900
+PAPER_BAND_NM = 0.006865
+_NOTHING = 1e12
+"""A prior count against which no touch counts."""
 FAILED_S = 20.0
+
+
+def _without_bias(trials: Sequence[TouchedTrial]) -> TouchModel:
+    return replace(fit.fit_touch_model(trials), bias_Nm=1e-9)
+
+
+def _anywhere(holes: Sequence[object], places: Places) -> np.ndarray:
+    return np.full((places.size, places.size), 1.0 / places.size**2)
+
+
+ABLATIONS: dict[str, Sequence[Any]] = {
+    "belief": (),
+    "belief-symbols": (),
+    "belief-symmetry": (patch.object(fit, "_CUE_COUNT", _NOTHING),),
+    "belief-residual": (patch.object(fit, "_RESIDUAL_COUNT", _NOTHING),),
+    "belief-bias": (patch.object(learner, "fit_touch_model", _without_bias),),
+    "belief-prior": (patch.object(learner, "place_prior", _anywhere),),
+    "belief-lengths": (patch.object(planner, "_LENGTHS_M", ()), patch.object(planner, "_HEADINGS", 8)),
+}
+"""What each leaves out; ``symbols`` the size of the torque, of which only the paper's bands are left; ``lengths`` all
+ways but eight headings of one length."""
 
 
 def run(job: tuple[str, str, int, int]) -> dict[str, Any]:
@@ -38,14 +68,18 @@ def run(job: tuple[str, str, int, int]) -> dict[str, Any]:
     condition, policy, seed, trials = job
     name, arm = ("blind", "ur5") if condition == "ur5" else (condition, "zebra-zero")
     config = replace(scenario(name, "belief"), arm=arm, seed=seed)
+    if policy == "belief-symbols":
+        config = overlay(config, {"learning": {"belief": {"symbol_Nm": PAPER_BAND_NM}}})
     ready, perception = find_ready_pose(config.arm, config.task), build_perception(config)
     rows = []
-    with SimulatedRig(config, ready) as rig:
+    with SimulatedRig(config, ready) as rig, ExitStack() as without:
+        for each in ABLATIONS.get(policy, ()):
+            without.enter_context(each)
 
         def hole_m() -> Sequence[float]:
             return rig.truth().hole_in_task_m
 
-        chosen = learning_policy(config, perception) if policy == "belief" else comparator(policy, config, hole_m)
+        chosen = learning_policy(config, perception) if policy in ABLATIONS else comparator(policy, config, hole_m)
         task = build_task(config, ready, perception, chosen)
         for trial in range(trials):
             scored = run_scored_trial(config, rig, task, trial)
@@ -88,7 +122,9 @@ def line(condition: str, policy: str, seeds: Sequence[dict[str, Any]]) -> str:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--conditions", nargs="+", default=CONDITIONS, choices=CONDITIONS)
-    parser.add_argument("--policy", default="belief", help="belief, torque or another comparator, at the same timing")
+    parser.add_argument(
+        "--policy", default="belief", help=f"{', '.join(ABLATIONS)}, torque or another comparator, at the same timing"
+    )
     parser.add_argument("--seeds", type=int, default=10)
     parser.add_argument("--first-seed", type=int, default=FIRST_SEED)
     parser.add_argument("--trials", type=int, default=50)

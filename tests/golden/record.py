@@ -37,6 +37,10 @@ RECORDINGS: dict[str, tuple[str, ...]] = {
     "train-belief-blind": (
         "train", "--learner", "belief", "--scenario", "blind", "--trials", "3", "--seed", "28", *SHALLOW,
     ),
+    "train-belief-symbols": (
+        "train", "--learner", "belief", "--scenario", "blind", "--trials", "3", "--seed", "34", *SHALLOW,
+        "--learning.belief.symbol-Nm", "0.006865",
+    ),
     # A belief that is soon given up, in much noise: searches round the likeliest place, then of everything.
     "train-belief-lost": (
         "train", "--learner", "belief", "--scenario", "blind-noise", "--trials", "7", "--seed", "29", *SHALLOW,

@@ -18,7 +18,8 @@ from palpate.core.policy.belief.touches import Examples, TouchedTrial
 
 FEWEST_TOUCHES: Final = 6
 """Below this many nothing is fitted."""
-_LAGS: Final = (0.0, 0.2, 0.4, 0.6, 0.8)
+LAGS: Final = (0.0, 0.2, 0.4, 0.6, 0.8)
+"""Shares of the last step by which the torque may be behind."""
 _SWEEPS: Final = 8
 _CUE_COUNT: Final = 2.0
 """The cue of a ring is shrunk to that of all rings as if so many touches had shown it."""
@@ -41,11 +42,20 @@ def fit_touch_model(trials: Sequence[TouchedTrial]) -> TouchModel:
         ConfigurationError: They hold too few touches.
     """
     examples = Examples.of(trials)
-    if len(examples.trial) < FEWEST_TOUCHES:
-        accepted = f"at least {FEWEST_TOUCHES} touches in trials that ended in the hole"
-        raise ConfigurationError("touch model", f"{len(examples.trial)} touches", accepted)
-    fits = [_Fit(examples, lag) for lag in _LAGS]
+    require_touches(len(examples.trial))
+    fits = [_Fit(examples, lag) for lag in LAGS]
     return min(fits, key=lambda fit: fit.pooled).model()
+
+
+def require_touches(count: int) -> None:
+    """Refuse to fit anything to too few touches.
+
+    Raises:
+        ConfigurationError: There are fewer than ``FEWEST_TOUCHES``.
+    """
+    if count < FEWEST_TOUCHES:
+        accepted = f"at least {FEWEST_TOUCHES} touches in trials that ended in the hole"
+        raise ConfigurationError("touch model", f"{count} touches", accepted)
 
 
 class _Fit:
@@ -91,7 +101,7 @@ class _Fit:
             table[:, column] += np.bincount(cells + SECTORS, high * values, size)
         means = table[:, :2] / (table[:, 2:] + _RESIDUAL_COUNT)
         self._residual = means.reshape(len(RINGS_M), SECTORS, 2)
-        self._residuals = self._at.residual(self._residual)
+        self._residuals = self._at.between_cells(self._residual)
 
     def _fit_offset_and_bias(self, left: Floats) -> None:
         """An offset and a random intercept a trial; the variance of these by expectation maximisation."""

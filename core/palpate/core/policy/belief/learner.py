@@ -17,6 +17,7 @@ from palpate.core.policy.belief.places import PlaceBelief, Places, TouchTable
 from palpate.core.policy.belief.planner import Planner, SpiralSearch
 from palpate.core.policy.belief.prior import place_prior
 from palpate.core.policy.belief.settings import BeliefParameters
+from palpate.core.policy.belief.symbols import SymbolTable, fit_symbol_model
 from palpate.core.policy.belief.touches import Touch, TouchedTrial
 from palpate.core.policy.model_learner import ModelLearner
 
@@ -56,7 +57,8 @@ class BeliefLearner(ModelLearner[TouchedTrial]):
         self._places = Places(half_width_m)
         self._planner = Planner(self._places, parameters.capture_mm * 1e-3, self._step_m)
         self._model: TouchModel | None = None
-        self._table: TouchTable | None = None
+        self._table: TouchTable | SymbolTable | None = None
+        self._lag = 0.0
         self._touches: list[Touch]
         self._expect_place()
         self._belief: PlaceBelief | None
@@ -78,15 +80,20 @@ class BeliefLearner(ModelLearner[TouchedTrial]):
 
     def _start_anew(self) -> None:
         """Forget the evidence of the trial so far."""
-        self._belief = None if self._table is None else PlaceBelief(self._table, self._log_prior)
+        self._belief = None if self._table is None else self._table.begin(self._log_prior)
         self._search, self._steps = None, 0
 
     @override
     def _fit(self) -> None:
-        enough = sum(len(trial.touches) for trial in self._trials) >= FEWEST_TOUCHES
-        self._model = fit_touch_model(self._trials) if enough else None
-        self._table = None if self._model is None else TouchTable(self._model, self._places)
         self._expect_place()
+        self._model = self._table = None
+        if sum(len(trial.touches) for trial in self._trials) < FEWEST_TOUCHES:
+            return
+        self._model = fit_touch_model(self._trials)
+        self._table, self._lag = TouchTable(self._model, self._places), self._model.lag
+        if self.parameters.symbol_Nm > 0.0:
+            symbols = fit_symbol_model(self._trials, self.parameters.symbol_Nm)
+            self._table, self._lag = SymbolTable(symbols, self._places), symbols.lag
 
     def _expect_place(self) -> None:
         """The prior over places and its centre, by where the hole was so far."""
@@ -99,9 +106,9 @@ class BeliefLearner(ModelLearner[TouchedTrial]):
         touch = Touch.of(observation)
         before = self._touches[-1] if self._touches else touch
         self._touches.append(touch)
-        if self._belief is None or self._model is None:
+        if self._belief is None:
             return self._searching(self._search or self._begin_search(self._centre_m), touch)
-        self._take_in(self._belief, self._model.lag, before, touch)
+        self._take_in(self._belief, before, touch)
         self._steps += 1
         if self._search is not None:
             if self._searched > 1 or self._steps <= self.parameters.search_steps:
@@ -118,8 +125,8 @@ class BeliefLearner(ModelLearner[TouchedTrial]):
         grounds = float(probabilities.max()), *self._places.mean_m(probabilities), actions
         return Decision(Action(_name(dx, dy), (dx, dy)), None, LEARNED, grounds)
 
-    def _take_in(self, belief: PlaceBelief, lag: float, before: Touch, touch: Touch) -> None:
-        (x, y), (px, py) = touch.place_m, before.place_m
+    def _take_in(self, belief: PlaceBelief, before: Touch, touch: Touch) -> None:
+        (x, y), (px, py), lag = touch.place_m, before.place_m, self._lag
         if touch is not before:
             belief.pass_over(self._places.near_way((px, py), (x - px, y - py), self.parameters.capture_mm * 1e-3))
         place = self._inside((x - lag * (x - px), y - lag * (y - py)))

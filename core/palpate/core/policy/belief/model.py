@@ -66,8 +66,8 @@ class Directions:
         at: Floats = (1.0 - share) * table[self.ring] + share * table[self.ring + 1]
         return at
 
-    def residual(self, table: Floats) -> Floats:
-        """The same of a table (rings, sectors, 2), in the sector of each: (n, 2)."""
+    def between_cells(self, table: Floats) -> Floats:
+        """The same of a table (rings, sectors, k), in the sector of each: (n, k)."""
         share = self.share[:, None]
         at: Floats = (1.0 - share) * table[self.ring, self.sector] + share * table[self.ring + 1, self.sector]
         return at
@@ -110,7 +110,7 @@ class TouchModel:
     def expected_Nm(self, directions: Directions) -> Floats:
         """Torque at these displacements and a pressing force of 4.9 N, without the offset, (n, 2)."""
         cue = directions.turned(directions.between(np.array(self.cue_Nm)))
-        expected: Floats = cue + directions.residual(np.array(self.residual_Nm))
+        expected: Floats = cue + directions.between_cells(np.array(self.residual_Nm))
         return expected
 
     def variance(self, directions: Directions) -> Floats:

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from math import ceil, log
 from typing import Final
 
 import numpy as np
+from typing_extensions import override
 
 from palpate.core.policy.belief.arithmetic import Floats, exponential, logarithm
 from palpate.core.policy.belief.model import Directions, TouchModel
 
 PITCH_M: Final = 1e-4
 """Distance between places."""
-_KEPT: Final = 0.97
+KEPT: Final = 0.97
 """Share of the evidence that is left after one more touch: what was learned may be a little wrong."""
 _MISSED: Final = log(0.3)
 """Weight of a place that was passed over without a drop: it may still be the hole, by chance or tilt."""
@@ -96,6 +98,10 @@ class TouchTable:
         self.offset_Nm = model.offset_Nm
         self.bias_precision = 1.0 / (model.bias_Nm * model.bias_Nm)
 
+    def begin(self, log_prior: Floats) -> TorqueBelief:
+        """A trial's belief, of its prior alone, (size, size)."""
+        return TorqueBelief(self, log_prior)
+
     def at(self, row: int, column: int) -> list[Floats]:
         """Of a touch at this cell, were the hole at each place, (size, size) each.
 
@@ -111,6 +117,36 @@ class TouchTable:
 class PlaceBelief:
     """Evidence of one trial for each place.
 
+    Args:
+        log_prior: Logarithm of the belief at the trial's start, (size, size).
+    """
+
+    def __init__(self, log_prior: Floats) -> None:
+        self._passed = log_prior.copy()
+
+    @abstractmethod
+    def feel(self, row: int, column: int, torque_Nm: tuple[float, float], load: float) -> None:
+        """A touch, at this cell, with the pressing force as a share of 4.9 N."""
+
+    @abstractmethod
+    def evidence(self) -> Floats:
+        """Logarithm of how well each place explains the touches, (size, size); only differences count."""
+
+    def pass_over(self, cells: np.ndarray) -> None:
+        """These places, (size, size) of truth values, were passed without a drop."""
+        self._passed[cells] += _MISSED
+
+    def probabilities(self) -> Floats:
+        """How likely the hole is at each place, (size, size)."""
+        evidence = self._passed + self.evidence()
+        belief = exponential(evidence - evidence.max())
+        belief /= belief.sum()
+        return belief
+
+
+class TorqueBelief(PlaceBelief):
+    """Evidence of one trial's torques for each place.
+
     The bias of the trial, a torque that stays the same while it lasts, is integrated out: it is normal with the spread
     that the model gives it, so the evidence has a closed form in a few running sums.
 
@@ -120,13 +156,13 @@ class PlaceBelief:
     """
 
     def __init__(self, table: TouchTable, log_prior: Floats) -> None:
+        super().__init__(log_prior)
         self._table = table
-        self._passed = log_prior.copy()
         # Over the touches: precisions, left torque times precision in x and y, and its square with the variances.
         self._sums = [np.zeros(log_prior.shape) for _ in range(4)]
 
+    @override
     def feel(self, row: int, column: int, torque_Nm: tuple[float, float], load: float) -> None:
-        """A touch, at this cell, with the pressing force as a share of 4.9 N."""
         x, y = (felt - offset for felt, offset in zip(torque_Nm, self._table.offset_Nm, strict=True))
         precision, expected_x, expected_y, square, log_variance = self._table.at(row, column)
         product = (2.0 * load * x) * expected_x + (2.0 * load * y) * expected_y
@@ -137,19 +173,12 @@ class PlaceBelief:
             (x * x + y * y) * precision - product + (load * load) * square + log_variance,
         )
         for total, new in zip(self._sums, news, strict=True):
-            total *= _KEPT
+            total *= KEPT
             total += new
 
-    def pass_over(self, cells: np.ndarray) -> None:
-        """These places, (size, size) of truth values, were passed without a drop."""
-        self._passed[cells] += _MISSED
-
-    def probabilities(self) -> Floats:
-        """How likely the hole is at each place, (size, size)."""
+    @override
+    def evidence(self) -> Floats:
         precision, x, y, square = self._sums
         weight = precision + self._table.bias_precision
-        fit = square - (x * x + y * y) / weight + 2.0 * logarithm(weight)
-        evidence = self._passed - 0.5 * fit
-        belief = exponential(evidence - evidence.max())
-        belief /= belief.sum()
-        return belief
+        fit: Floats = square - (x * x + y * y) / weight + 2.0 * logarithm(weight)
+        return -0.5 * fit

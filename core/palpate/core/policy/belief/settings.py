@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated, ClassVar
+from types import MappingProxyType
+from typing import Annotated, Any, ClassVar
 
 from typing_extensions import override
 
@@ -16,6 +18,7 @@ class BeliefParameters(Settings):
     """What does not follow from the task."""
 
     TABLE: ClassVar[str] = "learning.belief"
+    UNTOLD: ClassVar[Mapping[str, Any]] = MappingProxyType({"symbol_Nm": 0.0})
 
     capture_mm: Annotated[float, Range(0.02, 2.0)] = 0.15
     """A hole within this distance of the peg's way takes it in."""
@@ -30,6 +33,9 @@ class BeliefParameters(Settings):
     many again a search of everything, to the end."""
     search_steps: Annotated[int, Range(1, 10000)] = 40
     """Steps of the first of these searches."""
+    symbol_Nm: Annotated[float, Range(0.0, 10.0)] = 0.0
+    """0: torques count as they are; else only whether each component is below, within or above so much, as in the
+    paper, where it is 0.7 kgf mm, 0.006865 N m."""
 
     @override
     def check(self) -> None:

@@ -15,8 +15,8 @@ from tests.unit.core.policy.belief.simulated_touch import touch_at, trials
 Place = tuple[float, float]
 
 
-def learner(*, frozen: bool = False) -> BeliefLearner:
-    return BeliefLearner(BeliefParameters(), 3.5e-3, 0.05, frozen=frozen)
+def learner(*, frozen: bool = False, symbol_Nm: float = 0.0) -> BeliefLearner:
+    return BeliefLearner(BeliefParameters(symbol_Nm=symbol_Nm), 3.5e-3, 0.05, frozen=frozen)
 
 
 def play(policy: BeliefLearner, hole_m: Place, start_m: Place, seed: int = 0, most: int = 400) -> list[str]:
@@ -140,3 +140,11 @@ def test_an_area_too_wide_for_a_tick_is_refused() -> None:
 def test_a_search_that_leaves_gaps_is_refused() -> None:
     with pytest.raises(ConfigurationError, match="twice capture_mm"):
         BeliefParameters(pitch_mm=0.5)
+
+
+def test_bands_of_the_torque_are_enough_to_find_holes_by() -> None:
+    policy = learner(symbol_Nm=0.0069)
+    lengths = [
+        len(play(policy, hole, (1e-3, -1e-3), seed)) for seed, hole in enumerate([(-1e-3, 2e-3), (2e-3, 0.0)] * 6)
+    ]
+    assert sum(lengths[4:]) / len(lengths[4:]) < 20 < lengths[0]
