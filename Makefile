@@ -52,7 +52,7 @@ lint: setup
 # Bytecode is kept, also where the environment says not to: each process that a test starts would compile all anew.
 test: export PYTHONDONTWRITEBYTECODE :=
 test: lint
-	$(BIN)/pytest -n 2 --dist loadgroup --ignore tests/wall_clock
+	$(BIN)/pytest -n 2 --dist loadgroup --ignore tests/wall_clock --ignore tests/documents
 	$(BIN)/pytest tests/wall_clock
 
 # Under a minute; its builder is an extra of its own, which neither training nor tests need.
@@ -60,8 +60,10 @@ docs-setup: setup
 	$(BIN)/python -c 'import zensical, mkdocstrings' 2>/dev/null \
 		|| $(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[docs]'
 
+# The commands that the pages show run too, with fewer trials; make test only looks whether their options are there.
 docs: docs-setup
 	$(BIN)/python -m docs.site.build
+	$(BIN)/pytest -n 2 tests/documents
 
 golden: setup
 	$(BIN)/python -m tests.golden.record

@@ -1,15 +1,19 @@
 """What the documents show works: links lead somewhere, the tutorial runs, the units of all settings are explained."""
 
 import dataclasses
+import json
 import re
 import shlex
+import sys
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
+from docs.site.notebook import notebook_of
 from palpate.adapters.cli.commands import commands_of
 from palpate.adapters.config import RunConfig, overlay
 from tests.command_line import QUICK, CommandLine
@@ -74,29 +78,40 @@ def shortened(line: str) -> str:
     return line
 
 
-def test_the_tutorial(palpate: CommandLine, tmp_path: Path) -> None:
+def test_the_tutorial(palpate: CommandLine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its notebook, cell by cell in this process; the page has the same text and commands."""
+    written = (DOCS / "tutorial.ipynb").read_text(encoding="utf-8")
+    assert written == notebook_of((DOCS / "tutorial.md").read_text(encoding="utf-8")), "python -m docs.site.notebook"
+    shown: list[bytes] = []
+    monkeypatch.setitem(sys.modules, "IPython.display", SimpleNamespace(Image=bytes, display=shown.append))
     printed, short, what_ifs = "", False, 0
-    for language, lines in blocks(DOCS / "tutorial.md"):
-        if language == "text":
+    names: dict[str, Any] = {}
+
+    def run(line: str) -> None:
+        nonlocal printed, short, what_ifs
+        quick = shortened(f"palpate {line}").removeprefix("palpate ")
+        done = palpate(*shlex.split(quick))
+        what_ifs += "--set" in line
+        assert done.code == (1 if "--set" in line else 0), (line, done)
+        assert "--set" not in line or "counterfactual from tick" in done.stdout
+        printed, short = printed + done.stdout, short or quick != line
+
+    for cell in json.loads(written)["cells"]:
+        source = "".join(cell["source"])
+        if cell["cell_type"] == "code":
+            printed = ""
+            exec(compile(source, "tutorial.ipynb", "exec"), names)
+            # The notebook's own way of calling a command is tried by its first cell alone.
+            names["palpate"] = run if "palpate" in names and "def palpate" not in source else names["palpate"]
+        for lines in re.findall(r"^```text\n(.*?)^```", source, re.DOTALL | re.MULTILINE) if printed else []:
             there = {shape(line) for line in printed.splitlines()}
-            missing = [line for line in lines if shape(line) not in there]
+            missing = [line for line in lines.splitlines() if shape(line) not in there]
             # After a shortened training other trials succeed, but the same is told of them.
-            assert len(missing) < len(lines) if short else missing == []
-            continue
-        assert language == "sh"
-        calls = [line for line in lines if line.startswith("palpate ")]
-        assert set(lines) - set(calls) <= {"make setup", ". .venv/bin/activate"}
-        printed = ""
-        for line in calls:
-            done = palpate(*shlex.split(shortened(line))[1:])
-            what_ifs += "--set" in line
-            assert done.code == (1 if "--set" in line else 0), (line, done)
-            assert "--set" not in line or "counterfactual from tick" in done.stdout
-            printed, short = printed + done.stdout, short or shortened(line) != line
+            assert len(missing) < len(lines.splitlines()) if short else missing == []
     assert what_ifs == 1
-    # Where it sends its reader to look.
-    for name in ("first/logs/trial-00000.png", "first.png", "paper/learning_curve.png", "used/report.html"):
-        assert (tmp_path / "runs" / name).is_file()
+    assert len(shown) == 3
+    assert all(picture.startswith(b"\x89PNG") for picture in shown)
+    assert (tmp_path / "runs" / "used" / "report.html").is_file()
 
 
 def test_policies_of_ones_own(palpate: CommandLine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -42,7 +42,7 @@ T = TypeVar("T")
 
 def parse(kind: type[T], command: str, arguments: Sequence[str]) -> T:
     """The options on a command line, over those of ``--config``, over those of the scenario."""
-    flags = _flags(kind)
+    flags = flags_of(kind)
     _require_once(arguments, flags)
     if command == "run":
         _require_no_learning(arguments)
@@ -230,7 +230,7 @@ def _one_line(boxed: str) -> str:
     return refused.group(1) if refused else message
 
 
-def _flags(kind: type) -> dict[str, bool]:
+def flags_of(kind: type) -> dict[str, bool]:
     """Every flag of a command; True for those that may be given several times."""
     found: dict[str, bool] = {}
     for path, marks, base in _walk(kind, ()):
@@ -276,7 +276,7 @@ def _suggestion(flags: Iterable[str], word: str) -> str:
         return f"; it is called {now_called(old[word])} now"
     near = difflib.get_close_matches(word, flags, n=1, cutoff=0.6)
     places = {name: command.options for name, command in COMMANDS.items() if command.options}
-    others = [name for name, place in places.items() if word in _flags(options_of(place))] if word[:2] == "--" else []
+    others = [name for name, place in places.items() if word in flags_of(options_of(place))] if word[:2] == "--" else []
     if others:
         return f", but of palpate {', '.join(others)}" + (f"; did you mean {near[0]}?" if near else "")
     return f"; did you mean {near[0]}?" if near else "; see --help"

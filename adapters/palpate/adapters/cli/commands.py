@@ -83,6 +83,7 @@ COMMANDS: dict[str, Command] = {
         "faults:faults", "options:FaultsOptions",
     ),
     "examples": Command("copy examples, rig files and documents out of the installed package"),
+    "completion": Command("what bash and zsh complete: eval \"$(palpate completion)\"", "completion:completion"),
     "version": Command("versions of palpate and of what its results depend on", "version:version"),
     "log info": Command(
         "what logs hold: what of, how fast, how whole, and what came of it", "log:info", "log_options:InfoOptions"

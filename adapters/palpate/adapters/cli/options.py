@@ -141,6 +141,8 @@ class ReplayOptions(Settings):
     """Processes; 0 takes one per core."""
     verbose: bool = False
     """A line for every log, also where there are many."""
+    watch: bool = False
+    """Replay again whenever the source of palpate, or of the policy's package, changes; until Ctrl-C."""
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ from typing import Final
 
 from palpate.adapters.cli.options import ReplayOptions
 from palpate.adapters.cli.progress import progress
+from palpate.adapters.cli.watch import watch
 from palpate.adapters.config import RunConfig, overlay, read_toml, recorded_config
 from palpate.adapters.experiments import COMPARATORS, accepted_policies, aligned, foreign_code, foreign_entry
 from palpate.adapters.replay import (
@@ -42,6 +43,8 @@ def replay(options: ReplayOptions) -> int:
     """Replay and report; returns the exit code."""
     if not options.logs:
         raise LogError("palpate replay", "", "no log was named", "name logs, folders of logs, or patterns in quotes")
+    if options.watch:
+        return watch(options)
     changes = read_changes(options)
     findings = FolderFindings() if changes.any else judge_folders(options.logs)
     paths = find_logs(options.logs)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from palpate.adapters.cli.arguments import _flags, parse
+from palpate.adapters.cli.arguments import flags_of, parse
 from palpate.adapters.cli.explore_options import ExploreOptions
 from palpate.adapters.cli.options import CompareOptions, ReplayOptions, RunOptions, TrainOptions
 from palpate.adapters.config.run import RunConfig, scenario
@@ -112,7 +112,7 @@ def test_a_setting_of_another_command_or_of_an_old_name_is_told_where_it_belongs
 def test_the_flags_are_those_of_the_help(kind: type, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit):
         parse(kind, "x", ["--help"])
-    assert set(re.findall(r"(?<=[ |│])--[a-zA-Z][\w.-]*", capsys.readouterr().out)) - {"--help"} <= set(_flags(kind))
+    assert set(re.findall(r"(?<=[ |│])--[a-zA-Z][\w.-]*", capsys.readouterr().out)) - {"--help"} <= set(flags_of(kind))
 
 
 def test_settings_of_a_run_s_own_record_may_have_old_names(tmp_path: Path) -> None:

@@ -55,9 +55,14 @@ def believed(document: MemoryDocument, after: str = "") -> Floats:
     """Probability of each hidden state of the best model after symbols and actions in turns; before a trial for none.
 
     Raises:
-        ConfigurationError: They are others than the file's, or do not take turns.
+        ConfigurationError: They are others than the file's, or do not take turns; or the file has no model.
     """
-    model, words = document.world_models()[0].pomdp(), after.split()
+    models, words = document.world_models(), after.split()
+    if not models:
+        raise ConfigurationError(
+            "after", after, "given for a file with a model: pairs have none, short trainings not yet"
+        )
+    model = models[0].pomdp()
     if not words:
         return model.start
     for place, word in enumerate(words):

@@ -1,0 +1,105 @@
+"""Makes docs/tutorial.ipynb of docs/tutorial.md, and runs it: one text, commands run in the notebook's process.
+
+python -m docs.site.notebook                   write docs/tutorial.ipynb anew
+python -m docs.site.notebook --run OUT.ipynb   run it in a kernel, as a reader would, with its outputs in OUT.ipynb
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import re
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, Final
+
+DOCS: Final = Path(__file__).parents[1]
+BEGIN: Final = '''\
+import shlex
+from pathlib import Path
+
+from IPython.display import Image, display
+
+try:
+    from palpate.adapters.cli.main import main
+except ModuleNotFoundError as error:
+    raise SystemExit(f"this notebook needs palpate where its kernel runs: pip install palpate ({error})") from None
+
+
+def palpate(line: str) -> None:
+    """Run a command of palpate in this process; an exit code that is not 0 is shown."""
+    if code := main(shlex.split(line)):
+        display(f"exit code {code}")
+
+
+def show(path: str) -> None:
+    """Show a picture that a command has left."""
+    display(Image(Path(path).read_bytes()))
+'''
+BLOCK: Final = re.compile(r"^```sh\n(.*?)^```\n", re.DOTALL | re.MULTILINE)
+PICTURES: Final = (
+    (re.compile(r"palpate log plot (\S+)\.mcap"), r"\1.png"),
+    (re.compile(r"palpate render .*--to (\S+\.png).*"), r"\1"),
+    (re.compile(r"palpate train .*--out (\S+).*"), r"\1/learning_curve.png"),
+)
+"""What a command leaves to be looked at."""
+
+
+def code_of(block: str) -> Iterator[str]:
+    """Python lines for a block of shell commands; what a shell alone can do is left out."""
+    for line in block.splitlines():
+        if line.startswith("palpate "):
+            yield f"palpate({json.dumps(line.removeprefix('palpate '))})"
+            yield from (f"show({json.dumps(how.sub(name, line))})" for how, name in PICTURES if how.fullmatch(line))
+
+
+def cells_of(text: str) -> Iterator[tuple[str, str]]:
+    """Kind and source of each cell: the page's text as it is, its commands as code."""
+    place = 0
+    for block in BLOCK.finditer(text):
+        code = "\n".join(code_of(block.group(1)))
+        shell = "".join(f"{line}\n" for line in block.group(1).splitlines() if not line.startswith("palpate "))
+        yield "markdown", text[place : block.start()] + (f"```sh\n{shell}```\n" if shell else "")
+        if not place:
+            yield "code", BEGIN
+        yield "code", code
+        place = block.end()
+    yield "markdown", text[place:]
+
+
+def notebook_of(text: str) -> str:
+    """The notebook (nbformat 4.5) of a page, without outputs; equal pages give equal bytes."""
+    cells: list[dict[str, Any]] = []
+    for number, (kind, source) in enumerate(cells_of(text)):
+        cell = {"cell_type": kind, "id": f"cell-{number}", "metadata": {}, "source": source.strip().splitlines(True)}
+        cells.append(cell | ({"execution_count": None, "outputs": []} if kind == "code" else {}))
+    kernel = {"kernelspec": {"display_name": "Python 3", "language": "python", "name": "python3"}}
+    return json.dumps({"cells": cells, "metadata": kernel, "nbformat": 4, "nbformat_minor": 5}, indent=1) + "\n"
+
+
+def main() -> int:
+    """Command line."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--run", type=Path)
+    out = parser.parse_args().run
+    text = notebook_of((DOCS / "tutorial.md").read_text(encoding="utf-8"))
+    if out is None:
+        (DOCS / "tutorial.ipynb").write_text(text, encoding="utf-8")
+        return 0
+    try:
+        import nbclient
+        import nbformat
+    except ModuleNotFoundError:
+        sys.stderr.write("running the notebook needs: pip install 'palpate[notebook]'\n")
+        return 2
+    notebook = nbformat.reads(text, as_version=4)
+    try:
+        nbclient.NotebookClient(notebook, timeout=1200, resources={"metadata": {"path": str(out.parent)}}).execute()
+    finally:
+        nbformat.write(notebook, out)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,111 @@
+"""Every command that README and docs show runs here, with fewer trials, or stands below with what it needs.
+
+The tutorial's and the ones of docs/how-to/your-own-policy.md run in test_docs.py. A new page's commands are found by
+themselves: they run in the order of the page, in a folder that has what `desk` puts there.
+"""
+
+import re
+import shlex
+import shutil
+from collections.abc import Iterator
+from glob import glob
+from itertools import groupby
+from pathlib import Path
+
+import pytest
+
+from palpate.adapters.cli.arguments import flags_of
+from palpate.adapters.cli.commands import COMMANDS, GROUPS, options_of
+from tests.command_line import CommandLine
+from tests.integration.test_docs import PAGES, ROOT, blocks
+from tests.unit.adapters.visualisation.film.trials import require_graphics
+
+NEEDS = {
+    r"palpate (train|run|doctor) .*--rig": "a device, or an emulator beside it; tests/wall_clock",
+    r"palpate emulate": "goes on until Ctrl-C; tests/wall_clock",
+    r"palpate view": "a display; tests/cli/test_view.py",
+    r"palpate (study|prove) ": "minutes; tests/cli/test_study.py, test_prove.py",
+    r"palpate report runs/(clearance|start-uncertainty|paper-compare)": "what minutes leave; tests/cli/test_report.py",
+    r"palpate fit-touch |palpate train --config runs/touch/": "recorded insertions; tests/cli/test_fit_touch.py",
+    r"palpate (infer runs/walks/|train .* runs/felt/)": "recorded insertions; tests/cli/test_automaton.py",
+    r"palpate check-adapter |python -m third_party_rig": "a package of examples; tests/cli/test_check_adapter.py",
+    r"pytest --palpate-logs": "another repository; tests/integration/test_pytest_plugin.py",
+    r"make |python -m benchmarks\.|python examples/": "minutes, or packages of its own",
+}
+"""What is not run here, and why."""
+
+OURS = ("palpate ", "python ", "pytest ", "make ")
+"""Beginnings of lines that are about palpate; a shell's other words are not tried."""
+
+TRIALS = ("--task.time-limit-s", "0.5", "--trials", "1")
+FEW = {
+    "train": TRIALS,
+    "run": TRIALS,
+    "compare": TRIALS,
+    "explore": ("--trials", "30", "--seeds", "1"),
+    "infer": ("--training.restarts", "8", "--training.batch", "8", "--training.steps", "60",
+              "--extraction.most-intervals", "6"),
+    "render": ("--size", "480x376"),
+}  # fmt: skip
+"""Words that keep a command short, in place of the page's own."""
+
+
+def lines_of(page: Path) -> Iterator[str]:
+    """Commands of a page, whole and without comments."""
+    for language, lines in blocks(page):
+        text = "\n".join(lines).replace("\\\n", " ")
+        for line in text.splitlines() if language == "sh" else []:
+            if line := re.sub(r"\s+(#.*|&.*|> \S+)$", "", re.sub(r"\s+#.*$", "", line)).strip():
+                if line.startswith(OURS):
+                    yield line
+
+
+COMMANDS_SHOWN = [
+    (page, line) for page in PAGES if page.stem not in ("tutorial", "your-own-policy") for line in lines_of(page)
+]
+RUN = [pair for pair in COMMANDS_SHOWN if not any(re.match(need, pair[1]) for need in NEEDS)]
+
+
+@pytest.mark.parametrize("page", [page for page, _ in groupby(RUN, lambda pair: pair[0])], ids=lambda page: page.stem)
+def test_the_commands_of_a_page_run(palpate: CommandLine, desk: None, page: Path) -> None:
+    for line in (line for where, line in RUN if where == page):
+        assert line.startswith("palpate "), f"no test runs {line!r} of {page.name}: list what it needs in NEEDS"
+        # Patterns are a shell's to fill in.
+        words = [name for word in shlex.split(short(line))[1:] for name in (sorted(glob(word)) or [word])]
+        done = palpate(*words)
+        # A what-if that goes otherwise says so by 1.
+        assert done.code in ((0, 1) if re.search("--set|--policy other", line) else (0,)), (line, done)
+
+
+def short(line: str) -> str:
+    """The same command with the words that keep it short."""
+    words = FEW.get(line.split()[1], ())
+    for flag in words[::2]:
+        line = re.sub(rf" {re.escape(flag)} \S+", "", line)
+    return " ".join((line, *words))
+
+
+def test_what_is_not_run_needs_what_it_says_and_has_its_options() -> None:
+    unused = [need for need in NEEDS if not any(re.match(need, line) for _, line in COMMANDS_SHOWN)]
+    assert unused == []
+    for page, line in COMMANDS_SHOWN:
+        words = line.split()
+        if (page, line) not in RUN and words[0] == "palpate":
+            name = " ".join(words[1:3]) if words[1] in GROUPS else words[1]
+            flags = flags_of(options_of(COMMANDS[name].options))
+            assert [word for word in words if word.startswith("--") and word not in flags] == [], (page.name, line)
+
+
+@pytest.fixture
+def desk(palpate: CommandLine, tmp_path: Path) -> None:
+    """What the pages take to be there: a run, logs, a torn one, a policy, an automaton's strings."""
+    require_graphics()
+    golden = ROOT / "tests" / "golden"
+    shutil.copytree(golden / "before" / "run", tmp_path / "runs" / "paper")
+    log = tmp_path / "runs" / "paper" / "logs" / "trial-00002.mcap"
+    shutil.copy(log, log.with_name("trial-00003.mcap"))
+    (tmp_path / "trials").mkdir()
+    for name in ("trial-00012.mcap", "trials/trial-00012.mcap"):
+        shutil.copy(golden / "inserted-ur5.mcap", tmp_path / name)
+    (tmp_path / "torn.mcap").write_bytes(log.read_bytes()[:-2000])
+    shutil.copy(tmp_path / "runs" / "paper" / "policy.json", tmp_path / "other.json")
