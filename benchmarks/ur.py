@@ -8,6 +8,12 @@ Insertions are `palpate run --rig` with the emulated ATI sensor, both sides with
 grants it; what counts is what the emulated cell saw. A break cuts all connections of the controller between two
 activations of the arm, as between two trials; every tenth does so in mid-motion, where a person has to acknowledge it.
 It counts as made again when the arm is led from one pose to another afterwards and stands there.
+
+The contract suites over the same sockets:
+
+    palpate check-adapter benchmarks.ur:arm_rig
+    palpate check-adapter benchmarks.ur:encoder_rig
+    palpate check-adapter benchmarks.ur:sensor_rig
 """
 
 from __future__ import annotations
@@ -17,6 +23,8 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -25,10 +33,11 @@ import numpy as np
 from benchmarks.rigs import latencies, run_on_rig, times_of
 from palpate.adapters.hardware import MonotonicClock, RigContext
 from palpate.adapters.hardware.real_time import take_real_time
-from palpate.adapters.hardware.ur import make_ur_rtde
+from palpate.adapters.hardware.ur import make_ur_rtde, make_ur_tool_force
 from palpate.adapters.log.reader import read_log
 from palpate.core.errors import PalpateError
 from palpate.core.ports import JointCommand, Life
+from palpate.core.ports.contracts import ArmCommandRig, ForceSensorRig, JointEncoderRig
 from palpate.simulation.emulators.ur import UrController, UrServer
 
 HOME = (0.1, -1.2, 1.3, -1.6, -1.5, 0.2)
@@ -107,6 +116,67 @@ def breaks(count: int) -> None:
                         arm.activate()
     print(f"connection broken and made again: {good} of {count}; ready after {np.median(took_s):.2f} s (median)")
     print("".join(f"  {trouble}\n" for trouble in troubles), end="")
+
+
+def on_sockets(made: Callable[[UrServer, UrController, RigContext], dict[str, Any]]) -> dict[str, Any]:
+    """What the rigs have in common: a controller of their own, served until the clause is over."""
+    controller = Following(HOME, lambda now_ns: (0.0, 0.0, -5.0, 0.0, 0.0, 0.0))
+    server = UrServer(controller)
+    server.__enter__()
+    clock = MonotonicClock()
+
+    def fail() -> None:
+        with server.exclusive():
+            controller.end_program()
+        time.sleep(0.5)
+
+    def unplug() -> None:
+        server.network.is_unplugged = True
+        time.sleep(0.3)
+
+    return {
+        "clock": clock, "advance": lambda ticks: time.sleep(ticks / 140), "dispose": server.__exit__,
+        "disconnect": unplug, "runs_by_itself": True, "provoke_fault": fail, "call_budget_ns": 50_000_000,
+        **made(server, controller, RigContext.of("ur5", clock)),
+    }  # fmt: skip
+
+
+def patient_arm(server: UrServer, context: RigContext) -> Any:
+    return make_ur_rtde({"host": server.host, "patience": 2.0, "max_age_ms": 200.0}, context).arm
+
+
+def arm_rig() -> ArmCommandRig:
+    def made(server: UrServer, controller: UrController, context: RigContext) -> dict[str, Any]:
+        upper = tuple(q + 0.05 for q in HOME)
+        context = replace(context, upper_rad=upper, velocity_limit_rad_s=(1.0,) * 6)
+        return {
+            "device": patient_arm(server, context), "home_rad": HOME,
+            "lower_rad": context.lower_rad, "upper_rad": upper, "step_rad": 4e-3, "fast_step_rad": 0.03,
+            "position_rad": controller.targets_rad, "tolerance_rad": 2e-4, "settle_ticks": 60, "limit_ticks": 100,
+        }  # fmt: skip
+
+    return ArmCommandRig(**on_sockets(made))
+
+
+def encoder_rig() -> JointEncoderRig:
+    def made(server: UrServer, controller: UrController, context: RigContext) -> dict[str, Any]:
+        arm = patient_arm(server, context)
+        return {
+            "device": arm, "arm": arm, "joints": 6, "expected_rad": HOME, "tolerance_rad": 2e-4,
+            "max_age_ns": 300_000_000, "go_silent": lambda: setattr(server.network, "is_silent", True),
+        }  # fmt: skip
+
+    return JointEncoderRig(**on_sockets(made))
+
+
+def sensor_rig() -> ForceSensorRig:
+    def made(server: UrServer, controller: UrController, context: RigContext) -> dict[str, Any]:
+        return {
+            "device": make_ur_tool_force({"host": server.host}, context), "max_age_ns": 100_000_000,
+            "go_silent": lambda: setattr(server.network, "is_silent", True), "provoke_fault": None,
+        }  # fmt: skip
+
+    return ForceSensorRig(**on_sockets(made))
 
 
 def require_broken(arm: Any, server: UrServer, there: tuple[float, ...]) -> None:

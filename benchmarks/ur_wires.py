@@ -106,23 +106,26 @@ def tried(strike: Strike, folder: Path) -> str:
             struck_s = time.monotonic()
             with cell.ur.exclusive() as controller:
                 strike(cell.ur, controller)
-            rest_s = None
-            while process.poll() is None:
-                if controller.at_rest and controller.runtime.name != "PLAYING":
-                    rest_s = rest_s or time.monotonic() - struck_s
+            moved_s, ended_s = 0.0, None
+            while ended_s is None or time.monotonic() - struck_s < ended_s + 1.0:
+                if ended_s is None and process.poll() is not None:
+                    ended_s = time.monotonic() - struck_s
+                if not controller.at_rest:
+                    moved_s = time.monotonic() - struck_s
                 time.sleep(0.005)
-            ended_s = time.monotonic() - struck_s
             _, complaint = process.communicate()
         finally:
             process.kill()
             ended.set()
             life.join()
-    ticks = len(read_log(log).ticks)
     last = (complaint.strip().splitlines() or [""])[-1]
+    if not log.exists():
+        return f"NOT TRIED, the trial did not begin: {last}"
+    ticks = len(read_log(log).ticks)
     if process.returncode == 0:
         return f"went on and inserted ({cell.insertions}), {ticks} ticks"
-    rest = "never" if rest_s is None else f"{rest_s:.2f} s"
-    return f"at rest {rest}, ended {ended_s:.2f} s, exit code {process.returncode}, {ticks} ticks in the log: {last}"
+    told = f"at rest after {moved_s:.2f} s, ended after {ended_s:.2f} s, exit code {process.returncode}"
+    return f"{told}, {ticks} ticks in the log: {last}"
 
 
 def main() -> None:

@@ -13,6 +13,8 @@ from palpate.adapters.hardware import MonotonicClock, RigContext
 from palpate.adapters.hardware.ur import make_ur_rtde, make_ur_tool_force
 from palpate.core.errors import DeviceError, PalpateError
 from palpate.core.ports import JointCommand, Life
+from palpate.drivers.errors import DriverError
+from palpate.drivers.ur import ProcessLink
 from palpate.simulation.emulators.ur import ControllerConfig, UrController, UrServer
 from tests.command_line import CommandLine
 from tests.virtual_ur import HOME
@@ -119,6 +121,29 @@ def test_wire_trouble_ends_in_a_named_fault_with_the_arm_at_rest_within_two_seco
             wait_for(lambda: arm.fault and controller.at_rest)
             assert time.monotonic() - since_s < 2.0
             assert server.host in arm.fault
+
+
+@pytest.mark.parametrize("way", ["the loop hangs", "the client is killed"])
+@pytest.mark.usefixtures("real_time")
+def test_without_set_points_the_client_stops_the_arm_and_without_the_client_the_controller(way: str) -> None:
+    with served() as server:
+        link = ProcessLink(server.host, 500.0, deadman_s=0.1 if way == "the loop hangs" else 60.0)
+        link.open(5.0)
+        link.call("control", 5.0, 10.0)
+        link.servo((*HOME[:5], 3.0), 0.007, 0.03, 1000.0)
+        with server.exclusive() as controller:
+            pass
+        wait_for(lambda: not controller.at_rest)
+        if way == "the client is killed":
+            assert link._process is not None
+            link._process.kill()
+        since_s = time.monotonic()
+        wait_for(lambda: controller.at_rest)
+        assert time.monotonic() - since_s < 1.0
+        told = "this computer sent no set-point for" if way == "the loop hangs" else "is broken"
+        with pytest.raises(DriverError, match=told):
+            wait_for(lambda: link.state() is None)
+        link.close()
 
 
 def test_repeated_packages_do_no_harm(context: RigContext) -> None:

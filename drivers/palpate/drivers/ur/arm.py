@@ -21,13 +21,14 @@ from palpate.drivers.errors import (
     DeviceFaultError,
     DriverError,
     GarbledError,
+    LateError,
     RefusedError,
     SettingError,
     SilentError,
     StateError,
     WiringError,
 )
-from palpate.drivers.ur.link import CHECK, NAME, UrHello, UrLink, UrState
+from palpate.drivers.ur.link import CHECK, KEEP_TIME, NAME, UrHello, UrLink, UrState
 
 JOINTS: Final = 6
 _RUNNING, _PLAYING = 7, 2
@@ -121,6 +122,7 @@ class UrArm(ArmDriver):
         self._seen: UrState | None = None
         self._reference_rad: tuple[float, ...] = ()
         self._force_N: tuple[float, ...] | None = None
+        self._cycled_ns = 0
 
     @property
     def state(self) -> UrArmState:
@@ -161,6 +163,7 @@ class UrArm(ArmDriver):
         self._link.call("control", _PROGRAM_S, 1.0 / self.settings.watchdog_s)
         seen = self._fresh()
         self._reference_rad, self._force_N = seen.q_rad, seen.wrench[:3]
+        self._cycled_ns = self._now_ns()
         self._state = UrArmState.ENABLED
 
     def preview(self, setpoint_rad: Sequence[float], /) -> Applied:
@@ -193,6 +196,7 @@ class UrArm(ArmDriver):
         self._require("cycle()", UrArmState.CONFIGURED, UrArmState.ENABLED, UrArmState.STOPPED)
         applied = None if setpoint_rad is None else self.preview(setpoint_rad)
         enabled, before = self._state is UrArmState.ENABLED, self._seen
+        away_s, self._cycled_ns = (self._now_ns() - self._cycled_ns) * 1e-9, self._now_ns()
         with self._latching():
             if enabled:
                 self._reference_rad = self._reference_rad if applied is None else applied.position_rad
@@ -200,7 +204,10 @@ class UrArm(ArmDriver):
                 self._link.servo(self._reference_rad, settings.period_s, settings.lookahead_s, settings.gain)
             try:
                 seen = self._fresh()
-            except SilentError:
+            except SilentError as error:
+                if enabled and away_s > self.settings.silence_s:
+                    told = f"this computer was away for {away_s * 1e3:.0f} ms; after that {error.problem}"
+                    raise LateError(NAME, told, KEEP_TIME) from error
                 if self._state is not UrArmState.STOPPED or before is None:
                     raise
                 # It is at rest: the next enable() makes the connection again.

@@ -17,11 +17,12 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from typing import Any, Final, Protocol
 
-from palpate.drivers.errors import DriverError, SettingError, SilentError, WiringError
+from palpate.drivers.errors import DriverError, LateError, SettingError, SilentError, WiringError
 from palpate.drivers.ur.process_main import STATE
 
 NAME: Final = "Universal Robots arm"
 CHECK: Final = "check the address in the rig file, the cable, and that the controller is switched on"
+KEEP_TIME: Final = "end other programs, take --real-time.scheduling, or a larger [arm] patience"
 EXTRA: Final = "pip install 'palpate[ur]'"
 _MOST: Final = 1 << 16
 _END_S: Final = 0.2
@@ -241,7 +242,10 @@ class ProcessLink(UrLink):
                 raise self._gone()
             if message.startswith(STATE):
                 self._state = message[1:]
-            elif "lost" in (heard := json.loads(message)):
+            elif "away_s" in (heard := json.loads(message)):
+                problem = f"this computer sent no set-point for {heard['away_s'] * 1e3:.0f} ms, and the arm was stopped"
+                raise LateError(NAME, problem, KEEP_TIME)
+            elif "lost" in heard:
                 self._lost = heard["lost"]
                 raise self._gone()
             else:

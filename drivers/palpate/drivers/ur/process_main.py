@@ -53,7 +53,8 @@ class Served:
         while True:
             if select.select([self._line], [], [], _LOOK_S)[0] and not self._hear():
                 return
-            if self._led_s is not None and time.monotonic() - self._led_s > self._deadman_s:
+            if self._led_s is not None and (away_s := time.monotonic() - self._led_s) > self._deadman_s:
+                self._line.send(json.dumps({"away_s": away_s}).encode(), socket.MSG_DONTWAIT)
                 self._stop(20.0)
             if self._receive is not None:
                 self._tell_state()
