@@ -14,7 +14,6 @@ from palpate.adapters.config import scenario
 from palpate.adapters.experiments import interrupting
 from palpate.adapters.hardware import EmulatedCell, EmulationConfig
 from palpate.adapters.hardware.real_time import take_real_time
-from palpate.adapters.visualisation.live import EmulationView
 from palpate.core.ports import Truth, new_file, require_no_file
 from palpate.core.trial import find_ready_pose
 
@@ -49,7 +48,11 @@ def emulate(options: EmulateOptions) -> int:
                 passing.write_text(rig, encoding="utf-8")
         say(rig + "\n# serving; end with Ctrl-C")
 
-        view = None if live is None else EmulationView(live, config, ready, cell.cell.truth())
+        view = None
+        if live is not None:
+            from palpate.adapters.visualisation.live import EmulationView
+
+            view = EmulationView(live, config, ready, cell.cell.truth())
 
         def show(truth: Truth) -> None:
             if view is not None:

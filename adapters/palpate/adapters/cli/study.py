@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from palpate.adapters.cli.notices import print_weakened, say, watched
 from palpate.adapters.cli.progress import progress
@@ -30,8 +30,10 @@ from palpate.adapters.experiments.study import (
     digest_of,
     require_possible,
 )
-from palpate.adapters.visualisation.live import LiveView
 from palpate.core.errors import ConfigurationError, UsageError, require_one_of
+
+if TYPE_CHECKING:
+    from palpate.adapters.visualisation.live import LiveView
 
 _MANY: Final = 1000
 """A study of more cells is asked about before it begins."""

@@ -74,7 +74,7 @@ def learning_curve(rows: Sequence[TrialRow], title: str) -> bytes:
             trials = [row.trial for row in rows[WINDOW - 1 :]]
             axes.plot(trials, means, color="black", linewidth=1.8, label=f"moving average of {WINDOW}")
         if rows:
-            axes.legend(loc="upper right")
+            _legend(axes)
         axes.set(xlabel="trial", ylabel="exploration time [s]", title=title)
     return canvas.content
 
@@ -86,10 +86,15 @@ def trials_picture(rows: Sequence[TrialRow], title: str) -> bytes:
         _scatter(upper, rows, [row.exploration_time_s for row in rows])
         _scatter(lower, rows, [row.peak_force_N for row in rows])
         if rows:
-            upper.legend(loc="upper right")
+            _legend(upper)
         upper.set(ylabel="exploration time [s]", title=title)
         lower.set(xlabel="trial", ylabel="peak force [N]")
     return canvas.content
+
+
+def _legend(axes: Any) -> None:
+    """Below the picture: in it, it would hide trials."""
+    axes.figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=3)
 
 
 def _scatter(axes: Any, rows: Sequence[TrialRow], values: Sequence[float]) -> None:

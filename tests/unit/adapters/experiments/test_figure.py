@@ -37,6 +37,19 @@ def test_both_kinds_of_trials_are_seen() -> None:
     assert min(bluish_and_reddish(picture)) > 100
 
 
+def test_the_last_and_slowest_trial_is_not_behind_the_legend() -> None:
+    rows = trial_rows(*[3.0] * 29, 10.0)
+    hidden = [*rows[:29], replace(rows[29], success=False)]
+    seen = [
+        replace(rows[0], success=False, exploration_time_s=10.0),
+        *rows[1:29],
+        replace(rows[29], exploration_time_s=3.0),
+    ]
+    assert bluish_and_reddish(pixels(learning_curve(hidden, "")))[1] == pytest.approx(
+        bluish_and_reddish(pixels(learning_curve(seen, "")))[1], rel=0.2
+    )
+
+
 @pytest.mark.parametrize("success", [True, False])
 def test_one_kind_alone_is_seen_alone(success: bool) -> None:
     rows = trial_rows(*np.linspace(8.0, 2.0, 30), success=success)

@@ -21,6 +21,9 @@ SERIES: Final[dict[str, tuple[str, ...]]] = {
 """Numbers over time, and what each is: the wrench less its zero, in the sensor's frame; the tip in the task frame; how
 late a tick began and how old its wrench was; and by how much the arm's answer differs from what it was told."""
 
+MOST_TRIALS: Final = 1000
+"""Trials of a learning curve that are shown: the newest."""
+
 BASE: Final = "base"
 """Name of the frame that the others are given in."""
 

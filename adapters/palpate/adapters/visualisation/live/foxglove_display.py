@@ -13,11 +13,18 @@ from foxglove import channels, messages
 from typing_extensions import override
 
 from palpate.adapters.log import DecisionEntry
-from palpate.adapters.visualisation.live.display import BASE, SERIES, Display, LearningCurve, Pose, Row, Shape
+from palpate.adapters.visualisation.live.display import (
+    BASE,
+    MOST_TRIALS,
+    SERIES,
+    Display,
+    LearningCurve,
+    Pose,
+    Row,
+    Shape,
+)
 from palpate.adapters.visualisation.live.ports import require_free_port
 
-_MOST_TRIALS: Final = 1000
-"""Trials of a learning curve that are shown: the newest."""
 _ARROW_COLOUR: Final = messages.Color(r=0.85, g=0.1, b=0.1, a=1.0)
 
 
@@ -58,6 +65,8 @@ class FoxgloveDisplay(Display):
             OSError: The port is taken.
         """
         require_free_port(port)
+        # What it has to say of clients that come and go would stand between the run's own lines.
+        foxglove.set_log_level("CRITICAL")
         context = foxglove.Context()
         made: list[FoxgloveDisplay] = []
 
@@ -136,7 +145,7 @@ class FoxgloveDisplay(Display):
     @override
     def learned(self, time_ns: int, curve: LearningCurve) -> None:
         columns = (curve.trials, curve.times_s, curve.averages_s, curve.successes, curve.peaks_N)
-        self._tell("learning_curve", time_ns, (curve.label, *(column[-_MOST_TRIALS:] for column in columns)))
+        self._tell("learning_curve", time_ns, (curve.label, *(column[-MOST_TRIALS:] for column in columns)))
 
     @override
     def renew(self) -> None:

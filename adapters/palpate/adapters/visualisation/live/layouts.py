@@ -38,7 +38,8 @@ def foxglove_layout() -> dict[str, Any]:
             "far": 100, "target": [0, 0, 0], "targetOrientation": [0, 0, 0, 1],
             "targetOffset": [goal.x_mm * 1e-3, goal.y_mm * 1e-3, goal.z_mm * 1e-3 + 0.1],
         },
-        "scene": {"transforms": {"showLabel": False, "axisScale": 0.25}},
+        # Neither axes nor lines to the base: the bodies themselves are to be seen.
+        "scene": {"transforms": {"showLabel": False, "axisScale": 0, "lineWidth": 0}},
         "topics": {"/scene": {"visible": True}, "/force": {"visible": True}},
         "layers": {"grid": {"layerId": "foxglove.Grid", "visible": True, "frameId": BASE, "size": 2, "divisions": 20}},
     }  # fmt: skip
@@ -53,7 +54,7 @@ def foxglove_layout() -> dict[str, Any]:
         "StateTransitions!decision": {
             "paths": [
                 _path("/decision", "symbol"), _path("/decision", "state"), _path("/decision", "action"),
-                _path("/supervisor", "state"),
+                _path("/supervisor", "state") | {"label": "supervisor"},
             ],
             "isSynced": True,
         },

@@ -11,20 +11,32 @@ import rerun as rr
 from rerun import blueprint
 from typing_extensions import override
 
+from palpate.adapters.config import RunConfig
 from palpate.adapters.log import DecisionEntry
-from palpate.adapters.visualisation.live.display import BASE, SERIES, Display, LearningCurve, Pose, Row, Shape
+from palpate.adapters.visualisation.live.display import (
+    BASE,
+    MOST_TRIALS,
+    SERIES,
+    Display,
+    LearningCurve,
+    Pose,
+    Row,
+    Shape,
+)
 from palpate.adapters.visualisation.live.ports import require_free_port
 
-_CLOCK, _TRIAL = "run clock", "trial"
-"""Timelines: seconds of the run's clock, and numbers of trials."""
+_CLOCK: Final = "run clock"
+"""The timeline: seconds of the run's clock."""
 _MEMORY: Final = "512MB"
 """What the server keeps for those who come late; then the oldest goes."""
 _ARROW_COLOUR: Final = (217, 26, 26)
-_CURVE: Final = ("exploration time (s)", "moving average (s)")
 
 
 def layout() -> blueprint.Blueprint:
     """What stands where in the viewer."""
+    goal = RunConfig().task.goal
+    x_m, y_m, z_m = goal.x_mm * 1e-3, goal.y_mm * 1e-3, goal.z_mm * 1e-3 + 0.1
+    eye = blueprint.EyeControls3D(position=(x_m + 0.5, y_m + 0.7, z_m + 0.25), look_target=(x_m - 0.1, y_m, z_m))
     plots = [
         blueprint.TimeSeriesView(name="Force (N), torque (N m)", origin="/wrench"),
         blueprint.TimeSeriesView(name="Tip (mm)", origin="/tip"),
@@ -33,7 +45,7 @@ def layout() -> blueprint.Blueprint:
     return blueprint.Blueprint(
         blueprint.Horizontal(
             blueprint.Vertical(
-                blueprint.Spatial3DView(name="Cell", origin="/cell"),
+                blueprint.Spatial3DView(name="Cell", origin="/cell", eye_controls=eye),
                 blueprint.TextLogView(name="Events", origin="/log"),
                 row_shares=[3, 1],
             ),
@@ -42,7 +54,7 @@ def layout() -> blueprint.Blueprint:
                 blueprint.BarChartView(name="Action values of the state", origin="/action_values"),
                 blueprint.TextDocumentView(name="Decision", origin="/decision"),
                 blueprint.TextDocumentView(name="Supervisor", origin="/supervisor"),
-                blueprint.TimeSeriesView(name="Learning curve", origin="/learning_curve"),
+                blueprint.BarChartView(name="Exploration time of each trial (s)", origin="/learning_curve"),
             ),
             column_shares=[2, 2, 1],
         ),
@@ -59,13 +71,12 @@ class RerunDisplay(Display):
     """
 
     def __init__(self, recording: rr.RecordingStream) -> None:
-        self._recording, self._shown = recording, dict[str, int]()
+        self._recording = recording
         # When something was shown says nothing about the run.
         recording.set_log_time_enabled(False)
         recording.set_log_tick_enabled(False)
         for topic, names in SERIES.items():
             recording.log(topic, rr.SeriesLines(names=list(names)), static=True)
-        recording.log("learning_curve", rr.SeriesLines(names=list(_CURVE)), static=True)
         recording.log("cell", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
 
     @classmethod
@@ -135,13 +146,10 @@ class RerunDisplay(Display):
 
     @override
     def learned(self, time_ns: int, curve: LearningCurve) -> None:
-        at = f"learning_curve/{curve.label}" if curve.label else "learning_curve"
-        # All of a run that others have made, at once.
-        first = 0 if self._shown.get(at, 0) != len(curve.trials) - 1 else len(curve.trials) - 1
-        self._shown[at] = len(curve.trials)
-        pairs = np.column_stack((curve.times_s, curve.averages_s))[first:]
-        columns = rr.Scalars.columns(scalars=pairs.ravel()).partition([2] * len(pairs))
-        self._recording.send_columns(at, [rr.TimeColumn(_TRIAL, sequence=curve.trials[first:])], columns)
+        self._at(time_ns)
+        at = ["learning_curve", *([curve.label] if curve.label else [])]
+        # Bars from the first trial that is shown on; Rerun draws no line over anything but time.
+        self._recording.log(at, rr.BarChart(curve.times_s[-MOST_TRIALS:]))
 
     @override
     def renew(self) -> None:
