@@ -18,7 +18,7 @@ _KINDS: Final = {
 }
 _FEELERS: Final = 3
 """Group of the spheres by which the peg touches: too small to be seen."""
-_M_PER_N: Final = 0.004
+_M_PER_N: Final = 0.015
 """Length of the arrow that is drawn for a force."""
 
 
@@ -63,5 +63,9 @@ class CellFrames:
             name: Pose(tuple(positions[body]), tuple(turns[body])) for body, name in enumerate(self._names) if body
         }
         tip, force = cell.tip_m, cell.force_in_base(moment)
-        arrow = None if force is None else (tuple(tip.tolist()), tuple((force * _M_PER_N).tolist()))
+        arrow = None
+        if force is not None:
+            # It ends where it acts: from there on it would run within the peg.
+            vector = force * _M_PER_N
+            arrow = tuple((tip - vector).tolist()), tuple(vector.tolist())
         return frames, arrow, tuple((self._task_in_base.act(tip) * 1e3).tolist())
