@@ -79,6 +79,8 @@ class Cell:
 def drive(env: Any, model: DQN, trials: int, asleep_s: float, cell: Cell, name: str) -> None:
     """Trials to their end."""
     before, core, late, times, decisions = cell.inserted, 0, 0, [], 0
+    # A network's first answer takes longest.
+    model.predict(env.observation_space.sample())
     for trial in range(trials):
         seen, info = env.reset(seed=500 if trial == 0 else None)
         over = False

@@ -7,12 +7,14 @@ shows it; the loop hardly waits for the agent (:mod:`~palpate.adapters.gymnasium
 from __future__ import annotations
 
 import queue
+import signal
 import sys
 import threading
 from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
+from types import FrameType
 from typing import Any, Final
 
 from typing_extensions import override
@@ -116,6 +118,9 @@ class RigEpisodes(Episodes):
             self._loop = threading.Thread(target=self._serve, name="control loop", daemon=True)
             self._loop.start()
             opened.callback(self._end_loop)
+            if signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:
+                # By default the process would be gone at once, and the arm left at its last set-point.
+                opened.callback(signal.signal, signal.SIGTERM, signal.signal(signal.SIGTERM, _terminate))
             self._kept, self._opened = kept.pop_all(), opened.pop_all()
 
     # The agent's side.
@@ -231,6 +236,11 @@ def _perception(config: RunConfig, ready: ReadyPose) -> Perception:
         return found
     with SimulatedRig(config, ready) as simulated:
         return fitted_perception(config, ready, simulated)
+
+
+def _terminate(number: int, frame: FrameType | None) -> None:
+    """The program ends, but in order."""
+    sys.exit(128 + number)
 
 
 def _tell(text: str) -> None:

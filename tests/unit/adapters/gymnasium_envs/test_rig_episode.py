@@ -32,6 +32,8 @@ EAST = Decision(task_actions(RunConfig())[0], 0, "environment")
 @pytest.fixture
 def episodes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[RigEpisodes]:
     monkeypatch.setattr("palpate.adapters.gymnasium_envs.rig_episode.warm_up", lambda config, ready: None)
+    # Drawing takes longer than all the rest; the tests of real wires do it.
+    monkeypatch.setattr("palpate.adapters.gymnasium_envs.rig_episode.write_evaluation", lambda *words: None)
     config = RunConfig(task=TaskConfig(time_limit_s=2.0))
     made = RigEpisodes(config, "rig.toml", str(tmp_path / "run"), 60.0, lambda c, ready, file: SimulatedRig(c, ready))
     made.observe = lambda task: task.tip_m
@@ -57,7 +59,7 @@ def test_trials_are_recorded_as_a_run_leaves_them_and_replay_equal(episodes: Rig
     with pytest.raises(NotRunningError):
         episodes.decide(EAST)
     episodes.close()
-    assert {path.name for path in folder.iterdir()} >= {"run.toml", "trials.csv", "manifest.json", "trials.png"}
+    assert {path.name for path in folder.iterdir()} >= {"run.toml", "trials.csv", "manifest.json"}
     with (folder / "trials.csv").open(encoding="utf-8", newline="") as stream:
         assert [row["trial"] for row in csv.DictReader(stream)] == ["0"]
     for path in sorted((folder / "logs").iterdir()):
@@ -86,8 +88,9 @@ def test_a_fault_is_a_typed_error_and_latches(episodes: RigEpisodes, monkeypatch
     assert episodes.running
 
 
-def test_ctrl_c_while_a_step_is_waited_for_leaves_the_arm_stopped(
-    episodes: RigEpisodes, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(("number", "error"), [(signal.SIGINT, KeyboardInterrupt), (signal.SIGTERM, SystemExit)])
+def test_a_signal_while_a_step_is_waited_for_leaves_the_arm_stopped(
+    episodes: RigEpisodes, monkeypatch: pytest.MonkeyPatch, number: signal.Signals, error: type[BaseException]
 ) -> None:
     episodes.begin(5, 0)
     measure, came = episodes.rig.cell.measure_joints, threading.Event()
@@ -95,11 +98,11 @@ def test_ctrl_c_while_a_step_is_waited_for_leaves_the_arm_stopped(
     def press() -> object:
         if not came.is_set():
             came.set()
-            os.kill(os.getpid(), signal.SIGINT)
+            os.kill(os.getpid(), number)
         return measure()
 
     monkeypatch.setattr(episodes.rig.cell, "measure_joints", press)
-    with pytest.raises(KeyboardInterrupt):
+    with pytest.raises(error):
         all(episodes.decide(EAST) for _ in range(100))
     assert not episodes.running
     assert episodes.outcome is Outcome.STOPPED
@@ -110,6 +113,7 @@ def test_ctrl_c_while_a_step_is_waited_for_leaves_the_arm_stopped(
     assert episodes.running
     episodes.close()
     episodes.close()
+    assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
     assert not threading.main_thread().daemon
     assert stopped(episodes)
 
@@ -117,6 +121,7 @@ def test_ctrl_c_while_a_step_is_waited_for_leaves_the_arm_stopped(
 def test_an_environment_that_is_let_go_stops_the_arm_and_can_be_neither_copied_nor_drawn(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr("palpate.adapters.gymnasium_envs.rig_episode.write_evaluation", lambda *words: None)
     made = partial(RigEpisodes, made=lambda config, ready, file: SimulatedRig(config, ready))
     monkeypatch.setattr("palpate.adapters.gymnasium_envs.rig_episode.RigEpisodes", made)
     monkeypatch.setattr("palpate.adapters.gymnasium_envs.rig_episode.warm_up", lambda config, ready: None)
