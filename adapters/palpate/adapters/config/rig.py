@@ -7,6 +7,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Final, TypeAlias
 
+from typing_extensions import override
+
 from palpate.adapters.config.calibration import CalibrationTable
 from palpate.adapters.config.toml import overlay, read_toml
 from palpate.core.errors import ConfigurationError
@@ -66,12 +68,18 @@ class OperatorTable(Settings):
     """A connection to a Unix socket at this path; empty for none."""
 
 
+_SHORTEST_MS: Final = 20.0
+
+
 @dataclass(frozen=True)
 class WatchdogTable(Settings):
     """What stops the arm when something has gone quiet, in whatever the program is busy with."""
 
     TABLE: ClassVar[str] = "watchdog"
 
+    deadman_ms: Annotated[float, Range(0.0, 60_000.0)] = 0.0
+    """Time without a set-point after which the arm is brought to rest by a process of its own, which owns its bus; 0
+    has the arm moved by the loop's process, and whatever ends or stops that leaves the arm where its drives hold it."""
     command_ms: Annotated[float, Range(20.0, 60_000.0)] = 200.0
     """Age of the newest command at which another thread stops the arm."""
     sensor_ms: Annotated[float, Range(20.0, 60_000.0)] = 500.0
@@ -82,6 +90,12 @@ class WatchdogTable(Settings):
     stop_function: str = ""
     """``package.module:function`` that brings the arm to rest on a way of its own, whatever has become of this program;
     empty for none, and then there is no such process."""
+
+    @override
+    def check(self) -> None:
+        if 0.0 < self.deadman_ms < _SHORTEST_MS:
+            accepted = f"0 for none, or at least {_SHORTEST_MS:g}"
+            raise ConfigurationError(self.dotted("deadman_ms"), self.deadman_ms, accepted)
 
 
 @dataclass(frozen=True)

@@ -36,6 +36,8 @@ _STOP_NS: Final = 3 * _NS // 2
 """Longest wait for whoever tells the driver to stop. A cycle takes milliseconds, a stop that is watched 1 s at most."""
 _POLL_NS: Final = 1_000_000
 """How often such a wait looks up."""
+_DOZE_NS: Final = 2_500_000
+"""How often the thread looks between two cycles whether the arm is to be stopped."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -173,7 +175,7 @@ class BusArm(ManagedDevice, JointEncoder, ArmCommand):
         driver = self._driver
         try:
             while not self._end:
-                self._clock.sleep_until(start_ns + slot * _NS * self._divider // CONTROL_RATE_HZ)
+                self._sleep_until(start_ns + slot * _NS * self._divider // CONTROL_RATE_HZ)
                 now_ns = self._clock.now_ns()
                 if self._stop_wanted:
                     self._stop_driver()
@@ -190,6 +192,13 @@ class BusArm(ManagedDevice, JointEncoder, ArmCommand):
             # Whatever it was: without its cycles the arm must not go on.
             self._latch(f"the bus thread failed: {error!r}")
             self._stop_driver()
+
+    def _sleep_until(self, deadline_ns: int) -> None:
+        """Sleep to the next cycle; a stop is not kept waiting for it."""
+        while (now_ns := self._clock.now_ns()) < deadline_ns and not self._end:
+            if self._stop_wanted and not self._stopped:
+                self._stop_driver()
+            self._clock.sleep_until(min(deadline_ns, now_ns + _DOZE_NS))
 
     def _end_thread(self) -> bool:
         """End the thread; False where it does not end, so that the driver is still its."""

@@ -13,12 +13,15 @@ from palpate.core.ports import Clock
 class MonotonicClock(Clock):
     """Real time. Sleeps to absolute deadlines, so that lateness never adds up.
 
+    Args:
+        origin_ns: The time 0 of another process's clock that this one is to go with; None begins now.
+
     Attributes:
         origin_ns: The system's monotonic clock at the time 0 of this one.
     """
 
-    def __init__(self) -> None:
-        self.origin_ns = time.monotonic_ns()
+    def __init__(self, origin_ns: int | None = None) -> None:
+        self.origin_ns = time.monotonic_ns() if origin_ns is None else origin_ns
 
     @override
     def now_ns(self) -> int:

@@ -173,6 +173,11 @@ class EmulatedCell:
             lines += [f"{name} = {literal(value)}\n" for name, value in entries.items() if value != {}]
         return "".join(lines)
 
+    def targets_rad(self) -> JointVector:
+        """Joint set-points that the motors hold now, whatever the bus has told them: where they stand still, all do."""
+        with self._hold():
+            return self._motors.targets_rad()
+
     def run(
         self,
         ended: Callable[[], bool],
@@ -191,8 +196,7 @@ class EmulatedCell:
         tick = 0
         while not ended():
             time_ns = clock.now_ns()
-            with self._hold():
-                targets = self._motors.targets_rad()
+            targets = self.targets_rad()
             self.cell.command(targets)
             self.cell.advance()
             self._wrench = tuple(self.cell.measure_wrench())

@@ -13,9 +13,10 @@ from typing_extensions import override
 
 from palpate.adapters.config import RealTimeConfig, RigFile, RunConfig
 from palpate.adapters.hardware.approach import WayToReadyPose, walk
+from palpate.adapters.hardware.bus_process import OperatorsHand, host_arm
 from palpate.adapters.hardware.clock import MonotonicClock
 from palpate.adapters.hardware.mounting import TurnedForceSensor
-from palpate.adapters.hardware.plugins import RigContext, arm_maker, force_sensor_maker
+from palpate.adapters.hardware.plugins import ArmAdapter, RigContext, arm_maker, force_sensor_maker
 from palpate.adapters.hardware.real_time import RealTime, join_loop
 from palpate.adapters.hardware.sensor_facts import gathered, reported_by
 from palpate.adapters.hardware.watchdogs import (
@@ -30,7 +31,7 @@ from palpate.adapters.hardware.watchdogs import (
     WatchedJointEncoder,
 )
 from palpate.core.errors import DeviceError, LifecycleError
-from palpate.core.ports import FaultLatch, ForceSensor, Life, Ports, Rig, SensorFacts, World
+from palpate.core.ports import ArmCommand, FaultLatch, ForceSensor, Life, Ports, Rig, SensorFacts, World
 
 
 class HardwareRig(Rig):
@@ -51,14 +52,14 @@ class HardwareRig(Rig):
         clock, real_time = MonotonicClock(), config.real_time
         context = replace(RigContext.of(config.arm, clock), hurry=lambda: join_loop(real_time))
         sensor = force_sensor_maker(file.force_sensor.adapter)(file.force_sensor.settings, context)
-        adapter = arm_maker(file.arm.adapter)(file.arm.settings, context)
         table, watchdog = file.operator, file.watchdog
+        adapter, hand = _arm(file, context, clock, real_time)
         sources = OperatorSources(
             keys=table.keys,
             file=Path(table.file) if table.file else None,
             socket=Path(table.socket) if table.socket else None,
         )
-        self.operator = OperatorStop(adapter.arm, clock, sources, tell=_tell)
+        self.operator = OperatorStop(hand, clock, sources, tell=_tell)
         watched = WatchedArm(adapter.arm, clock, round(watchdog.command_ms * 1e6), tell=_tell)
         self._process: ProcessWatchdog | None = None
         if watchdog.stop_function:
@@ -191,6 +192,18 @@ def _mounted(sensor: ForceSensor, file: RigFile) -> ForceSensor:
     """The sensor in the frame of the tool."""
     turn_deg = file.calibration.mounting_deg
     return TurnedForceSensor(sensor, turn_deg) if turn_deg else sensor
+
+
+def _arm(
+    file: RigFile, context: RigContext, clock: MonotonicClock, real_time: RealTimeConfig
+) -> tuple[ArmAdapter, ArmCommand]:
+    """The arm, and the arm as the operator's stop has it."""
+    if not file.watchdog.deadman_ms:
+        adapter = arm_maker(file.arm.adapter)(file.arm.settings, context)
+        return adapter, adapter.arm
+    deadman_ns = round(file.watchdog.deadman_ms * 1e6)
+    hosted = host_arm(file.arm.adapter, file.arm.settings, context, clock, real_time=real_time, deadman_ns=deadman_ns)
+    return ArmAdapter(hosted, hosted), OperatorsHand(hosted)
 
 
 def _tell_of_sensor(trip: WatchdogTrip) -> None:

@@ -152,8 +152,9 @@ class ManagedDevice(ActiveInside):
     def _latch(self, cause: str) -> None:
         """Enter the faulted state; the first cause is kept. A device that is not open has nothing to fail."""
         if self._life not in (Life.CONSTRUCTED, Life.CLOSED):
-            self._life, self._faulted_meanwhile = Life.FAULTED, True
+            # The cause first: another thread that finds the fault finds its cause.
             self._fault = self._fault or cause
+            self._life, self._faulted_meanwhile = Life.FAULTED, True
 
     def _require_active(self, request: str) -> None:
         if self._life is not Life.ACTIVE:

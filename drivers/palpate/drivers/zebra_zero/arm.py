@@ -323,7 +323,8 @@ class ZebraZero(ArmDriver):
 
     def close(self) -> None:
         """Stops and forgets the arm; its servos go on holding it. Any time, twice too; never raises."""
-        self.smooth_stop()
+        # Once more: what was kept as the motors stopped was read while the arm still swung.
+        self.stop()
         self._servos.on.clear()
         self._stopped = None
         self._state, self._fault = after(self._state, ZebraEvent.CLOSE), None

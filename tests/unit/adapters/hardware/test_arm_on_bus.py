@@ -1,7 +1,9 @@
 """An arm on a bus that dies: told to stop by one thread, once, and soon over. Virtual time."""
 
+import json
 import threading
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 
 import pytest
 
@@ -132,6 +134,33 @@ def test_after_a_stop_the_arm_can_be_activated_and_stopped_again(desk: Desk) -> 
         desk.arm.activate()
         desk.arm.send(JointCommand((0.1,)))
     assert len(desk.driver.stops) == 2
+
+
+def test_what_is_kept_of_an_arm_is_where_it_came_to_rest_and_not_where_it_swung(tmp_path: Path) -> None:
+    counts = tmp_path / "counts.json"
+    bench = test_zebra.Bench(counts_file=str(counts))
+    with bench.desk:
+        bench.arm.configure()
+        bench.arm.activate()
+        bench.arm.stop()
+        swinging = json.loads(counts.read_text())
+        bench.plant.jam(0)
+        bench.plant.push(0, 50.0)
+        bench.advance(5)
+        bench.arm.close()
+    assert json.loads(counts.read_text()) == [swinging[0] + 50, *swinging[1:]]
+
+
+def test_a_stop_does_not_wait_for_the_next_cycle(desk: Desk) -> None:
+    desk.arm.deactivate()
+    desk.arm._divider = 14
+    desk.arm.activate()
+    desk.clock.sleep(0.01)
+    begin_ns = desk.clock.now_ns()
+    desk.driver.stops.clear()
+    desk.arm.stop()
+    # The driver's own half second, and no tenth of one before it.
+    assert (len(desk.driver.stops), seconds_since(desk.clock, begin_ns) < 0.51) == (1, True)
 
 
 @pytest.mark.parametrize("arm", ["zebra", "cia402"])

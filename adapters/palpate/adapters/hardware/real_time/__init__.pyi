@@ -8,6 +8,7 @@ from .lateness import LatenessSpread as LatenessSpread
 from .lateness import LateTick as LateTick
 from .lateness import Limits as Limits
 from .lateness import SlowCore as SlowCore
+from .loop_account import LoopAccount as LoopAccount
 from .real_time import Grant as Grant
 from .real_time import RealTime as RealTime
 from .real_time import join_loop as join_loop

@@ -1,0 +1,73 @@
+"""What the system did to a thread that did not do its work in time, seen from another thread or process."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import Final, NamedTuple
+
+_NOT_KNOWN: Final = "why is not known: the system keeps no account of the loop"
+
+
+class _Look(NamedTuple):
+    """How things stood with a thread at some time.
+
+    Attributes:
+        state: As of ``/proc/PID/stat``: R running or ready, S and D waiting, T stopped.
+    """
+
+    thread: int
+    time_ns: int
+    state: str
+    run_ns: int
+    delay_ns: int
+
+
+class LoopAccount:
+    """Says whose fault the silence of a loop is.
+
+    Args:
+        process: Number of the loop's process.
+        proc: Where the system keeps its accounts.
+    """
+
+    def __init__(self, process: int, proc: Path = Path("/proc")) -> None:
+        self._tasks = proc / str(process) / "task"
+        self._before: _Look | None = None
+
+    def look(self, thread: int) -> None:
+        """The time in question begins.
+
+        Args:
+            thread: The system's number of the loop's thread.
+        """
+        self._before = self._look(thread)
+
+    def explanation(self, thread: int) -> str:
+        """What became of the thread since the last look, and whose fault that is."""
+        before, now = self._before, self._look(thread)
+        if now is None:
+            return _NOT_KNOWN
+        if now.state in "tT":
+            return "the loop's process is stopped, by SIGSTOP or Ctrl-Z (the operator's fault)"
+        if before is None or before.thread != thread:
+            return _NOT_KNOWN
+        passed, run = now.time_ns - before.time_ns, now.run_ns - before.run_ns
+        # One that still waits for a processor has not been charged for it yet.
+        waited = passed - run if now.state == "R" else now.delay_ns - before.delay_ns
+        if 2 * waited >= passed:
+            late = f"{waited * 1e-6:.0f} of the last {passed * 1e-6:.0f} ms"
+            return f"this computer was late: it gave the loop no processor for {late} (this computer's fault)"
+        if 2 * run >= passed:
+            return "the loop was busy with something else (our software's fault, or that of a package it uses)"
+        return "the loop waited for something, a disk, a device or another thread (the fault of whoever it called)"
+
+    def _look(self, thread: int) -> _Look | None:
+        task = self._tasks / str(thread)
+        try:
+            run, delay, _ = (task / "schedstat").read_text().split()
+            # The name, in parentheses, may have blanks in it.
+            state = (task / "stat").read_text().rpartition(")")[2].split()[0]
+        except (OSError, ValueError, IndexError):
+            return None
+        return _Look(thread, time.monotonic_ns(), state, int(run), int(delay))

@@ -1,0 +1,68 @@
+"""An arm in a process of its own keeps the contracts that it keeps in the loop's process."""
+
+from typing import Any
+
+from palpate.adapters.hardware.plugins import ArmAdapter
+from palpate.core.ports.contracts import ArmCommandContract, ArmCommandRig, JointEncoderContract, JointEncoderRig
+from palpate.core.ports.contracts.fakes import MAX_AGE_NS, TICK_NS, FakeArm, FakeJointEncoder
+from tests.hosted import PACE_NS, Hosted
+from tests.virtual_time import VirtualTime
+
+HOME, LOWER, UPPER = (0.1, -0.2, 0.3), (0.05, -0.25, 0.25), (0.25, -0.15, 0.35)
+
+
+class Bench:
+    """Encoders and servos, two objects, behind one line."""
+
+    def __init__(self) -> None:
+        self.clock = VirtualTime()
+        self.servos = FakeArm(self.clock, HOME, lower_rad=LOWER, upper_rad=UPPER, max_step_rad=0.02)
+        self.encoder = FakeJointEncoder(self.clock, self.servos.position_rad, max_age_ns=MAX_AGE_NS)
+        self.arm = Hosted(ArmAdapter(self.encoder, self.servos), self.clock).arm
+
+    def advance(self, ticks: int) -> None:
+        # And for what there is to be noted.
+        self.clock.sleep_until(self.clock.now_ns() + ticks * TICK_NS + PACE_NS)
+
+    def knobs(self) -> dict[str, Any]:
+        def fail() -> None:
+            self.servos.fail()
+            self.advance(1)
+
+        def cut() -> None:
+            self.servos.disconnected = self.encoder.disconnected = True
+            self.advance(1)
+
+        return {
+            "device": self.arm,
+            "clock": self.clock,
+            "advance": self.advance,
+            "provoke_fault": fail,
+            "disconnect": cut,
+            "is_open": lambda: self.servos.is_open and self.encoder.is_open,
+            "runs_by_itself": True,
+        }
+
+
+class TestHostedArm(ArmCommandContract):
+    def make(self) -> ArmCommandRig:
+        bench = Bench()
+        return ArmCommandRig(
+            home_rad=HOME,
+            lower_rad=LOWER,
+            upper_rad=UPPER,
+            fast_step_rad=0.1,
+            position_rad=bench.servos.position_rad,
+            **bench.knobs(),
+        )
+
+
+class TestHostedEncoder(JointEncoderContract):
+    def make(self) -> JointEncoderRig:
+        bench = Bench()
+
+        def go_silent() -> None:
+            bench.encoder.silent = True
+
+        knobs = bench.knobs() | {"provoke_fault": None, "go_silent": go_silent}
+        return JointEncoderRig(joints=3, expected_rad=HOME, max_age_ns=MAX_AGE_NS + PACE_NS, arm=bench.arm, **knobs)

@@ -1,0 +1,54 @@
+"""Whose fault the silence of a loop is, by the system's accounts."""
+
+import os
+import threading
+import time
+from pathlib import Path
+
+import pytest
+
+from palpate.adapters.hardware.real_time import LoopAccount
+
+
+def note(folder: Path, state: str, run_s: float, delay_s: float) -> None:
+    task = folder / "7" / "task" / "9"
+    task.mkdir(parents=True, exist_ok=True)
+    (task / "stat").write_text(f"9 (a) loop) {state} 1 1\n")
+    (task / "schedstat").write_text(f"{run_s * 1e9:.0f} {delay_s * 1e9:.0f} 3\n")
+
+
+@pytest.mark.parametrize(
+    ("state", "run_s", "delay_s", "whose"),
+    [
+        ("T", 0.0, 0.0, "is stopped, by SIGSTOP or Ctrl-Z (the operator's fault)"),
+        ("S", 0.0, 9.0, "this computer was late: it gave the loop no processor for 9000 of the last"),
+        ("R", 0.0, 0.0, "(this computer's fault)"),
+        ("R", 9.0, 0.0, "busy with something else (our software's fault"),
+        ("S", 0.0, 0.0, "waited for something"),
+    ],
+)
+def test_the_system_s_account_says_whose_fault_it_is(
+    state: str, run_s: float, delay_s: float, whose: str, tmp_path: Path
+) -> None:
+    account = LoopAccount(7, tmp_path)
+    note(tmp_path, "S", 100.0, 50.0)
+    account.look(9)
+    note(tmp_path, state, 100.0 + run_s, 50.0 + delay_s)
+    assert whose in account.explanation(9)
+
+
+def test_without_an_account_nobody_is_blamed(tmp_path: Path) -> None:
+    account = LoopAccount(7, tmp_path)
+    account.look(9)
+    assert "not known" in account.explanation(9)
+    note(tmp_path, "S", 1.0, 1.0)
+    assert "not known" in account.explanation(9)
+
+
+def test_the_system_keeps_such_an_account_of_a_thread_that_waits() -> None:
+    account, thread = LoopAccount(os.getpid()), threading.Thread(target=time.sleep, args=(0.2,))
+    thread.start()
+    account.look(thread.native_id or 0)
+    time.sleep(0.05)
+    assert "waited for something" in account.explanation(thread.native_id or 0)
+    thread.join()
