@@ -22,6 +22,7 @@ from tyro.constructors import ConstructorRegistry, PrimitiveConstructorSpec, Pri
 
 from palpate.adapters.cli.commands import COMMANDS, options_of
 from palpate.adapters.config import (
+    INSERTION,
     LEARNERS,
     OF_SOME,
     RENAMED,
@@ -33,6 +34,7 @@ from palpate.adapters.config import (
     read_toml,
     recorded,
     scenario,
+    task_kind,
 )
 from palpate.core.errors import ConfigurationError, UsageError
 from palpate.core.ports import kinds_of, table_beside
@@ -43,6 +45,8 @@ T = TypeVar("T")
 def parse(kind: type[T], command: str, arguments: Sequence[str]) -> T:
     """The options on a command line, over those of ``--config``, over those of the scenario."""
     flags = flags_of(kind)
+    if "--task.name" in flags:
+        arguments = [re.sub(r"^--task(?==|$)", "--task.name", word) for word in arguments]
     _require_once(arguments, flags)
     if command == "run":
         _require_no_learning(arguments)
@@ -74,8 +78,19 @@ def parse(kind: type[T], command: str, arguments: Sequence[str]) -> T:
         raise UsageError(_one_line(output.getvalue())) from None
     if unknown:
         raise UsageError(f"{unknown[0]} is not an option of palpate {command}{_suggestion(flags, unknown[0])}")
-    result: T = parsed
+    result: T = _with_options(parsed)
     return _on_rig(result, arguments, cell_in_file) if getattr(result, "rig", "") and default is not None else result
+
+
+def _with_options(parsed: Any) -> Any:
+    """All options of the task in the settings, so that a record of them does not depend on their defaults."""
+    run = getattr(parsed, "run", None)
+    if run is None or run.task.name == INSERTION:
+        return parsed
+    from palpate.core.trial import options_of
+
+    told = vars(options_of(task_kind(run.task.name).options, run.task))
+    return replace(parsed, run=replace(run, task=replace(run.task, options=dict(told))))
 
 
 def _readers(untouched: Sequence[object]) -> ConstructorRegistry:
@@ -163,7 +178,10 @@ def _base(arguments: Sequence[str]) -> tuple[RunConfig, dict[str, Any], bool]:
         "learner": _preset("learner", _learner_of_policies(arguments) or "q-learning", arguments, table, path),
     }
     _require_of_learner(presets["learner"], arguments, {} if facts else table.get("learning", {}))
-    config = overlay(scenario(*presets.values()), {**table, **presets})
+    config = scenario(*presets.values())
+    if (task := _task(arguments, table, path)) != INSERTION:
+        config = overlay(overlay(config, task_kind(task).preset), {"task": {"name": task}})
+    config = overlay(config, {**table, **presets})
     return config, facts if isinstance(facts, dict) else {}, "cell" in table
 
 
@@ -177,6 +195,14 @@ def _preset(kind: str, usual: str, arguments: Sequence[str], table: Mapping[str,
     if not isinstance(name, str):
         raise ConfigurationError(kind, name, "a name")
     return name
+
+
+def _task(arguments: Sequence[str], table: Mapping[str, Any], path: str) -> str:
+    """Name of the task: its own preset stands below the file and the flags, as the scenario's does."""
+    inner = table.get("task")
+    return _preset(
+        "task.name", INSERTION, arguments, {"task.name": inner.get("name")} if isinstance(inner, dict) else {}, path
+    )
 
 
 def _learner_of_policies(arguments: Sequence[str]) -> str:

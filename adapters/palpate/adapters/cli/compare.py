@@ -19,12 +19,12 @@ from palpate.adapters.experiments import (
     capture_half_width_m,
     csv_text,
     open_rig,
+    ready_pose,
     require_usable,
     run_toml,
     shown_interval,
     summary_of,
 )
-from palpate.core.trial import find_ready_pose
 
 
 def compare(options: CompareOptions) -> int:
@@ -39,7 +39,7 @@ def _compare(options: CompareOptions, kept: ExitStack) -> int:
     folder = RunFolder(Path(options.out or f"runs/{config.scenario}-compare"))
     folder.require_free()
     chosen = [ChosenPolicy(name, config) for name in (*options.policy, *COMPARATORS)]
-    ready = find_ready_pose(config.arm, config.task)
+    ready = ready_pose(config)
     require_usable(config, ready)
     print_weakened(config)
     kept.enter_context(folder.writing())

@@ -11,11 +11,10 @@ from threading import Event
 from palpate.adapters.cli.notices import say, watched
 from palpate.adapters.cli.options import EmulateOptions
 from palpate.adapters.config import scenario
-from palpate.adapters.experiments import interrupting
+from palpate.adapters.experiments import interrupting, ready_pose
 from palpate.adapters.hardware import EmulatedCell, EmulationConfig
 from palpate.adapters.hardware.real_time import take_real_time
 from palpate.core.ports import Truth, new_file, require_no_file
-from palpate.core.trial import find_ready_pose
 
 
 def emulate(options: EmulateOptions) -> int:
@@ -40,7 +39,7 @@ def emulate(options: EmulateOptions) -> int:
         # Before any thread is started: all that serve inherit it.
         sys.stderr.write(f"palpate: {take_real_time(options.priority)}\n")
     counts = str(Path(options.rig_file).resolve().with_suffix(".counts.json")) if options.rig_file else ""
-    ready = find_ready_pose(config.arm, config.task)
+    ready = ready_pose(config)
     with kept, interrupting(ended.set), EmulatedCell(config, ready, emulation, counts) as cell:
         rig = cell.rig_toml()
         if options.rig_file:

@@ -12,7 +12,7 @@ from typing import Any
 from palpate.adapters.cli.notices import print_weakened, say
 from palpate.adapters.cli.study import CellProgress
 from palpate.adapters.cli.study_options import ProveOptions
-from palpate.adapters.experiments import ClaimVerdict, RunFolder, accepted_policies, on_signals
+from palpate.adapters.experiments import ClaimVerdict, RunFolder, on_signals, policy_for
 from palpate.adapters.experiments.study import (
     CellJob,
     Processes,
@@ -26,7 +26,6 @@ from palpate.adapters.experiments.study import (
     trials_of,
     worth_keeping,
 )
-from palpate.core.errors import ConfigurationError
 
 _KEPT = "kept"
 
@@ -34,9 +33,7 @@ _KEPT = "kept"
 def prove(options: ProveOptions) -> int:
     """Make what is missing of the trials, judge them, and keep the worst; returns the exit code."""
     config, claim = options.run, options.claim
-    if not options.policy:
-        raise ConfigurationError("policy", "", accepted_policies())
-    asked = proving_study(config, options.policy, options.trials, claim)
+    asked = proving_study(config, policy_for(config, options.policy), options.trials, claim)
     folder = StudyFolder(Path(options.out or f"runs/{config.scenario}-proof"))
     files = {path: digest_of(path, setting) for path, setting in asked.files().items()}
     require_possible(asked)

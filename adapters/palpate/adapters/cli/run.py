@@ -26,9 +26,10 @@ from palpate.adapters.experiments import (
     RunFolder,
     ScoredTrial,
     TrialRow,
-    accepted_policies,
     next_free_folder,
     open_rig,
+    policy_for,
+    ready_pose,
     require_limits,
     require_usable,
     run_policy,
@@ -40,7 +41,7 @@ from palpate.adapters.hardware.real_time import RealTimeSession
 from palpate.adapters.log import TrialRecorder
 from palpate.core.errors import ConfigurationError
 from palpate.core.ports import Rig
-from palpate.core.trial import ReadyPose, find_ready_pose
+from palpate.core.trial import ReadyPose
 
 
 def run(options: RunOptions) -> int:
@@ -52,14 +53,13 @@ def run(options: RunOptions) -> int:
 def _run(options: RunOptions, kept: ExitStack) -> int:
     """Into a folder that ``kept`` keeps other writers out of."""
     config = options.run
-    if not options.policy:
-        raise ConfigurationError("policy", "", accepted_policies())
+    named = policy_for(config, options.policy)
     folder = RunFolder(Path(options.out)) if options.out else next_free_folder(f"runs/{config.scenario}-run")
     folder.require_free()
     if options.policy == "omniscient" and options.rig:
         raise ConfigurationError("policy", options.policy, NOBODY_KNOWS)
-    chosen = ChosenPolicy(options.policy, config)
-    ready = find_ready_pose(config.arm, config.task)
+    chosen = ChosenPolicy(named, config)
+    ready = ready_pose(config)
     require_usable(config, ready, options.rig)
     print_weakened(config)
     with ExitStack() as opened:
@@ -71,7 +71,7 @@ def _run(options: RunOptions, kept: ExitStack) -> int:
         require_limits(config, ready, rig.sensor_facts)
         # Only now are words, files and devices known to be good: a refused call must not leave a folder in the way.
         kept.enter_context(folder.writing())
-        folder.write("run.toml", run_toml(config, "run", trials=options.trials, policy=options.policy))
+        folder.write("run.toml", run_toml(config, "run", trials=options.trials, policy=named))
         folder.keep_manifest("run")
         recorder = folder.recorder(recording_for(config, options.rig), opened, live)
         # On every way out: what a log has lost is told beside the error that ended the run.
@@ -83,11 +83,11 @@ def _run(options: RunOptions, kept: ExitStack) -> int:
         )
         if session is not None:
             sys.stdout.write(session.report() + "\n")
-    summary = write_evaluation(config, folder, options.policy, chosen.document, rows, options.trials)
+    summary = write_evaluation(config, folder, named, chosen.document, rows, options.trials)
     folder.seal()
     low, high = summary["success_95"]
     sys.stdout.write(
-        f"{options.policy}, {config.arm}, scenario {config.scenario}, seed {config.seed}: {len(rows)} trials\n"
+        f"{named}, {config.arm}, scenario {config.scenario}, seed {config.seed}: {len(rows)} trials\n"
         f"success {summary['success']:.1%} (95 % interval {low:.1%} to {high:.1%})\n"
         f"time median {summary['median_s']:.2f} s, 95th percentile {summary['p95_s']:.2f} s\n"
         f"peak force {summary['peak_force_N']:.1f} N; outcomes {summary['outcomes']}\n"

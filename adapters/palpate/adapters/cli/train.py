@@ -20,7 +20,7 @@ from palpate.adapters.cli.notices import (
 )
 from palpate.adapters.cli.options import TrainOptions
 from palpate.adapters.cli.progress import progress
-from palpate.adapters.config import LEARNERS, RunConfig, read_toml, recorded_config, to_toml
+from palpate.adapters.config import LEARNERS, RunConfig, read_toml, recorded_config, task_kind, to_toml
 from palpate.adapters.experiments import (
     WINDOW,
     Checkpoint,
@@ -39,6 +39,7 @@ from palpate.adapters.experiments import (
     open_rig,
     perception_of,
     read_manifest,
+    ready_pose,
     require_limits,
     require_usable,
     resume_from,
@@ -50,7 +51,7 @@ from palpate.adapters.hardware.real_time import RealTimeSession
 from palpate.adapters.log import LOG_FOLDER, made_with, set_aside
 from palpate.core.errors import ConfigurationError, OutputError
 from palpate.core.policy import PolicyDocument, learner_of
-from palpate.core.trial import find_ready_pose, reachable_share
+from palpate.core.trial import reachable_share
 
 
 def train(options: TrainOptions) -> int:
@@ -76,6 +77,8 @@ def train(options: TrainOptions) -> int:
 def _train(options: TrainOptions, folder: RunFolder, checkpoint: Checkpoint | None, kept: ExitStack) -> int:
     """Train into a folder that ``kept`` keeps other writers out of."""
     config = options.run
+    if not task_kind(config.task.name).asks_policy:
+        raise ConfigurationError("task.name", config.task.name, "a task that lets a policy choose; this one asks none")
     named = _from(options)
     foreign = "" if named == config.learner or os.path.exists(named) else foreign_code(named)
     document = None if foreign or named == config.learner else PolicyDocument.load(Path(named))
@@ -86,7 +89,7 @@ def _train(options: TrainOptions, folder: RunFolder, checkpoint: Checkpoint | No
         )  # fmt: skip
     if foreign:
         foreign_entry(foreign)
-    ready = find_ready_pose(config.arm, config.task)
+    ready = ready_pose(config)
     perception = configured_perception(config)
     if document is not None:
         perception = perception_of(document, config, perception)

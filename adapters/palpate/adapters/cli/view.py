@@ -13,14 +13,13 @@ from palpate.adapters.experiments import (
     FIRST_EVALUATION_TRIAL,
     ChosenPolicy,
     ScoredTrial,
-    accepted_policies,
+    policy_for,
+    ready_pose,
     require_usable,
     run_policy,
 )
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.adapters.visualisation import ShownClock, Viewer, WindowClosedError, open_viewer, require_display
-from palpate.core.errors import ConfigurationError
-from palpate.core.trial import find_ready_pose
 from palpate.simulation.work_cell import WorkCell
 
 
@@ -43,12 +42,10 @@ class _Window(Viewer):
 
 def view(options: ViewOptions) -> int:
     """Run trials in a window; returns the exit code."""
-    if not options.policy:
-        raise ConfigurationError("policy", "", accepted_policies())
     config = options.run
-    chosen = ChosenPolicy(options.policy, config)
+    chosen = ChosenPolicy(policy_for(config, options.policy), config)
     require_display()
-    ready = find_ready_pose(config.arm, config.task)
+    ready = ready_pose(config)
     require_usable(config, ready)
     goal = config.task.goal
     target_m = (goal.x_mm * 1e-3, goal.y_mm * 1e-3, goal.z_mm * 1e-3)

@@ -24,6 +24,8 @@ from .run import RecordingConfig as RecordingConfig
 from .run import RunConfig as RunConfig
 from .run import scenario as scenario
 from .scenarios import LEARNERS as LEARNERS
+from .tasks import INSERTION as INSERTION
+from .tasks import task_kind as task_kind
 from .toml import field_value as field_value
 from .toml import literal as literal
 from .toml import overlay as overlay

@@ -31,6 +31,11 @@ UNTOLD: Final[Mapping[str, Any]] = {
     "cell.conditions.wear_mm": 0.0,
     "cell.conditions.wear_trials": 100,
     "cell.contacts": "searched",
+    "cell.contour.shape": "none",
+    "cell.contour.amplitude_mm": 2.0,
+    "cell.contour.wavelength_mm": 80.0,
+    "cell.contour.length_mm": 260.0,
+    "cell.contour.ball_radius_mm": 5.0,
     "cell.peg.outer_boxes": 0,
     "cell.peg.upper_spheres": 0,
     "cell.substeps": 5,
@@ -44,6 +49,8 @@ UNTOLD: Final[Mapping[str, Any]] = {
     "supervision.flat_line_samples": 1_000_000,
     "supervision.max_noise_ratio": 1e6,
     "task.prove_contact": False,
+    "task.name": "insertion",
+    "task.options": {},
     **{BeliefParameters.dotted(name): value for name, value in BeliefParameters.UNTOLD.items()},
 }
 """What a record means that lacks one of these settings: what was done before there was such a setting.

@@ -1,8 +1,10 @@
+from .build import build_insertion as build_insertion
 from .build import build_perception as build_perception
 from .build import build_reinforcement as build_reinforcement
 from .build import build_supervisor as build_supervisor
 from .build import build_task as build_task
 from .build import open_rig as open_rig
+from .build import ready_pose as ready_pose
 from .build import require_limits as require_limits
 from .build import require_usable as require_usable
 from .build import supervisor_of as supervisor_of
@@ -37,6 +39,7 @@ from .policies import learning_policy as learning_policy
 from .policies import loaded_policy as loaded_policy
 from .policies import perception_of as perception_of
 from .policies import perception_settings as perception_settings
+from .policies import policy_for as policy_for
 from .results import RunFolder as RunFolder
 from .results import TrialRow as TrialRow
 from .results import next_free_folder as next_free_folder
@@ -60,7 +63,7 @@ from .training import resume_from as resume_from
 from .training import run_toml as run_toml
 from .training import write_training as write_training
 from .trial import ScoredTrial as ScoredTrial
-from .trial import falsely_inserted as falsely_inserted
+from .trial import fit_of as fit_of
 from .trial import interrupting as interrupting
 from .trial import on_signals as on_signals
 from .trial import require_sound as require_sound

@@ -8,7 +8,7 @@ from math import sqrt
 from pathlib import Path
 from typing import Final
 
-from palpate.adapters.config import RigFile, RunConfig
+from palpate.adapters.config import RigFile, RunConfig, task_kind
 from palpate.adapters.hardware import HardwareRig, find_approach
 from palpate.adapters.mujoco import SimulatedRig, simulated_sensor
 from palpate.core.automata import AutomatonState, load
@@ -37,8 +37,8 @@ from palpate.core.policy import (
 )
 from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, FaultLatch, Rig, SensorFacts
 from palpate.core.supervision import Supervisor, require_fitting
-from palpate.core.tasks.insertion import Agent, InsertionTask, insertion_workspace
-from palpate.core.trial import N_PER_KGF, Measurement, ReadyPose, goal_in_base
+from palpate.core.tasks.insertion import InsertionTask
+from palpate.core.trial import N_PER_KGF, Measurement, ReadyPose, Task, TaskParts, goal_in_base
 
 NONE: Final = "none"
 _NOISE_BAND: Final = 1.11
@@ -102,7 +102,29 @@ def build_reinforcement(config: RunConfig) -> Reinforcement:
     return ActionPenalty()
 
 
-def build_task(config: RunConfig, ready: ReadyPose, perception: Perception, policy: Policy) -> InsertionTask:
+def ready_pose(config: RunConfig) -> ReadyPose:
+    """The pose from which trials begin.
+
+    Raises:
+        ConfigurationError: There is no such task or arm, or the task's settings do not go together.
+        UnreachableError: The arm cannot do the task there.
+    """
+    return task_kind(config.task.name).ready(config.arm, config.task)
+
+
+def build_insertion(config: RunConfig, ready: ReadyPose, perception: Perception, policy: Policy) -> InsertionTask:
+    """The same for whoever looks into an insertion.
+
+    Raises:
+        ConfigurationError: The task is another one.
+    """
+    task = build_task(config, ready, perception, policy)
+    if not isinstance(task, InsertionTask):
+        raise ConfigurationError("task.name", config.task.name, "insertion, which is what this is made for")
+    return task
+
+
+def build_task(config: RunConfig, ready: ReadyPose, perception: Perception, policy: Policy) -> Task:
     """The core, ready to run over any ports."""
     arm, goal = arm_named(config.arm), goal_in_base(config.task.goal)
     signal = SignalProcessor(
@@ -114,10 +136,11 @@ def build_task(config: RunConfig, ready: ReadyPose, perception: Perception, poli
     aligned = config.task.prove_contact
     measurement = Measurement(Kinematics(arm, ToolGeometry()), goal, signal, aligned=aligned)
     motion = TipMotion(Kinematics(arm, ToolGeometry()), goal, ready.tip_rotation, PERIOD_S)
-    agent = Agent(perception, policy, build_reinforcement(config), PERIOD_S)
     # The drawing of the part says how much play it has: no secret of the cell's.
     play_mm = max(config.task.play_mm, 2.0 * config.cell.peg.clearance_mm)
-    return InsertionTask(replace(config.task, play_mm=play_mm), config.control, measurement, motion, agent)
+    task, earned = replace(config.task, play_mm=play_mm), build_reinforcement(config)
+    parts = TaskParts(task, config.control, measurement, motion, perception, policy, earned)
+    return task_kind(config.task.name).make(parts)
 
 
 def build_supervisor(
@@ -134,7 +157,7 @@ def build_supervisor(
     """
     kinematics = Kinematics(arm_named(config.arm), ToolGeometry())
     ready_rad = tuple(ready.q_rad.tolist())
-    workspace, scale = insertion_workspace(config.task), config.perception.calibration
+    workspace, scale = task_kind(config.task.name).workspace(config.task), config.perception.calibration
     return Supervisor(config.supervision, config.task, workspace, kinematics, sensor, scale, latch, ready_rad)
 
 

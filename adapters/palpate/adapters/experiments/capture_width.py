@@ -6,7 +6,7 @@ from dataclasses import replace
 from math import cos, pi, sin
 
 from palpate.adapters.config import PerceptionConfig, RunConfig
-from palpate.adapters.experiments.build import build_perception, build_task
+from palpate.adapters.experiments.build import build_insertion, build_perception
 from palpate.adapters.experiments.comparators import StraightPass
 from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.control_loop import run_trial
@@ -55,7 +55,7 @@ def capture_half_width_m(
     )
     config = RunConfig(arm=config.arm, task=task_config, cell=cell, perception=signal, control=config.control)
     policy = StraightPass(speed_m_s * action_s)
-    task = build_task(config, ready, build_perception(config), policy)
+    task = build_insertion(config, ready, build_perception(config), policy)
     total = 0.0
     with SimulatedRig(config, ready) as rig:
         for k in range(headings):

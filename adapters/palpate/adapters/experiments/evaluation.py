@@ -8,18 +8,20 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from palpate.adapters.config import RunConfig
+from palpate.adapters.config import RunConfig, task_kind
 from palpate.adapters.experiments.build import build_perception, build_task, supervisor_of
 from palpate.adapters.experiments.figure import trials_picture
 from palpate.adapters.experiments.fitting import configured_perception
 from palpate.adapters.experiments.foreign import foreign_code
 from palpate.adapters.experiments.policies import (
     COMPARATORS,
+    NO_POLICY,
     accepted_policies,
     comparator,
     foreign_document,
     loaded_policy,
     perception_of,
+    policy_for,
 )
 from palpate.adapters.experiments.results import RunFolder, TrialRow
 from palpate.adapters.experiments.statistics import policy_summary
@@ -124,11 +126,11 @@ class ChosenPolicy:
     """
 
     def __init__(self, name: str, config: RunConfig) -> None:
-        self.name, self._config = name, config
+        self.name, self._config = policy_for(config, name), config
         self.document: PolicyDocument | None = None
         self.perception: Perception
-        if name in COMPARATORS:
-            self.label = name
+        if self.name in (*COMPARATORS, NO_POLICY):
+            self.label = self.name
             self.perception = build_perception(RunConfig(task=config.task))
         else:
             self.label = Path(name).parent.name or Path(name).stem
@@ -198,6 +200,7 @@ def warm_up(config: RunConfig, ready: ReadyPose) -> TrialReport:
     """
     with SimulatedRig(config, ready) as rig:
         rig.prepare(0)
-        policy = comparator("torque", config, lambda: rig.truth().hole_in_task_m)
+        name = "torque" if task_kind(config.task.name).asks_policy else NO_POLICY
+        policy = comparator(name, config, lambda: rig.truth().hole_in_task_m)
         task = build_task(config, ready, build_perception(RunConfig(task=config.task)), policy)
         return run_trial(task, rig.ports, trial_setup(config, 0), supervisor_of(rig, config, ready))

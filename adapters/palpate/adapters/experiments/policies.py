@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
-from palpate.adapters.config import RunConfig, entries
+from palpate.adapters.config import RunConfig, entries, task_kind
 from palpate.adapters.experiments.build import task_actions, task_reach
 from palpate.adapters.experiments.comparators import Omniscient, Spiral, TorqueFollowing
 from palpate.adapters.experiments.foreign import GROUP, foreign_entry, foreign_policy
@@ -53,6 +53,26 @@ COMPARATORS: Final[dict[str, str]] = {
 }
 
 
+NO_POLICY: Final = "none"
+"""What stands for a policy where the task asks none."""
+
+
+def policy_for(config: RunConfig, name: str) -> str:
+    """The name of a policy, where a task asks one; :data:`NO_POLICY` where it does not.
+
+    Raises:
+        ConfigurationError: None is named though the task asks one, or one is though it does not.
+    """
+    task = config.task.name
+    if task_kind(task).asks_policy:
+        if name in ("", NO_POLICY):
+            raise ConfigurationError("policy", name, accepted_policies())
+        return name
+    if name not in ("", NO_POLICY):
+        raise ConfigurationError("policy", name, f"none beside --task {task}, which asks no policy")
+    return NO_POLICY
+
+
 def comparator(name: str, config: RunConfig, hole_m: Hole) -> Policy:
     """The comparator of that name, one of ``COMPARATORS``; only the omniscient one uses the true hole.
 
@@ -67,6 +87,7 @@ def comparator(name: str, config: RunConfig, hole_m: Hole) -> Policy:
         "spiral-10": lambda: Spiral("spiral-10", SPIRAL_PITCH_M, 0.010 * per_action),
         "spiral-5": lambda: Spiral("spiral-5", SPIRAL_PITCH_M, 0.005 * per_action),
         "random": lambda: RandomWalkPolicy(actions),
+        NO_POLICY: lambda: RandomWalkPolicy(actions),
     }
     if name not in makers:
         raise ConfigurationError("policy", name, accepted_policies())

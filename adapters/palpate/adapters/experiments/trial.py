@@ -7,23 +7,17 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, replace
-from math import dist, sin
 from types import FrameType
 from typing import Any
 
-from palpate.adapters.config import AdmissionConfig, RunConfig
+from palpate.adapters.config import AdmissionConfig, RunConfig, task_kind
 from palpate.adapters.hardware.real_time import RealTimeSession
 from palpate.adapters.log import TrialRecorder, trial_name, world_of
 from palpate.core.control_loop import LoopObserver, run_trial
 from palpate.core.errors import DeviceError
 from palpate.core.ports import Rig, Truth
 from palpate.core.supervision import Supervisor
-from palpate.core.tasks.insertion import InsertionTask
-from palpate.core.trial import Outcome, Purpose, TrialReport, TrialSetup, draw_in_disc, generator
-
-FULL_DEPTH_TOLERANCE_M = 5e-5
-"""A peg within this of the depth asked for is at full depth."""
-_BESIDE_M = 1e-3
+from palpate.core.trial import Fit, Outcome, Task, TrialReport, TrialSetup
 
 
 @dataclass(frozen=True)
@@ -33,8 +27,7 @@ class ScoredTrial:
     Attributes:
         report: The core's own account, from port data.
         truth: What really happened; None where it is unknown.
-        success: Inserted to full depth, in the hole and not beside the plate, the true peak force below the limit;
-            without a truth, what the core takes for it.
+        success: What the task takes for it, by its account and the truth; without a truth, by its account alone.
         marked: Why its timing does not count; empty for an admitted trial.
         stopped_by: What stopped the arm besides core and supervisor; empty for nothing.
     """
@@ -48,18 +41,13 @@ class ScoredTrial:
 
 def trial_setup(config: RunConfig, trial: int) -> TrialSetup:
     """The setup of a trial; it depends on the run's seed and the trial's index alone."""
-    start = draw_in_disc(
-        generator(config.seed, Purpose.START, trial),
-        config.task.start_uncertainty_mm * 1e-3,
-        config.task.start_shape,
-    )
-    return TrialSetup(trial, config.seed, start)
+    return task_kind(config.task.name).setup(config.task, config.seed, trial)
 
 
 def run_scored_trial(
     config: RunConfig,
     rig: Rig,
-    task: InsertionTask,
+    task: Task,
     trial: int,
     recorder: TrialRecorder | None = None,
     first: int = 0,
@@ -112,39 +100,15 @@ def score(config: RunConfig, report: TrialReport, truth: Truth | None) -> Scored
     """Hold the core's account against the truth."""
     marked = objections(report, config.admission)
     if truth is None:
-        return ScoredTrial(report, None, report.outcome is Outcome.INSERTED, marked)
-    success = (
-        report.outcome is Outcome.INSERTED
-        and not _beside(config, truth)
-        and truth.depth_m >= config.task.insertion_depth_mm * 1e-3 - FULL_DEPTH_TOLERANCE_M - _leaning_m(config)
-        and truth.peak_force_N < config.task.max_force_N
-    )
+        return ScoredTrial(report, None, report.outcome in (Outcome.INSERTED, Outcome.DONE), marked)
+    success = task_kind(config.task.name).achieved(config.task, report, truth, fit_of(config))
     return ScoredTrial(report, truth, success, marked)
 
 
-def _leaning_m(config: RunConfig) -> float:
-    """How far the centre of a leaning peg's end face is above its deepest edge, on which it stands in the hole."""
-    return 0.5e-3 * config.cell.peg.diameter_mm * sin(config.cell.tilt_mrad * 1e-3)
-
-
-def _beside(config: RunConfig, truth: Truth) -> bool:
-    off_m = dist(truth.tip_in_task_m[:2], truth.hole_in_task_m[:2])
-    return off_m >= _BESIDE_M + max(config.cell.peg.clearance_mm, config.cell.worn_clearance_mm) * 1e-3
-
-
-def falsely_inserted(config: RunConfig, report: TrialReport, truth: Truth | None) -> bool:
-    """Whether the core took the peg for inserted where it was not: beside the hole, or not as deep as it had to be.
-
-    Args:
-        config: The run's configuration.
-        report: The core's own account.
-        truth: What really happened; where that is unknown, nothing can be false.
-    """
-    if truth is None or report.outcome is not Outcome.INSERTED:
-        return False
-    return _beside(config, truth) or truth.depth_m < (
-        (config.task.insertion_depth_mm - config.task.depth_tolerance_mm) * 1e-3
-    )
+def fit_of(config: RunConfig) -> Fit:
+    """How tool and part of the simulated cell fit."""
+    peg = config.cell.peg
+    return Fit(peg.diameter_mm, max(peg.clearance_mm, config.cell.worn_clearance_mm), config.cell.tilt_mrad)
 
 
 def truth_fields(scored: ScoredTrial) -> dict[str, Any]:

@@ -21,9 +21,9 @@ from typing_extensions import override
 from palpate.adapters.config import RunConfig, overlay, read_toml, recorded, scenario
 from palpate.adapters.experiments import (
     OUTSIDE,
+    build_insertion,
     build_reinforcement,
     build_supervisor,
-    build_task,
     configured_perception,
     fitted_perception,
     require_usable,
@@ -237,7 +237,7 @@ class InsertionEpisodes(Episodes):
         self.rig: SimulatedRig = self._opened.enter_context(SimulatedRig(config, ready))
         self.perception = configured_perception(config) or fitted_perception(config, ready, self.rig)
         self._policy = GivenActions()
-        self.task = build_task(config, ready, self.perception, self._policy)
+        self.task = build_insertion(config, ready, self.perception, self._policy)
         self._supervisor = build_supervisor(config, ready, self.rig.sensor_facts)
         self._ticks: Generator[Snapshot, JointCommand, None] | None = None
         self._earned = 0.0

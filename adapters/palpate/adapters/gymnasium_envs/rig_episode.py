@@ -23,7 +23,7 @@ from palpate.adapters.config import RunConfig, scenario
 from palpate.adapters.experiments import (
     RunFolder,
     TrialRow,
-    build_task,
+    build_insertion,
     configured_perception,
     fitted_perception,
     next_free_folder,
@@ -111,7 +111,7 @@ class RigEpisodes(Episodes):
             self.folder.keep_manifest(_COMMAND)
             # Real time does not wait, whatever is configured.
             self._recorder = self.folder.recorder(replace(config.recording, when_full="drop"), opened)
-            self.task: InsertionTask = build_task(config, ready, self.perception, self._desk)
+            self.task: InsertionTask = build_insertion(config, ready, self.perception, self._desk)
             self._supervisor = supervisor_of(rig, config, ready)
             if self._recorder is not None:
                 self._recorder.of(_COMMAND, config, ready, self.task, self.perception, self._desk, name=SOURCE)

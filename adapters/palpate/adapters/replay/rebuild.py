@@ -18,6 +18,7 @@ from palpate.adapters.experiments import (
     comparator,
     foreign_policy,
     loaded_policy,
+    policy_for,
     task_actions,
 )
 from palpate.adapters.log import TrialLog, learner_of_json, recorded_sensor
@@ -28,8 +29,7 @@ from palpate.core.perception import Perception, perception_from_dict
 from palpate.core.policy import ForeignEntry, Policy, PolicyDocument, learner_of
 from palpate.core.ports import SensorFacts
 from palpate.core.supervision import Supervisor
-from palpate.core.tasks.insertion import InsertionTask
-from palpate.core.trial import ReadyPose, TrialSetup
+from palpate.core.trial import ReadyPose, Task, TrialSetup
 
 _OUTSIDE: Final = ("cell", "recording")
 """Settings of the world and of the recorder: what was recorded does not change with them."""
@@ -56,7 +56,7 @@ class Rebuilt:
     config: RunConfig
     setup: TrialSetup
     ready: ReadyPose
-    task: InsertionTask
+    task: Task
     perception: Perception
     policy: Policy
     comparator: str
@@ -156,7 +156,7 @@ class Rebuilder:
         self._key: object = None
         self._supervisor: Supervisor | None = None
         self._sensor: SensorFacts | None = None
-        self._kept: tuple[RunConfig, ReadyPose, Perception, Policy, InsertionTask] | None = None
+        self._kept: tuple[RunConfig, ReadyPose, Perception, Policy, Task] | None = None
 
     @property
     def what_if(self) -> bool:
@@ -209,7 +209,7 @@ class Rebuilder:
         changed = any(setting.partition("=")[0].strip() == "seed" for setting in self._changes.settings)
         return config.seed if changed else log.start.seed
 
-    def _build(self, log: TrialLog) -> tuple[RunConfig, ReadyPose, Perception, Policy, InsertionTask]:
+    def _build(self, log: TrialLog) -> tuple[RunConfig, ReadyPose, Perception, Policy, Task]:
         config = changed_config(log, self._changes)
         start = log.start
         try:
@@ -227,6 +227,8 @@ class Rebuilder:
         self, log: TrialLog, config: RunConfig, perception: Perception, world: Mapping[str, Any]
     ) -> tuple[Perception, Policy]:
         other = self._changes.policy
+        if other is not None:
+            policy_for(config, self._changes.policy_name)
         if isinstance(other, PolicyDocument):
             own = perception_from_dict({key: value for key, value in other.perception.items() if key != "signal"})
             return own, loaded_policy(other, config, own, frozen=True)

@@ -11,10 +11,15 @@ from .frame import ExplorationArea as ExplorationArea
 from .frame import draw_in_disc as draw_in_disc
 from .frame import goal_in_base as goal_in_base
 from .frame import reachable_share as reachable_share
+from .kind import Fit as Fit
+from .kind import TaskKind as TaskKind
+from .kind import TaskParts as TaskParts
+from .kind import options_of as options_of
 from .measurement import Measurement as Measurement
 from .measurement import require_place as require_place
 from .ready_pose import ReadyPose as ReadyPose
 from .ready_pose import find_ready_pose as find_ready_pose
+from .ready_pose import require_speed as require_speed
 from .ready_pose import wander_m as wander_m
 from .report import INTERRUPT as INTERRUPT
 from .report import TRIALS_OF_A_SERIES as TRIALS_OF_A_SERIES

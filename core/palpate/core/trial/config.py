@@ -1,8 +1,8 @@
-"""The insertion task as its user describes it, in the paper's units (mm, kgf)."""
+"""A task as its user describes it, in the paper's units (mm, kgf)."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Annotated, ClassVar, Final
 
 from typing_extensions import override
@@ -29,10 +29,14 @@ class GoalConfig(Settings):
 
 @dataclass(frozen=True)
 class TaskConfig(Settings):
-    """One insertion trial, from approach to full depth."""
+    """One trial of a task. What speaks of a peg, a hole, exploration or actions is of insertions only."""
 
     TABLE: ClassVar[str] = "task"
 
+    name: str = "insertion"
+    """What is to be done: insertion, surface-follow, or a task that another package brings; --task NAME for short."""
+    options: dict[str, float] = field(default_factory=dict)
+    """What only that task has, by name."""
     goal: GoalConfig = GoalConfig()
     start_uncertainty_mm: Annotated[float, Range(0.0, 50.0)] = 3.0
     """A trial starts anywhere within this distance of the nominal goal."""

@@ -8,10 +8,12 @@ from math import sqrt
 import numpy as np
 import pinocchio as pin
 
+from palpate.core.errors import UnreachableError
 from palpate.core.motion import ArmDescription, Array, InverseKinematics, Kinematics, ToolGeometry, arm_named
 from palpate.core.ports import PERIOD_S
 from palpate.core.trial.config import TaskConfig
 from palpate.core.trial.frame import goal_in_base
+from palpate.core.trial.workspace import Workspace
 
 
 @dataclass(frozen=True)
@@ -33,8 +35,13 @@ def wander_m(task: TaskConfig) -> float:
     return (centre_mm + sqrt(2.0) * task.area_half_width_mm) * 1e-3
 
 
-def find_ready_pose(arm: str | ArmDescription, task: TaskConfig) -> ReadyPose:
+def find_ready_pose(arm: str | ArmDescription, task: TaskConfig, workspace: Workspace | None = None) -> ReadyPose:
     """Solve for the ready pose, tool pointing into the hole, its yaw left to the arm.
+
+    Args:
+        arm: The arm, or its name.
+        task: Place of the goal, and an insertion's area and depth.
+        workspace: What the arm has to reach instead of these.
 
     Raises:
         ConfigurationError: There is no such arm.
@@ -58,8 +65,36 @@ def find_ready_pose(arm: str | ArmDescription, task: TaskConfig) -> ReadyPose:
     kinematics.update(q)
     ready = ReadyPose(q, kinematics.tip_rotation.copy())
     reach = wander_m(task) / sqrt(2.0)
-    for x in (-reach, reach):
-        for y in (-reach, reach):
-            for z in (-height, task.insertion_depth_mm * 1e-3):
+    far, aside, depth = reach, reach, task.insertion_depth_mm * 1e-3
+    if workspace is not None:
+        (far, aside), depth = (side * 1e-3 for side in workspace.side_mm), workspace.below_mm * 1e-3
+    for x in (-far, far):
+        for y in (-aside, aside):
+            for z in (-height, depth):
                 inverse.solve(at(x, y, z, ready.tip_rotation), free_yaw=False, seed_rad=q, field="task.goal")
     return ready
+
+
+def require_speed(arm: str | ArmDescription, ready: ReadyPose, along_x_m_s: float, field: str) -> None:
+    """Refuse a speed of the tip along the task's x that the arm cannot give at its ready pose.
+
+    Args:
+        arm: The arm, or its name.
+        ready: The pose.
+        along_x_m_s: The speed.
+        field: What it is called, in mm/s, for the message.
+
+    Raises:
+        UnreachableError: A joint would have to be faster than it can be.
+    """
+    kinematics = Kinematics(arm_named(arm), ToolGeometry())
+    velocity = np.zeros(6)
+    # The task's x is the base's; the Jacobian's is the tip's.
+    velocity[:3] = ready.tip_rotation.T @ np.array([along_x_m_s, 0.0, 0.0])
+    speeds = np.linalg.lstsq(kinematics.tip_jacobian(ready.q_rad), velocity, rcond=None)[0]
+    share = float((np.abs(speeds) / kinematics.velocity_limit_rad_s).max())
+    if share > 1.0:
+        accepted = (
+            f"at most {along_x_m_s * 1e3 / share:.4g} mm/s, where a joint of {kinematics.arm.name} is at its limit"
+        )
+        raise UnreachableError(field, along_x_m_s * 1e3, accepted)

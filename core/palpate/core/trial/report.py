@@ -10,7 +10,7 @@ import numpy as np
 
 
 class Phase(enum.Enum):
-    """Stages of an insertion trial, in their order."""
+    """Stages of an insertion trial, in their order; other tasks share the first three and the last."""
 
     LIFT = "lift"
     TRANSFER = "transfer"
@@ -20,12 +20,15 @@ class Phase(enum.Enum):
     INSERT = "insert"
     PROVE = "prove"
     DONE = "done"
+    OUT_OF_TOLERANCE = "out of tolerance"
 
 
 class Outcome(enum.Enum):
-    """How a trial ended, as the core sees it from port data."""
+    """How a trial ended, as the core sees it from port data; a task other than an insertion that is done is DONE."""
 
     INSERTED = "inserted"
+    DONE = "done"
+    OUT_OF_TOLERANCE = "out of tolerance"
     TIME_LIMIT = "time limit"
     JAMMED = "jammed"
     FORCE_LIMIT = "force limit"

@@ -11,6 +11,7 @@ from typing_extensions import override
 from palpate.core.errors import ConfigurationError
 from palpate.core.ports import OneOf, Range, Settings
 from palpate.simulation.work_cell.conditions import ConditionsConfig
+from palpate.simulation.work_cell.contour import FLAT, ContourConfig
 
 SURFACE_BEGINS_MM: Final = 3.0
 """So far beside a round hole the broad boxes of the plate's surface begin."""
@@ -118,6 +119,7 @@ class CellConfig(Settings):
     """Tilt of the peg in the gripper against the hole's axis."""
     tilt_heading_deg: Annotated[float, Range(-360.0, 360.0)] = 0.0
     """Direction in which it leans, from x towards y of the task frame."""
+    contour: ContourConfig = field(default_factory=ContourConfig)
     contacts: Annotated[str, OneOf("listed", "searched")] = "listed"
     """listed: only what can touch near the hole is tried there, with the same result; searched: MuJoCo tries all."""
     substeps: Annotated[int, Range(3, 100)] = 4
@@ -135,6 +137,8 @@ class CellConfig(Settings):
 
     @override
     def check(self) -> None:
+        if self.contour.shape != FLAT and self.contacts != "searched":
+            raise ConfigurationError("cell.contacts", self.contacts, "searched, beside a contour")
         if not 0.001 <= self.worn_clearance_mm <= 5.0:
             accepted = f"a number that leaves a clearance of 0.001 to 5 beside {self.peg.clearance_mm:g}"
             raise ConfigurationError(self.conditions.dotted("wear_mm"), self.conditions.wear_mm, accepted)

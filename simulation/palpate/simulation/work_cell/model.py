@@ -8,7 +8,7 @@ cylinder on a flat plate gives torque directions that are wrong by tens of degre
 from __future__ import annotations
 
 from math import cos, hypot, sin, sqrt
-from typing import Final
+from typing import Any, Final
 
 import mujoco
 import numpy as np
@@ -18,11 +18,13 @@ from palpate.core.motion import Kinematics
 from palpate.simulation.work_cell.config import CellConfig
 from palpate.simulation.work_cell.contact_pairs import Leeway, listed_pairs
 from palpate.simulation.work_cell.contact_shapes import PLATE_REACH_M, UPPER_RING_M, Box, peg_rings, plate_boxes
+from palpate.simulation.work_cell.contour import FLAT, add_ball, add_contour
 
 GRAVITY_M_S2: Final = 9.81
 _SERVO_INTEGRAL_S: Final = 0.05  # integral time of the joint servos: assumed
 _PEG: Final = 1  # collision groups: only peg against plate
 _PLATE: Final = 2
+_PLATE_RGBA: Final = (0.55, 0.6, 0.6, 1.0)
 _SOLREF: Final = (0.003, 1.0)
 _SOLIMP: Final = (0.95, 0.99, 0.0001, 0.5, 2.0)
 
@@ -202,11 +204,14 @@ def _add_wrist(
             damping=(2.0 * springs.damping_ratio * sqrt(stiffness * inertia), 0.0, 0.0),
             limited=mujoco.mjtLimited.mjLIMITED_FALSE,
         )  # fmt: skip
+    if config.contour.shape != FLAT:
+        add_ball(body, config.contour, contype=_PEG, conaffinity=_PLATE, mass=0.0, **_touching(peg.friction))
     rim = peg.rim_radius_mm * 1e-3
     c, s = cos(-tool_yaw_rad), sin(-tool_yaw_rad)
     # The upper ring is a body of its own: far above the plate, its whole bounding volume is then passed over at once.
     upper = body.add_body(name="peg_upper", mass=1e-6, inertia=(1e-12, 1e-12, 1e-12), explicitinertial=True)
-    for ring, height, centres in zip((body, upper), (rim, UPPER_RING_M), peg_rings(peg), strict=True):
+    rings = peg_rings(peg) if config.contour.shape == FLAT else ([], [])
+    for ring, height, centres in zip((body, upper), (rim, UPPER_RING_M), rings, strict=True):
         for x, y in centres:
             ring.add_geom(
                 type=mujoco.mjtGeom.mjGEOM_SPHERE,
@@ -214,17 +219,15 @@ def _add_wrist(
                 pos=(c * x - s * y, s * x + c * y, -height),
                 contype=_PEG,
                 conaffinity=_PLATE,
-                condim=3,
-                friction=(peg.friction, 0.0, 0.0),
                 mass=0.0,
                 group=3,
-                solref=_SOLREF,
-                solimp=_SOLIMP,
+                **_touching(peg.friction),
             )
     length = tool.tip_from_sensor_m / 2
+    radius_mm = peg.diameter_mm * 0.5 if config.contour.shape == FLAT else 0.8 * config.contour.ball_radius_mm
     body.add_geom(
         type=mujoco.mjtGeom.mjGEOM_CYLINDER,
-        size=(peg.diameter_mm * 0.5e-3, length, 0.0),
+        size=(radius_mm * 1e-3, length, 0.0),
         pos=(0.0, 0.0, -length),
         contype=0,
         conaffinity=0,
@@ -239,6 +242,11 @@ def _add_plate(spec: mujoco.MjSpec, config: CellConfig, goal_in_base: pin.SE3, b
     """The plate with its hole, in the task frame: z into the hole, surface at 0."""
     peg = config.peg
     plate = spec.worldbody.add_body(name="plate", pos=goal_in_base.translation, quat=_quaternion(goal_in_base.rotation))
+    if config.contour.shape != FLAT:
+        add_contour(
+            plate, config.contour, contype=_PLATE, conaffinity=_PEG, rgba=_PLATE_RGBA, **_touching(peg.friction)
+        )
+        return
     for box in boxes:
         half_heading = box.heading_rad / 2
         plate.add_geom(
@@ -248,12 +256,14 @@ def _add_plate(spec: mujoco.MjSpec, config: CellConfig, goal_in_base: pin.SE3, b
             quat=(cos(half_heading), 0.0, 0.0, sin(half_heading)),
             contype=_PLATE,
             conaffinity=_PEG,
-            condim=3,
-            friction=(peg.friction, 0.0, 0.0),
-            solref=_SOLREF,
-            solimp=_SOLIMP,
-            rgba=(0.55, 0.6, 0.6, 1.0),
+            rgba=_PLATE_RGBA,
+            **_touching(peg.friction),
         )
+
+
+def _touching(friction: float) -> dict[str, Any]:
+    """How whatever touches does so."""
+    return {"condim": 3, "friction": (friction, 0.0, 0.0), "solref": _SOLREF, "solimp": _SOLIMP}
 
 
 def _list_pairs(spec: mujoco.MjSpec, config: CellConfig, boxes: list[Box], leeway: Leeway) -> None:

@@ -66,7 +66,7 @@ def wrong_values(kind: Any) -> list[Any]:
         wrong += [3, "x", *([value] * len(items) for value in wrong_values(items[0]))]
         wrong += [] if get_args(base)[-1] is ... else [[]]
     elif origin is dict:
-        wrong += [3, ["x"], {"x": 1}]
+        wrong += [3, ["x"], {"x": "y" if get_args(base)[1] is float else 1}]
     for mark in marks:
         if isinstance(mark, OneOf):
             wrong += ["no such name"] if origin is str else [0, 17]

@@ -16,7 +16,7 @@ from palpate.core.ports.values import (
     WrenchSample,
 )
 from palpate.core.supervision import SupervisionConfig, Supervisor
-from palpate.core.tasks.insertion import insertion_workspace
+from palpate.core.tasks.insertion import INSERTION
 from palpate.core.trial import Expectation, Supervised, TaskConfig, Trip
 from tests.unit.core.fake_world import TOOL, ready_pose
 
@@ -35,7 +35,7 @@ def supervisor(
     return Supervisor(
         config or SupervisionConfig(),
         TaskConfig(),
-        insertion_workspace(TaskConfig()),
+        INSERTION.workspace(TaskConfig()),
         kinematics,
         SensorFacts(0.1, 0.004) if noisy else SensorFacts(0.0, 0.0),
         **{"scale": (1.0,) * 6, **more},

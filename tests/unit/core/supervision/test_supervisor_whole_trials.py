@@ -10,7 +10,7 @@ from palpate.core.motion import Kinematics, arm_named
 from palpate.core.ports import CommandReason, JointCommand, SensorFacts, Snapshot, Validity, Vector3, WrenchSample
 from palpate.core.supervision import SupervisionConfig, Supervisor
 from palpate.core.supervision.supervisor import Guard
-from palpate.core.tasks.insertion import insertion_workspace
+from palpate.core.tasks.insertion import INSERTION
 from palpate.core.trial import Expectation, Outcome, Supervised, TaskConfig, TrialSetup, TripReason
 from tests.unit.core.fake_world import TOOL, FakeWorld, FollowTorque, Pit, build_task
 from tests.unit.core.supervision.bench import supervisor
@@ -26,7 +26,7 @@ class Trial(Supervisor):
         super().__init__(
             SupervisionConfig(),
             TaskConfig(),
-            insertion_workspace(TaskConfig()),
+            INSERTION.workspace(TaskConfig()),
             Kinematics(arm_named("zebra-zero"), TOOL),
             SensorFacts(0.0, 0.0),
             (1.0,) * 6,

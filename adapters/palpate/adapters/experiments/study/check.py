@@ -7,13 +7,12 @@ from itertools import islice
 from typing import Final
 
 from palpate.adapters.config import LEARNERS
-from palpate.adapters.experiments.build import require_usable
+from palpate.adapters.experiments.build import ready_pose, require_usable
 from palpate.adapters.experiments.evaluation import ChosenPolicy
 from palpate.adapters.experiments.fitting import configured_perception
 from palpate.adapters.experiments.policies import learning_policy
 from palpate.adapters.experiments.study.document import Study
 from palpate.adapters.experiments.study.fields import with_learner
-from palpate.core.trial import find_ready_pose
 
 MOST_CHECKED: Final = 2000
 """Sets of settings that are looked at, at some milliseconds each; errors in others are reported when they are met."""
@@ -27,7 +26,7 @@ def require_possible(study: Study) -> None:
     """
     for fields in islice(study.settings(), MOST_CHECKED):
         config = study.config(fields)
-        ready = find_ready_pose(config.arm, config.task)
+        ready = ready_pose(config)
         require_usable(config, ready)
         perception = configured_perception(config)
         for policy in study.policies:

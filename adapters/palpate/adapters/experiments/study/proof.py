@@ -15,7 +15,7 @@ from typing import Any, Final
 import numpy as np
 
 from palpate.adapters.config import RecordingConfig, RunConfig, to_toml
-from palpate.adapters.experiments.build import build_task, open_rig, supervisor_of
+from palpate.adapters.experiments.build import build_task, open_rig, ready_pose, supervisor_of
 from palpate.adapters.experiments.claim import Claim
 from palpate.adapters.experiments.evaluation import FIRST_EVALUATION_TRIAL, ChosenPolicy
 from palpate.adapters.experiments.results import RunFolder, TrialRow
@@ -28,7 +28,6 @@ from palpate.adapters.experiments.trial import run_scored_trial
 from palpate.adapters.log import LOG_FOLDER, read_log, timeline, trial_name
 from palpate.core.errors import ConfigurationError
 from palpate.core.ports import write_whole
-from palpate.core.trial import find_ready_pose
 
 PER_SEED: Final = 50
 """Trials of a seed: a piece of work for one process, and what is lost when it is cut short."""
@@ -134,7 +133,7 @@ def keep(study: Study, kept: Iterable[Proven], folder: Path) -> list[str]:
 
 
 def _recorded(config: RunConfig, policy: str, number: int, folder: Path) -> TrialRow:
-    chosen, ready = ChosenPolicy(policy, config), find_ready_pose(config.arm, config.task)
+    chosen, ready = ChosenPolicy(policy, config), ready_pose(config)
     with ExitStack() as opened:
         rig = opened.enter_context(open_rig(config, ready, ""))
         acting = chosen.on(rig)

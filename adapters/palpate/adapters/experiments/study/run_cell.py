@@ -18,7 +18,7 @@ from typing import Any, Final
 from threadpoolctl import threadpool_limits
 
 from palpate.adapters.config import LEARNERS, RunConfig
-from palpate.adapters.experiments.build import open_rig, require_usable
+from palpate.adapters.experiments.build import open_rig, ready_pose, require_usable
 from palpate.adapters.experiments.evaluation import (
     FIRST_EVALUATION_TRIAL,
     ChosenPolicy,
@@ -37,7 +37,6 @@ from palpate.adapters.experiments.trial import ScoredTrial
 from palpate.adapters.log import LOG_FOLDER, TrialRecorder
 from palpate.core.errors import ConfigurationError, OutputError, PalpateError
 from palpate.core.ports import put_folder_in_place
-from palpate.core.trial import find_ready_pose
 
 UNFINISHED: Final = ".unfinished"
 """Folders that end so are cells that were begun."""
@@ -164,7 +163,7 @@ def _run(job: CellJob, config: RunConfig, path: Path) -> CellOutcome:
 
 
 def _train(job: CellJob, config: RunConfig, folder: RunFolder, code: str) -> bool:
-    ready = find_ready_pose(config.arm, config.task)
+    ready = ready_pose(config)
     with ExitStack() as opened:
         rig = opened.enter_context(open_rig(config, ready, ""))
         require_usable(config, ready)
@@ -187,7 +186,7 @@ def _train(job: CellJob, config: RunConfig, folder: RunFolder, code: str) -> boo
 def _evaluate(job: CellJob, config: RunConfig, folder: RunFolder) -> bool:
     name = job.cell.policy
     chosen = ChosenPolicy(job.path(name) if name in job.files else name, config)
-    ready = find_ready_pose(config.arm, config.task)
+    ready = ready_pose(config)
     with ExitStack() as opened:
         rig = opened.enter_context(open_rig(config, ready, ""))
         require_usable(config, ready)

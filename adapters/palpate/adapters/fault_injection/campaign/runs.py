@@ -13,9 +13,9 @@ from typing import Final
 from palpate.adapters.config import RunConfig
 from palpate.adapters.experiments import (
     ChosenPolicy,
+    build_insertion,
     build_supervisor,
-    build_task,
-    falsely_inserted,
+    fit_of,
     score,
     trial_setup,
     truth_fields,
@@ -30,7 +30,7 @@ from palpate.core.errors import LogError, PalpateError, PolicyError
 from palpate.core.motion import Kinematics, ToolGeometry, arm_named
 from palpate.core.ports import ForceSensor, Rig, SensorDecorator, Validity, Vector3, WrenchSample
 from palpate.core.supervision import Supervisor
-from palpate.core.tasks.insertion import InsertionTask
+from palpate.core.tasks.insertion import InsertionTask, falsely_inserted
 from palpate.core.trial import Outcome, Phase, ReadyPose, TrialReport
 
 PHASES: Final = (Phase.TRANSFER, Phase.SETTLE, Phase.APPROACH, Phase.EXPLORE, Phase.INSERT)
@@ -193,11 +193,12 @@ class Bench:
         truth = self._rig.truth()
         peak_N = probe.peak_N if truth is None else truth.peak_force_N
         run = self._judged(variant, phase, seed, deliveries, task, supervisor, error, sink.logs, peak_N)
-        return replace(run, verdict=Class.FALSE_SUCCESS) if falsely_inserted(self.config, task.report, truth) else run
+        false = falsely_inserted(self.config.task, task.report, truth, fit_of(self.config))
+        return replace(run, verdict=Class.FALSE_SUCCESS) if false else run
 
     def _parts(self) -> tuple[InsertionTask, Supervisor | None]:
         config = self.config
-        task = build_task(config, self._ready, self._chosen.perception, self._chosen.on(self._rig))
+        task = build_insertion(config, self._ready, self._chosen.perception, self._chosen.on(self._rig))
         # The next run begins anew after a trip: that is what a campaign is for.
         supervisor = build_supervisor(config, self._ready, self._rig.sensor_facts) if self._supervised else None
         return task, supervisor

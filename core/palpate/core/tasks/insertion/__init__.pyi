@@ -1,3 +1,5 @@
 from .agent import Agent as Agent
-from .kind import insertion_workspace as insertion_workspace
+from .kind import FULL_DEPTH_TOLERANCE_M as FULL_DEPTH_TOLERANCE_M
+from .kind import INSERTION as INSERTION
+from .kind import falsely_inserted as falsely_inserted
 from .task import InsertionTask as InsertionTask

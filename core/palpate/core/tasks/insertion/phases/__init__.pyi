@@ -1,11 +1,7 @@
 from .approach import Approach as Approach
 from .equipment import Equipment as Equipment
-from .equipment import RunningPhase as RunningPhase
 from .explore import Explore as Explore
 from .exploring_checks import ExploringChecks as ExploringChecks
 from .insert import Insert as Insert
 from .prove import Prove as Prove
 from .sinking_checks import SinkingChecks as SinkingChecks
-from .way_to_start import Lift as Lift
-from .way_to_start import Settle as Settle
-from .way_to_start import Transfer as Transfer

@@ -7,8 +7,8 @@ from typing import Final
 from typing_extensions import override
 
 from palpate.core.ports import Vector3
-from palpate.core.tasks.contact import Proof
-from palpate.core.tasks.insertion.phases.equipment import Equipment, RunningPhase
+from palpate.core.tasks.contact import Proof, RunningPhase
+from palpate.core.tasks.insertion.phases.equipment import Equipment
 from palpate.core.trial import N_PER_KGF, Outcome
 
 _NO_CONTACT_M: Final = 0.008

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from abc import abstractmethod
 from dataclasses import dataclass
-from typing import Protocol
 
 from palpate.core.motion import TipMotion
-from palpate.core.ports import Vector3
+from palpate.core.tasks.contact import ContactProof, LiftCheck
 from palpate.core.tasks.insertion.agent import Agent
 from palpate.core.tasks.insertion.laws import Laws
-from palpate.core.tasks.insertion.trial_state import TrialState
+from palpate.core.tasks.insertion.trial_state import InsertionState
 from palpate.core.trial import Measurement, TaskConfig
 
 
@@ -34,18 +32,8 @@ class Equipment:
     motion: TipMotion
     laws: Laws
     agent: Agent
-    state: TrialState
+    state: InsertionState
 
-
-class RunningPhase(Protocol):
-    """One phase of a trial at work; how it is entered is its own.
-
-    Attributes:
-        over: Whether the last :meth:`step` was the phase's last one. A trial that ends in a phase leaves it False.
-    """
-
-    over: bool
-
-    @abstractmethod
-    def step(self) -> Vector3:
-        """Velocity of the tip, (3,) m/s, task frame, for this tick."""
+    def lift_check(self, proof: ContactProof) -> LiftCheck:
+        """A lift that holds the force against the gripper's spring."""
+        return LiftCheck(self.state, self.measurement, self.motion, proof)

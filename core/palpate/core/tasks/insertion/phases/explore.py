@@ -8,8 +8,8 @@ from typing import Final
 from typing_extensions import override
 
 from palpate.core.ports import CONTROL_RATE_HZ, Vector3
-from palpate.core.tasks.contact import PAST_PLATE_M
-from palpate.core.tasks.insertion.phases.equipment import Equipment, RunningPhase
+from palpate.core.tasks.contact import PAST_PLATE_M, RunningPhase
+from palpate.core.tasks.insertion.phases.equipment import Equipment
 from palpate.core.tasks.insertion.phases.exploring_checks import ExploringChecks
 from palpate.core.trial import N_PER_KGF, ExplorationArea, Outcome
 

@@ -7,7 +7,8 @@ from typing import Final
 from typing_extensions import override
 
 from palpate.core.ports import CONTROL_RATE_HZ, Vector3
-from palpate.core.tasks.insertion.phases.equipment import Equipment, RunningPhase
+from palpate.core.tasks.contact import RunningPhase
+from palpate.core.tasks.insertion.phases.equipment import Equipment
 from palpate.core.tasks.insertion.phases.explore import DROP_M
 from palpate.core.tasks.insertion.phases.sinking_checks import SinkingChecks
 from palpate.core.trial import N_PER_KGF, Outcome

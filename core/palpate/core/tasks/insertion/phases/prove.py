@@ -7,9 +7,8 @@ from typing import Final
 from typing_extensions import override
 
 from palpate.core.ports import CONTROL_RATE_HZ, Vector3
-from palpate.core.tasks.contact import ContactProof
-from palpate.core.tasks.insertion.phases.equipment import Equipment, RunningPhase
-from palpate.core.tasks.insertion.phases.lift_check import LiftCheck
+from palpate.core.tasks.contact import ContactProof, RunningPhase
+from palpate.core.tasks.insertion.phases.equipment import Equipment
 from palpate.core.trial import N_PER_KGF
 
 _PAST_FLOOR_M: Final = 3e-4
@@ -25,7 +24,7 @@ class Prove(RunningPhase):
 
     def __init__(self, equipment: Equipment, proof: ContactProof) -> None:
         task = equipment.task
-        self._equipment, self._proof, self._lift = equipment, proof, LiftCheck(equipment, proof)
+        self._equipment, self._proof, self._lift = equipment, proof, equipment.lift_check(proof)
         self._contact_N, self._press_N = task.contact_kgf * N_PER_KGF, task.press_kgf * N_PER_KGF
         self._deepest_m = task.insertion_depth_mm * 1e-3 + task.depth_tolerance_mm * 1e-3
 

@@ -7,7 +7,6 @@ from typing import Final
 from palpate.core.ports import CONTROL_RATE_HZ, Vector3
 from palpate.core.tasks.contact import PAST_PLATE_M, ContactProof, Mean
 from palpate.core.tasks.insertion.phases.equipment import Equipment
-from palpate.core.tasks.insertion.phases.lift_check import LiftCheck
 from palpate.core.trial import N_PER_KGF, Outcome
 
 _WALL_M: Final = 5e-4
@@ -36,7 +35,7 @@ class SinkingChecks:
     """What is checked on the way down."""
 
     def __init__(self, equipment: Equipment, proof: ContactProof) -> None:
-        self._equipment, self._proof, self._lift = equipment, proof, LiftCheck(equipment, proof)
+        self._equipment, self._proof, self._lift = equipment, proof, equipment.lift_check(proof)
         self._press_N, self._contact_N = equipment.task.press_kgf * N_PER_KGF, equipment.task.contact_kgf * N_PER_KGF
         self._wall_depth_m = min(_WALL_M, 0.5 * equipment.task.insertion_depth_mm * 1e-3)
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from palpate.core.tasks.contact import ContactProof
-from palpate.core.tasks.insertion.phases.equipment import Equipment
+from palpate.core.motion import TipMotion
+from palpate.core.tasks.contact.proof import ContactProof
+from palpate.core.tasks.contact.trial_state import TrialState
+from palpate.core.trial import Measurement
 
 
 class LiftCheck:
@@ -13,8 +15,8 @@ class LiftCheck:
         running: Whether it has begun and is not over; the phase that lifts sets it as it is entered.
     """
 
-    def __init__(self, equipment: Equipment, proof: ContactProof) -> None:
-        self._state, self._measurement, self._motion = equipment.state, equipment.measurement, equipment.motion
+    def __init__(self, state: TrialState, measurement: Measurement, motion: TipMotion, proof: ContactProof) -> None:
+        self._state, self._measurement, self._motion = state, measurement, motion
         self._proof = proof
         self.running: bool
 

@@ -1,26 +1,43 @@
-"""The phases in free space: out of the hole of the trial before, above the start, at rest while the sensor is tared."""
+"""The phases in free space: up from wherever the arm is, above the start, at rest while the sensor is tared."""
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from operator import sub
-from typing import Final
+from typing import Final, Protocol
 
 from typing_extensions import override
 
+from palpate.core.motion import ControlLaw, TipMotion
 from palpate.core.ports import Vector3
-from palpate.core.tasks.insertion.phases.equipment import Equipment, RunningPhase
+from palpate.core.tasks.contact.trial_state import TrialState
+from palpate.core.trial import Measurement, TaskConfig
 
 _NO_FORCE: Final = (0.0, 0.0, 0.0)
 """In free space nothing is regulated."""
 Bias = tuple[float, float, float, float, float, float]
 
 
+class RunningPhase(Protocol):
+    """One phase of a trial at work; how it is entered is its own.
+
+    Attributes:
+        over: Whether the last :meth:`step` was the phase's last one. A trial that ends in a phase leaves it False.
+    """
+
+    over: bool
+
+    @abstractmethod
+    def step(self) -> Vector3:
+        """Velocity of the tip, (3,) m/s, task frame, for this tick."""
+
+
 class Lift(RunningPhase):
     """Straight up to the ready height."""
 
-    def __init__(self, equipment: Equipment) -> None:
-        self._motion, self._law = equipment.motion, equipment.laws.free
-        self._ready_z_m = -equipment.task.ready_height_mm * 1e-3
+    def __init__(self, task: TaskConfig, motion: TipMotion, law: ControlLaw) -> None:
+        self._motion, self._law = motion, law
+        self._ready_z_m = -task.ready_height_mm * 1e-3
 
     @override
     def step(self) -> Vector3:
@@ -33,9 +50,9 @@ class Lift(RunningPhase):
 class Transfer(RunningPhase):
     """At the ready height to where the trial starts."""
 
-    def __init__(self, equipment: Equipment) -> None:
-        self._motion, self._law, self._state = equipment.motion, equipment.laws.free, equipment.state
-        self._ready_z_m = -equipment.task.ready_height_mm * 1e-3
+    def __init__(self, task: TaskConfig, motion: TipMotion, law: ControlLaw, state: TrialState) -> None:
+        self._motion, self._law, self._state = motion, law, state
+        self._ready_z_m = -task.ready_height_mm * 1e-3
 
     @override
     def step(self) -> Vector3:
@@ -53,9 +70,9 @@ class Settle(RunningPhase):
         bias: The wrench that counts as zero from then on, (6,), N and N m, sensor frame; None before.
     """
 
-    def __init__(self, equipment: Equipment) -> None:
-        self._state, self._measurement = equipment.state, equipment.measurement
-        self._tare_ticks = equipment.task.tare_ticks
+    def __init__(self, task: TaskConfig, measurement: Measurement, state: TrialState) -> None:
+        self._state, self._measurement = state, measurement
+        self._tare_ticks = task.tare_ticks
         self.begin()
 
     def begin(self) -> None:

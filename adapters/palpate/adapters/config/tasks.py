@@ -1,0 +1,51 @@
+"""Kinds of task by name: those that come with palpate, and those that other packages bring."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Mapping
+from functools import cache
+from typing import TYPE_CHECKING, Final
+
+from palpate.adapters.config.plugins import entries, from_here, imported
+from palpate.core.errors import ConfigurationError
+
+if TYPE_CHECKING:
+    # Kinematics are loaded by whoever makes a task.
+    from palpate.core.trial import TaskKind
+
+GROUP: Final = "palpate.tasks"
+"""Entry points of this group are kinds of task by name."""
+_FIELD: Final = "task.name"
+INSERTION: Final = "insertion"
+_OWN: Final[Mapping[str, str]] = {
+    INSERTION: "palpate.core.tasks.insertion:INSERTION",
+    "surface-follow": "palpate.core.tasks.surface_follow:SURFACE_FOLLOW",
+}
+"""Found without a look at what is installed."""
+
+
+@cache
+def task_kind(name: str) -> TaskKind:
+    """The kind of task of that name, or at ``package.module:Name``.
+
+    Raises:
+        ConfigurationError: There is none, or what there is is no kind of task.
+    """
+    place = _OWN.get(name, "")
+    if not place:
+        others = entries(GROUP)
+        if name not in others and ":" not in name:
+            known = sorted({*_OWN, *others})
+            near = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
+            hint = f"; did you mean {near[0]}?" if near else ""
+            raise ConfigurationError(_FIELD, name, f"one of {', '.join(known)}, or package.module:Name{hint}")
+        place = others[name].value if name in others else name
+    with from_here():
+        made = imported(_FIELD, place, "package.module:Name")
+    missing = [each for each in ("preset", "asks_policy", "options", "workspace", "ready", "setup", "make", "achieved")
+               if not hasattr(made, each)]  # fmt: skip
+    if missing:
+        raise ConfigurationError(_FIELD, name, f"a palpate.core.trial.TaskKind; {place} has no {missing[0]}")
+    kind: TaskKind = made
+    return kind

@@ -1,0 +1,260 @@
+"""What every task has that touches something: the way to its start, the tare, its limits, and all ways to end early."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from enum import Enum
+from math import dist, sqrt
+
+from typing_extensions import override
+
+from palpate.core.motion import ControlLaw, TipMotion
+from palpate.core.policy import Observation
+from palpate.core.ports import CommandReason, JointCommand, Snapshot, Validity, Vector3
+from palpate.core.tasks.contact.proof import Proof
+from palpate.core.tasks.contact.trial_state import TrialState
+from palpate.core.tasks.contact.way_to_start import Lift, RunningPhase, Settle, Transfer
+from palpate.core.trial import (
+    INTERRUPT,
+    Expectation,
+    ExplorationArea,
+    Intervention,
+    Measurement,
+    Outcome,
+    Phase,
+    Task,
+    TaskConfig,
+    TrialReport,
+    TrialSetup,
+    Trip,
+    require_place,
+)
+
+
+class TouchTask(Task):
+    """Lift, way to the start and tare; what comes then is a subclass's, phase by phase, in :meth:`_follow`.
+
+    Args:
+        task: What is to be done.
+        measurement: From snapshots to the task frame.
+        motion: From tip velocities to joint commands.
+        free: The law of motion in free space.
+        state: Where the trial stands.
+        proof: Holds force against position.
+
+    Attributes:
+        expectation: What the task expects of the world in this phase, for the supervisor.
+        tip_m: Tip according to the encoders, (3,), task frame, as of the last tick.
+    """
+
+    def __init__(
+        self,
+        task: TaskConfig,
+        measurement: Measurement,
+        motion: TipMotion,
+        free: ControlLaw,
+        state: TrialState,
+        proof: Proof,
+    ) -> None:
+        self._measurement, self._motion = measurement, motion
+        self._max_force_N = task.max_force_N
+        self._lift, self._transfer = Lift(task, motion, free), Transfer(task, motion, free, state)
+        self._settle = Settle(task, measurement, state)
+        self._state, self._proof = state, proof
+        self._running: RunningPhase
+        self._interrupted = False
+
+    @abstractmethod
+    def _follow(self) -> None:
+        """The phase that runs is over, and it is the settling or one of the task's own: enter the next, or end."""
+
+    def _may_end(self) -> bool:
+        """Whether a trial that is to be interrupted may end in this tick."""
+        return True
+
+    @override
+    def begin(self, setup: TrialSetup) -> None:
+        """Prepare for a trial; the next ``step`` is its first tick."""
+        self._measurement.reset()
+        self._state.begin(setup)
+        self._settle.begin()
+        self._proof.begin()
+        self._running = self._lift
+        self.expectation = self._state.expectation
+        self.tip_m = self._measurement.position_m
+        self._interrupt_noted = False
+        self._clamped_tick = -2
+
+    def step(self, snapshot: Snapshot) -> JointCommand:
+        """One control tick: what was sensed in, what the arm shall do out.
+
+        Raises:
+            DeviceError: It is not known where the arm is when the trial begins, so there is nothing to command.
+        """
+        self.sense(snapshot)
+        return self.act()
+
+    @override
+    def sense(self, snapshot: Snapshot) -> Observation | None:
+        """The first half of a tick: what was sensed in; :meth:`act` is the second.
+
+        Returns:
+            What the policy will choose an action by in the second half; None in the many ticks without a choice.
+
+        Raises:
+            DeviceError: It is not known where the arm is when the trial begins, so there is nothing to command; or the
+                encoders give another number of joint angles than the arm has.
+        """
+        state = self._state
+        state.observation, self._velocity_m_s = None, (0.0, 0.0, 0.0)
+        state.tick = snapshot.tick
+        state.report.ticks = snapshot.tick + 1
+        if snapshot.tick == 0:
+            require_place(snapshot.joints, self._measurement.joints)
+            self._motion.start(snapshot.joints.position_rad)
+        if snapshot.applied is not None and snapshot.applied.reason is not CommandReason.AS_ASKED:
+            state.report.clamped_ticks += 1
+            sound = self._motion.adopt(snapshot.applied)
+            if snapshot.applied.reason is CommandReason.STOPPED:
+                state.end(Outcome.STOPPED, "the arm was stopped from outside")
+                return None
+            if not sound:
+                state.end(Outcome.SENSOR_FAULT, "the arm answers a command with joint angles that it cannot have")
+                return None
+        # A limit that a sample shows may be exceeded further by the truth: saturation ends the trial too.
+        if snapshot.wrench.validity is not Validity.VALID or snapshot.joints.validity is not Validity.VALID:
+            state.end(
+                Outcome.SENSOR_FAULT,
+                f"force sample {snapshot.wrench.validity.value}, joint sample {snapshot.joints.validity.value}",
+            )
+            return None
+        state.snapshot = snapshot
+        self._measurement.update(snapshot)
+        self.tip_m = self._measurement.position_m
+        if state.expectation.doubt is not None:
+            # A supervisor would have taken over in the tick of the doubt.
+            state.end(Outcome.UNPROVED, state.expectation.doubt.text)
+        elif self._interrupted:
+            self._wind_up()
+        if state.phase is not Phase.DONE:
+            self._hold_force_limit()
+        if state.phase is not Phase.DONE:
+            trip = self._proof.contradiction(snapshot, self._measurement, tared=self._settle.bias is not None)
+            if trip is not None:
+                state.doubt(trip)
+            else:
+                self._velocity_m_s = self._running.step()
+                if self._running.over:
+                    self._go_on()
+            self.expectation = state.expectation
+        return state.observation
+
+    @override
+    def act(self) -> JointCommand:
+        """The second half of a tick: command the arm, after a choice where one is due and not made yet."""
+        if self._state.observation is not None:
+            self.choose()
+        return self._motion.move(self._velocity_m_s)
+
+    def _go_on(self) -> None:
+        """Which phase follows the one that is over."""
+        phase = self._state.phase
+        if phase is Phase.LIFT:
+            self._enter(Phase.TRANSFER, self._transfer, contact=False)
+            # The tool was up already: this tick is the next phase's first.
+            self._velocity_m_s = self._transfer.step()
+            if self._transfer.over:
+                self._go_on()
+        elif phase is Phase.TRANSFER:
+            self._settle.enter()
+            self._enter(Phase.SETTLE, self._settle, contact=False)
+        else:
+            self._follow()
+
+    def _enter(
+        self, phase: Enum, running: RunningPhase, *, contact: bool = True, area: ExplorationArea | None = None
+    ) -> None:
+        self._running = running
+        self._state.enter(phase, Expectation(contact, self._settle.bias, area))
+
+    @override
+    def interrupt(self) -> None:
+        """End the trial as soon as the running action is over, and any later one at once.
+
+        Safe to call from a signal handler.
+        """
+        self._interrupted = True
+
+    @override
+    def tripped(self, trip: Trip) -> None:
+        """The supervisor has taken over: the trial is over."""
+        self._state.event("trip", f"{trip.reason.name}: {trip.text}")
+        if not self.done:
+            self._state.end(Outcome.TRIPPED, trip.text)
+        elif self._state.report.outcome in (Outcome.INSERTED, Outcome.DONE):
+            # Said in this very tick, from samples that are not to be trusted.
+            self._state.report.outcome = Outcome.TRIPPED
+
+    @override
+    def conclude(self) -> None:
+        """The loop is done with the trial."""
+        return
+
+    @override
+    def clamped(self, intervention: Intervention) -> None:
+        """The supervisor has changed a command; noted at the first tick of each stretch."""
+        if self._state.tick != self._clamped_tick + 1:
+            asked, given = (
+                " ".join(f"{q:.6f}" for q in angles) for angles in (intervention.asked_rad, intervention.command_rad)
+            )
+            self._state.event("clamp", f"{intervention.reason.name}: asked {asked}, applied {given} rad")
+        self._clamped_tick = self._state.tick
+
+    @property
+    def report(self) -> TrialReport:
+        """The account of the trial that runs, or of the last one."""
+        return self._state.report
+
+    @property
+    def phase(self) -> Enum:
+        """Where in the trial it is."""
+        return self._state.phase
+
+    @property
+    def wrench_at_tip(self) -> tuple[Vector3, Vector3]:
+        """Tared, filtered force (3,) N and torque about the tip (3,) N m, task frame, as of the last tick."""
+        return self._measurement.filtered_wrench_at_tip()
+
+    @property
+    def filter_state(self) -> list[float]:
+        """Tare and memory of the wrench filter; after :meth:`begin` what a trial starts with."""
+        return self._measurement.filter_state
+
+    @property
+    def done(self) -> bool:
+        """Whether the trial has ended."""
+        return self._state.phase is Phase.DONE
+
+    def _wind_up(self) -> None:
+        if not self._interrupt_noted:
+            # A replay must interrupt the trial at this very tick.
+            self._interrupt_noted = True
+            self._state.event(INTERRUPT, "requested")
+        if self._may_end():
+            self._state.end(Outcome.INTERRUPTED, "on request")
+
+    def _hold_force_limit(self) -> None:
+        x, y, z = self._measurement.force_N
+        if self._settle.bias is None:
+            # Weight and offset are not known yet: what counts is the change since the trial began.
+            if self._state.tick == 0:
+                self._first_force_N = (x, y, z)
+            force = dist((x, y, z), self._first_force_N)
+            if force > self._max_force_N:
+                self._state.end(Outcome.FORCE_LIMIT, f"{force:.2f} N more than at the start, before taring")
+            return
+        force = sqrt(x * x + y * y + z * z)
+        if force > self._state.report.peak_force_N:
+            self._state.report.peak_force_N = force
+            if force > self._max_force_N:
+                self._state.end(Outcome.FORCE_LIMIT, f"{force:.2f} N, limit {self._max_force_N:g} N")

@@ -1,0 +1,71 @@
+"""A surface that is not flat, and the ball that follows it: both of shapes that MuJoCo collides exactly."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import atan2, ceil, cos, hypot, sin, tau
+from typing import Annotated, ClassVar, Final
+
+import mujoco
+
+from palpate.core.ports import OneOf, Range, Settings
+
+FLAT: Final = "none"
+_BOX_M: Final = 1e-3
+"""Length of the boxes that the contour is made of; at a radius of 80 mm their middle is 1.6 um off the curve."""
+_HALF_THICKNESS_M: Final = 5e-3
+
+
+@dataclass(frozen=True)
+class ContourConfig(Settings):
+    """A contour in the plate's place, and a ball in the peg's. At the hole's place the wave is at its mean."""
+
+    TABLE: ClassVar[str] = "cell.contour"
+
+    shape: Annotated[str, OneOf(FLAT, "sine")] = FLAT
+    """none: the plate with its hole; sine: a wave along x."""
+    amplitude_mm: Annotated[float, Range(0.0, 20.0)] = 2.0
+    """Height of its crests above its mean."""
+    wavelength_mm: Annotated[float, Range(5.0, 1000.0)] = 80.0
+    """Length of a wave."""
+    length_mm: Annotated[float, Range(10.0, 2000.0)] = 260.0
+    """Length of the surface, along x and across."""
+    ball_radius_mm: Annotated[float, Range(0.5, 20.0)] = 5.0
+    """Radius of the tool's tip."""
+
+
+def height_m(contour: ContourConfig, x_m: float) -> float:
+    """How far the surface lies above its mean, x from where the hole would be."""
+    return contour.amplitude_mm * 1e-3 * sin(tau * x_m / (contour.wavelength_mm * 1e-3))
+
+
+def add_contour(plate: mujoco.MjsBody, contour: ContourConfig, **touching: object) -> None:
+    """The surface, in the plate's frame: z into it. Boxes along its chords, tangent end to end.
+
+    Args:
+        plate: Carries it.
+        contour: What it is like.
+        touching: How its geoms touch.
+    """
+    count = ceil(contour.length_mm * 1e-3 / _BOX_M)
+    first_m = -0.5 * count * _BOX_M
+    for number in range(count):
+        x0 = first_m + number * _BOX_M
+        z0, z1 = -height_m(contour, x0), -height_m(contour, x0 + _BOX_M)
+        chord_m, lean = hypot(_BOX_M, z1 - z0), (z1 - z0) / _BOX_M
+        s, c = lean / hypot(1.0, lean), 1.0 / hypot(1.0, lean)
+        # Turned about y so that its x leads along the chord; its middle is half its thickness below.
+        half = -0.5 * atan2(s, c)
+        plate.add_geom(
+            type=mujoco.mjtGeom.mjGEOM_BOX,
+            size=(0.5 * chord_m, 0.5e-3 * contour.length_mm, _HALF_THICKNESS_M),
+            pos=(x0 + 0.5 * _BOX_M - s * _HALF_THICKNESS_M, 0.0, 0.5 * (z0 + z1) + c * _HALF_THICKNESS_M),
+            quat=(cos(half), 0.0, sin(half), 0.0),
+            **touching,
+        )
+
+
+def add_ball(peg: mujoco.MjsBody, contour: ContourConfig, **touching: object) -> None:
+    """The tool's tip; the deepest point of the ball is where the peg's end face would be."""
+    radius_m = contour.ball_radius_mm * 1e-3
+    peg.add_geom(type=mujoco.mjtGeom.mjGEOM_SPHERE, size=(radius_m, 0.0, 0.0), pos=(0.0, 0.0, -radius_m), **touching)
