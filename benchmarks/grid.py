@@ -18,8 +18,11 @@ import json
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import lru_cache
+from itertools import product
 from multiprocessing import Pool
 from pathlib import Path
+from typing import Final
 
 import numpy as np
 
@@ -28,13 +31,66 @@ from palpate.adapters.experiments.grid.learning import learn
 from palpate.adapters.experiments.grid.report import Score
 from palpate.adapters.experiments.grid.worlds import Named, bounds_of, grid_named
 from palpate.adapters.experiments.statistics import mean_with_interval, quantile_interval
+from palpate.core.errors import ConfigurationError
+from palpate.core.perception import IdentityState
 from palpate.core.policy.base import COMPASS_NAMES
-from palpate.simulation.grid.chain import best_fixed_actions
-from palpate.simulation.grid.maps import GridMap
-from palpate.simulation.grid.optimum import best_actions
+from palpate.simulation.grid.chain import STEP_LIMIT, ExpectedSteps, expected_steps
+from palpate.simulation.grid.maps import COMPASS, GridMap
 
 FIRST_SEED = 100
 MAPS = ("1", "2", "twin")
+
+
+MOST_SYMBOLS: Final = 6
+"""With a seventh there would be two million policies to try."""
+
+
+def best_actions(grid: GridMap) -> tuple[tuple[int, ...], ...]:
+    """For each symbol the actions that shorten the way from every cell with that symbol, (symbols, any number).
+
+    Where there are none, no action is the right one for the symbol, and a policy with no other input must
+    fail somewhere (paper, section 4).
+    """
+    distances = grid.distances
+    shared = [set(range(len(COMPASS))) for _ in grid.symbols]
+    for cell, targets in enumerate(grid.moves):
+        nearer = {action for action, target in enumerate(targets) if distances[target] < distances[cell]}
+        shared[grid.readings[cell]] &= nearer
+    return tuple(tuple(sorted(actions)) for actions in shared)
+
+
+@lru_cache(maxsize=16)
+def best_fixed_actions(grid: GridMap, step_limit: int = STEP_LIMIT) -> ExpectedSteps:
+    """The best policy that always takes the same action for a symbol, by trying every one of them.
+
+    It bounds all policies that have no memory and draw nothing.
+
+    Args:
+        grid: The map.
+        step_limit: Steps after which a trial is cut off; the best policy is the one with the fewest steps so.
+
+    Raises:
+        ConfigurationError: The map has too many symbols.
+    """
+    count = len(grid.symbols)
+    if count > MOST_SYMBOLS:
+        raise ConfigurationError("grid.map", f"{count} symbols", f"at most {MOST_SYMBOLS}, to try all policies")
+    policies = np.array(list(product(range(len(COMPASS)), repeat=count)), dtype=np.int8)
+    goal = len(grid.cells)
+    targets = [[goal if target is None else target for target in row] for row in grid.moves]
+    moves, readings = np.array(targets, dtype=np.int16), np.array(grid.readings)
+    total = np.zeros(len(policies), dtype=np.int64)
+    for start in range(goal):
+        running, cells = np.arange(len(policies)), np.full(len(policies), start, dtype=np.int16)
+        # Who has not arrived after as many steps as there are cells goes round in circles.
+        for _ in range(min(step_limit, goal)):
+            total[running] += 1
+            cells = moves[cells, policies[running, readings[cells]]]
+            running, cells = running[cells != goal], cells[cells != goal]
+        total[running] += max(0, step_limit - goal)
+    best = policies[int(np.argmin(total))]
+    policy = [[float(index == action) for index in range(len(COMPASS))] for action in best]
+    return expected_steps(grid, IdentityState(grid.symbols), policy, step_limit)
 
 
 @dataclass(frozen=True)

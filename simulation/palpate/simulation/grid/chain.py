@@ -8,8 +8,6 @@ from __future__ import annotations
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
-from itertools import product
 from math import inf, isclose
 from typing import Any, Final, TypeAlias
 
@@ -19,7 +17,7 @@ from scipy.sparse.linalg import MatrixRankWarning, spsolve
 
 from palpate.core.automata import AutomatonState
 from palpate.core.errors import ConfigurationError, require_whole
-from palpate.core.perception import IdentityState, StateIdentifier
+from palpate.core.perception import StateIdentifier
 from palpate.core.policy import COMPASS_NAMES, Policy, boltzmann_probabilities
 from palpate.simulation.grid.maps import COMPASS, GridMap
 from palpate.simulation.grid.trial import STEP_LIMIT, UNDISTURBED, Disturbance, run_trial
@@ -219,41 +217,3 @@ def _solve(chain: Any, inside: Any, gains: Any) -> Any:
             warnings.simplefilter("ignore", MatrixRankWarning)
             result[inside] = spsolve((eye_array(part.shape[0], format="csc") - part).tocsc(), gains[inside])
     return result
-
-
-MOST_SYMBOLS: Final = 6
-"""With a seventh there would be two million policies to try."""
-
-
-@lru_cache(maxsize=16)
-def best_fixed_actions(grid: GridMap, step_limit: int = STEP_LIMIT) -> ExpectedSteps:
-    """The best policy that always takes the same action for a symbol, by trying every one of them.
-
-    It bounds all policies that have no memory and draw nothing.
-
-    Args:
-        grid: The map.
-        step_limit: Steps after which a trial is cut off; the best policy is the one with the fewest steps so.
-
-    Raises:
-        ConfigurationError: The map has too many symbols.
-    """
-    count = len(grid.symbols)
-    if count > MOST_SYMBOLS:
-        raise ConfigurationError("grid.map", f"{count} symbols", f"at most {MOST_SYMBOLS}, to try all policies")
-    policies = np.array(list(product(range(len(COMPASS)), repeat=count)), dtype=np.int8)
-    goal = len(grid.cells)
-    targets = [[goal if target is None else target for target in row] for row in grid.moves]
-    moves, readings = np.array(targets, dtype=np.int16), np.array(grid.readings)
-    total = np.zeros(len(policies), dtype=np.int64)
-    for start in range(goal):
-        running, cells = np.arange(len(policies)), np.full(len(policies), start, dtype=np.int16)
-        # Who has not arrived after as many steps as there are cells goes round in circles.
-        for _ in range(min(step_limit, goal)):
-            total[running] += 1
-            cells = moves[cells, policies[running, readings[cells]]]
-            running, cells = running[cells != goal], cells[cells != goal]
-        total[running] += max(0, step_limit - goal)
-    best = policies[int(np.argmin(total))]
-    policy = [[float(index == action) for index in range(len(COMPASS))] for action in best]
-    return expected_steps(grid, IdentityState(grid.symbols), policy, step_limit)

@@ -26,20 +26,6 @@ def full_information_optimum(grid: GridMap) -> Fraction:
     return Fraction(sum(grid.distances.values()), len(grid.cells))
 
 
-def best_actions(grid: GridMap) -> tuple[tuple[int, ...], ...]:
-    """For each symbol the actions that shorten the way from every cell with that symbol, (symbols, any number).
-
-    Where there are none, no action is the right one for the symbol, and a policy with no other input must
-    fail somewhere (paper, section 4).
-    """
-    distances = grid.distances
-    shared = [set(range(len(COMPASS))) for _ in grid.symbols]
-    for cell, targets in enumerate(grid.moves):
-        nearer = {action for action, target in enumerate(targets) if distances[target] < distances[cell]}
-        shared[grid.readings[cell]] &= nearer
-    return tuple(tuple(sorted(actions)) for actions in shared)
-
-
 Belief: TypeAlias = tuple[tuple[int, int], ...]
 """Possible cells in rising order, each with how many of the starts have led there."""
 

@@ -14,8 +14,8 @@ from palpate.core.errors import ConfigurationError
 from palpate.core.perception import IdentityState, LastSymbols
 from palpate.core.policy import QLearning, QParameters, TemperatureSchedule
 from palpate.simulation.grid import chain
-from palpate.simulation.grid.chain import ExpectedSteps, best_fixed_actions, expected_steps, greedy, uniform
-from palpate.simulation.grid.maps import SCENARIO_2, SCENARIOS, TWIN, GridMap, grid_actions
+from palpate.simulation.grid.chain import ExpectedSteps, expected_steps, greedy, uniform
+from palpate.simulation.grid.maps import SCENARIOS, GridMap, grid_actions
 from palpate.simulation.grid.optimum import belief_optimum
 from palpate.simulation.grid.trial import run_trial
 
@@ -151,30 +151,3 @@ def test_a_memory_without_bounds_is_refused(monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.setattr(chain, "MOST_PLACES", 100)
     with pytest.raises(ConfigurationError, match="at most 100 places"):
         expected_steps(grid, identifier, uniform(len(identifier.states)))
-
-
-# The best policy with one action a symbol.
-
-
-@pytest.mark.parametrize(("notation", "steps", "reaches"), [(SCENARIO_2, 34.9583, 0.6875), (TWIN, 47.7708, 0.5417)])
-def test_the_best_fixed_actions_are_those_of_another_program(notation: str, steps: float, reaches: float) -> None:
-    best = best_fixed_actions(GridMap.from_regions(notation))
-    assert (best.limited_steps, best.reaches) == (pytest.approx(steps, abs=5e-5), pytest.approx(reaches, abs=5e-5))
-    assert best.steps == inf
-
-
-def test_the_best_fixed_actions_by_hand() -> None:
-    # Right is best where A is: the two on the left arrive, the one on the right does not.
-    best = best_fixed_actions(GridMap.from_text("AA·A"), step_limit=10)
-    assert (best.limited_steps, best.reaches) == (pytest.approx((2 + 1 + 10) / 3), pytest.approx(2 / 3))
-    # With fewer steps than there are cells, a way that is too long counts as none.
-    assert best_fixed_actions(GridMap.from_text("AAA·"), step_limit=2).limited_steps == pytest.approx((2 + 2 + 1) / 3)
-
-
-def test_where_every_region_has_its_own_symbol_they_are_the_optimum() -> None:
-    assert best_fixed_actions(GridMap.from_text("ABC\nD·E\n")).steps == pytest.approx(1.0)
-
-
-def test_too_many_symbols_are_refused() -> None:
-    with pytest.raises(ConfigurationError, match="at most 6"):
-        best_fixed_actions(GridMap.from_regions("ABC/D·E/FGH", 3))

@@ -5,39 +5,14 @@ from fractions import Fraction
 import pytest
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.policy.base import COMPASS_NAMES
 from palpate.simulation.grid.maps import SCENARIO_1, SCENARIO_2, SCENARIOS, TWIN, GridMap
-from palpate.simulation.grid.optimum import belief_optimum, best_actions, full_information_optimum
+from palpate.simulation.grid.optimum import belief_optimum, full_information_optimum
 
 
 @pytest.mark.parametrize(("size", "steps"), [(3, Fraction(1)), (5, Fraction(5, 3)), (7, Fraction(7, 3))])
 def test_with_full_information_the_distance_counts(size: int, steps: Fraction) -> None:
     for name in SCENARIOS:
         assert full_information_optimum(GridMap.from_regions(SCENARIOS[name], size)) == steps
-
-
-def named(grid: GridMap) -> dict[str, tuple[str, ...]]:
-    return {
-        symbol: tuple(COMPASS_NAMES[action] for action in actions)
-        for symbol, actions in zip(grid.symbols, best_actions(grid), strict=True)
-    }
-
-
-@pytest.mark.parametrize("size", [5, 7])
-def test_in_scenario_1_just_the_replicated_symbols_have_no_best_action(size: int) -> None:
-    assert named(GridMap.from_regions(SCENARIO_1, size)) == {
-        "A": ("+x-y",), "B": (), "C": (), "D": ("+y",), "E": ("-x",), "F": ("-x+y",),
-    }  # fmt: skip
-
-
-@pytest.mark.parametrize("notation", [SCENARIO_2, TWIN])
-def test_in_scenario_2_no_symbol_has_one(notation: str) -> None:
-    assert set(named(GridMap.from_regions(notation)).values()) == {()}
-
-
-def test_several_actions_may_be_equally_good() -> None:
-    assert named(GridMap.from_text("AAB·"))["A"] == ("+x",)
-    assert named(GridMap.from_text("#A.\nCAB"))["C"] == ("+x", "+x+y")
 
 
 @pytest.mark.parametrize(
