@@ -74,7 +74,7 @@ TROUBLES: dict[str, Strike] = {
     "a header alone": net(half=3),
     "a package shorter than its header": net(garbage=b"\x00\x01U"),
     "a package longer than the stream": net(garbage=b"\xff\xffU" + bytes(40)),
-    "a text message": net(garbage=b"\x00\x0aM\x02hi\x01x\x01"),
+    "a text message": net(garbage=b"\x00\x09M\x02hi\x01x\x01"),
     "duplicates": net(repeats=1),
     "unplugged": net(is_unplugged=True),
     "unplugged and plugged again": replug,

@@ -11,7 +11,7 @@ import pytest
 
 from palpate.adapters.hardware import MonotonicClock, RigContext
 from palpate.adapters.hardware.ur import make_ur_rtde, make_ur_tool_force
-from palpate.core.errors import DeviceError, PalpateError
+from palpate.core.errors import DeviceError
 from palpate.core.ports import JointCommand, Life
 from palpate.drivers.errors import DriverError
 from palpate.drivers.ur import ProcessLink
@@ -98,12 +98,10 @@ GARBAGE = b"\x00\x01U"
     "strike",
     [
         lambda server: setattr(server.network, "is_silent", True),
-        lambda server: setattr(server.network, "is_stalled", True),
         lambda server: setattr(server.network, "half", 7),
         lambda server: setattr(server.network, "garbage", GARBAGE),
-        lambda server: setattr(server.network, "is_unplugged", True),
     ],
-    ids=["silence", "stall", "half frames", "garbage", "unplugged"],
+    ids=["silence", "half frames", "garbage"],
 )
 @pytest.mark.usefixtures("real_time")
 def test_wire_trouble_ends_in_a_named_fault_with_the_arm_at_rest_within_two_seconds(
@@ -165,9 +163,40 @@ def test_without_the_client_one_line_names_the_extra(
     assert "pip install 'palpate[ur]'" in told
 
 
-def test_a_controller_in_local_control_is_one_line(context: RigContext) -> None:
+@pytest.mark.parametrize(
+    ("strike", "told"),
+    [
+        (lambda controller: setattr(controller, "remote", False), "local control"),
+        (lambda controller: controller.protective_stop(), "protective stop"),
+        (
+            lambda controller: setattr(controller, "config", ControllerConfig(payload_kg=0.5)),
+            "and 0.5 in the controller",
+        ),
+    ],
+    ids=["local control", "protective stop"],
+)
+def test_a_controller_that_cannot_be_used_is_one_line(
+    palpate: CommandLine, tmp_path: Path, strike: Callable[[UrController], object], told: str
+) -> None:
     with served() as server:
         with server.exclusive() as controller:
-            controller.remote = False
-        with pytest.raises(PalpateError, match="local control; switch the pendant to remote control"):
-            make_ur_rtde({"host": server.host}, context).arm.configure()
+            strike(controller)
+        sensor = f"[force_sensor]\nadapter = 'ur-rtde'\nhost = '{server.host}'\n"
+        (tmp_path / "rig.toml").write_text(f"[arm]\nadapter = 'ur-rtde'\nhost = '{server.host}'\n{sensor}")
+        line = palpate.refusal("run", "--rig", "rig.toml", "--arm", "ur5", "--policy", "torque", "--trials", "1")
+        assert told in line
+        assert controller.targets_rad() == HOME
+
+
+def test_insertion_by_the_tool_force_is_refused_with_the_figures(palpate: CommandLine, tmp_path: Path) -> None:
+    with served() as server:
+        sensor = (
+            f"[force_sensor]\nadapter = 'ur-rtde'\nhost = '{server.host}'\nfacts = {{noise_N = 1.75, noise_Nm = 0.1}}"
+        )
+        (tmp_path / "rig.toml").write_text(f"[arm]\nadapter = 'ur-rtde'\nhost = '{server.host}'\n{sensor}\n")
+        line = palpate.refusal("run", "--rig", "rig.toml", "--arm", "ur5", "--policy", "torque", "--trials", "1")
+        assert "noise of 1.75 N and 100 mN m" in line
+        assert "less than 0.98 N" in line
+        assert "6.9 mN m" in line
+        with server.exclusive() as controller:
+            assert controller.targets_rad() == HOME

@@ -136,7 +136,13 @@ class UrArm(ArmDriver):
             DriverError: It is not there, in local control, without power, of another version, or set up otherwise.
         """
         self._require("open()", UrArmState.NEW)
-        self._connect()
+        seen = self._reach()
+        try:
+            self._judge_controller(seen)
+        except (DeviceFaultError, WiringError) as error:
+            # Nothing has begun: it is no fault of a run, but of how the rig was left.
+            raise SettingError(error.device, error.problem, error.remedy) from error
+        self._judge_set_up(seen)
         self._state = UrArmState.CONFIGURED
 
     def enable(self) -> None:
@@ -151,7 +157,9 @@ class UrArm(ArmDriver):
             self._judge_controller(seen)
         except (SilentError, WiringError):
             # Nothing was under way: whoever enables wants it back.
-            seen = self._connect()
+            seen = self._reach()
+            self._judge_controller(seen)
+            self._judge_set_up(seen)
             self.reconnections += 1
         self._judge_tool(seen)
         for i, (angle, low, high) in enumerate(
@@ -255,7 +263,7 @@ class UrArm(ArmDriver):
         try:
             seen = self._fresh()
         except DriverError:
-            seen = self._connect(judged=False)
+            seen = self._reach()
             self.reconnections += 1
         if seen.safety_mode == _PROTECTIVE:
             self._link.call("unlock", _ANSWER_S)
@@ -277,21 +285,14 @@ class UrArm(ArmDriver):
         """Nothing is lacking."""
         return ()
 
-    def _connect(self, *, judged: bool = True) -> UrState:
+    def _reach(self) -> UrState:
         self._seen = None
         self.hello = self._link.open(_OPEN_S)
         found = re.search(r"(\d+)\.(\d+)", self.hello.version)
         if found is None or int(found[1]) != 5 or int(found[2]) < 9:
-            problem = f"its software is {self.hello.version!r}, which nobody has tried"
-            raise WiringError(NAME, problem, "PolyScope 5.9 or a later 5 is asked for")
-        seen = self._fresh()
-        if judged:
-            self._judge_controller(seen)
-            self._judge_tool(seen)
-            # The tool centre point is the control program's to tell.
-            self._link.call("control", _PROGRAM_S, 0.0)
-            self._judge_tcp(self._link.call("tcp", _ANSWER_S))
-        return seen
+            problem = f"the software of its controller at {self._link.host} is {self.hello.version!r}, untried"
+            raise SettingError(NAME, problem, "PolyScope 5.9 or a later 5 is asked for")
+        return self._fresh()
 
     def _require(self, request: str, *states: UrArmState) -> None:
         if self._state in states:
@@ -369,7 +370,8 @@ class UrArm(ArmDriver):
             name = _MODES.get(seen.robot_mode, f"robot mode {seen.robot_mode}")
             raise DeviceFaultError(NAME, f"its controller at {self._link.host} reports: {name}", _REMEDY)
         if not self._link.call("remote", _ANSWER_S):
-            raise WiringError(NAME, "it is in local control", "switch the pendant to remote control")
+            problem = f"its controller at {self._link.host} is in local control"
+            raise WiringError(NAME, problem, "switch the pendant to remote control")
 
     def _judge_motion(self, seen: UrState) -> None:
         if seen.safety_mode not in _SAFE or seen.robot_mode != _RUNNING:
@@ -389,8 +391,11 @@ class UrArm(ArmDriver):
         if dist(seen.payload_cog_m, settings.payload_cog_m) > _COG_M:
             self._refuse("payload_cog_m", settings.payload_cog_m, tuple(round(x, 5) for x in seen.payload_cog_m))
 
-    def _judge_tcp(self, told: Sequence[float]) -> None:
-        wanted = self.settings.tcp_offset
+    def _judge_set_up(self, seen: UrState) -> None:
+        self._judge_tool(seen)
+        # The tool centre point is the control program's to tell.
+        self._link.call("control", _PROGRAM_S, 0.0)
+        told, wanted = self._link.call("tcp", _ANSWER_S), self.settings.tcp_offset
         if dist(told[:3], wanted[:3]) > _TCP_M or dist(told[3:], wanted[3:]) > _TCP_RAD:
             self._refuse("tcp_offset", wanted, tuple(round(x, 5) for x in told))
 

@@ -12,8 +12,8 @@ import select
 import socket
 import sys
 import time
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from typing import Any, Final
 
 STATE: Final = b"S"
@@ -40,7 +40,7 @@ class Served:
         self._dashboard: Any = None
         self._receive: Any = None
         self._control: Any = None
-        self._timestamp_s = -1.0
+        self._timestamp_s, self._priority = -1.0, os.sched_getparam(0).sched_priority
         self._led_s: float | None = None
         self._ways: dict[str, Callable[..., Any]] = {
             "hello": self._hello, "listen": self._listen, "control": self._start_program, "stop": self._stop,
@@ -96,6 +96,21 @@ class Served:
             answer = {"id": asked["id"], "error": str(error).strip() or repr(error)}
         self._line.send(json.dumps(answer).encode())
 
+    @contextmanager
+    def _ahead(self) -> Iterator[None]:
+        """Around what makes the client start threads: where there are priorities, they come before this thread.
+
+        It waits for what they receive without sleeping, and of equal priority it would keep them from receiving.
+        """
+        policy, own = os.sched_getscheduler(0), self._priority
+        if own > 1:
+            os.sched_setscheduler(0, policy, os.sched_param(own))
+        try:
+            yield
+        finally:
+            if own > 1:
+                os.sched_setscheduler(0, policy, os.sched_param(own - 1))
+
     def _hello(self) -> dict[str, Any]:
         from dashboard_client import DashboardClient  # type: ignore[import-untyped, import-not-found, unused-ignore]
 
@@ -109,14 +124,16 @@ class Served:
     def _listen(self) -> None:
         from rtde_receive import RTDEReceiveInterface  # type: ignore[import-untyped, import-not-found, unused-ignore]
 
-        self._receive = RTDEReceiveInterface(self._host, self._rate_Hz, _VARIABLES)
+        with self._ahead():
+            self._receive = RTDEReceiveInterface(self._host, self._rate_Hz, _VARIABLES)
 
     def _start_program(self, watchdog_Hz: float) -> bool:
         from rtde_control import RTDEControlInterface  # type: ignore[import-untyped, import-not-found, unused-ignore]
 
         self._led_s = None
         if self._control is None:
-            self._control = RTDEControlInterface(self._host, self._rate_Hz)
+            with self._ahead():
+                self._control = RTDEControlInterface(self._host, self._rate_Hz)
         else:
             self._control.reuploadScript()
             deadline_s = time.monotonic() + _START_S
