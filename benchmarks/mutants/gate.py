@@ -61,6 +61,7 @@ _SETTING: Final = re.compile(r"[a-z_]+(\.\w+)+")
 _MODULE: Final = "<module>"
 _CORE: Final = "core/palpate/core"
 _CPU_S: Final = 30
+_TRACED_CPU_S: Final = 300
 _WALL_S: Final = 300.0
 _MOST_MEMORY_B: Final = 8_000_000_000
 _OPERATORS: Final = ("arithmetic", "boolean", "branches", "comparison", "constant", "statement")
@@ -124,7 +125,7 @@ def _replay(checkout: Path, prepared: Callable[[], None] = lambda: None, logs: S
     return ""
 
 
-def _in_child(work: Callable[[], Any]) -> tuple[str, Any]:
+def _in_child(work: Callable[[], Any], cpu_s: int = _CPU_S) -> tuple[str, Any]:
     """What the work gives in a fork of this process; how it ended if it gave nothing."""
     reader, writer = os.pipe()
     child = os.fork()
@@ -135,7 +136,7 @@ def _in_child(work: Callable[[], Any]) -> tuple[str, Any]:
             silent = os.open(os.devnull, os.O_WRONLY)
             os.dup2(silent, 1)
             os.dup2(silent, 2)
-            resource.setrlimit(resource.RLIMIT_CPU, (_CPU_S, _CPU_S + 5))
+            resource.setrlimit(resource.RLIMIT_CPU, (cpu_s, cpu_s + 5))
             resource.setrlimit(resource.RLIMIT_DATA, (_MOST_MEMORY_B, _MOST_MEMORY_B))
             try:
                 told: Any = ("done", work())
@@ -194,7 +195,7 @@ def lines_run(checkout: Path) -> dict[str, set[int]]:
             raise SystemExit(f"the golden logs do not replay: {problem}")
         return {file: lines for file, lines in found.items() if file in in_trials}
 
-    kind, value = _in_child(work)
+    kind, value = _in_child(work, _TRACED_CPU_S)
     if kind != "done":
         raise SystemExit(str(value))
     lines: dict[str, set[int]] = value
@@ -236,7 +237,7 @@ def _candidates(file: str, source: str, run: set[int]) -> Iterator[_Candidate]:
                 if name != _MODULE and not {place.node.lineno, starts.get(place.node, -1)} & run:
                     continue
                 for variant, becomes in enumerate(place.variants):
-                    key = "\0".join((file, name, text, operator, str(number), str(variant)))
+                    key = "\0".join((Path(file).name, name, text, operator, str(number), str(variant)))
                     yield _Candidate(
                         CoreMutant(
                             hashlib.sha256(key.encode()).hexdigest()[:10],
