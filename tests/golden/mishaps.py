@@ -139,7 +139,7 @@ MISHAPS: Final[dict[str, Mishap]] = {
     "calibrated-torque": Mishap((_force("spike", _EXPLORING, magnitude=9.0, channels=(3, 4, 5)),), _CALIBRATED),
     "calibrated-misfit": Mishap((_force("offset", _EXPLORING, magnitude=2.0, channels=(3, 4)),), _CALIBRATED),
     "calibrated-rate": Mishap((_force("spike", _EXPLORING, magnitude=27.0, channels=(0, 1)),), _CALIBRATED),
-    "calibrated-contact": Mishap((_force("spike", 20, magnitude=-3.0, channels=(0, 1)),), _CALIBRATED),
+    "calibrated-contact": Mishap((_force("spike", 20, magnitude=-3.0, channels=(0, 1, 2)),), _CALIBRATED),
     "calibrated-force": Mishap((_force("spike", 20, magnitude=45.0, channels=(0, 1, 2)),), _CALIBRATED),
     "effort": Mishap(
         (

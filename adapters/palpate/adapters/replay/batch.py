@@ -237,9 +237,7 @@ _WORLDS: Final = {
 
 def not_checked(one: Replay) -> str:
     """What of a log no output of the core depends on: what only the world, or whoever recorded it, knew."""
-    always = (
-        "the command's name, versions, processor, the ready pose, times of receipt, what the arm answered at the end"
-    )
+    always = "the command's name, versions, processor, times of receipt, what the arm answered at the end"
     if one.recorded_decisions:
         always = f"whether the policy would decide and learn so again; {always}"
     return "; ".join([*(_WORLDS[name] for name in one.only_told if name in _WORLDS), always])

@@ -26,9 +26,10 @@ from palpate.adapters.log import (
 from palpate.adapters.replay.differences import Difference, Differences, close_enough, same_bits
 from palpate.adapters.replay.rebuild import Rebuilt
 from palpate.core.control_loop import LoopObserver, UnfinishedTick
+from palpate.core.errors import UnreachableError
 from palpate.core.policy import learner_of
 from palpate.core.ports import Truth
-from palpate.core.trial import Purpose, TrialReport, generator
+from palpate.core.trial import Purpose, TrialReport, find_ready_pose, generator
 
 _Told: TypeAlias = DecisionEntry | ReinforcementEntry | EventEntry
 
@@ -83,6 +84,17 @@ def compare_start(differences: Differences, log: TrialLog, rebuilt: Rebuilt, beg
     }
     for name, now in beginning.held.items():
         _compare_trees(differences, "/start", 0, name, told[name], now)
+    recorded = [*start.ready_rad, *start.tip_rotation]
+    _compare_trees(differences, "/start", 0, "ready pose", recorded, _ready_pose(rebuilt.config))
+
+
+def _ready_pose(config: RunConfig) -> list[float] | None:
+    """Joint angles and orientation of the tool above the goal, as they are found now; None where they are not."""
+    try:
+        ready = find_ready_pose(config.arm, config.task)
+    except UnreachableError:
+        return None
+    return [*ready.q_rad.tolist(), *ready.tip_rotation.reshape(-1).tolist()]
 
 
 def decisions_of(report: TrialReport) -> list[DecisionEntry]:

@@ -107,6 +107,7 @@ def one_value(made: Any) -> None:
         ("/tick", 150, in_wrench(kind=1), "asked_rad[0]"),
         ("/start", 0, in_start(arm="ur5"), "arm"),
         ("/start", 0, one_ulp("temperature"), "temperature"),
+        ("/start", 0, one_ulp("tip_rotation", 4), "ready pose[10]"),
         ("/start", 0, one_ulp("filter_state", 2), "filter_state[2]"),
         ("/start", 0, teach("visits"), "learner.visits[0][0]"),
         ("/call", -1, said(call="halt"), "port call"),
