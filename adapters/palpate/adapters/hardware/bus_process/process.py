@@ -121,7 +121,12 @@ def _hurrying(real_time: RealTimeConfig) -> Callable[[], object]:
     """Puts a thread into the real-time class, if the run is to be there: above a loop that hangs in it."""
     if not real_time.scheduling:
         return lambda: None
-    return lambda: take_real_time(min(real_time.priority + 1, 99))
+
+    def hurry() -> None:
+        if not take_real_time(min(real_time.priority + 1, 99)).granted:
+            take_real_time(real_time.priority)
+
+    return hurry
 
 
 def main() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from pathlib import Path
 from typing import Final, NamedTuple
@@ -53,14 +54,15 @@ class LoopAccount:
         if before is None or before.thread != thread:
             return _NOT_KNOWN
         passed, run = now.time_ns - before.time_ns, now.run_ns - before.run_ns
-        # One that still waits for a processor has not been charged for it yet.
-        waited = passed - run if now.state == "R" else now.delay_ns - before.delay_ns
+        # One that still waits for a processor has not been charged for it yet; whoever asks this has one.
+        waits_yet = now.state == "R" and thread != threading.get_native_id()
+        waited = passed - run if waits_yet else now.delay_ns - before.delay_ns
         if 2 * waited >= passed:
             late = f"{waited * 1e-6:.0f} of the last {passed * 1e-6:.0f} ms"
             return f"this computer was late: it gave the loop no processor for {late} (this computer's fault)"
         if 2 * run >= passed:
             return "the loop was busy with something else (our software's fault, or that of a package it uses)"
-        return "the loop waited for something, a disk, a device or another thread (the fault of whoever it called)"
+        return "the loop waited for something, a disk, a device or another thread (the fault of whatever it called)"
 
     def _look(self, thread: int) -> _Look | None:
         task = self._tasks / str(thread)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import threading
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
@@ -9,6 +10,7 @@ from typing import Final, Protocol
 
 from typing_extensions import override
 
+from palpate.adapters.hardware.real_time import LoopAccount
 from palpate.adapters.hardware.watchdogs.trip import Latch, Latching, TellTrip, WatchdogTrip, stop_surely, tell_surely
 from palpate.core.errors import ConfigurationError, FaultLatchedError, LifecycleError
 from palpate.core.ports import AppliedCommand, ArmCommand, Clock, CommandReason, DeviceDecorator, JointCommand, Life
@@ -40,8 +42,9 @@ class AgeWatch:
         self._slack_s = max(0.1 * max_age_ns / _NS, 1e-3)
         self._wake = threading.Event()
         self._thread: threading.Thread | None = None
-        self._fed_ns = 0
+        self._fed_ns = self._fed_by = 0
         self._watching = self._ended = False
+        self._account = LoopAccount(os.getpid())
 
     def feed(self) -> None:
         """It has happened; from now on it has to happen again and again.
@@ -49,7 +52,7 @@ class AgeWatch:
         Raises:
             LifecycleError: The watch has ended.
         """
-        self._fed_ns = self._clock.now_ns()
+        self._fed_ns, self._fed_by = self._clock.now_ns(), threading.get_native_id()
         if not self._watching:
             self._begin()
 
@@ -66,6 +69,10 @@ class AgeWatch:
         self._on_old(age_ns)
         self._watching = False
         return True
+
+    def explanation(self) -> str:
+        """What became of whoever fed last, and whose fault that is."""
+        return self._account.explanation(self._fed_by)
 
     def end(self) -> None:
         """End the thread; allowed twice."""
@@ -91,6 +98,7 @@ class AgeWatch:
             self.check()
             timeout_s = None
             if self._watching:
+                self._account.look(self._fed_by)
                 left_ns = self._max_age_ns - (self._clock.now_ns() - self._fed_ns)
                 timeout_s = max(left_ns / _NS, 0.0) + self._slack_s
             if not self._ended:
@@ -168,7 +176,8 @@ class WatchedArm(DeviceDecorator, ArmCommand):
 
     def _too_old(self, age_ns: int) -> None:
         trouble = stop_surely(self._arm)
-        text = f"no command for {age_ns * 1e-6:.1f} ms, {self._limit_ns * 1e-6:.1f} ms are allowed{trouble}"
+        allowed = f"no command for {age_ns * 1e-6:.1f} ms, {self._limit_ns * 1e-6:.1f} ms are allowed"
+        text = f"{allowed}; {self._watch.explanation()}{trouble}"
         trip = WatchdogTrip(self._clock.now_ns(), "command age", text)
         if self._latch.trip(trip):
             tell_surely(self._tell, trip)

@@ -1,7 +1,9 @@
 """Arms that stop when commands stop coming, and arms that stay at rest."""
 
+import re
 import signal
 import threading
+import time
 
 import pytest
 
@@ -63,6 +65,19 @@ def test_the_thread_stops_the_arm_of_a_dead_loop() -> None:
         assert watched.send(HERE).reason is CommandReason.STOPPED
         watched.close()
     assert len(told) == 1
+
+
+def test_a_trip_says_whether_this_computer_was_late() -> None:
+    told: list[WatchdogTrip] = []
+    clock = MonotonicClock()
+    arm = active_arm(clock)
+    watched = WatchedArm(arm, clock, 200_000_000, tell=told.append)
+    loop = threading.Thread(target=lambda: (watched.send(HERE), time.sleep(2.0)))
+    loop.start()
+    wait_for(lambda: told)
+    assert re.search(r"200\.0 ms are allowed; (the loop waited for|this computer was late)", told[0].text)
+    watched.close()
+    loop.join()
 
 
 @pytest.mark.parametrize("rest", ["stop", "deactivate", "close"])
