@@ -5,9 +5,12 @@ import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
+from palpate.adapters.replay import pytest_plugin
 from tests.log_surgery import changed, indices, messages_of, one_ulp, write_log
 
 
@@ -41,7 +44,7 @@ def test_every_log_is_a_test_beside_others_and_one_that_differs_fails_in_one_lin
     assert "Traceback" not in done.stdout
 
 
-def test_a_folder_that_is_not_there_is_a_wrong_call(laboratory: Path) -> None:
-    done = run_pytest(laboratory, "--palpate-logs", "nowhere")
-    assert done.returncode == 4
-    assert "--palpate-logs: nowhere: is not there" in done.stderr
+def test_a_folder_that_is_not_there_is_a_wrong_call(request: pytest.FixtureRequest) -> None:
+    config: Any = SimpleNamespace(getoption={"palpate_logs": ["nowhere"]}.get)
+    with pytest.raises(pytest.UsageError, match="--palpate-logs: nowhere: is not there"):
+        pytest_plugin.pytest_collection_modifyitems(request.session, config, [])

@@ -6,7 +6,7 @@ from math import isfinite
 from typing import Any
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.adapters.log.schema import encode, message_class
@@ -121,6 +121,7 @@ def test_what_was_missing_is_missing_again(record: TickRecord) -> None:
     assert bits(decode_tick(payload)) == bits(record)
 
 
+@settings(max_examples=40)
 @given(partial_ticks(), ticks())
 def test_another_layout_does_not_change_what_is_read(record: TickRecord, other: TickRecord) -> None:
     assert bits(decode_tick(encode_tick(record), layout_of(other))) == bits(record)
