@@ -168,10 +168,6 @@ def test_without_the_client_one_line_names_the_extra(
     [
         (lambda controller: setattr(controller, "remote", False), "local control"),
         (lambda controller: controller.protective_stop(), "protective stop"),
-        (
-            lambda controller: setattr(controller, "config", ControllerConfig(payload_kg=0.5)),
-            "and 0.5 in the controller",
-        ),
     ],
     ids=["local control", "protective stop"],
 )
