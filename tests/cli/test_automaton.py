@@ -4,6 +4,7 @@ import json
 from pathlib import Path
 
 import pytest
+from matplotlib.axes import Axes
 
 from palpate.core.automata.document import load, save
 from palpate.core.automata.machine import Kind, Machine
@@ -36,8 +37,12 @@ def desk(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def test_an_automaton_comes_of_walks(palpate: CommandLine, desk: Path) -> None:
+def test_an_automaton_comes_of_walks(palpate: CommandLine, desk: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    named: list[str] = []
+    monkeypatch.setattr(Axes, "annotate", lambda axes, text, *place, **style: named.append(text))
     assert "48 strings, 3 symbols" in palpate.succeed("infer", "walks.txt", "--out", "one", *SMALL)
+    # Cells of hidden states have other names than the automaton's states, which may be s0 and so on.
+    assert named == [f"c{number}" for number in range(len(named))] != []
     made = files_in(desk / "one")
     assert set(made) == {"automaton.json", "automaton.dot", "automaton.svg", "network.json", "report.json",
                          "hidden.png", "training.png"}  # fmt: skip

@@ -17,7 +17,10 @@ from palpate.adapters.log.file import LogFile, NewFile
 
 FRAME: Final = struct.Struct("<cBqI")
 """Kind of frame, channel, time, length of what follows."""
-OPEN, MESSAGE, CLOSE, QUIT = b"O", b"M", b"C", b"Q"
+OPEN = b"O"
+MESSAGE = b"M"
+CLOSE = b"C"
+QUIT = b"Q"
 """Kinds. The first ``OPEN`` describes the channels of all logs; ``QUIT`` is the last frame, sent or not."""
 
 

@@ -29,15 +29,15 @@ def hidden_picture(inference: Inference) -> bytes:
         for border in np.linspace(low, 1.0, chosen.intervals + 1):
             axes.axvline(border, color="0.8", linewidth=0.7, zorder=0)
             axes.axhline(border, color="0.8", linewidth=0.7, zorder=0)
-        names = chosen.partition.machine().names
-        if len(names) <= _MOST_CELLS:
-            for name, vector in zip(names, chosen.partition.vectors, strict=True):
+        if len(chosen.partition.vectors) <= _MOST_CELLS:
+            for number, vector in enumerate(chosen.partition.vectors):
                 place = (float(vector[0]), float(vector[across]))
-                axes.annotate(name, place, textcoords="offset points", xytext=(4, 4), fontsize=8)
+                # A state of the automaton, s0 where it has no name, may be several cells: it is none of these numbers.
+                axes.annotate(f"c{number}", place, textcoords="offset points", xytext=(4, 4), fontsize=8)
         axes.set_xlabel("hidden unit 1")
         axes.set_ylabel(f"hidden unit {across + 1}")
         more = "" if hidden.shape[1] <= 2 else f" (2 of {hidden.shape[1]} units)"
-        sizes = f"{chosen.raw_states} cells, {chosen.states} states when minimised"
+        sizes = f"{chosen.raw_states} cells (c), {chosen.states} states when minimised"
         axes.set_title(f"Hidden states, q = {chosen.intervals}: {sizes}{more}", fontsize=10)
     return canvas.content
 
