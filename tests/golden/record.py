@@ -85,6 +85,11 @@ RECORDINGS: dict[str, tuple[str, ...]] = {
         "run", "--policy", "random", "--trials", "1", "--seed", "7", "--scenario", "blind", *SHALLOW,
         "--task.time-limit-s", "0.5",
     ),
+    # A slope up and down, a turn, and a lift at each end, within a few seconds.
+    "surface-follow": (
+        "run", "--task", "surface-follow", "--trials", "1", "--seed", "31", "--task.options", "stroke_mm", "14",
+        "way_mm", "20", "--task.ready-height-mm", "4", "--task.tare-ticks", "7",
+    ),
 }  # fmt: skip
 
 

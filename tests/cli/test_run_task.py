@@ -1,0 +1,71 @@
+"""``palpate run --task``: other tasks than insertions, run, recorded and replayed; and what does not go together."""
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from palpate.adapters.config import task_kind
+from tests.command_line import CommandLine
+
+PACKAGE = Path(__file__).parents[2] / "examples" / "press_task"
+SHORT = ("--task", "surface-follow", "--task.options", "stroke_mm", "10", "way_mm", "12")
+
+
+def test_a_surface_is_followed_recorded_and_replayed(palpate: CommandLine, tmp_path: Path) -> None:
+    out = tmp_path / "run"
+    assert "success 100.0%" in palpate.succeed("run", *SHORT, "--arm", "ur5", "--trials", 1, "--out", out)
+    # All options are told, those too that nobody gave.
+    assert '"speed_mm_s" = 20.0' in (out / "run.toml").read_text()
+    assert "1 of 1 equal" in palpate.succeed("replay", out, "--jobs", 1)
+    what_if = palpate("replay", out, "--jobs", 1, "--set", "task.press_kgf=0.3")
+    assert (what_if.code, "1 would have gone otherwise" in what_if.stdout) == (1, True)
+    assert "asks no policy" in palpate("replay", out, "--jobs", 1, "--policy", "torque").stdout
+
+
+@pytest.fixture
+def installed(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    monkeypatch.syspath_prepend(str(PACKAGE))
+    yield
+    sys.modules.pop("press_task", None)
+    task_kind.cache_clear()
+
+
+def test_a_task_of_another_package_is_run_and_replayed(
+    palpate: CommandLine, tmp_path: Path, installed: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out = tmp_path / "run"
+    words = ("--task", "press_task:PRESS", "--task.options", "hold_s", "0.2", "--trials", 1)
+    assert "'done': 1" in palpate.succeed("run", *words, "--out", out)
+    assert "1 of 1 equal" in palpate.succeed("replay", out, "--jobs", 1)
+    sys.modules.pop("press_task", None)
+    task_kind.cache_clear()
+    monkeypatch.setattr(sys, "path", [place for place in sys.path if place != str(PACKAGE)])
+    without = palpate("replay", out, "--jobs", 1)
+    assert (without.code, "No module named 'press_task'" in without.stdout) == (2, True)
+
+
+@pytest.mark.parametrize(
+    ("command", "words", "told"),
+    [
+        ("run", ("--task", "surface-folow"), "did you mean surface-follow?"),
+        ("run", ("--task=surface-follow", "--policy", "torque"), "none beside --task surface-follow"),
+        ("run", (*SHORT[:2], "--task.options", "sped_mm_s", "9"), "did you mean speed_mm_s?"),
+        ("run", (*SHORT[:2], "--task.options", "speed_mm_s", "190"), "where a joint of zebra-zero is at its limit"),
+        ("run", (*SHORT[:2], "--task.goal.x-mm", "330"), "a place that zebra-zero reaches"),
+        ("run", (*SHORT, "--cell.contacts", "listed"), "searched, beside a contour"),
+        ("run", ("--policy", "none"), "a policy file, or one of omniscient"),
+        ("run", ("--policy", "torque", "--task.options", "way_mm", "9"), "no option of insertion"),
+        ("train", SHORT, "a task that lets a policy choose"),
+        ("compare", SHORT, "asks no policy"),
+        ("faults", SHORT, "asks no policy"),
+    ],
+)
+def test_what_does_not_go_together_is_one_line(
+    palpate: CommandLine, command: str, words: tuple[str, ...], told: str
+) -> None:
+    done = palpate(command, *words)
+    assert (done.code, done.stdout) == (2, "")
+    assert told in done.stderr
+    assert done.stderr.count("\n") == 1
