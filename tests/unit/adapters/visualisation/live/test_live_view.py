@@ -7,9 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from palpate.adapters.log import MESSAGE, Opening, ProcessSink, message_frame
+from palpate.adapters.log import Opening, ProcessSink, message_frame
 from palpate.adapters.visualisation.live.live_view import LiveView, require_viewer
-from palpate.adapters.visualisation.live.viewer_process import Frames
 from palpate.core.errors import UsageError
 
 TICK = message_frame(2, 5, b"x" * 1000)
@@ -55,13 +54,3 @@ def test_a_viewer_that_is_killed_is_told_once_at_the_end() -> None:
 def test_a_viewer_that_is_not_installed_is_refused_with_the_remedy() -> None:
     with pytest.raises(UsageError, match=r"^this needs nowhere-sdk, .* pip install 'palpate\[nowhere\]'$"):
         require_viewer("nowhere")
-
-
-def test_frames_come_whole_out_of_pieces() -> None:
-    data, frames = TICK + message_frame(7, -3, b"") + TICK, Frames()
-    found = [each for at in range(0, len(data), 7) for each in frames.of(data[at : at + 7])]
-    assert [(kind, m.channel, m.time_ns, len(m.payload)) for kind, m in found] == [
-        (MESSAGE, 2, 5, 1000),
-        (MESSAGE, 7, -3, 0),
-        (MESSAGE, 2, 5, 1000),
-    ]
