@@ -78,6 +78,10 @@ COMMANDS: dict[str, Command] = {
         "find out what a new rig lacks, step by step, and write it into the rig file",
         "calibrate:calibrate", "options:CalibrateOptions",
     ),
+    "gap": Command(
+        "how far the simulated cell is from a rig, by its logs, and the cell that fits best",
+        "gap:gap", "options:GapOptions",
+    ),
     "faults": Command(
         "trials in which something goes wrong on purpose, and what came of each",
         "faults:faults", "options:FaultsOptions",

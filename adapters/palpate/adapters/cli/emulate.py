@@ -15,6 +15,7 @@ from palpate.adapters.experiments import interrupting, ready_pose
 from palpate.adapters.hardware import EmulatedCell, EmulationConfig
 from palpate.adapters.hardware.real_time import take_real_time
 from palpate.core.ports import Truth, new_file, require_no_file
+from palpate.simulation.work_cell import HiddenValues
 
 
 def emulate(options: EmulateOptions) -> int:
@@ -28,6 +29,11 @@ def emulate(options: EmulateOptions) -> int:
         options.wrist_backlash_deg,
         options.usb_latency_ms,
         options.hide,
+        HiddenValues(
+            springs_share=options.stiffness_share,
+            friction=options.friction or None,
+            latency_ms=options.latency_ms,
+        ),
     )
     if options.rig_file:
         require_no_file(Path(options.rig_file), "--rig-file")

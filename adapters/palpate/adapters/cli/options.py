@@ -196,6 +196,22 @@ class DoctorOptions(Settings):
 
 
 @dataclass(frozen=True)
+class GapOptions(Settings):
+    """Drive the simulated cell with a rig's recorded commands, and tell how far it is from the rig.
+
+    Prints, axis by axis, the error of wrench and joints, the offset in time, and friction, stiffness, damping and noise
+    that fit best. Trials must begin above the plate and touch it; they count up to where the peg begins to sink.
+    """
+
+    logs: Annotated[tuple[str, ...], tyro.conf.Positional] = ()
+    """Logs, folders with logs, or patterns in quotes; of one rig."""
+    most: Annotated[int, Range(1, 1000)] = 6
+    """Logs that are used, the first ones; time grows with them."""
+    out: str = ""
+    """TOML file for the cell that fits best, for palpate train --config; it must not be there yet."""
+
+
+@dataclass(frozen=True)
 class CalibrateOptions(RunSettings):
     """Find out what a new rig lacks, in steps that a person confirms, and write it into the rig file.
 
@@ -250,6 +266,12 @@ class EmulateOptions(LiveSettings, Settings):
     hide: bool = False
     """Let the tool's weight, the sensor's mounting, the plate's height, the hole's place and the gripper's stiffness be
     other than the rig file has them, drawn from the seed: palpate calibrate has to find them."""
+    friction: Annotated[float, Range(0.0, 2.0)] = 0.0
+    """Friction between peg and plate; 0: as configured. This and the next two are what palpate gap has to find."""
+    stiffness_share: Annotated[float, Range(0.05, 20.0)] = 1.0
+    """Stiffness of the gripper's springs, as a share of the configured one."""
+    latency_ms: Annotated[float, Range(0.0, 200.0)] = 0.0
+    """By how much wrenches come late."""
     priority: Annotated[int, Range(0, 99)] = 0
     """Real-time priority (SCHED_FIFO) of the emulated devices, 1 to 99: other work on this machine then does not hold
     them up, which real devices would not know either. 0 asks for none; a refusal is told."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import AbstractContextManager, ExitStack, nullcontext
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from math import radians
 from types import TracebackType
 from typing import Any, Final, Protocol, Self
@@ -52,6 +52,7 @@ class EmulationConfig:
         wrist_backlash_deg: Full gap of the wrist's gears.
         usb_latency_ms: Latency timer of an emulated USB adapter on the serial lines.
         hide: Whether weight, mounting, plate, hole and stiffness are other than configured: drawn from the seed.
+        other: Of this, friction, stiffness of all springs and latency are taken.
     """
 
     arm: str = "zebra-nmc"
@@ -61,6 +62,7 @@ class EmulationConfig:
     wrist_backlash_deg: float = 0.0
     usb_latency_ms: float = 0.0
     hide: bool = False
+    other: HiddenValues = field(default_factory=HiddenValues)
 
     def __post_init__(self) -> None:
         require_one_of("arm", self.arm, ARMS)
@@ -128,10 +130,13 @@ class EmulatedCell:
             ready = find_ready_pose(config.arm, config.task)
         kinematics = Kinematics(arm_named(config.arm), ToolGeometry())
         self.config, self.emulation, self._counts_file = config, emulation, counts_file
-        self.hidden = HiddenValues.drawn(config.seed) if emulation.hide else None
+        drawn, other = HiddenValues.drawn(config.seed) if emulation.hide else HiddenValues(), emulation.other
+        self.hidden = replace(
+            drawn, friction=other.friction, springs_share=other.springs_share, latency_ms=other.latency_ms
+        )
         self.cell = WorkCell(
             kinematics,
-            config.cell if self.hidden is None else self.hidden.cell(config.cell),
+            self.hidden.cell(config.cell),
             goal_in_base=goal_in_base(config.task.goal),
             ready_rad=ready.q_rad,
             rate_Hz=CONTROL_RATE_HZ,
@@ -329,7 +334,7 @@ class EmulatedCell:
 
     def _facts(self, share: float = _BEHIND_FILTER) -> dict[str, float]:
         """What the emulated sensor does not report: the noise that the simulated cell gives it, behind its filter."""
-        if self.hidden is not None:
+        if self.emulation.hide:
             return {}
         noise = self.config.cell.sensor
         return {

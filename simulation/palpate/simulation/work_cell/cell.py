@@ -21,7 +21,7 @@ from palpate.simulation.work_cell.config import CellConfig
 from palpate.simulation.work_cell.contact_pairs import NEAR_M, Leeway
 from palpate.simulation.work_cell.contact_search import ContactSearch
 from palpate.simulation.work_cell.contact_shapes import PLATE_REACH_M, outermost_m, peg_rings
-from palpate.simulation.work_cell.hidden import HiddenValues
+from palpate.simulation.work_cell.hidden import Delay, HiddenValues
 from palpate.simulation.work_cell.model import build_work_cell
 from palpate.simulation.work_cell.trial_world import trial_world
 
@@ -67,6 +67,7 @@ class WorkCell:
         hidden: HiddenValues | None = None,
     ) -> None:
         self._hidden = hidden
+        self._delay = Delay(0.0 if hidden is None else hidden.latency_ms * 1e-3 * rate_Hz)
         kinematics.update(ready_rad)
         yaw_axis = kinematics.tip_in(goal_in_base).rotation[:, 0]
         self.config, self._yaw_rad = config, float(np.arctan2(yaw_axis[1], yaw_axis[0]))
@@ -99,6 +100,7 @@ class WorkCell:
             self._build(self._world.cell)
         self._zero_shift, self._zero_drift = np.array(self._world.zero_shift), np.array(self._world.zero_drift_per_s)
         self._zero_moves = bool(self._zero_shift.any() or self._zero_drift.any())
+        self._delay.begin()
         self._begun, self._loaded = self.ticks, self.ticks - _RELIEF_TICKS
         mujoco.mj_resetData(self.model, self.data)
         self.model.body_pos[self._plate] = self._goal.act(np.array(self._world.hole_in_task_m))
@@ -156,9 +158,11 @@ class WorkCell:
 
         MuJoCo reports the force from child to parent body; the world's force on the tool is its negative.
         """
-        wrench = list(map(sub, next(self._noise), self._wrench.tolist()))
+        true = self._wrench.tolist()
         if self._hidden is not None:
-            wrench = self._hidden.felt(wrench, -self.data.body("sensor").xmat[6:9])
+            felt = self._hidden.felt(self._delay.passed([-each for each in true]), -self.data.body("sensor").xmat[6:9])
+            true = [-each for each in felt]
+        wrench = list(map(sub, next(self._noise), true))
         return [a + b for a, b in zip(wrench, self._moved_zero(), strict=True)] if self._zero_moves else wrench
 
     def measure_joints(self) -> JointVector:

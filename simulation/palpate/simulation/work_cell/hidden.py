@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from dataclasses import dataclass, replace
 from math import cos, radians, sin
 from typing import Any, Final
@@ -31,6 +32,9 @@ class HiddenValues:
         plate_mm: How much higher the plate is than believed.
         hole_mm: Within this distance of the nominal goal the hole lies.
         axial_share: The gripper's stiffness along its axis, as a share of the configured one.
+        springs_share: Stiffness of all the gripper's springs, as a share of the configured one.
+        friction: Between peg and plate; None for the configured one.
+        latency_ms: By how much wrenches come late.
     """
 
     gripper_kg: float = 0.0
@@ -39,6 +43,9 @@ class HiddenValues:
     plate_mm: float = 0.0
     hole_mm: float = 0.0
     axial_share: float = 1.0
+    springs_share: float = 1.0
+    friction: float | None = None
+    latency_ms: float = 0.0
 
     @classmethod
     def drawn(cls, seed: int) -> HiddenValues:
@@ -59,11 +66,14 @@ class HiddenValues:
 
     def cell(self, config: CellConfig) -> CellConfig:
         """The configured cell with what of this its physics know."""
-        springs = config.compliance
+        names = ("lateral_N_per_mm", "axial_N_per_mm", "tilt_Nm_per_rad", "torsion_Nm_per_rad")
+        springs = {name: getattr(config.compliance, name) * self.springs_share for name in names}
+        springs["axial_N_per_mm"] *= self.axial_share
         return replace(
             config,
-            compliance=replace(springs, axial_N_per_mm=springs.axial_N_per_mm * self.axial_share),
-            conditions=replace(config.conditions, hole_shift_mm=self.hole_mm),
+            peg=config.peg if self.friction is None else replace(config.peg, friction=self.friction),
+            compliance=replace(config.compliance, **springs),
+            conditions=replace(config.conditions, hole_shift_mm=max(self.hole_mm, config.conditions.hole_shift_mm)),
             hole_height_error_mm=config.hole_height_error_mm + self.plate_mm,
         )
 
@@ -82,3 +92,25 @@ class HiddenValues:
         tx, ty, tz = tx + py * gz - pz * gy, ty + pz * gx - px * gz, tz + px * gy - py * gx
         c, s = cos(radians(self.mounting_deg)), sin(radians(self.mounting_deg))
         return [c * fx + s * fy, c * fy - s * fx, fz, c * tx + s * ty, c * ty - s * tx, tz]
+
+
+class Delay:
+    """Gives wrenches of a while ago, between those of two ticks where that while is no whole number of them.
+
+    Args:
+        ticks: How long ago, in control ticks.
+    """
+
+    def __init__(self, ticks: float) -> None:
+        self._whole, self._rest = int(ticks), ticks - int(ticks)
+        self._past: deque[list[float]] = deque(maxlen=self._whole + 2)
+
+    def begin(self) -> None:
+        """Forget the past."""
+        self._past.clear()
+
+    def passed(self, wrench: list[float]) -> list[float]:
+        """Take in this tick's wrench, (6,); gives the late one, at first the oldest that there is."""
+        self._past.append(wrench)
+        newer, older = (self._past[max(len(self._past) - 1 - ago, 0)] for ago in (self._whole, self._whole + 1))
+        return [a + self._rest * (b - a) for a, b in zip(newer, older, strict=True)]

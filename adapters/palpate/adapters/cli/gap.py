@@ -1,0 +1,61 @@
+"""``palpate gap``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Final
+
+from palpate.adapters.cli.notices import say
+from palpate.adapters.cli.options import GapOptions
+from palpate.adapters.cli.progress import progress
+from palpate.adapters.config import literal
+from palpate.adapters.experiments import aligned
+from palpate.adapters.replay import KNOBS, WRENCH_AXES, Gap, find_logs, gap_of
+from palpate.core.errors import UsageError
+from palpate.core.ports import new_file, require_no_file
+
+_ROUNDS: Final = 20
+"""Of a fit, about."""
+
+
+def gap(options: GapOptions) -> int:
+    """Fit, report and save; returns the exit code."""
+    if not options.logs:
+        raise UsageError("palpate gap needs logs, folders with logs, or patterns in quotes")
+    if options.out:
+        require_no_file(Path(options.out))
+    paths = find_logs(options.logs)[: options.most]
+    with progress(_ROUNDS, "round", passing=True) as bar:
+        found = gap_of(paths, lambda: bar.update())
+    say("\n".join(_report(found)))
+    if options.out:
+        with new_file(Path(options.out)) as passing:
+            passing.write_text("".join(_toml(found)), encoding="utf-8")
+        say(f"saved in {options.out}: palpate train --config {options.out}")
+    return 0
+
+
+def _report(found: Gap) -> Iterator[str]:
+    """Axis by axis, then what was fitted."""
+    units = ("N",) * 3 + ("N m",) * 3
+    rows = [["axis", "as configured", "fitted", "unit"]]
+    for axis, unit, before, after in zip(WRENCH_AXES, units, found.before.wrench, found.after.wrench, strict=True):
+        rows.append([axis, f"{before:.3g}", f"{after:.3g}", unit])
+    joints = zip(found.before.joints_rad * 1e3, found.after.joints_rad * 1e3, strict=True)
+    for joint, (before, after) in enumerate(joints, start=1):
+        rows.append([f"joint {joint}", f"{before:.3g}", f"{after:.3g}", "mrad"])
+    yield f"recorded minus simulated, root mean square over {found.logs} trials, offsets in time taken out"
+    yield aligned(rows)
+    late = f"wrenches by {found.wrench_late_ms:.1f} ms, joints by {found.joints_late_ms:.1f} ms"
+    yield f"behind the simulated cell: {late}"
+    yield f"noise in free air: {found.noise_N:.3g} N, {found.noise_Nm:.3g} N m"
+    for number, (knob, value, sd) in enumerate(zip(KNOBS, found.values, found.sds, strict=True)):
+        doubt = "" if found.known(number) or not knob.of_cell else "; not determined: left as configured"
+        yield f"{knob.name}: {value:.4g} ± {2.0 * sd:.2g}{doubt}"
+
+
+def _toml(found: Gap) -> Iterator[str]:
+    for name, table in found.settings["cell"].items():
+        yield f"[cell.{name}]\n"
+        yield from (f"{key} = {literal(value)}\n" for key, value in table.items())

@@ -1,0 +1,73 @@
+"""The simulated cell under a rig's recorded commands, and the cell that fits best."""
+
+from contextlib import ExitStack
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from palpate.adapters.config import overlay, scenario
+from palpate.adapters.experiments import ChosenPolicy, Recorded, RunFolder, run_policy
+from palpate.adapters.mujoco import SimulatedRig
+from palpate.adapters.replay import find_logs, gap, gap_of
+from palpate.core.errors import ConfigurationError, LogError
+from palpate.core.trial import find_ready_pose
+from palpate.simulation.work_cell import HiddenValues
+from tests.command_line import CommandLine
+
+CONFIG = replace(scenario("paper"), seed=11)
+READY = find_ready_pose(CONFIG.arm, CONFIG.task)
+OTHER = HiddenValues(springs_share=0.7, friction=0.35, latency_ms=20.0)
+TRUE = np.array([0.35, 0.7, 0.7, 0.7, 0.0, 2.8])
+
+
+@pytest.fixture(scope="module")
+def logs(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
+    """Trials of a cell that is other than its configuration."""
+    folder = tmp_path_factory.mktemp("gap")
+    chosen = ChosenPolicy("torque", CONFIG)
+    with ExitStack() as opened, SimulatedRig(CONFIG, READY, OTHER) as rig:
+        recorded = Recorded(RunFolder(folder).recorder(CONFIG.recording, opened), "run", "torque")
+        run_policy(CONFIG, READY, rig, chosen.perception, chosen.on(rig), 2, lambda _: None, recorded)
+    return find_logs([str(folder)])
+
+
+def test_the_cell_gives_a_recorded_trial_again_when_it_is_as_the_rig_was(logs: list[Path]) -> None:
+    trial = gap.driven_from(logs[0])
+    wrench, joints = gap.drive(trial, TRUE)
+    touch = slice(gap._SETTLED.start, gap._FREE_TICKS + gap._TOUCH_TICKS)
+    rest = (trial.wrench - gap.late(wrench, 2.8))[touch]
+    # What is left is the sensor's noise.
+    assert rest.std(axis=0) == pytest.approx([0.1] * 3 + [0.004] * 3, rel=0.35)
+    assert np.abs(trial.joints_rad - joints).max() < 1e-4
+
+
+def test_stiffness_friction_and_latency_are_found(logs: list[Path], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(gap, "_MOST_TICKS", 140)
+    monkeypatch.setattr(gap, "_FRICTIONS", (0.7, 1.7))
+    found = gap_of(logs, lambda: None)
+    friction, axial, across, _, plate_mm, _ = found.values
+    assert [friction, axial, found.wrench_late_ms] == pytest.approx([0.35, 0.7, 20.0], rel=0.1)
+    assert (across, plate_mm) == (pytest.approx(0.7, rel=0.2), pytest.approx(0.0, abs=0.05))
+    assert found.after.wrench[2] < 0.3 * found.before.wrench[2]
+    assert found.noise_N == pytest.approx(0.1, rel=0.15)
+    cell = overlay(CONFIG, found.settings).cell
+    assert (cell.peg.friction, cell.compliance.axial_N_per_mm) == pytest.approx((friction, 5.0 * axial), rel=1e-3)
+
+
+@given(st.floats(0.0, 9.0))
+def test_a_trace_is_put_off_by_any_time(ticks: float) -> None:
+    trace = np.arange(40.0)[:, None]
+    assert gap.late(trace, ticks)[:, 0] == pytest.approx(np.maximum(trace[:, 0] - ticks, 0.0))
+
+
+def test_logs_of_another_cell_and_of_no_contact_are_refused(logs: list[Path], palpate: CommandLine) -> None:
+    palpate.succeed("run", "--policy", "torque", "--trials", 1, "--cell.peg.clearance-mm", "0.1", "--out", "other")
+    with pytest.raises(ConfigurationError, match="logs recorded with the cell and arm of"):
+        gap_of([logs[0], Path("other/logs/trial-00000.mcap")], lambda: None)
+    with pytest.raises(LogError, match="holds no contact"):
+        gap.driven_from(Path(__file__).parents[3] / "golden" / "no-contact.mcap")
+    assert "palpate gap needs logs" in palpate.refusal("gap")
