@@ -133,11 +133,6 @@ class Kinematics:
         error: Array = pin.log6(self._tip.actInv(target_in_base)).vector
         return error
 
-    def within_limits(self, q_rad: JointVector | Array) -> bool:
-        """Whether every joint is inside its position limits."""
-        q = np.asarray(q_rad)
-        return bool(np.all(q >= self.lower_rad) and np.all(q <= self.upper_rad))
-
 
 def wrench_about(force_N: Vector3, torque_Nm: Vector3, point_m: Vector3) -> Vector3:
     """Torque of a wrench about another point, (3,): tau - point x force, all in one frame.

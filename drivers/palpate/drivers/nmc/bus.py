@@ -90,11 +90,6 @@ class NmcBus:
         """What has happened so far."""
         return self._counters.copy()
 
-    @property
-    def demands_start(self) -> str | None:
-        """Why the bus must be started or attached to again; None while all is well."""
-        return self._demand
-
     def timeout_s(self, size_bytes: int) -> float:
         """How long an exchange of so many bytes, both ways together, may take."""
         return self.line.exchange_s(size_bytes) + self.settings.slack_s

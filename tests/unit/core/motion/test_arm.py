@@ -12,6 +12,7 @@ from palpate.core.errors import AssetError, ConfigurationError
 from palpate.core.motion import arm as arm_module
 from palpate.core.motion.arm import ARMS, ArmDescription, arm_named
 from palpate.core.motion.model import Kinematics, ToolGeometry
+from tests.unit.core.motion.limits import within_limits
 
 arms = pytest.mark.parametrize("arm", ARMS.values(), ids=ARMS.keys())
 
@@ -40,7 +41,7 @@ def test_a_description_fits_its_urdf(arm: ArmDescription) -> None:
         arm.servo_armature_kg_m2,
     ):
         assert len(figures) == kinematics.joints
-    assert kinematics.within_limits(arm.posture_rad)
+    assert within_limits(kinematics, arm.posture_rad)
     assert min(arm.encoder_step_rad) > 0.0
     assert min(kinematics.velocity_limit_rad_s) > 0.0
     assert "assumed" in arm.evidence

@@ -133,17 +133,6 @@ def test_views_follow_and_copies_stay() -> None:
     assert sensor.translation.tolist() == sensor_before.tolist()
 
 
-def test_limits_belong_to_the_allowed_range() -> None:
-    kinematics = Kinematics(ZEBRA, ToolGeometry())
-    assert kinematics.within_limits(kinematics.lower_rad)
-    assert kinematics.within_limits(tuple(kinematics.upper_rad))
-    for joint in range(6):
-        for limit, outwards in ((kinematics.lower_rad, -1e-9), (kinematics.upper_rad, 1e-9)):
-            q = np.zeros(6)
-            q[joint] = limit[joint] + outwards
-            assert not kinematics.within_limits(q)
-
-
 components = st.floats(-1e3, 1e3)
 vectors = st.tuples(components, components, components)
 

@@ -16,6 +16,7 @@ from palpate.core.supervision.retreat import Retreat
 from palpate.core.supervision.supervisor import TRANSITIONS, Guard, GuardEvent
 from palpate.core.trial.expectation import TripReason
 from tests.unit.core.fake_world import TOOL, ready_pose
+from tests.unit.core.motion.limits import within_limits
 from tests.unit.core.supervision.bench import TOUCHING, Bench
 
 HIT: dict[str, Any] = {"force_N": (0, 0, -41.0), "wrench": {"sequence": 10_000}}
@@ -147,7 +148,7 @@ def test_it_retracts_straight_back_along_the_tool_axis_and_ends(arm: str) -> Non
     reach = kinematics.velocity_limit_rad_s / 140 * (1 + 1e-9)
     for before, after in pairwise(commands):
         assert (np.abs(np.array(after) - before) <= reach).all()
-        assert kinematics.within_limits(after)
+        assert within_limits(kinematics, after)
     last = bench.results[-1].command
     assert bench.tick().command == last
 

@@ -71,7 +71,6 @@ def test_one_bad_reply_is_counted_and_the_next_exchange_is_clean(line, bus, befo
     for address in (3, 2, 1):
         assert bus.exchange(address, NOP).position_counts == 1000 * address
     assert new(bus, before) == {reason: 1}
-    assert bus.demands_start is None
 
 
 def test_late_reply_is_not_taken_for_the_next_ones(line, bus):
@@ -109,7 +108,6 @@ def test_two_failures_in_a_row_demand_a_new_start(line, bus, change, error):
     with pytest.raises(error, match="2 failures in a row"):
         bus.exchange(2, NOP)
     line.mangle = lambda reply: [(0.0, reply)]
-    assert bus.demands_start
     with pytest.raises(StateError):
         bus.exchange(1, NOP)
     assert isinstance(bus.attempt(1, NOP), Reply)
