@@ -3,7 +3,8 @@
 =================  =====================================================================================
 ``process_main``   the process that owns the client: it alone imports ur_rtde
 ``link``           the way to that process: states, requests with a deadline, set-points without waiting
-``arm``            the arm, cycle by cycle: checks, limits, stop, faults by name
+``arm``            the arm, cycle by cycle: limits, stop, latched faults
+``judgement``      its settings, and what is asked of the controller: faults by name
 ``tool_force``     the force sensor in the tool flange, polled
 =================  =====================================================================================
 

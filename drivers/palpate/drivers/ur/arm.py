@@ -8,10 +8,8 @@ from __future__ import annotations
 
 import contextlib
 import enum
-import re
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
-from math import dist, inf, isfinite
+from math import inf, isfinite
 from typing import Final
 
 from typing_extensions import override
@@ -20,7 +18,6 @@ from palpate.drivers.arm import Applied, AppliedReason, ArmDriver, Measured, cla
 from palpate.drivers.errors import (
     DeviceFaultError,
     DriverError,
-    GarbledError,
     LateError,
     RefusedError,
     SettingError,
@@ -28,60 +25,22 @@ from palpate.drivers.errors import (
     StateError,
     WiringError,
 )
+from palpate.drivers.ur.judgement import (
+    PROTECTIVE_STOP,
+    UrSettings,
+    require_led,
+    require_ready,
+    require_same_tcp,
+    require_same_tool,
+    require_sense,
+    require_version,
+)
 from palpate.drivers.ur.link import CHECK, KEEP_TIME, NAME, UrHello, UrLink, UrState
 
 JOINTS: Final = 6
-_RUNNING, _PLAYING = 7, 2
-_SAFE: Final = (1, 2)
-_PROTECTIVE: Final = 3
-_SAFETY: Final = {
-    3: "protective stop", 4: "recovery mode", 5: "safeguard stop", 6: "emergency stop of the system",
-    7: "emergency stop of the robot", 8: "violation of a safety limit", 9: "safety fault", 10: "a joint to validate",
-    12: "safeguard stop of the automatic mode", 13: "three-position switch released",
-}  # fmt: skip
-_MODES: Final = {
-    -1: "no controller", 0: "disconnected", 1: "safety to confirm", 2: "booting", 3: "power off", 4: "power on",
-    5: "idle, brakes on", 6: "backdrive", 8: "updating its firmware",
-}  # fmt: skip
-"""FACT: safety_mode and robot_mode of the RTDE guide."""
-_REMEDY: Final = (
-    "mend the cause, release the button if one is pressed, power on and release the brakes, then acknowledge"
-)
 _OPEN_S, _ANSWER_S, _PROGRAM_S, _STOP_S = 3.0, 1.0, 6.0, 0.5
 _STOP_RAD_S2: Final = 15.0
 _WAIT_S: Final = 0.02
-_FULL_RAD, _SLACK_RAD, _FASTEST_RAD_S = 6.6, 0.05, 7.0
-"""Joints turn by 360 degrees, those of the wrists at 360 degrees/s."""
-_COG_M, _KG, _TCP_M, _TCP_RAD = 1e-3, 0.01, 1e-4, 1e-3
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class UrSettings:
-    """What the rig file says.
-
-    Attributes:
-        lower_rad: Lower joint limits, (6,). upper_rad: Upper ones. velocity_rad_s: Velocity limits.
-        period_s: Time between cycles.
-        payload_kg: Mass of the tool. payload_cog_m: Its centre from the flange, (3,).
-        tcp_offset: Tool centre point from the flange: metres and rotation vector, (6,).
-        lookahead_s: servoj's look-ahead. gain: servoj's gain.
-        silence_s: So long without data is a fault.
-        watchdog_s: So long without set-points and the controller ends the program.
-        guard_N: Change of the tool force since the arm was enabled that stops it; 0 watches nothing.
-    """
-
-    lower_rad: tuple[float, ...]
-    upper_rad: tuple[float, ...]
-    velocity_rad_s: tuple[float, ...]
-    period_s: float
-    payload_kg: float = 0.0
-    payload_cog_m: tuple[float, ...] = (0.0, 0.0, 0.0)
-    tcp_offset: tuple[float, ...] = (0.0,) * 6
-    lookahead_s: float = 0.03
-    gain: float = 1000.0
-    silence_s: float = 0.1
-    watchdog_s: float = 0.15
-    guard_N: float = 0.0
 
 
 class UrArmState(enum.Enum):
@@ -118,7 +77,7 @@ class UrArm(ArmDriver):
         self.fault: str | None = None
         self.reconnections = 0
         self._link, self._now_ns, self._sleep = link, now_ns, sleep
-        self._state, self._found = UrArmState.NEW, UrArmState.NEW
+        self._state = UrArmState.NEW
         self._seen: UrState | None = None
         self._reference_rad: tuple[float, ...] = ()
         self._force_N: tuple[float, ...] | None = None
@@ -161,7 +120,7 @@ class UrArm(ArmDriver):
             self._judge_controller(seen)
             self._judge_set_up(seen)
             self.reconnections += 1
-        self._judge_tool(seen)
+        require_same_tool(seen, self.settings)
         for i, (angle, low, high) in enumerate(
             zip(seen.q_rad, self.settings.lower_rad, self.settings.upper_rad, strict=True)
         ):
@@ -221,7 +180,7 @@ class UrArm(ArmDriver):
                 # It is at rest: the next enable() makes the connection again.
                 seen = before
             if enabled:
-                self._judge_motion(seen)
+                require_led(seen, self._force_N, self.settings.guard_N, self._link.host)
         is_new = before is None or seen.timestamp_s != before.timestamp_s
         return Measured(
             position_rad=seen.q_rad, is_fresh=(is_new,) * JOINTS, applied=applied, time_ns=self._time_ns(seen)
@@ -265,12 +224,12 @@ class UrArm(ArmDriver):
         except DriverError:
             seen = self._reach()
             self.reconnections += 1
-        if seen.safety_mode == _PROTECTIVE:
+        if seen.safety_mode == PROTECTIVE_STOP:
             self._link.call("unlock", _ANSWER_S)
             self._sleep(0.1)
             seen = self._fresh()
         self._judge_controller(seen)
-        self._judge_tool(seen)
+        require_same_tool(seen, self.settings)
         self._state, self.fault = UrArmState.CONFIGURED, None
 
     def close(self) -> None:
@@ -288,10 +247,7 @@ class UrArm(ArmDriver):
     def _reach(self) -> UrState:
         self._seen = None
         self.hello = self._link.open(_OPEN_S)
-        found = re.search(r"(\d+)\.(\d+)", self.hello.version)
-        if found is None or int(found[1]) != 5 or int(found[2]) < 9:
-            problem = f"the software of its controller at {self._link.host} is {self.hello.version!r}, untried"
-            raise SettingError(NAME, problem, "PolyScope 5.9 or a later 5 is asked for")
+        require_version(self.hello, self._link.host)
         return self._fresh()
 
     def _require(self, request: str, *states: UrArmState) -> None:
@@ -324,7 +280,7 @@ class UrArm(ArmDriver):
         while True:
             seen = self._link.state()
             if seen is not None and (before is None or seen.timestamp_s != before.timestamp_s):
-                self._require_sense(seen, before)
+                require_sense(seen, before, self._link.host)
                 self._seen = seen
                 if self._age_s(seen) < _WAIT_S:
                     return seen
@@ -337,22 +293,6 @@ class UrArm(ArmDriver):
             raise SilentError(NAME, f"its controller at {self._link.host} has sent no data {silence}", CHECK)
         return seen
 
-    def _require_sense(self, seen: UrState, before: UrState | None) -> None:
-        """A client that has lost the beginning of its packages takes other bytes for them."""
-        numbers = (*seen.q_rad, *seen.wrench, seen.timestamp_s)
-        # A controller that has started anew counts its time from zero.
-        elapsed_s = 0.0 if before is None else abs(seen.timestamp_s - before.timestamp_s)
-        way_rad = 0.0 if before is None else max(abs(a - b) for a, b in zip(seen.q_rad, before.q_rad, strict=True))
-        if (
-            not all(map(isfinite, numbers))
-            or max(map(abs, seen.q_rad)) > _FULL_RAD
-            or way_rad > _SLACK_RAD + _FASTEST_RAD_S * elapsed_s
-            or seen.robot_mode not in range(-1, 9)
-            or seen.safety_mode not in range(1, 32)
-            or seen.runtime not in range(6)
-        ):
-            raise GarbledError(NAME, f"what its controller at {self._link.host} sends makes no sense", CHECK)
-
     def _age_s(self, seen: UrState) -> float:
         return (self._link.stamp_ns() - seen.stamp_ns) * 1e-9
 
@@ -363,42 +303,13 @@ class UrArm(ArmDriver):
         return self._reference_rad if self._seen is None else self._seen.q_rad
 
     def _judge_controller(self, seen: UrState) -> None:
-        if seen.safety_mode not in _SAFE:
-            name = _SAFETY.get(seen.safety_mode, f"safety mode {seen.safety_mode}")
-            raise DeviceFaultError(NAME, f"its controller at {self._link.host} reports: {name}", _REMEDY)
-        if seen.robot_mode != _RUNNING:
-            name = _MODES.get(seen.robot_mode, f"robot mode {seen.robot_mode}")
-            raise DeviceFaultError(NAME, f"its controller at {self._link.host} reports: {name}", _REMEDY)
+        require_ready(seen, self._link.host)
         if not self._link.call("remote", _ANSWER_S):
             problem = f"its controller at {self._link.host} is in local control"
             raise WiringError(NAME, problem, "switch the pendant to remote control")
 
-    def _judge_motion(self, seen: UrState) -> None:
-        if seen.safety_mode not in _SAFE or seen.robot_mode != _RUNNING:
-            self._judge_controller(seen)
-        if seen.runtime != _PLAYING:
-            problem = "its control program has ended: by its watchdog, at the pendant, or by a switch to local control"
-            raise DeviceFaultError(NAME, problem, "see the controller's log, then acknowledge")
-        guard_N = self.settings.guard_N
-        if guard_N and self._force_N is not None and (change_N := dist(seen.wrench[:3], self._force_N)) > guard_N:
-            problem = f"its tool force has changed by {change_N:.1f} N, beyond [arm] guard_N = {guard_N:g}"
-            raise DeviceFaultError(NAME, problem, "see what the tool has met, then acknowledge")
-
-    def _judge_tool(self, seen: UrState) -> None:
-        settings = self.settings
-        if abs(seen.payload_kg - settings.payload_kg) > _KG:
-            self._refuse("payload_kg", settings.payload_kg, round(seen.payload_kg, 4))
-        if dist(seen.payload_cog_m, settings.payload_cog_m) > _COG_M:
-            self._refuse("payload_cog_m", settings.payload_cog_m, tuple(round(x, 5) for x in seen.payload_cog_m))
-
     def _judge_set_up(self, seen: UrState) -> None:
-        self._judge_tool(seen)
+        require_same_tool(seen, self.settings)
         # The tool centre point is the control program's to tell.
         self._link.call("control", _PROGRAM_S, 0.0)
-        told, wanted = self._link.call("tcp", _ANSWER_S), self.settings.tcp_offset
-        if dist(told[:3], wanted[:3]) > _TCP_M or dist(told[3:], wanted[3:]) > _TCP_RAD:
-            self._refuse("tcp_offset", wanted, tuple(round(x, 5) for x in told))
-
-    def _refuse(self, name: str, wanted: object, told: object) -> None:
-        problem = f"[arm] {name} is {wanted} in the rig file, and {told} in the controller"
-        raise SettingError(NAME, problem, "set the same in the controller's installation and in the rig file")
+        require_same_tcp(self._link.call("tcp", _ANSWER_S), self.settings)

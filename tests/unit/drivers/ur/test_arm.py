@@ -9,7 +9,8 @@ import pytest
 from palpate.core.ports import CONTROL_RATE_HZ
 from palpate.drivers.arm import AppliedReason
 from palpate.drivers.errors import DriverError, RefusedError, SettingError, SilentError, StateError, WiringError
-from palpate.drivers.ur.arm import UrArm, UrArmState, UrSettings
+from palpate.drivers.ur.arm import UrArm, UrArmState
+from palpate.drivers.ur.judgement import UrSettings
 from palpate.simulation.emulators.ur.controller import RobotMode, SafetyMode
 from tests.virtual_ur import HOME, VirtualUr
 

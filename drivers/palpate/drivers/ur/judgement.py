@@ -1,0 +1,140 @@
+"""What is asked of a controller of Universal Robots before its arm is led, and while it is."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import dist, isfinite
+from typing import Final
+
+from palpate.drivers.errors import DeviceFaultError, GarbledError, SettingError
+from palpate.drivers.ur.link import CHECK, NAME, UrHello, UrState
+
+PROTECTIVE_STOP: Final = 3
+_RUNNING, _PLAYING = 7, 2
+_SAFE: Final = (1, 2)
+_SAFETY: Final = {
+    3: "protective stop", 4: "recovery mode", 5: "safeguard stop", 6: "emergency stop of the system",
+    7: "emergency stop of the robot", 8: "violation of a safety limit", 9: "safety fault", 10: "a joint to validate",
+    12: "safeguard stop of the automatic mode", 13: "three-position switch released",
+}  # fmt: skip
+_MODES: Final = {
+    -1: "no controller", 0: "disconnected", 1: "safety to confirm", 2: "booting", 3: "power off", 4: "power on",
+    5: "idle, brakes on", 6: "backdrive", 8: "updating its firmware",
+}  # fmt: skip
+"""FACT: safety_mode and robot_mode of the RTDE guide."""
+_REMEDY: Final = (
+    "mend the cause, release the button if one is pressed, power on and release the brakes, then acknowledge"
+)
+_FULL_RAD, _SLACK_RAD, _FASTEST_RAD_S = 6.6, 0.05, 7.0
+"""Joints turn by 360 degrees, those of the wrists at 360 degrees/s."""
+_COG_M, _KG, _TCP_M, _TCP_RAD = 1e-3, 0.01, 1e-4, 1e-3
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class UrSettings:
+    """What the rig file says.
+
+    Attributes:
+        lower_rad: Lower joint limits, (6,). upper_rad: Upper ones. velocity_rad_s: Velocity limits.
+        period_s: Time between cycles.
+        payload_kg: Mass of the tool. payload_cog_m: Its centre from the flange, (3,).
+        tcp_offset: Tool centre point from the flange: metres and rotation vector, (6,).
+        lookahead_s: servoj's look-ahead. gain: servoj's gain.
+        silence_s: So long without data is a fault.
+        watchdog_s: So long without set-points and the controller ends the program.
+        guard_N: Change of the tool force since the arm was enabled that stops it; 0 watches nothing.
+    """
+
+    lower_rad: tuple[float, ...]
+    upper_rad: tuple[float, ...]
+    velocity_rad_s: tuple[float, ...]
+    period_s: float
+    payload_kg: float = 0.0
+    payload_cog_m: tuple[float, ...] = (0.0, 0.0, 0.0)
+    tcp_offset: tuple[float, ...] = (0.0,) * 6
+    lookahead_s: float = 0.03
+    gain: float = 1000.0
+    silence_s: float = 0.1
+    watchdog_s: float = 0.15
+    guard_N: float = 0.0
+
+
+def require_version(hello: UrHello, host: str) -> None:
+    """Refuse software that nobody has tried."""
+    found = re.search(r"(\d+)\.(\d+)", hello.version)
+    if found is None or int(found[1]) != 5 or int(found[2]) < 9:
+        problem = f"the software of its controller at {host} is {hello.version!r}, untried"
+        raise SettingError(NAME, problem, "PolyScope 5.9 or a later 5 is asked for")
+
+
+def require_sense(seen: UrState, before: UrState | None, host: str) -> None:
+    """Refuse what no controller sends: a client that has lost the beginning of its packages takes other bytes for them.
+
+    Args:
+        seen: The state.
+        before: The one before, if any.
+        host: Address of the controller.
+    """
+    # A controller that has started anew counts its time from zero.
+    elapsed_s = 0.0 if before is None else abs(seen.timestamp_s - before.timestamp_s)
+    way_rad = 0.0 if before is None else max(abs(a - b) for a, b in zip(seen.q_rad, before.q_rad, strict=True))
+    if (
+        not all(map(isfinite, (*seen.q_rad, *seen.wrench, seen.timestamp_s)))
+        or max(map(abs, seen.q_rad)) > _FULL_RAD
+        or way_rad > _SLACK_RAD + _FASTEST_RAD_S * elapsed_s
+        or seen.robot_mode not in range(-1, 9)
+        or seen.safety_mode not in range(1, 32)
+        or seen.runtime not in range(6)
+    ):
+        raise GarbledError(NAME, f"what its controller at {host} sends makes no sense", CHECK)
+
+
+def require_ready(seen: UrState, host: str) -> None:
+    """Raise what its safety system says, or that it has no power, by name."""
+    name = ""
+    if seen.safety_mode not in _SAFE:
+        name = _SAFETY.get(seen.safety_mode, f"safety mode {seen.safety_mode}")
+    elif seen.robot_mode != _RUNNING:
+        name = _MODES.get(seen.robot_mode, f"robot mode {seen.robot_mode}")
+    if name:
+        raise DeviceFaultError(NAME, f"its controller at {host} reports: {name}", _REMEDY)
+
+
+def require_led(seen: UrState, force_N: Sequence[float] | None, guard_N: float, host: str) -> None:
+    """Raise why the arm may not be led further.
+
+    Args:
+        seen: The state.
+        force_N: Tool force as the arm was enabled, (3,).
+        guard_N: Change of it that stops; 0 watches nothing.
+        host: Address of the controller.
+    """
+    require_ready(seen, host)
+    if seen.runtime != _PLAYING:
+        problem = "its control program has ended: by its watchdog, at the pendant, or by a switch to local control"
+        raise DeviceFaultError(NAME, problem, "see the controller's log, then acknowledge")
+    if guard_N and force_N is not None and (change_N := dist(seen.wrench[:3], force_N)) > guard_N:
+        problem = f"its tool force has changed by {change_N:.1f} N, beyond [arm] guard_N = {guard_N:g}"
+        raise DeviceFaultError(NAME, problem, "see what the tool has met, then acknowledge")
+
+
+def require_same_tool(seen: UrState, settings: UrSettings) -> None:
+    """Refuse a payload that is not the rig file's."""
+    if abs(seen.payload_kg - settings.payload_kg) > _KG:
+        raise _other("payload_kg", settings.payload_kg, round(seen.payload_kg, 4))
+    if dist(seen.payload_cog_m, settings.payload_cog_m) > _COG_M:
+        raise _other("payload_cog_m", settings.payload_cog_m, tuple(round(x, 5) for x in seen.payload_cog_m))
+
+
+def require_same_tcp(told: Sequence[float], settings: UrSettings) -> None:
+    """Refuse a tool centre point that is not the rig file's."""
+    wanted = settings.tcp_offset
+    if dist(told[:3], wanted[:3]) > _TCP_M or dist(told[3:], wanted[3:]) > _TCP_RAD:
+        raise _other("tcp_offset", wanted, tuple(round(x, 5) for x in told))
+
+
+def _other(name: str, wanted: object, told: object) -> SettingError:
+    problem = f"[arm] {name} is {wanted} in the rig file, and {told} in the controller"
+    return SettingError(NAME, problem, "set the same in the controller's installation and in the rig file")
