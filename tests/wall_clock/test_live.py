@@ -85,4 +85,4 @@ def test_a_process_that_is_killed_ends_nothing(served: tuple[LiveView, int]) -> 
         time.sleep(0.05)
     view.end()
     assert view.dropped_messages
-    assert "its process was gone" in view.account()
+    assert "its process is gone" in view.account()

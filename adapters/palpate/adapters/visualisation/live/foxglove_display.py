@@ -23,7 +23,6 @@ from palpate.adapters.visualisation.live.display import (
     Row,
     Shape,
 )
-from palpate.adapters.visualisation.live.ports import require_free_port
 
 _ARROW_COLOUR: Final = messages.Color(r=0.85, g=0.1, b=0.1, a=1.0)
 
@@ -59,12 +58,7 @@ class FoxgloveDisplay(Display):
 
     @classmethod
     def served(cls, port: int) -> Self:
-        """On a WebSocket of this computer.
-
-        Raises:
-            OSError: The port is taken.
-        """
-        require_free_port(port)
+        """On a WebSocket of this computer."""
         # What it has to say of clients that come and go would stand between the run's own lines.
         foxglove.set_log_level("CRITICAL")
         context = foxglove.Context()

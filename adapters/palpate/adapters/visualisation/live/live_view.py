@@ -138,7 +138,7 @@ class LiveView(Sink):
 
     def account(self) -> str:
         """What became of it, for the end of a run."""
-        gone = f"; its process was gone: {self._told}" if self._told else ""
+        gone = f"; its process {self._told.partition('live view ')[2]}" if self._told else ""
         return f"live view: {self.dropped_messages} messages dropped{gone}"
 
     @override

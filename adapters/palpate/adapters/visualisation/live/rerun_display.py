@@ -23,7 +23,6 @@ from palpate.adapters.visualisation.live.display import (
     Row,
     Shape,
 )
-from palpate.adapters.visualisation.live.ports import require_free_port
 
 _CLOCK: Final = "run clock"
 """The timeline: seconds of the run's clock."""
@@ -81,12 +80,7 @@ class RerunDisplay(Display):
 
     @classmethod
     def served(cls, port: int) -> Self:
-        """For viewers that connect to this port.
-
-        Raises:
-            OSError: The port is taken.
-        """
-        require_free_port(port)
+        """For viewers that connect to this port."""
         recording = rr.RecordingStream("palpate")
         recording.serve_grpc(grpc_port=port, server_memory_limit=_MEMORY, default_blueprint=layout())
         return cls(recording)

@@ -6,6 +6,7 @@ import json
 import os
 import select
 import signal
+import socket
 import sys
 from typing import Final
 
@@ -28,6 +29,9 @@ def served(viewer: str, port: int) -> Display:
         OSError: The port is taken.
         ModuleNotFoundError: The viewer's package is not installed.
     """
+    with socket.socket() as tried:
+        tried.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        tried.bind(("127.0.0.1", port))
     if viewer == "foxglove":
         from palpate.adapters.visualisation.live.foxglove_display import FoxgloveDisplay
 

@@ -35,22 +35,6 @@ def test_a_viewer_that_hangs_costs_messages_and_no_time() -> None:
     assert "live view: 56" in view.account()
 
 
-def test_a_viewer_that_is_killed_is_told_once_at_the_end() -> None:
-    process = ProcessSink(queue_bytes=2000, patient=False, called="live view")
-    process.await_writer()
-    os.kill(process.process_id, signal.SIGKILL)
-    os.waitpid(process.process_id, os.WNOHANG)
-    view = LiveView(process)
-    while not process.gone:
-        view.put(TICK)
-    before = view.dropped_messages
-    view.put(TICK * 3)
-    assert view.dropped_messages == before + 3
-    view.end()
-    assert "its process was gone" in view.account()
-    assert "\n" not in view.account()
-
-
 def test_a_viewer_that_is_not_installed_is_refused_with_the_remedy() -> None:
     with pytest.raises(UsageError, match=r"^this needs nowhere-sdk, .* pip install 'palpate\[nowhere\]'$"):
         require_viewer("nowhere")
