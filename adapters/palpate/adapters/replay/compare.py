@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 from typing_extensions import override
 
 from palpate.adapters.config import RunConfig
-from palpate.adapters.experiments import score
+from palpate.adapters.experiments import ready_pose, score
 from palpate.adapters.log import (
     DecisionEntry,
     EndRecord,
@@ -29,7 +29,7 @@ from palpate.core.control_loop import LoopObserver, UnfinishedTick
 from palpate.core.errors import UnreachableError
 from palpate.core.policy import learner_of
 from palpate.core.ports import Truth
-from palpate.core.trial import Purpose, TrialReport, find_ready_pose, generator
+from palpate.core.trial import Purpose, TrialReport, generator
 
 _Told: TypeAlias = DecisionEntry | ReinforcementEntry | EventEntry
 
@@ -91,7 +91,7 @@ def compare_start(differences: Differences, log: TrialLog, rebuilt: Rebuilt, beg
 def _ready_pose(config: RunConfig) -> list[float] | None:
     """Joint angles and orientation of the tool above the goal, as they are found now; None where they are not."""
     try:
-        ready = find_ready_pose(config.arm, config.task)
+        ready = ready_pose(config)
     except UnreachableError:
         return None
     return [*ready.q_rad.tolist(), *ready.tip_rotation.reshape(-1).tolist()]
