@@ -275,7 +275,7 @@ def late(trace: Array, ticks: float) -> Array:
     return shifted
 
 
-class _Fit:
+class _CellFit:
     """Gauss-Newton with damping over all trials; far residuals count less, because a stick is no slip."""
 
     def __init__(self, trials: Sequence[Driven], gone_through: Callable[[], object]) -> None:
@@ -418,7 +418,7 @@ def gap_of(paths: Sequence[Path], gone_through: Callable[[], object]) -> Gap:
     for trial in trials[1:]:
         if trial.config.cell != config.cell or trial.config.arm != config.arm:
             raise ConfigurationError("logs", trial.path, f"logs recorded with the cell and arm of {trials[0].path}")
-    fit = _Fit(trials, gone_through)
+    fit = _CellFit(trials, gone_through)
     configured = fit.values.copy()
     sds = fit.run()
     values = fit.values

@@ -134,7 +134,7 @@ def levels_of(tree: PrefixTree, architecture: Architecture) -> list[_Level]:
     return found
 
 
-class Task:
+class TrainingTask:
     """What the networks are trained on: a loss, and for acceptance whether they are right.
 
     Args:

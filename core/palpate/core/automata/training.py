@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, ClassVar, Final, TypeAlias
 
 from palpate.core.automata.elman import Architecture, Network, Readout
 from palpate.core.automata.prefix_tree import PrefixTree
-from palpate.core.automata.restarts import Restarts, Task
+from palpate.core.automata.restarts import Restarts, TrainingTask
 from palpate.core.automata.strings import Strings
 from palpate.core.errors import ConfigurationError
 from palpate.core.ports import Range, Settings
@@ -155,8 +155,8 @@ def train(
     if strings.labelled is not (architecture.reading is Readout.ACCEPTANCE):
         accepted = "acceptance" if strings.labelled else "prediction"
         raise ConfigurationError("network.reading", architecture.reading.value, f"{accepted} for such strings")
-    task = Task(PrefixTree.of(strings), architecture)
-    judged = Task(held_out, architecture) if held_out is not None and not strings.labelled else None
+    task = TrainingTask(PrefixTree.of(strings), architecture)
+    judged = TrainingTask(held_out, architecture) if held_out is not None and not strings.labelled else None
     found: list[TrainedNetwork] = []
     curve: list[Progress] = []
     with _one_thread():
@@ -176,7 +176,12 @@ class _Batch:
     """Some restarts in training, and the best of each so far."""
 
     def __init__(
-        self, architecture: Architecture, settings: TrainingSettings, first: int, consistent: int, judged: Task | None
+        self,
+        architecture: Architecture,
+        settings: TrainingSettings,
+        first: int,
+        consistent: int,
+        judged: TrainingTask | None,
     ) -> None:
         import torch
 
@@ -187,7 +192,7 @@ class _Batch:
         self._losses = torch.full((count,), torch.inf)
         self._right = torch.zeros(count, dtype=torch.bool)
 
-    def run(self, task: Task) -> Iterator[Progress]:
+    def run(self, task: TrainingTask) -> Iterator[Progress]:
         """Train; yields at each look."""
         import torch
 
@@ -227,7 +232,7 @@ class _Batch:
             for place, (loss, right) in enumerate(zip(self._losses.tolist(), self._right.tolist(), strict=True))
         ]
 
-    def _look(self, task: Task, step: int) -> Progress:
+    def _look(self, task: TrainingTask, step: int) -> Progress:
         import torch
 
         with torch.no_grad():

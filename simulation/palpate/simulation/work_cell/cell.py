@@ -21,7 +21,7 @@ from palpate.simulation.work_cell.config import CellConfig
 from palpate.simulation.work_cell.contact_pairs import NEAR_M, Leeway
 from palpate.simulation.work_cell.contact_search import ContactSearch
 from palpate.simulation.work_cell.contact_shapes import PLATE_REACH_M, outermost_m, peg_rings
-from palpate.simulation.work_cell.hidden import Delay, HiddenValues
+from palpate.simulation.work_cell.hidden import HiddenValues, SampleDelay
 from palpate.simulation.work_cell.model import build_work_cell
 from palpate.simulation.work_cell.trial_world import trial_world
 
@@ -67,7 +67,7 @@ class WorkCell:
         hidden: HiddenValues | None = None,
     ) -> None:
         self._hidden = hidden
-        self._delay = Delay(0.0 if hidden is None else hidden.latency_ms * 1e-3 * rate_Hz)
+        self._delay = SampleDelay(0.0 if hidden is None else hidden.latency_ms * 1e-3 * rate_Hz)
         kinematics.update(ready_rad)
         yaw_axis = kinematics.tip_in(goal_in_base).rotation[:, 0]
         self.config, self._yaw_rad = config, float(np.arctan2(yaw_axis[1], yaw_axis[0]))

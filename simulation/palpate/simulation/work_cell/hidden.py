@@ -94,7 +94,7 @@ class HiddenValues:
         return [c * fx + s * fy, c * fy - s * fx, fz, c * tx + s * ty, c * ty - s * tx, tz]
 
 
-class Delay:
+class SampleDelay:
     """Gives wrenches of a while ago, between those of two ticks where that while is no whole number of them.
 
     Args:

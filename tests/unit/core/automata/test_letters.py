@@ -18,7 +18,7 @@ from palpate.core.automata import (
 from palpate.core.automata.document import from_json_text
 from palpate.core.automata.elman import Architecture, Readout
 from palpate.core.automata.prefix_tree import PrefixTree
-from palpate.core.automata.restarts import Restarts, Task
+from palpate.core.automata.restarts import Restarts, TrainingTask
 from palpate.core.automata.strings import strings_of, text_of
 from palpate.core.errors import ConfigurationError
 from palpate.core.perception import stage_from_dict, stage_to_dict
@@ -73,7 +73,7 @@ def test_the_loss_counts_what_followed_each_action(order) -> None:
     shape = Architecture(
         alphabet=strings.alphabet, reading=Readout.PREDICTION, hidden=3, order=order, actions=strings.actions
     )
-    task, restarts = Task(tree, shape), Restarts(shape, 2, seed=1)
+    task, restarts = TrainingTask(tree, shape), Restarts(shape, 2, seed=1)
     losses, _ = task.losses(restarts, restarts.hidden_states(task.levels))
     for place in range(2):
         network = restarts.network(place)

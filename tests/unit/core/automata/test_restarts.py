@@ -5,7 +5,7 @@ import pytest
 
 from palpate.core.automata.elman import Architecture, Network, Readout
 from palpate.core.automata.prefix_tree import PrefixTree
-from palpate.core.automata.restarts import Restarts, Task, levels_of
+from palpate.core.automata.restarts import Restarts, TrainingTask, levels_of
 from palpate.core.automata.strings import Strings
 
 POSITIVE = Strings.of(["abca", "cab", "abca", "b", "cc"])
@@ -41,7 +41,7 @@ def loss_string_by_string(network: Network, strings: Strings) -> tuple[float, bo
 def test_a_batch_does_what_its_networks_do_one_by_one(shape) -> None:
     strings = LABELLED if shape.reading is Readout.ACCEPTANCE else POSITIVE
     tree = PrefixTree.of(strings)
-    task, restarts = Task(tree, shape), Restarts(shape, 5, seed=3)
+    task, restarts = TrainingTask(tree, shape), Restarts(shape, 5, seed=3)
     hidden = restarts.hidden_states(levels_of(tree, shape))
     losses, right = task.losses(restarts, hidden)
     for place in range(5):
@@ -55,7 +55,7 @@ def test_a_batch_does_what_its_networks_do_one_by_one(shape) -> None:
 @shapes
 def test_gradients_are_those_of_each_network_alone(shape) -> None:
     strings = LABELLED if shape.reading is Readout.ACCEPTANCE else POSITIVE
-    task, restarts = Task(PrefixTree.of(strings), shape), Restarts(shape, 3, seed=8)
+    task, restarts = TrainingTask(PrefixTree.of(strings), shape), Restarts(shape, 3, seed=8)
     losses, _ = task.losses(restarts, restarts.hidden_states(task.levels))
     losses.sum().backward()
     small = 1e-5

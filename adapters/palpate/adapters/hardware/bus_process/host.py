@@ -6,7 +6,7 @@ import threading
 from collections.abc import Callable, Mapping
 from typing import Any, Final
 
-from palpate.adapters.hardware.bus_process.wire import Board, Report, Status, Wire
+from palpate.adapters.hardware.bus_process.wire import Board, HostedStatus, Report, Wire
 from palpate.adapters.hardware.plugins import ArmAdapter
 from palpate.adapters.hardware.real_time import LoopAccount
 from palpate.core.ports import (
@@ -253,14 +253,14 @@ class Host:
             self._stop = None if job is self._stop else self._stop
             self._request = None if job is self._request else self._request
 
-    def _status(self) -> Status:
+    def _status(self) -> HostedStatus:
         joints = trouble = None
         if self._pair.life is Life.ACTIVE:
             try:
                 joints = self._pair.read()
             except Exception as error:
                 trouble = Report.of(error, self._pair.name)
-        return Status(self._clock.now_ns(), self._pair.fault, joints, trouble)
+        return HostedStatus(self._clock.now_ns(), self._pair.fault, joints, trouble)
 
     def _set_free(self) -> None:
         if self._pair.life is Life.ACTIVE:

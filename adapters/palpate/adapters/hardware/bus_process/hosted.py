@@ -12,7 +12,7 @@ from typing import Any, Final, Protocol
 from typing_extensions import override
 
 from palpate.adapters.hardware.bus_process.host import ASK, SET, STOP
-from palpate.adapters.hardware.bus_process.wire import Board, Report, Status, Wire
+from palpate.adapters.hardware.bus_process.wire import Board, HostedStatus, Report, Wire
 from palpate.core.errors import DeviceError
 from palpate.core.ports import (
     AppliedCommand,
@@ -70,7 +70,7 @@ class HostedArm(ManagedDevice, JointEncoder, ArmCommand):
         super().__init__(name)
         self._start, self._clock, self._silence_ns = start, clock, silence_ns
         self._process: ArmProcess | None = None
-        self._status = Status(0)
+        self._status = HostedStatus(0)
         self._numbers = itertools.count(1)
         self._awaited: set[int] = set()
         self._answers: dict[int, tuple[Any, str | None]] = {}

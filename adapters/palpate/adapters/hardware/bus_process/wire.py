@@ -43,7 +43,7 @@ class Report(NamedTuple):
         return error
 
 
-class Status(NamedTuple):
+class HostedStatus(NamedTuple):
     """How things stand at the arm; its process notes it every millisecond.
 
     Attributes:
@@ -124,19 +124,19 @@ class Board:
 
     def __init__(self, memory: mmap.mmap) -> None:
         self._memory, self._number = memory, 0
-        self._read: Status | None = None
+        self._read: HostedStatus | None = None
 
-    def write(self, status: Status) -> None:
+    def write(self, status: HostedStatus) -> None:
         """Put a note where the one before the last was."""
         data = pickle.dumps(status)
         if len(data) > _SLOT_BYTES - _HEAD.size:
-            data = pickle.dumps(Status(status.time_ns, (status.fault or "")[:1000] or None))
+            data = pickle.dumps(HostedStatus(status.time_ns, (status.fault or "")[:1000] or None))
         number = self._number = self._number + 1
         at = number % 2 * _SLOT_BYTES
         self._memory[at + _HEAD.size : at + _HEAD.size + len(data)] = data
         _HEAD.pack_into(self._memory, at, number, len(data), zlib.crc32(data, number))
 
-    def read(self) -> Status | None:
+    def read(self) -> HostedStatus | None:
         """The newest note; None while there is none."""
         newest = self._number
         for at in (0, _SLOT_BYTES):

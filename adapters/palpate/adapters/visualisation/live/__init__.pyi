@@ -1,4 +1,4 @@
-from .display import LearningCurve as LearningCurve
+from .display import LearningSoFar as LearningSoFar
 from .emulation import EmulationView as EmulationView
 from .export import export_pictures as export_pictures
 from .layouts import write_layout as write_layout

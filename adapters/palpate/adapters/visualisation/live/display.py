@@ -56,7 +56,7 @@ class Pose:
 
 
 @dataclass
-class LearningCurve:
+class LearningSoFar:
     """What came of trial after trial.
 
     Attributes:
@@ -114,7 +114,7 @@ class Display(Protocol):
         """Something happened."""
 
     @abstractmethod
-    def learned(self, time_ns: int, curve: LearningCurve) -> None:
+    def learned(self, time_ns: int, curve: LearningSoFar) -> None:
         """One more trial is over; the curve is whole."""
 
     @abstractmethod

@@ -18,7 +18,7 @@ from palpate.adapters.visualisation.live.display import (
     MOST_TRIALS,
     SERIES,
     Display,
-    LearningCurve,
+    LearningSoFar,
     Pose,
     Row,
     Shape,
@@ -137,7 +137,7 @@ class FoxgloveDisplay(Display):
         self._send(self._log, messages.Log(timestamp=_stamp(time_ns), level=level, message=text), time_ns)
 
     @override
-    def learned(self, time_ns: int, curve: LearningCurve) -> None:
+    def learned(self, time_ns: int, curve: LearningSoFar) -> None:
         columns = (curve.trials, curve.times_s, curve.averages_s, curve.successes, curve.peaks_N)
         self._tell("learning_curve", time_ns, (curve.label, *(column[-MOST_TRIALS:] for column in columns)))
 

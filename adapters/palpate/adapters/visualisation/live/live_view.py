@@ -13,7 +13,7 @@ from typing_extensions import override
 
 from palpate.adapters.experiments import TrialRow
 from palpate.adapters.log import FRAME, Opening, ProcessSink, Sink, messages_in
-from palpate.adapters.visualisation.live.display import LearningCurve
+from palpate.adapters.visualisation.live.display import LearningSoFar
 from palpate.adapters.visualisation.live.viewer_process import NOTE
 from palpate.core.errors import ConfigurationError, UsageError
 
@@ -130,7 +130,7 @@ class LiveView(Sink):
             rows: The trials.
             label: Of which run, where there are several.
         """
-        curve = LearningCurve(label)
+        curve = LearningSoFar(label)
         for row in rows:
             curve.add(row.trial, row.exploration_time_s, row.success, row.peak_force_N)
         content = json.dumps({"text": text, "curve": dataclasses.asdict(curve)}).encode()

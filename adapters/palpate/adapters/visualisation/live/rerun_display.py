@@ -18,7 +18,7 @@ from palpate.adapters.visualisation.live.display import (
     MOST_TRIALS,
     SERIES,
     Display,
-    LearningCurve,
+    LearningSoFar,
     Pose,
     Row,
     Shape,
@@ -139,7 +139,7 @@ class RerunDisplay(Display):
         self._recording.log("log", rr.TextLog(text, level="WARN" if serious else "INFO"))
 
     @override
-    def learned(self, time_ns: int, curve: LearningCurve) -> None:
+    def learned(self, time_ns: int, curve: LearningSoFar) -> None:
         self._at(time_ns)
         at = ["learning_curve", *([curve.label] if curve.label else [])]
         # Bars from the first trial that is shown on; Rerun draws no line over anything but time.

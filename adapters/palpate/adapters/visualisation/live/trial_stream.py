@@ -28,7 +28,7 @@ from palpate.adapters.log import (
 )
 from palpate.adapters.mujoco import Moment
 from palpate.adapters.visualisation.live.cell import CellFrames
-from palpate.adapters.visualisation.live.display import SERIES, Display, LearningCurve, Row
+from palpate.adapters.visualisation.live.display import SERIES, Display, LearningSoFar, Row
 from palpate.core.errors import LogError
 from palpate.core.ports import JointVector, Validity
 from palpate.core.trial import TRIALS_OF_A_SERIES, Outcome
@@ -53,7 +53,7 @@ class TrialStream:
     """
 
     def __init__(self, display: Display) -> None:
-        self._display, self.curve = display, LearningCurve()
+        self._display, self.curve = display, LearningSoFar()
         self._log: TrialLog | None = None
         self._cell: CellFrames | None = None
         self._values: dict[str, dict[str, float]] = {}

@@ -11,7 +11,7 @@ import sys
 from typing import Final
 
 from palpate.adapters.log import FRAME, MESSAGE, QUIT, RawMessage
-from palpate.adapters.visualisation.live.display import Display, LearningCurve
+from palpate.adapters.visualisation.live.display import Display, LearningSoFar
 from palpate.adapters.visualisation.live.trial_stream import TrialStream
 from palpate.core.errors import LogError
 
@@ -41,7 +41,7 @@ def served(viewer: str, port: int) -> Display:
     return RerunDisplay.served(port)
 
 
-class Frames:
+class WholeFrames:
     """Whole frames out of pieces."""
 
     def __init__(self) -> None:
@@ -64,7 +64,7 @@ class Frames:
 
 def show(source: int, display: Display) -> None:
     """Show what comes from a file descriptor, to its end."""
-    stream, frames = TrialStream(display), Frames()
+    stream, frames = TrialStream(display), WholeFrames()
     while True:
         if select.select([source], [], [], _LOOK_S)[0]:
             data = os.read(source, _READ_BYTES)
@@ -81,7 +81,7 @@ def show(source: int, display: Display) -> None:
 def _show(kind: bytes, message: RawMessage, stream: TrialStream, display: Display) -> None:
     if kind == NOTE:
         note = json.loads(message.payload)
-        stream.curve = LearningCurve(**note["curve"])
+        stream.curve = LearningSoFar(**note["curve"])
         display.event(message.time_ns, note["text"])
         if stream.curve.trials:
             display.learned(message.time_ns, stream.curve)

@@ -80,7 +80,7 @@ class FollowTask(TouchTask):
         free = PositionControl(control.position_gain_per_s, task.travel_speed_mm_s * 1e-3, PERIOD_S)
         state, proof = TrialState(), ContactProof(task, control)
         super().__init__(task, measurement, motion, free, state, proof)
-        self._approach = Approach(task, control, measurement, motion, state)
+        self._approach = ContourApproach(task, control, measurement, motion, state)
         self._follow_way = Follow(task, control, measurement, motion, state, proof)
 
     @override
@@ -104,7 +104,7 @@ def _press(task: TaskConfig, control: ControlConfig, speed_m_s: float) -> Dampin
     return DampingControl(control.damping_N_s_per_m, pressing, speed_m_s, stiffness_N_per_m, PERIOD_S)
 
 
-class Approach(RunningPhase):
+class ContourApproach(RunningPhase):
     """Straight down to the first contact."""
 
     def __init__(

@@ -24,7 +24,7 @@ _HOPELESS: Final = 1 << 20
 
 
 @dataclass
-class Network:
+class UrNetwork:
     """What becomes of bytes on their way to clients; set it to have troubles.
 
     Attributes:
@@ -44,7 +44,7 @@ class Network:
     is_unplugged: bool = False
 
 
-class _Line:
+class _Connection:
     """A connection: what came in, what is to go out."""
 
     def __init__(self, connection: socket.socket, session: RtdeSession | None = None) -> None:
@@ -91,10 +91,10 @@ class UrServer:
     """
 
     def __init__(self, controller: UrController, host: str = "") -> None:
-        self.host, self.network = host, Network()
+        self.host, self.network = host, UrNetwork()
         self._controller, self._lock, self._end = controller, threading.Lock(), False
         self._listeners: dict[int, socket.socket] = {}
-        self._lines: dict[int, list[_Line]] = {}
+        self._lines: dict[int, list[_Connection]] = {}
         self._thread: threading.Thread | None = None
 
     def __enter__(self) -> Self:
@@ -195,12 +195,12 @@ class UrServer:
     def _welcome(self, port: int, listener: socket.socket) -> None:
         with suppress(OSError):
             connection, _ = listener.accept()
-            line = _Line(connection, RtdeSession(self._controller) if port == RTDE_PORT else None)
+            line = _Connection(connection, RtdeSession(self._controller) if port == RTDE_PORT else None)
             self._lines[port].append(line)
             if port == DASHBOARD_PORT:
                 line.send(_GREETING)
 
-    def _hear(self, port: int, line: _Line) -> None:
+    def _hear(self, port: int, line: _Connection) -> None:
         line.receive(time.monotonic_ns())
         if line.session is not None:
             line.send(line.session.receive(line.arrived))

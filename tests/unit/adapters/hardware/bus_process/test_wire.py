@@ -5,7 +5,7 @@ import socket
 
 import pytest
 
-from palpate.adapters.hardware.bus_process.wire import _SLOT_BYTES, Board, Report, Status, Wire
+from palpate.adapters.hardware.bus_process.wire import _SLOT_BYTES, Board, HostedStatus, Report, Wire
 from palpate.core.errors import CommandError, ConfigurationError, DeviceError, FaultLatchedError
 from palpate.core.ports.contracts.fakes import FakeClock
 
@@ -48,11 +48,11 @@ def test_the_newest_whole_note_counts() -> None:
     writer, reader = Board(memory), Board(memory)
     assert reader.read() is None
     for time_ns in range(5):
-        writer.write(Status(time_ns, "x" * time_ns * 10_000))
+        writer.write(HostedStatus(time_ns, "x" * time_ns * 10_000))
     found = reader.read()
     assert found is not None
     assert (found.time_ns, len(found.fault or "")) == (4, 1000)
-    writer.write(Status(6))
+    writer.write(HostedStatus(6))
     # As if its writer had been killed in the middle.
     memory[_SLOT_BYTES + 20] ^= 1
     memory[20] ^= 1

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from typing_extensions import override
 
 from palpate.adapters.log import DecisionEntry
-from palpate.adapters.visualisation.live.display import Display, LearningCurve, Pose, Row, Shape
+from palpate.adapters.visualisation.live.display import Display, LearningSoFar, Pose, Row, Shape
 
 
 class KeptDisplay(Display):
@@ -16,7 +16,7 @@ class KeptDisplay(Display):
         self.decisions: list[tuple[DecisionEntry, dict[str, float]]] = []
         self.states: list[str] = []
         self.events: list[tuple[str, bool]] = []
-        self.curve = LearningCurve()
+        self.curve = LearningSoFar()
         self.renewals = 0
 
     @override
@@ -44,7 +44,7 @@ class KeptDisplay(Display):
         self.events.append((text, serious))
 
     @override
-    def learned(self, time_ns: int, curve: LearningCurve) -> None:
+    def learned(self, time_ns: int, curve: LearningSoFar) -> None:
         self.curve = curve
 
     @override

@@ -7,7 +7,7 @@ from palpate.adapters.hardware import CellMoment
 from palpate.adapters.log import MemorySink
 from palpate.adapters.visualisation.live import EmulationView
 from palpate.adapters.visualisation.live.trial_stream import POSE_TICKS, TrialStream
-from palpate.adapters.visualisation.live.viewer_process import Frames
+from palpate.adapters.visualisation.live.viewer_process import WholeFrames
 from palpate.core.ports import Truth
 from tests.unit.adapters.samples import ready_pose
 from tests.unit.adapters.visualisation.live.kept_display import KeptDisplay
@@ -22,7 +22,7 @@ class Frontally(MemorySink):
 
     @override
     def put(self, frames: bytes, *, vital: bool = False) -> bool:
-        for _, message in Frames().of(frames):
+        for _, message in WholeFrames().of(frames):
             self.stream.take(message)
         return True
 

@@ -6,7 +6,7 @@ import os
 
 from palpate.adapters.log import FRAME, MESSAGE, QUIT, frame, message_frame, sound_messages
 from palpate.adapters.visualisation.live import LearningCurve
-from palpate.adapters.visualisation.live.viewer_process import NOTE, Frames, show
+from palpate.adapters.visualisation.live.viewer_process import NOTE, WholeFrames, show
 from tests.golden.record import HERE as GOLDEN
 from tests.unit.adapters.visualisation.live.kept_display import KeptDisplay
 
@@ -14,7 +14,7 @@ TICK = message_frame(2, 5, b"x" * 1000)
 
 
 def test_frames_come_whole_out_of_pieces() -> None:
-    data, frames = TICK + message_frame(7, -3, b"") + TICK, Frames()
+    data, frames = TICK + message_frame(7, -3, b"") + TICK, WholeFrames()
     found = [each for at in range(0, len(data), 7) for each in frames.of(data[at : at + 7])]
     assert [(kind, m.channel, m.time_ns, len(m.payload)) for kind, m in found] == [
         (MESSAGE, 2, 5, 1000),
