@@ -9,6 +9,8 @@ from pathlib import Path, PurePosixPath
 
 import pytest
 
+from docs.site.build import repository
+
 ROOT = Path(__file__).parents[2]
 LAYERS = ("core", "adapters", "drivers", "simulation")
 
@@ -89,8 +91,8 @@ def test_it_says_what_it_is(wheel: Path) -> None:
     assert "palpate = palpate.adapters.cli.main:main" in entry_points
     assert "Requires-Dist: mujoco==" in metadata
     assert f"{info}/licenses/LICENSE" in names_in(wheel)
-    # Nobody has set the repository's address: no invented URL, and no link or picture that leads nowhere.
-    assert "Project-URL" not in metadata
+    # While nobody has set the repository's address: no invented URL. In any case no link or picture that leads nowhere.
+    assert ("Project-URL" in metadata) == bool(repository())
     assert not re.findall(r"\]\((?!http|#)", metadata)
     assert f"version: {version('palpate')}\n" in (ROOT / "CITATION.cff").read_text()
 
