@@ -44,10 +44,15 @@ class HostedPair(ManagedDevice):
         self._adapter = adapter
         devices: tuple[Device, ...] = (adapter.encoder, adapter.arm)
         self._devices = tuple({id(device): device for device in devices}.values())
+        self._held = ""
 
     def trip(self, cause: str) -> None:
         """Latch; the first cause is kept."""
         self._latch(cause)
+
+    def hold(self, cause: str) -> None:
+        """Apply nothing that is sent from now on; once deactivated, it is a fault that waits for a person."""
+        self._held = self._held or cause
 
     def look(self) -> None:
         """Take over what the devices have latched themselves."""
@@ -60,12 +65,14 @@ class HostedPair(ManagedDevice):
         return self._adapter.encoder.read()
 
     def send(self, command: JointCommand) -> AppliedCommand:
-        """Hand on set-points.
+        """Hand on set-points, unless the arm is held.
 
         Raises:
             FaultLatchedError: Something is latched.
         """
         self._require_active("send()")
+        if self._held:
+            return AppliedCommand(self.read().position_rad, CommandReason.STOPPED)
         return self._adapter.arm.send(command)
 
     def stop(self) -> None:
@@ -84,8 +91,11 @@ class HostedPair(ManagedDevice):
         for device in reversed(self._devices):
             if device.life is Life.ACTIVE:
                 device.deactivate()
+        if self._held:
+            self._latch(self._held)
 
     def _on_acknowledge(self) -> None:
+        self._held = ""
         for device in self._devices:
             if device.life is Life.FAULTED:
                 device.acknowledge_fault()
@@ -204,7 +214,7 @@ class Host:
             self._waiting.append((number, content))
             return
         if content:
-            self._pair.trip(content)
+            self._pair.hold(content)
         self._begin_stop(number)
 
     def _send_newest(self) -> None:

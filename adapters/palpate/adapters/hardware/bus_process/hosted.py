@@ -123,8 +123,11 @@ class HostedArm(ManagedDevice, JointEncoder, ArmCommand):
     def stop(self) -> None:
         self._send_stop("")
 
-    def trip(self, cause: str) -> None:
-        """Stop, and latch there: only ``acknowledge_fault`` leads out of it. May come from a signal handler."""
+    def hold(self, cause: str) -> None:
+        """Stop, and latch there: nothing is applied any more, and once deactivated the arm has a fault.
+
+        May come from a signal handler.
+        """
         self._send_stop(cause)
 
     def _send_stop(self, cause: str) -> None:
@@ -288,4 +291,4 @@ class OperatorsHand(DeviceDecorator, ArmCommand):
 
     def stop(self) -> None:
         """Stop, and latch."""
-        self._arm.trip("operator's stop")
+        self._arm.hold("operator's stop")
