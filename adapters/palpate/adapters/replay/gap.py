@@ -45,6 +45,7 @@ _ALONG: Final = (2,)
 _ACROSS: Final = (0, 1)
 _FRICTIONS: Final = (0.35, 0.5, 0.7, 1.3, 1.7, 2.2)
 _ROUNDS: Final = 12
+_PASSES: Final = 2
 _DONE: Final = 1e-3
 _ROBUST: Final = 4.0
 _UNKNOWN: Final = 0.2
@@ -313,7 +314,7 @@ class _CellFit:
         self._begin()
         sds = self._stage((1, _PLATE, _LATE), _ALONG)
         self.values[2] = self.values[1]
-        for _ in range(2):
+        for _ in range(_PASSES):
             sds = np.minimum(sds, self._stage((1, 3, _PLATE, _LATE), _ALONG))
             self._best_friction()
             sds = np.minimum(sds, self._stage((0, 2), _ACROSS))
