@@ -172,7 +172,10 @@ class Commissioning:
         places = []
         for trial in range(_INSERTIONS):
             with self.arm.moving():
-                self._go_above()
+                if trial:
+                    self._withdraw()
+                else:
+                    self._go_above()
                 self.arm.joint_line(self._approach.poses_rad[-1])
             supervisor = supervisor_of(self._rig, self.config, self._ready)
             ports.arm.deactivate()
@@ -185,15 +188,17 @@ class Commissioning:
                 raise UndeterminedError("hole's place", problem, "a believed place within 3 mm (--task.goal)")
             x, y, _ = self._goal.act(np.array(task.tip_m))
             places.append((float(x), float(y)))
-        with self.arm.moving():
-            self._go_above()
         return *hole(places, 2e-3 * self.config.cell.peg.clearance_mm), places
 
-    def _go_above(self) -> tuple[float, ...]:
-        """Draw the tool out of whatever it may be in, and lift it; returns the pose well above the believed hole."""
+    def _withdraw(self) -> None:
+        """Draw the tool out of whatever it may be in."""
         for pose in withdrawal(self._approach, self.arm.asked_rad):
             # Made for 20 mm/s.
             self.arm.path((pose,) * 4)
+
+    def _go_above(self) -> tuple[float, ...]:
+        """Draw the tool out and lift it; returns the pose well above the believed hole."""
+        self._withdraw()
         above = self._approach.poses_rad[0]
         self.arm.joint_line(above)
         return above
