@@ -31,6 +31,7 @@ from palpate.core.trial import (
 )
 
 _APPROACH_M_S: Final = 0.008
+_YIELD_M_S: Final = 0.01
 _ARRIVED_M: Final = 5e-5
 _SLOPE_SHARE: Final = 0.1
 """Of the newest tick in the slope: it is a mean over some ten ticks."""
@@ -145,7 +146,8 @@ class Follow(RunningPhase):
         speed_m_s = own.speed_mm_s * 1e-3
         self._measurement, self._motion, self._state = measurement, motion, state
         self._across = PositionControl(control.position_gain_per_s, speed_m_s, PERIOD_S)
-        self._along = _press(task, control, max(speed_m_s, task.travel_speed_mm_s * 1e-3))
+        # A sensor that has died lets the tool run no faster, until a watch or the next lift finds it.
+        self._along = _press(task, control, _YIELD_M_S)
         self._lift = LiftCheck(state, measurement, motion, proof)
         self._press_N, self._axial_N_per_m = task.press_kgf * N_PER_KGF, control.axial_stiffness_N_per_mm * 1e3
         self._end_m, self._way_m = 0.5e-3 * own.stroke_mm, own.way_mm * 1e-3
