@@ -5,7 +5,7 @@ import json
 import os
 
 from palpate.adapters.log import FRAME, MESSAGE, QUIT, frame, message_frame, sound_messages
-from palpate.adapters.visualisation.live import LearningCurve
+from palpate.adapters.visualisation.live import LearningSoFar
 from palpate.adapters.visualisation.live.viewer_process import NOTE, WholeFrames, show
 from tests.golden.record import HERE as GOLDEN
 from tests.unit.adapters.visualisation.live.kept_display import KeptDisplay
@@ -24,7 +24,7 @@ def test_frames_come_whole_out_of_pieces() -> None:
 
 
 def test_a_curve_of_before_goes_on_and_a_bad_message_hides_no_others() -> None:
-    curve = LearningCurve()
+    curve = LearningSoFar()
     curve.add(0, 2.5, success=True, peak_N=9.0)
     note = json.dumps({"text": "goes on", "curve": dataclasses.asdict(curve)}).encode()
     path = GOLDEN / "first-kind.mcap"
