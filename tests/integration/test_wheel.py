@@ -116,6 +116,9 @@ def test_installed_it_is_on_its_own_and_trains(site: Path, tmp_path: Path) -> No
     # What it carries is what the checkout has, and the documents' pictures are where they look for them.
     copied = {path.relative_to(tmp_path / "palpate-examples") for path in (tmp_path / "palpate-examples").rglob("*.*")}
     assert copied >= {
-        path.relative_to(ROOT) for folder in ("examples", "rigs") for path in (ROOT / folder).rglob("*.[tp][oy]*")
+        path.relative_to(ROOT)
+        for folder in ("examples", "rigs")
+        for path in (ROOT / folder).rglob("*.*")
+        if path.suffix in (".py", ".toml")
     }
     assert {Path("README.md"), Path("docs/tutorial.md"), Path("docs/images/insertion.gif")} <= copied
