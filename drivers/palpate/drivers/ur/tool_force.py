@@ -10,7 +10,7 @@ from palpate.drivers.ur.link import CHECK, NAME, UrLink
 
 RANGE_N: Final = (50.0, 50.0, 50.0)
 RANGE_NM: Final = (10.0, 10.0, 10.0)
-"""FACT: UR5e, technical specification, "Force sensing, tool flange"."""
+"""UR5e, technical specification, "Force sensing, tool flange"; quoted from memory: look it up for your arm."""
 _STALL_NS: Final = 100_000_000
 
 

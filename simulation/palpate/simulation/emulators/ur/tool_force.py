@@ -29,7 +29,7 @@ class ToolForceSheet:
 
 DATA_SHEET: Final = ToolForceSheet()
 """UR5e, technical specification, "Force sensing, tool flange": range 50 N, precision 3.5 N, accuracy 4.0 N; range
-10 N m, precision 0.2 N m, accuracy 0.3 N m."""
+10 N m, precision 0.2 N m, accuracy 0.3 N m. Quoted from memory: the sheet itself was not at hand."""
 
 
 class ToolForce:
