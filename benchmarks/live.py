@@ -81,7 +81,9 @@ class Side:
 
     def run(self, config: RunConfig, rig: Rig, trial: int, name: str, works: bool) -> None:
         times = TickTimes()
-        watch = Stopwatch(Limits(warm_up_ticks=100), account=ThreadAccount.if_kept(), clock_works=works)
+        watch = Stopwatch(
+            Limits(warn_late_ns=1_000_000, warm_up_ticks=100), account=ThreadAccount.if_kept(), clock_works=works
+        )
         ready, walk = find_ready_pose(config.arm, config.task), RandomWalkPolicy(task_actions(config))
         perception = build_perception(config)
         task = build_task(config, ready, perception, walk)
