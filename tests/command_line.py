@@ -162,10 +162,11 @@ def shared_folder(factory: pytest.TempPathFactory, name: str, make: Callable[[Pa
 
 
 def files_in(folder: Path) -> dict[str, bytes]:
-    """Everything below a folder, by name."""
+    """Everything below a folder, by name, but for the bytecode that an import leaves."""
     return {
         str(path.relative_to(folder)): path.read_bytes() if path.is_file() else b""
         for path in sorted(folder.rglob("*"))
+        if "__pycache__" not in path.parts
     }
 
 

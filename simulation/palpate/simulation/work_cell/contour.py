@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import atan2, ceil, cos, hypot, sin, tau
-from typing import Annotated, ClassVar, Final
-
-import mujoco
+from typing import TYPE_CHECKING, Annotated, ClassVar, Final
 
 from palpate.core.ports import OneOf, Range, Settings
+
+if TYPE_CHECKING:
+    import mujoco
 
 FLAT: Final = "none"
 _BOX_M: Final = 1e-3
@@ -47,6 +48,8 @@ def add_contour(plate: mujoco.MjsBody, contour: ContourConfig, **touching: objec
         contour: What it is like.
         touching: How its geoms touch.
     """
+    import mujoco
+
     count = ceil(contour.length_mm * 1e-3 / _BOX_M)
     first_m = -0.5 * count * _BOX_M
     for number in range(count):
@@ -67,5 +70,7 @@ def add_contour(plate: mujoco.MjsBody, contour: ContourConfig, **touching: objec
 
 def add_ball(peg: mujoco.MjsBody, contour: ContourConfig, **touching: object) -> None:
     """The tool's tip; the deepest point of the ball is where the peg's end face would be."""
+    import mujoco
+
     radius_m = contour.ball_radius_mm * 1e-3
     peg.add_geom(type=mujoco.mjtGeom.mjGEOM_SPHERE, size=(radius_m, 0.0, 0.0), pos=(0.0, 0.0, -radius_m), **touching)

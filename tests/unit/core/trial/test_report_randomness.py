@@ -43,6 +43,7 @@ def test_purposes_are_never_renumbered() -> None:
         "HOLE_SHIFT": 7,
         "GRIP": 8,
         "ZERO": 9,
+        "HIDDEN": 10,
     }
 
 
