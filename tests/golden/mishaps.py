@@ -369,9 +369,17 @@ MISHAPS: Final[dict[str, Mishap]] = {
     ),
     # Recordings that are too short to count, with live samples between them.
     "recurring-twice": Mishap(
-        tuple(_force("repeat", tick, span_ticks=20, honest=False, duration_ticks=4) for tick in (40, 50)),
+        tuple(_force("repeat", tick, span_ticks=20, honest=False, duration_ticks=5) for tick in (40, 52)),
         {"task": _SOON},
-        (60, "stop"),
+        (62, "stop"),
+    ),
+    # Two samples so close in time that their noise would be a rate.
+    "samples-close": Mishap(settings={"task": _SOON}, at=(26, "stop"), ahead={20: 7_140_000}),
+    # Too fast over two ticks, and not over the four that count.
+    "fast-at-once": Mishap(
+        (_joints("spike", 2, magnitude=0.024, channels=(3,), duration_ticks=1),),
+        {"task": _SOON, **_weak(max_tracking_error_mrad=500.0)},
+        (16, "stop"),
     ),
     "inserted-panda": Mishap(
         settings={

@@ -86,7 +86,7 @@ class OneOf:
 
     def words(self, base: Any) -> str:
         """The values as a message lists them."""
-        return f"one of {', '.join(map(str, self.values))}"
+        return f"one of {', '.join(str(value) for value in self.values if value != '')}"
 
     def schema(self) -> dict[str, Any]:
         """The keyword of JSON schema for it."""
