@@ -125,9 +125,6 @@ def run_trial(
     The first tick is at the clock's present time. Every way out leaves the arm stopped.
 
     Args:
-        task: What is to be done.
-        ports: What it is done over.
-        setup: Which trial.
         supervisor: Stands between the task and the arm; None lets every command through.
         observers: Are called in this order at each event.
 
@@ -182,8 +179,6 @@ def trial_ticks(
 
     Args:
         task: Is begun here; its ``step``, or ``sense`` and ``act``, is the caller's.
-        ports: What it is done over.
-        setup: Which trial.
         supervisor: Stands between the task and the arm; None lets every command through.
         observers: Are called in this order at each event.
 

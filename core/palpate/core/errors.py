@@ -34,7 +34,6 @@ class ConfigurationError(PalpateError, ValueError):
 
     Attributes:
         field: Dotted name of the setting, as it is written in TOML and on the command line.
-        value: The value that was refused.
         accepted: What would have been right.
     """
 
@@ -56,11 +55,7 @@ class UsageError(PalpateError):
 
 
 class OutputError(PalpateError):
-    """Writing would overwrite or mix results.
-
-    Attributes:
-        path: The place in question.
-    """
+    """Writing would overwrite or mix results."""
 
     def __init__(self, path: str, problem: str, remedy: str) -> None:
         self.path = path
@@ -71,7 +66,6 @@ class LogError(PalpateError):
     """A recorded trial cannot be used.
 
     Attributes:
-        path: The file.
         where: Offset, message or tick; empty when it is the whole file.
     """
 
@@ -81,12 +75,7 @@ class LogError(PalpateError):
 
 
 class LifecycleError(PalpateError, RuntimeError):
-    """A port was asked for something that its state does not allow.
-
-    Attributes:
-        state: The state it was in.
-        request: What was asked of it.
-    """
+    """A port was asked for something that its state does not allow."""
 
     def __init__(self, who: str, state: str, request: str, accepted: str) -> None:
         self.state, self.request = state, request
@@ -94,11 +83,7 @@ class LifecycleError(PalpateError, RuntimeError):
 
 
 class CommandError(PalpateError, ValueError):
-    """A command that may not be sent to any arm, for example one that is not finite.
-
-    Attributes:
-        value: The offending value.
-    """
+    """A command that may not be sent to any arm, for example one that is not finite."""
 
     def __init__(self, problem: str, value: object) -> None:
         self.value = value
@@ -106,11 +91,7 @@ class CommandError(PalpateError, ValueError):
 
 
 class UndeterminedError(PalpateError):
-    """Measurements do not determine what is asked of them.
-
-    Attributes:
-        quantity: What was to be found.
-    """
+    """Measurements do not determine what is asked of them."""
 
     def __init__(self, quantity: str, problem: str, missing: str) -> None:
         self.quantity = quantity
@@ -130,11 +111,7 @@ class PolicyError(PalpateError, RuntimeError):
 
 
 class DeviceError(PalpateError, RuntimeError):
-    """The device, or the way to it, failed.
-
-    Attributes:
-        device: Which one.
-    """
+    """The device, or the way to it, failed."""
 
     def __init__(self, device: str, problem: str) -> None:
         self.device = device

@@ -149,10 +149,6 @@ class BusBudget:
     def require(self, control_rate_Hz: float, divider: int) -> None:
         """Refuse a fraction of the control rate that does not fit.
 
-        Args:
-            control_rate_Hz: Rate of the control loop.
-            divider: Control ticks per cycle.
-
         Raises:
             SettingError: It does not fit; the message has the numbers and the rates that do.
         """

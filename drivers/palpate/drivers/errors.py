@@ -30,14 +30,7 @@ class Blame(enum.Enum):
 
 
 class DriverError(Exception):
-    """Root of the tree.
-
-    Attributes:
-        device: Which device, as a person would call it.
-        problem: What happened.
-        remedy: What to do about it.
-        blame: Whose fault it is.
-    """
+    """Root of the tree."""
 
     blame = Blame.DEVICE
 

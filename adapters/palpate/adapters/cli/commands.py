@@ -12,7 +12,6 @@ class Command:
     """One command.
 
     Args:
-        text: What it does, in a line.
         function: ``module:function`` that runs it, in this room; empty for a group of commands.
         options: ``module:Class`` of its options; empty where it takes none.
     """

@@ -66,7 +66,6 @@ def marked_line(summary: Mapping[str, Any], *, learned: bool | None = None) -> s
     """How many trials were marked for their timing, and why; empty for none.
 
     Args:
-        summary: Figures of the run.
         learned: Whether such trials are learned from; None where nothing is.
     """
     if not summary["marked"]:

@@ -13,11 +13,7 @@ _PARTS = 10
 
 
 class _Lines:
-    """The same as a bar, for a file or a pipe: carriage returns would fill it.
-
-    Attributes:
-        n: So many are done.
-    """
+    """The same as a bar, for a file or a pipe: carriage returns would fill it."""
 
     def __init__(self, total: int, unit: str, label: str, initial: int) -> None:
         self._total, self._unit, self._label = total, unit, f"{label}: " if label else ""
@@ -44,10 +40,7 @@ def progress(total: int, unit: str, label: str = "", *, initial: int = 0, passin
     """Gives what is told of each step by ``update``; on the error stream.
 
     Args:
-        total: Number of steps.
         unit: What a step is, in the singular.
-        label: Of what it is the progress.
-        initial: Steps that were done before.
         passing: Leaves nothing behind: a bar that vanishes, and no lines.
     """
     if passing or sys.stderr.isatty():

@@ -112,14 +112,9 @@ def run_named(
     """Run trials with progress on the terminal; returns the finished ones and whether these are all.
 
     Args:
-        chosen: The policy.
-        config: The run's configuration.
-        ready: The ready pose.
         rig: What to run on, entered.
-        trials: Number of trials.
         folder: Where the trials are noted; None notes them nowhere.
         recorder: Records them; None records none.
-        command: The command that runs, for the logs.
         subfolder: Where in the recorder's folder the logs go.
         session: Real time, entered; None where the rig has none.
     """

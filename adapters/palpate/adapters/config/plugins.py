@@ -33,8 +33,6 @@ def imported(field: str, place: str, accepted: str) -> Any:
     """What ``package.module:Name`` leads to.
 
     Args:
-        field: The setting that names it.
-        place: The name.
         accepted: What would be right, for a name of another form.
 
     Raises:

@@ -18,12 +18,7 @@ from palpate.core.ports import Holds, Range, Settings, Vector3, fitted, kinds_of
 
 @dataclass(frozen=True)
 class DeviceEntry:
-    """One device of a rig.
-
-    Attributes:
-        adapter: Name of the adapter.
-        settings: Whatever it wants to know.
-    """
+    """One device of a rig."""
 
     adapter: str
     settings: Mapping[str, Any]

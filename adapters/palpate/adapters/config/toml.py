@@ -21,7 +21,6 @@ def read_toml(path: Path, named: str = "config") -> dict[str, Any]:
     """The table in a TOML file. The URDF of its arm is looked for from the file's folder.
 
     Args:
-        path: The file.
         named: The setting that names it, for the message.
 
     Raises:
@@ -43,7 +42,6 @@ def overlay(base: T, table: Mapping[str, Any]) -> T:
     """A copy of a configuration with the fields of a TOML table put over it.
 
     Args:
-        base: The configuration.
         table: Nested as it is.
 
     Raises:

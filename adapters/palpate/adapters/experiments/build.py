@@ -53,7 +53,6 @@ def identifier(memory: str, symbols: tuple[str, ...]) -> StateIdentifier:
     Args:
         memory: ``none``: the state is the last symbol; ``last-N``: the last N symbols in their order; or the path of an
             automaton file: the state is that of the automaton.
-        symbols: Names of the symbols.
     """
     if memory == NONE:
         return IdentityState(symbols)
@@ -149,8 +148,6 @@ def build_supervisor(
     """The supervisor that stands between the task and the arm.
 
     Args:
-        config: The run's configuration.
-        ready: The ready pose.
         sensor: What is known of the force sensor: the rig's facts, or those of a log.
         latch: The rig's, so that nothing moves on there after a trip, whoever calls; None for a supervisor of its own,
             as a simulated cell or a replay has that begins anew.
@@ -177,8 +174,6 @@ def require_usable(config: RunConfig, ready: ReadyPose, rig_file: str = "") -> N
     """Build a task once: some settings are refused only there, and better so before a folder is made.
 
     Args:
-        config: The run's configuration.
-        ready: The ready pose.
         rig_file: The rig's; its sensor has to be asked before :func:`require_limits` can be.
 
     Raises:

@@ -33,10 +33,7 @@ def capture_half_width_m(
 
     Args:
         config: The run's configuration; its hole lies at the nominal goal here.
-        ready: Its ready pose.
         speed_m_s: Mean speed of the pass: each action moves for four fifths of its time.
-        headings: Number of directions of passing.
-        precision_m: The bisection ends at this width.
     """
     sensor = replace(config.cell.sensor, force_noise_N=0.0, torque_noise_Nm=0.0)
     cell = replace(config.cell, sensor=sensor, hole_uncertainty_mm=0.0, conditions=ConditionsConfig())

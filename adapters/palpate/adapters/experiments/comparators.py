@@ -53,7 +53,6 @@ class TorqueFollowing(Comparator):
     in the task frame the hole is at heading (-tau_y, tau_x).
 
     Args:
-        actions: The compass steps.
         threshold_Nm: Torque below which it points nowhere.
     """
 
@@ -73,7 +72,6 @@ class Spiral(Comparator):
     """Archimedean spiral from where exploration begins, at constant speed.
 
     Args:
-        name: Name in tables.
         pitch_m: Distance between turns; at most twice the capture width, or it leaves gaps.
         step_m: Length of path per action.
     """

@@ -51,7 +51,6 @@ class Recorded:
     """How the trials of a policy are recorded.
 
     Attributes:
-        command: The command that runs.
         comparator: Name of the policy, if no policy file can hold it.
         subfolder: Where in the recorder's folder the logs go.
     """
@@ -119,7 +118,6 @@ class ChosenPolicy:
 
     Args:
         name: A comparator's name, the path of a policy file, or what :func:`foreign_code` knows.
-        config: The run's configuration.
 
     Attributes:
         document: The policy file; None for a comparator.

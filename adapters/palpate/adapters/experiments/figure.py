@@ -41,8 +41,6 @@ def drawing(
     """Gives an empty canvas to draw on; when the block ends its ``content`` is there.
 
     Args:
-        width_in: Width in inches.
-        height_in: Height in inches.
         dpi: Pixels per inch.
         kind: ``png`` or ``svg``.
         settings: Matplotlib's parameters, over its own defaults: a matplotlibrc of the user's changes no byte.

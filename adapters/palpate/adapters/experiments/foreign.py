@@ -55,9 +55,6 @@ def foreign_policy(entry: ForeignEntry, config: RunConfig, perception: Perceptio
 
     Args:
         entry: Of a policy file or a log.
-        config: The run's configuration.
-        perception: Gives the states.
-        frozen: Keep it from learning.
 
     Raises:
         ConfigurationError: The code cannot be loaded, or makes no policy.

@@ -45,7 +45,6 @@ class Manifest:
 
     Args:
         folder: The run's folder.
-        command: The command that runs.
     """
 
     def __init__(self, folder: Path, command: str) -> None:
@@ -129,10 +128,7 @@ class KnownFolder:
     """What a manifest says of its folder.
 
     Attributes:
-        path: The manifest.
         finished: Whether the run came to an end; else it is under way, or was cut short.
-        trials: How many trials are finished.
-        files: By their names in the folder.
     """
 
     path: Path

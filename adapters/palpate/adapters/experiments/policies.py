@@ -117,8 +117,6 @@ def learning_policy(config: RunConfig, perception: Perception, code: str = "") -
     """The learner from scratch, with the programmed and the example states of the configuration beside it.
 
     Args:
-        config: The run's configuration.
-        perception: Gives the states.
         code: What makes a foreign policy, which is that learner then; empty for the configuration's.
     """
     if code:

@@ -60,7 +60,6 @@ class TrialRow:
         """The line for a trial. Force and depth are the truth, if there is one; the core's own force stands beside.
 
         Args:
-            scored: The trial.
             first: Index of the trial that is number 0.
         """
         report, truth = scored.report, scored.truth
@@ -182,8 +181,6 @@ class RunFolder:
 
         Args:
             config: The recorder's settings.
-            opened: Closes it.
-            live: Gets the same messages.
         """
         recorder = TrialRecorder.into(self.path / LOG_FOLDER, config, live)
         if recorder is not None:
@@ -192,10 +189,6 @@ class RunFolder:
 
     def keep_manifest(self, command: str, trials: int = 0) -> None:
         """Write a manifest from now on; ``run.toml`` is there already.
-
-        Args:
-            command: The command that runs.
-            trials: How many trials the folder holds.
 
         Raises:
             OutputError: The folder holds the manifest of another run, or one that cannot be read.

@@ -104,13 +104,7 @@ class Trainer:
     """Trains a policy, trial by trial, into a run folder.
 
     Args:
-        config: The run's configuration.
         folder: Where results go; exists already.
-        ready: The ready pose.
-        rig: The world.
-        perception: From signals to states.
-        policy: Has a learner.
-        next_trial: The first trial to run.
         recorder: Records every trial; None records none.
         session: Keeps trials in time; None where time waits.
     """

@@ -58,13 +58,9 @@ def run_scored_trial(
     """Prepare the world, run one trial over the ports, and score it.
 
     Args:
-        config: The run's configuration.
-        rig: The world and its ports.
-        task: The core.
         trial: Index of the trial, for its random streams.
         recorder: Records it; prepared with what the trials are trials of.
         first: Index of the trial that is number 0 in the run's own count.
-        supervisor: Stands between the core and the arm.
         session: Keeps it in time; None where time waits.
         watching: Observe it besides.
 

@@ -31,9 +31,6 @@ _OnWay: TypeAlias = JointCommand | None
 class CommandFault(ABC):
     """One fault on the way of the commands. None stands for a command that does not arrive.
 
-    Args:
-        plan: What it shall do.
-
     Attributes:
         LIES: Whether the answer is that the command was applied as asked, as that of a bus that only queues it.
     """
@@ -49,7 +46,6 @@ class CommandFault(ABC):
 
         Args:
             command: What came to here.
-            moment: The tick.
             held_rad: What the arm applied last, (n,); None before its first command.
         """
 
@@ -143,10 +139,7 @@ class FaultyArm(DeviceDecorator, ArmCommand):
     """An arm with faults. A stop always reaches it, and nothing that was under way arrives after one.
 
     Args:
-        arm: The arm.
-        clock: The run's clock.
         plans: Its faults, in the order in which a command meets them.
-        notify: Called with each delivery.
 
     Raises:
         ConfigurationError: A plan is for another port.

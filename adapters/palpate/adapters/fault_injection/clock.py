@@ -20,8 +20,6 @@ class FaultyClock(Clock):
     A jump backwards is what the contract of the port forbids: instead, the clock stands still until time has caught up.
 
     Args:
-        clock: The clock.
-        plans: Its faults.
         notify: Called with each delivery; times are those of ``clock``.
 
     Raises:

@@ -25,7 +25,6 @@ class KindOfFault:
     """What a plan of one kind may hold.
 
     Attributes:
-        ports: Where it may happen.
         settings: Fields of a plan that mean something to it, besides kind, port, time and seed.
         text: What is reported when it happens; may name fields of the plan.
     """

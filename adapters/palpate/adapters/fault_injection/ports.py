@@ -85,10 +85,7 @@ class FaultyForceSensor(_FaultySensor[WrenchSample], ForceSensor):
     """A force sensor with faults.
 
     Args:
-        sensor: The sensor.
-        clock: The run's clock.
         plans: Its faults; the first is next to the device.
-        notify: Called with each delivery.
         max_age_ns: Age above which a sample that a fault holds back is marked ``STALE``.
 
     Raises:
@@ -112,10 +109,7 @@ class FaultyJointEncoder(_FaultySensor[JointSample], JointEncoder):
     """Joint encoders with faults.
 
     Args:
-        encoder: The encoders.
-        clock: The run's clock.
         plans: Their faults; the first is next to the device.
-        notify: Called with each delivery.
         max_age_ns: Age above which a sample that a fault holds back is marked ``STALE``.
 
     Raises:
@@ -143,9 +137,7 @@ def faulty(
     The rig keeps the plain ports and leads their lives; the trial runs over the decorated ones.
 
     Args:
-        ports: The ports.
         plans: Faults of any of them; those of one port meet what passes in this order.
-        notify: Called with each delivery.
         max_age_ns: Age above which a sample that a fault holds back is marked ``STALE``.
     """
     own = {port: [plan for plan in plans if plan.port == port] for port in PORTS}

@@ -40,7 +40,6 @@ def changed(values: JointVector, channels: Sequence[int], change: Callable[[int,
     """The values with a change made to some of them.
 
     Args:
-        values: The values.
         channels: Which to change; none means all.
         change: From place and value to the new value.
     """
@@ -57,12 +56,7 @@ def aged(sample: SampleT, now_ns: int, max_age_ns: int) -> SampleT:
 
 
 class SampleFault(ABC, Generic[SampleT]):
-    """One fault on the way of the samples; each tick it either strikes or the sample passes by.
-
-    Args:
-        plan: The fault.
-        rng: Its random numbers.
-    """
+    """One fault on the way of the samples; each tick it either strikes or the sample passes by."""
 
     def __init__(self, plan: FaultPlan, rng: np.random.Generator) -> None:
         self.plan, self._rng = plan, rng

@@ -22,10 +22,6 @@ class FaultDelivery:
 
     Attributes:
         tick: Tick of the decorated port, from 0 at its first use.
-        time_ns: Run-clock time.
-        kind: Kind of fault.
-        port: Port that it struck.
-        text: What happened.
     """
 
     tick: int
@@ -44,7 +40,6 @@ class FaultMoment:
 
     Attributes:
         tick: Counted from 0 at the port's first use.
-        time_ns: Run-clock time.
         since_first_ns: Time since the port's first use.
     """
 
@@ -54,11 +49,7 @@ class FaultMoment:
 
 
 class Ticker:
-    """Counts the ticks of one port: a use at a later time than the one before begins a tick.
-
-    Args:
-        clock: The run's clock.
-    """
+    """Counts the ticks of one port: a use at a later time than the one before begins a tick."""
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
@@ -80,12 +71,7 @@ class Ticker:
 class Schedule:
     """Whether a fault strikes in each tick, and reports of what was delivered.
 
-    Args:
-        plan: The fault.
-        notify: Called with each delivery.
-
     Attributes:
-        plan: The fault.
         rng: The fault's own random numbers.
     """
 

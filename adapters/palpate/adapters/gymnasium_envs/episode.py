@@ -41,11 +41,7 @@ from palpate.core.trial import Outcome, TrialReport, find_ready_pose
 
 
 class ActionRefusedError(CommandError, gymnasium.error.InvalidAction):
-    """An action that the environment does not have.
-
-    Attributes:
-        value: The action, as text.
-    """
+    """An action that the environment does not have."""
 
     def __init__(self, text: str, action: object = None) -> None:
         self.value = repr(action)
@@ -116,13 +112,9 @@ class Episodes(ABC):
 
     Attributes:
         config: The configuration, with the seed of the trial that runs.
-        trial: Index of that trial.
         skipped: Trials before it that were over without a decision, since :meth:`begin` was asked for one.
-        perception: From signals to states.
-        task: The core.
         observe: An agent's observation of the task as it stands.
         plain_reinforcement: What an action earns without any excess effort.
-        rig: What the trials run on.
     """
 
     rig: Rig
@@ -172,7 +164,6 @@ class Episodes(ABC):
 
         Args:
             seed: Gives, with the index, everything that is random.
-            trial: Index of the trial.
 
         Raises:
             ConfigurationError: The seed cannot be one.
@@ -323,7 +314,6 @@ def run_config(scenario_name: str, arm: str, settings: Settings) -> RunConfig:
     Args:
         scenario_name: Preset to start from; empty takes the one of the settings, or ``paper``.
         arm: Name of the arm; empty takes that of the settings.
-        settings: Put over the preset.
 
     Raises:
         ConfigurationError: A setting is unknown or refused, or the file cannot be read.

@@ -58,14 +58,9 @@ class RigEpisodes(Episodes):
 
     Args:
         config: The run's configuration; what it says of the simulated cell is left aside.
-        rig_file: What the rig is made of.
         out: Folder for the recording, as ``palpate run`` leaves it; empty takes the next free one below ``runs``.
         limit_s: How long an agent may take for a decision before the arm is stopped and the rig latched.
         made: Makes the rig, not entered, of configuration, ready pose and rig file.
-
-    Attributes:
-        rig: The rig.
-        folder: Where the trials are recorded.
 
     Raises:
         ConfigurationError: A setting is refused.

@@ -45,7 +45,6 @@ class OpenArm:
     """A driver on a bus that is open.
 
     Attributes:
-        driver: Talks to the arm.
         close: Closes the port or the bus; called after the driver's own ``close``.
     """
 
@@ -57,11 +56,8 @@ class BusArm(ManagedDevice, JointEncoder, ArmCommand):
     """Encoders and servos of an arm on a bus, at a whole fraction of the control rate; the newest command wins.
 
     Args:
-        name: Name for messages.
         open_bus: Opens the bus and makes the driver; called by ``configure``.
         clock: The run's clock, real time.
-        joints: Number of joints.
-        divider: Control ticks per bus cycle.
         max_age_ns: Age above which a sample is marked ``STALE``.
         hurry: Called first by the thread.
     """

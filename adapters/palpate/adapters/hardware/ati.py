@@ -21,13 +21,7 @@ _PAGE_S: Final = 3.0
 
 @dataclass(frozen=True)
 class OpenBox:
-    """A way to the box, open.
-
-    Attributes:
-        wire: What the driver talks over.
-        box: How it is set.
-        close: Closes the way.
-    """
+    """A way to the box, open."""
 
     wire: RdtWire
     box: NetFtBox
@@ -39,7 +33,6 @@ class NetFtForceSensor(PolledForceSensor[NetFt]):
 
     Args:
         open_box: Reads how the box is set and opens the way; called by ``configure``.
-        clock: The run's clock.
         max_age_ns: Age above which a sample is marked ``STALE``.
         start_timeout_s: Longest wait for the first reading.
     """

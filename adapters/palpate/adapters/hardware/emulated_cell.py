@@ -48,7 +48,6 @@ class EmulationConfig:
         arm: One of ``ARMS``.
         force: One of ``SENSORS``.
         baud: Line rate that the rig file asks the NMC modules for.
-        divider: Control ticks per bus cycle in the rig file.
         wrist_backlash_deg: Full gap of the wrist's gears.
         usb_latency_ms: Latency timer of an emulated USB adapter on the serial lines.
         hide: Whether weight, mounting, plate, hole and stiffness are other than configured: drawn from the seed.
@@ -83,8 +82,6 @@ class CellMoment:
     """A tick of the cell, for whoever watches it.
 
     Attributes:
-        time_ns: When it began.
-        deadline_ns: When it was due.
         targets_rad: Set-points of the joints, (n,).
         joints_rad: Where the joints are, (n,).
         force_N: What the sensor measures, (3,), sensor frame, raw.
@@ -118,7 +115,6 @@ class EmulatedCell:
     Args:
         config: The simulated cell; trial 0 of its seed gives hole and sensor errors.
         ready: The ready pose, for the size of the plate.
-        emulation: Which devices.
         counts_file: Where the rig file lets the arm's counters be kept from run to run.
     """
 
@@ -194,7 +190,6 @@ class EmulatedCell:
         Args:
             ended: Asked each tick.
             told: Called with the truth when the peg has newly reached full depth.
-            watched: Called each tick.
         """
         clock = MonotonicClock()
         deadline_ns = start_ns = clock.now_ns()

@@ -35,12 +35,7 @@ _NAME: Final = "JR3"
 
 @dataclass(frozen=True)
 class OpenWire:
-    """A wire to the board, open.
-
-    Attributes:
-        wire: What the driver talks over.
-        close: Closes bus or port.
-    """
+    """A wire to the board, open."""
 
     wire: Transport
     close: Callable[[], None]
@@ -58,7 +53,6 @@ class Jr3ForceSensor(PolledForceSensor[Jr3]):
     Args:
         open_wire: Opens the wire; called by ``configure``.
         settings: Filter, rate and signs.
-        clock: The run's clock.
         max_age_ns: Age above which a sample is marked ``STALE``.
         start_timeout_s: Longest wait for the first reading.
     """

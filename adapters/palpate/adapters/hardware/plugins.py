@@ -28,7 +28,6 @@ class RigContext:
 
     Attributes:
         clock: The run's clock; samples carry its time.
-        arm: The arm that the core believes to move.
         lower_rad: Lower joint limits of that arm, (n,).
         upper_rad: Upper joint limits, (n,).
         velocity_limit_rad_s: Joint velocity limits, (n,).
@@ -57,12 +56,7 @@ class RigContext:
 
 @dataclass(frozen=True)
 class ArmAdapter:
-    """An arm: its encoders and its servos. They may be one object.
-
-    Attributes:
-        encoder: The joint encoders.
-        arm: The joint servos.
-    """
+    """An arm: its encoders and its servos. They may be one object."""
 
     encoder: JointEncoder
     arm: ArmCommand

@@ -27,8 +27,6 @@ class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
     reading, which is older by the sensor's filter, the wire, and the wait for the poll.
 
     Args:
-        name: Name for messages.
-        clock: The run's clock.
         max_age_ns: Age above which a sample is marked ``STALE``.
         start_timeout_s: Longest wait for the first reading.
 

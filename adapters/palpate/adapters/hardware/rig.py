@@ -38,12 +38,9 @@ class HardwareRig(Rig):
     """Real devices behind the ports. A context manager: on exit the arm is stopped and every device closed.
 
     Args:
-        file: What the rig is made of.
-        config: The run's configuration.
         approach: How the arm comes to the ready pose before the first trial.
 
     Attributes:
-        ports: What the core runs over.
         latch: Set by a trip or a fault of a device; while it is, no trial begins here.
         operator: Stops the arm at a person's word.
     """

@@ -39,10 +39,6 @@ def missing_facts(stated: SensorFactsTable, reported: SensorFactsTable) -> tuple
 def gathered(stated: SensorFactsTable, reported: SensorFactsTable) -> SensorFacts:
     """The facts that a run relies on. A rig file may narrow a range; it must not contradict the sensor.
 
-    Args:
-        stated: By the rig file.
-        reported: By the sensor.
-
     Raises:
         ConfigurationError: Something is known from neither, or the rig file contradicts the sensor.
     """

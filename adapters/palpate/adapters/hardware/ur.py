@@ -125,8 +125,6 @@ class UrToolForceSensor(PolledForceSensor[UrToolForce]):
 
     Args:
         link: Makes a way to the controller; called by ``configure``.
-        clock: The run's clock.
-        rate_Hz: Rate of its data.
         max_age_ns: Age above which a sample is marked ``STALE``.
         start_timeout_s: Longest wait for the first reading.
     """

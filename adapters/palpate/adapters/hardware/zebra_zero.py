@@ -37,11 +37,7 @@ _JOINTS: Final = 6
 
 @dataclass(frozen=True)
 class CountsFile(CountsStore):
-    """Keeps the counters in a file.
-
-    Attributes:
-        path: The file.
-    """
+    """Keeps the counters in a file."""
 
     path: Path
 

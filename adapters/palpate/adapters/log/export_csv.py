@@ -30,7 +30,6 @@ def export_csv(paths: Sequence[Path], out: Path) -> list[Path]:
     """Write the logs into a new folder: the files themselves for one log, a subfolder each for several.
 
     Args:
-        paths: The logs.
         out: The folder; it must not be there yet, or be empty.
 
     Returns:

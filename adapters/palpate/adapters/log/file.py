@@ -111,7 +111,6 @@ class NewFile:
         reserve_bytes: Size of the reserve; 0 keeps none.
 
     Attributes:
-        path: The file.
         trouble: Why no more should come; None while all is well.
 
     Raises:

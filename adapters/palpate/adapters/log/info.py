@@ -52,7 +52,6 @@ class PortInfo:
         rate_Hz: New samples in the log per second of the device's own time.
         device_rate_Hz: The device's samples in that time, by its sequence numbers, whether read or not.
         age: Clock reading of the tick minus the sample's source time.
-        delivery: Receive time minus source time.
         not_valid: How many samples were marked as what, further reads between the ticks included.
     """
 
@@ -74,13 +73,9 @@ class TickInfo:
     Attributes:
         count: Ticks in the log.
         incomplete: Those in which a reading or the command is missing.
-        duration_s: From the first to the last.
         rate_Hz: Tick numbers per second of the clock, so that ticks missing in the log do not lower it.
-        interval: Between clock readings of successive ticks.
         lateness: Clock reading minus the time at which the tick was due.
         late: Ticks later than ``LATE_S``.
-        missing: Tick numbers that are not there.
-        gaps: First and last missing number of each gap.
         counterfactual: Ticks that are a what-if, not an observation.
     """
 
@@ -101,21 +96,11 @@ class LogInfo:
     """All that ``palpate log info`` shows of a log.
 
     Attributes:
-        path: The file.
         what: What the log is of: command, arm, scenario, seed, trial, policy and so on.
-        versions: Versions that the run depended on.
-        size_bytes: Size of the file.
-        raw_bytes: Size of the messages before compression.
         bytes_per_minute: Size of the file per minute of trial.
-        messages: Messages on each channel.
         ticks: The control loop.
-        force_sensor: Its samples.
-        joint_encoder: Its samples.
         altered_commands: Commands that were not applied as asked, by reason.
-        dropped_messages: Messages that the recorder lost.
         losses: The recorder's entries about that, in words.
-        errors: Port calls that failed, in words.
-        stops: How often the arm was stopped.
         acknowledged: Who had let trials go on before on this rig, why, and after what, in words.
         end: What the trial came to; None when the log ends before it did.
     """

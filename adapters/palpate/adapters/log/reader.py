@@ -66,17 +66,8 @@ class TrialLog:
     """One trial's log, decoded but for its ticks.
 
     Attributes:
-        path: The file.
-        size_bytes: Its size.
-        start: What the trial started with.
         ticks: The tick messages, still as bytes.
-        calls: Further port calls, in order.
-        decisions: In order.
-        reinforcements: In order.
-        events: In order.
-        losses: What the recorder could not keep.
         end: What it came to; None when the log ends before the trial did.
-        raw_bytes: Size of all messages before compression.
     """
 
     path: str

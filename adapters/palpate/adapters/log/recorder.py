@@ -43,12 +43,7 @@ class FlightRecorder(LoopObserver):
     """One log after the other, trial by trial. It packs and queues; the sink does the rest.
 
     Args:
-        sink: Takes the messages.
         stop_on_trouble: A message that cannot be kept ends the trial instead of being counted.
-
-    Attributes:
-        troubles: What could not be recorded, and why.
-        dropped_messages: How many messages were lost.
     """
 
     def __init__(self, sink: Sink, *, stop_on_trouble: bool = False) -> None:
@@ -80,7 +75,6 @@ class FlightRecorder(LoopObserver):
         """Open a log.
 
         Args:
-            opening: Which file.
             start: Gives what the trial started with; asked when the task has begun, or could not begin.
             counterfactual: For a what-if: whether the trial has left the recorded path, and messages are to say so.
         """

@@ -33,9 +33,6 @@ class StartRecord:
 
     Attributes:
         schema: Version of the log's schema.
-        command: The command that ran: train, run, compare, what-if.
-        config_toml: The resolved configuration.
-        arm: Name of the arm.
         model_sha256: Digest of the arm's kinematic model.
         core_sha256: Digest of the core's source.
         seed: The run's seed.
@@ -46,9 +43,7 @@ class StartRecord:
         perception_json: Stages of perception, fitted ones with what was fitted.
         policy: ``document``, the name of a comparator, or what made a foreign policy, ``package.module:Name``.
         policy_json: The policy document, if it is one, or that of a foreign policy.
-        frozen: Whether the policy was kept from learning.
         learner_json: The learner's state as the trial began; empty where nothing learns.
-        perception_state: What the state identifier remembers.
         filter_state: Tare and memory of the wrench filter.
         generator_json: State of the policy's random generator.
         temperature: Temperature of the exploration; None for a policy without one.
@@ -196,7 +191,6 @@ def policy_digest(decisions: Sequence[DecisionEntry], before: str, after: str) -
     """Digest of what only a foreign policy can make: without its code nothing else could be held against that.
 
     Args:
-        decisions: Of the trial.
         before: The learner's state as the trial began, JSON.
         after: And as it ended.
     """

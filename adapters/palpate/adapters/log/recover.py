@@ -39,14 +39,7 @@ class Recovery:
     """What was kept of a log.
 
     Attributes:
-        path: The sound file that was written.
         reason: What is wrong with the old one, and where.
-        ticks: Ticks kept.
-        seconds: Time from the first kept message to the last.
-        messages: Messages kept.
-        ended: Whether what the trial came to is among them.
-        lost_bytes: Bytes of the old file that were not used.
-        size_bytes: Size of the old file.
     """
 
     path: Path
@@ -63,7 +56,6 @@ def recover(path: Path, out: Path) -> Recovery | None:
     """Write a sound log of all messages before the first unsound place; None, and nothing written, for a sound one.
 
     Args:
-        path: The torn or damaged log.
         out: The new one; nothing may be there yet.
 
     Raises:

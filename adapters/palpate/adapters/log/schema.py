@@ -179,7 +179,6 @@ class ChannelKind:
     Attributes:
         id: Number of the channel in every file of ours.
         topic: Its name.
-        message: Name of its message type.
         about: One line for whoever opens the file, with units and frames.
     """
 

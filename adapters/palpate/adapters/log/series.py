@@ -28,7 +28,6 @@ class Tare:
 
     Attributes:
         bias: Fx Fy Fz in N, Tx Ty Tz in N m, in the samples' own frame.
-        origin: In words.
     """
 
     bias: tuple[float, ...]
@@ -36,12 +35,7 @@ class Tare:
 
 
 def tare_of(log: TrialLog, ticks: list[TickRecord]) -> Tare:
-    """The zero that the task found; without one, the mean while the arm was at rest; without that, none.
-
-    Args:
-        log: The trial.
-        ticks: Its ticks, decoded.
-    """
+    """The zero that the task found; without one, the mean while the arm was at rest; without that, none."""
     for event in log.events:
         found = _NUMBERS.match(event.detail) if event.name == "tare" else None
         if found is not None:

@@ -36,7 +36,6 @@ class TickRecord:
         time_ns: What the clock read; None when it was not asked.
         deadline_ns: Until when the loop slept.
         wrench: The force sample read; None when none was.
-        joints: The joint sample read.
         asked_rad: The command as asked, (n,); None when none was sent.
         applied: The command as applied, and why it differs.
         counterfactual: The command before, or this one, is not what was recorded: a what-if, not an observation.
@@ -69,7 +68,6 @@ def decode_tick(payload: bytes, layout: FullLayout | None = None) -> TickRecord:
     """The tick back from its bytes.
 
     Args:
-        payload: The message.
         layout: The layout that most ticks of the log have; the result does not depend on it.
     """
     if layout is not None:
@@ -103,9 +101,6 @@ class FullLayout:
     """The layout of a tick in which everything is there. Immutable.
 
     Args:
-        asked: Number of joints in the command asked.
-        joints: Number of joints in the sample.
-        applied: Number of joints in the command applied.
         frame: Name of the wrench's frame.
     """
 

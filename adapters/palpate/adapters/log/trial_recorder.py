@@ -49,7 +49,6 @@ class TrialRecorder:
         """A recorder as configured, writing with a process of its own; None when nobody is to get anything.
 
         Args:
-            folder: Where the logs go.
             config: The recorder's settings.
             live: Gets the same, also when recording is switched off.
         """
@@ -103,14 +102,7 @@ class TrialRecorder:
         """Say what the trials from now on are trials of.
 
         Args:
-            command: The command that runs.
-            config: The run's configuration.
-            ready: The ready pose.
-            task: Runs the trials.
-            perception: From signals to states.
-            policy: Chooses the actions.
             name: Name of a comparator; empty for a policy that a policy file can hold.
-            frozen: Whether the policy is kept from learning.
             subfolder: Where in the folder the logs go.
             derived_from: The log of which the trials are a what-if.
         """
@@ -154,7 +146,6 @@ class TrialRecorder:
         Args:
             setup: The trial's setup.
             world: What its ports lead to.
-            name: Name of the file, without its ending.
             counterfactual: For a what-if: whether it has left the recorded path.
         """
         subject = self._subject
@@ -242,7 +233,6 @@ def set_aside(folder: Path, first: int) -> list[Path]:
     """Rename the logs of trials that will be run again: what a cut-short trial recorded is kept, under another name.
 
     Args:
-        folder: The folder of the logs.
         first: Number of the first trial to be run again.
     """
     moved = []

@@ -79,7 +79,6 @@ def replay_files(paths: Sequence[Path], what_if: WhatIf, jobs: int) -> Iterator[
     """Replay logs in their order, some at a time; the results do not depend on the number of processes.
 
     Args:
-        paths: The logs.
         what_if: What shall be otherwise than recorded.
         jobs: Number of processes; 1 stays in this one.
     """

@@ -37,9 +37,6 @@ _Told: TypeAlias = DecisionEntry | ReinforcementEntry | EventEntry
 class Beginning(LoopObserver):
     """What the core holds as a trial begins, and which port it was calling when an error ended it.
 
-    Args:
-        rebuilt: The core.
-
     Attributes:
         held: Field of the start record and its value; empty while the trial has not begun.
         calling: The port whose call failed; empty for none.
@@ -108,8 +105,6 @@ def compare_reports(
     """Decisions, what they earned, events, and what the trial came to.
 
     Args:
-        differences: Takes what differs.
-        log: The recorded trial.
         report: The core's account now.
         decisions: The core's decisions now.
         whole: The log goes to the trial's end. Else it may lack what came of its last tick, for that is written after

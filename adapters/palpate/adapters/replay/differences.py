@@ -13,10 +13,7 @@ class Difference:
     """One output of the core that is not what was recorded.
 
     Attributes:
-        tick: Control tick.
         channel: Topic of the log.
-        field: Which field of the message.
-        recorded: What the log holds.
         replayed: What the core gave now.
     """
 
@@ -34,10 +31,7 @@ class Differences:
     """Collects what differs: the first, and the first that is more than a matter of the last bits.
 
     Attributes:
-        first: The first difference.
         first_gross: The first that is beyond the tolerance of :func:`close_enough`.
-        first_command_tick: Tick of the first command that differs.
-        count: How many there are.
     """
 
     def __init__(self) -> None:

@@ -62,10 +62,8 @@ class Lesson:
 
     Attributes:
         run: Digest of what the trials of one run have in common.
-        trial: Index of the trial in its run.
         before: Digest of the learned values as it began.
         after: Digest of the learned values as it ended.
-        perception: The stages of its perception.
     """
 
     run: str
@@ -80,17 +78,9 @@ class Replay:
     """One log, replayed.
 
     Attributes:
-        path: The log.
-        verdict: Equal in every bit, or not.
-        ticks: Control ticks replayed.
-        recorded_outcome: How the trial ended.
         replayed_outcome: How the core ends it now; empty while it would go on.
-        first: The first difference.
-        differences: How many there are.
         causes: Known reasons why there may be differences.
-        note: What else should be known.
         decisions: The core's decisions now, for a what-if.
-        problem: Why the log cannot be replayed.
         counterfactual_from: Tick of the first command that is not the recorded one: from there on the recorded
             samples are no answer to what the core does. None when all commands are equal.
         lesson: For a trial that taught something: its place in the course of learning.
@@ -126,7 +116,6 @@ def replay(
     """Replay one log.
 
     Args:
-        log: The recorded trial.
         rebuilder: Rebuilds the core, with changes if it is a what-if.
         in_mujoco: Let the simulator go on from the first command that is not the recorded one.
         recording: Records what comes of a what-if.

@@ -57,11 +57,7 @@ class Knob:
     """A parameter that is fitted.
 
     Attributes:
-        name: As a report has it.
         step: For differences.
-        low: Lowest value.
-        high: Highest value.
-        of_cell: Whether it is a setting of the cell.
     """
 
     name: str
@@ -88,7 +84,6 @@ class Driven:
     """A recorded trial on the grid of control ticks.
 
     Attributes:
-        path: The log.
         config: What it was recorded with.
         ready_rad: The ready pose, (n,).
         command_rad: Commands, (ticks, n).
@@ -128,7 +123,6 @@ class Gap:
         before: Errors of the cell as it is configured, with offsets in time taken out.
         after: Those of the cell that fits best.
         values: Of the knobs.
-        sds: Their standard deviations.
         joints_late_ms: By how much the encoders are behind the simulated ones.
         noise_N: Standard deviation of a force channel in free air.
         noise_Nm: Of a torque channel.
@@ -227,7 +221,6 @@ def drive(trial: Driven, values: Array, ticks: int | None = None) -> tuple[Array
     """What the cell with these values gives under the commands of a trial.
 
     Args:
-        trial: The trial.
         values: Of the knobs.
         ticks: So many of its ticks; None for all.
 
@@ -408,7 +401,6 @@ def gap_of(paths: Sequence[Path], gone_through: Callable[[], object]) -> Gap:
 
     Args:
         paths: Logs of one rig, at least one.
-        gone_through: Called after each round of the fit.
 
     Raises:
         LogError: A log cannot be read, or holds no contact.

@@ -42,7 +42,6 @@ class WhatIfRecording:
 
     Args:
         recorder: Where to; None records nothing.
-        name: Name of the log, without its ending.
 
     Attributes:
         truth: Fields of the end record that only a simulator can fill; to be set before the trial is left.
@@ -77,11 +76,6 @@ class WhatIfRecording:
 
 def continue_in_mujoco(tape: Tape, rebuilt: Rebuilt, recording: WhatIfRecording) -> ScoredTrial:
     """Run the trial in the simulator, on the recorded path for as long as the core gives the recorded commands.
-
-    Args:
-        tape: The recorded trial.
-        rebuilt: The core, changed.
-        recording: Records what comes of it.
 
     Raises:
         LogError: The log did not come from the simulator, or this simulator does not give its samples again.

@@ -24,11 +24,7 @@ from palpate.core.ports import (
 
 
 class ReplayClock(Clock):
-    """The recorded time, reading by reading.
-
-    Args:
-        tape: The recorded trial.
-    """
+    """The recorded time, reading by reading."""
 
     def __init__(self, tape: Tape) -> None:
         self._tape = tape

@@ -40,14 +40,9 @@ class Rebuilt:
     """The core as it was when the trial began.
 
     Attributes:
-        config: The configuration, changes included.
         setup: The trial's setup.
-        ready: The ready pose.
-        task: Ready to run the trial.
-        perception: From signals to states.
         policy: In the state in which the trial began.
         comparator: Name of the policy, if no policy file can hold it.
-        frozen: Whether the policy is kept from learning.
         supervisor: Stands between the core and the recorded arm.
         recorded_decisions: Why the decisions are the log's own: the policy's code is not there. Empty where they are
             the policy's.
@@ -73,7 +68,6 @@ class Changes:
         settings: ``name=value`` pairs over the log's configuration.
         config: A whole configuration instead of the log's.
         policy: Another policy: a document, what makes a foreign one, or the name of a comparator.
-        policy_name: How to call it.
     """
 
     settings: tuple[str, ...] = ()
@@ -147,7 +141,6 @@ class Rebuilder:
     """Rebuilds the core for one log after the other, and keeps what they have in common.
 
     Args:
-        changes: What shall be otherwise.
         around: Makes of each policy what the task is given in its place; without one, that is the policy.
     """
 

@@ -17,12 +17,7 @@ class RecordedDecisions(FixedPolicy):
     """Gives one recorded decision after the other, whatever is observed: what follows from them is still the core's.
 
     Args:
-        actions: The action set of the task.
-        problem: Why the policy itself is not there.
         observed: How many of the numbers that a decision was chosen by are none of the policy's own.
-
-    Attributes:
-        log: The trial whose decisions are given.
     """
 
     def __init__(self, actions: Sequence[Action], problem: str, observed: int) -> None:

@@ -26,11 +26,7 @@ T = TypeVar("T")
 
 
 class TapeEndError(PalpateError):
-    """The core asked for more than was recorded.
-
-    Attributes:
-        port: Which port it asked.
-    """
+    """The core asked for more than was recorded."""
 
     def __init__(self, port: str) -> None:
         self.port = port
@@ -43,7 +39,6 @@ class Raised:
 
     Attributes:
         kind: Name of the error's class.
-        text: Its message.
     """
 
     kind: str
@@ -118,16 +113,10 @@ class Track(Generic[T]):
 class Tape:
     """A recorded trial, port by port; ticks are decoded as they are needed.
 
-    Args:
-        log: The trial.
-
     Attributes:
         tick: The tick that is under way in the replay; -1 before the first.
-        differences: Outputs that are not what was recorded.
         order: All port calls, recorded and made.
-        last: The last tick that was loaded.
         odd_tick: The first tick whose wrench is none of the sensor's own frame, or not as it was measured.
-        at_tick: Called as each tick begins, with its number.
     """
 
     def __init__(self, log: TrialLog) -> None:

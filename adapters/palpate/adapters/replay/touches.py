@@ -41,7 +41,6 @@ class TouchWatch(Policy):
     """Lets a policy act, and keeps the touches that it acts by, of each trial that ends in the hole.
 
     Args:
-        policy: The policy.
         trials: Where they are kept.
     """
 
@@ -86,7 +85,6 @@ class FoundTouches:
     Attributes:
         config: The configuration of the first one, with the settings that suit a belief.
         document: Content of a policy file: a belief that has learned from them.
-        inserted: How many trials ended in the hole.
         left_out: Why others were left out, a line each.
     """
 
@@ -101,7 +99,6 @@ def touches_of(paths: Sequence[Path], gone_through: Callable[[], object]) -> Fou
 
     Args:
         paths: The logs, at least one, in the order in which they are remembered.
-        gone_through: Called after each.
 
     Raises:
         ConfigurationError: They are of different tools, or hold too few touches.

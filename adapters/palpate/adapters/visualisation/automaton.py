@@ -43,7 +43,6 @@ def machine_picture(machine: Machine, title: str = "", file_format: Literal["svg
     equal bytes. Pictures stay readable up to some 30 states with six edges each.
 
     Args:
-        machine: What to draw.
         title: Shown above; nothing if empty.
         file_format: SVG, whose texts can be searched, or PNG.
     """

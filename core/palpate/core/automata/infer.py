@@ -65,7 +65,6 @@ class Inference:
             of all strings that were not given to hold out, after those that were split off had chosen its q.
         extracts: Those of the same network that it was chosen from, by q; for acceptance itself alone.
         strings: How many strings the networks were trained on.
-        held_out: How many were held out.
         beside: For prediction, what the last one, two and three letters lose on the held-out strings, by name.
         hidden: For a picture: hidden states at all prefixes of the training strings, (n, hidden units).
         cells: State, before minimisation, of the automaton at the same prefixes, (n,).

@@ -36,7 +36,6 @@ def minimised(machine: Machine, apart: Sequence[Hashable] | None = None) -> Mach
     with the first and the number of the others when there are more than three; a machine without labels stays without.
 
     Args:
-        machine: Any machine, complete or not.
         apart: A class for each state, (states,): states of different classes are not merged even if they do the same.
             None merges all that do.
 

@@ -128,7 +128,6 @@ def bounded_partition(
     """Find the states that strings lead to, and how.
 
     Args:
-        network: The network.
         intervals: Number of intervals of each hidden unit, q, 1 or more.
         most_states: With more of them None is returned; q^h may be many.
         centres: Let the middle of each cell stand for it, not the hidden state of the first visit.

@@ -54,7 +54,6 @@ class PrefixTree:
 
         Args:
             transitions: Next state by state and symbol, (states, symbols).
-            start: State at the root.
         """
         states = np.full(len(self.parents), start, dtype=np.int64)
         for level in self.blocks():

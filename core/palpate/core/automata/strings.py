@@ -150,8 +150,6 @@ class Strings:
         """Strings of pairs.
 
         Args:
-            symbols: Names of the symbols.
-            actions: Names of the actions.
             walks: Of each its symbols and its actions in turn, as numbers. With as many actions as symbols the last
                 action ended it, with one less it was cut off.
 
@@ -224,7 +222,6 @@ def read_strings(path: str | os.PathLike[str], alphabet: tuple[str, ...] | None 
     """Read a file of strings.
 
     Args:
-        path: The file.
         alphabet: Names of the symbols, or letters, in order; None takes those of the file.
 
     Raises:

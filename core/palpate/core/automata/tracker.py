@@ -44,7 +44,6 @@ class AutomatonState:
         transitions: Next state by state and symbol, (states, symbols); None where none is known.
         anchors: For each symbol the state in which the automaton is assumed to have been after it, (symbols,); None
             where nothing is assumed.
-        start: State before the first symbol.
 
     Raises:
         ConfigurationError: The parts do not fit together, or a state is called ``lost``.
@@ -159,7 +158,6 @@ class AutomatonState:
         """State after one more symbol.
 
         Args:
-            symbol: Number of the symbol.
             action: Name of the action that led to it; it counts only with inputs.
 
         Raises:
@@ -228,7 +226,6 @@ class AutomatonWithActions(AutomatonState):
     Attributes:
         transitions: Next state by state and letter, (states, letters); see :mod:`palpate.core.automata.letters`.
         anchors: For each letter the state that it leads to where no transition is known, (letters,).
-        actions: Names of the actions.
     """
 
     actions: tuple[str, ...] = ()

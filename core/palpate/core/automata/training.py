@@ -143,7 +143,6 @@ def train(
         strings: With labels for acceptance, positive ones for prediction.
         architecture: Shape of the networks.
         settings: How to train; None takes the defaults.
-        progress: Called at each look.
         held_out: For prediction, what says when a network is at its best; None takes the training strings.
 
     Raises:

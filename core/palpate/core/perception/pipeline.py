@@ -100,7 +100,6 @@ def register_stage(kind: str, stage: type[Any]) -> None:
     """Let a further kind of stage be written and read.
 
     Args:
-        kind: Its name in files.
         stage: A dataclass whose constructor takes plain JSON values (or other stages) and checks them.
 
     Raises:

@@ -80,7 +80,6 @@ class SignalProcessor:
     than numpy, and without the BLAS kernels whose last bits depend on the processor.
 
     Attributes:
-        rate_Hz: Rate at which samples come.
         cutoff_Hz: Where the filter's gain is -3 dB; below half the rate.
         order: 1 or 2.
         scale: Factor of each channel, (6,), not zero.

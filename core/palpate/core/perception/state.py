@@ -42,7 +42,6 @@ class StateIdentifier(Protocol):
         """State after one more symbol.
 
         Args:
-            symbol: Its number.
             action: Name of the action that led to it; None at the start, and where it is not told.
 
         Raises:

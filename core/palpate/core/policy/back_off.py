@@ -52,7 +52,6 @@ class BackOff(Settings):
         """Q of each action in a state, (actions,).
 
         Args:
-            state: The state.
             visits: How often each action was learned from there, (actions,).
             own: Its own Q, (actions,).
             symbol_q: Q of the symbols, (symbols, actions).

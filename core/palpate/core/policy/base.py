@@ -81,12 +81,10 @@ class Observation:
     """What is known when an action is to be chosen; lengths and wrenches in the task frame.
 
     Attributes:
-        state: Index of the qualitative state.
         position_m: Measured tip, relative to the nominal goal.
         reference_m: Commanded tip, relative to the nominal goal.
         force_N: Filtered force at the tip.
         torque_Nm: Filtered torque about the tip.
-        action_number: How many actions this trial has had.
     """
 
     state: int

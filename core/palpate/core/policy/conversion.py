@@ -32,8 +32,6 @@ def document_of(policy: Policy, *, created_with: Mapping[str, Any], perception: 
     Args:
         policy: Programmed, examples, Q-learning, Sarsa, a belief, or a mixture of these; a belief only behind a part,
             be it empty, that has names for states and actions. Or a foreign policy.
-        created_with: Versions of what made it.
-        perception: Settings that turn sensor data into its states.
 
     Raises:
         ConfigurationError: It is of another kind, or has no action for some state.

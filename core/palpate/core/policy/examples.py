@@ -48,7 +48,6 @@ def load_examples(
         path: A file with a header line that has at least ``state`` and ``action``; other columns are
             ignored.
         states: When given with ``actions``, names are checked here, where the line is still known.
-        actions: The action set.
 
     Returns:
         Pairs of a state's and an action's name, in the order of the file.

@@ -32,7 +32,6 @@ class PolicyContext:
     """What a policy may need to know of the task as it is made.
 
     Attributes:
-        states: Names of the states, by their indices.
         actions: The action set, by its indices; ``Decision.index`` is a place in it.
         reach: Where the tip may go, and the time of an action.
     """
@@ -75,8 +74,6 @@ class ForeignPolicy(Policy):
 
     Args:
         policy: As it was made.
-        entry: Where it is from.
-        context: What it was made for.
         frozen: Keep it from learning: its ``learn`` and ``end_trial`` are not called.
 
     Attributes:

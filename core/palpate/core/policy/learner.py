@@ -10,11 +10,7 @@ from palpate.core.policy.base import Policy
 
 
 class Learner(Policy):
-    """A policy that learns. Whoever records, resumes or replays its trials needs no more of it than this.
-
-    Attributes:
-        frozen: Whether it is kept from learning.
-    """
+    """A policy that learns. Whoever records, resumes or replays its trials needs no more of it than this."""
 
     frozen: bool
 

@@ -28,9 +28,6 @@ class ModelLearner(Learner, Generic[T]):
 
     Between trials the model is fitted; while one runs it is only read. The model follows from the trials that are
     remembered, so these are the state of the learner.
-
-    Args:
-        frozen: Learn nothing more.
     """
 
     def __init__(self, *, frozen: bool = False) -> None:

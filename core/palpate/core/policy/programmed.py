@@ -27,10 +27,7 @@ class AssignedPolicy(FixedPolicy):
     """Always takes the action assigned to a state; serves only the states that have one.
 
     Args:
-        states: Names of the states.
-        actions: The action set.
         assigned: Index of each state's action, or None, (n states,).
-        source: Which knowledge this is, for decisions.
     """
 
     def __init__(
@@ -123,7 +120,6 @@ class MixedPolicy(Policy):
     belongs to a part with a fixed action, ``next_action_index`` of the transition names it.
 
     Args:
-        states: Names of the states.
         parts: Policies over these states and one action set, the most trusted first.
 
     Raises:

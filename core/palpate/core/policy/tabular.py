@@ -63,9 +63,6 @@ class TabularLearner(Learner):
     """Chooses by Boltzmann exploration over a table of Q; how the table is learned is up to each learner.
 
     Args:
-        states: Names of the states.
-        actions: The action set.
-        parameters: Its settings.
         frozen: Learn nothing, and keep the temperature of the schedule for that.
 
     Raises:

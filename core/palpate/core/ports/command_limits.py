@@ -25,7 +25,6 @@ class CommandLimiter:
         lower_rad: Lower joint limits, (n,).
         upper_rad: Upper joint limits, (n,).
         velocity_limit_rad_s: Joint velocity limits, (n,).
-        rate_Hz: Rate of commands.
     """
 
     def __init__(

@@ -56,7 +56,6 @@ class SensorDecorator(DeviceDecorator, Generic[SampleT]):
 
     Args:
         sensor: Whatever is decorated.
-        read: Its own reading.
         past: Gives what is to be read instead of the sensor's own sample; may raise.
     """
 

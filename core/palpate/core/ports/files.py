@@ -15,7 +15,6 @@ def read_text(path: Path, field: str, accepted: str = "a readable text file") ->
     """All of a text file.
 
     Args:
-        path: The file.
         field: What names it, for the message.
         accepted: What would be right, where it cannot be read.
 
@@ -34,7 +33,6 @@ def require_no_file(path: Path, flag: str = "--out") -> None:
     """Make sure that a file can be made there without losing anything.
 
     Args:
-        path: The file.
         flag: The option that names it, for the message.
 
     Raises:
@@ -68,7 +66,6 @@ def write_whole(
     """Write or replace a file; an old one stays intact until the new one is complete.
 
     Args:
-        path: The file.
         content: All of it; text is written as UTF-8 with the line ends that it has.
         remedy: What to do when it cannot be written, for the message.
         durable: Whether it must outlast a power cut from the moment this returns. Waiting for the disk takes
@@ -113,7 +110,6 @@ def new_file(path: Path, flag: str = "--out") -> Iterator[Path]:
     """Gives the name under which to write a file; on a good end it is renamed to ``path``, on a bad one removed.
 
     Args:
-        path: The file.
         flag: The option that names it, for the message.
 
     Raises:

@@ -14,7 +14,6 @@ class Acknowledgement:
     """A person's decision that trials may go on after a trip or a fault.
 
     Attributes:
-        by: Who decided it.
         reason: Why it is safe to go on.
         cause: What had tripped or failed.
 
@@ -61,7 +60,6 @@ class FaultLatch:
         """Let trials begin again; a person's decision, never a program's.
 
         Args:
-            by: Who decides it.
             reason: Why it is safe to go on.
 
         Raises:

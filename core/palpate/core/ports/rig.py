@@ -53,7 +53,6 @@ class Rig(Protocol):
     """A context manager: on exit the arm is stopped and every device closed.
 
     Attributes:
-        ports: What the core runs over.
         latch: Set by a trip or a fault of a device; while it is, no trial begins here, whoever calls.
     """
 

@@ -247,7 +247,6 @@ def fitted(name: str, value: Any, kind: Any) -> Any:
     Args:
         name: Dotted name of the setting, for messages.
         value: From TOML, JSON, a flag or Python.
-        kind: The annotation.
 
     Raises:
         ConfigurationError: It is of another type, or outside the range.

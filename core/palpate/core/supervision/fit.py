@@ -25,11 +25,8 @@ def require_fitting(
     """Check the limits where arm, task and sensor are known.
 
     Args:
-        config: The limits.
-        task: The task that is supervised.
         kinematics: The arm; its work space is used.
         ready_rad: The pose above the goal, (n,), where retractions are tried.
-        sensor: The force sensor.
 
     Raises:
         ConfigurationError: A limit could never trip, would always trip, the arm cannot retract like this, or the

@@ -23,9 +23,6 @@ class ForceLimit:
     """One of them.
 
     Attributes:
-        limit_N: The force.
-        setting: Where it comes from.
-        watches: When it is looked at.
         then: What happens.
     """
 

@@ -18,9 +18,7 @@ class Retreat:
 
     Args:
         kinematics: A work space of its own.
-        distance_m: Length of the way.
         speed_m_s: Speed of the tip.
-        period_s: Control period.
     """
 
     def __init__(self, kinematics: Kinematics, distance_m: float, speed_m_s: float, period_s: float) -> None:

@@ -86,9 +86,6 @@ class Supervisor:
         latch: Of the rig, for all who watch it; None for one of its own.
         ready_rad: The ready pose, (n,); a trial begins within half a turn of it on each joint. None where that is not
             known.
-
-    Attributes:
-        latch: What keeps another trial from beginning.
     """
 
     def __init__(
@@ -157,9 +154,6 @@ class Supervisor:
         """What the arm is to be sent in this tick; after a trip what was asked no longer matters.
 
         Args:
-            snapshot: The tick.
-            asked: What the task wants.
-            expectation: What the task expects of the world.
             tip_m: Tip according to the encoders, (3,), task frame; None while the task has not looked.
 
         Raises:

@@ -30,7 +30,6 @@ class WrenchWatch:
     """Force, torque, the rate of the force, and contact where none is expected.
 
     Args:
-        config: The limits.
         scale: Factors on the sensor's six channels after taring, (6,).
     """
 
@@ -120,7 +119,6 @@ class JointWatch:
     """Measured joint angles against the arm's limits and against the commands.
 
     Args:
-        config: The limits.
         lower_rad: Lower joint limits of the arm, (n,).
         upper_rad: Upper joint limits, (n,).
         velocity_limit_rad_s: Joint velocity limits, (n,).
@@ -151,7 +149,6 @@ class JointWatch:
         """What is wrong with this tick's joint angles, which are valid; None if nothing is.
 
         Args:
-            snapshot: The tick.
             held_rad: What the arm was sent in the tick before, (n,).
         """
         joints = snapshot.joints
@@ -211,7 +208,6 @@ class SampleWatch:
     """Validity, age and progress of both sensors' samples, and the time between ticks.
 
     Args:
-        config: The limits.
         sensor: Its frame is that of every wrench. Where it has noise, equal samples are those of a frozen one.
     """
 
@@ -309,12 +305,7 @@ def _times(reason: TripReason, tick: int, what: str, found_ns: int, limit_ns: in
 
 
 class WorkspaceWatch:
-    """The tip against the workspace, a box in the task frame, and against the exploration area.
-
-    Args:
-        config: The margins.
-        workspace: What the task needs.
-    """
+    """The tip against the workspace, a box in the task frame, and against the exploration area."""
 
     def __init__(self, config: SupervisionConfig, workspace: Workspace) -> None:
         self._sides_m = tuple((side + config.side_margin_mm) * 1e-3 for side in workspace.side_mm)
@@ -326,7 +317,6 @@ class WorkspaceWatch:
         """What is wrong with the tip's place; None if nothing is.
 
         Args:
-            tick: Control tick of the trial.
             tip_m: Tip according to the encoders, (3,), task frame.
             expectation: Whether the task explores, and where.
         """

@@ -45,8 +45,6 @@ class Trip:
     """The cause for which the supervisor took over.
 
     Attributes:
-        reason: Its code.
-        tick: Control tick of the trial.
         text: What was found and what it was held against, in plain words, with units.
     """
 
@@ -60,7 +58,6 @@ class Expectation:
     """What the task expects of the world in its present phase; one object serves a whole phase.
 
     Attributes:
-        contact: Whether the tool may touch anything.
         bias: Wrench that counts as zero, (6,), N and N m, as the sensor reads it; None before taring.
         area: The area that the tip may not leave; None while it does not explore.
         doubt: Why the force sensor cannot be trusted, as the task found by holding force against position; None while

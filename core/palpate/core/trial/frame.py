@@ -62,7 +62,6 @@ def reachable_share(
     Monte Carlo with a fixed seed; good to about 0.002.
 
     Args:
-        task: The task.
         hole_uncertainty_mm: How far a hole may lie from the middle of its batch.
         hole_shift_mm: How far the middle of a batch may lie from the nominal goal.
         samples: Trials drawn.

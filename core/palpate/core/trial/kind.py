@@ -28,8 +28,6 @@ class TaskParts:
     """What a task is made of, each part its own.
 
     Attributes:
-        task: The settings of the task.
-        control: Gains.
         measurement: From snapshots to the task frame.
         motion: From tip velocities to joint commands.
         perception: From signals to states; for tasks that let a policy choose.
@@ -51,7 +49,6 @@ class Fit:
     """How tool and part fit, as whoever set up the world knows it; for scoring.
 
     Attributes:
-        diameter_mm: Of the tool.
         clearance_mm: Gap between tool and part all round, at its widest.
         lean_mrad: Tilt of the tool in the gripper.
     """
@@ -66,7 +63,6 @@ class TaskKind(Protocol):
 
     Attributes:
         preset: Nested tables of settings that a run of this task begins from, over those of the scenario.
-        asks_policy: Whether a policy chooses its actions.
         options: The table that ``task.options`` is read as.
     """
 

@@ -39,7 +39,6 @@ def find_ready_pose(arm: str | ArmDescription, task: TaskConfig, workspace: Work
     """Solve for the ready pose, tool pointing into the hole, its yaw left to the arm.
 
     Args:
-        arm: The arm, or its name.
         task: Place of the goal, and an insertion's area and depth.
         workspace: What the arm has to reach instead of these.
 
@@ -79,9 +78,6 @@ def require_speed(arm: str | ArmDescription, ready: ReadyPose, along_x_m_s: floa
     """Refuse a speed of the tip along the task's x that the arm cannot give at its ready pose.
 
     Args:
-        arm: The arm, or its name.
-        ready: The pose.
-        along_x_m_s: The speed.
         field: What it is called, in mm/s, for the message.
 
     Raises:

@@ -60,9 +60,7 @@ class Event:
     """Something worth a line in a log.
 
     Attributes:
-        tick: Control tick of the trial.
         name: What happened, for example ``contact`` or ``tare``.
-        detail: In words, with units.
     """
 
     tick: int
@@ -75,11 +73,6 @@ class DecisionRecord:
     """One choice of an action, and the reinforcement that it then earned.
 
     Attributes:
-        tick: Control tick of the trial.
-        symbol: Name of the symbol perceived.
-        state: Name of the state.
-        action: Name of the action chosen.
-        source: Which knowledge chose it.
         reinforcement: What the action then earned; None while it is not known, or when it was interrupted.
         displacement_m: What was asked of the tip, (2,), task frame.
         index: Place of the action in the action set; None for one that is not of the set.
@@ -123,15 +116,11 @@ class TrialReport:
         setup: The trial's setup.
         outcome: How it ended; None while it runs.
         exploration_time_s: From contact to the hole (or to the end without it).
-        actions: Number of exploratory actions.
         peak_force_N: Largest norm of the measured force, tared, over the control ticks after taring.
         depth_m: Estimated depth of the tip below the plate's surface at the end.
         ticks: Control ticks that the trial took.
         clamped_ticks: Ticks whose command was not applied as asked.
-        events: What happened, in order.
-        decisions: Choices, in order.
         temperature: Exploration temperature during the trial; None for policies without one.
-        timing: How regular its ticks and samples were.
     """
 
     setup: TrialSetup

@@ -21,13 +21,9 @@ class NetFtBox:
     """The box as it is set.
 
     Attributes:
-        counts_per_N: Counts of a force.
-        counts_per_Nm: Counts of a torque.
         range_N: Rated forces, (3,).
         range_Nm: Rated torques, (3,).
         rate_Hz: Records a second.
-        calibration: Serial number of the calibration.
-        firmware: Version of its firmware.
     """
 
     counts_per_N: float

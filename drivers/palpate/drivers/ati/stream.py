@@ -67,10 +67,8 @@ class RdtStatistics:
     """Records of the stream, by what became of them.
 
     Attributes:
-        samples: New ones.
         lost: Those that never came. late: Those that came after a newer one. repeated: Those that came again.
         unchanged: Those under a new number with the sample of before.
-        malformed: Datagrams that are no records.
     """
 
     samples: int = 0
@@ -85,7 +83,6 @@ class NetFt:
     """A box that streams.
 
     Attributes:
-        box: How it is set.
         latest: Newest sample; None before the first one.
         failure: Why nothing is taken any more; None otherwise.
         statistics: Since it was made.
@@ -141,9 +138,6 @@ class NetFt:
 
     def poll(self, now_ns: int) -> list[NetFtSample]:
         """Take what has arrived. Never raises for what box or wire do: see :meth:`check`.
-
-        Args:
-            now_ns: Monotonic time.
 
         Returns:
             New samples, oldest first.

@@ -20,10 +20,6 @@ _DATAGRAM: Final = 2048
 class UdpWire:
     """Datagrams from and to one box.
 
-    Args:
-        host: Its address.
-        port: Its port.
-
     Raises:
         WiringError: There is no such address.
     """
@@ -76,11 +72,7 @@ def fetch_page(
     """A page of the box's web server.
 
     Args:
-        host: Address of the box.
-        port: Port of its web server.
-        page: Path of the page.
         timeout_s: Longest wait for all of it, however slowly it comes.
-        clock_ns: Monotonic clock.
 
     Raises:
         WiringError: Nobody is there.

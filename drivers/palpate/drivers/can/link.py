@@ -43,7 +43,6 @@ class CanFrame:
     """A frame as the codec sees it, without a time.
 
     Attributes:
-        can_id: Identifier.
         data: Payload. Its real length counts, whatever the interface claimed.
         kind: What sort of frame.
     """
@@ -136,9 +135,6 @@ class CanLink:
     Give the bus no software filters: ``recv(0)`` returns None for a frame that one rejects (FACT, python-can bus.py),
     which here means that nothing waits. On slcan every call that finds nothing costs the port's time-out, 1 ms unless
     the bus is opened with another (FACT).
-
-    Args:
-        bus: An open bus.
 
     Attributes:
         garbled: Lines or frames that the interface itself could not decode.

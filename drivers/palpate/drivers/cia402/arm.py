@@ -65,9 +65,7 @@ class Cia402Arm(ArmDriver):
     """The arm. It neither opens nor closes its bus: other devices may use that too.
 
     Args:
-        link: A connected bus.
         settings: The drives and all limits.
-        now_ns: Monotonic clock.
         sleep: Waits that many seconds; used outside the cycle only.
     """
 

@@ -29,15 +29,10 @@ class BringUp:
     """Conversations that take longer than a cycle.
 
     Args:
-        link: The bus.
-        settings: The arm.
-        exchange: Its cyclic traffic.
         targets: What the drives are told while nothing shall move.
-        now_ns: Monotonic clock.
         sleep: Waits that many seconds.
 
     Attributes:
-        identities: Who the drives are.
         notes: What they lack, and what is done instead.
     """
 

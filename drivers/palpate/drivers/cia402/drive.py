@@ -48,7 +48,6 @@ class DriveIdentity:
     """Who a drive says it is.
 
     Attributes:
-        node: Its node number.
         vendor: Object 0x1018:01.
         product: 0x1018:02, or None.
         revision: 0x1018:03, or None.
@@ -162,12 +161,6 @@ class Targets:
     In CSV the position loop is here: the velocity removes a share of the error that will be left when it takes
     effect, one period after the newest measurement. A joint that did not answer gets velocity 0, since nobody
     knows where it is going.
-
-    Args:
-        settings: The arm.
-
-    Attributes:
-        newest: What was computed last.
     """
 
     def __init__(self, settings: ArmSettings) -> None:

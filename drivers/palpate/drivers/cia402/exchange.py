@@ -31,11 +31,6 @@ class CyclicExchange:
     transmit buffers by identifier lets SYNC, 0x080, overtake them, and they take effect one cycle later
     (INFERENCE from how arbitration works; not measured).
 
-    Args:
-        link: The bus.
-        settings: The arm.
-        now_ns: Monotonic clock.
-
     Attributes:
         views: The joints as the last SYNC showed them; empty before the first.
         sync_ns: When the last SYNC went out, which is when the drives sampled.

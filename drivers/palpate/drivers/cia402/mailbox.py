@@ -23,11 +23,9 @@ class Emergency:
     """One EMCY message.
 
     Attributes:
-        node: Who sent it.
         code: Error code; 0x00xx says that there is no error any more.
         register: The error register, object 0x1001.
         vendor: Five bytes of the maker's own.
-        time_ns: When it came.
     """
 
     node: int
@@ -47,14 +45,11 @@ class NodeBox:
     """What is known about one node; the cycle gets copies.
 
     Attributes:
-        node: Its number.
         tpdo: Newest process data as they came.
         tpdo_ns: When they came.
         answers: Process data since the last SYNC.
         late: Process data that came after their cycle had given up on them.
         duplicates: Process data beyond the first within one cycle.
-        malformed: Frames of a length that does not fit.
-        heartbeat_ns: When the last heartbeat came.
         longest_gap_ns: Longest time between two heartbeats.
         nmt_state: What it said; None before the first one.
         boots: Boot-up messages since the node was set up.
@@ -83,7 +78,6 @@ class Mailbox:
     Args:
         nodes: Node numbers, in the order of the joints.
         tpdo_bytes: Length of the process data that the nodes were told to send.
-        now_ns: Monotonic clock.
     """
 
     def __init__(self, nodes: Sequence[int], tpdo_bytes: int, now_ns: Callable[[], int]) -> None:
@@ -191,14 +185,11 @@ class NodeStatistics:
     """Figures of one drive since the bus was opened.
 
     Attributes:
-        node: Its number.
         missed: SYNCs that it did not answer in time.
         late: Answers that came after their deadline and before the next SYNC. Later ones cannot be told from
             answers to the next SYNC, because process data carry no number.
         duplicates: Answers beyond the first to one SYNC.
-        malformed: Frames of a wrong length.
         longest_heartbeat_gap_s: Longest time between two heartbeats.
-        emergencies: EMCY messages that report an error.
     """
 
     node: int
@@ -219,7 +210,6 @@ class ArmStatistics:
         round_trip_min_s: Shortest time from the first frame of a cycle to the last answer.
         round_trip_median_s: Its median, over the newest cycles that were answered in full.
         round_trip_p99_s: Its 99th percentile.
-        round_trip_max_s: Its longest.
         nodes: One record a drive.
         emergencies: The newest EMCY messages, oldest first.
     """
@@ -234,11 +224,7 @@ class ArmStatistics:
 
 
 class Tally:
-    """Counts while the cycle runs; it allocates nothing then.
-
-    Args:
-        drives: Number of drives.
-    """
+    """Counts while the cycle runs; it allocates nothing then."""
 
     def __init__(self, drives: int) -> None:
         self.cycles = 0

@@ -45,7 +45,6 @@ def bus_budget(drives: int, bitrate: int, heartbeat_s: float) -> BusBudget:
     """The load that one arm puts on its bus, in the worst case of stuffing.
 
     Args:
-        drives: Number of drives.
         bitrate: In bit/s.
         heartbeat_s: Period of every drive's heartbeat, and of the host's.
     """
@@ -68,8 +67,6 @@ class JointDrive:
     Attributes:
         node: CANopen node number, 1 to 127.
         counts_per_rad: Position counts per radian of the joint; negative where the motor turns the other way.
-        lower_rad: Lower position limit.
-        upper_rad: Upper position limit.
         velocity_rad_per_s: Greatest joint speed.
         zero_counts: Position counts at joint angle 0.
 
@@ -118,7 +115,6 @@ class ArmSettings:
         joints: One drive a joint, in the order of the kinematic model.
         mode: Cyclic synchronous position, or velocity with the position loop in this driver.
         bitrate: Of the bus, in bit/s.
-        control_rate_Hz: Rate of the control loop.
         divider: Control ticks per cycle; refused when the bus cannot carry that.
         answer_share: Share of the period within which all drives must have answered a SYNC.
         missed_cycles: Cycles in a row that a drive may leave unanswered before the arm is stopped for good.

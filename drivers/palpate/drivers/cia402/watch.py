@@ -58,7 +58,6 @@ def trouble(
     Args:
         views: All joints.
         settings: Limits and patience.
-        now_ns: Monotonic time.
         allowed: States in which a drive under power may be; None while the arm shall not be under power. Then
             neither faults of the drives nor the pose count: nothing moves.
     """

@@ -31,7 +31,6 @@ def start_up(device: Jr3, pace: Pace, timeout_s: float = 30.0) -> None:
 
     Args:
         device: Closed, silent or faulted.
-        pace: How to wait.
         timeout_s: Longest wait, in s. CALC: a board on a serial line that still boots needs up to 15 s.
 
     Raises:

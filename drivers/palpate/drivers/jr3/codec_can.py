@@ -37,7 +37,6 @@ class CanCounts:
     """What a decoder has seen.
 
     Attributes:
-        good: Frames decoded.
         other_node: Frames of other nodes; normal on a shared bus.
         host_ops: Commands to our node. If the bus does not echo ours, there is another master.
         wrong_length: Our node and a known operation, but not its length; a CANopen heartbeat looks like this.
@@ -57,7 +56,6 @@ def encode_can(request: Request, node: int) -> CanFrame:
     """Make the frame of a request.
 
     Args:
-        request: Command and arguments.
         node: Node number of the board, 1 to 127.
 
     Raises:
@@ -93,9 +91,6 @@ class CanDecoder:
 
     Args:
         node: Node number of the board, 1 to 127.
-
-    Attributes:
-        counts: What was seen so far.
     """
 
     def __init__(self, node: int) -> None:

@@ -74,7 +74,6 @@ def nudged(value: int, size: int) -> int:
 
     Args:
         value: What is wanted, in the unit of its field.
-        size: Bytes of the field.
     """
     for distance in range(1 << 8 * size):
         for candidate in (value - distance, value + distance):
@@ -92,7 +91,6 @@ class UartParser:
     the beginning of a frame whose end mark falls onto a payload byte; then at most that one frame is lost.
 
     Attributes:
-        counts: What was seen so far.
         expect_scales: Whether the request in flight is answered by full scales. The board's acknowledgements are 5 or
             17 bytes long and only the host can know which: a force scale of 62 N has 0x3E in its first byte, where a
             short acknowledgement ends. To be set before the request is sent.

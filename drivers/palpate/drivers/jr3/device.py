@@ -29,7 +29,6 @@ class Jr3:
     that carries a tool and reads zero right after :meth:`open` has such firmware.)
 
     Args:
-        wire: Link and codec.
         settings: Filter, rate and signs.
 
     Attributes:

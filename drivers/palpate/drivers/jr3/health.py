@@ -15,7 +15,6 @@ class BoardIdentity:
 
     Attributes:
         name: The wire, and the node on it.
-        full_scales: Of the sensor.
         cutoff_Hz: Cut-off of the filter as the board is told, 0 = unfiltered.
         period_us: Time between readings as the board is told.
     """
@@ -31,22 +30,14 @@ class Jr3Statistics:
     """Counters since the driver was made.
 
     Attributes:
-        wire: What the wire has seen.
-        samples: Samples given out.
         rate_Hz: Rate of the newest samples; 0 when there are fewer than two.
         duplicates: Readings with the counter of the one before.
         doubted: Readings dropped because their counter fitted nothing before.
-        gaps: How often readings were missing.
-        missed: How many.
         restarts: How often the frame counter went back without our asking.
-        boots: How often the board said that it has started.
         unasked: Readings that came while no stream was ours.
         zero_readings: All-zero readings dropped after a zeroing.
-        timeouts: Requests not answered in time.
         strays: Acknowledgements that answered nothing.
         round_trip_min_ms: Fastest answer; None before the first one. As coarse as the polling.
-        round_trip_median_ms: Usual answer.
-        round_trip_max_ms: Slowest answer.
     """
 
     wire: TransportCounts
@@ -72,8 +63,6 @@ def no_answer(name: str, doing: str, counts: TransportCounts, *, refused: bool, 
 
     Args:
         name: The sensor, as a person would call it.
-        doing: What the request was for.
-        counts: What the wire has seen.
         refused: The board answered that it is not initialised.
         heard: The board was heard since it was opened.
     """
@@ -98,7 +87,6 @@ def no_reading(
         name: The sensor, as a person would call it.
         stall_ns: How long a reading may be in coming.
         before: What the wire had seen when it stopped.
-        counts: What it has seen by now.
         repeated: How often the last reading came again since.
     """
     problem = f"no new reading for {stall_ns * 1e-6:.0f} ms"

@@ -42,7 +42,6 @@ class Request:
     """A command with its arguments.
 
     Attributes:
-        op: The command.
         cutoff_cHz: Cut-off of the low-pass filter in hundredths of a hertz, 0 = unfiltered; START and SET_FILTER.
         period_us: Time between readings in microseconds; START.
     """
@@ -166,7 +165,6 @@ class Scaling:
     """Turns readings into physical values.
 
     Args:
-        full_scales: As the board reports them.
         signs: +1 or -1 for Fx, Fy, Fz, Mx, My, Mz.
 
     Raises:

@@ -119,7 +119,6 @@ class RequestInFlight:
     Attributes:
         request: In flight or waiting to be sent; None when there is none.
         refused: Whether the last answer to it was "not initialised".
-        timeouts: Requests that were not answered in time.
         strays: Acknowledgements that answer nothing: late ones, and ones of the wrong length.
     """
 

@@ -34,7 +34,6 @@ class FrameCounter:
     Attributes:
         duplicates: Readings with the counter of the one before.
         doubted: Readings dropped because their counter fitted nothing before.
-        gaps: How often readings were missing.
         missed: How many (CALC from the counter and the period).
         restarts: How often the counter went back without our asking. The zero is gone then too.
     """
@@ -126,9 +125,6 @@ class Sampler:
         zero_state: What became of the board's zero.
         after_boot: Whether the board restarted in mid-run, until acknowledged.
         latest: The newest sample; None before the first one.
-        samples: Number of samples made.
-        zero_readings: Number of all-zero readings dropped after a zeroing.
-        last_new_ns: When a new reading last came.
     """
 
     def __init__(self, period_us: int, settling_ns: int, signs: Signs) -> None:
@@ -182,8 +178,6 @@ class Sampler:
         """Make a sample of a reading.
 
         Args:
-            reading: From the wire.
-            now_ns: Time of the poll.
             zeroing: Whether the board has been asked for a zero and has not answered yet.
 
         Returns:

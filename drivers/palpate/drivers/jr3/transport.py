@@ -91,7 +91,6 @@ class TransportTiming:
 
     Attributes:
         ack_timeout_ns: Longest wait for an acknowledgement.
-        attempts: How often a request is made before giving up.
         ping_attempts: The same for the first one, in which the board may still be booting.
         min_period_us: Shortest time between readings that the wire carries.
     """
@@ -107,12 +106,10 @@ class TransportCounts:
     """What a wire has seen; see the counters of codecs, joiner and links.
 
     Attributes:
-        good: Frames understood.
         foreign: Frames of other nodes and other masters (CAN).
         garbage: Frames (CAN) or bytes (UART) that made no sense.
         orphans: Halves of readings without the other half (CAN).
         duplicates: Halves of readings that came twice (CAN).
-        send_failures: Frames that could not be sent.
         bus_offs: Bus-off reports (CAN).
     """
 
@@ -185,7 +182,6 @@ class CanTransport:
     """The board on a CAN bus.
 
     Args:
-        link: Way to the bus.
         node: Node number of the board, 1 to 127.
         canopen_nodes: Node numbers of CANopen devices on the same bus.
 
@@ -238,11 +234,7 @@ class CanTransport:
 
 
 class UartTransport:
-    """The board on a serial line.
-
-    Args:
-        link: Way to the line.
-    """
+    """The board on a serial line."""
 
     def __init__(self, link: ByteLink) -> None:
         self.name = "JR3 on a serial line"

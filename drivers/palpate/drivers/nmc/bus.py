@@ -59,10 +59,8 @@ class NmcBus:
     pyserial lets ``termios.error`` and ``TypeError`` through when an adapter is unplugged.
 
     Args:
-        stream: The open port.
         clock_ns: A monotonic clock, ns.
         sleep_s: Waits so many seconds.
-        settings: How to talk.
     """
 
     def __init__(

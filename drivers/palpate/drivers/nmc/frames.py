@@ -139,7 +139,6 @@ class NmcCommand:
     """What one frame asks a module, without the address.
 
     Attributes:
-        code: The command.
         data: Its data bytes, 15 at most.
 
     Raises:

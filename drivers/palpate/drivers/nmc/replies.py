@@ -45,7 +45,6 @@ class ModuleIdentity:
 
     Attributes:
         type_code: Type byte, see :class:`ModuleType`.
-        version: Firmware version.
     """
 
     type_code: int
@@ -68,9 +67,7 @@ class Reply:
         position_counts: Encoder position, s32.
         analog: A/D value, u8.
         velocity_counts_per_tick: Velocity without fraction, s16.
-        aux: Auxiliary status byte.
         home_counts: Stored home position, s32.
-        identity: Type and version.
         position_error_counts: Servo position error, s16.
         path_points: Points left in the path buffer, u8.
     """

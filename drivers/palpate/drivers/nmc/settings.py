@@ -105,8 +105,6 @@ def same_for_all(line: SerialTiming, axes: int, sizes_bytes: Sequence[int], rese
     """The budget of a cycle that has the same exchanges with every axis.
 
     Args:
-        line: The line.
-        axes: Number of axes.
         sizes_bytes: Size of each exchange with one axis, both ways.
         reserve: Share of the period that is to stay free.
     """

@@ -27,12 +27,7 @@ _BAUD_SETTLE_S: Final = 0.01
 
 @dataclass(frozen=True, slots=True)
 class Module:
-    """A module that has answered.
-
-    Attributes:
-        address: Its individual address.
-        identity: Type and firmware version.
-    """
+    """A module that has answered."""
 
     address: int
     identity: ModuleIdentity
@@ -63,10 +58,6 @@ def start(bus: NmcBus) -> tuple[Module, ...]:
 
 def attach(bus: NmcBus, count: int) -> tuple[Module, ...] | None:
     """Takes over modules that an earlier run has left addressed; nothing is reset and no motor changes.
-
-    Args:
-        bus: The bus.
-        count: How many modules there must be.
 
     Returns:
         The modules, or None when module 1 answers at no known rate: then only :func:`start` helps.

@@ -29,9 +29,6 @@ class BusStatistics:
 
     Attributes:
         exchanges: Commands that wanted a reply.
-        discarded: Replies thrown away, by reason.
-        stray_bytes: Bytes that nobody had asked for.
-        resyncs: Times the line was flushed.
         round_trips: Of accepted replies; None before the first.
         wire_s: Time that the bytes of all exchanges take on the wire, by calculation.
         waiting_s: Time spent inside the stream's read and write.

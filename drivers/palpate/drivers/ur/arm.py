@@ -59,7 +59,6 @@ class UrArm(ArmDriver):
 
     Args:
         link: A way to its controller, not open yet.
-        settings: What the rig file says.
         now_ns: Clock of the samples.
         sleep: Waits that many seconds.
 

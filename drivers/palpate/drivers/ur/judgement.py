@@ -38,7 +38,6 @@ class UrSettings:
 
     Attributes:
         lower_rad: Lower joint limits, (6,). upper_rad: Upper ones. velocity_rad_s: Velocity limits.
-        period_s: Time between cycles.
         payload_kg: Mass of the tool. payload_cog_m: Its centre from the flange, (3,).
         tcp_offset: Tool centre point from the flange: metres and rotation vector, (6,).
         lookahead_s: servoj's look-ahead. gain: servoj's gain.
@@ -70,13 +69,7 @@ def require_version(hello: UrHello, host: str) -> None:
 
 
 def require_sense(seen: UrState, before: UrState | None, host: str) -> None:
-    """Refuse what no controller sends: a client that has lost the beginning of its packages takes other bytes for them.
-
-    Args:
-        seen: The state.
-        before: The one before, if any.
-        host: Address of the controller.
-    """
+    """Refuse what no controller sends: a client that lost the beginning of its packages takes other bytes for them."""
     # A controller that has started anew counts its time from zero.
     elapsed_s = 0.0 if before is None else abs(seen.timestamp_s - before.timestamp_s)
     way_rad = 0.0 if before is None else max(abs(a - b) for a, b in zip(seen.q_rad, before.q_rad, strict=True))
@@ -106,10 +99,8 @@ def require_led(seen: UrState, force_N: Sequence[float] | None, guard_N: float, 
     """Raise why the arm may not be led further.
 
     Args:
-        seen: The state.
         force_N: Tool force as the arm was enabled, (3,).
         guard_N: Change of it that stops; 0 watches nothing.
-        host: Address of the controller.
     """
     require_ready(seen, host)
     if seen.runtime != _PLAYING:

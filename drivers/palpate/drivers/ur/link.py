@@ -34,7 +34,6 @@ class UrHello:
 
     Attributes:
         version: Of PolyScope, as it says it.
-        serial: Number of the robot.
     """
 
     version: str
@@ -67,11 +66,7 @@ class UrState:
 
 
 class UrLink(Protocol):
-    """A way to the controller.
-
-    Attributes:
-        host: Its address.
-    """
+    """A way to the controller."""
 
     host: str
 
@@ -120,8 +115,6 @@ class ProcessLink(UrLink):
     """ur_rtde in a process of its own.
 
     Args:
-        host: Address of the controller.
-        rate_Hz: Rate of its data.
         deadman_s: Longest time between set-points while the arm is led; then that process stops it.
         hurry: Puts the thread that starts the process where the process is to run: into the real-time class.
     """

@@ -30,8 +30,6 @@ class Served:
 
     Args:
         line: To whoever asks.
-        host: Address of the controller.
-        rate_Hz: Rate of its data.
         deadman_s: Longest time between set-points while the arm is led.
     """
 

@@ -40,9 +40,6 @@ class UrWrenchSample:
 class UrToolForce:
     """The sensor. Opens nothing: the link is open.
 
-    Args:
-        link: To the controller.
-
     Attributes:
         latest: Newest reading; None before the first.
         failure: Why nothing is taken any more; None otherwise.

@@ -68,7 +68,6 @@ def bring_to_rest(
         addresses: Modules whose servos are on. One that turns out to have switched itself off is left so: a stop
             might switch it on again.
         timeout_s: Time in which they must be seen at rest.
-        clock_ns: Monotonic clock.
         are_all: These are all modules, so that one command to the group can stop them together.
     """
     if not addresses:
@@ -156,7 +155,6 @@ class Servos:
     """The motors of the arm; it knows positions in counts only.
 
     Args:
-        bus: The bus, started.
         settings: The arm's settings.
 
     Attributes:

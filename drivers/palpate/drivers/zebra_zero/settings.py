@@ -77,7 +77,6 @@ class JointLimits:
 
         Args:
             asked_rad: What is wanted, (6,).
-            previous_rad: Set-point before.
             velocity_rad_per_s: Velocity of the set-points so far.
             step_s: Time since then; at most the period of the cycle.
 
@@ -122,9 +121,6 @@ class ServoGains:
     """Servo filter. FACT: the port sends these defaults to the real arm.
 
     Attributes:
-        kp: Proportional gain.
-        kd: Derivative gain.
-        ki: Integral gain.
         integration_limit: Limit of the integral.
         output_limit: Highest PWM, 255 at most.
         current_limit: 0: none.
@@ -170,12 +166,8 @@ class ZebraZeroSettings:
     """The arm and how it is run. Values without a mark are choices of this driver.
 
     Attributes:
-        bus: The bus.
         transmission: Counts and joints.
-        limits: Joint limits.
         gains: Servo filter of every axis.
-        streaming: How set-points reach the motors.
-        control_rate_Hz: Rate of the control loop.
         divider: Control ticks per ``cycle``; refused when the bus cannot carry that.
         reserve: Share of the period that the bus must leave free.
         reply_items: Items of every reply in a cycle; POSITION at least. AUX costs a byte an axis and tells at once

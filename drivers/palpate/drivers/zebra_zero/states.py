@@ -97,7 +97,6 @@ class Fault:
     """A latched fault.
 
     Attributes:
-        kind: What went wrong.
         axis: Motor, 1 to 6; None when no single one.
         detail: More for a person.
     """
@@ -120,7 +119,6 @@ def fault_in(axis: int, reply: Reply, settings: ZebraZeroSettings, *, should_be_
 
     Args:
         axis: Motor, 1 to 6.
-        reply: Its reply.
         settings: Which of the bits count.
         should_be_on: The servo is meant to be on; off, its position error bit and supply mean nothing.
     """
@@ -163,12 +161,7 @@ class ArmReport:
     Attributes:
         state: Where it is in its life.
         fault: The latched fault, or None.
-        modules: Identity of every module.
-        baud: Rate of the line.
-        streaming: How set-points reach the motors.
-        budget: What a cycle costs.
         achieved_rate_Hz: Over the newest cycles; None before the second.
-        statistics: Of the bus.
     """
 
     state: ZebraState

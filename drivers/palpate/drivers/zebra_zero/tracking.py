@@ -79,8 +79,6 @@ class Tracking:
 
         Args:
             axis: Motor, 1 to 6.
-            reply: Its reply.
-            now_ns: When it arrived.
             is_driven: The servo is on; a motor that is off may be moved by hand at any speed.
 
         Returns:
@@ -106,7 +104,6 @@ class Tracking:
 
         Args:
             is_fresh: Which axes were taken in this cycle.
-            applied: What became of the set-point.
             begin_ns: Before the first exchange.
             end_ns: After the last; the middle is the best single time for the pose.
         """
@@ -175,12 +172,7 @@ class Setpoints:
 
 @dataclass(frozen=True, slots=True)
 class Trouble:
-    """A fault to be latched, and the error that tells it.
-
-    Attributes:
-        fault: What to latch.
-        error: What to raise.
-    """
+    """A fault to be latched, and the error that tells it."""
 
     fault: Fault
     error: DriverError
@@ -195,11 +187,8 @@ class Rounds:
     """Visits the axes one after the other.
 
     Args:
-        bus: The bus.
-        servos: Which of them are on.
         tracking: Where replies go.
         settings: The arm's settings.
-        clock_ns: Monotonic clock.
     """
 
     def __init__(

@@ -40,9 +40,7 @@ class ExpectedSteps:
     Attributes:
         steps: Mean without a limit; infinite if some start may lead round in circles for ever, or as good as for ever
             (:data:`ENDLESS`).
-        reaches: Probability that the goal is reached at all.
         limited_steps: Mean where a trial is cut off at the limit.
-        reaches_in_time: Probability that the goal is reached within the limit.
     """
 
     steps: float
@@ -70,7 +68,6 @@ def expected_steps(
     """Exact mean number of steps of a policy that does not learn.
 
     Args:
-        grid: The map.
         identifier: From readings to states; its memory is changed.
         policy: Probability of each action in each state, (states, 8).
         step_limit: Steps after which a trial is cut off.
@@ -118,12 +115,10 @@ def walked_steps(
     With one walk a cell it is exact where neither the policy nor the world leaves anything to chance.
 
     Args:
-        grid: The map.
         identifier: From readings to states.
         policy: A frozen one.
         step_limit: Steps after which a trial is cut off; the mean without a limit takes it for endless after ten times
             as many.
-        walks: Trials from each cell.
         seed: Of what is left to chance.
         disturbance: What the world leaves to it.
     """

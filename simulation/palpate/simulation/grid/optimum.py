@@ -42,7 +42,6 @@ def belief_optimum(grid: GridMap, most_cells: int | None = None) -> Fraction:
     """Mean steps to the goal of the best policy over all that was read and done, from a uniformly random start.
 
     Args:
-        grid: The map, which is known.
         most_cells: Bound of the effort: cells of all beliefs that are looked at; None takes ``MOST_CELLS``, or
             ``MOST_BLIND_CELLS``.
 

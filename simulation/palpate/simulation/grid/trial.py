@@ -37,7 +37,6 @@ class Walk:
     """What happened in a trial.
 
     Attributes:
-        start: Cell in which it began.
         symbols: Readings in their order, that of the start first and none at the goal; with the goal, as many as there
             were actions.
         actions: Places in the action set.
@@ -174,9 +173,7 @@ def run_trial(
         policy: Chooses and learns; its actions are :func:`~palpate.simulation.grid.maps.grid_actions`.
         seed: The run's seed.
         trial: Index of the trial; with the seed it gives the start and the policy's random numbers.
-        step_limit: Most actions.
         start: Number of the cell in which it begins; None for the one that seed and trial give.
-        disturbance: What is left to chance.
 
     Raises:
         ConfigurationError: The identifier has other symbols than the map, or the limit is below 1.
@@ -208,7 +205,6 @@ def walk_strings(
     such strings are those of :mod:`palpate.core.automata.strings`. With actions those are cut off there and kept.
 
     Args:
-        grid: The map.
         count: How many strings, from 1.
         seed: Gives the walks, which have nothing in common with learning runs of the same seed.
         longest: Most symbols of a string, which is the most steps of a walk.

@@ -43,7 +43,6 @@ class Felt(NamedTuple):
     Attributes:
         time_ns: Source time of the wrench.
         joints_ns: Source time of the joint angles.
-        fresh: Whether the wrench is a new one.
         q_rad: Joint angles, (n,).
         wrench: Force and torque, (6,), N and N m, as the sensor gives them.
     """

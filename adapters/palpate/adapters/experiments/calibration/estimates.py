@@ -52,7 +52,6 @@ class Rest:
     Attributes:
         noise_N: Standard deviation of a force channel.
         noise_Nm: Standard deviation of a torque channel.
-        rate_Hz: Rate of new samples.
     """
 
     noise_N: Estimate
@@ -65,7 +64,6 @@ class ToolLoad:
     """What a force sensor carries, and how it is mounted.
 
     Attributes:
-        weight_N: Weight of all that hangs on it.
         centre_of_mass_m: Of that, (3,), frame of the tool.
         mounting_deg: The sensor's turn about the tool's axis.
         offset: Its wrench without any load, (6,), N and N m, its own frame.

@@ -29,8 +29,6 @@ class Score:
     """What one run came to.
 
     Attributes:
-        first: Mean steps of its first trials.
-        last: Mean steps of its last trials.
         reached: Share of the last trials that ended at the goal.
         greedy: Exact mean steps of the greedy policy that was learned, cut off at the limit.
         greedy_reaches: Probability with which that policy reaches the goal within the limit.
@@ -138,7 +136,6 @@ def learning_figure(panels: Sequence[Sequence[Panel]], kind: str) -> bytes:
     """Smoothed curves of all panels, on equal axes.
 
     Args:
-        panels: Rows of panels, equally many in each.
         kind: ``svg`` or ``png``.
     """
     rows, columns = len(panels), len(panels[0])

@@ -67,7 +67,6 @@ class Study:
 
     Attributes:
         seeds: Seeds, each once; a range where they follow each other.
-        policies: Policies, each once.
         base: Settings of all cells, by dotted names.
         listed: Sets of settings; each is combined with all of the grid. One empty set if none are listed.
         grid: Values of each setting that is varied by itself.
@@ -147,12 +146,7 @@ class Study:
         return found
 
     def text(self, versions: Mapping[str, str], files: Mapping[str, str]) -> str:
-        """As TOML; :meth:`read` gives the same study back.
-
-        Args:
-            versions: Of what results depend on.
-            files: Digests of the files that they depend on.
-        """
+        """As TOML; :meth:`read` gives the same study back."""
         lines = [f"format = {FORMAT}\n", "\n[study]\n", f"trials = {self.trials}\n"]
         lines += [f"seeds = {_seeds_text(self.seeds)}\n", f"policies = {literal(self.policies)}\n"]
         tables = [("[base]", self.base), ("[grid]", self.grid)]

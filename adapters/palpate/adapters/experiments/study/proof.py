@@ -58,12 +58,7 @@ def proving_study(config: RunConfig, policy: str, trials: int, claim: Claim) -> 
 
 @dataclass(frozen=True)
 class Proven:
-    """A trial of a proof.
-
-    Attributes:
-        seed: Seed of its cell.
-        row: What it came to.
-    """
+    """A trial of a proof."""
 
     seed: int
     row: TrialRow

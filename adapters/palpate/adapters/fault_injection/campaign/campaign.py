@@ -28,8 +28,6 @@ class Case:
     """One run to be made.
 
     Attributes:
-        variant: The fault.
-        phase: In which phase it strikes.
         seed: Of trial, tick and fault.
     """
 
@@ -97,12 +95,8 @@ def run_cases(
     """Run them, seed by seed; results do not depend on the number of processes.
 
     Args:
-        config: The run's configuration.
-        chosen: What to run.
-        policy: Name of the policy that chooses the actions.
         rig_file: The devices to run on, one trial after the other; the simulator if it is empty.
         supervised: False lets every command through.
-        jobs: Number of processes in the simulator.
     """
     ready = find_ready_pose(config.arm, config.task)
     by_seed: dict[int, list[Case]] = {}

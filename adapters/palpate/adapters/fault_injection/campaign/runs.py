@@ -57,9 +57,6 @@ class FaultRun:
     """What came of one run.
 
     Attributes:
-        variant: Name of the fault.
-        phase: In which phase it was to strike.
-        seed: Seed of trial and fault.
         delivered: Whether it struck at all; a trial may end before.
         outcome: How the trial ended, or the error that ended it.
         ticks_to_stop: From the delivery to the last tick; None when the trial ended in the ordinary way.
@@ -70,7 +67,6 @@ class FaultRun:
             any fault of its own.
         damage: A true force above ``HARDWARE_LIMIT_N``, or a joint outside its limits.
         log_intact: The log is sound, and holds the fault.
-        verdict: What it shows.
     """
 
     variant: str
@@ -89,14 +85,7 @@ class FaultRun:
 
 
 class ForceProbe(SensorDecorator[WrenchSample], ForceSensor):
-    """Passes samples on and keeps the largest change of the force since the first one.
-
-    Args:
-        sensor: The sensor itself, without faults.
-
-    Attributes:
-        peak_N: That change.
-    """
+    """Passes samples on and keeps the largest change of the force since the first one."""
 
     def __init__(self, sensor: ForceSensor) -> None:
         super().__init__(sensor, sensor.read, self._noted)
@@ -115,12 +104,8 @@ class Bench:
     """A rig on which the campaign runs trial after trial.
 
     Args:
-        config: The run's configuration.
-        ready: The ready pose.
-        rig: Entered already.
         supervised: False lets every command through: to show what the supervisor is good for.
         session: Keeps trials in time; None where time waits.
-        policy: Name of the policy that chooses the actions.
     """
 
     def __init__(
@@ -284,7 +269,6 @@ def _verdict(variant: Variant, ticks: int | None, lived: int, *, damage: bool, i
     """What a run shows.
 
     Args:
-        variant: The fault.
         ticks: From its delivery to the stop; None if there was none.
         lived: Ticks from its delivery to the trial's end.
         damage: Whether a limit of the hardware was exceeded. A stop in time counts as detected even when it could not

@@ -19,7 +19,6 @@ class Variant:
     """One way in which something goes wrong.
 
     Attributes:
-        name: For tables.
         plans: Settings of the fault plans, but for tick and seed; more than one where faults come together.
         silent_ticks: Ticks that pass before anything can be seen of it at the ports: a sensor that delivers nothing
             looks like a slow one until its patience is over, and a frozen one like one that measures the same twice.
@@ -39,8 +38,6 @@ class Variant:
         """The faults, beginning at this tick.
 
         Args:
-            tick: The tick.
-            seed: Of their random numbers.
             sensor: The force sensor, for noise like its own.
         """
         noise = [

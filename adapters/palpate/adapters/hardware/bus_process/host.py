@@ -136,13 +136,8 @@ class Host:
     """Serves one loop until it says goodbye, or is gone.
 
     Args:
-        wire: To the loop.
-        board: What the loop may read at any time.
-        pair: The arm.
-        clock: The run's clock.
         deadman_ns: Time without a set-point, while set-points move the arm, after which it is brought to rest.
         account: Says whose fault the loop's silence is.
-        is_orphan: Whether whoever started this process is gone.
     """
 
     def __init__(

@@ -37,12 +37,7 @@ _LOOK_NS: Final = 1_000_000
 
 
 class ArmProcess(Protocol):
-    """The process that hosts the arm, as far as the loop's side has to do with it.
-
-    Attributes:
-        wire: To it.
-        board: What it notes.
-    """
+    """The process that hosts the arm, as far as the loop's side has to do with it."""
 
     wire: Wire
     board: Board
@@ -62,7 +57,6 @@ class HostedArm(ManagedDevice, JointEncoder, ArmCommand):
     Args:
         name: Name for messages, the arm's own.
         start: Starts the process; called by ``configure``.
-        clock: The run's clock.
         silence_ns: Time after which a process that has noted nothing counts as hanging.
     """
 
@@ -275,11 +269,7 @@ class HostedArm(ManagedDevice, JointEncoder, ArmCommand):
 
 
 class OperatorsHand(DeviceDecorator, ArmCommand):
-    """The arm as the operator's stop has it: a stop latches in the arm's own process.
-
-    Args:
-        arm: The hosted arm.
-    """
+    """The arm as the operator's stop has it: a stop latches in the arm's own process."""
 
     def __init__(self, arm: HostedArm) -> None:
         super().__init__(arm)

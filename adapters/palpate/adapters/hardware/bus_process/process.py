@@ -99,7 +99,6 @@ def host_arm(
 
     Args:
         adapter: The adapter's name.
-        settings: What the rig file says of the arm.
         context: The run's.
         clock: The same clock as the context's.
         real_time: What the run asks of the system; the process asks for the same, with a priority above the loop's.

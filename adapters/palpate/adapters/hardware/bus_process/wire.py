@@ -64,7 +64,6 @@ class Wire:
 
     Args:
         end: A socket that keeps messages apart.
-        clock: The run's clock.
     """
 
     def __init__(self, end: socket.socket, clock: Clock) -> None:

@@ -16,14 +16,7 @@ _CABLE: Final = "connect box and computer directly, or through one switch that c
 
 
 def examine_netft(sensor: NetFtForceSensor, clock: Clock, seconds: float, notes: Notebook) -> MeasuredNoise | None:
-    """How the box is set, its rate, what was lost on the way, noise. The sensor is active.
-
-    Args:
-        sensor: The adapter.
-        clock: The run's clock.
-        seconds: How long to listen.
-        notes: Where it goes.
-    """
+    """How the box is set, its rate, what was lost on the way, noise. The sensor is active."""
     device = sensor.device
     if device is None:
         raise DeviceError(sensor.name, "is not open")

@@ -56,9 +56,7 @@ class Examination:
     """One rig.
 
     Args:
-        file: What it is made of.
         context: What its adapters may need.
-        wishes: What to try.
         system: The operating system's side.
 
     Raises:

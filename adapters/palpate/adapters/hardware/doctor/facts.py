@@ -22,7 +22,6 @@ class MeasuredNoise:
     Attributes:
         force_N: Largest standard deviation of a force channel.
         torque_Nm: Largest standard deviation of a torque channel.
-        rate_Hz: Rate of its samples.
     """
 
     force_N: float
@@ -36,10 +35,7 @@ def judge_facts(
     """Say what is missing, what contradicts what, and what to write.
 
     Args:
-        stated: By the rig file.
-        reported: By the sensor.
         measured: None where it could not be measured: then that is what has to be mended first.
-        notes: Where it goes.
     """
     if measured is None or min(measured.force_N, measured.torque_Nm) <= 0.0:
         return

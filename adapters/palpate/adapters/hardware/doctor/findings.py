@@ -27,8 +27,6 @@ class Finding:
     """One judgement.
 
     Attributes:
-        level: How bad it is.
-        text: What was found.
         remedy: How to mend it; what is wrong always has one.
     """
 
@@ -46,7 +44,6 @@ class Fact:
     """Something measured or told, without a judgement.
 
     Attributes:
-        name: What it is.
         text: For a person, with units.
         value: For a program, where there is one number or name behind it.
     """
@@ -62,7 +59,6 @@ class FindingsTable:
 
     Attributes:
         columns: Names, with units.
-        rows: One text a column.
     """
 
     columns: tuple[str, ...]
@@ -74,10 +70,7 @@ class FindingsSection:
     """All about one device.
 
     Attributes:
-        title: Which one.
-        facts: What it is and does.
         tables: The same, per axis or channel.
-        findings: What to think of it.
     """
 
     title: str
@@ -99,11 +92,7 @@ def driver_error(error: BaseException) -> DriverError | None:
 
 
 class Notebook:
-    """Takes down a section while the examination goes on, so that what fails half way leaves what was found before.
-
-    Args:
-        title: Which device.
-    """
+    """Takes down a section while the examination goes on, so that what fails half way leaves what was found before."""
 
     def __init__(self, title: str) -> None:
         self._title = title

@@ -22,10 +22,7 @@ class IntervalSpread:
     """A distribution of times.
 
     Attributes:
-        min_ms: Shortest.
-        median_ms: Usual.
         p99_ms: 99th percentile.
-        max_ms: Longest.
     """
 
     min_ms: float
@@ -60,9 +57,7 @@ def at_rate(clock: Clock, wanted_Hz: float, seconds: float, act: Callable[[], No
     """Do something again and again at absolute times, as a control loop does; a turn that is missed is left out.
 
     Args:
-        clock: Tells the time.
         wanted_Hz: Turns a second.
-        seconds: For how long.
         act: What to do; if it raises, that ends the turns.
         late_ns: Gets how late each turn began, ns.
     """

@@ -40,7 +40,6 @@ class WrenchReading:
     Attributes:
         force_N: Force, (3,).
         torque_Nm: Torque, (3,).
-        time_ns: When the host had it.
         near_saturation: Whether it is near, or at, the end of the range.
     """
 
@@ -57,7 +56,6 @@ def examine_wrench(
 
     Args:
         readings: What was read while nobody touched the tool.
-        notes: Where it goes.
         full_scales: N and N m at full scale, (6,), where known.
         resolution: Offsets smaller than this, in N and N m, count as zero.
     """
@@ -127,11 +125,8 @@ def examine_encoder(
 
     Args:
         encoder: Active.
-        clock: The run's clock.
-        seconds: How long to listen.
         lower_rad: Lower joint limits of the kinematic model, (n,).
         upper_rad: Upper ones, (n,).
-        notes: Where it goes.
     """
     found = _heard(encoder.read, clock, seconds, notes)
     pose = found[-1].position_rad if found else ()
@@ -203,9 +198,7 @@ def examine_following(
     Args:
         arm: Active.
         encoder: Active.
-        clock: The run's clock.
         upper_rad: Upper joint limits, (n,); the step goes away from it.
-        notes: Where it goes.
     """
     try:
         start = encoder.read().position_rad

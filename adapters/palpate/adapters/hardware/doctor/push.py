@@ -61,9 +61,7 @@ class PushCheck:
 
     Args:
         sensor: Active.
-        clock: The run's clock.
         person: Pushes.
-        notes: Where it goes.
         mend_axes: What to do when the axes turn out to be mirrored.
     """
 

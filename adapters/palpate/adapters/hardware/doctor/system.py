@@ -33,7 +33,6 @@ class System:
     Attributes:
         root: Where its tree begins.
         ports: Lists the serial ports.
-        may_open: Whether this user may read and write a device.
     """
 
     root: Path = Path("/")

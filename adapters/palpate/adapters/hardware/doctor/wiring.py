@@ -31,7 +31,6 @@ class Wiring:
         period_us: Time between the readings of that JR3, in microseconds.
         is_can: Whether several devices may share it.
         bitrate: Of a CAN bus, in bit/s; 0 where unknown.
-        divider: Control ticks per cycle of an arm.
     """
 
     serial: str | None = None

@@ -50,7 +50,6 @@ def attribute(late_ns: int, claims: Iterable[tuple[Cause, int]]) -> Attribution:
     """Share out the lateness of a tick.
 
     Args:
-        late_ns: How late the tick began.
         claims: Causes and how long each of them lasted, ns, the surest first: each explains at most what those before
             it have left. What is left in the end is a thread that was woken late.
     """
@@ -69,7 +68,6 @@ class Account(NamedTuple):
     Attributes:
         run_ns: Processor time used; without what interrupts and a hypervisor took, where the kernel knows of it.
         delay_ns: Time spent ready without a processor.
-        turns: How often it was given a processor.
     """
 
     run_ns: int

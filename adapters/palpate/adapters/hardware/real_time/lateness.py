@@ -41,9 +41,6 @@ class LateTick:
 
     Attributes:
         tick: Counts the ticks that were timed, from 0.
-        time_ns: When it began, run clock.
-        late_ns: How late.
-        attribution: Whose fault.
     """
 
     tick: int
@@ -64,7 +61,6 @@ class SlowCore:
 
     Attributes:
         tick: Counts the ticks that were timed, from 0.
-        core_ns: How long.
     """
 
     tick: int
@@ -86,12 +82,8 @@ class LatenessSpread:
     """A distribution of times, in short. Quantiles are of a bin's middle, count, mean and maximum are exact.
 
     Attributes:
-        count: How many times.
-        mean_ns: Their mean.
-        median_ns: Half are below.
         p99_ns: 99 % are below.
         p999_ns: 99.9 % are below.
-        max_ns: The longest.
     """
 
     count: int
@@ -103,11 +95,7 @@ class LatenessSpread:
 
 
 class Histograms:
-    """Distributions of several columns of times.
-
-    Args:
-        columns: How many.
-    """
+    """Distributions of several columns of times."""
 
     def __init__(self, columns: int) -> None:
         self._bins = np.zeros((columns, _BINS), np.int64)

@@ -22,8 +22,6 @@ class Grant:
     """What became of one request to the operating system: granted or refused; a refusal is no error.
 
     Attributes:
-        wish: What was asked for.
-        granted: Whether the system gave it.
         reason: Why not; empty when granted.
         remedy: What would help; empty when granted.
     """
@@ -47,10 +45,6 @@ class RealTime:
     outside of it (the log's writer, watchdogs) inherits neither; the thread of a bus asks for both with
     :func:`join_loop`. For what is started within, priority is reset by the kernel (``SCHED_RESET_ON_FORK``); there is
     no such flag for the CPU, so nothing should be started there with one.
-
-    Args:
-        config: What to ask for.
-        kernel: The system calls.
 
     Attributes:
         grants: What became of each wish; filled on entering.
@@ -175,12 +169,7 @@ class RealTime:
 
 
 def request(config: RealTimeConfig, kernel: Kernel | None = None) -> list[Grant]:
-    """Ask for everything once and give it back: what the system would grant to a run. Never raises for a refusal.
-
-    Args:
-        config: What to ask for.
-        kernel: The system calls.
-    """
+    """Ask for everything once and give it back: what the system would grant to a run. Never raises for a refusal."""
     with RealTime(config, kernel) as real_time:
         return list(real_time.grants)
 
@@ -190,7 +179,6 @@ def take_real_time(priority: int, kernel: Kernel | None = None) -> Grant:
 
     Args:
         priority: 1 to 99.
-        kernel: The system calls.
     """
     kernel = kernel or Kernel()
     try:
@@ -206,10 +194,6 @@ def join_loop(config: RealTimeConfig, kernel: Kernel | None = None) -> None:
     For a thread that the loop must wait for, since both need the interpreter. On another CPU it may be kept from
     running, by a hypervisor or by an interrupt, while it holds the interpreter and the loop's own CPU is free. What is
     refused here is refused to the loop as well, and told there.
-
-    Args:
-        config: What the run asks for.
-        kernel: The system calls.
     """
     kernel = kernel or Kernel()
     if config.cpu >= 0:

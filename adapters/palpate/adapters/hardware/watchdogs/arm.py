@@ -25,7 +25,6 @@ class AgeWatch:
     The thread sleeps as long as nothing can be too old, and without end while resting. The first feeding starts it.
 
     Args:
-        name: Name of the thread.
         clock: Tells the age. While a virtual clock stands still nothing ages.
         max_age_ns: Oldest feeding that is not too old.
         on_old: Is called with the age in ns, by the thread or by whoever calls ``check``, or by both at once; then the
@@ -113,7 +112,6 @@ class WatchedArm(DeviceDecorator, ArmCommand):
 
     Args:
         arm: The arm. Its ``stop`` is called from another thread.
-        clock: The run's clock.
         max_command_age_ns: Age of the newest command at which the arm still goes on.
         tell: Is told of a trip, by the thread or by whoever sends.
 
@@ -195,7 +193,6 @@ class GuardedArm(DeviceDecorator, ArmCommand):
     """Neither activates nor moves the arm until every trip is acknowledged.
 
     Args:
-        arm: The arm.
         latches: What may have tripped.
         resting: Watchdogs of the loop, which rests when the arm was stopped.
     """

@@ -52,8 +52,6 @@ class OperatorStop(Latching):
 
     Args:
         arm: Is stopped, from a thread of this class or from a signal handler.
-        clock: The run's clock.
-        sources: Where a stop may come from.
         tell: Is told which source tripped, always by the thread, never by a signal handler.
         terminal_fd: The terminal for keys.
     """

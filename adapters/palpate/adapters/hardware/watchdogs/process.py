@@ -31,12 +31,7 @@ class Fed(Protocol):
 
 
 class WatchedClock(Clock):
-    """Feeds at the end of each sleep, which is where a tick begins; so a loop over the ports need not know of it.
-
-    Args:
-        clock: The clock.
-        watchdogs: Are fed.
-    """
+    """Feeds at the end of each sleep, which is where a tick begins; so a loop over the ports need not know of it."""
 
     def __init__(self, clock: Clock, watchdogs: Sequence[Fed]) -> None:
         self._clock, self._watchdogs = clock, tuple(watchdogs)

@@ -114,8 +114,6 @@ class WatchedForceSensor(_WatchedSensor[WrenchSample], ForceSensor):
     A sample that is no news, over age, or older than one before is marked ``STALE``.
 
     Args:
-        sensor: The sensor.
-        clock: The run's clock.
         max_age_ns: Longest time without news, and greatest age, of a sample that is passed on as it is.
         dead_after_ns: After that long without news, reading raises DeviceError.
         tell: Is told when samples become stale or make no sense, and when the sensor counts as dead.
@@ -142,8 +140,6 @@ class WatchedJointEncoder(_WatchedSensor[JointSample], JointEncoder):
     A sample that is no news, over age, or older than one before is marked ``STALE``.
 
     Args:
-        encoder: The encoders.
-        clock: The run's clock.
         max_age_ns: Longest time without news, and greatest age, of a sample that is passed on as it is.
         dead_after_ns: After that long without news, reading raises DeviceError.
         tell: Is told when samples become stale or make no sense, and when the encoders count as dead.

@@ -112,9 +112,6 @@ class FileSource(StopSource):
     """A file that appears. As long as it is there it counts, so remove it before acknowledging.
 
     A place where nobody can look counts too: a file in there would never be found.
-
-    Args:
-        path: The file.
     """
 
     name = "file"
@@ -231,7 +228,6 @@ class StopSignal:
     else, such as an event loop, uses that way already.
 
     Args:
-        number: The signal.
         pipe_fd: End of the pipe to write to, not blocking.
         act: Is called by the handler, in the main thread; must take no lock.
     """

@@ -16,7 +16,6 @@ class WatchdogTrip:
     """A watchdog has tripped.
 
     Attributes:
-        time_ns: Run-clock time.
         source: What tripped: ``command age``, ``loop``, ``key``, ``signal``, ``file``, ``socket``, ...
         text: What happened, for a person.
     """

@@ -43,7 +43,6 @@ def now_lines(moment: Moment, force_N: Sequence[float] | None) -> list[tuple[str
     """The captions of a moment: names and values, a line each.
 
     Args:
-        moment: The moment.
         force_N: The measured force in the task frame, (3,); None where none was measured.
     """
     lines = [("time", f"{moment.time_s:.2f} s"), ("phase", moment.phase)]

@@ -44,8 +44,6 @@ class Painter:
     """Paints pictures of one trial. A context manager: on exit the graphics library is let go.
 
     Args:
-        log: The trial.
-        course: Its moments.
         size: Width and height of a picture, in pixels.
         camera: ``close-up``, ``arm`` or ``both``.
 
@@ -75,7 +73,6 @@ class Painter:
         """The picture of a moment, RGB.
 
         Args:
-            moment: The moment.
             notes: Whether the title and the remarks are written into it.
             inset: Whether the whole arm is put into a corner of the close-up, if both are asked for.
 

@@ -60,11 +60,7 @@ class LearningSoFar:
     """What came of trial after trial.
 
     Attributes:
-        label: Of which run, where there are several.
-        trials: Their numbers.
-        times_s: Exploration times.
         successes: 1 for a success, 0 for none.
-        peaks_N: Peak forces.
     """
 
     label: str = ""

@@ -33,9 +33,6 @@ class EmulationView:
     """Shows the cell as if it were one long trial.
 
     Args:
-        live: Where it is shown.
-        config: The emulated cell.
-        ready: The ready pose.
         truth: Where the hole is.
     """
 

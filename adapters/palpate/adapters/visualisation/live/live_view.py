@@ -47,10 +47,6 @@ class LiveView(Sink):
 
     Args:
         process: The viewer's process; what is refused there is dropped.
-        how_to: How to look at it.
-
-    Attributes:
-        dropped_messages: How many messages were not handed over.
     """
 
     def __init__(self, process: ProcessSink, how_to: str = "") -> None:
@@ -126,9 +122,6 @@ class LiveView(Sink):
 
         Args:
             time_ns: On whichever clock the view runs.
-            text: A line.
-            rows: The trials.
-            label: Of which run, where there are several.
         """
         curve = LearningSoFar(label)
         for row in rows:

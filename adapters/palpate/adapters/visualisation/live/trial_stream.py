@@ -45,9 +45,6 @@ _SUPERVISED: Final = {"clamp": "has clamped", "doubt": "doubts", "trip": "draws 
 class TrialStream:
     """Trial after trial, message by message; numbers wait for :meth:`flush`.
 
-    Args:
-        display: Where it is shown.
-
     Attributes:
         curve: What came of the trials so far.
     """

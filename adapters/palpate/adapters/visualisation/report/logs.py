@@ -124,7 +124,6 @@ class Timing:
     Attributes:
         interval_ms: Between successive ticks, (n,).
         late_ms: How late ticks began, (m,); empty where no tick had a time at which it was due.
-        missing: Ticks that the logs lack.
         sections: Where the time of a tick went, in ns, from the last log with a stopwatch; empty without.
     """
 
@@ -157,12 +156,7 @@ class Timing:
 
 
 def timing_section(logs: Sequence[TrialLog], of: str) -> PageSection | None:
-    """Figures about the control cycle; None if they hold too few ticks.
-
-    Args:
-        logs: Some trials.
-        of: Which of how many they are, in words.
-    """
+    """Figures about the control cycle; None if they hold too few ticks."""
     timing = Timing.of(logs)
     if not len(timing.interval_ms):
         return None

@@ -32,7 +32,6 @@ class PageTable:
     """A table of the page.
 
     Attributes:
-        caption: Stands above it.
         rows: Cells as they are shown; the first of a row names it.
     """
 

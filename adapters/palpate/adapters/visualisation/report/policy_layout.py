@@ -41,7 +41,6 @@ def blocks_of(document: PolicyDocument, most: int) -> tuple[Block, ...]:
     and hence a torque region at (ty, -tx) of it.
 
     Args:
-        document: The policy.
         most: States at most, where they have no place on a map; see :func:`informative`.
     """
     position = {state: place for state in document.states if (place := _place(state, "x", "y")) is not None}

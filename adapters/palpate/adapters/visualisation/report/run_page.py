@@ -108,7 +108,6 @@ def log_sections(paths: Sequence[Path], chosen: Sequence[tuple[Path, str]]) -> l
     """Forces of single trials, and timing.
 
     Args:
-        paths: All logs.
         chosen: Which trials' forces are drawn, and what they are; those without a log are left out.
     """
     read = cache(read_log)

@@ -22,8 +22,6 @@ def touch_pictures(name: str, belief: BeliefEntry, title: str) -> tuple[Picture,
 
     Args:
         name: Name of the picture's file.
-        belief: What was learned.
-        title: What it is of.
     """
     model = belief.touch_model()
     return () if model is None else (_arrows(name, model, belief, title),)

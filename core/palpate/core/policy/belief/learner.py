@@ -35,10 +35,8 @@ class BeliefLearner(ModelLearner[TouchedTrial]):
     Until a trial has ended in the hole nothing is known of the touch, and the learner searches in a spiral.
 
     Args:
-        parameters: Its settings.
         half_width_m: Half the side of the square about the goal that may be explored.
         action_s: Time of an action.
-        frozen: Learn nothing more.
 
     Raises:
         ConfigurationError: The square is so large that its places could not be gone through within a tick.

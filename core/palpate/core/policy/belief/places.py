@@ -36,7 +36,6 @@ class Places:
         half_width_m: Half the side of the square.
 
     Attributes:
-        size: Places in a row.
         axis_m: Their coordinates, in x as in y, (size,).
     """
 
@@ -69,7 +68,6 @@ class TouchTable:
     """A touch model laid out over all displacements that there can be between two places, to be looked up fast.
 
     Args:
-        model: The touch model.
         places: Where the hole may be; the tip may be anywhere within them, too.
 
     Attributes:

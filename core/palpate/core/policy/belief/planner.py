@@ -23,7 +23,6 @@ class Planner:
     """One step ahead: the endpoint from which the hole, if it was not on the way, is soonest reached.
 
     Args:
-        places: Where the hole may be.
         capture_m: A hole within this distance of the way takes the peg in.
         speed_m: How far the tool goes in an action.
 
@@ -87,8 +86,6 @@ class SpiralSearch:
     """An Archimedean spiral about a point, in chords short enough to leave no gap; and again, between its turns.
 
     Args:
-        centre_m: The point.
-        pitch_m: Distance between the turns.
         step_m: Longest chord.
         radius_m: Where a spiral ends and the next one begins: a hole may be passed without a drop.
     """

@@ -107,7 +107,6 @@ class SymbolTable:
     """A symbol model laid out over all displacements that there can be between two places, to be looked up fast.
 
     Args:
-        model: The symbol model.
         places: Where the hole may be; the tip may be anywhere within them, too.
     """
 

@@ -73,7 +73,6 @@ class TouchedTrial:
 
     Attributes:
         hole: Where the hole was, (2,), task frame, in units of ``LENGTH_M``.
-        touches: Its touches, in their order.
     """
 
     hole: tuple[int, int]

@@ -16,10 +16,6 @@ IMPOSSIBLE: Final = 1e-7
 class StateBelief:
     """A belief over the hidden states of a model.
 
-    Args:
-        model: The model.
-        symbol: The first reading.
-
     Attributes:
         probabilities: Of each state, (states,); they sum to 1.
         likelihood: Probability that the model gave to the last reading; 1 of the start counts too.

@@ -35,7 +35,6 @@ class CloneModel:
 
     Attributes:
         clones: Symbol of each hidden state, (states,), in rising order.
-        symbols: Number of symbols.
         start: Probability of each state at the start, (states,).
         transitions: Probability of each state after an action, (actions, states before, states after).
         goal: Probability that an action leads to the goal, (actions, states).
@@ -114,8 +113,6 @@ def fit_clones(trials: Sequence[RecordedTrial], symbols: int, actions: int, *, s
 
     Args:
         trials: What was read and done, at least ten trials; one of five is held out.
-        symbols: Number of symbols.
-        actions: Number of actions.
         seed: Equal seeds give equal guesses.
     """
     rng = np.random.default_rng(seed)

@@ -85,8 +85,6 @@ class MemoryLearner(ModelLearner[RecordedTrial]):
 
     Args:
         symbols: Names of the symbols; these are the states that it is asked in.
-        actions: The action set.
-        parameters: Its settings.
         frozen: Learn nothing more, and leave nothing to chance within the first :data:`PATIENCE` actions of a trial.
 
     Raises:

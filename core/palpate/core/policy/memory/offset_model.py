@@ -179,7 +179,6 @@ def fit_offsets(
         trials: What was read and done, at least one trial.
         steps: Displacement of each action.
         reach: Largest offset along x or y that is thought of.
-        symbols: Number of symbols.
         starts: So many first guesses are fitted to four of five trials, and the one with the least loss on the fifth
             is fitted to all; with one, nothing is held out.
         iterations: Steps of Baum-Welch of each fit.

@@ -57,8 +57,6 @@ class PairsLearner(Learner):
 
     Args:
         symbols: Names of the symbols; these are the states that it is asked in.
-        actions: The action set.
-        parameters: Its settings.
         longest: Most readings of a past.
         back_off: Mix in the shorter pasts; without it only the longest counts.
         frozen: Learn nothing more, and keep the temperature of the schedule for that.

@@ -52,7 +52,6 @@ class Plan:
     """Vectors over a model.
 
     Attributes:
-        model: The model.
         vectors: Discounted steps to the goal that each plan costs, (plans, states).
     """
 
@@ -78,7 +77,6 @@ def perseus(model: FinitePomdp, rng: np.random.Generator, discount: float = DISC
     """A plan by point-based value iteration.
 
     Args:
-        model: The model.
         rng: Draws the walks whose beliefs are planned for.
         discount: What a step counts less than the one before it.
     """

@@ -36,11 +36,7 @@ MAX_AGE_NS = 5 * TICK_NS
 
 
 class FakeClock(Clock):
-    """Virtual time: sleeping takes no time at all.
-
-    Args:
-        start_ns: Time at first.
-    """
+    """Virtual time: sleeping takes no time at all."""
 
     def __init__(self, start_ns: int = 0) -> None:
         self._now_ns = start_ns
@@ -128,7 +124,6 @@ class FakeForceSensor(FakeSensor[WrenchSample], ForceSensor):
     """A force sensor that reports the load it is given.
 
     Args:
-        clock: The clock of the run.
         max_age_ns: Age above which a sample comes back ``STALE``.
 
     Attributes:
@@ -155,7 +150,6 @@ class FakeJointEncoder(FakeSensor[JointSample], JointEncoder):
     """An encoder that reports given joint angles.
 
     Args:
-        clock: The clock of the run.
         position_rad: Where the joints stand now, for example ``FakeArm(...).position_rad``.
         max_age_ns: Age above which a sample comes back ``STALE``.
     """
@@ -173,7 +167,6 @@ class FakeArm(FakeDevice, ArmCommand):
     """A perfect arm: it stands at the newest set-point as soon as time has gone on.
 
     Args:
-        clock: The clock of the run.
         home_rad: Where it stands at first, (n,).
         lower_rad: Lower position limits, (n,).
         upper_rad: Upper position limits, (n,).

@@ -28,13 +28,11 @@ class DeviceRig(Generic[DeviceT]):
     """What the rigs of the three device ports have in common.
 
     Attributes:
-        device: The adapter, freshly constructed.
         clock: The clock whose time the adapter writes on its samples.
         advance: Lets the world and time go on by so many control ticks; on a live device each of them
             brings a fresh sample. Must work in every state of the adapter.
         is_open: Whether the adapter holds a connection or another resource now.
         provoke_fault: Makes the active device fail, and returns when the adapter has latched it.
-        disconnect: Cuts the connection to the device.
         dispose: Releases what the rig itself holds, after the adapter was closed.
         call_budget_ns: Longest that a reading or a command may keep the loop waiting.
         runs_by_itself: The world goes on between two calls, as real hardware does.
@@ -203,7 +201,6 @@ class ClockRig:
     """A clock on the test bench.
 
     Attributes:
-        clock: The adapter.
         tolerance_ns: How late ``sleep_until`` may return; 0 for virtual time.
         step_ns: A sleep that is long compared with the tolerance.
     """

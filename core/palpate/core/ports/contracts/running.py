@@ -67,7 +67,6 @@ def run_clauses(suite: object, patience_s: float = PATIENCE_S) -> list[ClauseRes
     """Try every clause of a suite; each makes its own rig.
 
     Args:
-        suite: An instance of a contract suite.
         patience_s: How long a clause may take; after one that took longer no other is tried. Kept in the main thread
             only, and where signals can interrupt.
 

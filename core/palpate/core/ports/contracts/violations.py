@@ -10,13 +10,7 @@ T = TypeVar("T")
 
 
 class ContractViolation(AssertionError):  # noqa: N818 - it reports a finding, like a failed assertion
-    """An adapter does not keep a clause of its port's contract.
-
-    Attributes:
-        clause: Short name of the clause.
-        observed: What the adapter did.
-        wanted: What the contract wants.
-    """
+    """An adapter does not keep a clause of its port's contract."""
 
     def __init__(self, clause: str, observed: str, wanted: str) -> None:
         self.clause, self.observed, self.wanted = clause, observed, wanted

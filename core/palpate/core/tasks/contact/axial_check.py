@@ -67,8 +67,6 @@ class AxialCheck:
     Args:
         stiffness_N_per_m: Axial stiffness of the gripper.
         press_N: Force with which the tool presses.
-        speed_m_s: Speed of the lift.
-        period_s: Control period.
 
     Attributes:
         share: Measured stiffness as a share of the gripper's; None until it is known, and when contact slipped away
@@ -102,7 +100,6 @@ class AxialCheck:
 
         Args:
             force_z_N: Tared force along the tool axis, negative while pressing.
-            new: Whether this force is a new sample.
             reference_z_m: Commanded depth.
             measured_z_m: Depth by the encoders.
         """

@@ -83,9 +83,6 @@ class ContactProof(Proof):
     Attributes:
         touch: The stiffness of the first touch.
         life: Travel since the sensor's last sign of life.
-        axial: The lift that shows whether force follows position.
-        wall: The push that finds a wall.
-        new: Whether the newest force sample is a new one.
     """
 
     def __init__(self, task: TaskConfig, control: ControlConfig) -> None:

@@ -79,7 +79,6 @@ class SignOfLife:
 
         Args:
             force_z_N: Tared force along the tool axis, negative while pressing.
-            new: Whether this force is a new sample.
             reference_m: Commanded tip, task frame.
         """
         place, self._place = self._place, reference_m[:2]

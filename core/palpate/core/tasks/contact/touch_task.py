@@ -35,11 +35,9 @@ class TouchTask(Task):
     """Lift, way to the start and tare; what comes then is a subclass's, phase by phase, in :meth:`_follow`.
 
     Args:
-        task: What is to be done.
         measurement: From snapshots to the task frame.
         motion: From tip velocities to joint commands.
         free: The law of motion in free space.
-        state: Where the trial stands.
         proof: Holds force against position.
 
     Attributes:

@@ -14,11 +14,7 @@ class TrialState:
     """What the phases of a trial share of it.
 
     Attributes:
-        report: The account of the trial.
         phase: Where in the trial it is; a task's own phases are members of an enumeration of its own.
-        expectation: What is expected of the world in this phase.
-        tick: Control tick of the trial.
-        snapshot: What was sensed in it.
         observation: What an action is to be chosen by in this tick; None in ticks without a choice.
     """
 

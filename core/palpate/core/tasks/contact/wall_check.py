@@ -59,7 +59,6 @@ class WallCheck:
 
         Args:
             force_N: Tared force of the environment on the tool, (3,), task frame.
-            new: Whether it is a new sample.
             reference_m: Where the tip is commanded to be, (3,), task frame.
         """
         if new:

@@ -17,15 +17,8 @@ from palpate.core.trial import DecisionRecord
 class Agent:
     """Symbols, states, policy and reinforcement, wired together.
 
-    Args:
-        perception: Features, symbols and state identification.
-        policy: Chooses and learns.
-        reinforcement: What an action earns.
-        tick_s: Control period.
-
     Attributes:
         percept: Symbol and state last perceived in this trial, as indices; None before the first.
-        decisions: Choices of this trial, in order.
     """
 
     def __init__(self, perception: Perception, policy: Policy, reinforcement: Reinforcement, tick_s: float) -> None:

@@ -92,10 +92,8 @@ def falsely_inserted(task: TaskConfig, report: TrialReport, truth: Truth | None,
     """Whether the peg was taken for inserted where it was not: beside the hole, or not as deep as it had to be.
 
     Args:
-        task: The settings.
         report: The core's own account.
         truth: What really happened; where that is unknown, nothing can be false.
-        fit: How peg and hole fit.
     """
     if truth is None or report.outcome is not Outcome.INSERTED:
         return False

@@ -33,11 +33,8 @@ class InsertionTask(TouchTask):
     """One arm's insertion, trial by trial.
 
     Args:
-        task: What is to be done.
-        control: Gains.
         measurement: From snapshots to the task frame.
         motion: From tip velocities to joint commands.
-        agent: Perception, policy and learning.
     """
 
     _state: InsertionState

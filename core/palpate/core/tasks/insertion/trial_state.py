@@ -15,7 +15,6 @@ class InsertionState(TrialState):
 
     Args:
         agent: What learns from the trial's end.
-        measurement: The newest tick.
         axial_N_per_m: Stiffness of the gripper along the tool axis.
 
     Attributes:

@@ -69,7 +69,6 @@ class FollowTask(TouchTask):
 
     Args:
         task: The settings; ``press_kgf`` is the force asked for.
-        control: Gains.
         measurement: From snapshots to the task frame.
         motion: From tip velocities to joint commands.
 

@@ -17,8 +17,6 @@ class EmulatedBoxConfig:
 
     Attributes:
         rate_Hz: Records a second, at most 7000.
-        counts_per_force: Counts per unit of force.
-        counts_per_torque: Counts per unit of torque.
         force_unit: As its page says it.
         torque_unit: As its page says it.
         ratings: Rated range of the six axes, in these units.
@@ -45,10 +43,8 @@ class EmulatedBox:
 
     Args:
         wrench: Force and torque on the transducer at a time in ns, (6,), in the box's units.
-        config: How it is set.
 
     Attributes:
-        status: Status word of the next records.
         silent: Set it to have nothing sent.
         network: What becomes of datagrams on their way; set it to lose, repeat or reorder some.
         streams: Whether it streams now.

@@ -20,14 +20,8 @@ class NetFtServer:
 
     The box sends to whoever asked last, as a real one does.
 
-    Args:
-        box: The box.
-        host: Address to serve at.
-
     Attributes:
         host: That address.
-        port: UDP port.
-        http_port: Port of its web server.
     """
 
     def __init__(self, box: EmulatedBox, host: str = "127.0.0.1") -> None:

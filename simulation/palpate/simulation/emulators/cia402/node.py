@@ -82,7 +82,6 @@ class CanopenDrive(CanNode):
 
     Args:
         node: Node number, 1 to 127.
-        motors: What the drives turn.
         axis: Which of the motors is this drive's.
     """
 

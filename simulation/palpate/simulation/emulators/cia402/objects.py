@@ -65,7 +65,6 @@ class Entry:
 
     Attributes:
         value: As a Python integer.
-        size: Bytes on the wire.
         signed: Two's complement.
         writable: By SDO.
         mappable: Into a PDO.
@@ -90,7 +89,6 @@ class ObjectDictionary:
     """All objects of one drive, at their values after power-up.
 
     Args:
-        node: Its node number.
         serial: Object 0x1018:04.
     """
 

@@ -70,7 +70,6 @@ class PowerMachine:
         """Act on a controlword (object 0x6040).
 
         Args:
-            controlword: As received.
             fault_persists: The cause of a fault is still there, so that it cannot be reset.
         """
         rising = controlword & ~self._previous

@@ -111,7 +111,6 @@ class Frame:
         address: A module's own (0 to 0x7F) or a group's (0x80 to 0xFF).
         command: CommandCode code.
         data: Up to 15 bytes.
-        intact: Whether the checksum is right.
     """
 
     address: int

@@ -19,7 +19,6 @@ class Trajectory:
     """What LOAD_TRAJ has buffered.
 
     Attributes:
-        position_counts: Target, or distance in a relative move.
         velocity: Velocity word, 1/65536 counts a tick.
         acceleration: Acceleration word, 1/65536 counts a tick squared.
         pwm: Duty, 0 to 255.

@@ -60,9 +60,6 @@ class ControllerConfig:
     """How the controller is set up.
 
     Attributes:
-        version: Of its software.
-        serial: Number of the robot.
-        payload_kg: Mass that it believes to carry.
         payload_cog_m: Its centre, from the flange, (3,).
         tcp_offset: Tool centre point from the flange: metres and rotation vector, (6,).
     """
@@ -83,13 +80,9 @@ class UrController:
     Args:
         joints_rad: Where the arm is, (6,).
         wrench: What the sensor in the flange reads at a time in ns, (6,).
-        config: How it is set up.
 
     Attributes:
         remote: Whether it is in remote control; otherwise scripts are refused.
-        robot_mode: Power of the arm.
-        safety_mode: What its safety system says.
-        runtime: What the program does.
         inputs: Input registers by their RTDE name.
         owner: Which session may write an input register.
     """

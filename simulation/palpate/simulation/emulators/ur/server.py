@@ -32,7 +32,6 @@ class UrNetwork:
         half: Of each package only so many bytes are sent; 0 sends all.
         repeats: So many times more is each data package sent.
         garbage: Is sent instead of the next data package.
-        is_stalled: Nobody at the controller reads or writes.
         is_unplugged: Nobody is there: connections break, new ones are refused.
     """
 
@@ -82,7 +81,6 @@ class UrServer:
     """A thread that serves a controller and lets it live. A context manager: inside, it is there.
 
     Args:
-        controller: The controller.
         host: Address; empty takes the first of 127.0.0.1 to 127.0.0.60 whose ports are free.
 
     Attributes:

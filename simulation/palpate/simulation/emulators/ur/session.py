@@ -31,9 +31,6 @@ def _names(payload: bytes) -> list[str]:
 class RtdeSession:
     """A client of the controller's RTDE server.
 
-    Args:
-        controller: The controller.
-
     Attributes:
         is_broken: Whether the client has sent what is no package: the controller hangs up.
     """

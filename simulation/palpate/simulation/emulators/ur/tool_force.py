@@ -41,7 +41,6 @@ class ToolForce:
     Args:
         wrench: The true wrench on the flange at a time in ns, (6,).
         seed: Of noise and drift.
-        sheet: The sensor.
     """
 
     def __init__(

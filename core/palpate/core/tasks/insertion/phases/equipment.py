@@ -17,13 +17,9 @@ class Equipment:
     """What the phases share.
 
     Attributes:
-        task: What is to be done.
         axial_N_per_m: Stiffness of the gripper along the tool axis.
         measurement: The newest tick in the task frame.
         motion: Where the tip is commanded to be.
-        laws: The laws of motion.
-        agent: Perception, policy and learning.
-        state: Where the trial stands.
     """
 
     task: TaskConfig

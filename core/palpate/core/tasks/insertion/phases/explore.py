@@ -30,11 +30,9 @@ class Explore(RunningPhase):
     """Actions across the plate, each a steady step and a rest.
 
     Args:
-        equipment: What the phases share.
         checks: Prove contact between; None for a task without proofs.
 
     Attributes:
-        area: What may be explored in this trial.
         countdown: Ticks that are left of the running action.
     """
 

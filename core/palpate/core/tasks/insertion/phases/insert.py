@@ -23,7 +23,6 @@ class Insert(RunningPhase):
     """Sinks until the peg is deep enough, has met an edge, or jams.
 
     Args:
-        equipment: What the phases share.
         checks: Prove contact on the way; None for a task without proofs.
 
     Attributes:

@@ -48,11 +48,7 @@ class SinkingChecks:
         self._proof.wall.begin(self._equipment.motion.reference_m)
 
     def step(self, depth_m: float) -> Vector3 | None:
-        """Velocity of the tip while a check is made, (3,) m/s, task frame; None when there is nothing to check.
-
-        Args:
-            depth_m: Depth of the tip below the surface.
-        """
+        """Velocity of the tip while a check is made, (3,) m/s, task frame; None when there is nothing to check."""
         if self._equipment.state.tick - self._entered_tick > _LONGEST_TICKS:
             time_s = _LONGEST_TICKS / CONTROL_RATE_HZ
             self._equipment.state.end(Outcome.JAMMED, f"at {depth_m * 1e3:.2f} mm, after {time_s:g} s")
