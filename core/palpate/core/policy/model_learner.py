@@ -30,11 +30,11 @@ class ModelLearner(Learner, Generic[T]):
     remembered, so these are the state of the learner.
     """
 
-    def __init__(self, *, frozen: bool = False) -> None:
+    def __init__(self, *, frozen: bool) -> None:
         self.frozen = frozen
         self._trials: list[T] = []
         self._trials_learned = 0
-        self._changed = True
+        self._fitted_to: list[T] | None = None
 
     @property
     @override
@@ -68,12 +68,11 @@ class ModelLearner(Learner, Generic[T]):
         """Learn from one more trial."""
         self._trials.append(trial)
         self._trials_learned += 1
-        self._changed = True
 
     def _refit(self) -> None:
         """Fit the model to the trials that are remembered, if there are other ones than before."""
-        if self._changed:
-            self._changed = False
+        if self._fitted_to != self._trials:
+            self._fitted_to = list(self._trials)
             self._fit()
 
     @abstractmethod

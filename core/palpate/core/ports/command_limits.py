@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import inf
 from operator import le, sub
 from typing import Final
 
@@ -35,14 +36,13 @@ class CommandLimiter:
         self._slowness_s = 1.0 / min(velocity_limit_rad_s)
         self._period_s = 1.0 / rate_Hz
         self._held: JointVector = ()
-        self._base: JointVector = ()
+        self._base: JointVector
         self._now_ns: int | None = None
-        self._credit_s = self._left_s = self._period_s
+        self._left_s = 0.0
 
     def start(self, held_rad: JointVector) -> None:
         """The arm stands here, and steps count from here."""
         self._held, self._now_ns = held_rad, None
-        self._credit_s = self._left_s = self._period_s
 
     def passes(self, asked_rad: JointVector, now_ns: int) -> bool:
         """Whether a command is within all limits, as nearly every one is; if so it counts as applied.
@@ -52,7 +52,8 @@ class CommandLimiter:
             now_ns: Time of the command, on any one clock that does not go back.
         """
         if self._now_ns != now_ns:
-            passed_s = self._period_s if self._now_ns is None else max(0, now_ns - self._now_ns) * 1e-9
+            # An arm that has just started has waited for ever.
+            passed_s = inf if self._now_ns is None else max(0, now_ns - self._now_ns) * 1e-9
             self._credit_s = min(self._left_s + passed_s, _CREDIT_PERIODS * self._period_s)
             self._now_ns, self._base = now_ns, self._held
         # As if all joints were as slow as the slowest: the cheapest way to see it.

@@ -54,7 +54,7 @@ class Measurement:
         self._filtered: Wrench = (0.0,) * 6
         self._depths: deque[tuple[int, float]] = deque(maxlen=_PLACES)
         self._force_depth_m = 0.0
-        self._tip_in_base = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
+        self._tip_in_base: list[list[float]]
         self.position_m: Vector3 = (0.0, 0.0, 0.0)
         self.force_N: Vector3 = (0.0, 0.0, 0.0)
         self.filtered_force_z_N = self.torque_across_at_tip_Nm = 0.0

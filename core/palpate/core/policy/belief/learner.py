@@ -161,7 +161,7 @@ class BeliefLearner(ModelLearner[TouchedTrial]):
         if set(state) != {"trials", "trials_learned"}:
             raise ConfigurationError("learner", sorted(state), "trials and trials_learned")
         trials = [TouchedTrial.from_dict(f"learner.trials[{k}]", data) for k, data in enumerate(state["trials"])]
-        self._trials, self._trials_learned, self._changed = trials, int(state["trials_learned"]), True
+        self._trials, self._trials_learned = trials, int(state["trials_learned"])
 
 
 def _name(dx_m: float, dy_m: float) -> str:

@@ -125,8 +125,8 @@ class MemoryLearner(ModelLearner[RecordedTrial]):
 
     def use(self, models: Sequence[WorldModel], trials: Sequence[RecordedTrial]) -> None:
         """Act by these models, which were fitted to these trials."""
-        self._trials, self._trials_learned = list(trials), len(trials)
-        self._fitted, self._changed = fitted_after(self.parameters.kind, len(trials)), False
+        self._trials, self._fitted_to, self._trials_learned = list(trials), list(trials), len(trials)
+        self._fitted = fitted_after(self.parameters.kind, len(trials))
         self.models = tuple(models)
         # Of the same seed, so a plan follows from its model.
         self._plans = tuple(perseus(model.pomdp(), np.random.default_rng(0)) for model in self.models)
@@ -218,5 +218,5 @@ class MemoryLearner(ModelLearner[RecordedTrial]):
             RecordedTrial.from_dict(f"learner.trials[{k}]", data, *sizes) for k, data in enumerate(state["trials"])
         ]
         self._trials, self._trials_learned = trials, int(state["trials_learned"])
-        self._fitted, self._changed = 0, True
+        self._fitted, self._fitted_to = 0, None
         self.models = self._plans = ()

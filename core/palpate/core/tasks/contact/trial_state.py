@@ -22,6 +22,7 @@ class TrialState:
         self.report = TrialReport(TrialSetup(0, 0, (0.0, 0.0)))
         self.phase: Enum = Phase.DONE
         self.snapshot: Snapshot
+        self.observation: Observation | None
 
     def begin(self, setup: TrialSetup) -> None:
         """A trial begins."""
@@ -29,7 +30,6 @@ class TrialState:
         self.phase = Phase.LIFT
         # A trial may begin with the tool still where the one before left it.
         self.expectation = Expectation(contact=True)
-        self.observation: Observation | None = None
         self.tick = 0
 
     def enter(self, phase: Enum, expectation: Expectation) -> None:

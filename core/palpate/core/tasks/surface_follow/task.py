@@ -115,7 +115,6 @@ class ContourApproach(RunningPhase):
         self._contact_N = task.contact_kgf * N_PER_KGF
         # By the reference, so that the search also ends for an arm that does not follow.
         self._deepest_m = options_of(FollowOptions, task).relief_mm * 1e-3
-        self.over = False
 
     @override
     def step(self) -> Vector3:
