@@ -34,7 +34,6 @@ class ConfigurationError(PalpateError, ValueError):
 
     Attributes:
         field: Dotted name of the setting, as it is written in TOML and on the command line.
-        accepted: What would have been right.
     """
 
     def __init__(self, field: str, value: object, accepted: str) -> None:
@@ -119,11 +118,7 @@ class DeviceError(PalpateError, RuntimeError):
 
 
 class FaultLatchedError(DeviceError):
-    """The device stopped after a fault and waits until a person acknowledges it.
-
-    Attributes:
-        cause: The fault, as it was reported when it happened.
-    """
+    """The device stopped after a fault and waits until a person acknowledges it."""
 
     def __init__(self, device: str, cause: str) -> None:
         self.cause = cause

@@ -125,8 +125,6 @@ class BusBudget:
     """What one cycle over all axes costs, and so which rates a bus carries: for serial lines and CAN. CALC throughout.
 
     Attributes:
-        bus: The bus, as a person would call it.
-        load: What a cycle consists of, for messages.
         cycle_s: Time that one cycle takes at least.
         share: Share of the period that cycles may take; the rest is for whatever is late, and for other traffic.
     """

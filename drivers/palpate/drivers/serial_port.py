@@ -17,9 +17,7 @@ def open_serial(name: str, baud: int, device: str) -> Any:
     """Open a port, 8N1, for this program alone.
 
     Args:
-        name: As pyserial names it.
         baud: Line rate, bit/s.
-        device: What is at its end, for messages.
 
     Raises:
         WiringError: It cannot be opened.

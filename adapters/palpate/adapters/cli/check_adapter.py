@@ -75,8 +75,6 @@ def check(
 
     Args:
         name: ``package.module:Name``.
-        motion: How far and how fast an arm may be moved.
-        tell: Is told what will move before anything does.
 
     Raises:
         ConfigurationError: The name leads to nothing that can be tried, or not within these limits.

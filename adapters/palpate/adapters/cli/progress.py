@@ -37,12 +37,7 @@ class _Lines:
 
 @contextmanager
 def progress(total: int, unit: str, label: str = "", *, initial: int = 0, passing: bool = False) -> Iterator[Any]:
-    """Gives what is told of each step by ``update``; on the error stream.
-
-    Args:
-        unit: What a step is, in the singular.
-        passing: Leaves nothing behind: a bar that vanishes, and no lines.
-    """
+    """Gives what is told of each step by ``update``; on the error stream."""
     if passing or sys.stderr.isatty():
         shown = tqdm(
             total=total, initial=initial, unit=unit, desc=label or None, file=sys.stderr, dynamic_ncols=True,

@@ -112,7 +112,6 @@ def run_named(
     """Run trials with progress on the terminal; returns the finished ones and whether these are all.
 
     Args:
-        rig: What to run on, entered.
         folder: Where the trials are noted; None notes them nowhere.
         recorder: Records them; None records none.
         subfolder: Where in the recorder's folder the logs go.

@@ -61,9 +61,6 @@ class CalibrationTable(Settings):
 def write_into(path: Path, tables: Mapping[str, Mapping[str, Any]]) -> None:
     """Put values into a TOML file: what else is in it stays, comments too. The old file is there until the new one is.
 
-    Args:
-        tables: By dotted name of a table, its values.
-
     Raises:
         OutputError: It cannot be written.
     """

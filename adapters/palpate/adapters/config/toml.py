@@ -20,9 +20,6 @@ T = TypeVar("T", bound=Settings)
 def read_toml(path: Path, named: str = "config") -> dict[str, Any]:
     """The table in a TOML file. The URDF of its arm is looked for from the file's folder.
 
-    Args:
-        named: The setting that names it, for the message.
-
     Raises:
         ConfigurationError: No such file, or it is not TOML.
     """
@@ -40,9 +37,6 @@ def read_toml(path: Path, named: str = "config") -> dict[str, Any]:
 
 def overlay(base: T, table: Mapping[str, Any]) -> T:
     """A copy of a configuration with the fields of a TOML table put over it.
-
-    Args:
-        table: Nested as it is.
 
     Raises:
         ConfigurationError: An unknown field, or a value that its field refuses.
@@ -67,8 +61,6 @@ def field_value(base: Settings, name: str, value: Any) -> Any:
 
     Args:
         base: A configuration, with the field in it or in a table that it holds.
-        name: Dotted name of the field.
-        value: As TOML gave it.
 
     Raises:
         ConfigurationError: There is no such field, it is a table of fields, or it refuses the value.

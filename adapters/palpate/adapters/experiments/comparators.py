@@ -31,7 +31,6 @@ class Omniscient(Comparator):
 
     Args:
         hole_m: Gives the true hole, (x, y, ...) in the task frame, of the trial that runs.
-        step_m: Greatest step per action.
     """
 
     def __init__(self, hole_m: Callable[[], Sequence[float]], step_m: float) -> None:
@@ -51,9 +50,6 @@ class TorqueFollowing(Comparator):
 
     Pressed beside the hole, the peg is supported on the far side only, so the force passes the tip at a distance:
     in the task frame the hole is at heading (-tau_y, tau_x).
-
-    Args:
-        threshold_Nm: Torque below which it points nowhere.
     """
 
     def __init__(self, actions: Sequence[Action], threshold_Nm: float) -> None:
@@ -73,7 +69,6 @@ class Spiral(Comparator):
 
     Args:
         pitch_m: Distance between turns; at most twice the capture width, or it leaves gaps.
-        step_m: Length of path per action.
     """
 
     def __init__(self, name: str, pitch_m: float, step_m: float) -> None:
@@ -102,9 +97,6 @@ class Spiral(Comparator):
 
 class StraightPass(Comparator):
     """On and on in one direction; it measures the capture width.
-
-    Args:
-        step_m: Step per action.
 
     Attributes:
         heading_rad: The direction, from x towards y of the task frame.

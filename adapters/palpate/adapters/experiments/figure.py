@@ -41,7 +41,6 @@ def drawing(
     """Gives an empty canvas to draw on; when the block ends its ``content`` is there.
 
     Args:
-        dpi: Pixels per inch.
         kind: ``png`` or ``svg``.
         settings: Matplotlib's parameters, over its own defaults: a matplotlibrc of the user's changes no byte.
         layout: Matplotlib's layout engine; None for none.

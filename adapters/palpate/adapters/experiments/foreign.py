@@ -53,9 +53,6 @@ def foreign_entry(code: str) -> ForeignEntry:
 def foreign_policy(entry: ForeignEntry, config: RunConfig, perception: Perception, *, frozen: bool) -> ForeignPolicy:
     """The policy that the code makes now, put to what it had learned.
 
-    Args:
-        entry: Of a policy file or a log.
-
     Raises:
         ConfigurationError: The code cannot be loaded, or makes no policy.
         PolicyError: What it makes refuses its state.

@@ -118,11 +118,7 @@ def next_free_folder(stem: str) -> RunFolder:
 
 
 class RunFolder:
-    """The output folder of one run.
-
-    Args:
-        path: The folder; made when the run begins.
-    """
+    """The output folder of one run."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -159,9 +155,6 @@ class RunFolder:
     @contextmanager
     def writing(self, *, again: bool = False) -> Iterator[None]:
         """Make the folder and keep other writers out while inside; what a writer before left by a crash is told.
-
-        Args:
-            again: The folder holds a run, which goes on.
 
         Raises:
             OutputError: Another process writes here, or the folder cannot be made.

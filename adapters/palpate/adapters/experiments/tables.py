@@ -15,7 +15,6 @@ def aligned(rows: Sequence[Sequence[str]], left: int | None = None) -> str:
     """A line a row, columns two blanks apart.
 
     Args:
-        rows: Cells, equally many in each row.
         left: How many columns, from the first, are flush left, the rest being flush right; None for all.
     """
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]

@@ -30,9 +30,7 @@ class Checkpoint:
     """Where a training run stands.
 
     Attributes:
-        next_trial: Trials before this one are finished.
         learner: The learner's state after them.
-        perception: The perception in use, which may have been fitted.
         clock_ticks: Control ticks on the world's clock, which goes on from there.
     """
 
@@ -104,7 +102,6 @@ class Trainer:
     """Trains a policy, trial by trial, into a run folder.
 
     Args:
-        folder: Where results go; exists already.
         recorder: Records every trial; None records none.
         session: Keeps trials in time; None where time waits.
     """

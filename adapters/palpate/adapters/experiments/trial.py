@@ -58,11 +58,9 @@ def run_scored_trial(
     """Prepare the world, run one trial over the ports, and score it.
 
     Args:
-        trial: Index of the trial, for its random streams.
         recorder: Records it; prepared with what the trials are trials of.
         first: Index of the trial that is number 0 in the run's own count.
         session: Keeps it in time; None where time waits.
-        watching: Observe it besides.
 
     Raises:
         FaultLatchedError: A trip or fault on this rig has not been acknowledged.

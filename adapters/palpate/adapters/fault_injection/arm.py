@@ -45,7 +45,6 @@ class CommandFault(ABC):
         """What goes on instead of a command.
 
         Args:
-            command: What came to here.
             held_rad: What the arm applied last, (n,); None before its first command.
         """
 

@@ -26,7 +26,6 @@ class KindOfFault:
 
     Attributes:
         settings: Fields of a plan that mean something to it, besides kind, port, time and seed.
-        text: What is reported when it happens; may name fields of the plan.
     """
 
     ports: tuple[str, ...]

@@ -37,12 +37,7 @@ def with_channels(sample: SampleT, values: Sequence[float], validity: Validity) 
 
 
 def changed(values: JointVector, channels: Sequence[int], change: Callable[[int, float], float]) -> JointVector:
-    """The values with a change made to some of them.
-
-    Args:
-        channels: Which to change; none means all.
-        change: From place and value to the new value.
-    """
+    """The values with a change made to some of them."""
     if channels and max(channels) >= len(values):
         raise ConfigurationError("faults.channels", tuple(channels), f"numbers from 0 to {len(values) - 1}")
     chosen = channels or range(len(values))

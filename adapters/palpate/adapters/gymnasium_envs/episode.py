@@ -111,10 +111,8 @@ class Episodes(ABC):
     """Trials of the insertion task, decision by decision.
 
     Attributes:
-        config: The configuration, with the seed of the trial that runs.
         skipped: Trials before it that were over without a decision, since :meth:`begin` was asked for one.
         observe: An agent's observation of the task as it stands.
-        plain_reinforcement: What an action earns without any excess effort.
     """
 
     rig: Rig
@@ -161,9 +159,6 @@ class Episodes(ABC):
     @abstractmethod
     def begin(self, seed: int, trial: int) -> None:
         """Run a trial to its first decision; one that is over before, straight into the hole, is skipped for the next.
-
-        Args:
-            seed: Gives, with the index, everything that is random.
 
         Raises:
             ConfigurationError: The seed cannot be one.

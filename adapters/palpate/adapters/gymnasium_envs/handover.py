@@ -43,7 +43,6 @@ class Handover(FixedPolicy, LoopObserver):
 
     Args:
         limit_s: How long the agent may take for a decision, by the run's clock.
-        grace_s: How long the loop waits for one that is due.
 
     Attributes:
         look: Gives what the agent is shown when a decision is due; called by the loop.

@@ -53,7 +53,6 @@ class Numbering:
         Args:
             seed: A new seed; its trials begin at 0.
             options: ``{"trial": k}`` goes to that trial; those after it follow.
-            rng: Draws a seed where none was ever given, as Gymnasium has it.
 
         Raises:
             ConfigurationError: An option is unknown or refused.
@@ -121,7 +120,6 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
         out: On a rig, the folder for the recording; empty takes the next free one, ``runs/paper-environment-001``.
         decision_limit_s: On a rig, how long the agent may take for a decision, 0.01 s to 60 s. One that is not there
             when it is due is replaced by a rest, and counted; after this time the arm is stopped and the rig latched.
-        unknown: Anything else is refused.
 
     Raises:
         ConfigurationError: An argument or a setting is unknown or refused.

@@ -44,7 +44,6 @@ class WayToReadyPose:
     """What an arm needs to come to the ready pose from anywhere.
 
     Attributes:
-        goal_in_base: The hole as the task gives it, z into the hole.
         clear_m: Height of the tip over the plate from which the arm may move freely.
         poses_rad: Joint poses, (n,) each, to pass in order.
     """
@@ -61,7 +60,6 @@ def walk(approach: WayToReadyPose, ports: Ports, speed_rad_s: float, limit_N: fl
     The arm is left as it is on every way out: it holds its last set-point, or was stopped.
 
     Args:
-        speed_rad_s: Speed of the joint that has farthest to go.
         limit_N: A force that differs by more than this from the one at first, or from the one after the withdrawal,
             stops the arm; during the withdrawal twice as much, because an arm that was left pressing lets go of that.
 

@@ -59,7 +59,6 @@ class BusArm(ManagedDevice, JointEncoder, ArmCommand):
         open_bus: Opens the bus and makes the driver; called by ``configure``.
         clock: The run's clock, real time.
         max_age_ns: Age above which a sample is marked ``STALE``.
-        hurry: Called first by the thread.
     """
 
     def __init__(

@@ -34,7 +34,6 @@ class NetFtForceSensor(PolledForceSensor[NetFt]):
     Args:
         open_box: Reads how the box is set and opens the way; called by ``configure``.
         max_age_ns: Age above which a sample is marked ``STALE``.
-        start_timeout_s: Longest wait for the first reading.
     """
 
     REMEDY = "end other programs that ask the box for its stream, and let UDP through this computer's firewall"

@@ -114,7 +114,6 @@ class EmulatedCell:
 
     Args:
         config: The simulated cell; trial 0 of its seed gives hole and sensor errors.
-        ready: The ready pose, for the size of the plate.
         counts_file: Where the rig file lets the arm's counters be kept from run to run.
     """
 
@@ -188,7 +187,6 @@ class EmulatedCell:
         """Let the cell live in real time.
 
         Args:
-            ended: Asked each tick.
             told: Called with the truth when the peg has newly reached full depth.
         """
         clock = MonotonicClock()

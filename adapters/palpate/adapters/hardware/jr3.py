@@ -52,9 +52,7 @@ class Jr3ForceSensor(PolledForceSensor[Jr3]):
 
     Args:
         open_wire: Opens the wire; called by ``configure``.
-        settings: Filter, rate and signs.
         max_age_ns: Age above which a sample is marked ``STALE``.
-        start_timeout_s: Longest wait for the first reading.
     """
 
     REMEDY = "choose a higher cut-off, or look at it"

@@ -12,7 +12,6 @@ class TurnedForceSensor(SensorDecorator[WrenchSample], ForceSensor):
     """Gives wrenches in the frame of the tool.
 
     Args:
-        sensor: The sensor as it is mounted.
         mounting_deg: Its turn about the tool's axis, from x towards y.
     """
 

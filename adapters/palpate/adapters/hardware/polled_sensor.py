@@ -28,7 +28,6 @@ class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
 
     Args:
         max_age_ns: Age above which a sample is marked ``STALE``.
-        start_timeout_s: Longest wait for the first reading.
 
     Attributes:
         device: The driver; None before ``configure``. For ``palpate doctor``.

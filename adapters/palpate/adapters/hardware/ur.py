@@ -126,7 +126,6 @@ class UrToolForceSensor(PolledForceSensor[UrToolForce]):
     Args:
         link: Makes a way to the controller; called by ``configure``.
         max_age_ns: Age above which a sample is marked ``STALE``.
-        start_timeout_s: Longest wait for the first reading.
     """
 
     REMEDY = "see that the controller is switched on, and that no firewall stands before port 30004"

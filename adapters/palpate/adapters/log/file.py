@@ -41,10 +41,7 @@ class LogFile:
     message, what the trial starts with, is a chunk of its own: it is in the file before anything can happen.
 
     Args:
-        stream: Where the bytes go.
         channels: Description of schemas and channels, by :func:`describe_channels`.
-        metadata: Facts for tools that know nothing of our messages.
-        chunk_ns: Greatest span of time in one chunk.
     """
 
     def __init__(
@@ -107,7 +104,6 @@ class NewFile:
     that no more should come.
 
     Args:
-        path: Must not exist.
         reserve_bytes: Size of the reserve; 0 keeps none.
 
     Attributes:

@@ -45,9 +45,6 @@ class PortInfo:
     """What one sensor port gave at the control ticks.
 
     Attributes:
-        samples: Samples read, one a tick at most.
-        new: Those with another sequence number than the one before.
-        repeats: Those with the same: the device had nothing newer.
         unread: Samples of the device between those read, by its sequence numbers.
         rate_Hz: New samples in the log per second of the device's own time.
         device_rate_Hz: The device's samples in that time, by its sequence numbers, whether read or not.
@@ -71,12 +68,8 @@ class TickInfo:
     """How regularly the control loop ran, and what the log lacks of it.
 
     Attributes:
-        count: Ticks in the log.
-        incomplete: Those in which a reading or the command is missing.
         rate_Hz: Tick numbers per second of the clock, so that ticks missing in the log do not lower it.
-        lateness: Clock reading minus the time at which the tick was due.
         late: Ticks later than ``LATE_S``.
-        counterfactual: Ticks that are a what-if, not an observation.
     """
 
     count: int
@@ -97,9 +90,6 @@ class LogInfo:
 
     Attributes:
         what: What the log is of: command, arm, scenario, seed, trial, policy and so on.
-        bytes_per_minute: Size of the file per minute of trial.
-        ticks: The control loop.
-        altered_commands: Commands that were not applied as asked, by reason.
         losses: The recorder's entries about that, in words.
         acknowledged: Who had let trials go on before on this rig, why, and after what, in words.
         end: What the trial came to; None when the log ends before it did.

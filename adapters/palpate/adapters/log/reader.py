@@ -66,7 +66,6 @@ class TrialLog:
     """One trial's log, decoded but for its ticks.
 
     Attributes:
-        ticks: The tick messages, still as bytes.
         end: What it came to; None when the log ends before the trial did.
     """
 

@@ -36,11 +36,7 @@ _HEAD_BYTES: Final = 9
 
 @dataclass(frozen=True)
 class Recovery:
-    """What was kept of a log.
-
-    Attributes:
-        reason: What is wrong with the old one, and where.
-    """
+    """What was kept of a log."""
 
     path: Path
     reason: str
@@ -54,9 +50,6 @@ class Recovery:
 
 def recover(path: Path, out: Path) -> Recovery | None:
     """Write a sound log of all messages before the first unsound place; None, and nothing written, for a sound one.
-
-    Args:
-        out: The new one; nothing may be there yet.
 
     Raises:
         LogError: Nothing can be kept, or it is no log of ours.

@@ -82,7 +82,6 @@ class Series:
         wrench: Force in N and torque in N m, tared, in the samples' own frame, (n, 6).
         tip_mm: Tip by the encoders, (n, 3), task frame.
         altered_mrad: Command applied minus command asked, (n, joints).
-        tare: What was taken from the wrench.
     """
 
     config: RunConfig

@@ -34,10 +34,8 @@ class TickRecord:
     Attributes:
         tick: Counts the ticks of the trial from 0.
         time_ns: What the clock read; None when it was not asked.
-        deadline_ns: Until when the loop slept.
         wrench: The force sample read; None when none was.
         asked_rad: The command as asked, (n,); None when none was sent.
-        applied: The command as applied, and why it differs.
         counterfactual: The command before, or this one, is not what was recorded: a what-if, not an observation.
     """
 

@@ -32,10 +32,7 @@ class TrialRecorder:
     """Records trial after trial into one folder. A context manager: on exit all logs are finished.
 
     Args:
-        sink: Takes the messages; made on entry.
-        folder: Where the logs go; made on entry.
         config: The recorder's settings.
-        kept: Whether the sink writes files there.
     """
 
     def __init__(self, sink: Callable[[], Sink], folder: Path, config: RecordingConfig, *, kept: bool = True) -> None:
@@ -103,7 +100,6 @@ class TrialRecorder:
 
         Args:
             name: Name of a comparator; empty for a policy that a policy file can hold.
-            subfolder: Where in the folder the logs go.
             derived_from: The log of which the trials are a what-if.
         """
         # What it has learned is in the learner's state, trial by trial.
@@ -145,7 +141,6 @@ class TrialRecorder:
 
         Args:
             setup: The trial's setup.
-            world: What its ports lead to.
             counterfactual: For a what-if: whether it has left the recorded path.
         """
         subject = self._subject
@@ -230,11 +225,7 @@ def end_of(report: TrialReport, **others: Any) -> EndRecord:
 
 
 def set_aside(folder: Path, first: int) -> list[Path]:
-    """Rename the logs of trials that will be run again: what a cut-short trial recorded is kept, under another name.
-
-    Args:
-        first: Number of the first trial to be run again.
-    """
+    """Rename the logs of trials that will be run again: what a cut-short trial recorded is kept, under another name."""
     moved = []
     for path in sorted(folder.glob("trial-*.mcap")):
         digits = path.stem.removeprefix("trial-")

@@ -29,12 +29,7 @@ PATIENCE_S: Final = 60.0
 
 @dataclass(frozen=True)
 class Opening:
-    """Begin of a log.
-
-    Attributes:
-        path: Where it goes; nothing may be there yet.
-        metadata: Facts for tools that know nothing of our messages.
-    """
+    """Begin of a log."""
 
     path: Path
     metadata: dict[str, str]
@@ -79,11 +74,7 @@ class Sink(Protocol):
 
 
 class MemorySink(Sink):
-    """Keeps everything in memory, log by log: for tests and short logs.
-
-    Attributes:
-        logs: The logs finished so far, as the bytes of their files.
-    """
+    """Keeps everything in memory, log by log: for tests and short logs."""
 
     def __init__(self) -> None:
         self.logs: list[bytes] = []
@@ -129,7 +120,6 @@ class ProcessSink(Sink):
         patient: When the queue is full, wait for the writer instead of refusing: for a world whose time waits too.
         patience_s: How long to wait, here and when everything is shut, for a writer that takes nothing at all.
         program: The writer's module, and words for it.
-        called: What it is called when it is in trouble.
     """
 
     def __init__(

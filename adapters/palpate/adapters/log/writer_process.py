@@ -57,7 +57,6 @@ class Writer:
 
     Args:
         report: Takes path and problem of a log that could not be written as it should.
-        closed: Takes path, size and digest of each log that is closed.
     """
 
     def __init__(

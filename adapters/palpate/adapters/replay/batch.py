@@ -65,7 +65,6 @@ class WhatIf:
     """How a batch is replayed otherwise than recorded.
 
     Attributes:
-        changes: What shall be otherwise; nothing for a plain replay.
         in_mujoco: Let the simulator go on from the first command that is not the recorded one.
         out: Folder for logs of what came of it; None writes none.
     """
@@ -79,7 +78,6 @@ def replay_files(paths: Sequence[Path], what_if: WhatIf, jobs: int) -> Iterator[
     """Replay logs in their order, some at a time; the results do not depend on the number of processes.
 
     Args:
-        what_if: What shall be otherwise than recorded.
         jobs: Number of processes; 1 stays in this one.
     """
     size = max(1, min(_MOST_PER_TASK, -(-len(paths) // (4 * jobs))))

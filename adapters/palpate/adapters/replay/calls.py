@@ -20,7 +20,6 @@ class CallOrder:
     """The two lists; calls are named ``port.call``.
 
     Attributes:
-        told: What the log tells, as far as it was loaded.
         made: What the core has called, once it was answered.
     """
 

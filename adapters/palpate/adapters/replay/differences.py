@@ -10,12 +10,7 @@ from typing import Final
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """One output of the core that is not what was recorded.
-
-    Attributes:
-        channel: Topic of the log.
-        replayed: What the core gave now.
-    """
+    """One output of the core that is not what was recorded."""
 
     tick: int
     channel: str

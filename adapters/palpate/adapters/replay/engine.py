@@ -58,13 +58,7 @@ class Verdict(enum.Enum):
 
 @dataclass(frozen=True)
 class Lesson:
-    """What a trial taught, to be held against the trials before and after.
-
-    Attributes:
-        run: Digest of what the trials of one run have in common.
-        before: Digest of the learned values as it began.
-        after: Digest of the learned values as it ended.
-    """
+    """What a trial taught, to be held against the trials before and after."""
 
     run: str
     trial: int
@@ -79,7 +73,6 @@ class Replay:
 
     Attributes:
         replayed_outcome: How the core ends it now; empty while it would go on.
-        causes: Known reasons why there may be differences.
         decisions: The core's decisions now, for a what-if.
         counterfactual_from: Tick of the first command that is not the recorded one: from there on the recorded
             samples are no answer to what the core does. None when all commands are equal.
@@ -116,9 +109,7 @@ def replay(
     """Replay one log.
 
     Args:
-        rebuilder: Rebuilds the core, with changes if it is a what-if.
         in_mujoco: Let the simulator go on from the first command that is not the recorded one.
-        recording: Records what comes of a what-if.
 
     Raises:
         LogError: It cannot be replayed.

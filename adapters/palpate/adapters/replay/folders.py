@@ -14,12 +14,7 @@ from palpate.core.errors import OutputError
 
 @dataclass
 class FolderFindings:
-    """What was found in run folders.
-
-    Attributes:
-        problems: What is missing, cut, altered or foreign, a line each.
-        notices: What else is to be known, a line each.
-    """
+    """What was found in run folders."""
 
     problems: list[str] = field(default_factory=list)
     notices: list[str] = field(default_factory=list)

@@ -54,11 +54,7 @@ _UNKNOWN: Final = 0.2
 
 @dataclass(frozen=True)
 class Knob:
-    """A parameter that is fitted.
-
-    Attributes:
-        step: For differences.
-    """
+    """A parameter that is fitted."""
 
     name: str
     step: float
@@ -84,7 +80,6 @@ class Driven:
     """A recorded trial on the grid of control ticks.
 
     Attributes:
-        config: What it was recorded with.
         ready_rad: The ready pose, (n,).
         command_rad: Commands, (ticks, n).
         joints_rad: What the encoders showed, (ticks, n); NaN where nothing was valid.
@@ -119,13 +114,9 @@ class Gap:
     """What a fit came to.
 
     Attributes:
-        logs: How many trials it is of.
         before: Errors of the cell as it is configured, with offsets in time taken out.
-        after: Those of the cell that fits best.
-        values: Of the knobs.
         joints_late_ms: By how much the encoders are behind the simulated ones.
         noise_N: Standard deviation of a force channel in free air.
-        noise_Nm: Of a torque channel.
         settings: The cell that fits best, as nested tables for a run's TOML file.
     """
 
@@ -221,7 +212,6 @@ def drive(trial: Driven, values: Array, ticks: int | None = None) -> tuple[Array
     """What the cell with these values gives under the commands of a trial.
 
     Args:
-        values: Of the knobs.
         ticks: So many of its ticks; None for all.
 
     Returns:

@@ -41,9 +41,6 @@ class Rebuilt:
 
     Attributes:
         setup: The trial's setup.
-        policy: In the state in which the trial began.
-        comparator: Name of the policy, if no policy file can hold it.
-        supervisor: Stands between the core and the recorded arm.
         recorded_decisions: Why the decisions are the log's own: the policy's code is not there. Empty where they are
             the policy's.
     """

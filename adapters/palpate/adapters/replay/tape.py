@@ -61,13 +61,7 @@ class Sent(NamedTuple):
 
 
 class Track(Generic[T]):
-    """What one port gave, call by call.
-
-    Args:
-        call: Port and call, as in :mod:`.calls`.
-        load: Brings what the next tick holds; False when there is no more.
-        made: Takes note of each call that was answered.
-    """
+    """What one port gave, call by call."""
 
     def __init__(self, call: str, load: Callable[[], bool], made: Callable[[str], None]) -> None:
         self._call, self._load, self._made = call, load, made
@@ -115,7 +109,6 @@ class Tape:
 
     Attributes:
         tick: The tick that is under way in the replay; -1 before the first.
-        order: All port calls, recorded and made.
         odd_tick: The first tick whose wrench is none of the sensor's own frame, or not as it was measured.
     """
 

@@ -38,11 +38,7 @@ _TOOL: Final[dict[str, Callable[[RunConfig], Any]]] = {
 
 
 class TouchWatch(Policy):
-    """Lets a policy act, and keeps the touches that it acts by, of each trial that ends in the hole.
-
-    Args:
-        trials: Where they are kept.
-    """
+    """Lets a policy act, and keeps the touches that it acts by, of each trial that ends in the hole."""
 
     def __init__(self, policy: Policy, trials: list[TouchedTrial]) -> None:
         self._policy, self._trials = policy, trials
@@ -85,7 +81,6 @@ class FoundTouches:
     Attributes:
         config: The configuration of the first one, with the settings that suit a belief.
         document: Content of a policy file: a belief that has learned from them.
-        left_out: Why others were left out, a line each.
     """
 
     config: RunConfig

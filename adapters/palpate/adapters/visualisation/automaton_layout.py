@@ -35,12 +35,7 @@ _ROUNDS = 20
 
 @dataclass(frozen=True, slots=True)
 class Curve:
-    """An edge as a cubic Bezier curve.
-
-    Attributes:
-        points: The four points of the curve, from rim to rim.
-        label_angle: Which way the label goes from there.
-    """
+    """An edge as a cubic Bezier curve."""
 
     edge: Edge
     points: tuple[Point, Point, Point, Point]
@@ -50,12 +45,7 @@ class Curve:
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """Where everything is.
-
-    Attributes:
-        ranks: Place of each state on the circle, counted from the start.
-        start: The arrow that comes from nowhere, from its tail to its tip.
-    """
+    """Where everything is."""
 
     radius_in: float
     ranks: tuple[int, ...]

@@ -64,7 +64,6 @@ class Inference:
         chosen: The automaton with its q, its raw and minimal numbers of states and its loss. For prediction it is made
             of all strings that were not given to hold out, after those that were split off had chosen its q.
         extracts: Those of the same network that it was chosen from, by q; for acceptance itself alone.
-        strings: How many strings the networks were trained on.
         beside: For prediction, what the last one, two and three letters lose on the held-out strings, by name.
         hidden: For a picture: hidden states at all prefixes of the training strings, (n, hidden units).
         cells: State, before minimisation, of the automaton at the same prefixes, (n,).
@@ -123,7 +122,6 @@ def infer(
         strings: Labelled ones give an acceptor, positive ones a Moore machine.
         settings: How; None takes the defaults.
         held_out: Strings that nothing is trained on; None splits them off.
-        progress: Called now and then while networks are trained.
 
     Returns:
         The best that was found, also if no automaton is right about every string (``consistent``).

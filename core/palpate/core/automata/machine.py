@@ -39,7 +39,6 @@ class Machine:
         transitions: Next state by state and symbol, (states, symbols); None where none is known.
         state_outputs: Output of each state; empty for a Mealy machine.
         edge_outputs: Output of each transition, (states, symbols), None where there is none; empty for the others.
-        start: Where every word begins.
         labels: Readable names of the states; numbered ones if empty, and left empty if they are just these. They are
             no part of what the machine does.
         actions: For a machine with inputs: names of the actions that its letters hold

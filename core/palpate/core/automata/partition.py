@@ -87,9 +87,6 @@ class Partition:
         States of different last symbols are not merged, where these are told apart, and none whose cells different sets
         of symbols lead into: the possible successors alone distinguish too little.
 
-        Args:
-            least_share: As for :meth:`machine`.
-
         Raises:
             ConfigurationError: ``least_share`` is not a probability below 1.
         """

@@ -56,9 +56,7 @@ class Restarts:
         """Hidden states at all nodes, (R, h, n).
 
         Args:
-            levels: The tree, from :func:`levels_of`.
             noise: Standard deviation of what is added before the activation function.
-            generator: Where the noise comes from; needed if there is any.
         """
         import torch
 
@@ -139,7 +137,6 @@ class TrainingTask:
 
     Args:
         tree: The strings. Each node counts as often as strings pass it, or, for acceptance, end there.
-        architecture: Shape of the networks, which says what is asked.
     """
 
     def __init__(self, tree: PrefixTree, architecture: Architecture) -> None:

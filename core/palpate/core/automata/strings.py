@@ -29,9 +29,7 @@ class Strings:
     Attributes:
         alphabet: Names of the symbols, in order; two or more. Not every one need occur. With actions, of the letters
             (:mod:`palpate.core.automata.letters`).
-        words: The strings, as numbers of symbols or letters.
         labels: For each string, whether it is accepted; empty where all are positive.
-        actions: Names of the actions, if they are told.
         ends: With actions, for each string the action that ended it; None if it was cut off. Else empty.
 
     Raises:

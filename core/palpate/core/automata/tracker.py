@@ -39,7 +39,6 @@ class AutomatonState:
     The fields are plain values for files; :meth:`of` makes them of a machine.
 
     Attributes:
-        symbols: Names of the symbols that come.
         automaton: Names of the automaton's states.
         transitions: Next state by state and symbol, (states, symbols); None where none is known.
         anchors: For each symbol the state in which the automaton is assumed to have been after it, (symbols,); None

@@ -60,8 +60,6 @@ class Progress:
     """A point of the training curve.
 
     Attributes:
-        restart: Number of the first network of the batch.
-        step: Steps of this batch so far.
         best_loss: Lowest cross-entropy in the batch, in nats a symbol, of held-out strings if there are any; or in nats
             a string for acceptance.
         consistent: Networks so far that are right about every training string, all batches together; 0 for prediction.
@@ -140,8 +138,6 @@ def train(
     """Train networks on strings.
 
     Args:
-        strings: With labels for acceptance, positive ones for prediction.
-        architecture: Shape of the networks.
         settings: How to train; None takes the defaults.
         held_out: For prediction, what says when a network is at its best; None takes the training strings.
 

@@ -54,7 +54,6 @@ class Perception:
         """Symbol and state after one more measurement vector, in the order of ``CHANNELS``, SI units.
 
         Args:
-            signal: The vector.
             action: Name of the action that led to it; None at the start.
 
         Raises:

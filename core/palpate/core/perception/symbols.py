@@ -250,9 +250,7 @@ class Clusters(NearestPrototype):
 
         Args:
             values: Feature vectors, (m, n).
-            clusters: How many; at most as many as there are different samples.
             seed: Equal seeds give equal clusters.
-            features: Names of the n features.
 
         Raises:
             ConfigurationError: Too few different samples, or a number out of range.

@@ -43,7 +43,6 @@ def compass_actions(step_m: float, directions: int = 8) -> tuple[Action, ...]:
     """Steps of equal length in equally spaced directions, from +x counter-clockwise.
 
     Args:
-        step_m: Length of each step.
         directions: How many; eight are named like ``"+x-y"``, other numbers by angle (``"120deg"``).
 
     Raises:
@@ -83,8 +82,6 @@ class Observation:
     Attributes:
         position_m: Measured tip, relative to the nominal goal.
         reference_m: Commanded tip, relative to the nominal goal.
-        force_N: Filtered force at the tip.
-        torque_Nm: Filtered torque about the tip.
     """
 
     state: int

@@ -18,7 +18,6 @@ class Reach:
 
     Attributes:
         half_width_m: Half the side of the square about the nominal goal in which the hole, and the tip, may be.
-        action_s: Time of an action.
     """
 
     half_width_m: float

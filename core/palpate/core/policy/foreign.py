@@ -73,7 +73,6 @@ class ForeignPolicy(Policy):
     """A policy behind the interface that it claims to have. What it raises or gives that makes no sense is its fault.
 
     Args:
-        policy: As it was made.
         frozen: Keep it from learning: its ``learn`` and ``end_trial`` are not called.
 
     Attributes:

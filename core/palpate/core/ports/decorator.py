@@ -55,7 +55,6 @@ class SensorDecorator(DeviceDecorator, Generic[SampleT]):
     """Passes the life cycle through, and each sample past a function.
 
     Args:
-        sensor: Whatever is decorated.
         past: Gives what is to be read instead of the sensor's own sample; may raise.
     """
 

@@ -14,10 +14,6 @@ from palpate.core.errors import ConfigurationError, OutputError
 def read_text(path: Path, field: str, accepted: str = "a readable text file") -> str:
     """All of a text file.
 
-    Args:
-        field: What names it, for the message.
-        accepted: What would be right, where it cannot be read.
-
     Raises:
         ConfigurationError: It cannot be read, or is not in UTF-8.
     """
@@ -31,9 +27,6 @@ def read_text(path: Path, field: str, accepted: str = "a readable text file") ->
 
 def require_no_file(path: Path, flag: str = "--out") -> None:
     """Make sure that a file can be made there without losing anything.
-
-    Args:
-        flag: The option that names it, for the message.
 
     Raises:
         OutputError: Something of that name is there already.
@@ -67,7 +60,6 @@ def write_whole(
 
     Args:
         content: All of it; text is written as UTF-8 with the line ends that it has.
-        remedy: What to do when it cannot be written, for the message.
         durable: Whether it must outlast a power cut from the moment this returns. Waiting for the disk takes
             milliseconds; without it a power cut may leave the old file, but a killed process never leaves half of one.
 
@@ -108,9 +100,6 @@ def put_folder_in_place(passing: Path, path: Path) -> None:
 @contextmanager
 def new_file(path: Path, flag: str = "--out") -> Iterator[Path]:
     """Gives the name under which to write a file; on a good end it is renamed to ``path``, on a bad one removed.
-
-    Args:
-        flag: The option that names it, for the message.
 
     Raises:
         OutputError: Something is there already, or it cannot be written there.

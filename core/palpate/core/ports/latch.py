@@ -13,10 +13,6 @@ _NAME = "supervisor"
 class Acknowledgement:
     """A person's decision that trials may go on after a trip or a fault.
 
-    Attributes:
-        reason: Why it is safe to go on.
-        cause: What had tripped or failed.
-
     Raises:
         ConfigurationError: Nobody is named, or no reason is given.
     """
@@ -58,9 +54,6 @@ class FaultLatch:
 
     def acknowledge(self, by: str, reason: str) -> None:
         """Let trials begin again; a person's decision, never a program's.
-
-        Args:
-            reason: Why it is safe to go on.
 
         Raises:
             LifecycleError: Nothing has tripped.

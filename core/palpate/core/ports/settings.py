@@ -95,11 +95,7 @@ class OneOf:
 
 @dataclass(frozen=True, slots=True)
 class Holds:
-    """A condition on one value that is neither a range nor a list.
-
-    Attributes:
-        test: Whether a value of the right type meets it.
-    """
+    """A condition on one value that is neither a range nor a list."""
 
     test: Callable[[Any], bool]
     text: str
@@ -157,7 +153,6 @@ class Settings:
         """A table from plain JSON. Only a field that ``UNTOLD`` names, or whose default is None, may be missing.
 
         Args:
-            raw: An object with the fields of the table.
             where: Dotted name of the object; empty for a whole file.
 
         Raises:
@@ -243,10 +238,6 @@ def accepted_by(kind: Any) -> str:
 
 def fitted(name: str, value: Any, kind: Any) -> Any:
     """A value in the form in which a setting of that kind holds it: 1.0 for 1, a tuple for a list.
-
-    Args:
-        name: Dotted name of the setting, for messages.
-        value: From TOML, JSON, a flag or Python.
 
     Raises:
         ConfigurationError: It is of another type, or outside the range.

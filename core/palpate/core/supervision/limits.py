@@ -20,11 +20,7 @@ _WALK: Final = "the arm is stopped and the run ends"
 
 @dataclass(frozen=True, slots=True)
 class ForceLimit:
-    """One of them.
-
-    Attributes:
-        then: What happens.
-    """
+    """One of them."""
 
     limit_N: float
     setting: str

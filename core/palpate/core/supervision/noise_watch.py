@@ -37,7 +37,6 @@ class NoiseWatch:
     Recurrence: samples that come again in the order in which they came before are a recording.
 
     Args:
-        task: How many samples are averaged for taring.
         sensor: The sensor's own noise; channels without noise, in a simulated cell, are not watched.
     """
 

@@ -14,12 +14,7 @@ _THERE_M: Final = 1e-5
 
 
 class Retreat:
-    """Joint angles that take the tip back, tick by tick. It never commands the tip to advance.
-
-    Args:
-        kinematics: A work space of its own.
-        speed_m_s: Speed of the tip.
-    """
+    """Joint angles that take the tip back, tick by tick. It never commands the tip to advance."""
 
     def __init__(self, kinematics: Kinematics, distance_m: float, speed_m_s: float, period_s: float) -> None:
         self._kinematics = kinematics

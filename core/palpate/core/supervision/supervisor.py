@@ -79,8 +79,6 @@ class Supervisor:
     Args:
         config: The limits; :func:`~palpate.core.supervision.fit.require_fitting` checks that they suit this arm.
         task: How many samples are averaged for taring.
-        workspace: Where the task is done.
-        kinematics: A work space of its own.
         sensor: What is known of the force sensor. Where it has noise, it has to show it.
         scale: Factors on the sensor's six channels after taring, (6,), as the task applies them.
         latch: Of the rig, for all who watch it; None for one of its own.

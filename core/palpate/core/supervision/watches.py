@@ -318,7 +318,6 @@ class WorkspaceWatch:
 
         Args:
             tip_m: Tip according to the encoders, (3,), task frame.
-            expectation: Whether the task explores, and where.
         """
         x, y, z = tip_m
         aside, across = self._sides_m

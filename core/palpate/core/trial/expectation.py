@@ -91,7 +91,6 @@ class Supervised(NamedTuple):
     """What the arm is to be sent.
 
     Attributes:
-        command: For the arm.
         intervention: How and why it differs from what was asked; None when it does not.
     """
 

@@ -24,7 +24,6 @@ def draw_in_disc(rng: np.random.Generator, radius_m: float, shape: str) -> tuple
 
     Args:
         rng: Two numbers are drawn from it for a disc, three for a ball.
-        radius_m: Radius of the disc or ball.
         shape: ``disc``, uniform over the circle; ``ball``, uniform in a ball and projected to the plane.
     """
     if shape == "ball":
@@ -64,7 +63,6 @@ def reachable_share(
     Args:
         hole_uncertainty_mm: How far a hole may lie from the middle of its batch.
         hole_shift_mm: How far the middle of a batch may lie from the nominal goal.
-        samples: Trials drawn.
     """
     rng = np.random.default_rng(0)
 

@@ -29,7 +29,6 @@ class TaskParts:
 
     Attributes:
         measurement: From snapshots to the task frame.
-        motion: From tip velocities to joint commands.
         perception: From signals to states; for tasks that let a policy choose.
         policy: Chooses actions; for those, too.
         reinforcement: What an action earns; for those, too.
@@ -50,7 +49,6 @@ class Fit:
 
     Attributes:
         clearance_mm: Gap between tool and part all round, at its widest.
-        lean_mrad: Tilt of the tool in the gripper.
     """
 
     diameter_mm: float

@@ -118,8 +118,6 @@ class TrialReport:
         exploration_time_s: From contact to the hole (or to the end without it).
         peak_force_N: Largest norm of the measured force, tared, over the control ticks after taring.
         depth_m: Estimated depth of the tip below the plate's surface at the end.
-        ticks: Control ticks that the trial took.
-        clamped_ticks: Ticks whose command was not applied as asked.
         temperature: Exploration temperature during the trial; None for policies without one.
     """
 

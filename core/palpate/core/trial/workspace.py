@@ -11,8 +11,6 @@ class Workspace:
 
     Attributes:
         side_mm: Half its length along x and along y.
-        above_mm: How far it extends above the nominal surface.
-        below_mm: How far it extends below.
     """
 
     side_mm: tuple[float, float]

@@ -30,7 +30,6 @@ class RdtRecord:
     Attributes:
         rdt_sequence: Counts the records of this stream, 32 bits.
         ft_sequence: Counts the box's own samples, 32 bits.
-        status: See :func:`faults_in`.
         counts: Fx, Fy, Fz, Tx, Ty, Tz in counts.
     """
 

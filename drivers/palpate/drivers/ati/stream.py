@@ -47,7 +47,6 @@ class NetFtSample:
         force_N: Force on the tool, (3,), in the box's frame.
         torque_Nm: Torque about its origin, (3,).
         sequence: Counts the box's records, unwrapped; goes on over streams.
-        receive_time_ns: Clock of the poll that found it.
         saturated: The box says so of transducer or converter.
         near_saturated: Never said by this box. over_range: Beyond the rated range of an axis. settling: Never.
     """

@@ -66,8 +66,6 @@ class Collision:
 
     Attributes:
         identifier: On the bus, 11 bits.
-        canopen: What it means to the drive or to the host.
-        jr3: What it means to the sensor.
     """
 
     identifier: int

@@ -29,11 +29,7 @@ class BringUp:
     """Conversations that take longer than a cycle.
 
     Args:
-        targets: What the drives are told while nothing shall move.
         sleep: Waits that many seconds.
-
-    Attributes:
-        notes: What they lack, and what is done instead.
     """
 
     def __init__(

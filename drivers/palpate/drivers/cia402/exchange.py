@@ -33,8 +33,6 @@ class CyclicExchange:
 
     Attributes:
         views: The joints as the last SYNC showed them; empty before the first.
-        sync_ns: When the last SYNC went out, which is when the drives sampled.
-        heartbeat_on: Whether the host tells the drives that it is alive.
     """
 
     def __init__(self, link: CanopenLink, settings: ArmSettings, now_ns: Callable[[], int]) -> None:
@@ -85,7 +83,6 @@ class CyclicExchange:
         """One cycle: write set-points, SYNC, wait for all answers until the deadline.
 
         Args:
-            controlwords: One a drive.
             targets: One a drive, in counts or in counts/s.
 
         Raises:

@@ -45,16 +45,7 @@ class NodeBox:
     """What is known about one node; the cycle gets copies.
 
     Attributes:
-        tpdo: Newest process data as they came.
-        tpdo_ns: When they came.
-        answers: Process data since the last SYNC.
-        late: Process data that came after their cycle had given up on them.
-        duplicates: Process data beyond the first within one cycle.
-        longest_gap_ns: Longest time between two heartbeats.
         nmt_state: What it said; None before the first one.
-        boots: Boot-up messages since the node was set up.
-        emergencies: EMCY messages that report an error, ever.
-        active: Those that the node has not yet declared gone.
     """
 
     node: int
@@ -73,12 +64,7 @@ class NodeBox:
 
 
 class Mailbox:
-    """The boxes of all nodes.
-
-    Args:
-        nodes: Node numbers, in the order of the joints.
-        tpdo_bytes: Length of the process data that the nodes were told to send.
-    """
+    """The boxes of all nodes."""
 
     def __init__(self, nodes: Sequence[int], tpdo_bytes: int, now_ns: Callable[[], int]) -> None:
         self._boxes = {node: NodeBox(node, heartbeat_ns=now_ns()) for node in nodes}
@@ -185,11 +171,8 @@ class NodeStatistics:
     """Figures of one drive since the bus was opened.
 
     Attributes:
-        missed: SYNCs that it did not answer in time.
         late: Answers that came after their deadline and before the next SYNC. Later ones cannot be told from
             answers to the next SYNC, because process data carry no number.
-        duplicates: Answers beyond the first to one SYNC.
-        longest_heartbeat_gap_s: Longest time between two heartbeats.
     """
 
     node: int

@@ -109,7 +109,6 @@ def command_towards(state: DriveState, goal: DriveState, *, by_operator: bool = 
     """The controlword to send next, on the shortest way through :data:`TRANSITIONS`.
 
     Args:
-        goal: Where it shall be, another state.
         by_operator: A person asked for it; only then does the way lead out of a fault.
 
     Returns:

@@ -227,14 +227,7 @@ def require_sound(asked_rad: Sequence[float], joints: Sequence[JointDrive]) -> t
 def limited(
     asked_rad: tuple[float, ...], previous_rad: tuple[float, ...], joints: Sequence[JointDrive], period_s: float
 ) -> Applied:
-    """A set-point after position and velocity limits.
-
-    Args:
-        asked_rad: What the caller wants, finite.
-        previous_rad: What was applied in the cycle before.
-        joints: Limits.
-        period_s: Time that the step may take.
-    """
+    """A set-point after position and velocity limits."""
     within = clamped(asked_rad, [joint.lower_rad for joint in joints], [joint.upper_rad for joint in joints])
     share = 1.0
     for target, start, joint in zip(within, previous_rad, joints, strict=True):

@@ -25,15 +25,10 @@ class AxisView:
     """One joint as the last SYNC showed it.
 
     Attributes:
-        box: What its node sent.
         statusword: Newest statusword, or None before the first.
         state: What it tells; None also where it fits no pattern.
         counts: Newest position counts, or None before the first.
         position_rad: The same as an angle, or None before the first.
-        speed_rad_per_s: At least so fast between the last two answers.
-        missed_in_a_row: SYNCs without an answer until now.
-        late_in_a_row: How many of these were answered when nobody waited any more.
-        limited_in_a_row: Answers that tell of an internal limit until now.
         ignoring_in_a_row: Answers that tell that the set-point is ignored until now; None before the drive has followed
             one since it was enabled, since some makers leave that bit 0.
     """
@@ -56,8 +51,6 @@ def trouble(
     """The first thing that is wrong, the most telling first, or None.
 
     Args:
-        views: All joints.
-        settings: Limits and patience.
         allowed: States in which a drive under power may be; None while the arm shall not be under power. Then
             neither faults of the drives nor the pose count: nothing moves.
     """

@@ -40,7 +40,6 @@ class CanCounts:
         other_node: Frames of other nodes; normal on a shared bus.
         host_ops: Commands to our node. If the bus does not echo ours, there is another master.
         wrong_length: Our node and a known operation, but not its length; a CANopen heartbeat looks like this.
-        wrong_state: Acknowledgements with a state byte that is not documented.
         odd_kind: Error, remote, extended and FD frames.
     """
 
@@ -134,7 +133,6 @@ class Reassembly:
 
     Attributes:
         orphans: Halves whose other half never came.
-        duplicates: Halves that came twice.
     """
 
     def __init__(self) -> None:

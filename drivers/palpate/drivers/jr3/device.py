@@ -28,11 +28,7 @@ class Jr3:
     one. (FACT: revisions of Jr3Controller.cpp up to 765f784 zero at every START. No host can prevent that; a sensor
     that carries a tool and reads zero right after :meth:`open` has such firmware.)
 
-    Args:
-        settings: Filter, rate and signs.
-
     Attributes:
-        phase: Where the conversation stands.
         failure: Why it is FAULTED; None otherwise.
 
     Raises:
@@ -103,9 +99,6 @@ class Jr3:
 
         It waits five time constants of the filter first, and is done when ``phase`` is STREAMING again. FACT: the board
         then emits one all-zero reading, which is dropped; STOP, START and a restart of the board lose the zero.
-
-        Args:
-            now_ns: Monotonic time, the same clock as for :meth:`poll`.
 
         Raises:
             StateError: It is not streaming.

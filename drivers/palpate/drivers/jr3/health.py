@@ -14,9 +14,7 @@ class BoardIdentity:
     """All by which a board can be told from another. FACT: the protocol has neither serial number nor version.
 
     Attributes:
-        name: The wire, and the node on it.
         cutoff_Hz: Cut-off of the filter as the board is told, 0 = unfiltered.
-        period_us: Time between readings as the board is told.
     """
 
     name: str
@@ -59,13 +57,7 @@ class Jr3Statistics:
 
 
 def no_answer(name: str, doing: str, counts: TransportCounts, *, refused: bool, heard: bool) -> DriverError:
-    """A request has not been answered as often as it may be made.
-
-    Args:
-        name: The sensor, as a person would call it.
-        refused: The board answered that it is not initialised.
-        heard: The board was heard since it was opened.
-    """
+    """A request has not been answered as often as it may be made."""
     if refused:
         remedy = "check the cable between sensor and board, then power the board again"
         return DeviceFaultError(name, "the board says that its sensor is not initialised", remedy)
@@ -81,14 +73,7 @@ def no_answer(name: str, doing: str, counts: TransportCounts, *, refused: bool, 
 def no_reading(
     name: str, stall_ns: int, before: TransportCounts, counts: TransportCounts, repeated: int
 ) -> SilentError:
-    """The stream has stopped.
-
-    Args:
-        name: The sensor, as a person would call it.
-        stall_ns: How long a reading may be in coming.
-        before: What the wire had seen when it stopped.
-        repeated: How often the last reading came again since.
-    """
+    """The stream has stopped."""
     problem = f"no new reading for {stall_ns * 1e-6:.0f} ms"
     senseless = counts.garbage + counts.orphans - before.garbage - before.orphans
     if repeated:

@@ -118,7 +118,6 @@ class RequestInFlight:
 
     Attributes:
         request: In flight or waiting to be sent; None when there is none.
-        refused: Whether the last answer to it was "not initialised".
         strays: Acknowledgements that answer nothing: late ones, and ones of the wrong length.
     """
 

@@ -32,8 +32,6 @@ class FrameCounter:
         period_us: Time between readings that the board was told, in microseconds.
 
     Attributes:
-        duplicates: Readings with the counter of the one before.
-        doubted: Readings dropped because their counter fitted nothing before.
         missed: How many (CALC from the counter and the period).
         restarts: How often the counter went back without our asking. The zero is gone then too.
     """
@@ -117,13 +115,11 @@ class Sampler:
     Args:
         period_us: Time between readings as the board is told, in microseconds.
         settling_ns: Time that the board's filter needs, in ns.
-        signs: Of the axes.
 
     Attributes:
         counter: Of the board's frames.
         full_scales: As the board reports them; None before.
         zero_state: What became of the board's zero.
-        after_boot: Whether the board restarted in mid-run, until acknowledged.
         latest: The newest sample; None before the first one.
     """
 

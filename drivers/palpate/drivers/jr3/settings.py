@@ -79,7 +79,6 @@ def check_node(node: int, canopen_nodes: Iterable[int] = ()) -> None:
 
     Args:
         node: Node number of the board, 1 to 127.
-        canopen_nodes: Node numbers of CANopen devices on the same bus.
 
     Raises:
         SettingError: The number is out of range or taken; says which are free.

@@ -90,9 +90,7 @@ class TransportTiming:
     """How long to wait on a wire.
 
     Attributes:
-        ack_timeout_ns: Longest wait for an acknowledgement.
         ping_attempts: The same for the first one, in which the board may still be booting.
-        min_period_us: Shortest time between readings that the wire carries.
     """
 
     ack_timeout_ns: int
@@ -183,7 +181,6 @@ class CanTransport:
 
     Args:
         node: Node number of the board, 1 to 127.
-        canopen_nodes: Node numbers of CANopen devices on the same bus.
 
     Raises:
         SettingError: The node number cannot work (:func:`palpate.drivers.jr3.settings.check_node`).

@@ -41,11 +41,7 @@ class Discarded(enum.Enum):
 
 @dataclass(frozen=True, slots=True)
 class ModuleIdentity:
-    """What a module is.
-
-    Attributes:
-        type_code: Type byte, see :class:`ModuleType`.
-    """
+    """What a module is."""
 
     type_code: int
     version: int
@@ -96,12 +92,7 @@ def reply_size_bytes(mask: StatusItem) -> int:
 
 
 def decode_reply(raw: bytes, mask: StatusItem) -> Reply | Discarded:
-    """The reply in the bytes, or why there is none; never raises, whatever the bytes.
-
-    Args:
-        raw: What arrived, as many bytes as the mask asks for at most.
-        mask: Items that the module sends.
-    """
+    """The reply in the bytes, or why there is none; never raises, whatever the bytes."""
     size = reply_size_bytes(mask)
     if not raw:
         return Discarded.MISSING

@@ -28,11 +28,9 @@ class BusStatistics:
     """A copy of the counters.
 
     Attributes:
-        exchanges: Commands that wanted a reply.
         round_trips: Of accepted replies; None before the first.
         wire_s: Time that the bytes of all exchanges take on the wire, by calculation.
         waiting_s: Time spent inside the stream's read and write.
-        own_s: Time spent in our code during exchanges.
     """
 
     exchanges: int

@@ -58,8 +58,6 @@ class UrArm(ArmDriver):
     """The arm.
 
     Args:
-        link: A way to its controller, not open yet.
-        now_ns: Clock of the samples.
         sleep: Waits that many seconds.
 
     Attributes:

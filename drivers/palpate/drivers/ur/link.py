@@ -50,7 +50,6 @@ class UrState:
         q_rad: Joint angles, (6,).
         wrench: Raw force and torque in the tool flange, (6,) N and N m; its weight is in it.
         robot_mode: RTDE's robot_mode. safety_mode: RTDE's safety_mode. runtime: RTDE's runtime_state.
-        payload_kg: Mass that the controller believes to carry.
         payload_cog_m: Its centre from the flange, (3,).
     """
 

@@ -26,12 +26,7 @@ _VARIABLES: Final = [
 
 
 class Served:
-    """The client, and what is asked of it.
-
-    Args:
-        line: To whoever asks.
-        deadman_s: Longest time between set-points while the arm is led.
-    """
+    """The client, and what is asked of it."""
 
     def __init__(self, line: socket.socket, host: str, rate_Hz: float, deadman_s: float) -> None:
         self._line, self._host, self._rate_Hz, self._deadman_s = line, host, rate_Hz, deadman_s

@@ -21,8 +21,6 @@ class UrWrenchSample:
     Attributes:
         force_N: Force on the tool, (3,), in the flange's frame.
         torque_Nm: Torque about its origin, (3,).
-        sequence: Counts the readings.
-        receive_time_ns: Clock of the poll that found it.
         over_range: Beyond the rated range of an axis, where the sensor saturates. saturated: The same.
         near_saturated: Never. settling: Never.
     """

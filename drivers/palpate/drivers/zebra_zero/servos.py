@@ -64,7 +64,6 @@ def bring_to_rest(
     A line on which nobody answers is not waited for so long: the motors are told, and that is all there is to do.
 
     Args:
-        bus: The bus, also while it demands a new start.
         addresses: Modules whose servos are on. One that turns out to have switched itself off is left so: a stop
             might switch it on again.
         timeout_s: Time in which they must be seen at rest.

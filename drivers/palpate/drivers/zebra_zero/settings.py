@@ -166,8 +166,6 @@ class ZebraZeroSettings:
     """The arm and how it is run. Values without a mark are choices of this driver.
 
     Attributes:
-        transmission: Counts and joints.
-        gains: Servo filter of every axis.
         divider: Control ticks per ``cycle``; refused when the bus cannot carry that.
         reserve: Share of the period that the bus must leave free.
         reply_items: Items of every reply in a cycle; POSITION at least. AUX costs a byte an axis and tells at once

@@ -98,7 +98,6 @@ class Fault:
 
     Attributes:
         axis: Motor, 1 to 6; None when no single one.
-        detail: More for a person.
     """
 
     kind: FaultKind
@@ -119,7 +118,6 @@ def fault_in(axis: int, reply: Reply, settings: ZebraZeroSettings, *, should_be_
 
     Args:
         axis: Motor, 1 to 6.
-        settings: Which of the bits count.
         should_be_on: The servo is meant to be on; off, its position error bit and supply mean nothing.
     """
     aux = Aux(0) if reply.aux is None else reply.aux
@@ -143,8 +141,6 @@ class ZebraMeasured(Measured):
         counts: Counter values, (6,).
         status: Status bytes, (6,).
         aux: Auxiliary bytes, (6,); None where the reply had none.
-        begin_ns: Clock before the first exchange.
-        end_ns: Clock after the last.
     """
 
     counts: SixCounts
@@ -159,7 +155,6 @@ class ArmReport:
     """Facts about the arm for a person.
 
     Attributes:
-        state: Where it is in its life.
         fault: The latched fault, or None.
         achieved_rate_Hz: Over the newest cycles; None before the second.
     """

@@ -103,8 +103,6 @@ class Tracking:
         """What a cycle found, and the end of that cycle.
 
         Args:
-            is_fresh: Which axes were taken in this cycle.
-            begin_ns: Before the first exchange.
             end_ns: After the last; the middle is the best single time for the pose.
         """
         self._begins_ns.append(begin_ns)
@@ -187,7 +185,6 @@ class Rounds:
     """Visits the axes one after the other.
 
     Args:
-        tracking: Where replies go.
         settings: The arm's settings.
     """
 

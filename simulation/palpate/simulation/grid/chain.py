@@ -70,7 +70,6 @@ def expected_steps(
     Args:
         identifier: From readings to states; its memory is changed.
         policy: Probability of each action in each state, (states, 8).
-        step_limit: Steps after which a trial is cut off.
 
     Raises:
         ConfigurationError: The policy does not fit the states, a row of it is no distribution, or the identifier has
@@ -115,12 +114,9 @@ def walked_steps(
     With one walk a cell it is exact where neither the policy nor the world leaves anything to chance.
 
     Args:
-        identifier: From readings to states.
         policy: A frozen one.
         step_limit: Steps after which a trial is cut off; the mean without a limit takes it for endless after ten times
             as many.
-        seed: Of what is left to chance.
-        disturbance: What the world leaves to it.
     """
     longest, steps = 10 * step_limit, []
     for start in range(len(grid.cells)):

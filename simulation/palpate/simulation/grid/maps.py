@@ -40,7 +40,6 @@ class GridMap:
 
     Attributes:
         rows: Rows of the map, the upper one first, all of one length.
-        symbols: Sensor values that occur, in alphabetical order.
         cells: (column, row) of each cell that the agent can stand on, in reading order; the goal is none of them.
         readings: Sensor value of each cell, as its place in ``symbols``.
         moves: Next cell by cell and action, (cells, 8); None is the goal. Against a wall the agent stays.

@@ -39,8 +39,6 @@ class Walk:
     Attributes:
         symbols: Readings in their order, that of the start first and none at the goal; with the goal, as many as there
             were actions.
-        actions: Places in the action set.
-        reached: Whether the last action led to the goal.
     """
 
     start: int
@@ -169,8 +167,6 @@ def run_trial(
 
     Args:
         grid: The map; the agent gets nothing of it but readings.
-        identifier: From readings to states.
-        policy: Chooses and learns; its actions are :func:`~palpate.simulation.grid.maps.grid_actions`.
         seed: The run's seed.
         trial: Index of the trial; with the seed it gives the start and the policy's random numbers.
         start: Number of the cell in which it begins; None for the one that seed and trial give.

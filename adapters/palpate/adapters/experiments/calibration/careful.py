@@ -41,8 +41,6 @@ class Felt(NamedTuple):
     """One tick of a motion.
 
     Attributes:
-        time_ns: Source time of the wrench.
-        joints_ns: Source time of the joint angles.
         q_rad: Joint angles, (n,).
         wrench: Force and torque, (6,), N and N m, as the sensor gives them.
     """
@@ -55,13 +53,7 @@ class Felt(NamedTuple):
 
 
 class CarefulArm:
-    """An arm that is moved slowly, over the ports.
-
-    Args:
-        rig: Entered.
-        kinematics: The arm; a work space of its own.
-        loop: To be held around each motion, for real-time scheduling.
-    """
+    """An arm that is moved slowly, over the ports."""
 
     def __init__(
         self,

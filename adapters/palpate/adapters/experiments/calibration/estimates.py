@@ -47,12 +47,7 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Rest:
-    """A sensor that nothing touches.
-
-    Attributes:
-        noise_N: Standard deviation of a force channel.
-        noise_Nm: Standard deviation of a torque channel.
-    """
+    """A sensor that nothing touches."""
 
     noise_N: Estimate
     noise_Nm: Estimate
@@ -67,7 +62,6 @@ class ToolLoad:
         centre_of_mass_m: Of that, (3,), frame of the tool.
         mounting_deg: The sensor's turn about the tool's axis.
         offset: Its wrench without any load, (6,), N and N m, its own frame.
-        misfit_N: Root mean square of what a rigid tool leaves of the forces.
     """
 
     weight_N: Estimate
@@ -90,7 +84,6 @@ class Press:
 
     Attributes:
         surface_m: Depth of the plate's surface.
-        stiffness_N_per_m: Stiffness along the tool.
     """
 
     surface_m: Estimate

@@ -74,9 +74,6 @@ class Touched(NamedTuple):
 
     Attributes:
         height_m: Height of the plate, base frame.
-        depth_m: The same below where it was believed.
-        stiffness_N_per_m: Stiffness along the tool.
-        pressed: The data of each place.
     """
 
     height_m: Estimate
@@ -90,8 +87,6 @@ class Commissioning:
 
     Args:
         rig: Entered.
-        config: What is believed of task and arm.
-        loop: To be held around each motion.
     """
 
     def __init__(

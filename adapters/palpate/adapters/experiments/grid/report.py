@@ -29,9 +29,6 @@ class Score:
     """What one run came to.
 
     Attributes:
-        reached: Share of the last trials that ended at the goal.
-        greedy: Exact mean steps of the greedy policy that was learned, cut off at the limit.
-        greedy_reaches: Probability with which that policy reaches the goal within the limit.
         lost: Mean steps of the last trials on which the automaton was lost.
     """
 
@@ -121,11 +118,7 @@ _WIDTH_IN, _HEIGHT_IN = 5.2, 3.4
 
 @dataclass(frozen=True)
 class Panel:
-    """One panel of the figure.
-
-    Attributes:
-        curves: Steps of each trial, for each run.
-    """
+    """One panel of the figure."""
 
     title: str
     curves: tuple[tuple[int, ...], ...]

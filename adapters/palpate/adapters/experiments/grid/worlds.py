@@ -46,9 +46,7 @@ class Bounds:
     """What is possible in a map: exact mean steps from a uniformly random start.
 
     Attributes:
-        full: With full information: the shortest way.
         belief: The optimum with the map known and the place unknown; None if it takes too long to find.
-        random_walk: Of a random walk that is cut off at the limit.
     """
 
     full: float

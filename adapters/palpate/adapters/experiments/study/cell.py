@@ -23,9 +23,7 @@ class StudyCell:
     """What distinguishes one run of a study from the others.
 
     Attributes:
-        fields: Values by dotted names, of the settings that the study varies.
         policy: A learner's name, a comparator's name or a policy file.
-        seed: Every random stream of every trial follows from it.
     """
 
     fields: Mapping[str, Any]

@@ -67,9 +67,7 @@ class Study:
 
     Attributes:
         seeds: Seeds, each once; a range where they follow each other.
-        base: Settings of all cells, by dotted names.
         listed: Sets of settings; each is combined with all of the grid. One empty set if none are listed.
-        grid: Values of each setting that is varied by itself.
     """
 
     trials: int

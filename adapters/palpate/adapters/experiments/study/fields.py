@@ -58,7 +58,6 @@ def configured(settings: Mapping[str, Any], folder: str) -> RunConfig:
     """The configuration of its scenario with these settings over it; trials are not recorded unless one sets it.
 
     Args:
-        settings: Values by dotted names.
         folder: What names of files are relative to; workers may work in another folder.
     """
     settings = {"recording.enabled": False, **settings}
@@ -80,9 +79,7 @@ def with_learner(settings: Mapping[str, Any], policy: str, folder: str) -> dict[
     """Settings with the learner that a policy is or was learned with, where it is one or a file.
 
     Args:
-        settings: Values by dotted names.
         policy: A learner's name, which is what learns; or a policy file, whose learner is meant unless one is set.
-        folder: What names of files are relative to.
     """
     if policy in LEARNERS:
         return {**settings, "learner": policy}

@@ -31,7 +31,6 @@ def table_of(study: Study, rows: Sequence[tuple[StudyCell, Mapping[str, Any]]]) 
     """The table as CSV.
 
     Args:
-        study: Gives the settings that a cell leaves as they are.
         rows: Finished cells and the figures of their ``summary.json``.
     """
     fields = list(dict.fromkeys(name for one in (*study.listed, study.grid) for name in one))
@@ -83,11 +82,7 @@ _ELSEWHERE: Final = "name another folder with --out"
 
 
 class StudyFolder:
-    """The folder of one study.
-
-    Args:
-        path: Made when the study begins.
-    """
+    """The folder of one study."""
 
     def __init__(self, path: Path) -> None:
         self.path, self.cells = path, path / CELLS

@@ -48,7 +48,6 @@ class CellJob:
 
     Attributes:
         folder: Absolute path of the study's folder ``cells``.
-        base: Settings of all cells, by dotted names.
         files: Digests of files that results depend on, by their names in the study.
         relative_to: Absolute path of the folder that those names are relative to.
     """

@@ -25,11 +25,7 @@ GROUPS: Final = ("all", "devices", "liars")
 
 @dataclass(frozen=True)
 class Case:
-    """One run to be made.
-
-    Attributes:
-        seed: Of trial, tick and fault.
-    """
+    """One run to be made."""
 
     variant: Variant
     phase: Phase

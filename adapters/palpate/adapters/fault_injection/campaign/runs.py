@@ -58,15 +58,12 @@ class FaultRun:
 
     Attributes:
         delivered: Whether it struck at all; a trial may end before.
-        outcome: How the trial ended, or the error that ended it.
         ticks_to_stop: From the delivery to the last tick; None when the trial ended in the ordinary way.
         cause: What stopped it, in words; empty when nothing did.
         latched: Its latch sees to it that no further trial begins until that is acknowledged.
-        safe_stop: The arm was sent a stop at the end, as the log shows.
         peak_force_N: Largest true force; where that is not known, the largest change that the sensor measured before
             any fault of its own.
         damage: A true force above ``HARDWARE_LIMIT_N``, or a joint outside its limits.
-        log_intact: The log is sound, and holds the fault.
     """
 
     variant: str

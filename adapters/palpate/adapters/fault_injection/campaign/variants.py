@@ -35,11 +35,7 @@ class Variant:
     noise_share: float = 0.0
 
     def at(self, tick: int, seed: int, sensor: SensorFacts) -> list[FaultPlan]:
-        """The faults, beginning at this tick.
-
-        Args:
-            sensor: The force sensor, for noise like its own.
-        """
+        """The faults, beginning at this tick."""
         noise = [
             {"kind": "noise", "port": "force_sensor", "magnitude": self.noise_share * deviation, "channels": channels}
             for deviation, channels in ((sensor.noise_N, (0, 1, 2)), (sensor.noise_Nm, (3, 4, 5)))

@@ -107,11 +107,7 @@ class HostedPair(ManagedDevice):
 
 
 class _Job:
-    """Something that may take long, in a thread of its own.
-
-    Args:
-        numbers: Of the messages that wait for it.
-    """
+    """Something that may take long, in a thread of its own."""
 
     def __init__(self, name: str, call: Callable[[], object], clock: Clock, *numbers: int) -> None:
         self.numbers, self._call, self._clock = list(numbers), call, clock

@@ -49,8 +49,6 @@ class HostedStatus(NamedTuple):
     Attributes:
         time_ns: When, on the run's clock.
         fault: The latched fault, or None.
-        joints: Newest sample, while the arm is active.
-        trouble: Why there is none.
     """
 
     time_ns: int
@@ -60,11 +58,7 @@ class HostedStatus(NamedTuple):
 
 
 class Wire:
-    """One end of a line of whole messages. Neither sending nor taking ever waits.
-
-    Args:
-        end: A socket that keeps messages apart.
-    """
+    """One end of a line of whole messages. Neither sending nor taking ever waits."""
 
     def __init__(self, end: socket.socket, clock: Clock) -> None:
         end.setblocking(False)

@@ -42,9 +42,7 @@ class Wishes:
     """What to try.
 
     Attributes:
-        seconds: How long to measure at each device.
         person: Who pushes the tool; None leaves that out.
-        move: Whether the arm may be switched on and moved.
     """
 
     seconds: float
@@ -56,7 +54,6 @@ class Examination:
     """One rig.
 
     Args:
-        context: What its adapters may need.
         system: The operating system's side.
 
     Raises:

@@ -17,12 +17,7 @@ _BY_HAND: Final = "[x, y, z]"
 
 @dataclass(frozen=True, slots=True)
 class MeasuredNoise:
-    """What was measured of a sensor while nobody touched the tool.
-
-    Attributes:
-        force_N: Largest standard deviation of a force channel.
-        torque_Nm: Largest standard deviation of a torque channel.
-    """
+    """What was measured of a sensor while nobody touched the tool."""
 
     force_N: float
     torque_Nm: float

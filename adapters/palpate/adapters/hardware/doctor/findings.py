@@ -24,11 +24,7 @@ class Level(enum.Enum):
 
 @dataclass(frozen=True)
 class Finding:
-    """One judgement.
-
-    Attributes:
-        remedy: How to mend it; what is wrong always has one.
-    """
+    """One judgement."""
 
     level: Level
     text: str
@@ -45,7 +41,6 @@ class Fact:
 
     Attributes:
         text: For a person, with units.
-        value: For a program, where there is one number or name behind it.
     """
 
     name: str

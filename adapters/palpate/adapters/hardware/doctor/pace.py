@@ -58,7 +58,6 @@ def at_rate(clock: Clock, wanted_Hz: float, seconds: float, act: Callable[[], No
 
     Args:
         wanted_Hz: Turns a second.
-        act: What to do; if it raises, that ends the turns.
         late_ns: Gets how late each turn began, ns.
     """
     start_ns, period_ns, slot = clock.now_ns(), round(1e9 / wanted_Hz), 0

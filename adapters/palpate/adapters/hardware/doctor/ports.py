@@ -40,7 +40,6 @@ class WrenchReading:
     Attributes:
         force_N: Force, (3,).
         torque_Nm: Torque, (3,).
-        near_saturation: Whether it is near, or at, the end of the range.
     """
 
     force_N: Vector3
@@ -55,7 +54,6 @@ def examine_wrench(
     """Offsets, noise and saturation; what was measured of the noise, if anything.
 
     Args:
-        readings: What was read while nobody touched the tool.
         full_scales: N and N m at full scale, (6,), where known.
         resolution: Offsets smaller than this, in N and N m, count as zero.
     """
@@ -124,7 +122,6 @@ def examine_encoder(
     """Rate, marks and pose of active joint encoders.
 
     Args:
-        encoder: Active.
         lower_rad: Lower joint limits of the kinematic model, (n,).
         upper_rad: Upper ones, (n,).
     """
@@ -196,8 +193,6 @@ def examine_following(
     """Moves the last joint by :data:`STEP_RAD` and back. The arm is stopped on every way out.
 
     Args:
-        arm: Active.
-        encoder: Active.
         upper_rad: Upper joint limits, (n,); the step goes away from it.
     """
     try:

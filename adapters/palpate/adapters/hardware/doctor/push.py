@@ -57,13 +57,7 @@ class Change:
 
 
 class PushCheck:
-    """The questions and what follows from the answers.
-
-    Args:
-        sensor: Active.
-        person: Pushes.
-        mend_axes: What to do when the axes turn out to be mirrored.
-    """
+    """The questions and what follows from the answers."""
 
     def __init__(self, sensor: ForceSensor, clock: Clock, person: Person, notes: Notebook, mend_axes: str) -> None:
         self._sensor, self._clock, self._person = sensor, clock, person

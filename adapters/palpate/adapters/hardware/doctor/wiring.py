@@ -25,7 +25,6 @@ class Wiring:
     Attributes:
         serial: Device of a serial port, a CAN adapter's too; None where there is none.
         network: Name of a CAN network interface; None where there is none.
-        told: For a person.
         canopen_nodes: Nodes of CANopen devices that are on it, this computer's last.
         jr3_node: Node of a JR3 on it; None without one on CAN.
         period_us: Time between the readings of that JR3, in microseconds.

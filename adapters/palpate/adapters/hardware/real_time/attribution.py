@@ -67,7 +67,6 @@ class Account(NamedTuple):
 
     Attributes:
         run_ns: Processor time used; without what interrupts and a hypervisor took, where the kernel knows of it.
-        delay_ns: Time spent ready without a processor.
     """
 
     run_ns: int

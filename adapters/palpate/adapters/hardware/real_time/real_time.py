@@ -45,9 +45,6 @@ class RealTime:
     outside of it (the log's writer, watchdogs) inherits neither; the thread of a bus asks for both with
     :func:`join_loop`. For what is started within, priority is reset by the kernel (``SCHED_RESET_ON_FORK``); there is
     no such flag for the CPU, so nothing should be started there with one.
-
-    Attributes:
-        grants: What became of each wish; filled on entering.
     """
 
     def __init__(self, config: RealTimeConfig, kernel: Kernel | None = None) -> None:

@@ -17,11 +17,7 @@ from palpate.core.control_loop import LoopObserver
 
 
 class RealTimeSession:
-    """Real-time settings and section timing of one run. A context manager; to be entered by the loop's own thread.
-
-    Args:
-        config: What to ask the system for, and when to warn or stop.
-    """
+    """Real-time settings and section timing of one run. A context manager; to be entered by the loop's own thread."""
 
     def __init__(self, config: RealTimeConfig) -> None:
         self._real_time = RealTime(config)
@@ -43,11 +39,7 @@ class RealTimeSession:
         return [str(grant) for grant in self._real_time.grants]
 
     def timed(self, observers: tuple[LoopObserver, ...]) -> tuple[LoopObserver, ...]:
-        """The observers of a trial, with a stopwatch; what they do is charged to recording.
-
-        Args:
-            observers: The recorder, or nobody.
-        """
+        """The observers of a trial, with a stopwatch; what they do is charged to recording."""
         watch = self.stopwatch
         if watch is None:
             return observers

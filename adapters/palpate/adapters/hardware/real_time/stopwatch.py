@@ -77,15 +77,12 @@ class Stopwatch(LoopObserver):
     behind it.
 
     Args:
-        limits: How late is too late.
         rate_Hz: Ticks per second, for counting skipped slots.
         account: The kernel's account of the thread, read in every tick before the loop sleeps; None leaves causes
             unknown.
-        tell: Is told of what exceeds a limit to warn of.
         clock_works: Whether the clock works while the loop sleeps, as one does that drives a simulation. With any other
             clock, processor time that the kernel charges to a sleeper is not its own work: interrupts and a hypervisor
             are charged to whoever was there.
-        now_ns: Time, for the sections.
 
     Attributes:
         recording: Observes the end of what the observers between the two do when a command was sent.

@@ -26,7 +26,6 @@ class AgeWatch:
 
     Args:
         clock: Tells the age. While a virtual clock stands still nothing ages.
-        max_age_ns: Oldest feeding that is not too old.
         on_old: Is called with the age in ns, by the thread or by whoever calls ``check``, or by both at once; then the
             watch rests until it is fed again.
 
@@ -193,7 +192,6 @@ class GuardedArm(DeviceDecorator, ArmCommand):
     """Neither activates nor moves the arm until every trip is acknowledged.
 
     Args:
-        latches: What may have tripped.
         resting: Watchdogs of the loop, which rests when the arm was stopped.
     """
 

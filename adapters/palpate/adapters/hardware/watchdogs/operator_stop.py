@@ -28,7 +28,6 @@ class OperatorSources:
     """Where a stop may come from.
 
     Attributes:
-        keys: Any key in the terminal, where there is one.
         signal_number: This signal; None for none.
         file: A file that appears; None for none.
         socket: A connection to a Unix socket at this path; None for none.
@@ -53,7 +52,6 @@ class OperatorStop(Latching):
     Args:
         arm: Is stopped, from a thread of this class or from a signal handler.
         tell: Is told which source tripped, always by the thread, never by a signal handler.
-        terminal_fd: The terminal for keys.
     """
 
     def __init__(

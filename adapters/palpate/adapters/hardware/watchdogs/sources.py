@@ -25,7 +25,6 @@ class StopSource(ABC):
     """Something that a person can do.
 
     Attributes:
-        name: Kind of source, for the trip.
         fd: Readable when there is something to look at; None for what must be looked at again and again.
     """
 
@@ -228,7 +227,6 @@ class StopSignal:
     else, such as an event loop, uses that way already.
 
     Args:
-        pipe_fd: End of the pipe to write to, not blocking.
         act: Is called by the handler, in the main thread; must take no lock.
     """
 

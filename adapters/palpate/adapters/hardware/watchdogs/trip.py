@@ -17,7 +17,6 @@ class WatchdogTrip:
 
     Attributes:
         source: What tripped: ``command age``, ``loop``, ``key``, ``signal``, ``file``, ``socket``, ...
-        text: What happened, for a person.
     """
 
     time_ns: int

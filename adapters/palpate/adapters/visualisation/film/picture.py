@@ -44,7 +44,6 @@ class Painter:
     """Paints pictures of one trial. A context manager: on exit the graphics library is let go.
 
     Args:
-        size: Width and height of a picture, in pixels.
         camera: ``close-up``, ``arm`` or ``both``.
 
     Attributes:
@@ -73,7 +72,6 @@ class Painter:
         """The picture of a moment, RGB.
 
         Args:
-            notes: Whether the title and the remarks are written into it.
             inset: Whether the whole arm is put into a corner of the close-up, if both are asked for.
 
         Raises:

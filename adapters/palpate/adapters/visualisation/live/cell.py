@@ -25,9 +25,6 @@ _M_PER_N: Final = 0.015
 class CellFrames:
     """Where everything of a cell is, moment by moment.
 
-    Args:
-        log: Holds what the cell looked like; its ticks are not needed.
-
     Raises:
         LogError: It does not.
     """

@@ -30,11 +30,7 @@ _TRIAL: Final = 0
 
 
 class EmulationView:
-    """Shows the cell as if it were one long trial.
-
-    Args:
-        truth: Where the hole is.
-    """
+    """Shows the cell as if it were one long trial."""
 
     def __init__(self, live: Sink, config: RunConfig, ready: ReadyPose, truth: Truth) -> None:
         self._live, self._tick, self._now_ns = live, 0, 0

@@ -35,7 +35,6 @@ class FoxgloveDisplay(Display):
 
     Args:
         context: Foxglove's; whoever opened it has given it a server, or a file.
-        end: Closes that.
         now: Tells the run's time, ns, to those who watch.
     """
 

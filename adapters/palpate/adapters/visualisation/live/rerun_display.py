@@ -63,11 +63,7 @@ def layout() -> blueprint.Blueprint:
 
 
 class RerunDisplay(Display):
-    """A recording of Rerun's, which its server keeps whole for whoever comes anew.
-
-    Args:
-        recording: Leads to a server or a file already.
-    """
+    """A recording of Rerun's, which its server keeps whole for whoever comes anew."""
 
     def __init__(self, recording: rr.RecordingStream) -> None:
         self._recording = recording

@@ -43,11 +43,7 @@ _SUPERVISED: Final = {"clamp": "has clamped", "doubt": "doubts", "trip": "draws 
 
 
 class TrialStream:
-    """Trial after trial, message by message; numbers wait for :meth:`flush`.
-
-    Attributes:
-        curve: What came of the trials so far.
-    """
+    """Trial after trial, message by message; numbers wait for :meth:`flush`."""
 
     def __init__(self, display: Display) -> None:
         self._display, self.curve = display, LearningSoFar()

@@ -20,7 +20,6 @@ class LearningCurve:
 
     Attributes:
         costs: Time in s, or steps, of each trial of each run: (runs) tuples of (trials).
-        successes: Whether each trial came to a good end, of the same shape.
     """
 
     label: str
@@ -54,7 +53,6 @@ class Axes:
     Attributes:
         cost: Name and unit of the cost, ``exploration time [s]``.
         highest: Upper limit of the cost; None takes it from the data.
-        ceiling: No cost is above this, so no interval need be: the time limit.
     """
 
     cost: str = "exploration time [s]"

@@ -15,8 +15,6 @@ class Picture:
 
     Attributes:
         name: The file's name without its ending; unique in a report.
-        alt: What it shows, in words, for those who do not see it.
-        caption: Stands below it: what was drawn, and how intervals were made.
         wide: Keeps its size on narrow screens, where it can be moved sideways; for pictures with small letters.
     """
 
@@ -29,11 +27,7 @@ class Picture:
 
 @dataclass(frozen=True)
 class PageTable:
-    """A table of the page.
-
-    Attributes:
-        rows: Cells as they are shown; the first of a row names it.
-    """
+    """A table of the page."""
 
     caption: str
     head: tuple[str, ...]
@@ -60,10 +54,7 @@ class Page:
     """A report.
 
     Attributes:
-        kind: What the folder is, in a few words.
-        facts: What was run, as pairs of name and value.
         notices: What a reader must know before believing anything: unfinished cells, early ends.
-        sections: In order; those without anything to show are left out.
         summary: Rows of ``summary.csv``, all with the same columns.
     """
 

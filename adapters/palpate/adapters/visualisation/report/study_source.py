@@ -23,11 +23,7 @@ Setting = tuple[tuple[str, str], ...]
 
 @dataclass(frozen=True)
 class ReportedCell:
-    """A finished cell.
-
-    Attributes:
-        fields: Swept field to value.
-    """
+    """A finished cell."""
 
     name: str
     fields: Mapping[str, Any]
@@ -47,8 +43,6 @@ class StudySource:
 
     Attributes:
         cells: The finished cells, ordered by their fields, policies and seeds.
-        begun: Names of cells that were begun and are not finished.
-        unfinished: How many cells are not finished, begun or not.
         problem: Why ``study.toml`` does not give how many cells there should be; empty if it does.
     """
 

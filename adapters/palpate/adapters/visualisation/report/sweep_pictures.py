@@ -20,7 +20,6 @@ class Point:
 
     Attributes:
         times_s: Mean time of each seed, at least one.
-        wins: Trials that succeeded, all seeds together.
     """
 
     value: Any

@@ -36,7 +36,6 @@ class BeliefLearner(ModelLearner[TouchedTrial]):
 
     Args:
         half_width_m: Half the side of the square about the goal that may be explored.
-        action_s: Time of an action.
 
     Raises:
         ConfigurationError: The square is so large that its places could not be gone through within a tick.

@@ -96,7 +96,6 @@ class TouchModel:
         residual_Nm: What the cue leaves, at each ring and sector, (rings, sectors, 2).
         noise_Nm: Standard deviation of each component, at each ring, (rings,).
         bias_Nm: Standard deviation of the offset from trial to trial, of each component.
-        touches: How many touches it was fitted to.
     """
 
     lag: float

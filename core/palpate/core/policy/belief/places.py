@@ -32,9 +32,6 @@ def near_way(x_m: Floats, y_m: Floats, dx_m: float, dy_m: float, width_m: float)
 class Places:
     """The upright square of places, centred at the nominal goal.
 
-    Args:
-        half_width_m: Half the side of the square.
-
     Attributes:
         axis_m: Their coordinates, in x as in y, (size,).
     """
@@ -72,7 +69,6 @@ class TouchTable:
 
     Attributes:
         offset_Nm: Torque that every touch has, (2,).
-        bias_precision: Precision of the bias of a trial.
     """
 
     def __init__(self, model: TouchModel, places: Places) -> None:
@@ -149,7 +145,6 @@ class TorqueBelief(PlaceBelief):
     that the model gives it, so the evidence has a closed form in a few running sums.
 
     Args:
-        table: What touches are to be expected.
         log_prior: Logarithm of the belief at the trial's start, (size, size).
     """
 

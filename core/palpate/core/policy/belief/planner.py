@@ -22,10 +22,6 @@ _UNLIKELY: Final = 1e-4
 class Planner:
     """One step ahead: the endpoint from which the hole, if it was not on the way, is soonest reached.
 
-    Args:
-        capture_m: A hole within this distance of the way takes the peg in.
-        speed_m: How far the tool goes in an action.
-
     Attributes:
         ways: The steps that it chooses from, (dx, dy) in m.
     """
@@ -86,7 +82,6 @@ class SpiralSearch:
     """An Archimedean spiral about a point, in chords short enough to leave no gap; and again, between its turns.
 
     Args:
-        step_m: Longest chord.
         radius_m: Where a spiral ends and the next one begins: a hole may be passed without a drop.
     """
 

@@ -28,7 +28,6 @@ def place_prior(holes_m: Sequence[Hole], places: Places) -> Floats:
 
     Args:
         holes_m: Where holes were found, (x, y), the oldest first.
-        places: Where the next one may be.
     """
     area = (places.size * float(places.axis_m[1] - places.axis_m[0])) ** 2
     weights = _weights(holes_m, area)

@@ -38,7 +38,6 @@ def symbols_of(torque_Nm: Floats, threshold_Nm: float) -> np.ndarray:
 
     Args:
         torque_Nm: Torque about the tip, (n, 2).
-        threshold_Nm: How far the middle band reaches.
     """
     bands = 1 + (torque_Nm > threshold_Nm).astype(int) - (torque_Nm < -threshold_Nm).astype(int)
     symbols: np.ndarray = 3 * bands[:, 0] + bands[:, 1]
@@ -50,7 +49,6 @@ class SymbolModel:
     """What was learned of the symbols.
 
     Attributes:
-        threshold_Nm: How far the middle band of each component reaches.
         lag: Share of the last step by which the torque is behind the commanded tip.
         shares: How likely each symbol is at each ring and sector, (rings, sectors, symbols).
     """

@@ -113,7 +113,6 @@ def fit_clones(trials: Sequence[RecordedTrial], symbols: int, actions: int, *, s
 
     Args:
         trials: What was read and done, at least ten trials; one of five is held out.
-        seed: Equal seeds give equal guesses.
     """
     rng = np.random.default_rng(seed)
     kept, held = Batch.of([trial for number, trial in enumerate(trials) if number % 5 != 4]), trials[4::5]

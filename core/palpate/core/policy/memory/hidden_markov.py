@@ -44,7 +44,6 @@ class Counts(Protocol):
         """Of the trials that have another reading afterwards, the two messages about a move.
 
         Args:
-            time: Of the reading before.
             before: What came before, times the weight and over the probability of the trial, (trials, states).
             after: What comes after, the next reading not yet included, (trials, states).
         """

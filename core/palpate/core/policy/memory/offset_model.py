@@ -55,7 +55,6 @@ class OffsetModel:
     """What was learned of each offset.
 
     Attributes:
-        steps: Displacement of each action, in steps.
         offsets: Offsets (u, v) of the agent from the goal, in steps; moves to any other count as staying.
         start: Probability of each at the start, (offsets,).
         blocked: Probability that an action leaves it where it is, (actions, offsets).
@@ -177,12 +176,8 @@ def fit_offsets(
 
     Args:
         trials: What was read and done, at least one trial.
-        steps: Displacement of each action.
-        reach: Largest offset along x or y that is thought of.
         starts: So many first guesses are fitted to four of five trials, and the one with the least loss on the fifth
             is fitted to all; with one, nothing is held out.
-        iterations: Steps of Baum-Welch of each fit.
-        seed: Equal seeds give equal guesses.
     """
     rng = np.random.default_rng(seed)
     blanks = [OffsetModel.blank(steps, reach, symbols, rng) for _ in range(starts)]

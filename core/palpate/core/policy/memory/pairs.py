@@ -57,7 +57,6 @@ class PairsLearner(Learner):
 
     Args:
         symbols: Names of the symbols; these are the states that it is asked in.
-        longest: Most readings of a past.
         back_off: Mix in the shorter pasts; without it only the longest counts.
         frozen: Learn nothing more, and keep the temperature of the schedule for that.
 
@@ -168,8 +167,6 @@ class PairsLearner(Learner):
         """Update the values of the last action.
 
         Args:
-            symbols: Readings up to that action.
-            actions: Actions, it included.
             after: What was read after it; None at the goal.
             visit: 1 if it is new experience, 0 if it is replayed.
         """

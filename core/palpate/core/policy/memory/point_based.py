@@ -77,7 +77,6 @@ def perseus(model: FinitePomdp, rng: np.random.Generator, discount: float = DISC
     """A plan by point-based value iteration.
 
     Args:
-        rng: Draws the walks whose beliefs are planned for.
         discount: What a step counts less than the one before it.
     """
     beliefs = _on_grid(_met(model, qmdp(model, discount), rng), _SHARE)

@@ -22,8 +22,6 @@ class RecordedTrial:
 
     Attributes:
         symbols: Readings, the start's first; none at the goal.
-        actions: Places in the action set.
-        reached: Whether the last action led to the goal.
 
     Raises:
         ConfigurationError: The numbers of readings and actions do not go together, or there is none.
@@ -67,7 +65,6 @@ class Batch:
 
     Attributes:
         symbols: Readings, (trials, longest); after a trial's end 0.
-        actions: Actions, of the same shape.
         weights: How many trials each stands for, (trials,).
         lengths: Number of readings of each, (trials,).
         reached: Whether each ended at the goal, (trials,).

@@ -64,10 +64,6 @@ class AxialCheck:
     on something, be it stuck or free, the force changes by the spring's stiffness times the lift. A sensor that is
     held, dead, noisy or wrongly scaled gives another number.
 
-    Args:
-        stiffness_N_per_m: Axial stiffness of the gripper.
-        press_N: Force with which the tool presses.
-
     Attributes:
         share: Measured stiffness as a share of the gripper's; None until it is known, and when contact slipped away
             before the lift, so that there was nothing to measure.
@@ -100,8 +96,6 @@ class AxialCheck:
 
         Args:
             force_z_N: Tared force along the tool axis, negative while pressing.
-            reference_z_m: Commanded depth.
-            measured_z_m: Depth by the encoders.
         """
         self._ticks += 1
         if self._stage is _Stage.BEFORE:

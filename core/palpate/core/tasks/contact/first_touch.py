@@ -20,10 +20,6 @@ class FirstTouch:
 
     Sensor and encoders are read at times of their own, and an arm on a slow bus shows where it was: each force is held
     against the depth at the time at which the force was measured.
-
-    Args:
-        stiffness_N_per_m: Axial stiffness of the gripper.
-        press_N: Force with which the tool presses.
     """
 
     def __init__(self, stiffness_N_per_m: float, press_N: float) -> None:
@@ -39,9 +35,7 @@ class FirstTouch:
         """Take in one tick of the approach.
 
         Args:
-            snapshot: Its samples, for their times.
             force_z_N: Tared force along the tool axis, negative while pressing.
-            depth_m: Depth of the tip by the encoders.
         """
         for samples, time_ns, value in (
             (self._forces, snapshot.wrench.source_time_ns, force_z_N),

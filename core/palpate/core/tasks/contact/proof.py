@@ -78,10 +78,8 @@ class ContactProof(Proof):
 
     Args:
         task: Pressing force, play of the hole.
-        control: Stiffness of the gripper.
 
     Attributes:
-        touch: The stiffness of the first touch.
         life: Travel since the sensor's last sign of life.
     """
 

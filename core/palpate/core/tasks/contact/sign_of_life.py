@@ -41,11 +41,6 @@ class SignOfLife:
 
     A force that does not follow demands a check. Where the check finds the sensor sound, servos or samples are later
     than a heave can show; for the rest of the trial only a way without a sign demands another.
-
-    Args:
-        stiffness_N_per_m: Axial stiffness of the gripper.
-        swing_N: By so much the force may rise and fall.
-        speed_m_s: Top speed of the heave.
     """
 
     def __init__(self, stiffness_N_per_m: float, swing_N: float, speed_m_s: float) -> None:

@@ -36,9 +36,6 @@ class TouchTask(Task):
 
     Args:
         measurement: From snapshots to the task frame.
-        motion: From tip velocities to joint commands.
-        free: The law of motion in free space.
-        proof: Holds force against position.
 
     Attributes:
         expectation: What the task expects of the world in this phase, for the supervisor.

@@ -21,13 +21,6 @@ class WallCheck:
     """Pushes sideways until a wall answers, or until the peg has gone further than the hole's play.
 
     The push goes against whatever lateral force there is, so that a peg that leans on one wall is led to the other.
-
-    Args:
-        play_m: How far the peg may move in the hole from wall to wall.
-
-    Attributes:
-        answered: Whether a wall has pushed back.
-        answer_N: The largest answer so far, a mean of four samples.
     """
 
     def __init__(self, play_m: float) -> None:

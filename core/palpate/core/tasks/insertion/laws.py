@@ -17,8 +17,6 @@ class Laws:
     """One law for each kind of motion.
 
     Attributes:
-        free: To a place in free space.
-        press: To a place on the plate, pressing on it.
         inserting: Down a hole, with the lateral force regulated to zero; it ignores its target.
     """
 

@@ -34,7 +34,6 @@ class InsertionTask(TouchTask):
 
     Args:
         measurement: From snapshots to the task frame.
-        motion: From tip velocities to joint commands.
     """
 
     _state: InsertionState

@@ -15,7 +15,6 @@ class InsertionState(TrialState):
 
     Args:
         agent: What learns from the trial's end.
-        axial_N_per_m: Stiffness of the gripper along the tool axis.
 
     Attributes:
         explore_start: Tick of the first contact; 0 before.

@@ -70,7 +70,6 @@ class FollowTask(TouchTask):
     Args:
         task: The settings; ``press_kgf`` is the force asked for.
         measurement: From snapshots to the task frame.
-        motion: From tip velocities to joint commands.
 
     Raises:
         ConfigurationError: An option or a gain is refused.

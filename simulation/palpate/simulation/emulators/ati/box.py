@@ -20,7 +20,6 @@ class EmulatedBoxConfig:
         force_unit: As its page says it.
         torque_unit: As its page says it.
         ratings: Rated range of the six axes, in these units.
-        rdt: Whether the RDT interface is on.
         buffered_records: Records of a datagram in buffered mode.
     """
 

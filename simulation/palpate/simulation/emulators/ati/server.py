@@ -19,9 +19,6 @@ class NetFtServer:
     """A thread that serves a box. A context manager: inside, it is there.
 
     The box sends to whoever asked last, as a real one does.
-
-    Attributes:
-        host: That address.
     """
 
     def __init__(self, box: EmulatedBox, host: str = "127.0.0.1") -> None:

@@ -64,10 +64,7 @@ class Entry:
     """One object: value and what may be done with it.
 
     Attributes:
-        value: As a Python integer.
         signed: Two's complement.
-        writable: By SDO.
-        mappable: Into a PDO.
     """
 
     value: int
@@ -218,8 +215,6 @@ def reply_to(request: bytes, objects: ObjectDictionary, written: Callable[[int],
 
     Args:
         request: Payload of the frame.
-        objects: Read and written here.
-        written: Told the index of each object that was written.
     """
     if len(request) != _FRAME.size:
         return None

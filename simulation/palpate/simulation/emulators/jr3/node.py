@@ -70,7 +70,6 @@ class Jr3Node:
     since the step before, so a load that changes quickly needs short steps.
 
     Args:
-        wrench: Asked for the true wrench at each step.
         generator: Source of noise, drift and random faults; untouched while all of them are off.
     """
 

@@ -119,9 +119,6 @@ class MovingAverage:
     After k acquisitions of x the state y has become x + (y - x) (1 - alpha)^k (CALC). White noise on each
     acquisition adds a normal variable whose variance is the sum of the geometric series of the weights (CALC), so
     one draw an axis replaces k draws without changing the distribution.
-
-    Args:
-        generator: Source of the noise; untouched while the noise is zero.
     """
 
     def __init__(self, generator: np.random.Generator) -> None:

@@ -61,11 +61,7 @@ class BusFaults:
 
 
 class FaultyBus:
-    """Draws the fate of each frame.
-
-    Args:
-        generator: Source of chance; untouched while all faults are off.
-    """
+    """Draws the fate of each frame."""
 
     def __init__(self, generator: np.random.Generator) -> None:
         self.faults = BusFaults()

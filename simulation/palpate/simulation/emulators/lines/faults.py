@@ -48,11 +48,7 @@ NO_FAULTS: Final = SerialFaults()
 
 @dataclass(frozen=True, slots=True)
 class Delivery:
-    """Bytes on their way to the host.
-
-    Attributes:
-        delay_ns: How much later than usual they start.
-    """
+    """Bytes on their way to the host."""
 
     data: bytes
     delay_ns: int = 0
@@ -62,12 +58,6 @@ class FaultInjector:
     """Applies `SerialFaults` to commands and replies.
 
     Setting `faults` replaces all of them at once, so another thread may do it at any time.
-
-    Args:
-        rng: Source of chance, of this injector only.
-
-    Attributes:
-        injected: How often each fault has struck, by field name.
     """
 
     def __init__(self, rng: np.random.Generator) -> None:

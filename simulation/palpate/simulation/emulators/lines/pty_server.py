@@ -30,9 +30,6 @@ class PtyLine:
 
     Args:
         baud: Rate to preset, so that a host which never sets one is understood.
-
-    Attributes:
-        master: File descriptor, non-blocking.
     """
 
     def __init__(self, baud: int = 38400) -> None:

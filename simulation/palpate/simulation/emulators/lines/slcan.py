@@ -90,9 +90,6 @@ class Adapter:
     def take(self, data: bytes) -> tuple[bytes, list[BusFrame]]:
         """Take bytes from the host.
 
-        Args:
-            data: What came in, which may begin and end within a line.
-
         Returns:
             Answer for the host, and frames to send.
         """
@@ -170,11 +167,7 @@ class SlcanFaults:
 
 
 class FaultyLines:
-    """Spoils lines by chance.
-
-    Args:
-        generator: Source of chance; untouched while all faults are off.
-    """
+    """Spoils lines by chance."""
 
     def __init__(self, generator: np.random.Generator) -> None:
         self.faults = SlcanFaults()

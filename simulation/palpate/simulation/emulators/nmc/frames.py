@@ -109,7 +109,6 @@ class Frame:
 
     Attributes:
         address: A module's own (0 to 0x7F) or a group's (0x80 to 0xFF).
-        command: CommandCode code.
         data: Up to 15 bytes.
     """
 

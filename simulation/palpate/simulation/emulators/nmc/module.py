@@ -35,10 +35,8 @@ class NmcModule:
     Attributes:
         address: Own address, 0 until SET_ADDR.
         group: Group address, 0x80 to 0xFF.
-        leader: Whether it answers for its group.
         rejected: Commands since construction whose length or kind did not fit; they change nothing (assumed: the
             firmware would take whatever its buffer holds). Path mode, homing and outputs are not emulated.
-        muted: Fault: it acts but its replies are lost.
     """
 
     def __init__(self, axis: int, plant: Plant, settings: ModuleSettings | None = None) -> None:

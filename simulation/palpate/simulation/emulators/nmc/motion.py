@@ -21,9 +21,6 @@ class Profile:
         position: Commanded position in 1/65536 counts.
         velocity: Commanded velocity in 1/65536 counts a tick, signed.
         acceleration: Acceleration word of the motion under way, which a smooth stop uses too.
-        done: No trapezoid and no change of velocity under way.
-        accelerated: The present motion has ended its first ramp.
-        slewed: The present motion has ended its run at constant velocity.
     """
 
     def __init__(self) -> None:

@@ -25,7 +25,6 @@ class ModuleSettings:
     """How a module is built and wired.
 
     Attributes:
-        version: Firmware version in the identity item.
         watchdog_units: Time without an intact command after which the watchdog acts, in units of 8192 us.
         watchdog_action: What it does then. The classic command set has none, so it is off by default.
         analog: The A/D item, 0 to 255 (assumed constant).
@@ -50,8 +49,6 @@ class GainParameters:
     Attributes:
         kp: Proportional gain; with 0 the motor does not follow.
         kd: Derivative gain, without effect here: the plant stands for the closed loop.
-        ki: Integral gain, without effect here.
-        integration_limit: Limit of the integral, without effect here.
         output_limit: Largest duty, 0 to 255; with 0 the motor does not follow.
         current_limit: Limit of the motor's current, without effect here.
         error_limit: Position error in counts at which the servo switches itself off.

@@ -83,7 +83,6 @@ class UrController:
 
     Attributes:
         remote: Whether it is in remote control; otherwise scripts are refused.
-        inputs: Input registers by their RTDE name.
         owner: Which session may write an input register.
     """
 

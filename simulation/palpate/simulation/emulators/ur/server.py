@@ -84,7 +84,6 @@ class UrServer:
         host: Address; empty takes the first of 127.0.0.1 to 127.0.0.60 whose ports are free.
 
     Attributes:
-        host: That address.
         network: What becomes of bytes on their way.
     """
 

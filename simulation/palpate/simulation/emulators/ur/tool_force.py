@@ -40,7 +40,6 @@ class ToolForce:
 
     Args:
         wrench: The true wrench on the flange at a time in ns, (6,).
-        seed: Of noise and drift.
     """
 
     def __init__(

@@ -17,7 +17,6 @@ class Equipment:
     """What the phases share.
 
     Attributes:
-        axial_N_per_m: Stiffness of the gripper along the tool axis.
         measurement: The newest tick in the task frame.
         motion: Where the tip is commanded to be.
     """

@@ -31,9 +31,6 @@ class Explore(RunningPhase):
 
     Args:
         checks: Prove contact between; None for a task without proofs.
-
-    Attributes:
-        countdown: Ticks that are left of the running action.
     """
 
     def __init__(self, equipment: Equipment, checks: ExploringChecks | None) -> None:

@@ -35,11 +35,7 @@ class ExploringChecks:
         self._proof.life.resume()
 
     def step(self, countdown: int) -> Vector3 | None:
-        """Velocity of the tip while a check is made, (3,) m/s, task frame; None when there is nothing to check.
-
-        Args:
-            countdown: Ticks that are left of the running action.
-        """
+        """Velocity of the tip while a check is made, (3,) m/s, task frame; None when there is nothing to check."""
         equipment, proof = self._equipment, self._proof
         measured, state, reference_m = equipment.measurement, equipment.state, equipment.motion.reference_m
         snapshot = state.snapshot
