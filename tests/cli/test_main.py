@@ -114,8 +114,8 @@ def desk(tmp_path: Path) -> Path:
 
 
 COMMANDS = (
-    "train, run, compare, study, prove, show, fit-touch, explore, infer, automaton, replay, report, log, render, view, "
-    "check-adapter, emulate, doctor, calibrate, gap, faults, examples, completion, version"
+    "train, run, teach, compare, study, prove, show, fit-touch, explore, infer, automaton, replay, report, log, "
+    "render, view, check-adapter, emulate, doctor, calibrate, gap, faults, examples, completion, version"
 )
 
 

@@ -163,7 +163,7 @@ class KnownFolder:
 
 RUN_FILES: Final = (
     "run.toml", "trials.csv", "decisions.csv", "checkpoint.json", "policy.json", "summary.json", "learning_curve.png",
-    "trials.png", "compare.csv", "compare.txt", "cell.json",
+    "trials.png", "compare.csv", "compare.txt", "cell.json", "examples.csv",
 )  # fmt: skip
 """Files that a run leaves, besides its logs."""
 

@@ -13,6 +13,7 @@ import numpy as np
 from palpate.adapters.config import RunConfig, overlay, recorded_config
 from palpate.adapters.experiments import (
     OUTSIDE,
+    PERSON,
     build_supervisor,
     build_task,
     comparator,
@@ -33,6 +34,8 @@ from palpate.core.trial import ReadyPose, Task, TrialSetup
 
 _OUTSIDE: Final = ("cell", "recording")
 """Settings of the world and of the recorder: what was recorded does not change with them."""
+_CHOSE: Final = {OUTSIDE: "an agent outside", PERSON: "a person"}
+"""Who chose where there is no policy that could do so again."""
 
 
 @dataclass(frozen=True)
@@ -224,8 +227,8 @@ class Rebuilder:
             return own, loaded_policy(other, config, own, frozen=True)
         if isinstance(other, ForeignEntry):
             return perception, foreign_policy(other, config, perception, frozen=True)
-        if other is None and log.start.policy == OUTSIDE:
-            return perception, self._told(log, config, perception, "an agent outside chose the actions")
+        if other is None and log.start.policy in _CHOSE:
+            return perception, self._told(log, config, perception, f"{_CHOSE[log.start.policy]} chose the actions")
         if other is not None or (log.start.policy != "document" and ":" not in log.start.policy):
             return perception, comparator(other or log.start.policy, config, lambda: _hole(log, world))
         try:

@@ -1,0 +1,11 @@
+from .examples_file import EXAMPLES_FILE as EXAMPLES_FILE
+from .examples_file import Shown as Shown
+from .examples_file import examples_text as examples_text
+from .examples_file import taught_table as taught_table
+from .gamepad import Gamepad as Gamepad
+from .hand import Hand as Hand
+from .keys import KEYS_HELP as KEYS_HELP
+from .keys import Keys as Keys
+from .lesson import slowed as slowed
+from .lesson import teach_trials as teach_trials
+from .teacher import Teacher as Teacher

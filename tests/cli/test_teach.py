@@ -1,0 +1,51 @@
+"""``palpate teach``: keys typed ahead into a pseudo-terminal."""
+
+import os
+import pty
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from tests.command_line import CommandLine
+
+CELL = ("--seed", 1, "--cell.hole-uncertainty-mm", 0)
+
+
+@pytest.fixture
+def typed(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[bytes], None]]:
+    ours, theirs = pty.openpty()
+    with os.fdopen(theirs) as terminal:
+        monkeypatch.setattr("sys.stdin", terminal)
+        yield lambda keys: os.write(ours, keys) and None
+    os.close(ours)
+
+
+def test_what_was_shown_is_a_table_a_file_of_examples_and_a_policy(
+    palpate: CommandLine, typed: Callable[[bytes], None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    # From the start of this trial two steps along -x and one along y; the second trial is left by Escape.
+    typed(b"xxd\x1b")
+    done = palpate("teach", *CELL, "--trials", 2, "--out", "lesson")
+    assert done.code == 130
+    assert "trial 1 of 2: inserted, 3 examples" in done.stderr
+    assert "x+ y0    -x  " in done.stdout
+    assert Path("lesson/examples.csv").read_text().startswith("trial,number,state,action\n0,0,x+ y0,-x\n")
+    assert "1 of 1 equal in every bit" in palpate.succeed("replay", "lesson/logs/trial-00000.mcap")
+    assert "x+ y0    examples  -x" in palpate.succeed("show", "lesson/policy.json")
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--gamepad", "js9"), "a gamepad's device that can be read"),
+        (("--guide-N", "3"), "0 without --rig"),
+        (("--rig", "rig.toml"), "rig.toml"),
+    ],
+)
+def test_what_cannot_be_taught_with_is_one_line(
+    palpate: CommandLine, words: tuple[str, ...], said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert said in palpate.refusal("teach", *words)
