@@ -21,11 +21,13 @@ def config_of(arm: str, section: str) -> RunConfig:
 
 
 def gaps_m(rig: SimulatedRig) -> list[float]:
-    """Distance from each wall of the hole to the nearest sphere of the centred peg."""
+    """Distance from each wall of the hole to the nearest sphere, or corner, of the centred peg."""
     model, data = rig.cell.model, rig.cell.data
     mujoco.mj_kinematics(model, data)
     spheres = np.flatnonzero(model.geom_type == mujoco.mjtGeom.mjGEOM_SPHERE)
-    centres, radius = data.geom_xpos[spheres], model.geom_size[spheres[0], 0]
+    centres, radius = data.geom_xpos[spheres], model.geom_size[spheres[0], 0] if len(spheres) else 0.0
+    for mesh in np.flatnonzero(model.geom_type == mujoco.mjtGeom.mjGEOM_MESH):
+        centres = data.geom_xpos[mesh] + model.mesh_vert @ data.geom_xmat[mesh].reshape(3, 3).T
     hole = data.body("plate").xpos
     gaps = []
     for box in np.flatnonzero(model.geom_type == mujoco.mjtGeom.mjGEOM_BOX):

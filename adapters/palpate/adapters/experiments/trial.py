@@ -101,8 +101,9 @@ def score(config: RunConfig, report: TrialReport, truth: Truth | None) -> Scored
 
 def fit_of(config: RunConfig) -> Fit:
     """How tool and part of the simulated cell fit."""
-    peg = config.cell.peg
-    return Fit(peg.diameter_mm, max(peg.clearance_mm, config.cell.worn_clearance_mm), config.cell.tilt_mrad)
+    cell = config.cell
+    lean_mrad = cell.tilt_mrad + cell.conditions.plate_lean_mrad
+    return Fit(cell.peg.diameter_mm, max(cell.peg.clearance_mm, cell.worn_clearance_mm), lean_mrad)
 
 
 def truth_fields(scored: ScoredTrial) -> dict[str, Any]:

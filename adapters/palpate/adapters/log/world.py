@@ -9,7 +9,7 @@ from math import inf
 from typing import Any, Final
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.ports import Rig, SensorFacts, World
+from palpate.core.ports import Rig, SensorFacts, Vector3, World
 
 _SENSOR: Final = "force_sensor_facts"
 _ACKNOWLEDGED: Final = "acknowledged"
@@ -38,6 +38,15 @@ def recorded_sensor(world_json: str) -> SensorFacts | None:
         return SensorFacts(**(facts | ranges))
     except (KeyError, TypeError) as error:
         raise ConfigurationError(_SENSOR, facts, "the facts of a force sensor") from error
+
+
+def recorded_turn(world_json: str) -> Vector3:
+    """The rotation vector from the task's axes to the hole's that a log holds; zero where the hole was not turned."""
+    world: Any = json.loads(world_json or "{}")
+    turn = world.get("hole_turn_rad") if isinstance(world, Mapping) else None
+    if not isinstance(turn, list) or len(turn) != 3 or not all(isinstance(each, float) for each in turn):
+        return 0.0, 0.0, 0.0
+    return turn[0], turn[1], turn[2]
 
 
 _RANGES: Final = ("range_N", "range_Nm")

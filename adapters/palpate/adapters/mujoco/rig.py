@@ -74,7 +74,9 @@ class SimulatedRig(Rig):
             "model_sha256": self._model_sha256,
             "hole_in_task_m": list(truth.hole_in_task_m),
         }
-        return World(SIMULATOR, facts | ({"drawn": dict(truth.drawn)} if truth.drawn else {}))
+        facts |= {"drawn": dict(truth.drawn)} if truth.drawn else {}
+        facts |= {"hole_turn_rad": list(truth.hole_turn_rad)} if any(truth.hole_turn_rad) else {}
+        return World(SIMULATOR, facts)
 
     @property
     def clock_ticks(self) -> int:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import hypot
 from typing import Any, Final
 
 import mujoco
 import numpy as np
+import pinocchio as pin
 
 from palpate.adapters.log import DecisionEntry, TrialLog, config_of
 from palpate.adapters.mujoco.graphics import off_screen_context
@@ -17,7 +18,7 @@ from palpate.core.errors import LogError, PalpateError
 from palpate.core.motion import Kinematics, ToolGeometry, arm_named, wrench_about
 from palpate.core.ports import CONTROL_RATE_HZ, JointVector, Vector3
 from palpate.core.trial import goal_in_base, wander_m
-from palpate.simulation.work_cell import PLATE_REACH_M, build_work_cell, trial_world
+from palpate.simulation.work_cell import PLATE_REACH_M, build_work_cell, quaternion, trial_world
 
 
 @dataclass(frozen=True)
@@ -71,7 +72,9 @@ class DrawnCell:
     def __init__(self, log: TrialLog) -> None:
         config = config_of(log)
         goal = goal_in_base(config.task.goal)
-        cell = trial_world(config.cell, log.start.seed, log.start.trial).cell
+        world = trial_world(config.cell, log.start.seed, log.start.trial)
+        # Whatever it touched with, it is drawn as what it is.
+        cell = replace(world.cell, peg=replace(world.cell.peg, contact="hull"))
         reach = wander_m(config.task) + cell.hole_reach_mm * 1e-3 + 1e-3
         try:
             kinematics = Kinematics(arm_named(config.arm), ToolGeometry())
@@ -99,7 +102,9 @@ class DrawnCell:
         self.hole_radius_m = self.peg_diameter_m / 2.0 + cell.peg.clearance_mm * 1e-3
         self.plate_depth_m = cell.peg.hole_depth_mm * 1e-3 + 0.005
         self._compliance, self._tool = cell.compliance, kinematics.tool
-        self.model.body_pos[self.model.body("plate").id] = self.mouth_m
+        plate = self.model.body("plate").id
+        self.model.body_pos[plate] = self.mouth_m
+        self.model.body_quat[plate] = quaternion(goal.rotation @ pin.exp3(np.array(world.hole_turn_rad)))
         self._springs = [int(self.model.joint(name).qposadr[0]) for name in _SPRINGS]
         self._path = log.path
 

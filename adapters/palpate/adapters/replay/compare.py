@@ -22,6 +22,7 @@ from palpate.adapters.log import (
     end_of,
     learner_of_json,
     policy_digest,
+    recorded_turn,
 )
 from palpate.adapters.replay.differences import Difference, Differences, close_enough, same_bits
 from palpate.adapters.replay.rebuild import Rebuilt
@@ -181,16 +182,18 @@ def compare_ends(differences: Differences, log: TrialLog, report: TrialReport, c
     # The score of a leaning peg was another once.
     scored_before = config.cell.tilt_mrad > 0.0 and log.start.core_sha256 != core_sha256()
     if differences.count == 0 and end.success is not None and not scored_before:
-        _compare_values(differences, "/end", end.tick, "success", end.success, _success(end, report, config))
+        _compare_values(differences, "/end", end.tick, "success", end.success, _success(log, end, report, config))
     if not log.start.derived_from and _claims_what_if(log):
         differences.add(Difference(end.tick, "/end", "counterfactual", True, False), gross=True)
 
 
-def _success(end: EndRecord, report: TrialReport, config: RunConfig) -> bool | None:
+def _success(log: TrialLog, end: EndRecord, report: TrialReport, config: RunConfig) -> bool | None:
     tip, hole = end.true_tip_in_task_m, end.true_hole_in_task_m
     if len(tip) != 3 or len(hole) != 3 or end.true_depth_m is None or end.true_peak_force_N is None:
         return None
-    return score(config, report, Truth(hole, tip, end.true_depth_m, end.true_peak_force_N)).success
+    turn = recorded_turn(log.start.world_json)
+    truth = Truth(hole, tip, end.true_depth_m, end.true_peak_force_N, hole_turn_rad=turn)
+    return score(config, report, truth).success
 
 
 def _claims_what_if(log: TrialLog) -> bool:

@@ -33,6 +33,7 @@ from .rig import SIMULATOR as SIMULATOR
 from .rig import Rig as Rig
 from .rig import Truth as Truth
 from .rig import World as World
+from .rig import axis_of as axis_of
 from .sensor_facts import SensorFacts as SensorFacts
 from .settings import Holds as Holds
 from .settings import OneOf as OneOf

@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from math import cos, hypot, sin
 from types import TracebackType
 from typing import Any, Final, Protocol, Self
 
@@ -20,9 +21,11 @@ class Truth:
     Attributes:
         hole_in_task_m: Centre of the hole's mouth, (3,), task frame.
         tip_in_task_m: Centre of the peg's end face, (3,), task frame.
-        depth_m: Depth of the tip below the plate's surface, 0 while it is above.
+        depth_m: Depth of the tip below the plate's surface, along the hole's axis; 0 while it is above.
         peak_force_N: Largest norm of the force through the wrist over all physics steps, without the tool's weight.
         drawn: What else was drawn for this trial or its batch, by names with units; empty where nothing was.
+        hole_turn_rad: Rotation vector that turns the task's axes into the hole's, (3,), rad, task frame: the plate's
+            lean and the hole's yaw about its own axis.
     """
 
     hole_in_task_m: tuple[float, float, float]
@@ -30,6 +33,25 @@ class Truth:
     depth_m: float
     peak_force_N: float
     drawn: Mapping[str, float] = field(default_factory=dict)
+    hole_turn_rad: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    @property
+    def aside_m(self) -> float:
+        """Distance of the tip from the hole's axis."""
+        axis = axis_of(self.hole_turn_rad)
+        away = [tip - hole for tip, hole in zip(self.tip_in_task_m, self.hole_in_task_m, strict=True)]
+        along = sum(a * b for a, b in zip(axis, away, strict=True))
+        return hypot(*(a - along * b for a, b in zip(away, axis, strict=True)))
+
+
+def axis_of(turn_rad: tuple[float, float, float]) -> tuple[float, float, float]:
+    """Where a rotation vector, (3,) rad, turns the z axis: a unit vector, (3,)."""
+    if not any(turn_rad):
+        return 0.0, 0.0, 1.0
+    angle = hypot(*turn_rad)
+    x, y, z = (each / angle for each in turn_rad)
+    s, c = sin(angle), cos(angle)
+    return y * s + x * z * (1.0 - c), y * z * (1.0 - c) - x * s, c + z * z * (1.0 - c)
 
 
 SIMULATOR: Final = "simulator"

@@ -49,6 +49,7 @@ class Fit:
 
     Attributes:
         clearance_mm: Gap between tool and part all round, at its widest.
+        lean_mrad: Tilt of the tool in the gripper, and of the part under it.
     """
 
     diameter_mm: float

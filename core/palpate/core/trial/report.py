@@ -153,6 +153,7 @@ class Purpose(enum.IntEnum):
     GRIP = 8
     ZERO = 9
     HIDDEN = 10
+    PLATE = 11
 
 
 TRIALS_OF_A_SERIES: Final = 500_000

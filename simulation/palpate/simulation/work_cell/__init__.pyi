@@ -6,4 +6,5 @@ from .config import SensorConfig as SensorConfig
 from .contact_shapes import PLATE_REACH_M as PLATE_REACH_M
 from .hidden import HiddenValues as HiddenValues
 from .model import build_work_cell as build_work_cell
+from .model import quaternion as quaternion
 from .trial_world import trial_world as trial_world

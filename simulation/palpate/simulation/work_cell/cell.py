@@ -15,14 +15,14 @@ import numpy.typing as npt
 import pinocchio as pin
 
 from palpate.core.motion import Kinematics
-from palpate.core.ports import JointVector, Truth
+from palpate.core.ports import JointVector, Truth, axis_of
 from palpate.core.trial import Purpose, generator
 from palpate.simulation.work_cell.config import CellConfig
 from palpate.simulation.work_cell.contact_pairs import NEAR_M, Leeway
 from palpate.simulation.work_cell.contact_search import ContactSearch
 from palpate.simulation.work_cell.contact_shapes import PLATE_REACH_M, outermost_m, peg_rings
 from palpate.simulation.work_cell.hidden import HiddenValues, SampleDelay
-from palpate.simulation.work_cell.model import build_work_cell
+from palpate.simulation.work_cell.model import build_work_cell, quaternion
 from palpate.simulation.work_cell.trial_world import trial_world
 
 Array: TypeAlias = npt.NDArray[np.float64]
@@ -102,8 +102,12 @@ class WorkCell:
         self._zero_moves = bool(self._zero_shift.any() or self._zero_drift.any())
         self._delay.begin()
         self._begun, self._loaded = self.ticks, self.ticks - _RELIEF_TICKS
+        self._axis = axis_of(self._world.hole_turn_rad)
         mujoco.mj_resetData(self.model, self.data)
         self.model.body_pos[self._plate] = self._goal.act(np.array(self._world.hole_in_task_m))
+        if any(self._world.hole_turn_rad):
+            turned = self._goal.rotation @ pin.exp3(np.array(self._world.hole_turn_rad))
+            self.model.body_quat[self._plate] = quaternion(turned)
         self.place(self._ready)
         self._peak_count, self._peak_square = 0, 0.0
         # The tool hangs at rest: what the sensor carries now is weight.
@@ -188,6 +192,7 @@ class WorkCell:
         """Let another model of this cell, with its state, stand as this one does, for pictures."""
         data.qpos[:] = self.data.qpos
         model.body_pos[self._plate] = self.model.body_pos[self._plate]
+        model.body_quat[self._plate] = self.model.body_quat[self._plate]
         mujoco.mj_kinematics(model, data)
         mujoco.mj_camlight(model, data)
 
@@ -196,13 +201,14 @@ class WorkCell:
         self._fold_peaks()
         tip = self._goal.actInv(self.data.site("tip").xpos.copy())
         hole = self._world.hole_in_task_m
-        depth = float(tip[2]) - hole[2]
+        depth = float(np.dot(self._axis, tip - np.array(hole)))
         return Truth(
             hole,
             (float(tip[0]), float(tip[1]), float(tip[2])),
             max(depth, 0.0),
             float(self._peak_square**0.5),
             self._world.drawn,
+            self._world.hole_turn_rad,
         )
 
     def _build(self, cell: CellConfig) -> None:
@@ -211,7 +217,11 @@ class WorkCell:
         self.data = mujoco.MjData(self.model)
         self.contacts: ContactSearch | None = None
         if cell.contacts == "listed":
-            leeways = [Leeway.of(cell, aside_m) for aside_m in sorted({NEAR_M, max(NEAR_M, self._far_m)})]
+            leeways = (
+                []
+                if cell.peg.is_hull
+                else [Leeway.of(cell, aside_m) for aside_m in sorted({NEAR_M, max(NEAR_M, self._far_m)})]
+            )
             listed = [(leeway, self._model_of(cell, listed=leeway)) for leeway in leeways]
             radius_m = outermost_m(peg_rings(cell.peg)[0])
             self.contacts = ContactSearch(self.model, listed, self.data, radius_m, self._yaw_rad)

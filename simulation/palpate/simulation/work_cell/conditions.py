@@ -48,6 +48,10 @@ class ConditionsConfig(Settings):
     """By how much the clearance has grown after wear_trials trials: evenly up to there, and then no more."""
     wear_trials: Annotated[int, Range(1, 100_000)] = 100
     """Trials that wear takes."""
+    yaw_deg: Annotated[float, Range(0.0, 180.0)] = 0.0
+    """The hole is turned about its axis by anything up to this, either way, drawn anew for each trial."""
+    plate_lean_mrad: Annotated[float, Range(0.0, 200.0)] = 0.0
+    """The plate leans by this, about the hole's mouth, in a direction that is drawn anew for each trial."""
 
     @override
     def check(self) -> None:

@@ -12,6 +12,7 @@ from palpate.core.errors import ConfigurationError
 from palpate.core.ports import OneOf, Range, Settings
 from palpate.simulation.work_cell.conditions import ConditionsConfig
 from palpate.simulation.work_cell.contour import FLAT, ContourConfig
+from palpate.simulation.work_cell.cross_section import SIDES
 
 SURFACE_BEGINS_MM: Final = 3.0
 """So far beside a round hole the broad boxes of the plate's surface begin."""
@@ -26,6 +27,8 @@ class PegConfig(Settings):
 
     cross_section: Annotated[str, OneOf("round", "triangle", "square", "hexagon")] = "round"
     """Shape of peg and hole: round, triangle, square, hexagon."""
+    contact: Annotated[str, OneOf("hull", "spheres")] = "hull"
+    """hull: a peg with sides touches as the solid body that it is; spheres: with rings of them, as a round one does."""
     diameter_mm: Annotated[float, Range(1.0, 100.0)] = 29.0
     """Diameter of the peg; of its inscribed circle where it is a polygon."""
     clearance_mm: Annotated[float, Range(0.001, 5.0)] = 0.075
@@ -43,7 +46,12 @@ class PegConfig(Settings):
     upper_spheres: Annotated[int, Range(0, 512)] = 24
     """Those of the second ring, 8 mm above it; 0 is as many as rim_spheres."""
     rim_radius_mm: Annotated[float, Range(0.01, 1.0)] = 0.1
-    """Radius of those spheres: it is also a tiny chamfer."""
+    """Radius of those spheres: it is also a tiny chamfer, of a peg with sides as well."""
+
+    @property
+    def is_hull(self) -> bool:
+        """Whether the peg touches as one convex body."""
+        return self.contact == "hull" and self.cross_section in SIDES
 
     @override
     def check(self) -> None:

@@ -64,6 +64,7 @@ class ContactSearch:
         everything = self.models[-1]
         for model in self.models:
             model.body_pos[self._plate] = everything.body_pos[self._plate]
+            model.body_quat[self._plate] = everything.body_quat[self._plate]
         mujoco.mj_forward(everything, self._data)
         self._next = self._needed()
 

@@ -67,6 +67,23 @@ def peg_rings(peg: PegConfig) -> tuple[list[tuple[float, float]], list[tuple[flo
     return section.rim(peg.rim_spheres, inset_m), section.rim(peg.upper_spheres or peg.rim_spheres, inset_m)
 
 
+def peg_corners(peg: PegConfig, length_m: float) -> list[tuple[float, float, float]]:
+    """Corners of a peg with sides, z along its axis and 0 at its end face: the edge there has a chamfer.
+
+    Without one, how far off the peg drops into the hole would depend on the time step by a quarter.
+
+    Args:
+        peg: Its shape and size.
+        length_m: How far it goes up.
+    """
+    section, chamfer_m = CrossSection.named(peg.cross_section, peg.diameter_mm * 0.5e-3), peg.rim_radius_mm * 1e-3
+    return [
+        (x, y, -height_m)
+        for height_m, inset_m in ((0.0, chamfer_m), (chamfer_m, 0.0), (length_m, 0.0))
+        for x, y in section.rim(1, inset_m)
+    ]
+
+
 def outermost_m(ring: list[tuple[float, float]]) -> float:
     """Distance of a ring's outermost sphere from the peg's axis."""
     return max(hypot(x, y) for x, y in ring)

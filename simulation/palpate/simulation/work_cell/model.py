@@ -1,8 +1,9 @@
 """Builds the MuJoCo model of the work cell: arm, wrist sensor, compliant gripper, peg, plate with hole.
 
-The arm comes from the Pinocchio model that the core uses, body by body, so both have one geometry. Contact is
-between small spheres on the peg's rim and boxes round the hole, because that pair has an exact collider: a plain
-cylinder on a flat plate gives torque directions that are wrong by tens of degrees (``docs/results.md``).
+The arm comes from the Pinocchio model that the core uses, body by body, so both have one geometry. Contact of a
+round peg is between small spheres on its rim and boxes round the hole, because that pair has an exact collider: a plain
+cylinder on a flat plate gives torque directions that are wrong by tens of degrees (``docs/results.md``). A peg with
+sides is one convex body.
 """
 
 from __future__ import annotations
@@ -17,7 +18,14 @@ import pinocchio as pin
 from palpate.core.motion import Kinematics
 from palpate.simulation.work_cell.config import CellConfig
 from palpate.simulation.work_cell.contact_pairs import Leeway, listed_pairs
-from palpate.simulation.work_cell.contact_shapes import PLATE_REACH_M, UPPER_RING_M, Box, peg_rings, plate_boxes
+from palpate.simulation.work_cell.contact_shapes import (
+    PLATE_REACH_M,
+    UPPER_RING_M,
+    Box,
+    peg_corners,
+    peg_rings,
+    plate_boxes,
+)
 from palpate.simulation.work_cell.contour import FLAT, add_ball, add_contour
 
 GRAVITY_M_S2: Final = 9.81
@@ -25,6 +33,7 @@ _SERVO_INTEGRAL_S: Final = 0.05  # integral time of the joint servos: assumed
 _PEG: Final = 1  # collision groups: only peg against plate
 _PLATE: Final = 2
 _PLATE_RGBA: Final = (0.55, 0.6, 0.6, 1.0)
+_PEG_RGBA: Final = (0.85, 0.55, 0.2, 1.0)
 _SOLREF: Final = (0.003, 1.0)
 _SOLIMP: Final = (0.95, 0.99, 0.0001, 0.5, 2.0)
 
@@ -100,7 +109,7 @@ def _add_arm(spec: mujoco.MjSpec, kinematics: Kinematics) -> mujoco.MjsBody:
         body = parent.add_body(
             name=f"link_{index}",
             pos=placement.translation,
-            quat=_quaternion(placement.rotation),
+            quat=quaternion(placement.rotation),
             mass=inertia.mass,
             ipos=inertia.lever,
             fullinertia=_full_inertia(inertia.inertia),
@@ -157,7 +166,7 @@ def _add_wrist(
     sensor = flange.add_body(
         name="sensor",
         pos=sensor_in_flange.translation,
-        quat=_quaternion(sensor_in_flange.rotation),
+        quat=quaternion(sensor_in_flange.rotation),
         mass=0.05,
         ipos=(0.0, 0.0, 0.0),
         inertia=(2e-5, 2e-5, 2e-5),
@@ -210,7 +219,8 @@ def _add_wrist(
     c, s = cos(-tool_yaw_rad), sin(-tool_yaw_rad)
     # The upper ring is a body of its own: far above the plate, its whole bounding volume is then passed over at once.
     upper = body.add_body(name="peg_upper", mass=1e-6, inertia=(1e-12, 1e-12, 1e-12), explicitinertial=True)
-    rings = peg_rings(peg) if config.contour.shape == FLAT else ([], [])
+    touching = _touching(peg.friction)
+    rings = peg_rings(peg) if config.contour.shape == FLAT and not peg.is_hull else ([], [])
     for ring, height, centres in zip((body, upper), (rim, UPPER_RING_M), rings, strict=True):
         for x, y in centres:
             ring.add_geom(
@@ -221,9 +231,30 @@ def _add_wrist(
                 conaffinity=_PLATE,
                 mass=0.0,
                 group=3,
-                **_touching(peg.friction),
+                **touching,
             )
-    length = tool.tip_from_sensor_m / 2
+    if peg.is_hull and config.contour.shape == FLAT:
+        spec.add_mesh(name="peg", uservert=np.ravel(peg_corners(peg, tool.tip_from_sensor_m)))
+        turn = (cos(tool_yaw_rad / 2), 0.0, 0.0, -sin(tool_yaw_rad / 2))
+        body.add_geom(
+            type=mujoco.mjtGeom.mjGEOM_MESH,
+            meshname="peg",
+            quat=turn,
+            contype=_PEG,
+            conaffinity=_PLATE,
+            mass=0.0,
+            group=2,
+            rgba=_PEG_RGBA,
+            **touching,
+        )
+    else:
+        _add_cylinder(body, config, tool.tip_from_sensor_m / 2)
+    body.add_site(name="tip", pos=(0.0, 0.0, 0.0))
+
+
+def _add_cylinder(body: mujoco.MjsBody, config: CellConfig, length: float) -> None:
+    """What is seen of a peg that touches with spheres, or of the shaft of a ball."""
+    peg = config.peg
     radius_mm = peg.diameter_mm * 0.5 if config.contour.shape == FLAT else 0.8 * config.contour.ball_radius_mm
     body.add_geom(
         type=mujoco.mjtGeom.mjGEOM_CYLINDER,
@@ -233,15 +264,14 @@ def _add_wrist(
         conaffinity=0,
         mass=0.0,
         group=2,
-        rgba=(0.85, 0.55, 0.2, 1.0),
+        rgba=_PEG_RGBA,
     )
-    body.add_site(name="tip", pos=(0.0, 0.0, 0.0))
 
 
 def _add_plate(spec: mujoco.MjSpec, config: CellConfig, goal_in_base: pin.SE3, boxes: list[Box]) -> None:
     """The plate with its hole, in the task frame: z into the hole, surface at 0."""
     peg = config.peg
-    plate = spec.worldbody.add_body(name="plate", pos=goal_in_base.translation, quat=_quaternion(goal_in_base.rotation))
+    plate = spec.worldbody.add_body(name="plate", pos=goal_in_base.translation, quat=quaternion(goal_in_base.rotation))
     if config.contour.shape != FLAT:
         add_contour(
             plate, config.contour, contype=_PLATE, conaffinity=_PEG, rgba=_PLATE_RGBA, **_touching(peg.friction)
@@ -324,7 +354,8 @@ def _joint_axes(model: pin.Model) -> list[tuple[float, float, float]]:
     return axes
 
 
-def _quaternion(rotation: np.ndarray) -> tuple[float, float, float, float]:
+def quaternion(rotation: np.ndarray) -> tuple[float, float, float, float]:
+    """A rotation matrix, (3, 3), as MuJoCo has it: w, x, y, z."""
     x, y, z, w = pin.Quaternion(rotation).coeffs().tolist()
     return w, x, y, z
 

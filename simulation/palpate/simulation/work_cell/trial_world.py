@@ -4,9 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from math import cos, radians, sin
+from math import cos, degrees, radians, sin
 from typing import Final
 
+import numpy as np
+import pinocchio as pin
+
+from palpate.core.ports import Vector3
 from palpate.core.trial import TRIALS_OF_A_SERIES, Purpose, draw_in_disc, generator
 from palpate.simulation.work_cell.conditions import DRAWN
 from palpate.simulation.work_cell.config import CellConfig
@@ -24,6 +28,7 @@ class TrialWorld:
         hole_in_task_m: Centre of the hole's mouth, (3,), task frame.
         zero_shift: By what the sensor's zero is off under load, (6,), N and N m, sensor frame.
         zero_drift_per_s: How fast it drifts, (6,), N/s and N m/s, sensor frame.
+        hole_turn_rad: Rotation vector from the task's axes to the hole's, (3,), rad, task frame.
         drawn: What of it the configuration lets differ from trial to trial, the hole excepted: by names with units.
     """
 
@@ -31,6 +36,7 @@ class TrialWorld:
     hole_in_task_m: tuple[float, float, float]
     zero_shift: Wrench
     zero_drift_per_s: Wrench
+    hole_turn_rad: Vector3
     drawn: Mapping[str, float]
 
 
@@ -61,11 +67,20 @@ def trial_world(config: CellConfig, seed: int, trial: int) -> TrialWorld:
         clearance_mm = peg.clearance_mm + conditions.wear_mm * min(count / conditions.wear_trials, 1.0)
         drawn["clearance_mm"] = clearance_mm
         peg = replace(peg, clearance_mm=clearance_mm)
+    turn_rad: Vector3 = (0.0, 0.0, 0.0)
+    if conditions.yaw_deg or conditions.plate_lean_mrad:
+        rng = generator(seed, Purpose.PLATE, trial)
+        yaw_rad = radians(conditions.yaw_deg * rng.uniform(-1.0, 1.0))
+        heading_rad = rng.uniform(-np.pi, np.pi)
+        turn_rad = _turn(yaw_rad, conditions.plate_lean_mrad * 1e-3, heading_rad)
+        drawn |= {"hole_yaw_deg": degrees(yaw_rad)} if conditions.yaw_deg else {}
+        drawn |= {"plate_heading_deg": degrees(heading_rad)} if conditions.plate_lean_mrad else {}
     return TrialWorld(
         replace(config, peg=peg, tilt_heading_deg=tilt_deg),
         (x, y, -config.hole_height_error_mm * 1e-3),
         _across(conditions.zero_shift_N, conditions.zero_shift_Nm, zero_deg),
         _across(conditions.zero_drift_N_s, conditions.zero_drift_Nm_s, zero_deg),
+        turn_rad,
         {name: round(value, 6) for name, value in drawn.items()},
     )
 
@@ -79,6 +94,13 @@ def _batch(trial: int, trials: int) -> int:
         return 0
     count = trial % TRIALS_OF_A_SERIES
     return trial - count + count // trials
+
+
+def _turn(yaw_rad: float, lean_rad: float, heading_rad: float) -> Vector3:
+    """Rotation vector of a yaw about the hole's axis, which leans towards the heading, seen along the task's z."""
+    lean = pin.exp3(lean_rad * np.array([-sin(heading_rad), cos(heading_rad), 0.0]))
+    x, y, z = pin.log3(lean @ pin.exp3(np.array([0.0, 0.0, yaw_rad]))).tolist()
+    return x, y, z
 
 
 def _across(force: float, torque: float, heading_deg: float) -> Wrench:

@@ -44,6 +44,7 @@ def test_purposes_are_never_renumbered() -> None:
         "GRIP": 8,
         "ZERO": 9,
         "HIDDEN": 10,
+        "PLATE": 11,
     }
 
 

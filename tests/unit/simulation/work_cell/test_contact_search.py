@@ -62,13 +62,16 @@ def motion(config: CellConfig, start_rad: np.ndarray, end_rad: np.ndarray) -> tu
         ((-8.0, -5.0), (30.0, 12.0), {NOTHING, EVERYTHING}),  # off the plate's edge
     ],
 )
-@pytest.mark.parametrize("section", ["round", "square"])
+@pytest.mark.parametrize(("section", "contact"), [("round", "hull"), ("square", "spheres"), ("square", "hull")])
 def test_listed_pairs_give_the_motion_of_a_search_to_the_bit(
-    section: str, start: tuple[float, ...], end: tuple[float, ...], levels: set[int]
+    section: str, contact: str, start: tuple[float, ...], end: tuple[float, ...], levels: set[int]
 ) -> None:
-    listed = CellConfig(peg=PegConfig(cross_section=section))
+    listed = CellConfig(peg=PegConfig(cross_section=section, contact=contact))
     way = joints_rad(*start), joints_rad(*end)
     states, used = motion(listed, *way)
     assert states == motion(replace(listed, contacts="searched"), *way)[0]
+    if listed.peg.is_hull:
+        # A solid has few pairs: either none is looked for or all are.
+        levels = {min(level, 1) for level in levels}
     assert set(used) <= levels
     assert used[-1] == max(levels)

@@ -1,11 +1,12 @@
 """The world of a trial: what is drawn, how often, from which seed; and nothing where no condition is set."""
 
 from dataclasses import replace
-from math import hypot
+from math import atan2, degrees, hypot, sin
 from typing import Any
 
 import pytest
 
+from palpate.core.ports import axis_of
 from palpate.core.trial import TRIALS_OF_A_SERIES as SERIES
 from palpate.core.trial import Purpose, draw_in_disc, generator
 from palpate.simulation.work_cell import CellConfig, ConditionsConfig, trial_world
@@ -83,3 +84,16 @@ def test_peg_and_grip_are_the_only_parts_of_the_cell_that_change() -> None:
     config = CellConfig(conditions=ConditionsConfig(tilt_heading="drawn", wear_mm=0.05))
     changed = trial_world(config, 5, 70).cell
     assert replace(changed, peg=config.peg, tilt_heading_deg=0.0) == config
+
+
+def test_yaw_and_lean_of_the_plate_are_drawn_for_each_trial_and_turn_the_hole() -> None:
+    both = [world(trial, yaw_deg=5.0, plate_lean_mrad=17.5) for trial in range(40)]
+    for each in both:
+        axis = axis_of(each.hole_turn_rad)
+        assert hypot(*axis[:2]) == pytest.approx(sin(17.5e-3))
+        assert degrees(atan2(axis[1], axis[0])) == pytest.approx(each.drawn["plate_heading_deg"], abs=1e-4)
+        # The lean adds to the yaw in second order only.
+        assert degrees(each.hole_turn_rad[2]) == pytest.approx(each.drawn["hole_yaw_deg"], abs=1e-3)
+    yaws = [each.drawn["hole_yaw_deg"] for each in both]
+    assert -5.0 <= min(yaws) < -4.0 < 4.0 < max(yaws) <= 5.0
+    assert [world(trial, yaw_deg=5.0).drawn for trial in range(40)] == [{"hole_yaw_deg": yaw} for yaw in yaws]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import dist, sin
+from math import sin
 from typing import Any, ClassVar, Final
 
 from typing_extensions import override
@@ -101,4 +101,4 @@ def falsely_inserted(task: TaskConfig, report: TrialReport, truth: Truth | None,
 
 
 def _beside(truth: Truth, fit: Fit) -> bool:
-    return dist(truth.tip_in_task_m[:2], truth.hole_in_task_m[:2]) >= _BESIDE_M + fit.clearance_mm * 1e-3
+    return truth.aside_m >= _BESIDE_M + fit.clearance_mm * 1e-3
