@@ -32,6 +32,7 @@ RUN = ("--scenario", "--arm", "--seed", "--trials", "--policy", "--out", "--conf
         ("log info", ("--json",)),
         ("log plot", ("--out",)),
         ("log export", ("--fps",)),
+        ("log import", ("--out",)),
         ("log recover", ("--out",)),
         ("log layout", ("--to",)),
     ],

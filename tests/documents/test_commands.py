@@ -23,7 +23,7 @@ from tests.unit.adapters.visualisation.film.trials import require_graphics
 NEEDS = {
     r"palpate (train|run|doctor) .*--rig": "a device, or an emulator beside it; tests/wall_clock",
     r"palpate (train|run) .*--live": "a viewer, and a port of its own; tests/wall_clock/test_live.py",
-    r"palpate (teach |train .* runs/shown/|run .* runs/shown/)": "a person; tests/cli/test_teach.py",
+    r"palpate (teach |train .* runs/shown/|log (export|import) .*shown)": "a person; tests/cli/test_teach.py",
     r"palpate emulate": "goes on until Ctrl-C; tests/wall_clock",
     r"palpate view": "a display; tests/cli/test_view.py",
     r"palpate (study|prove) ": "minutes; tests/cli/test_study.py, test_prove.py",

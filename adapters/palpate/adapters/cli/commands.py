@@ -64,7 +64,7 @@ COMMANDS: dict[str, Command] = {
         "one page about a run or a study, with its pictures, to be read in a browser",
         "report:report", "report:ReportOptions",
     ),
-    "log": Command("look at recorded trials: info, plot, export, recover, layout"),
+    "log": Command("look at recorded trials: info, plot, export, import, recover, layout"),
     "render": Command("a film or a picture of a recorded trial", "render:render", "picture_options:RenderOptions"),
     "view": Command("watch trials in the simulator, in real time", "view:view", "picture_options:ViewOptions"),
     "check-adapter": Command(
@@ -99,6 +99,9 @@ COMMANDS: dict[str, Command] = {
     "log export": Command(
         "the same data as CSV files, as a LeRobot dataset, or for Foxglove and Rerun",
         "log:export", "log_options:ExportOptions",
+    ),
+    "log import": Command(
+        "examples for a policy, from a LeRobot dataset of palpate's", "log:import_", "log_options:ImportOptions"
     ),
     "log recover": Command(
         "a sound log of what is left of a torn or damaged one", "log:recover", "log_options:RecoverOptions"

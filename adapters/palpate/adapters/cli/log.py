@@ -11,6 +11,7 @@ from pathlib import Path
 from palpate.adapters.cli.log_options import (
     VIEWERS,
     ExportOptions,
+    ImportOptions,
     InfoOptions,
     LayoutOptions,
     PlotOptions,
@@ -91,6 +92,19 @@ def export(options: ExportOptions) -> int:
 
     frames = export_lerobot(paths, out, fps)
     sys.stdout.write(f"{len(paths)} episode{'s' * (len(paths) > 1)}, {frames} frames at {fps} Hz in {out}\n")
+    return 0
+
+
+def import_(options: ImportOptions) -> int:
+    """Write the examples of a dataset."""
+    from palpate.adapters.experiments.teaching import EXAMPLES_FILE, Shown, examples_text
+    from palpate.adapters.log import import_examples
+    from palpate.core.ports import new_file
+
+    examples, out = import_examples(Path(options.folder)), Path(options.out or EXAMPLES_FILE)
+    with new_file(out) as passing:
+        passing.write_text(examples_text(Shown(*one) for one in examples), encoding="utf-8")
+    sys.stdout.write(f"{len(examples)} examples of {len({one[0] for one in examples})} episodes in {out}\n")
     return 0
 
 

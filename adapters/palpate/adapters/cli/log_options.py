@@ -51,6 +51,17 @@ class ExportOptions(Settings):
 
 
 @dataclass(frozen=True)
+class ImportOptions(Settings):
+    """Take the examples out of a LeRobot dataset that palpate exported: decisions of episodes that came to success."""
+
+    folder: Annotated[str, tyro.conf.Positional]
+    """The dataset."""
+    out: str = ""
+    """The examples, a CSV file that is not there yet, for palpate train --learning.examples; examples.csv if not
+    given."""
+
+
+@dataclass(frozen=True)
 class LayoutOptions(Settings):
     """Write the layout in which a viewer shows a live view, or a log that was exported for it."""
 

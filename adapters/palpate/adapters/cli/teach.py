@@ -21,7 +21,6 @@ from palpate.adapters.cli.options import TeachOptions
 from palpate.adapters.config import task_kind
 from palpate.adapters.experiments import (
     FIRST_EVALUATION_TRIAL,
-    PERSON,
     RunFolder,
     ScoredTrial,
     configured_perception,
@@ -52,7 +51,7 @@ from palpate.adapters.experiments.teaching import (
     teach_trials,
 )
 from palpate.adapters.hardware.real_time import RealTimeSession
-from palpate.adapters.log import made_with
+from palpate.adapters.log import PERSON, made_with
 from palpate.core.errors import ConfigurationError, UsageError
 from palpate.core.perception import Perception
 from palpate.core.policy import Observation, document_of

@@ -32,7 +32,6 @@ from .manifest import MANIFEST as MANIFEST
 from .manifest import read_manifest as read_manifest
 from .policies import COMPARATORS as COMPARATORS
 from .policies import OUTSIDE as OUTSIDE
-from .policies import PERSON as PERSON
 from .policies import accepted_policies as accepted_policies
 from .policies import comparator as comparator
 from .policies import foreign_document as foreign_document

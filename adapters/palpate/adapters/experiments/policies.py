@@ -43,8 +43,6 @@ Hole = Callable[[], Sequence[float]]
 
 OUTSIDE: Final = "environment"
 """An agent outside chose, through an environment: of it nothing is known but its decisions."""
-PERSON: Final = "person"
-"""A person chose, in a lesson: of them, too."""
 
 COMPARATORS: Final[dict[str, str]] = {
     "omniscient": "straight to the true hole",

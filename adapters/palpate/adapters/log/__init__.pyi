@@ -9,6 +9,8 @@ from .info import NS as NS
 from .info import info_of as info_of
 from .info_text import describe as describe
 from .info_text import table as table
+from .lerobot_decisions import PERSON as PERSON
+from .lerobot_decisions import import_examples as import_examples
 from .plot import timeline as timeline
 from .provenance import arm_sha256 as arm_sha256
 from .provenance import core_sha256 as core_sha256

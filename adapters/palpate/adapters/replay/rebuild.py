@@ -13,7 +13,6 @@ import numpy as np
 from palpate.adapters.config import RunConfig, overlay, recorded_config
 from palpate.adapters.experiments import (
     OUTSIDE,
-    PERSON,
     build_supervisor,
     build_task,
     comparator,
@@ -22,7 +21,7 @@ from palpate.adapters.experiments import (
     policy_for,
     task_actions,
 )
-from palpate.adapters.log import TrialLog, learner_of_json, recorded_sensor
+from palpate.adapters.log import PERSON, TrialLog, learner_of_json, recorded_sensor
 from palpate.adapters.mujoco import simulated_sensor
 from palpate.adapters.replay.recorded_decisions import RecordedDecisions
 from palpate.core.errors import ConfigurationError, LogError, PalpateError

@@ -10,13 +10,12 @@ from typing import Final
 from palpate.adapters.config import RunConfig
 from palpate.adapters.experiments.build import build_task, supervisor_of
 from palpate.adapters.experiments.evaluation import FIRST_EVALUATION_TRIAL
-from palpate.adapters.experiments.policies import PERSON
 from palpate.adapters.experiments.results import TrialRow
 from palpate.adapters.experiments.teaching.examples_file import Shown
 from palpate.adapters.experiments.teaching.teacher import HeldArm, Teacher
 from palpate.adapters.experiments.trial import ScoredTrial, interrupting, require_sound, run_scored_trial
 from palpate.adapters.hardware.real_time import RealTimeSession
-from palpate.adapters.log import TrialRecorder
+from palpate.adapters.log import PERSON, TrialRecorder
 from palpate.core.perception import Perception
 from palpate.core.ports import Rig
 from palpate.core.trial import Outcome, ReadyPose

@@ -9,16 +9,16 @@ import numpy as np
 from typing_extensions import override
 
 from palpate.adapters.experiments.evaluation import FIRST_EVALUATION_TRIAL
-from palpate.adapters.experiments.policies import PERSON
 from palpate.adapters.experiments.teaching.examples_file import Shown
 from palpate.adapters.experiments.teaching.hand import Hand
+from palpate.adapters.log import PERSON
 from palpate.core.control_loop import LoopObserver
 from palpate.core.errors import DeviceError
 from palpate.core.policy import Action, Decision, FixedPolicy, Observation
 from palpate.core.ports import AppliedCommand, ArmCommand, DeviceDecorator, JointCommand
 from palpate.core.trial import Task
 
-_REST: Final = Decision(Action("rest", (0.0, 0.0)), None, PERSON)
+_REST: Final = Action("rest", (0.0, 0.0))
 
 
 class Teacher(FixedPolicy, LoopObserver):
@@ -75,12 +75,13 @@ class Teacher(FixedPolicy, LoopObserver):
         state = self._quiet if self._guided else observation.state
         self._quiet = observation.state if way is None else None
         if way is None:
-            return _REST
+            return Decision(_REST, None, PERSON)
         if state is not None:
             self.shown.append(
                 Shown(self._trial, observation.action_number, self._states[state], self._actions[way].name)
             )
-        return Decision(self._actions[way], way, PERSON)
+        # The log then has the example, too.
+        return Decision(self._actions[way], way, PERSON, (float(-1 if state is None else state),))
 
     @override
     def clock_read(self, deadline_ns: int, time_ns: int) -> None:
