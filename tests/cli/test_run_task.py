@@ -50,6 +50,14 @@ def test_a_task_of_another_package_is_run_and_replayed(
     ("command", "words", "told"),
     [
         ("run", ("--task", "surface-folow"), "did you mean surface-follow?"),
+        ("run", ("--task=insertion-6dof", "--policy", "corner-first"), "3 or more for the policy corner-first"),
+        ("run", ("--policy", "give-way"), "one of --task insertion-6dof"),
+        ("run", ("--policy", "corner-first"), "one of --task insertion-6dof"),
+        (
+            "run",
+            ("--task=insertion-6dof", "--policy", "give-way", "--task.options", "most_lean_deg", "30"),
+            "a turn about y that zebra-zero can make above the goal",
+        ),
         ("run", ("--task=surface-follow", "--policy", "torque"), "none beside --task surface-follow"),
         ("run", (*SHORT[:2], "--task.options", "sped_mm_s", "9"), "did you mean speed_mm_s?"),
         ("run", (*SHORT[:2], "--task.options", "speed_mm_s", "190"), "where a joint of zebra-zero is at its limit"),

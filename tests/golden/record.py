@@ -52,8 +52,10 @@ RECORDINGS: dict[str, tuple[str, ...]] = {
         "train", "--learner", "belief", "--scenario", "blind-5", "--trials", "5", "--seed", "30", *SHALLOW,
         "--cell.tilt-mrad", "2", "--cell.tilt-heading-deg", "40",
     ),
-    "torque-ur5": ("run", "--policy", "torque", "--trials", "1", "--seed", "3", "--arm", "ur5"),
-    "omniscient-blind": ("run", "--policy", "omniscient", "--trials", "1", "--seed", "4", "--scenario", "blind"),
+    "torque-ur5": ("run", "--policy", "torque", "--trials", "1", "--seed", "3", "--arm", "ur5", *SHALLOW),
+    "omniscient-blind": (
+        "run", "--policy", "omniscient", "--trials", "1", "--seed", "4", "--scenario", "blind", *SHALLOW,
+    ),
     "spiral-force-limit": (
         "run", "--policy", "spiral-10", "--trials", "1", "--seed", "5", "--task.max-force-N", "5.5",
     ),
@@ -89,6 +91,19 @@ RECORDINGS: dict[str, tuple[str, ...]] = {
     "surface-follow": (
         "run", "--task", "surface-follow", "--trials", "1", "--seed", "31", "--task.options", "stroke_mm", "14",
         "way_mm", "20", "--task.ready-height-mm", "4", "--task.tare-ticks", "7",
+    ),
+    # Six degrees of freedom: a corner first, and a round peg that gives way in tilt.
+    "corner-first": (
+        "run", "--task", "insertion-6dof", "--policy", "corner-first", "--trials", "1", "--seed", "35",
+        "--cell.peg.cross-section", "square", "--task.options", "corners", "4", "corner_mm", "20.5", "inside_mm", "2",
+        "lean_deg", "3", "--task.insertion-depth-mm", "3", "--cell.peg.hole-depth-mm", "3", "--cell.tilt-mrad", "0.5",
+        "--task.ready-height-mm", "1", "--task.tare-ticks", "7", "--task.ticks-per-action", "8",
+        "--cell.conditions.yaw-deg", "2", "--task.start-uncertainty-mm", "1",
+    ),
+    "give-way": (
+        "run", "--task", "insertion-6dof", "--policy", "give-way", "--trials", "1", "--seed", "36", *SHALLOW,
+        "--task.time-limit-s", "0.3", "--task.start-uncertainty-mm", "1", "--cell.tilt-mrad", "4",
+        "--task.ticks-per-action", "8",
     ),
 }  # fmt: skip
 

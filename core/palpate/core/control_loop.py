@@ -236,7 +236,7 @@ def trial_ticks(
                     asked = yield snapshot
                     for call in on_acted:
                         call(asked)
-                    supervised = supervisor.check(snapshot, asked, task.expectation, task.tip_m)
+                    supervised = supervisor.check(snapshot, asked, task.expectation, task.tip_m, task.turned_rad)
                     if supervised.intervention is not None:
                         _report(task, supervised.intervention)
                 retreating = supervised.intervention is not None and supervisor.retracting

@@ -20,6 +20,7 @@ _FIELD: Final = "task.name"
 INSERTION: Final = "insertion"
 _OWN: Final[Mapping[str, str]] = {
     INSERTION: "palpate.core.tasks.insertion:INSERTION",
+    "insertion-6dof": "palpate.core.tasks.insertion_6dof:INSERTION_6DOF",
     "surface-follow": "palpate.core.tasks.surface_follow:SURFACE_FOLLOW",
 }
 """Found without a look at what is installed."""
@@ -43,8 +44,8 @@ def task_kind(name: str) -> TaskKind:
         place = others[name].value if name in others else name
     with from_here():
         made = imported(_FIELD, place, "package.module:Name")
-    missing = [each for each in ("preset", "asks_policy", "options", "workspace", "ready", "setup", "make", "achieved")
-               if not hasattr(made, each)]  # fmt: skip
+    missing = [each for each in ("preset", "asks_policy", "options", "workspace", "ready", "setup", "actions", "make",
+                               "achieved") if not hasattr(made, each)]  # fmt: skip
     if missing:
         raise ConfigurationError(_FIELD, name, f"a palpate.core.trial.TaskKind; {place} has no {missing[0]}")
     kind: TaskKind = made

@@ -33,7 +33,6 @@ from palpate.core.policy import (
     RandomWalkPolicy,
     Reach,
     Reinforcement,
-    compass_actions,
 )
 from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, FaultLatch, Rig, SensorFacts
 from palpate.core.supervision import Supervisor, require_fitting
@@ -67,8 +66,8 @@ def identifier(memory: str, symbols: tuple[str, ...]) -> StateIdentifier:
 
 
 def task_actions(config: RunConfig) -> tuple[Action, ...]:
-    """The compass steps that policies choose from."""
-    return compass_actions(config.task.step_mm * 1e-3)
+    """What policies choose from."""
+    return task_kind(config.task.name).actions(config.task)
 
 
 def task_reach(config: RunConfig) -> Reach:

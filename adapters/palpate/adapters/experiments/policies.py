@@ -32,7 +32,8 @@ from palpate.core.policy import (
     policy_from,
 )
 from palpate.core.policy.belief import BeliefLearner
-from palpate.core.trial import N_PER_KGF
+from palpate.core.tasks.insertion_6dof import CornerFirst, GiveWay, SpatialOptions
+from palpate.core.trial import N_PER_KGF, options_of
 
 SPIRAL_PITCH_M: Final = 0.30e-3
 """Distance between the turns: 1.7 times the capture half-width of the default cell (docs/results.md), because chords
@@ -50,6 +51,8 @@ COMPARATORS: Final[dict[str, str]] = {
     "spiral-10": "Archimedean spiral, 10 mm/s",
     "spiral-5": "Archimedean spiral, 5 mm/s",
     "random": "random walk over the compass steps",
+    "give-way": "insertion-6dof: the torque rule, giving way in tilt at every fourth action",
+    "corner-first": "insertion-6dof: one corner of the peg first, pushed into its corner of the hole",
 }
 
 
@@ -87,11 +90,24 @@ def comparator(name: str, config: RunConfig, hole_m: Hole) -> Policy:
         "spiral-10": lambda: Spiral("spiral-10", SPIRAL_PITCH_M, 0.010 * per_action),
         "spiral-5": lambda: Spiral("spiral-5", SPIRAL_PITCH_M, 0.005 * per_action),
         "random": lambda: RandomWalkPolicy(actions),
+        "give-way": lambda: GiveWay(actions, config.perception.torque_threshold_kgf_mm * 1e-3 * N_PER_KGF),
+        "corner-first": lambda: CornerFirst(spatial_options(config)),
         NO_POLICY: lambda: RandomWalkPolicy(actions),
     }
     if name not in makers:
         raise ConfigurationError("policy", name, accepted_policies())
     return makers[name]()
+
+
+def spatial_options(config: RunConfig) -> SpatialOptions:
+    """The options of an insertion in six degrees of freedom.
+
+    Raises:
+        ConfigurationError: The task is another one.
+    """
+    if task_kind(config.task.name).options is not SpatialOptions:
+        raise ConfigurationError("policy", "corner-first", "a policy of this task; it is one of --task insertion-6dof")
+    return options_of(SpatialOptions, config.task)
 
 
 def learning_parameters(config: RunConfig) -> QParameters:

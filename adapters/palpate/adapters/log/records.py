@@ -99,6 +99,8 @@ class DecisionEntry:
     displacement_m: tuple[float, ...] = ()
     index: int | None = None
     grounds: tuple[float, ...] = ()
+    law: str = ""
+    spatial: tuple[float, ...] = ()
 
     @classmethod
     def of(cls, number: int, decision: DecisionRecord, temperature: float | None) -> DecisionEntry:
@@ -114,6 +116,8 @@ class DecisionEntry:
             displacement_m=decision.displacement_m,
             index=decision.index,
             grounds=decision.grounds,
+            law=decision.law,
+            spatial=decision.spatial,
         )
 
 
@@ -194,7 +198,8 @@ def policy_digest(decisions: Sequence[DecisionEntry], before: str, after: str) -
         before: The learner's state as the trial began, JSON.
         after: And as it ended.
     """
-    rows = [dataclasses.astuple(decision) for decision in decisions]
+    # Steps across count as they did before there was anything else.
+    rows = [dataclasses.astuple(each) if each.law else dataclasses.astuple(each)[:-2] for each in decisions]
     return hashlib.sha256(repr((rows, before, after)).encode()).hexdigest()
 
 

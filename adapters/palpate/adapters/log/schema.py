@@ -93,6 +93,8 @@ MESSAGES: Final[Mapping[str, tuple[tuple[str, str, int], ...]]] = {
         ("displacement_m", _VECTOR, 9),
         ("index", "sfixed64", 10),
         ("grounds", _VECTOR, 11),
+        ("law", "string", 12),
+        ("spatial", _VECTOR, 13),
     ),
     "Reinforcement": (
         ("tick", "sfixed64", 1),

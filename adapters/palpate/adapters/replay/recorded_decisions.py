@@ -10,7 +10,7 @@ from typing_extensions import override
 from palpate.adapters.log import TrialLog
 from palpate.adapters.replay.tape import TapeEndError
 from palpate.core.errors import LogError
-from palpate.core.policy import Action, Decision, FixedPolicy, Observation
+from palpate.core.policy import Action, Decision, FixedPolicy, Observation, Spatial
 
 
 class RecordedDecisions(FixedPolicy):
@@ -48,4 +48,5 @@ class RecordedDecisions(FixedPolicy):
             problem = "does not say where the action leads"
             raise LogError(self.log.path, f"decision {told.number}", problem, "it can be replayed by its policy only")
         x, y = told.displacement_m
-        return Decision(Action(told.action, (x, y)), None, told.source, told.grounds[self._observed :])
+        spatial = Spatial.of(told.law, told.spatial) if told.law else None
+        return Decision(Action(told.action, (x, y), spatial), None, told.source, told.grounds[self._observed :])

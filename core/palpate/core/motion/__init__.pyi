@@ -8,8 +8,13 @@ from .laws import DampingControl as DampingControl
 from .laws import ForceControl as ForceControl
 from .laws import HybridControl as HybridControl
 from .laws import PositionControl as PositionControl
+from .laws import limited as limited
 from .model import Array as Array
 from .model import Kinematics as Kinematics
 from .model import ToolGeometry as ToolGeometry
 from .model import wrench_about as wrench_about
+from .tip_motion import FASTEST_TURN_RAD_S as FASTEST_TURN_RAD_S
 from .tip_motion import TipMotion as TipMotion
+from .turning import GivingWay as GivingWay
+from .turning import leaning as leaning
+from .turning import orientation as orientation

@@ -2,25 +2,40 @@
 
 from __future__ import annotations
 
-from math import isfinite
+from math import isfinite, radians
+from typing import Final
 
 import numpy as np
 import pinocchio as pin
 
 from palpate.core.motion.fixed_frame import FixedFrame
 from palpate.core.motion.inverse import InverseKinematics
+from palpate.core.motion.laws import limited
 from palpate.core.motion.model import Array, Kinematics
+from palpate.core.motion.turning import orientation
 from palpate.core.ports import AppliedCommand, CommandReason, JointCommand, JointVector, Vector3
+
+FASTEST_TURN_RAD_S: Final = radians(20.0)
+"""A reference turns no faster: the slowest wrist of the arms that are known needs two thirds of its speed for it."""
+
+
+_NOWHERE: Final = np.zeros(3)
 
 
 class TipMotion:
     """The commanded tip: a reference that laws move, and the joint angles that follow it.
 
+    A tool keeps its orientation unless :meth:`turn` is called.
+
     Args:
         kinematics: Work space for the commanded configuration; not shared with the measured one.
         task_in_base: Placement of the task frame.
-        tip_rotation_in_base: Orientation that the tool keeps, (3, 3).
+        tip_rotation_in_base: Orientation of the upright tool, (3, 3).
         period_s: Control period.
+
+    Attributes:
+        reference_m: Commanded tip, (3,), task frame.
+        turn_rad: Commanded orientation against the upright tool, (3,): lean about x and y, yaw about z, task frame.
     """
 
     def __init__(
@@ -33,6 +48,9 @@ class TipMotion:
         # A view into Pinocchio's memory.
         self._target_m: Array = self._target.translation
         self._period_s = period_s
+        self._upright: Array = np.array(tip_rotation_in_base)
+        self._task_turn = pin.SE3(task_in_base.rotation, _NOWHERE)
+        self._upright_turn = self._task_turn.inverse() * pin.SE3(self._upright, _NOWHERE)
         self._q: Array
         self.reference_m: Vector3
 
@@ -41,6 +59,7 @@ class TipMotion:
         self._q = np.array(position_rad)
         self._kinematics.update(self._q)
         self.reference_m = self._task.place_m(self._kinematics.tip_position_m.tolist())
+        self._turn_to((0.0, 0.0, 0.0))
 
     def adopt(self, applied: AppliedCommand) -> bool:
         """Go on from what the arm really did, so that a limited command does not wind up.
@@ -54,6 +73,23 @@ class TipMotion:
             self._q = np.array(applied.position_rad)
         return True
 
+    def turn(self, rate_rad_s: Vector3) -> None:
+        """Let the next :meth:`move` turn the reference, too.
+
+        Args:
+            rate_rad_s: Change of ``turn_rad``, (3,); shortened to :data:`FASTEST_TURN_RAD_S`.
+        """
+        self._rate_rad_s: Vector3 | None = limited(rate_rad_s, FASTEST_TURN_RAD_S)
+
+    def _turn_to(self, turn_rad: Vector3) -> None:
+        self.turn_rad, self._rate_rad_s = turn_rad, None
+        if turn_rad == (0.0, 0.0, 0.0):
+            self._target.rotation = self._upright
+            return
+        # pin.SE3 multiplies without BLAS.
+        turned = self._task_turn * pin.SE3(np.array(orientation(turn_rad)), _NOWHERE) * self._upright_turn
+        self._target.rotation = turned.rotation
+
     def move(self, velocity_m_s: Vector3) -> JointCommand:
         """Advance the reference by one control period and follow it.
 
@@ -64,6 +100,9 @@ class TipMotion:
         x, y, z = self.reference_m
         vx, vy, vz = velocity_m_s
         self.reference_m = reference = (x + vx * period, y + vy * period, z + vz * period)
+        if self._rate_rad_s is not None:
+            (a, b, c), (u, v, w), self._rate_rad_s = self.turn_rad, self._rate_rad_s, None
+            self._turn_to((a + u * period, b + v * period, c + w * period))
         self._target_m[:] = self._task.place_in_base_m(reference)
         step = self._inverse.step(self._q, self._target)
         self._q = step.q_rad

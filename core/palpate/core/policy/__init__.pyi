@@ -8,10 +8,13 @@ from .base import Action as Action
 from .base import Decision as Decision
 from .base import FixedPolicy as FixedPolicy
 from .base import Hindsight as Hindsight
+from .base import Law as Law
 from .base import Observation as Observation
 from .base import Policy as Policy
+from .base import Spatial as Spatial
 from .base import Transition as Transition
 from .base import compass_actions as compass_actions
+from .base import drawing_from as drawing_from
 from .belief_entry import BeliefEntry as BeliefEntry
 from .belief_entry import Reach as Reach
 from .conversion import document_of as document_of

@@ -8,11 +8,12 @@ the port data came to.
 
 from __future__ import annotations
 
+import enum
 from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import cos, hypot, isfinite, pi, sin, sqrt
-from typing import Final, Protocol, runtime_checkable
+from typing import Final, Protocol, Self, runtime_checkable
 
 import numpy as np
 from typing_extensions import override
@@ -23,16 +24,67 @@ from palpate.core.ports import Vector3
 COMPASS_NAMES: Final = ("+x", "+x+y", "+y", "-x+y", "-x", "-x-y", "-y", "+x-y")
 
 
+class Law(enum.Enum):
+    """The control law of an action in six degrees of freedom: how each direction of the tip is led."""
+
+    STEP = "step"
+    """Across to a place, pressing, turning to an orientation."""
+    GIVE_WAY = "give way"
+    """Across to a place, pressing; the tool gives way to the torque that tilts it."""
+    PUSH = "push"
+    """Across by force, pressing, leaning as asked; the tool gives way to the torque about its axis."""
+    LIFT = "lift"
+    """To a place and an orientation in free space."""
+    INSERT = "insert"
+    """Down the hole, until the peg is in or stuck."""
+
+
+@dataclass(frozen=True, slots=True)
+class Spatial:
+    """What an action in six degrees of freedom does beside its step across.
+
+    Attributes:
+        law: Its control law.
+        rise_m: By how much it lifts the tip, away from the plate.
+        turn_rad: By how much it turns the tool, (3,): lean about the task's x and y, and yaw about its z.
+        push_N: Force with which it pushes, (2,), task frame.
+        pivot_m: Point of the tool's end face about which it turns, (2,), task frame, from the tip of the upright tool.
+    """
+
+    law: Law = Law.STEP
+    rise_m: float = 0.0
+    turn_rad: Vector3 = (0.0, 0.0, 0.0)
+    push_N: tuple[float, float] = (0.0, 0.0)
+    pivot_m: tuple[float, float] = (0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        if not all(map(isfinite, self.numbers)):
+            raise ConfigurationError("actions.spatial", self.numbers, "finite numbers")
+
+    @property
+    def numbers(self) -> tuple[float, ...]:
+        """All of it but the law, (8,): rise, turn, push, pivot."""
+        return self.rise_m, *self.turn_rad, *self.push_N, *self.pivot_m
+
+    @classmethod
+    def of(cls, law: str, numbers: Sequence[float]) -> Self:
+        """The one with these numbers."""
+        rise_m, lean_x, lean_y, yaw, push_x, push_y, pivot_x, pivot_y = numbers
+        return cls(Law(law), rise_m, (lean_x, lean_y, yaw), (push_x, push_y), (pivot_x, pivot_y))
+
+
 @dataclass(frozen=True, slots=True)
 class Action:
     """One action of a policy.
 
     Attributes:
         displacement_m: XY displacement of the tip during the action, (2,), in the task frame.
+        spatial: What else it does, in tasks of six degrees of freedom; None for a step as it always was.
     """
 
     name: str
     displacement_m: tuple[float, float]
+    spatial: Spatial | None = None
 
     def __post_init__(self) -> None:
         if not isfinite(hypot(*self.displacement_m)):
@@ -82,6 +134,8 @@ class Observation:
     Attributes:
         position_m: Measured tip, relative to the nominal goal.
         reference_m: Commanded tip, relative to the nominal goal.
+        turn_rad: Commanded orientation against the upright tool, (3,): lean about x and y, yaw about z.
+        live_torque_Nm: Torque about the tip, not filtered.
     """
 
     state: int
@@ -90,6 +144,8 @@ class Observation:
     force_N: Vector3
     torque_Nm: Vector3
     action_number: int
+    turn_rad: Vector3 = (0.0, 0.0, 0.0)
+    live_torque_Nm: Vector3 = (0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
         _check_index("state", self.state)

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
+from math import degrees, isclose
 from typing import Annotated, Any, ClassVar, Final, Self
 
 from typing_extensions import override
 
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy.back_off import BackOff
-from palpate.core.policy.base import EXAMPLES, LEARNED, PROGRAMMED, Action
+from palpate.core.policy.base import EXAMPLES, LEARNED, PROGRAMMED, Action, Law
 from palpate.core.policy.options import OptionParameters
 from palpate.core.policy.sarsa import SarsaParameters
 from palpate.core.policy.tabular import QParameters
@@ -31,16 +32,61 @@ _BESIDE: Final = ("trials_learned", "back_off")
 class ActionEntry(Settings):
     """One action of the file."""
 
+    UNTOLD: ClassVar[Mapping[str, Any]] = {
+        "law": "", "rise_mm": 0.0, "turn_deg": (0.0, 0.0, 0.0), "push_N": (0.0, 0.0), "pivot_mm": (0.0, 0.0),
+    }  # fmt: skip
+
     name: str
     """Its name."""
     displacement_mm: tuple[float, float]
     """XY displacement of the tip, (2,), in the task frame."""
+    law: Annotated[str, OneOf("", *(law.value for law in Law))] = ""
+    """Control law of an action in six degrees of freedom; empty for a step across, which has none of what follows."""
+    rise_mm: float = 0.0
+    """By how much it lifts the tip."""
+    turn_deg: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """By how much it turns the tool: lean about x and y, and yaw."""
+    push_N: tuple[float, float] = (0.0, 0.0)
+    """Force with which it pushes."""
+    pivot_mm: tuple[float, float] = (0.0, 0.0)
+    """Point of the end face about which it turns."""
 
     @classmethod
     def of(cls, action: Action) -> Self:
         """A live action as the file has it."""
-        x_m, y_m = action.displacement_m
-        return cls(action.name, (1e3 * x_m, 1e3 * y_m))
+        displacement_mm, spatial = _scaled(action.displacement_m, 1e3), action.spatial
+        if spatial is None:
+            return cls(action.name, displacement_mm)
+        lean_x, lean_y, yaw = map(degrees, spatial.turn_rad)
+        turn_deg, pivot_mm = (lean_x, lean_y, yaw), _scaled(spatial.pivot_m, 1e3)
+        rise_mm = 1e3 * spatial.rise_m
+        return cls(action.name, displacement_mm, spatial.law.value, rise_mm, turn_deg, spatial.push_N, pivot_mm)
+
+    def content(self) -> dict[str, Any]:
+        """The action as JSON has it: of a step across, no more than ever."""
+        written = asdict(self)
+        return written if self.law else {"name": self.name, "displacement_mm": self.displacement_mm}
+
+    def differs(self, other: Self) -> str:
+        """The first of its fields that is not the same, however the numbers were rounded; empty for none."""
+        mine, theirs = asdict(self), asdict(other)
+        for name, value in mine.items():
+            wanted = theirs[name]
+            if isinstance(value, str):
+                if value != wanted:
+                    return name
+            elif not all(map(_same, *(x if isinstance(x, tuple) else (x,) for x in (value, wanted)))):
+                return name
+        return ""
+
+
+def _scaled(pair: tuple[float, float], factor: float) -> tuple[float, float]:
+    return factor * pair[0], factor * pair[1]
+
+
+def _same(a: float, b: float) -> bool:
+    """Far below any arm's resolution in mm, degrees and N, far above the rounding on the way to them."""
+    return isclose(a, b, rel_tol=0.0, abs_tol=1e-6)
 
 
 @dataclass(frozen=True, slots=True)

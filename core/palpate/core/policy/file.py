@@ -1,6 +1,7 @@
 """The policy file: the content of a policy, readable by people and exact to the last bit.
 
-JSON with schema id ``palpate.policy/1``; ``policy.schema.json`` beside this file describes it formally.
+JSON with schema id ``palpate.policy/1``, or ``palpate.policy/2`` where actions have six degrees of freedom;
+``policy.schema.json`` beside this file describes it formally.
 Each row of the table names the knowledge that acts in that state (programmed, from examples, learned), so
 that the three stay apart on paper too. ``value`` and ``visits`` of a row are there for readers; they must
 agree with ``q`` and ``visits_per_action``, from which they follow.
@@ -11,7 +12,6 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
-from math import isclose
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Final
 
@@ -23,9 +23,10 @@ from palpate.core.policy.foreign import ForeignEntry
 from palpate.core.ports import OneOf, Settings, load_json, parse_json, require_names, write_whole
 
 SCHEMA: Final = "palpate.policy/1"
+SPATIAL_SCHEMA: Final = "palpate.policy/2"
+"""That of actions in six degrees of freedom."""
 
 _WHOLE: Final = "policy file"
-_SAME_STEP_MM: Final = 1e-6  # far below any arm's resolution, far above the rounding of metres to mm
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -34,7 +35,7 @@ class PolicyDocument(Settings):
 
     TABLE: ClassVar[str] = _WHOLE
 
-    schema: Annotated[str, OneOf(SCHEMA)] = SCHEMA
+    schema: Annotated[str, OneOf(SCHEMA, SPATIAL_SCHEMA)] = SCHEMA
     """Id of the file format."""
     created_with: Mapping[str, Any]
     """Versions of what made it; for readers."""
@@ -55,6 +56,7 @@ class PolicyDocument(Settings):
 
     def __post_init__(self) -> None:
         Settings.__post_init__(self)
+        object.__setattr__(self, "schema", SPATIAL_SCHEMA if any(each.law for each in self.actions) else SCHEMA)
         # Kept as the file will give it back, and out of reach of whoever made it.
         for name in ("created_with", "perception"):
             object.__setattr__(self, name, _plain(name, getattr(self, name)))
@@ -62,6 +64,7 @@ class PolicyDocument(Settings):
     def to_json_text(self) -> str:
         """The text of the file; floats are written so that they read back exactly."""
         content = asdict(replace(self, belief=None)) | {
+            "actions": [action.content() for action in self.actions],
             "learner": None if self.learner is None else self.learner.content(),
             "belief": None if self.belief is None else self.belief.content(),
         }
@@ -77,7 +80,7 @@ class PolicyDocument(Settings):
         Raises:
             ConfigurationError: It is not a policy file of this schema, or contradicts itself.
         """
-        read = cls.read(parse_json(text, _WHOLE, SCHEMA))
+        read = cls.read(parse_json(text, _WHOLE, SCHEMA, SPATIAL_SCHEMA))
         names = [action.name for action in read.actions]
         require_names("states", read.states)
         require_names("actions", names)
@@ -149,14 +152,10 @@ class PolicyDocument(Settings):
         _check_same_names("states", self.states, states)
         _check_same_names("actions", [mine.name for mine in self.actions], [action.name for action in actions])
         for number, (mine, action) in enumerate(zip(self.actions, actions, strict=True)):
-            wanted_mm = ActionEntry.of(action).displacement_mm
-            if not all(map(_same_length, mine.displacement_mm, wanted_mm)):
-                where = f"actions[{number}].displacement_mm"
-                raise ConfigurationError(where, mine.displacement_mm, f"{wanted_mm}, as in this task")
-
-
-def _same_length(a_mm: float, b_mm: float) -> bool:
-    return isclose(a_mm, b_mm, rel_tol=0.0, abs_tol=_SAME_STEP_MM)
+            wanted = ActionEntry.of(action)
+            if field := mine.differs(wanted):
+                where = f"actions[{number}].{field}"
+                raise ConfigurationError(where, getattr(mine, field), f"{getattr(wanted, field)}, as in this task")
 
 
 def _check_same_names(field: str, mine: Sequence[str], theirs: Sequence[str]) -> None:

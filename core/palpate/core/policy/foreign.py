@@ -134,7 +134,7 @@ class ForeignPolicy(Policy):
         if not all(isinstance(name, str) and name and name.isprintable() for name in names):
             raise ValueError(f"action and source are called {names}, which no log can show")
         if given.index is None:
-            return Decision(Action(action.name, (_finite(x), _finite(y))), None, given.source)
+            return Decision(Action(action.name, (_finite(x), _finite(y)), action.spatial), None, given.source)
         place = index(given.index)
         if not 0 <= place < len(actions) or actions[place] != action:
             known = f"the action set has {len(actions)}, index None is for others"

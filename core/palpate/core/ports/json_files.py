@@ -26,10 +26,10 @@ def load_json(path: str | Path, whole: str, read: Callable[[str], T]) -> T:
         raise ConfigurationError(f"{path}: {error.field}", error.value, error.accepted) from error
 
 
-def parse_json(text: str, whole: str, schema: str) -> dict[str, Any]:
+def parse_json(text: str, whole: str, *schemas: str) -> dict[str, Any]:
     """The object in a text of strict JSON: no NaN, no infinity, no key twice.
 
-    Its key ``schema`` must hold ``schema``, which is checked first: a file of another schema may have other keys.
+    Its key ``schema`` must hold one of ``schemas``. It is checked first: a file of another schema may have other keys.
 
     Raises:
         ConfigurationError: It is no such object.
@@ -54,6 +54,7 @@ def parse_json(text: str, whole: str, schema: str) -> dict[str, Any]:
         raise ConfigurationError(whole, text, f"JSON ({error})") from error
     if not isinstance(raw, dict):
         raise ConfigurationError(whole, raw, "an object")
-    if raw.get("schema") != schema:
-        raise ConfigurationError("schema", raw.get("schema"), f"{schema!r}; a newer schema needs a newer palpate")
+    if raw.get("schema") not in schemas:
+        known = " or ".join(map(repr, schemas))
+        raise ConfigurationError("schema", raw.get("schema"), f"{known}; a newer schema needs a newer palpate")
     return raw

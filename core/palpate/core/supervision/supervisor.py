@@ -147,12 +147,18 @@ class Supervisor:
         self._held = ()
 
     def check(
-        self, snapshot: Snapshot, asked: JointCommand, expectation: Expectation, tip_m: Vector3 | None = None
+        self,
+        snapshot: Snapshot,
+        asked: JointCommand,
+        expectation: Expectation,
+        tip_m: Vector3 | None = None,
+        turned_rad: tuple[float, float] = (0.0, 0.0),
     ) -> Supervised:
         """What the arm is to be sent in this tick; after a trip what was asked no longer matters.
 
         Args:
             tip_m: Tip according to the encoders, (3,), task frame; None while the task has not looked.
+            turned_rad: How the tool leans, and its yaw, by the encoders, (2,).
 
         Raises:
             LifecycleError: No trial has begun.
@@ -178,7 +184,7 @@ class Supervisor:
         if trip is None:
             trip = self._joints.trip(snapshot, self._held)
         if trip is None and tip_m is not None:
-            trip = self._places.trip(snapshot.tick, tip_m, expectation)
+            trip = self._places.trip(snapshot.tick, tip_m, expectation, turned_rad)
         if trip is None:
             trip = expectation.doubt
         if trip is None and not sound and applied is not None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from math import sqrt
+from math import degrees, radians, sqrt
 from operator import le, sub
 from typing import Final
 
@@ -312,12 +312,16 @@ class WorkspaceWatch:
         self._top_m = -(workspace.above_mm + config.height_margin_mm) * 1e-3
         self._bottom_m = (workspace.below_mm + config.depth_margin_mm) * 1e-3
         self._margin_m = config.area_margin_mm * 1e-3
+        self._turns_rad = tuple(map(radians, workspace.turns_deg or (360.0, 360.0)))
 
-    def trip(self, tick: int, tip_m: Vector3, expectation: Expectation) -> Trip | None:
+    def trip(
+        self, tick: int, tip_m: Vector3, expectation: Expectation, turned_rad: tuple[float, float] = (0.0, 0.0)
+    ) -> Trip | None:
         """What is wrong with the tip's place; None if nothing is.
 
         Args:
             tip_m: Tip according to the encoders, (3,), task frame.
+            turned_rad: How the tool leans, and its yaw, (2,).
         """
         x, y, z = tip_m
         aside, across = self._sides_m
@@ -328,6 +332,12 @@ class WorkspaceWatch:
             return _left_workspace(tick, "y", y, -across, across)
         if not self._top_m <= z <= self._bottom_m:
             return _left_workspace(tick, "z", z, self._top_m, self._bottom_m)
+        if not (turned_rad[0] <= self._turns_rad[0] and abs(turned_rad[1]) <= self._turns_rad[1]):
+            found, limits = (
+                " and ".join(f"{degrees(each):.1f}" for each in pair) for pair in (turned_rad, self._turns_rad)
+            )
+            text = f"tool leans and is turned by {found} degrees, the workspace ends at {limits}"
+            return Trip(TripReason.WORKSPACE, tick, text)
         area = expectation.area
         if area is None:
             return None

@@ -11,7 +11,7 @@ from typing import Any, Protocol, TypeVar
 from palpate.core.errors import ConfigurationError
 from palpate.core.motion import ArmDescription, TipMotion
 from palpate.core.perception import Perception
-from palpate.core.policy import Policy, Reinforcement
+from palpate.core.policy import Action, Policy, Reinforcement, compass_actions
 from palpate.core.ports import Settings, Truth, kinds_of
 from palpate.core.trial.config import ControlConfig, TaskConfig
 from palpate.core.trial.measurement import Measurement
@@ -85,6 +85,10 @@ class TaskKind(Protocol):
     @abstractmethod
     def setup(self, task: TaskConfig, seed: int, trial: int) -> TrialSetup:
         """The setup of a trial: a function of settings, seed and index."""
+
+    def actions(self, task: TaskConfig) -> tuple[Action, ...]:
+        """The actions that policies choose from: eight steps across, unless a task has others."""
+        return compass_actions(task.step_mm * 1e-3)
 
     @abstractmethod
     def make(self, parts: TaskParts) -> Task:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from math import hypot
+from math import atan2, hypot, pi, remainder
 from typing import Final
 
 import pinocchio as pin
@@ -45,15 +45,26 @@ class Measurement:
         self._lever_m = kinematics.tool.tip_from_sensor_m
         self._tip_in_sensor: Vector3 = (0.0, 0.0, self._lever_m)
         self._scale = signal.scale
+        self._weight_N = self._above_tip_m = 0.0
         self.reset()
+
+    def take_off_weight(self, weight_N: float, above_tip_m: float) -> None:
+        """From now on, what a tool of this weight loads otherwise while it leans is taken off.
+
+        Args:
+            weight_N: Of all that the sensor carries.
+            above_tip_m: Height of its centre above the tip, on the tool's axis.
+        """
+        self._weight_N, self._above_tip_m = weight_N, above_tip_m
 
     def reset(self) -> None:
         """Forget the past, tare and filter state included; the next tare sets both."""
+        self._tip_in_base = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
         self.tare((0.0,) * 6)
         self._filtered: Wrench = (0.0,) * 6
         self._depths: deque[tuple[int, float]] = deque(maxlen=_PLACES)
         self._force_depth_m = 0.0
-        self._tip_in_base: list[list[float]]
+        self._axis: Vector3
         self.position_m: Vector3 = (0.0, 0.0, 0.0)
         self.force_N: Vector3 = (0.0, 0.0, 0.0)
         self.filtered_force_z_N = self.torque_across_at_tip_Nm = 0.0
@@ -61,6 +72,7 @@ class Measurement:
     def tare(self, bias: Wrench) -> None:
         """Take this wrench, six channels in the sensor frame, as zero from now on."""
         self._bias = bias
+        self._upright_heading_rad: float | None = None
         self._signal.tare(bias)
         self._signal.reset(bias)
 
@@ -81,14 +93,38 @@ class Measurement:
         self.position_m = self._task.place_m(kinematics.tip_position_m.tolist())
         self._force_depth_m = self._depth_at(snapshot) if self._aligned else self.position_m[2]
         self._tip_in_base = rotation = kinematics.tip_rotation.tolist()
-        raw, lever_m = snapshot.wrench, self._lever_m
+        self._raw = raw = snapshot.wrench
+        lever_m = self._lever_m
         (bx, by, bz, btx, bty, _), (sx, sy, sz, stx, sty, _) = self._bias, self._scale
         (fx, fy, fz), (tx, ty, _) = raw.force_N, raw.torque_Nm
         fx, fy, fz = (fx - bx) * sx, (fy - by) * sy, (fz - bz) * sz
         self.force_N = self._task.vector(rotated(rotation, (fx, fy, fz)))
+        if self._weight_N:
+            (_, _, u), (_, _, v), (_, _, w) = rotation
+            self._axis = self._task.vector((u, v, w))
+            self.force_N = self._lightened(self.force_N)
         self.torque_across_at_tip_Nm = hypot((tx - btx) * stx + lever_m * fy, (ty - bty) * sty - lever_m * fx)
         self._filtered = filtered = self._signal.update((*raw.force_N, *raw.torque_Nm))
         self.filtered_force_z_N = filtered[2]
+
+    @property
+    def turned_rad(self) -> tuple[float, float]:
+        """How the tool leans, and its yaw, (2,); zeros unless its weight is taken off, as it is where a tool turns."""
+        if not self._weight_N:
+            return 0.0, 0.0
+        ax, ay, az = self._axis
+        heading_rad = self._heading_rad()
+        if self._upright_heading_rad is None:
+            # It was tared upright.
+            self._upright_heading_rad = heading_rad
+        yaw_rad = remainder(heading_rad - self._upright_heading_rad, 2.0 * pi)
+        return hypot(ax, ay) if az > 0.0 else pi, yaw_rad
+
+    def _heading_rad(self) -> float:
+        """Heading of the tip's x axis, from the task's x towards its y; a lean of 10 degrees changes it by 0.4."""
+        (u, _, _), (v, _, _), (w, _, _) = self._tip_in_base
+        x, y, _ = self._task.vector((u, v, w))
+        return atan2(y, x)
 
     def tip_depth_m(self, axial_N_per_m: float) -> float:
         """Depth of the true tip below the nominal plane: the encoders', corrected for an axial spring so stiff."""
@@ -116,7 +152,27 @@ class Measurement:
         fx, fy, fz, tx, ty, tz = self._filtered
         torque = wrench_about((fx, fy, fz), (tx, ty, tz), self._tip_in_sensor)
         force, torque = (self._task.vector(rotated(self._tip_in_base, each)) for each in ((fx, fy, fz), torque))
+        if self._weight_N:
+            return self._lightened(force), self._righted(torque)
         return force, torque
+
+    def live_torque_at_tip_Nm(self) -> Vector3:
+        """Tared, scaled torque about the tip, (3,), not filtered: a law that turns by it would otherwise be late."""
+        raw = *self._raw.force_N, *self._raw.torque_Nm
+        fx, fy, fz, tx, ty, tz = ((v - b) * k for v, b, k in zip(raw, self._bias, self._scale, strict=True))
+        torque = self._task.vector(
+            rotated(self._tip_in_base, wrench_about((fx, fy, fz), (tx, ty, tz), self._tip_in_sensor))
+        )
+        return self._righted(torque) if self._weight_N else torque
+
+    def _lightened(self, force_N: Vector3) -> Vector3:
+        """A tared force without what the weight adds because the tool leans: the tare turned with the tool."""
+        (x, y, z), (ax, ay, az), weight_N = force_N, self._axis, self._weight_N
+        return x + weight_N * ax, y + weight_N * ay, z - weight_N * (1.0 - az)
+
+    def _righted(self, torque_Nm: Vector3) -> Vector3:
+        (x, y, z), (ax, ay, _), moment_Nm = torque_Nm, self._axis, self._weight_N * self._above_tip_m
+        return x + moment_Nm * ay, y - moment_Nm * ax, z
 
 
 def require_joints(q_rad: JointVector, count: int) -> None:

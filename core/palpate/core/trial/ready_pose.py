@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import sqrt
+from math import radians, sqrt
 
 import numpy as np
 import pinocchio as pin
 
 from palpate.core.errors import UnreachableError
-from palpate.core.motion import ArmDescription, Array, InverseKinematics, Kinematics, ToolGeometry, arm_named
+from palpate.core.motion import (
+    ArmDescription,
+    Array,
+    InverseKinematics,
+    Kinematics,
+    ToolGeometry,
+    arm_named,
+    orientation,
+)
 from palpate.core.ports import PERIOD_S
 from palpate.core.trial.config import TaskConfig
 from palpate.core.trial.frame import goal_in_base
@@ -94,3 +102,33 @@ def require_speed(arm: str | ArmDescription, ready: ReadyPose, along_x_m_s: floa
             f"at most {along_x_m_s * 1e3 / share:.4g} mm/s, where a joint of {kinematics.arm.name} is at its limit"
         )
         raise UnreachableError(field, along_x_m_s * 1e3, accepted)
+
+
+def require_turns(
+    arm: str | ArmDescription, ready: ReadyPose, task: TaskConfig, turns_deg: tuple[float, float]
+) -> None:
+    """Refuse turns of the tool that the arm cannot make above the goal.
+
+    Args:
+        arm: The arm, or its name.
+        ready: The ready pose.
+        task: Place of the goal.
+        turns_deg: How far the tool is to lean, about x and about y, and how far to turn about its axis.
+
+    Raises:
+        UnreachableError: It cannot, for the first such turn.
+    """
+    description, goal = arm_named(arm), goal_in_base(task.goal)
+    inverse = InverseKinematics(Kinematics(description, ToolGeometry()), PERIOD_S)
+    place, upright = goal.act(np.array([0.0, 0.0, -task.ready_height_mm * 1e-3])), goal.rotation.T @ ready.tip_rotation
+    for name, angle_deg, axis in zip(("lean", "lean", "yaw"), (turns_deg[0], *turns_deg), range(3), strict=True):
+        for sign in (-1.0, 1.0):
+            turn = [0.0, 0.0, 0.0]
+            turn[axis] = radians(sign * angle_deg)
+            rotation = goal.rotation @ np.array(orientation((turn[0], turn[1], turn[2]))) @ upright
+            try:
+                inverse.solve(pin.SE3(rotation, place), free_yaw=False, seed_rad=ready.q_rad, field="task.goal")
+            except UnreachableError as error:
+                about = "xyz"[axis]
+                accepted = f"a turn about {about} that {description.name} can make above the goal"
+                raise UnreachableError(f"task.options.most_{name}_deg", sign * angle_deg, accepted) from error

@@ -78,6 +78,8 @@ class DecisionRecord:
         index: Place of the action in the action set; None for one that is not of the set.
         grounds: What it was chosen by: force (3,), N, and torque (3,), N m, of the observation, the features, and
             numbers of the policy's own.
+        law: Control law of an action in six degrees of freedom; empty for a step across.
+        spatial: What such an action does beside its step, (8,), as :class:`~palpate.core.policy.Spatial` has it.
     """
 
     tick: int
@@ -89,6 +91,8 @@ class DecisionRecord:
     displacement_m: tuple[float, float] = (0.0, 0.0)
     index: int | None = None
     grounds: tuple[float, ...] = ()
+    law: str = ""
+    spatial: tuple[float, ...] = ()
 
 
 @dataclass

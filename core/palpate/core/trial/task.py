@@ -20,10 +20,12 @@ class Task(Protocol):
     Attributes:
         expectation: What it expects of the world at present, for the supervisor.
         tip_m: Tip according to the encoders, (3,), task frame, as of the last tick.
+        turned_rad: How the tool leans, and by how much it is turned about its axis, by the encoders, (2,).
     """
 
     expectation: Expectation
     tip_m: Vector3
+    turned_rad: tuple[float, float] = (0.0, 0.0)
 
     @abstractmethod
     def begin(self, setup: TrialSetup) -> None:

@@ -11,8 +11,11 @@ class Workspace:
 
     Attributes:
         side_mm: Half its length along x and along y.
+        turns_deg: How far the tool may lean, and how far turn about its axis; None where it keeps its orientation, and
+            nothing is held against that.
     """
 
     side_mm: tuple[float, float]
     above_mm: float
     below_mm: float
+    turns_deg: tuple[float, float] | None = None

@@ -99,3 +99,19 @@ def test_a_stopped_arm_does_not_wind_the_joints_up(bench: Bench) -> None:
         command = bench.motion.move((0.0, 0.0, -0.1))
         assert (np.abs(np.array(command.position_rad) - bench.home) <= reach).all()
         bench.motion.adopt(AppliedCommand(bench.home, CommandReason.STOPPED))
+
+
+def test_the_tool_turns_about_the_tip_no_faster_than_it_may(bench: Bench) -> None:
+    tip_m = bench.motion.reference_m
+    for _ in range(35):
+        bench.motion.turn((9.0, 0.0, 0.0))
+        q = bench.motion.move(STILL).position_rad
+    assert bench.motion.turn_rad == pytest.approx((np.radians(5.0), 0.0, 0.0))
+    for _ in range(5):
+        # A rate is for one tick only.
+        q = bench.motion.move(STILL).position_rad
+    assert bench.tip_m(q) == pytest.approx(tip_m, abs=1e-9)
+    turned = bench.task.rotation.T @ bench.look.tip_rotation @ bench.rotation.T @ bench.task.rotation
+    np.testing.assert_allclose(turned, pin.exp3(np.array([np.radians(5.0), 0.0, 0.0])), atol=1e-9)
+    bench.motion.start(bench.home)
+    assert bench.motion.turn_rad == (0.0, 0.0, 0.0)

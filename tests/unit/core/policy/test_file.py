@@ -8,10 +8,10 @@ from hypothesis import strategies as st
 
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy import file as file_module
-from palpate.core.policy.base import Action, compass_actions
+from palpate.core.policy.base import Action, Law, Spatial, compass_actions
 from palpate.core.policy.entries import ActionEntry, LearnerEntry, TableRow
 from palpate.core.policy.exploration import TemperatureSchedule
-from palpate.core.policy.file import SCHEMA, PolicyDocument
+from palpate.core.policy.file import SCHEMA, SPATIAL_SCHEMA, PolicyDocument
 from palpate.core.policy.sarsa import SarsaParameters
 from palpate.core.policy.tabular import QParameters
 from palpate.core.ports.json_schema import json_schema
@@ -127,7 +127,7 @@ def test_written_files_agree_with_the_json_schema(learner):
 # What a schema can see is refused by both; the rest by the reader alone.
 SEEN_BY_SCHEMA = [
     (remove("schema"), "schema"),
-    (put("schema", "palpate.policy/2"), "schema"),
+    (put("schema", "palpate.policy/3"), "schema"),
     (put("schema", "palpate.run/1"), "schema"),
     *[(remove(key), "policy file") for key in FORMAT["required"] if key != "schema"],
     (put("comment", "hello"), "policy file"),
@@ -228,4 +228,22 @@ def test_another_task_is_refused_with_the_first_difference(states, actions, fiel
 
 
 def test_the_schema_file_has_the_id_of_the_code():
-    assert FORMAT["$id"] == FORMAT["properties"]["schema"]["const"] == SCHEMA
+    assert FORMAT["$id"] == SCHEMA
+    assert FORMAT["properties"]["schema"]["enum"] == [SCHEMA, SPATIAL_SCHEMA]
+
+
+def test_actions_in_six_degrees_of_freedom_are_of_schema_2_and_those_across_stay_what_they_were() -> None:
+    spatial = Spatial(Law.PUSH, 1e-3, (0.1, -0.2, 0.3), (3.0, -1.0), (20e-3, 0.0))
+    actions = (*ACTIONS[:-1], Action(ACTIONS[-1].name, (1e-3, 0.0), spatial))
+    made = document(actions=tuple(map(ActionEntry.of, actions)))
+    assert (made.schema, document().schema) == (SPATIAL_SCHEMA, SCHEMA)
+    text = made.to_json_text()
+    assert PolicyDocument.from_json_text(text) == made
+    assert not list(disagreements(json.loads(text), FORMAT))
+    assert Spatial.of(spatial.law.value, spatial.numbers) == spatial
+    made.check_matches(STATES, actions)
+    with pytest.raises(ConfigurationError, match=r"actions\[7\].displacement_mm"):
+        made.check_matches(STATES, ACTIONS)
+    turned = replace(actions[-1], displacement_m=(1e-3, 0.0), spatial=replace(spatial, turn_rad=(0.1, -0.2, 0.31)))
+    with pytest.raises(ConfigurationError, match=r"actions\[7\].turn_deg"):
+        made.check_matches(STATES, (*actions[:-1], turned))

@@ -8,6 +8,8 @@ import pytest
 
 from palpate.core.ports.values import Validity, WrenchKind
 from palpate.core.supervision.config import SupervisionConfig
+from palpate.core.supervision.watches import WorkspaceWatch
+from palpate.core.trial import Workspace
 from palpate.core.trial.expectation import TripReason
 from palpate.core.trial.frame import ExplorationArea
 from tests.unit.core.supervision.bench import FREE, TOUCHING, UNTARED, Bench
@@ -154,3 +156,15 @@ def test_the_force_is_scaled_as_the_task_scales_it() -> None:
     bench = Bench(scale=(1.0, 1.0, 3.0, 1.0, 1.0, 1.0))
     bench.clean(5, force_N=(0, 0, -13.0))
     assert bench.trip(force_N=(0, 0, -13.4)).text.startswith("force 40.20 N")
+
+
+@pytest.mark.parametrize(("good", "bad"), [((0.17, -0.3), (0.18, 0.0)), ((0.0, 0.3), (0.0, -0.36))])
+def test_a_tool_that_leans_or_turns_too_far_trips(good: tuple[float, float], bad: tuple[float, float]) -> None:
+    config = SupervisionConfig()
+    watch = WorkspaceWatch(config, Workspace((6.5, 6.5), 3.0, 10.0, (10.0, 20.0)))
+    assert watch.trip(1, (0.0, 0.0, 0.0), EXPLORING, good) is None
+    trip = watch.trip(2, (0.0, 0.0, 0.0), EXPLORING, bad)
+    assert trip is not None
+    assert (trip.reason, "the workspace ends at 10.0 and 20.0" in trip.text) == (TripReason.WORKSPACE, True)
+    flat = WorkspaceWatch(config, Workspace((6.5, 6.5), 3.0, 10.0))
+    assert flat.trip(1, (0.0, 0.0, 0.0), EXPLORING, bad) is None

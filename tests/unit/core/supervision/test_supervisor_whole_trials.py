@@ -42,11 +42,16 @@ class Trial(Supervisor):
             self.tips_z_m.append(world.tip_m[2])
 
     def check(
-        self, snapshot: Snapshot, asked: JointCommand, expectation: Expectation, tip_m: Vector3 | None = None
+        self,
+        snapshot: Snapshot,
+        asked: JointCommand,
+        expectation: Expectation,
+        tip_m: Vector3 | None = None,
+        turned_rad: tuple[float, float] = (0.0, 0.0),
     ) -> Supervised:
         self.snapshots.append(snapshot)
         self.tips_z_m.append(self.world.tip_m[2])
-        self.results.append(super().check(snapshot, asked, expectation, tip_m))
+        self.results.append(super().check(snapshot, asked, expectation, tip_m, turned_rad))
         return self.results[-1]
 
     def retreat(self, snapshot: Snapshot) -> Supervised:

@@ -13,6 +13,7 @@ from palpate.core.perception import SignalProcessor, Wrench
 from palpate.core.ports import CONTROL_RATE_HZ, JointSample, JointVector, Snapshot, Vector3, WrenchSample
 from palpate.core.trial import Measurement, goal_in_base
 from palpate.core.trial.config import GoalConfig
+from tests.unit.core.fake_world import ready_pose
 
 ARM = arm_named("zebra-zero")
 GOAL = goal_in_base(GoalConfig())
@@ -156,3 +157,30 @@ def test_depth_is_that_of_the_place_at_the_time_of_a_force_that_is_late(late_tic
     if aligned and late_ticks > 1:
         then = 0.5 * (depths[-1 - late_ticks] + depths[-2 - late_ticks])
     assert measurement.tip_depth_m(1e12) == pytest.approx(then, abs=1e-9)
+
+
+def test_what_the_weight_does_otherwise_in_a_tool_that_leans_is_taken_off() -> None:
+    weight_N, above_tip_m = 3.4, 0.06
+
+    def hanging(q: JointVector) -> Snapshot:
+        kinematics = Kinematics(ARM, ToolGeometry(0.03, 0.14))
+        kinematics.update(q)
+        force = kinematics.tip_rotation.T @ (0.0, 0.0, -weight_N)
+        torque = np.cross((0.0, 0.0, 0.14 - above_tip_m), force)
+        fx, fy, fz, tx, ty, tz = np.concatenate((force, torque)) + np.array(BIAS)
+        wrench = WrenchSample((float(fx), float(fy), float(fz)), (float(tx), float(ty), float(tz)), 0, 0, 0)
+        return Snapshot(0, 0, wrench, JointSample(q, 0, 0, 0))
+
+    upright, _ = ready_pose()
+    leaning: JointVector = (*upright[:3], upright[3] + 0.05, upright[4] + 0.1, upright[5] + 0.1)
+    measurement = build()
+    measurement.take_off_weight(weight_N, above_tip_m)
+    measurement.update(hanging(upright))
+    raw = hanging(upright).wrench
+    measurement.tare((*raw.force_N, *raw.torque_Nm))
+    assert measurement.turned_rad[0] < 1e-6
+    settle(measurement, hanging(leaning))
+    assert measurement.turned_rad[0] > 0.1
+    filtered, live = measurement.filtered_wrench_at_tip(), measurement.live_torque_at_tip_Nm()
+    for force_or_torque in (*filtered, live, measurement.force_N):
+        np.testing.assert_allclose(force_or_torque, NONE, atol=1e-6)

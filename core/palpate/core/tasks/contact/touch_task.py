@@ -40,6 +40,7 @@ class TouchTask(Task):
     Attributes:
         expectation: What the task expects of the world in this phase, for the supervisor.
         tip_m: Tip according to the encoders, (3,), task frame, as of the last tick.
+        turned_rad: How the tool leans and is turned, (2,), by the encoders, in tasks that turn it.
     """
 
     def __init__(
@@ -76,7 +77,7 @@ class TouchTask(Task):
         self._proof.begin()
         self._running = self._lift
         self.expectation = self._state.expectation
-        self.tip_m = self._measurement.position_m
+        self.tip_m, self.turned_rad = self._measurement.position_m, (0.0, 0.0)
         self._interrupt_noted = False
         self._clamped_tick = -2
 
@@ -125,7 +126,7 @@ class TouchTask(Task):
             return None
         state.snapshot = snapshot
         self._measurement.update(snapshot)
-        self.tip_m = self._measurement.position_m
+        self.tip_m, self.turned_rad = self._measurement.position_m, self._measurement.turned_rad
         if state.expectation.doubt is not None:
             # A supervisor would have taken over in the tick of the doubt.
             state.end(Outcome.UNPROVED, state.expectation.doubt.text)

@@ -59,12 +59,20 @@ class Agent:
         self._last_position = position_m
 
     def perceive(
-        self, tick: int, position_m: Vector3, reference_m: Vector3, force_N: Vector3, torque_Nm: Vector3
+        self,
+        tick: int,
+        position_m: Vector3,
+        reference_m: Vector3,
+        force_N: Vector3,
+        torque_Nm: Vector3,
+        turn_rad: Vector3 = (0.0, 0.0, 0.0),
+        live_torque_Nm: Vector3 = (0.0, 0.0, 0.0),
     ) -> Observation:
         """The action before has ended: learn from it, and give what :meth:`choose` will choose the next one by."""
         state = self._observe(position_m, force_N, torque_Nm)
         self._settle(next_state=state)
-        observation = Observation(state, position_m, reference_m, force_N, torque_Nm, len(self.decisions))
+        number = len(self.decisions)
+        observation = Observation(state, position_m, reference_m, force_N, torque_Nm, number, turn_rad, live_torque_Nm)
         self._asked = (tick, observation)
         return observation
 
@@ -79,6 +87,7 @@ class Agent:
         (tick, observation), (symbol, state) = self._asked, self.percept
         self._asked = None
         decision = self._policy.choose(observation)
+        spatial = decision.action.spatial
         wrench = *observation.force_N, *observation.torque_Nm
         features = self._perception.extractor.extract((*observation.position_m, *wrench))
         self._pending = (state, decision)
@@ -93,6 +102,8 @@ class Agent:
                 displacement_m=decision.action.displacement_m,
                 index=decision.index,
                 grounds=(*wrench, *features, *decision.grounds),
+                law="" if spatial is None else spatial.law.value,
+                spatial=() if spatial is None else spatial.numbers,
             )
         )
         return decision

@@ -47,7 +47,7 @@ class Insertion(TaskKind):
 
     preset: Mapping[str, Any] = {}
     asks_policy = True
-    options = NoOptions
+    options: type[Settings] = NoOptions
 
     @override
     def workspace(self, task: TaskConfig) -> Workspace:

@@ -62,8 +62,14 @@ class InsertionTask(TouchTask):
                 Prove(equipment, proof),
             )
         super().__init__(task, measurement, motion, laws.free, state, checked)
-        self._approach, self._explore = Approach(equipment, checked), Explore(equipment, exploring)
-        self._insert = Insert(equipment, sinking)
+        self._approach, self._explore = Approach(equipment, checked), self._explore_with(equipment, exploring)
+        self._insert = self._insert_with(equipment, sinking)
+
+    def _explore_with(self, equipment: Equipment, checks: ExploringChecks | None) -> Explore:
+        return Explore(equipment, checks)
+
+    def _insert_with(self, equipment: Equipment, checks: SinkingChecks | None) -> Insert:
+        return Insert(equipment, checks)
 
     @override
     def begin(self, setup: TrialSetup) -> None:

@@ -7,6 +7,7 @@ from typing import Final
 
 from typing_extensions import override
 
+from palpate.core.policy import Action
 from palpate.core.ports import CONTROL_RATE_HZ, Vector3
 from palpate.core.tasks.contact import PAST_PLATE_M, RunningPhase
 from palpate.core.tasks.insertion.phases.equipment import Equipment
@@ -68,8 +69,7 @@ class Explore(RunningPhase):
     def step(self) -> Vector3:
         """On with the action; where one is over, ``state.observation`` is what the next one is to be chosen by."""
         measured, state = self._measurement, self._state
-        if state.tick - state.explore_start >= self._task.time_limit_s * CONTROL_RATE_HZ:
-            state.end(Outcome.TIME_LIMIT, f"{self._task.time_limit_s:g} s")
+        if self._out_of_time():
             return 0.0, 0.0, 0.0
         self._agent.record_effort(measured.position_m, measured.force_N)
         lost = measured.force_N[2] > -self._contact_N
@@ -102,18 +102,28 @@ class Explore(RunningPhase):
                 self._perceive()
         return self._way_on()
 
+    def _out_of_time(self) -> bool:
+        state, limit_s = self._state, self._task.time_limit_s
+        if state.tick - state.explore_start < limit_s * CONTROL_RATE_HZ:
+            return False
+        state.end(Outcome.TIME_LIMIT, f"{limit_s:g} s")
+        return True
+
     def choose(self) -> Vector3:
         """Let the policy choose the next action by what was perceived; gives its first velocity.
 
         Raises:
             LifecycleError: Nothing was perceived since the last choice.
         """
-        reference = self._motion.reference_m
-        dx, dy = self._agent.choose().action.displacement_m
+        self._begin(self._agent.choose().action)
+        return self._way_on()
+
+    def _begin(self, action: Action) -> None:
+        """The action is the one that runs from now on."""
+        reference, (dx, dy) = self._motion.reference_m, action.displacement_m
         x, y = self.area.clamp(reference[0] + dx, reference[1] + dy)
         self._step_from_m, self._step_m = reference, (x - reference[0], y - reference[1])
         self.countdown = self._task.ticks_per_action
-        return self._way_on()
 
     def _way_on(self) -> Vector3:
         """To where on its way the running action shall be in this tick: steady speed, then rest for the torque."""
@@ -134,7 +144,13 @@ class Explore(RunningPhase):
         self._refine_surface()
         force, torque = measured.filtered_wrench_at_tip()
         state.observation = self._agent.perceive(
-            state.tick, measured.position_m, self._motion.reference_m, force, torque
+            state.tick,
+            measured.position_m,
+            self._motion.reference_m,
+            force,
+            torque,
+            self._motion.turn_rad,
+            measured.live_torque_at_tip_Nm(),
         )
 
     def _refine_surface(self) -> None:

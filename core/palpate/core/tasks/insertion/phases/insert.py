@@ -46,6 +46,10 @@ class Insert(RunningPhase):
         if self._checks is not None:
             self._checks.enter()
 
+    def _stuck(self) -> None:
+        """Nothing was gained for long, below where a drop may have been none."""
+        self._state.end(Outcome.JAMMED, f"at {self.depth_m * 1e3:.2f} mm")
+
     @override
     def step(self) -> Vector3:
         """Down."""
@@ -70,5 +74,5 @@ class Insert(RunningPhase):
             state.hole_tick = None
             self.over = True
         elif stalled > _JAM_TICKS:
-            state.end(Outcome.JAMMED, f"at {depth * 1e3:.2f} mm")
+            self._stuck()
         return velocity if self._checks is None else self._checks.bounded(velocity)

@@ -1,0 +1,132 @@
+"""Insertions in six degrees of freedom: success, time and force over drawn orientations of hole, plate and grip.
+
+    python -m benchmarks.insertion_6dof --shape square --trials 50 --seed 1 --conditions asked
+    python -m benchmarks.insertion_6dof --tick
+
+Success is the task's own: inserted, full depth, true peak force below 30 N, with the supervisor on. ``--tick`` is the
+processor time of a tick of the core without physics, in turns with that of an insertion by steps across.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections import Counter
+from collections.abc import Mapping
+from multiprocessing import get_context
+from typing import Any
+
+import numpy as np
+
+from palpate.adapters.config import RunConfig, overlay, scenario, task_kind
+from palpate.adapters.experiments import (
+    build_perception,
+    build_task,
+    comparator,
+    ready_pose,
+    run_scored_trial,
+    supervisor_of,
+)
+from palpate.adapters.experiments.statistics import exact_interval
+from palpate.adapters.mujoco import SimulatedRig
+from palpate.core.errors import DeviceError
+
+TASK = "insertion-6dof"
+FIRST = 500_000
+CORNERS = {"round": (0, 14.5), "square": (4, 20.5), "triangle": (3, 29.0), "hexagon": (6, 16.743)}
+GRIP = {"tilt_mrad": 4.0, "conditions": {"tilt_heading": "drawn", "grip_trials": 1}}
+ASKED: Mapping[str, Any] = {"cell": {"hole_uncertainty_mm": 3.0, **GRIP}}
+CONDITIONS: Mapping[str, Mapping[str, Any]] = {
+    "asked": {},
+    "friction": {"cell": {"peg": {"friction": 0.4}}},
+    "tight": {"cell": {"peg": {"clearance_mm": 0.02}}},
+    "grip": {"cell": {"hole_uncertainty_mm": 0.0}, "task": {"area_half_width_mm": 3.5}},
+}
+
+
+def config_of(shape: str, conditions: str, arm: str, options: Mapping[str, Any]) -> RunConfig:
+    corners, corner_mm = CORNERS[shape]
+    config = overlay(overlay(scenario("paper"), task_kind(TASK).preset), {"arm": arm, "task": {"name": TASK}})
+    config = overlay(overlay(config, ASKED), CONDITIONS[conditions])
+    config = overlay(config, {"cell": {"peg": {"cross_section": shape}}})
+    own = {"corners": float(corners), "corner_mm": corner_mm} if corners else {}
+    return overlay(config, {"task": {"options": {**own, **options}}})
+
+
+Row = tuple[int, str, bool, float, float, int, str]
+
+
+def trials(config: RunConfig, policy: str, seed: int, numbers: range) -> list[Row]:
+    """Trial, outcome, success, time, true peak force, actions, last event; a trip ends one trial and no more."""
+    config = overlay(config, {"seed": seed})
+    ready, rows = ready_pose(config), []
+    with SimulatedRig(config, ready) as rig:
+        perception = build_perception(RunConfig(task=config.task))
+        task = build_task(config, ready, perception, comparator(policy, config, lambda: rig.truth().hole_in_task_m))
+        supervisor = supervisor_of(rig, config, ready)
+        for number in numbers:
+            try:
+                scored = run_scored_trial(config, rig, task, FIRST + number, None, FIRST, supervisor)
+            except DeviceError as error:
+                rows.append((number, "error", False, 0.0, 0.0, 0, str(error)))
+                continue
+            if supervisor.trip is not None:
+                rig.latch.acknowledge("benchmark", "the next trial begins anew")
+            report = scored.report
+            outcome = "none" if report.outcome is None else report.outcome.value
+            force = 0.0 if scored.truth is None else scored.truth.peak_force_N
+            rows.append((
+                number, outcome, scored.success, report.exploration_time_s, force, report.actions,
+                report.events[-1].detail,
+            ))  # fmt: skip
+    return rows
+
+
+def _job(job: tuple[RunConfig, str, int, range]) -> list[Row]:
+    return trials(*job)
+
+
+def show(rows: list[Row], verbose: bool) -> None:
+    for row in rows:
+        if verbose or not row[2]:
+            print("  {:5d} {:18s} {!s:5s} {:6.2f} s {:5.1f} N {:3d} actions  {}".format(*row))
+    good = sum(row[2] for row in rows)
+    low, high = exact_interval(good, len(rows), 0.95)
+    times = np.array([row[3] for row in rows if row[2]] or [np.nan])
+    forces = np.array([row[4] for row in rows])
+    print(
+        f"{good} of {len(rows)} [{low:.3f} {high:.3f}], median {np.median(times):.2f} s, p95 "
+        f"{np.quantile(times, 0.95):.2f} s, max {times.max():.2f} s; peak p99 {np.quantile(forces, 0.99):.1f} N,"
+        f" max {forces.max():.1f} N; {dict(Counter(row[1] for row in rows))}"
+    )
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--shape", choices=CORNERS, default="square")
+    parser.add_argument("--policy", default="")
+    parser.add_argument("--conditions", choices=CONDITIONS, default="asked")
+    parser.add_argument("--arm", default="zebra-zero")
+    parser.add_argument("--trials", type=int, default=20)
+    parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--workers", type=int, default=1)
+    parser.add_argument("--options", nargs="*", default=[], help="NAME VALUE ... of task.options")
+    parser.add_argument("--verbose", action="store_true")
+    told = parser.parse_args()
+    options = {name: float(value) for name, value in zip(told.options[::2], told.options[1::2], strict=True)}
+    config = config_of(told.shape, told.conditions, told.arm, options)
+    policy = told.policy or ("give-way" if told.shape == "round" else "corner-first")
+    size = -(-told.trials // told.workers)
+    ends = range(told.first, told.first + told.trials)
+    jobs = [(config, policy, told.seed, ends[k : k + size]) for k in range(0, told.trials, size)]
+    if told.workers == 1:
+        rows = [row for job in jobs for row in _job(job)]
+    else:
+        with get_context("spawn").Pool(told.workers) as pool:
+            rows = [row for found in pool.map(_job, jobs) for row in found]
+    print(f"{told.shape}, {policy}, {told.conditions}, {told.arm}, seed {told.seed}")
+    show(rows, told.verbose)
+
+
+if __name__ == "__main__":
+    main()

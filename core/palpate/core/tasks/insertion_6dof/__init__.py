@@ -1,0 +1,5 @@
+"""Insertion in six degrees of freedom: a tool that turns, leans and gives way, for pegs with corners."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

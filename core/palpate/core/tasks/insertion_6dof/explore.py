@@ -1,0 +1,143 @@
+"""The exploration in six degrees of freedom: action by action, each under its own law, until one is in the hole."""
+
+from __future__ import annotations
+
+from math import hypot, radians
+from typing import Final
+
+from typing_extensions import override
+
+from palpate.core.motion import FASTEST_TURN_RAD_S, GivingWay, leaning, limited, rotated
+from palpate.core.policy import Action, Law, Spatial
+from palpate.core.ports import PERIOD_S, Vector3
+from palpate.core.tasks.insertion.phases import Equipment, Explore, ExploringChecks
+from palpate.core.tasks.insertion_6dof.options import SpatialOptions
+
+_FASTEST_PUSH_M_S: Final = 8e-3
+_FASTEST_YAW_RAD_S: Final = radians(12.0)
+_STEP: Final = Spatial()
+_HOLD: Final = Spatial(Law.LIFT)
+_SUNK_M: Final = 1e-3
+"""An upright tool that is so deep while it pushes is in the hole."""
+_DEEPEST_M: Final = 2.5e-3
+"""A tool that pushes sinks no deeper; the rest of the way is the insertion's, with its proofs."""
+_UPRIGHT_RAD: Final = radians(1.0)
+"""A tool that leans by more is on an edge or a corner: loss of contact there is no hole."""
+
+
+class SpatialExplore(Explore):
+    """Actions of six degrees of freedom, each a motion of steady speed.
+
+    Args:
+        equipment: What the phases share.
+        checks: Prove contact while the upright tool steps across; None for a task without proofs.
+        options: How the tool gives way, and how far it may turn.
+    """
+
+    def __init__(self, equipment: Equipment, checks: ExploringChecks | None, options: SpatialOptions) -> None:
+        super().__init__(equipment, checks)
+        self._free = equipment.laws.free
+        self._deepest_m = min(_DEEPEST_M, 0.4 * equipment.task.insertion_depth_mm * 1e-3)
+        self._push_m_per_N_s = options.push_m_per_N_s
+        self._tilting = GivingWay(options.give_tilt_rad_per_Nms, 0.0, _FASTEST_YAW_RAD_S)
+        self._yawing = GivingWay(0.0, options.give_yaw_rad_per_Nms, _FASTEST_YAW_RAD_S)
+        self._most_rad = radians(options.most_lean_deg), radians(options.most_yaw_deg)
+        self._spatial, self._rate_rad_s = _STEP, (0.0, 0.0, 0.0)
+
+    @override
+    def resume(self) -> None:
+        super().resume()
+        # What seemed to be the hole was none, or held the peg: at rest, and at once to the next choice.
+        self._spatial, self._rate_rad_s, self.countdown = _HOLD, (0.0, 0.0, 0.0), 1
+
+    @override
+    def enter(self) -> None:
+        super().enter()
+        self._spatial, self.countdown = _STEP, self._task.ticks_per_action
+
+    @property
+    def _upright(self) -> bool:
+        return hypot(*self._motion.turn_rad[:2]) < _UPRIGHT_RAD
+
+    @override
+    def step(self) -> Vector3:
+        law = self._spatial.law
+        if law in (Law.STEP, Law.GIVE_WAY) and self._upright:
+            return super().step()
+        if self._out_of_time():
+            return 0.0, 0.0, 0.0
+        self._agent.record_effort(self._measurement.position_m, self._measurement.force_N)
+        if law is Law.PUSH and self._upright and self._depth_m > _SUNK_M:
+            self._state.event("sunk below the surface")
+            self.over = True
+            return 0.0, 0.0, 0.0
+        self.countdown -= 1
+        if self.countdown <= 0:
+            self._perceive()
+        return self._way_on()
+
+    @property
+    def _depth_m(self) -> float:
+        return self._measurement.tip_depth_m(self._axial_N_per_m) - self._state.surface_m
+
+    @override
+    def _begin(self, action: Action) -> None:
+        super()._begin(action)
+        self._spatial = spatial = action.spatial or _STEP
+        (x, y, yaw), (u, v, w), (most_lean, most_yaw) = self._motion.turn_rad, spatial.turn_rad, self._most_rad
+        shrink = min(1.0, most_lean / max(hypot(x + u, y + v), most_lean))
+        turned = (x + u) * shrink, (y + v) * shrink, min(max(yaw + w, -most_yaw), most_yaw)
+        action_s = self._task.ticks_per_action * PERIOD_S
+        self._rate_rad_s = (turned[0] - x) / action_s, (turned[1] - y) / action_s, (turned[2] - yaw) / action_s
+        self._lost_ticks = self._deep_ticks = 0
+        if spatial.law is Law.INSERT:
+            self._state.event("insert")
+            self.over = True
+
+    @override
+    def _refine_surface(self) -> None:
+        if self._spatial.law is Law.STEP and self._upright:
+            super()._refine_surface()
+
+    @override
+    def _way_on(self) -> Vector3:
+        spatial, measured, reference_m = self._spatial, self._measurement, self._motion.reference_m
+        if spatial.law is Law.STEP:
+            velocity, rate = super()._way_on(), self._rate_rad_s
+        elif spatial.law is Law.GIVE_WAY:
+            velocity = super()._way_on()
+            rate = (0.0, 0.0, 0.0) if self._lost_ticks else self._tilting.rate_rad_s(measured.live_torque_at_tip_Nm())
+        elif spatial.law is Law.LIFT:
+            ticks = self._task.ticks_per_action
+            share = (ticks - self.countdown + 1) / ticks
+            (x, y, z), (dx, dy) = self._step_from_m, self._step_m
+            target_m = x + share * dx, y + share * dy, z - share * spatial.rise_m
+            velocity, rate = self._free.velocity_m_s(reference_m, target_m, (0.0, 0.0, 0.0)), self._rate_rad_s
+        elif spatial.law is Law.PUSH:
+            velocity = self._pushed(spatial.push_N)
+            lean_x, lean_y, _ = self._rate_rad_s
+            rate = lean_x, lean_y, self._yawing.rate_rad_s(measured.live_torque_at_tip_Nm())[2]
+        else:
+            velocity = rate = (0.0, 0.0, 0.0)
+        if rate == (0.0, 0.0, 0.0):
+            return velocity
+        self._motion.turn(rate)
+        return self._about_pivot(velocity, rate)
+
+    def _pushed(self, push_N: tuple[float, float]) -> Vector3:
+        reference_m, (fx, fy, fz), k = self._motion.reference_m, self._measurement.force_N, self._push_m_per_N_s
+        vx, vy, _ = limited((k * (fx + push_N[0]), k * (fy + push_N[1]), 0.0), _FASTEST_PUSH_M_S)
+        vz = self._law.velocity_m_s(reference_m, reference_m, (0.0, 0.0, fz))[2]
+        if self._depth_m > self._deepest_m:
+            vz = min(vz, 0.0)
+        x, y = reference_m[0] + vx * PERIOD_S, reference_m[1] + vy * PERIOD_S
+        within_x, within_y = self.area.clamp(x, y)
+        return vx if within_x == x else 0.0, vy if within_y == y else 0.0, vz
+
+    def _about_pivot(self, velocity_m_s: Vector3, rate_rad_s: Vector3) -> Vector3:
+        """The velocity, with what keeps the pivot in its place while the tool turns about the tip."""
+        if self._spatial.pivot_m == (0.0, 0.0):
+            return velocity_m_s
+        (x, y, z), (wx, wy, wz) = velocity_m_s, limited(rate_rad_s, FASTEST_TURN_RAD_S)
+        px, py, pz = rotated(leaning(self._motion.turn_rad), (*self._spatial.pivot_m, 0.0))
+        return x - (wy * pz - wz * py), y - (wz * px - wx * pz), z - (wx * py - wy * px)

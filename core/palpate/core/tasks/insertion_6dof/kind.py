@@ -1,0 +1,51 @@
+"""What the rest of palpate has to know of insertions in six degrees of freedom as a kind of task."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Final
+
+from typing_extensions import override
+
+from palpate.core.motion import ArmDescription
+from palpate.core.policy import Action, Law, Spatial, compass_actions
+from palpate.core.ports import PERIOD_S, Settings
+from palpate.core.tasks.insertion import Agent, Insertion
+from palpate.core.tasks.insertion_6dof.options import SpatialOptions
+from palpate.core.tasks.insertion_6dof.task import SpatialTask
+from palpate.core.trial import ReadyPose, TaskConfig, TaskParts, Workspace, find_ready_pose, options_of, require_turns
+
+_MARGIN_DEG: Final = 2.0
+"""So much further than it is ever asked to, the supervisor lets the tool turn."""
+
+
+class Insertion6Dof(Insertion):
+    """A peg with corners, or one that leans, into a hole whose orientation is not known."""
+
+    preset: Mapping[str, Any] = {"task": {"area_half_width_mm": 11.0}, "cell": {"contacts": "searched"}}
+    options: type[Settings] = SpatialOptions
+
+    @override
+    def workspace(self, task: TaskConfig) -> Workspace:
+        own, flat = options_of(SpatialOptions, task), super().workspace(task)
+        turns_deg = own.most_lean_deg + _MARGIN_DEG, own.most_yaw_deg + _MARGIN_DEG
+        return Workspace(flat.side_mm, flat.above_mm, flat.below_mm, turns_deg)
+
+    @override
+    def ready(self, arm: str | ArmDescription, task: TaskConfig) -> ReadyPose:
+        own, ready = options_of(SpatialOptions, task), find_ready_pose(arm, task)
+        require_turns(arm, ready, task, (own.most_lean_deg, own.most_yaw_deg))
+        return ready
+
+    @override
+    def actions(self, task: TaskConfig) -> tuple[Action, ...]:
+        """The compass steps, and giving way in tilt on the spot."""
+        return *compass_actions(task.step_mm * 1e-3), Action("give way", (0.0, 0.0), Spatial(Law.GIVE_WAY))
+
+    @override
+    def make(self, parts: TaskParts) -> SpatialTask:
+        agent = Agent(parts.perception, parts.policy, parts.reinforcement, PERIOD_S)
+        return SpatialTask(parts.task, parts.control, parts.measurement, parts.motion, agent)
+
+
+INSERTION_6DOF: Final = Insertion6Dof()

@@ -1,0 +1,54 @@
+"""What only an insertion in six degrees of freedom is set up by."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+from typing_extensions import override
+
+from palpate.core.errors import ConfigurationError
+from palpate.core.ports import Range, Settings
+
+
+@dataclass(frozen=True)
+class SpatialOptions(Settings):
+    """Shape and weight of what is held, and how the tool gives way."""
+
+    TABLE: ClassVar[str] = "task.options"
+
+    corners: Annotated[float, Range(0.0, 12.0)] = 0.0
+    """Corners of the peg, evenly about its axis, the first at half their angle from the task's x; 0 for none."""
+    corner_mm: Annotated[float, Range(0.5, 100.0)] = 20.0
+    """Distance of the corners from the peg's axis."""
+    lean_deg: Annotated[float, Range(1.0, 10.0)] = 5.0
+    """How far the tool leans to bring one corner down first."""
+    inside_mm: Annotated[float, Range(0.5, 50.0)] = 8.0
+    """So far inside the nominal corner of the hole, along its diagonal, the peg's corner comes down."""
+    push_N: Annotated[float, Range(0.5, 10.0)] = 3.0
+    """Force on each of the corner's two walls."""
+    push_m_per_N_s: Annotated[float, Range(1e-4, 3e-3)] = 2e-3
+    """Speed across over the error of that force."""
+    give_yaw_rad_per_Nms: Annotated[float, Range(0.0, 4.0)] = 3.0
+    """How the tool gives way about its axis while it pushes."""
+    give_tilt_rad_per_Nms: Annotated[float, Range(0.0, 1.0)] = 0.3
+    """How it gives way in tilt on the spot."""
+    insert_yaw_rad_per_Nms: Annotated[float, Range(0.0, 1.0)] = 0.2
+    """How it gives way about its axis in the hole."""
+    insert_tilt_rad_per_Nms: Annotated[float, Range(0.0, 1.0)] = 0.4
+    """How it gives way in tilt in the hole."""
+    tool_kg: Annotated[float, Range(0.0, 20.0)] = 0.35
+    """Mass of all that the force sensor carries: its weight is taken off while the tool leans."""
+    tool_above_tip_mm: Annotated[float, Range(0.0, 500.0)] = 63.0
+    """Height of its centre above the tip."""
+    most_lean_deg: Annotated[float, Range(1.0, 30.0)] = 8.0
+    """The tool may lean no further."""
+    most_yaw_deg: Annotated[float, Range(1.0, 45.0)] = 20.0
+    """The tool may turn no further about its axis."""
+
+    @override
+    def check(self) -> None:
+        if self.lean_deg > self.most_lean_deg:
+            raise ConfigurationError(
+                self.dotted("lean_deg"), self.lean_deg, f"at most most_lean_deg = {self.most_lean_deg:g}"
+            )

@@ -1,0 +1,81 @@
+"""A corner first: what is done next, by what is felt."""
+
+from math import cos, pi, radians
+
+import numpy as np
+import pytest
+
+from palpate.core.errors import ConfigurationError
+from palpate.core.policy import Decision, Law, Observation, Spatial
+from palpate.core.ports import Vector3
+from palpate.core.tasks.insertion_6dof import CornerFirst, SpatialOptions
+
+SQUARE = SpatialOptions(corners=4.0, corner_mm=20.0)
+NONE: Vector3 = (0.0, 0.0, 0.0)
+
+
+def seen(force: Vector3 = NONE, torque: Vector3 = NONE, turn: Vector3 = NONE, number: int = 0) -> Observation:
+    return Observation(0, NONE, NONE, force, torque, number, turn, torque)
+
+
+def spatial(decision: Decision) -> Spatial:
+    assert decision.action.spatial is not None
+    return decision.action.spatial
+
+
+def cornered(pushes: int) -> CornerFirst:
+    """One that leans already, and has pushed so often without a wall."""
+    policy = CornerFirst(SQUARE)
+    policy.begin_trial(0, np.random.default_rng(0))
+    for _ in range(5 + pushes):
+        policy.choose(seen())
+    return policy
+
+
+def test_a_corner_is_leaned_down_inside_its_place() -> None:
+    policy = CornerFirst(SQUARE)
+    policy.begin_trial(0, np.random.default_rng(0))
+    place, turn, rises = np.zeros(2), np.zeros(3), []
+    for number in range(5):
+        decision = policy.choose(Observation(0, NONE, (*place, 0.0), NONE, NONE, number, (turn[0], turn[1], turn[2])))
+        assert spatial(decision).law is Law.LIFT
+        place, turn = place + decision.action.displacement_m, turn + spatial(decision).turn_rad
+        rises.append(spatial(decision).rise_m)
+    assert place == pytest.approx([-8e-3 * cos(pi / 4)] * 2)
+    # The corner at 45 degrees goes down: z into the plate is omega x r.
+    down = np.cross(turn, (1.0, 1.0, 0.0))[2]
+    assert (down > 0.0, np.linalg.norm(turn)) == (True, pytest.approx(radians(5.0)))
+    assert rises[0] > 1e-3
+
+
+def test_it_stands_up_once_both_walls_carry_and_nothing_turns_the_tool() -> None:
+    leaned, walls = (0.06, -0.06, 0.0), (-3.0, -3.0, -4.0)
+    policy = cornered(2)
+    for torque in ((0.0, 0.0, 0.03), NONE, NONE):
+        pushing = spatial(policy.choose(seen(walls, torque, leaned)))
+        assert (pushing.law, pushing.turn_rad) == (Law.PUSH, NONE)
+        assert pushing.push_N == pytest.approx((3.0, 3.0))
+    standing = spatial(policy.choose(seen(walls, NONE, leaned)))
+    assert (standing.law, standing.turn_rad[0] < 0.0 < standing.turn_rad[1]) == (Law.PUSH, True)
+    assert standing.pivot_m == pytest.approx((20e-3 * cos(pi / 4),) * 2)
+    assert spatial(policy.choose(seen(walls))).law is Law.INSERT
+
+
+@pytest.mark.parametrize("walls", [NONE, (-3.0, 3.0, 0.0)])
+def test_where_no_corner_is_found_the_next_one_is_tried(walls: Vector3) -> None:
+    policy = cornered(0)
+    decisions = [policy.choose(seen(walls)) for _ in range(26)]
+    assert [each.grounds for each in decisions] == [(0.0,)] * 25 + [(1.0,)]
+
+
+def test_after_an_insertion_that_came_to_nothing_the_next_corner_is_tried() -> None:
+    policy = cornered(0)
+    for _ in range(4):
+        decision = policy.choose(seen((-3.0, -3.0, 0.0)))
+    assert spatial(decision).law is Law.INSERT
+    assert policy.choose(seen()).grounds == (1.0,)
+
+
+def test_a_peg_without_corners_is_refused() -> None:
+    with pytest.raises(ConfigurationError, match=r"task\.options\.corners"):
+        CornerFirst(SpatialOptions())
