@@ -42,12 +42,7 @@ EQUIVALENT: Final = Path(__file__).with_name("equivalent.json")
 NOT_RUN: Final = Path(__file__).with_name("not_run.json")
 """Why no trial that is recorded runs a statement, by its function and what it says."""
 _SAME_BITS: Final = "it differs only where two numbers that are computed from samples are equal in every bit"
-THOROUGH: Final = (
-    "core/palpate/core/supervision/",
-    "core/palpate/core/tasks/insertion/task.py",
-    "core/palpate/core/tasks/insertion/trial_state.py",
-    "core/palpate/core/tasks/insertion/phases/",
-)
+THOROUGH: Final = ("core/palpate/core/supervision/", "core/palpate/core/tasks/")
 """Where no survivor stays unexplained, and every line is to be run, if a trial runs the module at all."""
 _REFUSING: Final = ("check", "__post_init__", "require", "_require")
 """How functions are called, or begin, that refuse what was set before any trial."""

@@ -14,6 +14,7 @@ from palpate.adapters.experiments import (
     build_task,
     comparator,
     open_rig,
+    ready_pose,
     score,
     trial_setup,
     truth_fields,
@@ -37,8 +38,7 @@ from palpate.core.ports import (
     WrenchSample,
 )
 from palpate.core.supervision import weaker_settings
-from palpate.core.tasks.insertion import InsertionTask
-from palpate.core.trial import find_ready_pose
+from palpate.core.trial import Task
 
 _FRESH_NS: Final = 10**12
 """What a fault holds back is not marked stale by its port: that is the supervisor's affair."""
@@ -126,7 +126,7 @@ class _Placed(DeviceDecorator, JointEncoder):
 class _Outside(LoopObserver):
     """What befalls a trial from outside of the core."""
 
-    def __init__(self, mishap: Mishap, rig: Rig, task: InsertionTask) -> None:
+    def __init__(self, mishap: Mishap, rig: Rig, task: Task) -> None:
         self._at, self._rig, self._task = mishap.at, rig, task
 
     def waited(self, tick: int, deadline_ns: int) -> None:
@@ -151,7 +151,7 @@ def configured(mishap: Mishap) -> RunConfig:
 def recorded(mishap: Mishap) -> bytes:
     """The log of the trial."""
     config, sink = configured(mishap), MemorySink()
-    ready = find_ready_pose(config.arm, config.task)
+    ready = ready_pose(config)
     perception = build_perception(config)
     policy = comparator(mishap.policy, config, lambda: (0.0, 0.0))
     task = build_task(config, ready, perception, policy)

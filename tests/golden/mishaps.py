@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from math import nan, pi
 from typing import Any, Final
 
+from palpate.core.motion import ToolGeometry
 from palpate.core.ports import CommandReason
 from tests.golden.mishap import Mishap
 
@@ -40,6 +41,13 @@ def _dead(tick: int) -> tuple[Mapping[str, Any], ...]:
     )
 
 
+def _shove(tick: int, x_N: float, y_N: float) -> tuple[Mapping[str, Any], ...]:
+    """A lateral force with the torque that it has at the tip."""
+    lever_m = ToolGeometry().tip_from_sensor_m
+    wrench = ((0, x_N), (1, y_N), (3, -lever_m * y_N), (4, lever_m * x_N))
+    return tuple(_force("offset", tick, magnitude=value, channels=(channel,)) for channel, value in wrench)
+
+
 def _weak(**limits: Any) -> dict[str, Any]:
     return {"supervision": limits}
 
@@ -66,6 +74,8 @@ _EDGE: Final[dict[str, Any]] = {
     "task": _SOON | {"insertion_depth_mm": 2.0},
     "cell": {"peg": {"hole_depth_mm": 2.0}},
 }
+_PLATE: Final = {"hole_uncertainty_mm": 3.0}
+"""Of the cell: in trial 3 the plate is met beside the hole."""
 _CALIBRATED: Final = {"perception": {"calibration": [1.1, 0.9, 1.2, 0.8, 1.3, 0.7]}}
 
 MISHAPS: Final[dict[str, Mishap]] = {
@@ -391,11 +401,60 @@ MISHAPS: Final[dict[str, Mishap]] = {
     ),
     # The force follows each heave too late to be believed, a lift shows why, and it is believed from then on.
     "late-force": Mishap(
-        (_force("delay", 20, delay_ticks=6),),
-        {
-            "task": {"tare_ticks": 8, "time_limit_s": 2.5, "ticks_per_action": 30},
-            "cell": {"hole_uncertainty_mm": 3.0},
-        },
+        (
+            _force("delay", 20, delay_ticks=6),
+            # Half the force, with the tare as it was, counts as late, too.
+            _force("unit", 150, factor=0.5, channels=(2,)),
+            _force("offset", 150, magnitude=2.6185, channels=(2,)),
+        ),
+        {"task": {"tare_ticks": 8, "time_limit_s": 2.5, "ticks_per_action": 30}, "cell": _PLATE},
+        (200, "stop"),
         trial=3,
+    ),
+    # The arm stands still while the tool is to be lifted.
+    "lift-stuck": Mishap(
+        (_arm("stuck", 128),), {"task": {"tare_ticks": 8, "ticks_per_action": 30}, "cell": _PLATE}, trial=3
+    ),
+    # A touch of too few samples, and too weak a press before the lift that follows; a touch of too short a way.
+    "slipped": Mishap(
+        (
+            _force("offset", 87, magnitude=2.8, channels=(2,), duration_ticks=1),
+            _force("offset", 97, magnitude=2.4, channels=(2,)),
+        ),
+        {"task": {"tare_ticks": 8, "contact_kgf": 0.03}, "cell": _PLATE},
+        (130, "stop"),
+        trial=3,
+    ),
+    "few-touched": Mishap(
+        (_force("offset", 85, magnitude=2.7, channels=(2,), duration_ticks=1),),
+        {"task": {"tare_ticks": 8, "contact_kgf": 0.03}, "cell": _PLATE},
+        (100, "stop"),
+        trial=3,
+    ),
+    # Forces from before the first place that is kept, and after the last.
+    "late-force-slow": Mishap(
+        (_force("delay", 3, delay_ticks=3),),
+        {
+            "task": {"tare_ticks": 8, "ready_height_mm": 0.5, "ticks_per_action": 60},
+            "cell": _PLATE,
+            "control": {"damping_N_s_per_m": 4000.0},
+        },
+        (200, "stop"),
+        trial=3,
+    ),
+    "late-joints": Mishap(
+        (_joints("delay", 3, delay_ticks=4),), {"task": {"tare_ticks": 8}, "cell": _PLATE}, (110, "stop"), trial=3
+    ),
+    # A lateral force that seems to come from the tip leads the tool as far aside as a wall can be, and half back.
+    "shoved": Mishap(
+        (*_shove(90, 4.0, 8.0), *_shove(122, 0.5, -12.0)), {"task": _SOON | {"play_mm": 0.1}}, (130, "stop")
+    ),
+    "surface-interrupted": Mishap(
+        settings={"task": _SOON | {"name": "surface-follow", "options": {"stroke_mm": 14.0}}}, at=(12, "interrupt")
+    ),
+    # Borne by less than a peg rests with, which shows when the tool is held.
+    "freed-at-rest": Mishap(
+        (_force("offset", 72, magnitude=-1.5, channels=(2,)),),
+        {"task": _SOON | {"contact_kgf": 0.1, "insertion_depth_mm": 4.0}, "cell": {"peg": {"hole_depth_mm": 4.0}}},
     ),
 }  # fmt: skip

@@ -21,6 +21,7 @@ SHALLOW = (
     "--task.insertion-depth-mm", "2", "--cell.peg.hole-depth-mm", "2", "--task.ready-height-mm", "1",
     "--task.tare-ticks", "7",
 )  # fmt: skip
+FOLLOW = ("run", "--task", "surface-follow", "--trials", "1", "--seed", "31", "--task.tare-ticks", "7")
 
 RECORDINGS: dict[str, tuple[str, ...]] = {
     # Learning, with what was learned in the trials before: the last of several.
@@ -89,8 +90,21 @@ RECORDINGS: dict[str, tuple[str, ...]] = {
     ),
     # A slope up and down, a turn, and a lift at each end, within a few seconds.
     "surface-follow": (
-        "run", "--task", "surface-follow", "--trials", "1", "--seed", "31", "--task.options", "stroke_mm", "14",
-        "way_mm", "20", "--task.ready-height-mm", "4", "--task.tare-ticks", "7",
+        *FOLLOW, "--task.options", "stroke_mm", "14", "way_mm", "20", "--task.ready-height-mm", "4",
+    ),
+    "surface-lost": (*FOLLOW, "--task.options", "stroke_mm", "14", "relief_mm", "1.6", "--task.ready-height-mm", "2"),
+    "surface-too-low": (
+        *FOLLOW, "--task.options", "stroke_mm", "14", "relief_mm", "0.1", "--task.ready-height-mm", "2",
+    ),
+    # A gain with which a stroke ends in its very end.
+    "surface-late": (
+        *FOLLOW, "--task.options", "stroke_mm", "2", "--task.ready-height-mm", "1", "--task.time-limit-s", "0.6",
+        "--control.position-gain-per-s", "140",
+    ),
+    # A policy with a programmed part, saved and read again.
+    "frozen-mixed": (
+        "run", "--trials", "1", "--seed", "45", "--task.time-limit-s", "0.4", "--perception.filter-order", "1",
+        "--policy", "train-mixed",
     ),
     # Six degrees of freedom: a corner first, and a round peg that gives way in tilt.
     "corner-first": (
@@ -118,10 +132,21 @@ def record(name: str, to: Path) -> None:
         to.write_bytes(recorded(MISHAPS[name]))
         return
     with tempfile.TemporaryDirectory() as folder:
-        out = Path(folder) / "run"
-        call = [sys.executable, "-m", "palpate.adapters.cli.main", *RECORDINGS[name], "--out", str(out)]
-        subprocess.run(call, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        out = run_recording(name, Path(folder))
         shutil.copyfile(sorted((out / "logs").glob("*.mcap"))[-1], to)
+
+
+def run_recording(name: str, folder: Path) -> Path:
+    """Run the command of that name in a folder; returns its run folder.
+
+    A policy that has the name of a recording is what that one saves.
+    """
+    out, call = folder / name, [sys.executable, "-m", "palpate.adapters.cli.main", *RECORDINGS[name]]
+    if call[-1] in RECORDINGS:
+        call[-1] = str(run_recording(call[-1], folder) / "policy.json")
+    # A trial that trips ends the command with 1.
+    subprocess.run([*call, "--out", str(out)], check=False, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    return out
 
 
 if __name__ == "__main__":
