@@ -77,6 +77,9 @@ RECORDINGS: dict[str, tuple[str, ...]] = {
         "train", "--trials", "3", "--seed", "26", *SHORT, "--learning.temperature", "0.9",
         "--learning.temperature-floor", "0.3", "--learning.reinforcement", "effort",
     ),
+    "train-sarsa": (
+        "train", "--learner", "sarsa", "--trials", "2", "--seed", "33", *SHALLOW, "--task.time-limit-s", "0.8",
+    ),
     "train-examples": (
         "train", "--trials", "2", "--seed", "24", *SHORT, "--scenario", "blind", "--learning.examples",
         str(HERE / "before" / "run" / "decisions.csv"),
