@@ -226,3 +226,49 @@ def test_a_network_of_torchscript_is_run_and_replayed(
         layer.bias.add_(1.0)
     torch.jit.trace(layer, torch.zeros(12)).save(str(tmp_path / "net.pt"))
     assert "another network than the one of this log" in palpate("replay", "net").stdout
+
+
+def field(number: int, value: int | bytes | str) -> bytes:
+    """A field of a Protocol Buffers message, with numbers and lengths below 128 in one byte, others in two."""
+    if isinstance(value, int):
+        return bytes([number << 3, value])
+    content = value.encode() if isinstance(value, str) else value
+    size = len(content)
+    return bytes([number << 3 | 2, *([size] if size < 128 else [size & 127 | 128, size >> 7])]) + content
+
+
+def onnx_file(weights: list[float]) -> bytes:
+    """A network of twelve inputs and eight outputs, one matrix, as an ONNX file; no package for that is installed."""
+
+    def vector(size: int) -> bytes:
+        shape = b"".join(field(1, field(1, length)) for length in (1, size))
+        return field(2, field(1, field(1, 1) + field(2, shape)))
+
+    node = field(1, "felt") + field(1, "matrix") + field(2, "values") + field(4, "MatMul")
+    raw = struct.pack("<96f", *weights)
+    matrix = field(1, 12) + field(1, 8) + field(2, 1) + field(8, "matrix") + field(9, raw)
+    ends = field(11, field(1, "felt") + vector(12)) + field(12, field(1, "values") + vector(8))
+    graph = field(1, node) + field(2, "network") + field(5, matrix) + ends
+    return field(1, 8) + field(7, graph) + field(8, field(2, 13))
+
+
+@pytest.fixture
+def onnx_network(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> tuple[object, ...]:
+    (tmp_path / "net.onnx").write_bytes(onnx_file([k / 96 - 0.5 for k in range(96)]))
+    monkeypatch.syspath_prepend(str(PACKAGE))
+    monkeypatch.setenv("STRANGE_NETWORK", str(tmp_path / "net.onnx"))
+    quick = ("--trials", 1, "--task.time-limit-s", 1, "--cell.hole-uncertainty-mm", 3, "--seed", 3)
+    return ("run", "--policy", "strange_policies.network:Network", *quick, "--out", "net")
+
+
+def test_a_network_of_onnx_is_run_and_replayed(palpate: CommandLine, onnx_network: tuple[object, ...]) -> None:
+    pytest.importorskip("onnxruntime", reason="ONNX networks are an example of a package of a stranger's")
+    palpate.succeed(*onnx_network)
+    assert "1 of 1 equal in every bit" in palpate.succeed("replay", "net")
+
+
+def test_without_onnxruntime_a_line_says_what_to_install(
+    palpate: CommandLine, onnx_network: tuple[object, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "onnxruntime", None)
+    assert "net.onnx needs onnxruntime: pip install onnxruntime" in palpate.refusal(*onnx_network)

@@ -1,23 +1,58 @@
-"""An adapter for a network: a TorchScript file that gives, for what is felt, a value for each action of the set.
+"""An adapter for a network: a TorchScript or ONNX file that gives, for what is felt, a value for each action.
 
     STRANGE_NETWORK=net.pt palpate run --rig rig.toml --policy strange_policies.network:Network
+    STRANGE_NETWORK=net.onnx palpate run --rig rig.toml --policy strange_policies.network:Network
 
 The network takes (position x y z, reference x y z, force x y z, torque x y z) in mm, N and N mm as a float32 tensor of
-shape (12,), and gives a tensor of shape (actions,); the greatest value is taken.
+shape (12,), or (1, 12) where an ONNX file has it so, and gives a value for each action; the greatest is taken.
 """
 
 from __future__ import annotations
 
 import hashlib
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import torch
 
 from palpate.core.policy import Decision, Observation, Policy, PolicyContext, Transition
+
+
+def torch_script(path: str) -> Callable[[Sequence[float]], list[float]]:
+    """The values that a TorchScript file gives."""
+    import torch
+
+    torch.set_num_threads(1)  # sums in one order: equal input, equal bits
+    network = torch.jit.load(path).eval()  # type: ignore[no-untyped-call]
+
+    def values(felt: Sequence[float]) -> list[float]:
+        with torch.inference_mode():
+            found: list[float] = network(torch.tensor(felt, dtype=torch.float32)).flatten().tolist()
+        return found
+
+    return values
+
+
+def onnx(path: str) -> Callable[[Sequence[float]], list[float]]:
+    """The values that an ONNX file gives."""
+    try:
+        import onnxruntime
+    except ModuleNotFoundError as error:
+        raise ModuleNotFoundError(f"{path} needs onnxruntime: pip install onnxruntime", name=error.name) from error
+    options = onnxruntime.SessionOptions()
+    options.intra_op_num_threads = options.inter_op_num_threads = 1
+    session = onnxruntime.InferenceSession(path, options, providers=["CPUExecutionProvider"])
+    (given,) = session.get_inputs()
+    shape = (1, -1) if len(given.shape) == 2 else (-1,)
+
+    def values(felt: Sequence[float]) -> list[float]:
+        (found, *_) = session.run(None, {given.name: np.array(felt, np.float32).reshape(shape)})
+        flat: list[float] = np.asarray(found).ravel().tolist()
+        return flat
+
+    return values
 
 
 class Network(Policy):
@@ -27,18 +62,12 @@ class Network(Policy):
 
     def __init__(self, context: PolicyContext) -> None:
         self._actions = context.actions
-        content = Path(os.environ["STRANGE_NETWORK"]).read_bytes()
-        self._digest = hashlib.sha256(content).hexdigest()
-        torch.set_num_threads(1)  # sums in one order: equal input, equal bits
-        self._network = torch.jit.load(os.environ["STRANGE_NETWORK"]).eval()  # type: ignore[no-untyped-call]
+        path = os.environ["STRANGE_NETWORK"]
+        self._digest = hashlib.sha256(Path(path).read_bytes()).hexdigest()
+        self._values = onnx(path) if path.endswith(".onnx") else torch_script(path)
         for _ in range(3):
             # The first calls compile, which takes longer than an arm waits.
             self._values((0.0,) * 12)
-
-    def _values(self, felt: tuple[float, ...]) -> list[float]:
-        with torch.inference_mode():
-            values: list[float] = self._network(torch.tensor(felt, dtype=torch.float32)).tolist()
-        return values
 
     def serves(self, state: int) -> bool:
         return True
