@@ -29,12 +29,13 @@ from palpate.adapters.gymnasium_envs.spaces import (
     CompassSteps,
     FreeSteps,
     Observations,
+    PortReadings,
     StateIndex,
     TipWrench,
 )
 from palpate.core.errors import ConfigurationError, LifecycleError, require_in, require_one_of, require_whole
 from palpate.core.ports import Rig
-from palpate.core.trial import Outcome
+from palpate.core.trial import Outcome, find_ready_pose
 from palpate.simulation.work_cell import WorkCell
 
 _MOST_TRIALS: Final = 1_000_000_000
@@ -109,7 +110,8 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
         actions: ``discrete``: the eight compass steps; ``continuous``: any step in the plane, (2,), see
             :class:`~palpate.adapters.gymnasium_envs.spaces.FreeSteps`.
         observations: ``symbolic``: the number of the state; ``raw``: tip and wrench, (9,), see
-            :class:`~palpate.adapters.gymnasium_envs.spaces.TipWrench`.
+            :class:`~palpate.adapters.gymnasium_envs.spaces.TipWrench`; ``ports``: what the ports gave, see
+            :class:`~palpate.adapters.gymnasium_envs.spaces.PortReadings`.
         failure_penalty: Taken from the last reward of an episode that failed. None takes what the decisions left of the
             time limit would have cost, so that failing early is no way to save reward; 0 gives the core's own
             reinforcement and nothing else.
@@ -177,9 +179,13 @@ class PegInsertionEnv(gymnasium.Env[Any, Any]):
         self._actions: Actions = (
             CompassSteps(task_actions(settings)) if actions == "discrete" else FreeSteps(settings.task.step_mm * 1e-3)
         )
-        seen: Observations = (
-            StateIndex(len(self._episodes.perception.states)) if observations == "symbolic" else TipWrench(settings)
-        )
+        seen: Observations
+        if observations == "symbolic":
+            seen = StateIndex(len(self._episodes.perception.states))
+        elif observations == "raw":
+            seen = TipWrench(settings)
+        else:
+            seen = PortReadings(len(find_ready_pose(settings.arm, settings.task).q_rad))
         self._episodes.observe = seen.of
         self.action_space, self.observation_space = self._actions.space, seen.space
         self._numbering = Numbering()

@@ -15,7 +15,7 @@ from palpate.core.policy import Action, Decision
 from palpate.core.tasks.insertion import InsertionTask
 from palpate.core.trial import wander_m
 
-OBSERVATION_KINDS: Final = ("symbolic", "raw")
+OBSERVATION_KINDS: Final = ("symbolic", "raw", "ports")
 _MARGIN_M: Final = 2e-3
 """Springs and rims: the tip may be measured so far beside the place to which it was led."""
 _SEARCH_M: Final = 10e-3
@@ -71,6 +71,41 @@ class TipWrench(Observations):
         force, torque = task.wrench_at_tip
         seen = np.array([*task.tip_m, *force, *torque], np.float32)
         return np.clip(seen, self._low, self._high)
+
+
+WRENCH_NAMES: Final = ("force_x_N", "force_y_N", "force_z_N", "torque_x_Nm", "torque_y_Nm", "torque_z_Nm")
+
+
+class PortReadings(Observations):
+    """What the ports gave in the newest tick, unfiltered, float64, in the order of ``names``; for recording.
+
+    Joint angles and wrench as measured (wrench untared, sensor frame), run-clock times of the tick and of both
+    measurements, and the command of the tick before as it was applied. Unbounded.
+
+    Args:
+        joints: Number of joints.
+
+    Attributes:
+        names: What each number is, with its unit.
+    """
+
+    def __init__(self, joints: int) -> None:
+        numbers = range(1, joints + 1)
+        times = "time_s", "wrench_source_time_s", "joints_source_time_s"
+        angles = (tuple(f"{what}_{number}_rad" for number in numbers) for what in ("joint", "applied"))
+        measured, applied = angles
+        self.names = (*measured, *WRENCH_NAMES, *times, *applied)
+        self.space = spaces.Box(-np.inf, np.inf, (len(self.names),), np.float64)
+
+    def of(self, task: InsertionTask) -> np.ndarray[Any, np.dtype[np.float64]]:
+        """The numbers."""
+        now = task.snapshot
+        wrench, joints = now.wrench, now.joints
+        applied = joints if now.applied is None else now.applied
+        times_s = (1e-9 * time_ns for time_ns in (now.time_ns, wrench.source_time_ns, joints.source_time_ns))
+        return np.array(
+            [*joints.position_rad, *wrench.force_N, *wrench.torque_Nm, *times_s, *applied.position_rad], np.float64
+        )
 
 
 ACTION_KINDS: Final = ("discrete", "continuous")

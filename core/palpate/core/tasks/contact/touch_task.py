@@ -217,6 +217,11 @@ class TouchTask(Task):
         return self._state.phase
 
     @property
+    def snapshot(self) -> Snapshot:
+        """What the ports gave in the newest tick with sound samples."""
+        return self._state.snapshot
+
+    @property
     def wrench_at_tip(self) -> tuple[Vector3, Vector3]:
         """Tared, filtered force (3,) N and torque about the tip (3,) N m, task frame, as of the last tick."""
         return self._measurement.filtered_wrench_at_tip()

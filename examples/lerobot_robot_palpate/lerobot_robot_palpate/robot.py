@@ -1,0 +1,126 @@
+"""The insertion task as a robot: an action is a step across the plate, an observation what the ports gave.
+
+Phases that ask no policy (lift, way, tare, approach, insertion) are palpate's own, and its supervisor stands behind all
+of them. A trial that is over stays over until an action other than a rest: that begins the next one, and moves the arm.
+Record with ``--dataset.fps=10``: palpate takes ten decisions a second.
+"""
+
+from __future__ import annotations
+
+from math import hypot
+from typing import Any
+
+from lerobot.robots import Robot
+from lerobot.utils.errors import DeviceAlreadyConnectedError, DeviceNotConnectedError
+
+from lerobot_robot_palpate.config_palpate import PalpateConfig
+from palpate.adapters.gymnasium_envs.peg_insertion import PegInsertionEnv
+from palpate.adapters.gymnasium_envs.spaces import PortReadings
+
+_ACTIONS = ("delta_x", "delta_y")
+_FACTS = ("trial", "trial_over", "trial_success")
+_SOURCES = ("wrench", "joints")
+_REST = 0.05
+"""Shorter actions than this share of a step are rests."""
+
+
+class Palpate(Robot):
+    """Peg insertion, in MuJoCo or on a rig.
+
+    Observations: ``joint_K_rad``, ``force_x_N`` ... ``torque_z_Nm`` as the sensor gave them, ``applied_K_rad``, the
+    command of the tick before as it was applied, and of wrench and joints the run-clock time at which they were
+    measured: whole seconds (``wrench_source_s``) and the microseconds after them (``wrench_source_us``), which float32
+    both holds exactly, and their age in s. Actions: ``delta_x``, ``delta_y`` from -1 to 1, shares of the longest step,
+    task frame.
+    """
+
+    config_class = PalpateConfig
+    name = "palpate"
+
+    def __init__(self, config: PalpateConfig) -> None:
+        super().__init__(config)
+        self.config, self._readings = config, PortReadings(config.joints)
+        self._env: PegInsertionEnv | None = None
+        self._seen: dict[str, float] = {}
+
+    @property
+    def observation_features(self) -> dict[str, type]:
+        """Names of the numbers of an observation."""
+        names = [name for name in self._readings.names if not name.endswith("time_s")]
+        times = [f"{source}_{part}" for source in _SOURCES for part in ("source_s", "source_us", "age_s")]
+        return dict.fromkeys((*names, *times, *_FACTS), float)
+
+    @property
+    def action_features(self) -> dict[str, type]:
+        """Names of the numbers of an action."""
+        return dict.fromkeys(_ACTIONS, float)
+
+    @property
+    def is_connected(self) -> bool:
+        """Whether there is a cell or a rig."""
+        return self._env is not None
+
+    @property
+    def is_calibrated(self) -> bool:
+        """Calibration is palpate's own affair: ``palpate calibrate``."""
+        return True
+
+    def calibrate(self) -> None:
+        """Nothing to do."""
+
+    def configure(self) -> None:
+        """Nothing to do."""
+
+    def connect(self, calibrate: bool = True) -> None:
+        """Open the cell or the rig, and run the first trial to its first decision."""
+        if self._env is not None:
+            raise DeviceAlreadyConnectedError("palpate is connected already")
+        c = self.config
+        env = PegInsertionEnv(
+            c.scenario, c.arm, "continuous", "ports", config=c.settings or None, rig=c.rig, out=c.out,
+            decision_limit_s=c.decision_limit_s,
+        )  # fmt: skip
+        if env.observation_space.shape != (len(self._readings.names),):
+            env.close()
+            raise ValueError(f"robot.joints = {c.joints} is not the number of joints of this arm")
+        self._env = env
+        self._note(*env.reset(seed=c.seed))
+
+    def get_observation(self) -> dict[str, float]:
+        """What was measured when the newest decision was due."""
+        self._connected()
+        return dict(self._seen)
+
+    def send_action(self, action: dict[str, Any]) -> dict[str, float]:
+        """Take a step; returns it as it was taken, no longer than the longest."""
+        env = self._connected()
+        x, y = (float(action[name]) for name in _ACTIONS)
+        scale = max(1.0, hypot(x, y))
+        x, y = x / scale, y / scale
+        if not self._seen["trial_over"]:
+            observation, _, terminated, truncated, info = env.step((x, y))
+            self._note(observation, info, over=terminated or truncated)
+        elif hypot(x, y) >= _REST:
+            self._note(*env.reset())
+        return dict(zip(_ACTIONS, (x, y), strict=True))
+
+    def disconnect(self) -> None:
+        """Stop the arm and close everything."""
+        self._connected().close()
+        self._env = None
+
+    def _connected(self) -> PegInsertionEnv:
+        if self._env is None:
+            raise DeviceNotConnectedError("palpate is not connected; call connect() first")
+        return self._env
+
+    def _note(self, observation: Any, info: dict[str, Any], *, over: bool = False) -> None:
+        told = dict(zip(self._readings.names, observation.tolist(), strict=True))
+        time_s = told.pop("time_s")
+        for source in _SOURCES:
+            source_s = told.pop(f"{source}_source_time_s")
+            whole_s, microseconds = divmod(round(1e6 * source_s), 1_000_000)
+            told |= {f"{source}_source_s": float(whole_s), f"{source}_source_us": float(microseconds)}
+            told[f"{source}_age_s"] = time_s - source_s
+        facts = float(info["trial"]), float(over), float(info["is_success"])
+        self._seen = told | dict(zip(_FACTS, facts, strict=True))
