@@ -53,7 +53,7 @@ lint: setup
 test: export PYTHONDONTWRITEBYTECODE :=
 test: lint
 	$(BIN)/pytest -n 2 --dist loadgroup --ignore tests/wall_clock --ignore tests/documents
-	$(BIN)/pytest tests/wall_clock
+	$(BIN)/pytest -n 2 --dist loadgroup tests/wall_clock
 
 # Under a minute; its builder is an extra of its own, which neither training nor tests need.
 docs-setup: setup

@@ -29,6 +29,8 @@ RESULTS = (
 )  # fmt: skip
 """Files that equal runs leave equal, byte by byte."""
 
+PATIENCE_S = 100.0
+"""With a process; only its end after Ctrl-C takes two seconds of a processor, of which a busy machine may give 3 %."""
 
 RT_EMULATOR = ("--priority", 30)
 """Emulated devices that other tests' work does not hold up, where the system grants it."""
@@ -125,7 +127,7 @@ def start() -> Iterator[Callable[..., subprocess.Popen[str]]]:
         process.communicate()
 
 
-def wait_until(condition: Callable[[], bool], process: subprocess.Popen[str], patience_s: float = 60.0) -> None:
+def wait_until(condition: Callable[[], bool], process: subprocess.Popen[str], patience_s: float = PATIENCE_S) -> None:
     """Wait for something that a running process brings about."""
     deadline = time.monotonic() + patience_s
     while not condition():

@@ -25,6 +25,10 @@ settings.load_profile("palpate")
 
 WALL_CLOCK = "tests/wall_clock/"
 """The folder of the tests that run against the wall clock."""
+WITH_PROCESSES = (f"{WALL_CLOCK}test_rigs.py", f"{WALL_CLOCK}test_third_party_rig.py")
+"""Those in which an emulated rig and a run keep a processor busy for seconds."""
+MIXED = pytest.StashKey[bool]()
+"""Whether some of the tests run against the wall clock, and some do not."""
 
 
 @pytest.fixture(scope="session")
@@ -56,14 +60,19 @@ def pytest_configure() -> None:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
+def pytest_collection_finish(session: pytest.Session) -> None:
+    """Note whether tests that run against the wall clock are among others."""
+    session.config.stash[MIXED] = len({item.nodeid.startswith(WALL_CLOCK) for item in session.items}) > 1
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_setup(item: pytest.Item) -> None:
     """Let tests that run against the wall clock go before others, and all that a test starts with it.
 
-    ``make test`` runs them by themselves; this is for whoever runs all tests at once. Only root may take a low priority
-    back.
+    ``make test`` runs them by themselves; this is for whoever runs all tests at once. Without them no test steps back:
+    on a machine that is busy otherwise it would come to nothing. Only root may take a low priority back.
     """
-    if os.geteuid() == 0:
+    if item.config.stash[MIXED] and os.geteuid() == 0:
         os.setpriority(os.PRIO_PROCESS, 0, 0 if item.nodeid.startswith(WALL_CLOCK) else 10)
 
 
@@ -77,15 +86,18 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
 
 
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Producer) -> LoadGroupScheduling:
-    """Hand out tests by our own rule, see :class:`OneOnTheWallClock`."""
-    return OneOnTheWallClock(config, log)
+    """Hand out tests by our own rule, see :class:`OneRigOnTheWallClock`."""
+    return OneRigOnTheWallClock(config, log)
 
 
-class OneOnTheWallClock(LoadGroupScheduling):
-    """All tests that run against the wall clock go to one worker, and first: two at once would starve each other.
+class OneRigOnTheWallClock(LoadGroupScheduling):
+    """Tests that run against the wall clock go first, and at most two at once: one with a rig's processes, one without.
 
-    pytest-xdist's own grouping passes the group's name in the tests' names, which pytest 9 no longer lets it change.
+    Two rigs at once would starve each other. pytest-xdist's own grouping passes the group's name in the tests' names,
+    which pytest 9 no longer lets it change.
     """
 
     def _split_scope(self, nodeid: str) -> str:
+        if nodeid.startswith(WITH_PROCESSES):
+            return "with a rig's processes"
         return WALL_CLOCK if nodeid.startswith(WALL_CLOCK) else str(super()._split_scope(nodeid))

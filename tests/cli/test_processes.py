@@ -8,7 +8,7 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-from tests.command_line import QUICK, CommandLine, finished_trials, results_in, wait_until
+from tests.command_line import PATIENCE_S, QUICK, CommandLine, finished_trials, results_in, wait_until
 
 Start = Callable[..., subprocess.Popen[str]]
 HEAVY = ("matplotlib", "pyarrow", "pinocchio", "mujoco", "scipy", "sklearn", "torch", "pandas")
@@ -46,7 +46,7 @@ def test_a_reader_that_closes_the_pipe_gets_no_traceback(trained: Path, start: S
     process.stdout.close()  # as `palpate show policy.json | head -1` may do
     with process.stderr as stderr:
         assert stderr.read() == ""
-    assert process.wait(timeout=60) == 1
+    assert process.wait(timeout=PATIENCE_S) == 1
 
 
 def logs_in(out: Path) -> dict[str, bytes]:
@@ -63,7 +63,7 @@ def test_ctrl_c_ends_training_in_order_and_the_message_says_how_to_go_on(
     process = start(*words, "--trials", 200, "--out", out)
     wait_until(lambda: finished_trials(out) >= 1, process)
     process.send_signal(signal.SIGINT)
-    printed, complaint = process.communicate(timeout=60)
+    printed, complaint = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 130
     assert "Traceback" not in complaint
     done = finished_trials(out)
@@ -101,7 +101,7 @@ def test_a_killed_training_goes_on_as_if_it_had_not_been(palpate: CommandLine, t
     process = start("train", *QUICK, "--trials", 200, "--out", out)
     wait_until(lambda: finished_trials(out) >= 1, process)
     process.kill()
-    process.wait(timeout=60)
+    process.wait(timeout=PATIENCE_S)
     # Whenever the kill came: make sure that a line is left in part.
     with (out / "trials.csv").open("a") as stream:
         stream.write("3,time lim")

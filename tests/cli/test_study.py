@@ -16,7 +16,17 @@ import pytest
 from palpate.adapters.experiments.study.cell import StudyCell
 from palpate.adapters.replay import judge_folders
 from palpate.simulation.work_cell.cell import WorkCell
-from tests.command_line import RESULTS, CommandLine, Done, Output, files_in, results_in, shared_folder, wait_until
+from tests.command_line import (
+    PATIENCE_S,
+    RESULTS,
+    CommandLine,
+    Done,
+    Output,
+    files_in,
+    results_in,
+    shared_folder,
+    wait_until,
+)
 
 SMALL = """
 [study]
@@ -210,7 +220,7 @@ def test_a_study_that_is_ended_leaves_no_workers(
     workers = workers_of(process.pid)
     assert workers
     process.send_signal(number)
-    printed, complaint = process.communicate(timeout=60)
+    printed, complaint = process.communicate(timeout=PATIENCE_S)
     if number is signal.SIGINT:
         require_ended_in_order(Done(process.returncode, printed, complaint), out)
     deadline = time.monotonic() + 20.0
