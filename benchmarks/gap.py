@@ -1,6 +1,6 @@
 """palpate gap on a cell that differs (friction 0.35, stiffness x0.7, latency 20 ms): how far off what it finds is.
 
-python -m benchmarks.gap --trials 4 --draws 3
+python -m benchmarks.gap --trials 8 --draws 3
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def found(gap: Gap) -> dict[str, float]:
 def main() -> None:
     """Print what each draw finds, and its error."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--trials", type=int, default=4)
+    parser.add_argument("--trials", type=int, default=8)
     parser.add_argument("--draws", type=int, default=3)
     parser.add_argument("--first", type=int, default=100, help="seed of the first draw")
     options = parser.parse_args()
