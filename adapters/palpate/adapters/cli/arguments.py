@@ -26,6 +26,7 @@ from palpate.adapters.config import (
     LEARNERS,
     OF_SOME,
     RENAMED,
+    LearnedWith,
     RigFile,
     RunConfig,
     learner_in,
@@ -173,12 +174,15 @@ def _base(arguments: Sequence[str]) -> tuple[RunConfig, dict[str, Any], bool]:
         if "run" in table:
             facts = table.pop("run")
             table = recorded(table)
+    learned = _learner_of_policies(arguments)
     presets = {
         "scenario": _preset("scenario", "paper", arguments, table, path),
-        "learner": _preset("learner", _learner_of_policies(arguments) or "q-learning", arguments, table, path),
+        "learner": _preset("learner", learned.learner or "q-learning", arguments, table, path),
     }
     _require_of_learner(presets["learner"], arguments, {} if facts else table.get("learning", {}))
     config = scenario(*presets.values())
+    if presets["learner"] == learned.learner:
+        config = overlay(config, learned.preset)
     if (task := _task(arguments, table, path)) != INSERTION:
         config = overlay(overlay(config, task_kind(task).preset), {"task": {"name": task}})
     config = overlay(config, {**table, **presets})
@@ -205,16 +209,16 @@ def _task(arguments: Sequence[str], table: Mapping[str, Any], path: str) -> str:
     )
 
 
-def _learner_of_policies(arguments: Sequence[str]) -> str:
-    """The learner that all policy files after ``--policy`` were learned with; empty where they do not agree."""
+def _learner_of_policies(arguments: Sequence[str]) -> LearnedWith:
+    """What all policy files after ``--policy`` were learned with; nothing where they do not agree."""
     files: list[str] = []
     for i, word in enumerate(arguments):
         if word.startswith("--policy="):
             files.append(word.partition("=")[2])
         elif word == "--policy":
             files += itertools.takewhile(lambda one: not one.startswith("-"), arguments[i + 1 :])
-    learners = {learner_in(file) for file in files}
-    return learners.pop() if len(learners) == 1 else ""
+    found = [learner_in(file) for file in files]
+    return found[0] if found and all(one == found[0] for one in found) else LearnedWith("", {})
 
 
 def _require_of_learner(learner: str, arguments: Sequence[str], learning: Any) -> None:

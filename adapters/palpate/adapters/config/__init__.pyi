@@ -3,6 +3,7 @@ from .calibration import write_into as write_into
 from .grid import TRIALS as TRIALS
 from .grid import GridLearning as GridLearning
 from .learning import OF_SOME as OF_SOME
+from .learning import LearnedWith as LearnedWith
 from .learning import LearningConfig as LearningConfig
 from .learning import learner_in as learner_in
 from .plugins import entries as entries

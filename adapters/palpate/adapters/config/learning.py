@@ -5,10 +5,11 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Annotated, ClassVar, Final
+from typing import Annotated, ClassVar, Final, NamedTuple
 
 from typing_extensions import override
 
+from palpate.adapters.config.scenarios import BEFORE_SLIDING, Table
 from palpate.core.policy.belief import BeliefParameters
 from palpate.core.ports import (
     Discount,
@@ -40,21 +41,35 @@ OF_SOME: Final[Mapping[str, tuple[str, ...]]] = {
 """Settings of learning that not every learner has, and the learners that do."""
 
 
-def learner_in(path: str) -> str:
-    """What the policy of a policy file was learned with; empty where nothing says so, or where it is no policy file.
+class LearnedWith(NamedTuple):
+    """What the policy of a policy file was learned with.
 
-    A run of that policy begins from that learner's preset: its time of an action and its filter.
+    Attributes:
+        learner: The learner; empty where nothing says so. A run of that policy begins from its preset.
+        preset: What of the preset was different then, over it.
     """
+
+    learner: str
+    preset: Table
+
+
+def learner_in(path: str) -> LearnedWith:
+    """What the policy of a policy file was learned with; nothing where it is no policy file."""
     try:
         with open(path, encoding="utf-8") as file:
             document = json.load(file)
     except (OSError, ValueError):
-        return ""
+        return LearnedWith("", {})
     if not isinstance(document, dict) or not str(document.get("schema")).startswith("palpate.policy/"):
-        return ""
+        return LearnedWith("", {})
+    if belief := document.get("belief"):
+        parameters = belief.get("parameters") if isinstance(belief, dict) else None
+        return LearnedWith(
+            "belief", BEFORE_SLIDING if isinstance(parameters, dict) and "kept" not in parameters else {}
+        )
     learner = document.get("learner")
-    kind = "belief" if document.get("belief") else learner.get("kind") if isinstance(learner, dict) else ""
-    return str(kind or "").partition(" of ")[0]
+    kind = learner.get("kind") if isinstance(learner, dict) else ""
+    return LearnedWith(str(kind or "").partition(" of ")[0], {})
 
 
 @dataclass(frozen=True)

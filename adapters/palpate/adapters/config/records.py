@@ -54,6 +54,7 @@ UNTOLD: Final[Mapping[str, Any]] = {
     "task.prove_contact": False,
     "task.name": "insertion",
     "task.options": {},
+    "task.moving_share": 0.8,
     **{BeliefParameters.dotted(name): value for name, value in BeliefParameters.UNTOLD.items()},
 }
 """What a record means that lacks one of these settings: what was done before there was such a setting.

@@ -48,6 +48,11 @@ SCENARIOS: Final[Mapping[str, Table]] = {
 LEARNERS: Final[Mapping[str, Table]] = {
     "q-learning": {},
     "sarsa": {},
-    "belief": {"task": {"ticks_per_action": 7}, "perception": {"cutoff_Hz": 7.0}},
+    "belief": {"task": {"ticks_per_action": 4, "moving_share": 1.0}, "perception": {"cutoff_Hz": 10.0}},
 }
 """What each learner begins with: the time of an action and the filter that suit it, over those of the scenario."""
+BEFORE_SLIDING: Final[Table] = {
+    "task": {"ticks_per_action": 7, "moving_share": 0.8},
+    "perception": {"cutoff_Hz": 7.0},
+}
+"""What a belief began with whose file says nothing of ``kept``: steps with a rest, and touches felt so."""

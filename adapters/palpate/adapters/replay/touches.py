@@ -121,7 +121,9 @@ def touches_of(paths: Sequence[Path], gone_through: Callable[[], object]) -> Fou
     if found < FEWEST_TOUCHES:
         told = f"{found} in {len(trials)} trials that ended in the hole, of {len(paths)} logs"
         raise ConfigurationError("touches", told, f"at least {FEWEST_TOUCHES}")
-    config = overlay(replace(recorded, learner="belief"), LEARNERS["belief"])
+    config = recorded
+    if config.learner != "belief":
+        config = overlay(replace(recorded, learner="belief"), LEARNERS["belief"])
     perception = configured_perception(config)
     if perception is None:
         # Its stages were fitted when that trial was recorded.

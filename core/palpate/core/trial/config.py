@@ -51,6 +51,8 @@ class TaskConfig(Settings):
     """Length of one exploratory step."""
     ticks_per_action: Annotated[int, Range(2, 1400)] = 14
     """Control ticks per action at 140 Hz: ten actions a second."""
+    moving_share: Annotated[float, Range(0.1, 1.0)] = 0.8
+    """Share of an action's time in which the tip moves; in the rest the torque settles. 1: it slides without a rest."""
     time_limit_s: Annotated[float, Range(0.1, 3600.0)] = 20.0
     """Exploration ends after this time."""
     contact_kgf: Annotated[float, Range(0.01, 10.0)] = 0.10

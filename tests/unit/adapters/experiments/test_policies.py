@@ -12,6 +12,7 @@ from palpate.adapters.config.run import LearningConfig, PerceptionConfig, RunCon
 from palpate.adapters.experiments import COMPARATORS, build_perception, comparator, learning_policy, perception_of
 from palpate.adapters.experiments.build import task_reach
 from palpate.adapters.experiments.policies import loaded_policy, perception_settings
+from palpate.adapters.experiments.study.fields import configured, with_learner
 from palpate.adapters.log.provenance import made_with
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy import Policy, PolicyDocument, QLearning, Reach, Sarsa, document_of, learner_of
@@ -105,8 +106,17 @@ def test_a_learner_is_chosen_by_name_and_learns_on_as_what_it_is() -> None:
 def test_a_belief_covers_the_area_of_the_task_in_its_time_of_an_action(centre: str, half_width_m: float) -> None:
     config = scenario("paper", "belief")
     config = replace(config, task=replace(config.task, area_centre=centre))
-    assert (config.task.ticks_per_action, config.perception.cutoff_Hz) == (7, 7.0)
-    assert task_reach(config) == Reach(pytest.approx(half_width_m), 0.05)
+    assert (config.task.ticks_per_action, config.task.moving_share, config.perception.cutoff_Hz) == (4, 1.0, 10.0)
+    assert task_reach(config) == Reach(pytest.approx(half_width_m), 4 / 140)
+
+
+def test_a_belief_that_was_learned_with_rests_goes_on_with_them(tmp_path: Path) -> None:
+    file = tmp_path / "policy.json"
+    file.write_text('{"schema": "palpate.policy/1", "belief": {"parameters": {"patience": 20}}}')
+    config = configured(with_learner({}, file.name, str(tmp_path)), str(tmp_path))
+    assert (config.learner, config.task.ticks_per_action, config.task.moving_share) == ("belief", 7, 0.8)
+    file.write_text('{"schema": "palpate.policy/1", "belief": {"parameters": {"kept": 0.985}}}')
+    assert with_learner({}, file.name, str(tmp_path)) == {"learner": "belief"}
 
 
 def test_programmed_and_example_states_stand_beside_learned_ones(tmp_path: Path) -> None:

@@ -125,7 +125,6 @@ def test_a_reset_forgets_the_trial_before() -> None:
     assert measurement.position_m == fresh.position_m == NONE
     assert measurement.force_N == fresh.force_N == NONE
     assert measurement.filtered_force_z_N == 0.0
-    assert measurement.filtered_wrench_at_tip() == fresh.filtered_wrench_at_tip() == (NONE, NONE)
     for one in (measurement, fresh):
         one.update(snapshot((0.0, 0.0, -2.0)))
     assert measurement.force_N == fresh.force_N

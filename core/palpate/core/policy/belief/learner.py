@@ -77,7 +77,7 @@ class BeliefLearner(ModelLearner[TouchedTrial]):
 
     def _start_anew(self) -> None:
         """Forget the evidence of the trial so far."""
-        self._belief = None if self._table is None else self._table.begin(self._log_prior)
+        self._belief = None if self._table is None else self._table.begin(self._log_prior, self.parameters.kept)
         self._search, self._steps = None, 0
 
     @override

@@ -14,8 +14,6 @@ from palpate.core.policy.belief.model import Directions, TouchModel
 
 PITCH_M: Final = 1e-4
 """Distance between places."""
-KEPT: Final = 0.97
-"""Share of the evidence that is left after one more touch: what was learned may be a little wrong."""
 _MISSED: Final = log(0.3)
 """Weight of a place that was passed over without a drop: it may still be the hole, by chance or tilt."""
 
@@ -92,9 +90,9 @@ class TouchTable:
         self.offset_Nm = model.offset_Nm
         self.bias_precision = 1.0 / (model.bias_Nm * model.bias_Nm)
 
-    def begin(self, log_prior: Floats) -> TorqueBelief:
+    def begin(self, log_prior: Floats, kept: float) -> TorqueBelief:
         """A trial's belief, of its prior alone, (size, size)."""
-        return TorqueBelief(self, log_prior)
+        return TorqueBelief(self, log_prior, kept)
 
     def at(self, row: int, column: int) -> list[Floats]:
         """Of a touch at this cell, were the hole at each place, (size, size) each.
@@ -113,10 +111,11 @@ class PlaceBelief:
 
     Args:
         log_prior: Logarithm of the belief at the trial's start, (size, size).
+        kept: Share of the evidence that is left after one more touch.
     """
 
-    def __init__(self, log_prior: Floats) -> None:
-        self._passed = log_prior.copy()
+    def __init__(self, log_prior: Floats, kept: float) -> None:
+        self._passed, self._kept = log_prior.copy(), kept
 
     @abstractmethod
     def feel(self, row: int, column: int, torque_Nm: tuple[float, float], load: float) -> None:
@@ -146,10 +145,11 @@ class TorqueBelief(PlaceBelief):
 
     Args:
         log_prior: Logarithm of the belief at the trial's start, (size, size).
+        kept: Share of the evidence that is left after one more touch.
     """
 
-    def __init__(self, table: TouchTable, log_prior: Floats) -> None:
-        super().__init__(log_prior)
+    def __init__(self, table: TouchTable, log_prior: Floats, kept: float) -> None:
+        super().__init__(log_prior, kept)
         self._table = table
         # Over the touches: precisions, left torque times precision in x and y, and its square with the variances.
         self._sums = [np.zeros(log_prior.shape) for _ in range(4)]
@@ -166,7 +166,7 @@ class TorqueBelief(PlaceBelief):
             (x * x + y * y) * precision - product + (load * load) * square + log_variance,
         )
         for total, new in zip(self._sums, news, strict=True):
-            total *= KEPT
+            total *= self._kept
             total += new
 
     @override

@@ -18,17 +18,19 @@ class BeliefParameters(Settings):
     """What does not follow from the task."""
 
     TABLE: ClassVar[str] = "learning.belief"
-    UNTOLD: ClassVar[Mapping[str, Any]] = MappingProxyType({"symbol_Nm": 0.0})
+    UNTOLD: ClassVar[Mapping[str, Any]] = MappingProxyType({"symbol_Nm": 0.0, "kept": 0.97})
 
     capture_mm: Annotated[float, Range(0.02, 2.0)] = 0.15
     """A hole within this distance of the peg's way takes it in."""
-    speed_mm_s: Annotated[float, Range(1.0, 100.0)] = 16.0
+    speed_mm_s: Annotated[float, Range(1.0, 100.0)] = 19.0
     """Speed of a longest step, its rest included."""
+    kept: Annotated[float, Range(0.5, 1.0)] = 0.985
+    """Share of the evidence that is left after one more touch: what was learned may be a little wrong."""
     pitch_mm: Annotated[float, Range(0.05, 5.0)] = 0.3
     """Distance between the turns of a search; at most twice the capture width, or it leaves gaps."""
     memory_trials: Annotated[int, Range(2, 1000)] = 60
     """So many trials are remembered; what is older is forgotten."""
-    patience: Annotated[int, Range(1, 1000)] = 20
+    patience: Annotated[int, Range(1, 1000)] = 60
     """After so many steps by the belief a search round the likeliest place begins, and then the belief anew; after as
     many again a search of everything, to the end."""
     search_steps: Annotated[int, Range(1, 10000)] = 40

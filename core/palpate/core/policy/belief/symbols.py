@@ -18,7 +18,7 @@ from typing_extensions import override
 from palpate.core.policy.belief.arithmetic import Floats, logarithm
 from palpate.core.policy.belief.fit import LAGS, require_touches
 from palpate.core.policy.belief.model import RINGS_M, SECTORS, Directions
-from palpate.core.policy.belief.places import KEPT, PITCH_M, PlaceBelief, Places
+from palpate.core.policy.belief.places import PITCH_M, PlaceBelief, Places
 from palpate.core.policy.belief.touches import Examples, TouchedTrial
 
 _SYMBOLS: Final = 9
@@ -115,9 +115,9 @@ class SymbolTable:
         shares = Directions.of(np.repeat(axis, side), np.tile(axis, side)).between_cells(model.shares)
         self._evidence = logarithm(shares).T.reshape(_SYMBOLS, side, side)
 
-    def begin(self, log_prior: Floats) -> SymbolBelief:
+    def begin(self, log_prior: Floats, kept: float) -> SymbolBelief:
         """A trial's belief, of its prior alone, (size, size)."""
-        return SymbolBelief(self, log_prior)
+        return SymbolBelief(self, log_prior, kept)
 
     def at(self, row: int, column: int, symbol: int) -> Floats:
         """Logarithm of how likely a symbol is at this cell, were the hole at each place, (size, size)."""
@@ -129,14 +129,14 @@ class SymbolTable:
 class SymbolBelief(PlaceBelief):
     """Evidence of one trial's symbols for each place."""
 
-    def __init__(self, table: SymbolTable, log_prior: Floats) -> None:
-        super().__init__(log_prior)
+    def __init__(self, table: SymbolTable, log_prior: Floats, kept: float) -> None:
+        super().__init__(log_prior, kept)
         self._table, self._sum = table, np.zeros(log_prior.shape)
 
     @override
     def feel(self, row: int, column: int, torque_Nm: tuple[float, float], load: float) -> None:
         symbol = int(symbols_of(np.array([torque_Nm]), self._table.threshold_Nm)[0])
-        self._sum *= KEPT
+        self._sum *= self._kept
         self._sum += self._table.at(row, column, symbol)
 
     @override

@@ -17,7 +17,7 @@ def test_a_learner_is_trained_by_name(tmp_path: Path) -> None:
     cell = StudyCell({}, "belief", 0)
     assert make_cell(job_in(tmp_path, cell)).outcome is CellOutcome.FINISHED
     assert '"belief"' in (tmp_path / cell.name / "policy.json").read_text()
-    assert "ticks_per_action = 7" in (tmp_path / cell.name / "run.toml").read_text()
+    assert "ticks_per_action = 4" in (tmp_path / cell.name / "run.toml").read_text()
 
 
 @pytest.mark.parametrize(

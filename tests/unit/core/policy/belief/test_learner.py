@@ -83,7 +83,7 @@ def test_a_belief_that_is_wrong_ends_in_a_search_of_everything() -> None:
     # The torque leads away from the hole, and the hole was on the other side before.
     touches = [[*touch.place, -touch.torque[0], -touch.torque[1], touch.press] for touch in felt]
     policy.set_state({"trials": [{"hole": [-29000, 19000], "touches": touches}], "trials_learned": 1})
-    assert len(play(policy, (2.4e-3, -1.7e-3), (0.0, 0.0))) < 300
+    assert len(play(policy, (2.4e-3, -1.7e-3), (0.0, 0.0))) < 350
 
 
 def test_frozen_it_learns_nothing() -> None:
@@ -113,7 +113,7 @@ def test_no_step_is_longer_than_an_action_allows() -> None:
     policy.begin_trial(0, np.random.default_rng(0))
     for number, place in enumerate([(0.0, 0.0, 0.0), (3.5e-3, -3.5e-3, 0.0), (4e-3, 0.0, 0.0)]):
         decision = policy.choose(Observation(0, place, place, (0.0, 0.0, 0.0), (0.01, 0.0, 0.0), number))
-        assert hypot(*decision.action.displacement_m) <= 8e-4 + 1e-9
+        assert hypot(*decision.action.displacement_m) <= 9.5e-4 + 1e-9
 
 
 @pytest.mark.parametrize(

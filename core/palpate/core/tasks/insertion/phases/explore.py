@@ -23,8 +23,6 @@ _CAUGHT_SHARE: Final = 1.5
 peg, and friction there may bear it so that neither loss of contact nor depth shows it."""
 _SURFACE_M: Final = 1e-4
 """A height that differs by more than this from the surface's is not the surface's."""
-_MOVING_SHARE: Final = 0.8
-"""Share of an action's time in which the tip moves; in the rest the torque settles before it is read."""
 
 
 class Explore(RunningPhase):
@@ -128,7 +126,7 @@ class Explore(RunningPhase):
     def _way_on(self) -> Vector3:
         """To where on its way the running action shall be in this tick: steady speed, then rest for the torque."""
         ticks = self._task.ticks_per_action
-        share = min((ticks - self.countdown + 1) / (_MOVING_SHARE * ticks), 1.0)
+        share = min((ticks - self.countdown + 1) / (self._task.moving_share * ticks), 1.0)
         (x, y, z), (dx, dy) = self._step_from_m, self._step_m
         target_m = x + share * dx, y + share * dy, z
         across_x, across_y, along = self._law.velocity_m_s(
