@@ -97,7 +97,7 @@ class Jr3ForceSensor(PolledForceSensor[Jr3]):
 
     @override
     def _surprise(self, device: Jr3) -> str | None:
-        if device.after_boot or device.zero_lost:
+        if device.after_boot:
             return "the board restarted in mid-run: readings may have jumped"
         return None
 

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 from palpate.drivers.errors import SilentError
 from palpate.drivers.jr3.device import Jr3
-from palpate.drivers.jr3.health import BoardIdentity
 from palpate.drivers.jr3.phases import Jr3Phase
 
 
@@ -37,27 +36,6 @@ def start_up(device: Jr3, pace: Pace, timeout_s: float = 30.0) -> None:
         DriverError: It does not stream; which one says why.
     """
     device.open()
-    _wait(device, pace, {Jr3Phase.STREAMING}, timeout_s)
-
-
-def identify(device: Jr3, pace: Pace, timeout_s: float = 30.0) -> BoardIdentity:
-    """Ask a board for its full scales, without touching a stream that runs.
-
-    Raises:
-        DriverError: It does not tell; which one says why.
-    """
-    device.open(stream=False)
-    _wait(device, pace, {Jr3Phase.IDENTIFIED}, timeout_s)
-    return device.identity
-
-
-def zero(device: Jr3, pace: Pace, timeout_s: float = 30.0) -> None:
-    """Zero a sensor that streams and wait until that is done; samples meanwhile are dropped.
-
-    Raises:
-        DriverError: It is not streaming, or does not answer.
-    """
-    device.zero(pace.clock_ns())
     _wait(device, pace, {Jr3Phase.STREAMING}, timeout_s)
 
 

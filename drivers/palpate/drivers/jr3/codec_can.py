@@ -21,12 +21,9 @@ _NODE_MASK, _OP_MASK = 0x07F, 0x780
 _COMMANDS = {
     Op.START: Jr3Code.START_ASYNC,
     Op.STOP: Jr3Code.STOP,
-    Op.ZERO: Jr3Code.ZERO_OFFS,
-    Op.SET_FILTER: Jr3Code.SET_FILTER,
     Op.GET_STATE: Jr3Code.GET_STATE,
     Op.GET_FORCE_SCALES: Jr3Code.GET_FS_FORCES,
     Op.GET_MOMENT_SCALES: Jr3Code.GET_FS_MOMENTS,
-    Op.RESET: Jr3Code.RESET,
 }
 _READING, _SCALES = struct.Struct("<3hH"), struct.Struct("<3H")
 _READY, _NOT_INITIALISED = 0, 1
@@ -77,8 +74,6 @@ def pack_arguments(request: Request) -> bytes:
     try:
         if request.op is Op.START:
             return struct.pack("<HI", request.cutoff_cHz, request.period_us)
-        if request.op is Op.SET_FILTER:
-            return struct.pack("<H", request.cutoff_cHz)
     except struct.error as error:
         values = f"cut-off {request.cutoff_cHz} (16 bits) and period {request.period_us} (32 bits)"
         raise RefusedError("JR3", f"{values} do not fit their fields", "check the settings") from error

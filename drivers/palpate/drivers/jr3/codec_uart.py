@@ -31,11 +31,8 @@ _START, _END = 0x3C, 0x3E
 _COMMANDS = {
     Op.START: b"02",
     Op.STOP: b"03",
-    Op.ZERO: b"04",
-    Op.SET_FILTER: b"05",
     Op.GET_STATE: b"06",
     Op.GET_SCALES: b"07",
-    Op.RESET: b"08",
 }
 _READING, _SCALES = struct.Struct("<6hH"), struct.Struct("<6H")
 _PREFIX = 3

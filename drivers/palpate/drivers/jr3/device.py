@@ -7,15 +7,12 @@ from palpate.drivers.jr3 import health
 from palpate.drivers.jr3.health import BoardIdentity, Jr3Statistics
 from palpate.drivers.jr3.messages import Ack, FullScales, Jr3Sample, Op, Reading, Request
 from palpate.drivers.jr3.phases import FLOWING, READABLE, REQUESTS, TRANSITIONS, Jr3Event, Jr3Phase, RequestInFlight
-from palpate.drivers.jr3.sampling import Sampler, Zero
+from palpate.drivers.jr3.sampling import Sampler
 from palpate.drivers.jr3.settings import Jr3Settings, settling_ns
 from palpate.drivers.jr3.transport import Transport
 
 FIRST_READING_NS = 500_000_000
 """Longest wait for the first reading after START, in ns. Assumed."""
-
-ZEROING_WAIT_NS = 100_000_000
-"""Shortest wait before zeroing, in ns. FACT: yarp-devices waits 0.1 s."""
 
 MAX_BOOTS = 5
 """Restarts in a row, without a reading between them, that are borne. Assumed."""
@@ -24,9 +21,9 @@ MAX_BOOTS = 5
 class Jr3:
     """One JR3 behind one board.
 
-    Nothing here tares by itself: the board's zero is set only by :meth:`zero`, and starting the stream removes an older
-    one. (FACT: revisions of Jr3Controller.cpp up to 765f784 zero at every START. No host can prevent that; a sensor
-    that carries a tool and reads zero right after :meth:`open` has such firmware.)
+    Nothing here tares, and starting the stream removes a zero that somebody else has set. (FACT: revisions of
+    Jr3Controller.cpp up to 765f784 zero at every START. No host can prevent that; a sensor that carries a tool and
+    reads zero right after :meth:`open` has such firmware.)
 
     Attributes:
         failure: Why it is FAULTED; None otherwise.
@@ -46,26 +43,15 @@ class Jr3:
         self._cutoff_cHz, self._period_us = wire.feasible(settings.cutoff_cHz, settings.period_us)
         self._settling_ns = settling_ns(self._cutoff_cHz)
         self._sampler = Sampler(self._period_us, self._settling_ns, settings.signs)
-        self._stream = self._heard = self._started = False
+        self._heard = self._started = False
         self._fences = self._boots = self._boots_in_row = self._unasked = 0
         self._raw_scales: tuple[int, ...] = ()
-        self._zero_at_ns = 0
         self._at_stall = wire.counts(), 0
 
     @property
     def latest(self) -> Jr3Sample | None:
         """The newest sample; None before the first one."""
         return self._sampler.latest
-
-    @property
-    def zero_state(self) -> Zero:
-        """What became of the board's zero."""
-        return self._sampler.zero_state
-
-    @property
-    def zero_lost(self) -> bool:
-        """Whether a zero that was set on request is gone: readings have jumped by it. Until acknowledged."""
-        return self._sampler.zero_state is Zero.LOST
 
     @property
     def after_boot(self) -> bool:
@@ -80,38 +66,23 @@ class Jr3:
             raise StateError(self._wire.name, "has not been asked yet", "open it and poll first")
         return BoardIdentity(self._wire.name, full_scales, self._cutoff_cHz * 0.01, self._period_us)
 
-    def open(self, *, stream: bool = True) -> None:
-        """Begin to talk; :meth:`poll` does the rest. Also the way out of FAULTED, SILENT and IDENTIFIED.
-
-        Args:
-            stream: False to ask for state and full scales only and to leave a running stream alone.
+    def open(self) -> None:
+        """Begin to talk; :meth:`poll` does the rest. Also the way out of FAULTED and SILENT.
 
         Raises:
             StateError: It is open already.
         """
         self._wish(Jr3Event.ASKED_TO_OPEN)
-        self.failure, self._stream, self._heard, self._started = None, stream, False, False
+        self.failure, self._heard, self._started = None, False, False
         self._fences, self._boots_in_row = self._wire.timing.attempts, 0
         self._wire.forget()
 
-    def zero(self, now_ns: int) -> None:
-        """Have the board take what it reads, filtered, as its new zero; to be asked for with nothing touching the tool.
-
-        It waits five time constants of the filter first, and is done when ``phase`` is STREAMING again. FACT: the board
-        then emits one all-zero reading, which is dropped; STOP, START and a restart of the board lose the zero.
-
-        Raises:
-            StateError: It is not streaming.
-        """
-        self._wish(Jr3Event.ASKED_TO_ZERO)
-        self._zero_at_ns = now_ns + max(self._settling_ns, ZEROING_WAIT_NS)
-
     def stop(self) -> None:
-        """Stop the stream; poll until ``phase`` is CLOSED. Loses the zero (FACT). StateError when it is closed."""
+        """Stop the stream; poll until ``phase`` is CLOSED. StateError when it is closed."""
         self._wish(Jr3Event.ASKED_TO_STOP)
 
     def acknowledge(self) -> None:
-        """Say that the loss of the zero and the restart of the board have been seen; samples are no longer marked."""
+        """Say that the restart of the board has been seen; samples are no longer marked."""
         self._sampler.acknowledge()
 
     def age_ns(self, now_ns: int) -> int | None:
@@ -174,7 +145,6 @@ class Jr3:
             restarts=counter.restarts,
             boots=self._boots,
             unasked=self._unasked,
-            zero_readings=sampler.zero_readings,
             timeouts=self._exchange.timeouts,
             strays=self._exchange.strays,
             round_trip_min_ms=trips_ms[0] if trips_ms else None,
@@ -219,10 +189,6 @@ class Jr3:
         if self.phase is Jr3Phase.STARTING:
             self._started = True
             self._sampler.started(now_ns)
-        elif self.phase is Jr3Phase.ZEROING:
-            self._sampler.zeroed(now_ns)
-        elif self.phase in (Jr3Phase.STOPPING, Jr3Phase.LEAVING):
-            self._sampler.lose_zero()
         self._advance(Jr3Event.DONE)
 
     def _scales_read(self, scales: tuple[int, ...]) -> None:
@@ -232,14 +198,13 @@ class Jr3:
             return
         fx, fy, fz, mx, my, mz = self._raw_scales
         self._sampler.scale_by(FullScales((fx, fy, fz), (mx, my, mz)))
-        self._advance(Jr3Event.DONE if self._stream else Jr3Event.ALL_ASKED)
+        self._advance(Jr3Event.DONE)
 
     def _booted(self) -> None:
         self._heard = True
         self._boots += 1
         self._boots_in_row += 1
         self._wire.forget()
-        self._sampler.lose_zero()
         self._sampler.after_boot |= self._started
         if self._boots_in_row > MAX_BOOTS:
             self._fail(health.too_many_boots(self._wire.name, self._boots_in_row))
@@ -250,7 +215,7 @@ class Jr3:
         if self.phase not in READABLE:
             self._unasked += 1
             return None
-        sample = self._sampler.take(reading, now_ns, zeroing=self.phase is Jr3Phase.ZEROING)
+        sample = self._sampler.take(reading, now_ns)
         if sample is not None:
             self._boots_in_row = 0
             if self.phase in (Jr3Phase.AWAITING, Jr3Phase.SILENT):
@@ -258,8 +223,6 @@ class Jr3:
         return sample
 
     def _do_due(self, now_ns: int) -> None:
-        if self.phase is Jr3Phase.SETTLING and now_ns >= self._zero_at_ns:
-            self._advance(Jr3Event.SETTLED)
         patience_ns = self._settings.stall_ns
         if self.phase is Jr3Phase.AWAITING:
             patience_ns = max(patience_ns, FIRST_READING_NS)

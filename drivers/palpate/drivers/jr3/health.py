@@ -33,7 +33,6 @@ class Jr3Statistics:
         doubted: Readings dropped because their counter fitted nothing before.
         restarts: How often the frame counter went back without our asking.
         unasked: Readings that came while no stream was ours.
-        zero_readings: All-zero readings dropped after a zeroing.
         strays: Acknowledgements that answered nothing.
         round_trip_min_ms: Fastest answer; None before the first one. As coarse as the polling.
     """
@@ -48,7 +47,6 @@ class Jr3Statistics:
     restarts: int
     boots: int
     unasked: int
-    zero_readings: int
     timeouts: int
     strays: int
     round_trip_min_ms: float | None

@@ -28,9 +28,6 @@ class Op(enum.Enum):
     GET_MOMENT_SCALES = "get full scales of moments"
     START = "start"
     STOP = "stop"
-    ZERO = "zero offsets"
-    SET_FILTER = "set filter"
-    RESET = "reset"
 
 
 SCALES_IN_REPLY = {Op.GET_SCALES: 6, Op.GET_FORCE_SCALES: 3, Op.GET_MOMENT_SCALES: 3}
@@ -42,7 +39,7 @@ class Request:
     """A command with its arguments.
 
     Attributes:
-        cutoff_cHz: Cut-off of the low-pass filter in hundredths of a hertz, 0 = unfiltered; START and SET_FILTER.
+        cutoff_cHz: Cut-off of the low-pass filter in hundredths of a hertz, 0 = unfiltered; START.
         period_us: Time between readings in microseconds; START.
     """
 
@@ -227,9 +224,8 @@ class Jr3Sample:
         over_range: Beyond full scale on an axis, where the calibration ends.
         near_saturated: Beyond 80 % of the converter's range; treat as saturated (see
             :mod:`~palpate.drivers.jr3.messages`). saturated: At the end of the converter's range. settling: Within five
-            time constants of the filter after a start or a zeroing; the filter starts from 0. after_boot: The board
-            restarted in mid-run and nobody has acknowledged it yet. zero_lost: A zero that was set on request is gone
-            and nobody has acknowledged it yet.
+            time constants of the filter after a start; the filter starts from 0. after_boot: The board restarted in
+            mid-run and nobody has acknowledged it yet.
     """
 
     force_N: Vector3
@@ -242,4 +238,3 @@ class Jr3Sample:
     saturated: bool = False
     settling: bool = False
     after_boot: bool = False
-    zero_lost: bool = False

@@ -3,8 +3,6 @@
 ::
 
     CLOSED -> PINGING -> READING_SCALES -> STOPPING -> STARTING -> AWAITING -> STREAMING <-> SILENT
-                               |                                                |     ^
-                               +-> IDENTIFIED (only asked who it is)         SETTLING -> ZEROING
     BOOTED leads from anywhere back to PINGING, LINK_LOST and GAVE_UP to FAULTED, ASKED_TO_STOP to LEAVING and CLOSED.
 
 The stream is stopped before it is started. FACT: STOP ends the board's sampling thread, which holds the offsets, so
@@ -26,13 +24,10 @@ class Jr3Phase(enum.Enum):
     CLOSED = "closed"
     PINGING = "asking for the state"
     READING_SCALES = "reading full scales"
-    IDENTIFIED = "identified"
     STOPPING = "stopping an old stream"
     STARTING = "starting the stream"
     AWAITING = "waiting for the first reading"
     STREAMING = "streaming"
-    SETTLING = "waiting before zeroing"
-    ZEROING = "zeroing"
     SILENT = "silent"
     LEAVING = "stopping the stream"
     FAULTED = "faulted"
@@ -42,12 +37,9 @@ class Jr3Event(enum.Enum):
     """What may happen."""
 
     ASKED_TO_OPEN = "asked to open"
-    ASKED_TO_ZERO = "asked to zero"
     ASKED_TO_STOP = "asked to stop"
     DONE = "request done"
-    ALL_ASKED = "all there is to know is known"
     RETRIED = "asking again"
-    SETTLED = "waited long enough"
     READ = "a reading came"
     STALLED = "no reading came"
     BOOTED = "the board started"
@@ -56,14 +48,14 @@ class Jr3Event(enum.Enum):
 
 
 _TALKING = (Jr3Phase.PINGING, Jr3Phase.READING_SCALES, Jr3Phase.STOPPING, Jr3Phase.STARTING)
-_FLOWING = (Jr3Phase.AWAITING, Jr3Phase.STREAMING, Jr3Phase.SETTLING, Jr3Phase.ZEROING)
-_ALIVE = (*_TALKING, *_FLOWING, Jr3Phase.IDENTIFIED, Jr3Phase.SILENT)
+_FLOWING = (Jr3Phase.AWAITING, Jr3Phase.STREAMING)
+_ALIVE = (*_TALKING, *_FLOWING, Jr3Phase.SILENT)
 
 TRANSITIONS = MappingProxyType(
     {
         **{
             (phase, Jr3Event.ASKED_TO_OPEN): Jr3Phase.PINGING
-            for phase in (Jr3Phase.CLOSED, Jr3Phase.IDENTIFIED, Jr3Phase.SILENT, Jr3Phase.FAULTED)
+            for phase in (Jr3Phase.CLOSED, Jr3Phase.SILENT, Jr3Phase.FAULTED)
         },
         **{(phase, Jr3Event.ASKED_TO_STOP): Jr3Phase.LEAVING for phase in _ALIVE},
         **{(phase, Jr3Event.BOOTED): Jr3Phase.PINGING for phase in _ALIVE},
@@ -73,15 +65,11 @@ TRANSITIONS = MappingProxyType(
         (Jr3Phase.FAULTED, Jr3Event.ASKED_TO_STOP): Jr3Phase.CLOSED,
         (Jr3Phase.PINGING, Jr3Event.DONE): Jr3Phase.READING_SCALES,
         (Jr3Phase.READING_SCALES, Jr3Event.DONE): Jr3Phase.STOPPING,
-        (Jr3Phase.READING_SCALES, Jr3Event.ALL_ASKED): Jr3Phase.IDENTIFIED,
         (Jr3Phase.READING_SCALES, Jr3Event.RETRIED): Jr3Phase.PINGING,
         (Jr3Phase.STOPPING, Jr3Event.DONE): Jr3Phase.STARTING,
         (Jr3Phase.STARTING, Jr3Event.DONE): Jr3Phase.AWAITING,
         (Jr3Phase.AWAITING, Jr3Event.READ): Jr3Phase.STREAMING,
         (Jr3Phase.SILENT, Jr3Event.READ): Jr3Phase.STREAMING,
-        (Jr3Phase.STREAMING, Jr3Event.ASKED_TO_ZERO): Jr3Phase.SETTLING,
-        (Jr3Phase.SETTLING, Jr3Event.SETTLED): Jr3Phase.ZEROING,
-        (Jr3Phase.ZEROING, Jr3Event.DONE): Jr3Phase.STREAMING,
         (Jr3Phase.LEAVING, Jr3Event.DONE): Jr3Phase.CLOSED,
         (Jr3Phase.LEAVING, Jr3Event.GAVE_UP): Jr3Phase.CLOSED,
         (Jr3Phase.LEAVING, Jr3Event.BOOTED): Jr3Phase.CLOSED,
@@ -94,7 +82,6 @@ REQUESTS = MappingProxyType(
         Jr3Phase.PINGING: Op.GET_STATE,
         Jr3Phase.STOPPING: Op.STOP,
         Jr3Phase.STARTING: Op.START,
-        Jr3Phase.ZEROING: Op.ZERO,
         Jr3Phase.LEAVING: Op.STOP,
     }
 )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import enum
 from collections import deque
 
 from palpate.drivers.jr3.messages import (
@@ -97,16 +96,7 @@ class FrameCounter:
             self.missed += round(ahead / self._step) - 1
 
 
-_ZERO_PERIODS = 5
 _RATE_SAMPLES = 256
-
-
-class Zero(enum.Enum):
-    """What became of the board's own zero."""
-
-    NONE = "never set"
-    HELD = "set on request"
-    LOST = "was set and is gone"
 
 
 class Sampler:
@@ -119,22 +109,18 @@ class Sampler:
     Attributes:
         counter: Of the board's frames.
         full_scales: As the board reports them; None before.
-        zero_state: What became of the board's zero.
         latest: The newest sample; None before the first one.
     """
 
     def __init__(self, period_us: int, settling_ns: int, signs: Signs) -> None:
         self.counter = FrameCounter(period_us)
         self.full_scales: FullScales | None = None
-        self.zero_state = Zero.NONE
         self.after_boot = False
         self.latest: Jr3Sample | None = None
-        self.samples = self.zero_readings = self.last_new_ns = 0
+        self.samples = self.last_new_ns = 0
         self._signs, self._settling_ns = signs, settling_ns
-        self._zero_window_ns = _ZERO_PERIODS * period_us * 1000
         self._scaling: Scaling | None = None
         self._settled_at_ns = 0
-        self._zero_until_ns: int | None = None
         self._times_ns: deque[int] = deque(maxlen=_RATE_SAMPLES)
 
     @property
@@ -153,32 +139,12 @@ class Sampler:
         self.counter.restart()
         self.last_new_ns, self._settled_at_ns = now_ns, now_ns + self._settling_ns
 
-    def zeroed(self, now_ns: int) -> None:
-        """The board has taken a zero; FACT: exactly one reading of zeros follows, or has just come."""
-        self.zero_state = Zero.HELD
-        self._settled_at_ns = now_ns + self._settling_ns
-        self._zero_until_ns = now_ns + self._zero_window_ns
-
-    def lose_zero(self) -> None:
-        """The board has lost its zero, if it had one."""
-        if self.zero_state is Zero.HELD:
-            self.zero_state = Zero.LOST
-
     def acknowledge(self) -> None:
         """Marks of what was lost end here."""
         self.after_boot = False
-        if self.zero_state is Zero.LOST:
-            self.zero_state = Zero.NONE
 
-    def take(self, reading: Reading, now_ns: int, *, zeroing: bool) -> Jr3Sample | None:
-        """Make a sample of a reading.
-
-        Args:
-            zeroing: Whether the board has been asked for a zero and has not answered yet.
-
-        Returns:
-            The sample; None when the reading is no news, in doubt, or the mark of a zeroing.
-        """
+    def take(self, reading: Reading, now_ns: int) -> Jr3Sample | None:
+        """A sample of a reading; None when that is no news, or in doubt."""
         if self._scaling is None:
             return None
         restarts = self.counter.restarts
@@ -186,13 +152,9 @@ class Sampler:
         if sequence is None:
             return None
         if self.counter.restarts > restarts:
-            self.lose_zero()
             self._settled_at_ns = now_ns + self._settling_ns
         self.last_new_ns = now_ns
         peak = peak_counts(reading)
-        if peak == 0 and self._is_mark_of_zeroing(now_ns, zeroing):
-            self.zero_readings += 1
-            return None
         force_N, torque_Nm = self._scaling.wrench(reading)
         self.samples += 1
         self._times_ns.append(now_ns)
@@ -207,12 +169,5 @@ class Sampler:
             saturated=peak >= SATURATION_COUNTS,
             settling=now_ns < self._settled_at_ns,
             after_boot=self.after_boot,
-            zero_lost=self.zero_state is Zero.LOST,
         )
         return self.latest
-
-    def _is_mark_of_zeroing(self, now_ns: int, zeroing: bool) -> bool:
-        if zeroing:
-            return True
-        until_ns, self._zero_until_ns = self._zero_until_ns, None
-        return until_ns is not None and now_ns <= until_ns

@@ -25,12 +25,9 @@ def test_the_start_of_the_firmwares_readme() -> None:
     ("request_", "can_id", "data"),
     [
         (Request(Op.STOP), 0x282, ""),
-        (Request(Op.ZERO), 0x302, ""),
-        (Request(Op.SET_FILTER, cutoff_cHz=1025), 0x382, "0104"),
         (Request(Op.GET_STATE), 0x402, ""),
         (Request(Op.GET_FORCE_SCALES), 0x482, ""),
         (Request(Op.GET_MOMENT_SCALES), 0x502, ""),
-        (Request(Op.RESET), 0x582, ""),
     ],
 )
 def test_every_command(request_: Request, can_id: int, data: str) -> None:
@@ -45,7 +42,6 @@ def test_every_command(request_: Request, can_id: int, data: str) -> None:
         (Request(Op.STOP), 128),
         (Request(Op.START, cutoff_cHz=65536), 1),
         (Request(Op.START, period_us=-1), 1),
-        (Request(Op.SET_FILTER, cutoff_cHz=-1), 1),
     ],
 )
 def test_what_no_board_may_get(request_: Request, node: int) -> None:

@@ -32,15 +32,12 @@ def test_golden_commands() -> None:
         == b"<02" + bytes.fromhex("C80010270000") + b">"
     )
     assert encode_uart(Request(Op.STOP)) == b"<03>"
-    assert encode_uart(Request(Op.ZERO)) == b"<04>"
-    assert encode_uart(Request(Op.SET_FILTER, cutoff_cHz=1025)) == b"<05\x01\x04>"
     assert encode_uart(Request(Op.GET_STATE)) == b"<06>"
     assert encode_uart(Request(Op.GET_SCALES)) == b"<07>"
-    assert encode_uart(Request(Op.RESET)) == b"<08>"
 
 
 @pytest.mark.parametrize(
-    "request_", [Request(Op.GET_FORCE_SCALES), Request(Op.SET_FILTER, cutoff_cHz=0x3C), Request(Op.START, 200, 0x3E00)]
+    "request_", [Request(Op.GET_FORCE_SCALES), Request(Op.START, 0x3C, 200), Request(Op.START, 200, 0x3E00)]
 )
 def test_what_this_board_would_misread_is_refused(request_: Request) -> None:
     with pytest.raises(RefusedError):

@@ -7,10 +7,8 @@ import pytest
 from palpate.drivers.can.link import CanFrame
 from palpate.drivers.errors import DeviceFaultError, GarbledError, SettingError, SilentError, StateError, WiringError
 from palpate.drivers.jr3 import CanTransport, Jr3, Jr3Settings, UartTransport, shut_down, start_up
-from palpate.drivers.jr3.blocking import identify, zero
 from palpate.drivers.jr3.messages import FullScales
 from palpate.drivers.jr3.phases import Jr3Phase
-from palpate.drivers.jr3.sampling import Zero
 from tests.unit.drivers.jr3.board import FORCES_N, MOMENTS_DNM, MS, Bench, FakeCanLink, forces, moments
 
 
@@ -18,7 +16,6 @@ def test_the_order_of_requests() -> None:
     bench = Bench().streaming()
     assert bench.link.asked == ["state", "force scales", "moment scales", "stop", "start"]
     assert bench.device.identity.full_scales == FullScales(FORCES_N, MOMENTS_DNM)
-    assert bench.device.zero_state is Zero.NONE
 
 
 def test_only_one_request_is_in_flight() -> None:
@@ -131,15 +128,6 @@ def test_readings_of_an_older_stream_are_not_ours() -> None:
     assert bench.device.statistics().unasked == 1
 
 
-def test_identifying_leaves_a_stream_alone() -> None:
-    bench = Bench()
-    identity = identify(bench.device, bench.pace)
-    assert bench.link.asked == ["state", "force scales", "moment scales"]
-    assert (identity.name, identity.cutoff_Hz, identity.period_us) == ("JR3 on CAN, node 1", 50.0, 10_000)
-    bench.device.open()
-    assert bench.device.phase is Jr3Phase.PINGING
-
-
 def test_blocking_helpers() -> None:
     bench = Bench()
     sleep = bench.sleep
@@ -152,8 +140,9 @@ def test_blocking_helpers() -> None:
 
     pace = dataclasses.replace(bench.pace, sleep=sleep_and_stream)
     start_up(bench.device, pace)
-    zero(bench.device, pace)
-    assert bench.device.zero_state is Zero.HELD
+    for _ in range(50):
+        sleep_and_stream(pace.interval_s)
+        bench.device.poll(pace.clock_ns())
     assert bench.device.statistics().rate_Hz == pytest.approx(500.0, rel=0.01)
     trip = bench.device.statistics().round_trip_max_ms
     assert trip == pytest.approx(2.0)
@@ -178,7 +167,7 @@ def test_leaving_a_board_that_does_not_answer() -> None:
 
 def test_wishes_out_of_order_are_refused() -> None:
     bench = Bench()
-    for wish in (bench.device.stop, lambda: bench.device.zero(0), lambda: bench.device.identity):
+    for wish in (bench.device.stop, lambda: bench.device.identity):
         with pytest.raises(StateError):
             wish()
     bench.streaming()

@@ -1,14 +1,13 @@
-"""The conversation: samples, the board's zero, restarts, silence and pulled cables."""
+"""The conversation: samples, restarts, silence and pulled cables."""
 
 import pytest
 
 from palpate.drivers.can.link import CanFrame
 from palpate.drivers.errors import DeviceFaultError, SilentError
-from palpate.drivers.jr3 import Jr3Settings, shut_down
+from palpate.drivers.jr3 import Jr3Settings
 from palpate.drivers.jr3.device import MAX_BOOTS
 from palpate.drivers.jr3.phases import Jr3Phase
-from palpate.drivers.jr3.sampling import Zero
-from tests.unit.drivers.jr3.board import MS, Bench, forces, moments
+from tests.unit.drivers.jr3.board import Bench, forces, moments
 
 BOOTUP = CanFrame(0x701)
 
@@ -22,30 +21,26 @@ def test_a_sample() -> None:
     assert (sample.counter, sample.receive_time_ns) == (78 * 4, bench.now_ns)
     assert sample == bench.device.latest
     assert bench.device.age_ns(bench.now_ns + 5) == 5
-    assert not any((sample.over_range, sample.near_saturated, sample.saturated, sample.after_boot, sample.zero_lost))
+    assert not any((sample.over_range, sample.near_saturated, sample.saturated, sample.after_boot))
 
 
-def test_bootup_in_mid_run_starts_anew_and_tells_that_the_zero_is_gone() -> None:
+def test_bootup_in_mid_run_starts_anew_and_is_told() -> None:
     bench = Bench().streaming()
-    _zeroed(bench)
     last = bench.device.latest
     bench.link.asked.clear()
     bench.link.inbox.append(BOOTUP)
     bench.poll()
     assert bench.device.phase is Jr3Phase.PINGING
-    assert bench.device.zero_lost
     bench.polls(8)
     bench.counter = 0
     (sample,) = bench.read()
     assert bench.link.asked == ["state", "force scales", "moment scales", "stop", "start"]
-    assert sample.zero_lost
     assert sample.after_boot
     assert sample.settling
     assert last is not None
     assert sample.sequence == last.sequence + 1
     bench.device.acknowledge()
     (sample,) = bench.read()
-    assert not sample.zero_lost
     assert not sample.after_boot
     assert bench.device.statistics().boots == 1
 
@@ -88,75 +83,15 @@ def test_no_half_of_a_reading_survives_a_restart() -> None:
     assert bench.poll() == []
 
 
-def _zeroed(bench: Bench) -> None:
-    bench.device.zero(bench.now_ns)
-    while bench.device.phase is not Jr3Phase.STREAMING:
-        bench.read()
-
-
-def test_zeroing_waits_for_the_filter() -> None:
-    bench = Bench(Jr3Settings(cutoff_Hz=2.0, period_us=10_000)).streaming()
-    asked_ns = bench.now_ns
-    bench.device.zero(asked_ns)
-    while "zero" not in bench.link.asked:
-        assert len(bench.read()) == 1
-    assert bench.now_ns - asked_ns >= 398 * MS
-    assert bench.device.zero_state is Zero.NONE
-    bench.read()
-    assert bench.device.zero_state is Zero.HELD
-    assert bench.device.phase is Jr3Phase.STREAMING
-
-
-def test_the_reading_that_marks_a_zeroing_is_dropped_once() -> None:
-    bench = Bench(Jr3Settings(cutoff_Hz=0.0, period_us=10_000)).streaming()
-    assert len(bench.read(z=0)) == 1
-    _zeroed(bench)
-    assert bench.read(z=0) == []
-    assert len(bench.read(z=0)) == 1
-    assert bench.device.statistics().zero_readings == 1
-
-
-def test_a_zero_reading_long_after_is_a_sample() -> None:
-    bench = Bench().streaming()
-    _zeroed(bench)
-    for _ in range(6):
-        bench.read()
-    assert len(bench.read(z=0)) == 1
-
-
-def test_nothing_zeroes_by_itself() -> None:
-    bench = Bench().streaming()
-    for _ in range(200):
-        bench.read()
-    shut_down(bench.device, bench.pace)
-    start = Bench().streaming()
-    assert "zero" not in bench.link.asked + start.link.asked
-
-
-def test_stop_and_start_lose_the_zero() -> None:
-    bench = Bench().streaming()
-    _zeroed(bench)
-    shut_down(bench.device, bench.pace)
-    assert bench.device.phase is Jr3Phase.CLOSED
-    assert bench.device.zero_lost
-    bench.device.open()
-    bench.polls(8)
-    (sample,) = bench.read()
-    assert sample.zero_lost
-    _zeroed(bench)
-    assert not bench.device.zero_lost
-
-
-def test_a_counter_that_goes_back_means_a_lost_zero() -> None:
+def test_a_counter_that_goes_back_is_a_restart() -> None:
     bench = Bench().streaming()
     bench.counter = 20_000
     bench.read()
     bench.read()
-    _zeroed(bench)
     bench.counter = 0
     assert bench.read() == []
     (sample,) = bench.read()
-    assert sample.zero_lost
+    assert sample.settling
     assert bench.device.statistics().restarts == 1
 
 
