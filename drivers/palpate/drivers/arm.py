@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import enum
 from abc import abstractmethod
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final, Protocol
 
-from palpate.drivers.errors import SettingError
+from palpate.drivers.errors import DeviceFaultError, DriverError, SettingError, StateError
 
 _SLOWEST_FRACTION: Final = 140
 
@@ -79,6 +80,17 @@ class Measured:
     time_ns: int
 
 
+class ArmState(enum.Enum):
+    """Where in its life an arm is that a controller or drives of its own hold."""
+
+    NEW = "new"
+    CONFIGURED = "configured"
+    ENABLED = "enabled"
+    STOPPED = "stopped"
+    FAULTED = "faulted"
+    CLOSED = "closed"
+
+
 class ArmDriver(Protocol):
     """A driver of an arm. Only ``preview`` may be called from another thread than the rest."""
 
@@ -118,6 +130,44 @@ class ArmDriver(Protocol):
     @abstractmethod
     def close(self) -> None:
         """Stop, and end all traffic; never raising. The bus belongs to whoever opened it."""
+
+
+class LatchingArm(ArmDriver):
+    """An arm that is stopped, and keeps its fault, on every way out of a conversation that is not the good one.
+
+    Attributes:
+        fault: Why the arm stopped for good, or None.
+    """
+
+    def __init__(self) -> None:
+        self.fault: str | None = None
+        self._state = ArmState.NEW
+
+    @property
+    def state(self) -> ArmState:
+        """Where in its life the arm is."""
+        return self._state
+
+    def _require(self, request: str, *states: ArmState) -> None:
+        if self._state in states:
+            return
+        if self._state is ArmState.FAULTED:
+            raise DeviceFaultError("arm", f"{request} refused, a fault is latched: {self.fault}", "acknowledge it")
+        wanted = " or ".join(state.value for state in states)
+        raise StateError("arm", f"{request} while it is {self._state.value}", f"it has to be {wanted}")
+
+    @contextlib.contextmanager
+    def _latching(self) -> Iterator[None]:
+        """Stop on every way out that is not the good one, and keep a fault until it is acknowledged."""
+        try:
+            yield
+        except DriverError as error:
+            self._state, self.fault = ArmState.FAULTED, str(error)
+            self.stop()
+            raise
+        except BaseException:
+            self.stop()
+            raise
 
 
 @dataclass(frozen=True, slots=True)

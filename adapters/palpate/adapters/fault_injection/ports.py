@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Final, Generic
+from collections.abc import Callable, Sequence
+from typing import ClassVar, Final, Generic
 
 from palpate.adapters.fault_injection.arm import FaultyArm
 from palpate.adapters.fault_injection.clock import FaultyClock
@@ -14,12 +14,13 @@ from palpate.core.errors import DeviceError
 from palpate.core.ports import (
     CONTROL_RATE_HZ,
     Clock,
+    DeviceDecorator,
     ForceSensor,
     JointEncoder,
     JointSample,
     Ports,
     SampleT,
-    SensorDecorator,
+    Sensor,
     WrenchSample,
 )
 
@@ -72,17 +73,8 @@ class _Line(Generic[SampleT]):
         return sample if sample is fresh else aged(sample, moment.time_ns, self._max_age_ns)
 
 
-class _FaultySensor(SensorDecorator[SampleT]):
-    _line: _Line[SampleT]
-
-    @property
-    def deliveries(self) -> list[FaultDelivery]:
-        """What was delivered so far."""
-        return self._line.account.deliveries
-
-
-class FaultyForceSensor(_FaultySensor[WrenchSample], ForceSensor):
-    """A force sensor with faults.
+class _FaultySensor(DeviceDecorator, Generic[SampleT]):
+    """A sensor with faults.
 
     Args:
         plans: Its faults; the first is next to the device.
@@ -92,41 +84,41 @@ class FaultyForceSensor(_FaultySensor[WrenchSample], ForceSensor):
         ConfigurationError: A plan is for another port.
     """
 
+    PORT: ClassVar[str]
+
     def __init__(
         self,
-        sensor: ForceSensor,
+        sensor: Sensor[SampleT],
         clock: Clock,
         plans: Sequence[FaultPlan],
         notify: Notify | None = None,
         *,
         max_age_ns: int = MAX_AGE_NS,
     ) -> None:
-        self._line = _Line[WrenchSample]("force_sensor", clock, plans, notify, max_age_ns)
-        super().__init__(sensor, sensor.read, self._line.past)
+        self._line: _Line[SampleT] = _Line(self.PORT, clock, plans, notify, max_age_ns)
+        super().__init__(sensor)
+        self._read: Callable[[], SampleT] = sensor.read
+
+    def read(self) -> SampleT:
+        """What is read instead of the device's own sample."""
+        return self._line.past(self._read())
+
+    @property
+    def deliveries(self) -> list[FaultDelivery]:
+        """What was delivered so far."""
+        return self._line.account.deliveries
+
+
+class FaultyForceSensor(_FaultySensor[WrenchSample], ForceSensor):
+    """A force sensor with faults."""
+
+    PORT = "force_sensor"
 
 
 class FaultyJointEncoder(_FaultySensor[JointSample], JointEncoder):
-    """Joint encoders with faults.
+    """Joint encoders with faults."""
 
-    Args:
-        plans: Their faults; the first is next to the device.
-        max_age_ns: Age above which a sample that a fault holds back is marked ``STALE``.
-
-    Raises:
-        ConfigurationError: A plan is for another port.
-    """
-
-    def __init__(
-        self,
-        encoder: JointEncoder,
-        clock: Clock,
-        plans: Sequence[FaultPlan],
-        notify: Notify | None = None,
-        *,
-        max_age_ns: int = MAX_AGE_NS,
-    ) -> None:
-        self._line = _Line[JointSample]("joint_encoder", clock, plans, notify, max_age_ns)
-        super().__init__(encoder, encoder.read, self._line.past)
+    PORT = "joint_encoder"
 
 
 def faulty(

@@ -16,7 +16,7 @@ class TurnedForceSensor(SensorDecorator[WrenchSample], ForceSensor):
     """
 
     def __init__(self, sensor: ForceSensor, mounting_deg: float) -> None:
-        super().__init__(sensor, sensor.read, self._turned)
+        super().__init__(sensor, self._turned)
         self._cos, self._sin = cos(radians(mounting_deg)), sin(radians(mounting_deg))
 
     def _turned(self, sample: WrenchSample) -> WrenchSample:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Generic, TypeVar
+from typing import Generic, Protocol, TypeVar
 
 from typing_extensions import override
 
@@ -12,6 +12,15 @@ from palpate.core.ports.lifecycle import ActiveInside, Life
 from palpate.core.ports.values import JointSample, WrenchSample
 
 SampleT = TypeVar("SampleT", WrenchSample, JointSample)
+_Read_co = TypeVar("_Read_co", bound=WrenchSample | JointSample, covariant=True)
+
+
+class Sensor(Device, Protocol[_Read_co]):
+    """One of the two ports that are read."""
+
+    def read(self) -> _Read_co:
+        """The newest sample."""
+        ...
 
 
 class DeviceDecorator(ActiveInside):
@@ -58,9 +67,9 @@ class SensorDecorator(DeviceDecorator, Generic[SampleT]):
         past: Gives what is to be read instead of the sensor's own sample; may raise.
     """
 
-    def __init__(self, sensor: Device, read: Callable[[], SampleT], past: Callable[[SampleT], SampleT]) -> None:
+    def __init__(self, sensor: Sensor[SampleT], past: Callable[[SampleT], SampleT]) -> None:
         super().__init__(sensor)
-        self._read: Callable[[], SampleT] = read
+        self._read: Callable[[], SampleT] = sensor.read
         self._past: Callable[[SampleT], SampleT] = past
 
     def read(self) -> SampleT:

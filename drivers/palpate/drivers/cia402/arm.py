@@ -7,15 +7,14 @@ One thread uses an arm. What the drives say comes in through the receive thread 
 from __future__ import annotations
 
 import contextlib
-import enum
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Final
 
 from typing_extensions import override
 
-from palpate.drivers.arm import Applied, AppliedReason, ArmDriver, Measured
+from palpate.drivers.arm import Applied, AppliedReason, ArmState, LatchingArm, Measured
 from palpate.drivers.cia402.bring_up import BringUp
 from palpate.drivers.cia402.drive import DriveIdentity, Targets
 from palpate.drivers.cia402.exchange import CyclicExchange
@@ -24,18 +23,7 @@ from palpate.drivers.cia402.mailbox import ArmStatistics
 from palpate.drivers.cia402.object_dictionary import Controlword, DriveState
 from palpate.drivers.cia402.settings import ArmSettings, limited, require_sound
 from palpate.drivers.cia402.watch import KEEP_TIME, outside, trouble
-from palpate.drivers.errors import DeviceFaultError, DriverError, LateError, SilentError, StateError
-
-
-class ArmState(enum.Enum):
-    """Where in its life the arm is."""
-
-    NEW = "new"
-    CONFIGURED = "configured"
-    ENABLED = "enabled"
-    STOPPED = "stopped"
-    FAULTED = "faulted"
-    CLOSED = "closed"
+from palpate.drivers.errors import DriverError, LateError, SilentError, StateError
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,7 +49,7 @@ _BLAMED_NS: Final = 500_000_000
 _AT_REST: Final = (DriveState.QUICK_STOP, DriveState.SWITCH_ON_DISABLED)
 
 
-class Cia402Arm(ArmDriver):
+class Cia402Arm(LatchingArm):
     """The arm. It neither opens nor closes its bus: other devices may use that too.
 
     Args:
@@ -77,28 +65,17 @@ class Cia402Arm(ArmDriver):
         now_ns: Callable[[], int] = time.monotonic_ns,
         sleep: Callable[[float], None] = time.sleep,
     ) -> None:
+        super().__init__()
         self.settings = settings
         self._link = link
         self._now_ns = now_ns
         self._exchange = CyclicExchange(link, settings, now_ns)
         self._targets = Targets(settings)
         self._bring_up = BringUp(link, settings, self._exchange, self._targets, now_ns, sleep)
-        self._state = ArmState.NEW
-        self._fault: str | None = None
         self._reference_rad: tuple[float, ...] = ()
         self._cycles_since_stop = 0
         self._stepped_ns = 0
         self._away_ns = self._back_ns = 0
-
-    @property
-    def state(self) -> ArmState:
-        """Where in its life the arm is."""
-        return self._state
-
-    @property
-    def fault(self) -> str | None:
-        """Why the arm stopped for good, or None."""
-        return self._fault
 
     @property
     def identities(self) -> tuple[DriveIdentity, ...]:
@@ -251,7 +228,7 @@ class Cia402Arm(ArmDriver):
         self._link.require_alive()
         self._bring_up.prepare()
         self._bring_up.walk(DriveState.SWITCH_ON_DISABLED, by_operator=True)
-        self._state, self._fault = ArmState.CONFIGURED, None
+        self._state, self.fault = ArmState.CONFIGURED, None
 
     def close(self) -> None:
         """Stop, take the power away as far as the bus still allows, and end all traffic; twice too. Never raises."""
@@ -267,27 +244,6 @@ class Cia402Arm(ArmDriver):
             self._bring_up.shut_down()
         self._bring_up.hang_up()
         self._state = ArmState.CLOSED
-
-    def _require(self, request: str, *states: ArmState) -> None:
-        if self._state in states:
-            return
-        if self._state is ArmState.FAULTED:
-            raise DeviceFaultError("arm", f"{request} refused, a fault is latched: {self._fault}", "acknowledge it")
-        wanted = " or ".join(state.value for state in states)
-        raise StateError("arm", f"{request} while it is {self._state.value}", f"it has to be {wanted}")
-
-    @contextlib.contextmanager
-    def _latching(self) -> Iterator[None]:
-        """Stop the drives on every way out that is not the good one, and keep a fault until it is acknowledged."""
-        try:
-            yield
-        except DriverError as error:
-            self._state, self._fault = ArmState.FAULTED, str(error)
-            self.stop()
-            raise
-        except BaseException:
-            self.stop()
-            raise
 
     def _allowed(self) -> tuple[DriveState, ...] | None:
         if self._state is ArmState.ENABLED:

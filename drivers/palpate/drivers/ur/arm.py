@@ -6,15 +6,13 @@ deadman's time; without that process the controller's watchdog ends the control 
 
 from __future__ import annotations
 
-import contextlib
-import enum
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from math import inf, isfinite
 from typing import Final
 
 from typing_extensions import override
 
-from palpate.drivers.arm import Applied, AppliedReason, ArmDriver, Measured, clamped, held_back
+from palpate.drivers.arm import Applied, AppliedReason, ArmState, LatchingArm, Measured, clamped, held_back
 from palpate.drivers.errors import (
     DeviceFaultError,
     DriverError,
@@ -43,18 +41,7 @@ _STOP_RAD_S2: Final = 15.0
 _WAIT_S: Final = 0.02
 
 
-class UrArmState(enum.Enum):
-    """Where in its life the arm is."""
-
-    NEW = "new"
-    CONFIGURED = "configured"
-    ENABLED = "enabled"
-    STOPPED = "stopped"
-    FAULTED = "faulted"
-    CLOSED = "closed"
-
-
-class UrArm(ArmDriver):
+class UrArm(LatchingArm):
     """The arm.
 
     Args:
@@ -62,28 +49,21 @@ class UrArm(ArmDriver):
 
     Attributes:
         hello: Who the controller is; None before :meth:`open`.
-        fault: Why the arm stopped for good, or None.
         reconnections: How often a connection that broke was made again.
     """
 
     def __init__(
         self, link: UrLink, settings: UrSettings, *, now_ns: Callable[[], int], sleep: Callable[[float], None]
     ) -> None:
+        super().__init__()
         self.settings = settings
         self.hello: UrHello | None = None
-        self.fault: str | None = None
         self.reconnections = 0
         self._link, self._now_ns, self._sleep = link, now_ns, sleep
-        self._state = UrArmState.NEW
         self._seen: UrState | None = None
         self._reference_rad: tuple[float, ...] = ()
         self._force_N: tuple[float, ...] | None = None
         self._cycled_ns = 0
-
-    @property
-    def state(self) -> UrArmState:
-        """Where in its life the arm is."""
-        return self._state
 
     def open(self) -> None:
         """Reach the controller and hold it against the rig file; nothing moves.
@@ -91,7 +71,7 @@ class UrArm(ArmDriver):
         Raises:
             DriverError: It is not there, in local control, without power, of another version, or set up otherwise.
         """
-        self._require("open()", UrArmState.NEW)
+        self._require("open()", ArmState.NEW)
         seen = self._reach()
         try:
             self._judge_controller(seen)
@@ -99,7 +79,7 @@ class UrArm(ArmDriver):
             # Nothing has begun: it is no fault of a run, but of how the rig was left.
             raise SettingError(error.device, error.problem, error.remedy) from error
         self._judge_set_up(seen)
-        self._state = UrArmState.CONFIGURED
+        self._state = ArmState.CONFIGURED
 
     def enable(self) -> None:
         """Start the control program, watched by the controller; the arm holds still. A broken connection is made again.
@@ -107,7 +87,7 @@ class UrArm(ArmDriver):
         Raises:
             DriverError: As :meth:`open`.
         """
-        self._require("enable()", UrArmState.CONFIGURED)
+        self._require("enable()", ArmState.CONFIGURED)
         try:
             seen = self._fresh()
             self._judge_controller(seen)
@@ -128,7 +108,7 @@ class UrArm(ArmDriver):
         seen = self._fresh()
         self._reference_rad, self._force_N = seen.q_rad, seen.wrench[:3]
         self._cycled_ns = self._now_ns()
-        self._state = UrArmState.ENABLED
+        self._state = ArmState.ENABLED
 
     def preview(self, setpoint_rad: Sequence[float], /) -> Applied:
         """What a cycle would make of a set-point now; nothing is sent.
@@ -137,11 +117,11 @@ class UrArm(ArmDriver):
             RefusedError: The number of angles is wrong, or one is not finite.
             StateError: The arm is not enabled.
         """
-        self._require("a set-point", UrArmState.ENABLED, UrArmState.STOPPED)
+        self._require("a set-point", ArmState.ENABLED, ArmState.STOPPED)
         asked = tuple(map(float, setpoint_rad))
         if len(asked) != JOINTS or not all(map(isfinite, asked)):
             raise RefusedError("arm", f"{asked} are no {JOINTS} joint angles", "give finite angles, one a joint")
-        if self._state is UrArmState.STOPPED:
+        if self._state is ArmState.STOPPED:
             return Applied(self._position_rad(), AppliedReason.STOPPED)
         settings = self.settings
         within = clamped(asked, settings.lower_rad, settings.upper_rad)
@@ -157,9 +137,9 @@ class UrArm(ArmDriver):
             StateError: The arm is not configured.
             DriverError: A stop of the controller, silence, or a force beyond the guard; stopped and latched.
         """
-        self._require("cycle()", UrArmState.CONFIGURED, UrArmState.ENABLED, UrArmState.STOPPED)
+        self._require("cycle()", ArmState.CONFIGURED, ArmState.ENABLED, ArmState.STOPPED)
         applied = None if setpoint_rad is None else self.preview(setpoint_rad)
-        enabled, before = self._state is UrArmState.ENABLED, self._seen
+        enabled, before = self._state is ArmState.ENABLED, self._seen
         away_s, self._cycled_ns = (self._now_ns() - self._cycled_ns) * 1e-9, self._now_ns()
         with self._latching():
             if enabled:
@@ -172,7 +152,7 @@ class UrArm(ArmDriver):
                 if enabled and away_s > self.settings.silence_s:
                     told = f"this computer was away for {away_s * 1e3:.0f} ms; after that {error.problem}"
                     raise LateError(NAME, told, KEEP_TIME) from error
-                if self._state is not UrArmState.STOPPED or before is None:
+                if self._state is not ArmState.STOPPED or before is None:
                     raise
                 # It is at rest: the next enable() makes the connection again.
                 seen = before
@@ -188,9 +168,9 @@ class UrArm(ArmDriver):
 
         Where the client does not obey it is ended, and the watchdog of the controller acts.
         """
-        if self._state is UrArmState.ENABLED:
-            self._state = UrArmState.STOPPED
-        elif self._state is not UrArmState.FAULTED:
+        if self._state is ArmState.ENABLED:
+            self._state = ArmState.STOPPED
+        elif self._state is not ArmState.FAULTED:
             return
         try:
             self._link.call("stop", _STOP_S, _STOP_RAD_S2)
@@ -203,9 +183,9 @@ class UrArm(ArmDriver):
         Raises:
             StateError: The arm is neither configured nor enabled.
         """
-        self._require("disable()", UrArmState.CONFIGURED, UrArmState.ENABLED, UrArmState.STOPPED)
+        self._require("disable()", ArmState.CONFIGURED, ArmState.ENABLED, ArmState.STOPPED)
         self.stop()
-        self._state = UrArmState.CONFIGURED
+        self._state = ArmState.CONFIGURED
 
     def acknowledge(self) -> None:
         """Clear a fault: a protective stop is unlocked, a broken connection made again; a person's decision.
@@ -214,7 +194,7 @@ class UrArm(ArmDriver):
             StateError: There is no fault.
             DriverError: It does not go away; it stays.
         """
-        if self._state is not UrArmState.FAULTED:
+        if self._state is not ArmState.FAULTED:
             raise StateError("arm", f"there is no fault to acknowledge while it is {self._state.value}", "go on")
         try:
             seen = self._fresh()
@@ -227,13 +207,13 @@ class UrArm(ArmDriver):
             seen = self._fresh()
         self._judge_controller(seen)
         require_same_tool(seen, self.settings)
-        self._state, self.fault = UrArmState.CONFIGURED, None
+        self._state, self.fault = ArmState.CONFIGURED, None
 
     def close(self) -> None:
         """Stop, end the program and the client; never raises."""
         self.stop()
         self._link.close()
-        self._state = UrArmState.CLOSED
+        self._state = ArmState.CLOSED
 
     @override
     @property
@@ -246,26 +226,6 @@ class UrArm(ArmDriver):
         self.hello = self._link.open(_OPEN_S)
         require_version(self.hello, self._link.host)
         return self._fresh()
-
-    def _require(self, request: str, *states: UrArmState) -> None:
-        if self._state in states:
-            return
-        if self._state is UrArmState.FAULTED:
-            raise DeviceFaultError("arm", f"{request} refused, a fault is latched: {self.fault}", "acknowledge it")
-        wanted = " or ".join(state.value for state in states)
-        raise StateError("arm", f"{request} while it is {self._state.value}", f"it has to be {wanted}")
-
-    @contextlib.contextmanager
-    def _latching(self) -> Iterator[None]:
-        try:
-            yield
-        except DriverError as error:
-            self._state, self.fault = UrArmState.FAULTED, str(error)
-            self.stop()
-            raise
-        except BaseException:
-            self.stop()
-            raise
 
     def _fresh(self) -> UrState:
         """The newest state, which may be awaited for a moment.

@@ -102,7 +102,7 @@ class ATurnOff(SensorDecorator[JointSample], JointEncoder):
             q = sample.position_rad
             return replace(sample, position_rad=(*q[:4], q[4] + tau, q[5]))
 
-        super().__init__(encoder, encoder.read, off)
+        super().__init__(encoder, off)
 
 
 def test_an_arm_whose_encoder_lost_a_turn_does_not_move() -> None:
@@ -130,7 +130,7 @@ class InBase(SensorDecorator[WrenchSample], ForceSensor):
     """A sensor whose wrenches are in another frame."""
 
     def __init__(self, sensor: ForceSensor) -> None:
-        super().__init__(sensor, sensor.read, lambda sample: replace(sample, frame="base"))
+        super().__init__(sensor, lambda sample: replace(sample, frame="base"))
 
 
 def test_wrenches_in_another_frame_are_refused_before_the_arm_moves() -> None:

@@ -7,9 +7,9 @@ from typing import Any
 import pytest
 
 from palpate.core.ports import CONTROL_RATE_HZ
-from palpate.drivers.arm import AppliedReason
+from palpate.drivers.arm import AppliedReason, ArmState
 from palpate.drivers.errors import DriverError, RefusedError, SettingError, SilentError, StateError, WiringError
-from palpate.drivers.ur.arm import UrArm, UrArmState
+from palpate.drivers.ur.arm import UrArm
 from palpate.drivers.ur.judgement import UrSettings
 from palpate.simulation.emulators.ur.controller import RobotMode, SafetyMode
 from tests.virtual_ur import HOME, VirtualUr
@@ -76,7 +76,7 @@ def test_trouble_stops_the_arm_within_a_second_is_latched_and_named(
         lead(arm, ur, 200, (*HOME[:5], 2.0))
     ur.clock.sleep(0.4)
     assert told in str(raised.value)
-    assert arm.state is UrArmState.FAULTED
+    assert arm.state is ArmState.FAULTED
     assert told in (arm.fault or "")
     assert ur.controller.at_rest
     assert ur.clock.now_ns() - since_ns < 1_200_000_000
@@ -92,7 +92,7 @@ def test_a_protective_stop_is_unlocked_by_a_person_when_the_controller_allows_it
         lead(arm, ur, 5)
     with pytest.raises(WiringError, match="until 5s after"):
         arm.acknowledge()
-    assert arm.state is UrArmState.FAULTED
+    assert arm.state is ArmState.FAULTED
     ur.clock.sleep(5.0)
     arm.acknowledge()
     arm.enable()

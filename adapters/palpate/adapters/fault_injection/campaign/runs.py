@@ -85,7 +85,7 @@ class ForceProbe(SensorDecorator[WrenchSample], ForceSensor):
     """Passes samples on and keeps the largest change of the force since the first one."""
 
     def __init__(self, sensor: ForceSensor) -> None:
-        super().__init__(sensor, sensor.read, self._noted)
+        super().__init__(sensor, self._noted)
         self.peak_N = 0.0
         self._first_N: Vector3 | None = None
 

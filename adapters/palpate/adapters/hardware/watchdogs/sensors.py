@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Generic
+from typing import ClassVar, Generic
 
 from typing_extensions import override
 
@@ -12,29 +12,42 @@ from palpate.adapters.hardware.watchdogs.trip import TellTrip, WatchdogTrip, tel
 from palpate.core.errors import CommandError, ConfigurationError, DeviceError
 from palpate.core.ports import (
     Clock,
-    Device,
     DeviceDecorator,
     ForceSensor,
     JointEncoder,
     JointSample,
     SampleT,
+    Sensor,
     Validity,
     WrenchSample,
 )
 
 
 class _WatchedSensor(DeviceDecorator, Generic[SampleT]):
-    """Watches the sequence numbers and the ages of one stream of samples."""
+    """A sensor that is believed only as long as its sequence number goes on.
+
+    A sample that is no news, over age, or older than one before is marked ``STALE``.
+
+    Args:
+        max_age_ns: Longest time without news, and greatest age, of a sample that is passed on as it is.
+        dead_after_ns: After that long without news, reading raises DeviceError.
+        tell: Is told when samples become stale or make no sense, and when the sensor counts as dead.
+        joints: Number of joints; a sample of any other length makes no sense. 0 takes any.
+
+    Raises:
+        ConfigurationError: The second limit is below the first.
+    """
+
+    NAME: ClassVar[str]
 
     def __init__(
         self,
-        name: str,
-        sensor: Device,
-        read: Callable[[], SampleT],
+        sensor: Sensor[SampleT],
         clock: Clock,
         max_age_ns: int,
+        *,
         dead_after_ns: int,
-        tell: TellTrip | None,
+        tell: TellTrip | None = None,
         joints: int = 0,
     ) -> None:
         super().__init__(sensor)
@@ -43,8 +56,8 @@ class _WatchedSensor(DeviceDecorator, Generic[SampleT]):
             raise ConfigurationError(
                 "max_age_ns", max_age_ns, f"more than 0 and at most {dead_after_ns}, the second limit"
             )
-        self._name, self._clock, self._tell = name, clock, tell
-        self._read: Callable[[], SampleT] = read
+        self._clock, self._tell = clock, tell
+        self._read: Callable[[], SampleT] = sensor.read
         self._max_age_ns, self._dead_after_ns = max_age_ns, dead_after_ns
         self._begin_anew()
 
@@ -81,7 +94,7 @@ class _WatchedSensor(DeviceDecorator, Generic[SampleT]):
         if silence_ns > self._dead_after_ns:
             text = f"no new sample for {silence_ns * 1e-6:.1f} ms"
             self._tell_once("dead", now_ns, text)
-            raise DeviceError(self._name, text)
+            raise DeviceError(self.NAME, text)
         if number < self._newest:
             trouble = f"sample {number} came after sample {self._newest}"
         elif silence_ns > self._max_age_ns:
@@ -97,7 +110,7 @@ class _WatchedSensor(DeviceDecorator, Generic[SampleT]):
     def _garbled(self, text: str, cause: Exception | None = None) -> SampleT:
         """The last sample that made sense, marked invalid, so that the supervisor leads the arm back and latches."""
         if self._sound is None:
-            raise DeviceError(self._name, text) from cause
+            raise DeviceError(self.NAME, text) from cause
         self._news_ns = self._clock.now_ns()
         self._tell_once("invalid", self._news_ns, text)
         return replace(self._sound, validity=Validity.INVALID)
@@ -105,58 +118,16 @@ class _WatchedSensor(DeviceDecorator, Generic[SampleT]):
     def _tell_once(self, state: str, now_ns: int, text: str) -> None:
         if self._told != state:
             self._told = state
-            tell_surely(self._tell, WatchdogTrip(now_ns, self._name, f"{state}: {text}"))
+            tell_surely(self._tell, WatchdogTrip(now_ns, self.NAME, f"{state}: {text}"))
 
 
 class WatchedForceSensor(_WatchedSensor[WrenchSample], ForceSensor):
-    """A force sensor that is believed only as long as its sequence number goes on.
+    """A force sensor whose silence is never taken for news."""
 
-    A sample that is no news, over age, or older than one before is marked ``STALE``.
-
-    Args:
-        max_age_ns: Longest time without news, and greatest age, of a sample that is passed on as it is.
-        dead_after_ns: After that long without news, reading raises DeviceError.
-        tell: Is told when samples become stale or make no sense, and when the sensor counts as dead.
-
-    Raises:
-        ConfigurationError: The second limit is below the first.
-    """
-
-    def __init__(
-        self,
-        sensor: ForceSensor,
-        clock: Clock,
-        max_age_ns: int,
-        *,
-        dead_after_ns: int,
-        tell: TellTrip | None = None,
-    ) -> None:
-        super().__init__("force sensor", sensor, sensor.read, clock, max_age_ns, dead_after_ns, tell)
+    NAME = "force sensor"
 
 
 class WatchedJointEncoder(_WatchedSensor[JointSample], JointEncoder):
-    """Joint encoders that are believed only as long as their sequence number goes on.
+    """Joint encoders whose silence is never taken for news."""
 
-    A sample that is no news, over age, or older than one before is marked ``STALE``.
-
-    Args:
-        max_age_ns: Longest time without news, and greatest age, of a sample that is passed on as it is.
-        dead_after_ns: After that long without news, reading raises DeviceError.
-        tell: Is told when samples become stale or make no sense, and when the encoders count as dead.
-        joints: Number of joints; a sample of any other length makes no sense. 0 takes any.
-
-    Raises:
-        ConfigurationError: The second limit is below the first.
-    """
-
-    def __init__(
-        self,
-        encoder: JointEncoder,
-        clock: Clock,
-        max_age_ns: int,
-        *,
-        dead_after_ns: int,
-        tell: TellTrip | None = None,
-        joints: int = 0,
-    ) -> None:
-        super().__init__("joint encoder", encoder, encoder.read, clock, max_age_ns, dead_after_ns, tell, joints)
+    NAME = "joint encoder"

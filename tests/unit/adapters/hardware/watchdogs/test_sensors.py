@@ -175,7 +175,7 @@ def test_an_arm_that_gives_nonsense_in_mid_trial_is_led_back_and_latched(garbled
             return sample if ports.clock.now_ns() < begin_ns + 4 * 10**8 else replace(sample, position_rad=garbled)
 
         begin_ns = ports.clock.now_ns()
-        spoiled = SensorDecorator[JointSample](ports.joint_encoder, ports.joint_encoder.read, late)
+        spoiled = SensorDecorator[JointSample](ports.joint_encoder, late)
         encoder = WatchedJointEncoder(
             cast(JointEncoder, spoiled), ports.clock, NEVER_NS, dead_after_ns=NEVER_NS, joints=6
         )
