@@ -16,8 +16,7 @@ import numpy as np
 
 from palpate.adapters.config.run import RunConfig
 from palpate.core.motion.arm import ARMS
-from palpate.simulation.work_cell.config import ComplianceConfig, PegConfig
-from palpate.simulation.work_cell.contact_shapes import PLATE_REACH_M
+from palpate.simulation.work_cell.config import PLATE_REACH_M, ComplianceConfig, PegConfig
 from tests.integration.physics.bench import LEAST_OFFSET_M, MOST_OFFSET_M, Bench, headings, quiet, rms
 
 FLAT_M = 6e-3

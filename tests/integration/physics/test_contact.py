@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from palpate.core.motion.arm import ARMS
-from palpate.simulation.work_cell.config import CellConfig, ComplianceConfig, PegConfig
-from palpate.simulation.work_cell.contact_shapes import PLATE_REACH_M
+from palpate.simulation.work_cell.config import PLATE_REACH_M, CellConfig, ComplianceConfig, PegConfig
 from tests.integration.physics.bench import Bench, headings, offsets_m, quiet
 
 FLAT_M = 6e-3

@@ -18,7 +18,7 @@ from palpate.core.errors import LogError, PalpateError
 from palpate.core.motion import Kinematics, ToolGeometry, arm_named, wrench_about
 from palpate.core.ports import CONTROL_RATE_HZ, JointVector, Vector3
 from palpate.core.trial import goal_in_base, wander_m
-from palpate.simulation.work_cell import PLATE_REACH_M, build_work_cell, quaternion, trial_world
+from palpate.simulation.work_cell import build_work_cell, quaternion, trial_world
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,6 @@ class DrawnCell:
         world = trial_world(config.cell, log.start.seed, log.start.trial)
         # Whatever it touched with, it is drawn as what it is.
         cell = replace(world.cell, peg=replace(world.cell.peg, contact="hull"))
-        reach = wander_m(config.task) + cell.hole_reach_mm * 1e-3 + 1e-3
         try:
             kinematics = Kinematics(arm_named(config.arm), ToolGeometry())
             yaw = goal.rotation.T @ np.array(log.start.tip_rotation).reshape(3, 3)[:, 0]
@@ -87,7 +86,7 @@ class DrawnCell:
                 goal_in_base=goal,
                 tool_yaw_rad=float(np.arctan2(yaw[1], yaw[0])),
                 period_s=1.0 / CONTROL_RATE_HZ,
-                plate_reach_m=max(PLATE_REACH_M, reach),
+                plate_reach_m=cell.plate_reach_m(wander_m(config.task)),
             )
         except (PalpateError, ValueError) as error:
             problem = f"does not say what the cell looked like ({error})"

@@ -3,7 +3,6 @@ from .cell import WorkCell as WorkCell
 from .conditions import ConditionsConfig as ConditionsConfig
 from .config import CellConfig as CellConfig
 from .config import SensorConfig as SensorConfig
-from .contact_shapes import PLATE_REACH_M as PLATE_REACH_M
 from .hidden import HiddenValues as HiddenValues
 from .model import build_work_cell as build_work_cell
 from .model import quaternion as quaternion

@@ -20,7 +20,7 @@ from palpate.core.trial import Purpose, generator
 from palpate.simulation.work_cell.config import CellConfig
 from palpate.simulation.work_cell.contact_pairs import NEAR_M, Leeway
 from palpate.simulation.work_cell.contact_search import ContactSearch
-from palpate.simulation.work_cell.contact_shapes import PLATE_REACH_M, outermost_m, peg_rings
+from palpate.simulation.work_cell.contact_shapes import outermost_m, peg_rings
 from palpate.simulation.work_cell.hidden import HiddenValues, SampleDelay
 from palpate.simulation.work_cell.model import build_work_cell, quaternion
 from palpate.simulation.work_cell.trial_world import trial_world
@@ -79,7 +79,7 @@ class WorkCell:
             goal_in_base=goal_in_base,
             tool_yaw_rad=self._yaw_rad,
             period_s=1.0 / rate_Hz,
-            plate_reach_m=max(PLATE_REACH_M, self._far_m),
+            plate_reach_m=config.plate_reach_m(wander_m),
         )
         self.joints = kinematics.joints
         self.ticks = self.time_ns = 0

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from math import acos, ceil, pi
+from math import acos, ceil, cos, pi, radians
 from typing import Annotated, ClassVar, Final
 
 from typing_extensions import override
@@ -12,11 +12,15 @@ from palpate.core.errors import ConfigurationError
 from palpate.core.ports import OneOf, Range, Settings
 from palpate.simulation.work_cell.conditions import ConditionsConfig
 from palpate.simulation.work_cell.contour import FLAT, ContourConfig
-from palpate.simulation.work_cell.cross_section import SIDES
+from palpate.simulation.work_cell.cross_section import KEYED, ROUNDED, SIDES, CrossSection
 
 SURFACE_BEGINS_MM: Final = 3.0
 """So far beside a round hole the broad boxes of the plate's surface begin."""
+PLATE_REACH_M: Final = 0.009
+"""How far from the hole's edge the plate's surface is closed at the least: the peg may wander as far as that."""
 _LEAST_SPHERES: Final = 12
+_TURNED_DEG: Final = 10.0
+"""How much farther than the hole may be turned the peg is expected to turn in looking for it."""
 
 
 @dataclass(frozen=True)
@@ -25,8 +29,12 @@ class PegConfig(Settings):
 
     TABLE: ClassVar[str] = "cell.peg"
 
-    cross_section: Annotated[str, OneOf("round", "triangle", "square", "hexagon")] = "round"
-    """Shape of peg and hole: round, triangle, square, hexagon."""
+    cross_section: Annotated[str, OneOf("round", *SIDES)] = "round"
+    """Shape of peg and hole: round, triangle, square, hexagon, rounded-square, or keyed, which is round with a flat."""
+    corner_radius_mm: Annotated[float, Range(0.2, 50.0)] = 3.0
+    """Radius of a rounded square's corners."""
+    flat_mm: Annotated[float, Range(0.1, 50.0)] = 3.0
+    """How much the flat takes off a keyed peg."""
     contact: Annotated[str, OneOf("hull", "spheres")] = "hull"
     """hull: a peg with sides touches as the solid body that it is; spheres: with rings of them, as a round one does."""
     diameter_mm: Annotated[float, Range(1.0, 100.0)] = 29.0
@@ -38,20 +46,42 @@ class PegConfig(Settings):
     friction: Annotated[float, Range(0.0, 2.0)] = 0.2
     """Coulomb friction between peg and plate."""
     wall_boxes: Annotated[int, Range(16, 512)] = 48
-    """Boxes that form the wall of a round hole (a polygon has one per side)."""
+    """Boxes that form the wall of a round hole; a polygon has one per side, a hull with round parts half as many."""
     outer_boxes: Annotated[int, Range(0, 512)] = 16
     """Boxes that form the plate's surface from 3 mm beside a round hole on; 0 is half of wall_boxes."""
     rim_spheres: Annotated[int, Range(12, 512)] = 48
-    """Small spheres that form the contact ring at the peg's tip."""
+    """Small spheres that form the contact ring at the peg's tip; a hull with round parts has half as many corners."""
     upper_spheres: Annotated[int, Range(0, 512)] = 24
     """Those of the second ring, 8 mm above it; 0 is as many as rim_spheres."""
     rim_radius_mm: Annotated[float, Range(0.01, 1.0)] = 0.1
-    """Radius of those spheres: it is also a tiny chamfer, of a peg with sides as well."""
+    """Radius of those spheres: it is also a tiny chamfer, of a hull as well."""
+    chamfer_mm: Annotated[float, Range(0.0, 10.0)] = 0.0
+    """Chamfer of the peg's end, at 45 degrees: with one a round peg is a hull, too; 0: what rim_radius_mm makes."""
+
+    def section(self, clearance_mm: float = 0.0) -> CrossSection:
+        """The outline of the peg; with its clearance, of the hole."""
+        radius_mm = self.diameter_mm * 0.5 + clearance_mm
+        corner_mm = self.corner_radius_mm + clearance_mm if self.cross_section == ROUNDED else 0.0
+        flat_m = (radius_mm - self.flat_mm) * 1e-3 if self.cross_section == KEYED else None
+        return CrossSection(SIDES.get(self.cross_section, 0), radius_mm * 1e-3, corner_mm * 1e-3, flat_m)
 
     @property
     def is_hull(self) -> bool:
         """Whether the peg touches as one convex body."""
-        return self.contact == "hull" and self.cross_section in SIDES
+        return self.contact == "hull" and (self.cross_section in SIDES or self.chamfer_mm > 0.0)
+
+    @property
+    def walls(self) -> int:
+        """How many walls the hole has."""
+        return self.section().facets(self.facets[0])
+
+    @property
+    def facets(self) -> tuple[int, int]:
+        """How many walls the round parts of the hole have, and how many corners those of the peg.
+
+        A hull has half as many: it has no gaps between its corners, and costs more for each.
+        """
+        return (self.wall_boxes // 2, self.rim_spheres // 2) if self.is_hull else (self.wall_boxes, self.rim_spheres)
 
     @override
     def check(self) -> None:
@@ -59,9 +89,20 @@ class PegConfig(Settings):
             raise ConfigurationError(
                 "cell.peg.upper_spheres", self.upper_spheres, f"a whole number from {_LEAST_SPHERES} to 512, or 0"
             )
-        radius_mm = self.diameter_mm / 2 + self.clearance_mm + SURFACE_BEGINS_MM
+        half_mm = self.diameter_mm / 2
+        for name, least, most, where in (
+            ("corner_radius_mm", 0.2, half_mm, self.cross_section == ROUNDED),
+            ("flat_mm", 0.1, half_mm, self.cross_section == KEYED),
+            ("chamfer_mm", 0.0, half_mm / 2, True),
+        ):
+            if where and getattr(self, name) >= most:
+                accepted = f"a number from {least:g} to less than {most:g} on a peg of {self.diameter_mm:g} mm"
+                raise ConfigurationError(self.dotted(name), getattr(self, name), accepted)
+        if self.contact == "spheres" and (self.cross_section in (ROUNDED, KEYED) or self.chamfer_mm):
+            raise ConfigurationError(self.dotted("contact"), self.contact, "hull, beside such a shape or a chamfer")
+        radius_mm = half_mm + self.clearance_mm + SURFACE_BEGINS_MM
         least = ceil(pi / acos(1.0 - SURFACE_BEGINS_MM / radius_mm))
-        if self.cross_section == "round" and 0 < self.outer_boxes < least:
+        if self.cross_section in ("round", ROUNDED, KEYED) and 0 < self.outer_boxes < least:
             raise ConfigurationError(
                 "cell.peg.outer_boxes",
                 self.outer_boxes,
@@ -137,6 +178,20 @@ class CellConfig(Settings):
     def hole_reach_mm(self) -> float:
         """How far from the nominal goal the hole may lie."""
         return self.hole_uncertainty_mm + self.conditions.hole_shift_mm
+
+    def plate_reach_m(self, wander_m: float) -> float:
+        """How far beside the hole the plate's surface must be closed for no corner of the peg to lie outside it.
+
+        Args:
+            wander_m: How far from the nominal goal the peg may be led.
+        """
+        reach_m = max(PLATE_REACH_M, wander_m + self.hole_reach_mm * 1e-3 + 1e-3)
+        if not (sides := self.peg.section().sides) or not self.conditions.yaw_deg:
+            return reach_m
+        # A corner swings out beyond the hole's sides while the peg is turned against it.
+        swing_rad = min(radians(self.conditions.yaw_deg + _TURNED_DEG), pi / sides)
+        half_m = self.peg.diameter_mm * 0.5e-3
+        return reach_m + half_m * (cos(pi / sides - swing_rad) / cos(pi / sides) - 1.0)
 
     @property
     def worn_clearance_mm(self) -> float:

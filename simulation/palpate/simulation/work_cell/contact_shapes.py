@@ -10,10 +10,7 @@ from math import cos, hypot, pi
 from typing import Final
 
 from palpate.simulation.work_cell.config import SURFACE_BEGINS_MM, PegConfig
-from palpate.simulation.work_cell.cross_section import CrossSection
 
-PLATE_REACH_M: Final = 0.009
-"""How far from the hole's edge the plate's surface is closed at the least: the peg may wander as far as that."""
 UPPER_RING_M: Final = 0.008
 """Height of the peg's upper ring of spheres above its tip."""
 _RIM_M: Final = SURFACE_BEGINS_MM * 1e-3
@@ -43,17 +40,17 @@ def plate_boxes(peg: PegConfig, reach_m: float) -> list[Box]:
         peg: Shape and size of the hole.
         reach_m: How far from the hole's edge the surface is closed.
     """
-    hole = CrossSection.named(peg.cross_section, (peg.diameter_mm * 0.5 + peg.clearance_mm) * 1e-3)
+    hole = peg.section(peg.clearance_mm)
     depth = peg.hole_depth_mm * 1e-3
     half_thickness = (depth + 0.005) / 2
     # Two rings: short boxes at the rim keep MuJoCo's bounding volumes tight, which saved a seventh of a step's cost.
     # The outer ring has fewer, broader ones, and begins far enough inside the inner ring to leave no slit.
     outer_boxes = peg.outer_boxes or peg.wall_boxes // 2
-    slit = 0.0 if hole.sides else (hole.apothem_m + _RIM_M) * (1.0 - cos(pi / outer_boxes))
+    slit = 0.0 if hole.is_polygon else (hole.apothem_m + _RIM_M) * (1.0 - cos(pi / outer_boxes))
     boxes = []
-    for count, start, end in ((peg.wall_boxes, 0.0, _RIM_M), (outer_boxes, _RIM_M - slit, reach_m)):
+    for count, start, end in ((peg.facets[0], 0.0, _RIM_M), (outer_boxes, _RIM_M - slit, reach_m)):
         half_radial = (end - start + 0.0002) / 2
-        for wall in CrossSection(hole.sides, hole.apothem_m + start).walls(count, end - start):
+        for wall in hole.grown(start).walls(count, end - start):
             half_m = (half_radial, wall.half_width_m, half_thickness)
             boxes.append(Box(wall.heading_rad, wall.distance_m + half_radial, half_thickness, half_m))
     side = hole.apothem_m * 2.2
@@ -62,13 +59,13 @@ def plate_boxes(peg: PegConfig, reach_m: float) -> list[Box]:
 
 def peg_rings(peg: PegConfig) -> tuple[list[tuple[float, float]], list[tuple[float, float]]]:
     """Centres of the spheres of the lower and the upper ring, across the peg's axis."""
-    section = CrossSection.named(peg.cross_section, peg.diameter_mm * 0.5e-3)
+    section = peg.section()
     inset_m = peg.rim_radius_mm * 1e-3
     return section.rim(peg.rim_spheres, inset_m), section.rim(peg.upper_spheres or peg.rim_spheres, inset_m)
 
 
 def peg_corners(peg: PegConfig, length_m: float) -> list[tuple[float, float, float]]:
-    """Corners of a peg with sides, z along its axis and 0 at its end face: the edge there has a chamfer.
+    """Corners of a peg that is a hull, z along its axis and 0 at its end face: the edge there has a chamfer.
 
     Without one, how far off the peg drops into the hole would depend on the time step by a quarter.
 
@@ -76,11 +73,11 @@ def peg_corners(peg: PegConfig, length_m: float) -> list[tuple[float, float, flo
         peg: Its shape and size.
         length_m: How far it goes up.
     """
-    section, chamfer_m = CrossSection.named(peg.cross_section, peg.diameter_mm * 0.5e-3), peg.rim_radius_mm * 1e-3
+    chamfer_m = (peg.chamfer_mm or peg.rim_radius_mm) * 1e-3
     return [
         (x, y, -height_m)
         for height_m, inset_m in ((0.0, chamfer_m), (chamfer_m, 0.0), (length_m, 0.0))
-        for x, y in section.rim(1, inset_m)
+        for x, y in peg.section().grown(-inset_m).outline(peg.facets[1])
     ]
 
 

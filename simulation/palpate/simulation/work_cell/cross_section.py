@@ -1,17 +1,19 @@
-"""Outlines of pegs and holes: a circle or a regular polygon, from one description.
+"""Outlines of pegs and holes: a circle, a regular polygon, one with round corners, or a circle with a flat.
 
-Everything is in the plane across the tool axis. An outline is given by the radius of its inscribed circle (its
-apothem), so that a hole is the same outline with the clearance added to the apothem, and the gap is the
-clearance on every side.
+Everything is in the plane across the tool axis, and every outline is convex. It is given by the radius of its inscribed
+circle (its apothem), so that a hole is the same outline grown by the clearance, and the gap is that on every side.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from math import cos, pi, sin, tan
+from dataclasses import dataclass, replace
+from math import acos, ceil, cos, pi, sin, tan
 from typing import Final
 
-SIDES: Final = {"triangle": 3, "square": 4, "hexagon": 6}
+SIDES: Final = {"triangle": 3, "square": 4, "hexagon": 6, "rounded-square": 4, "keyed": 0}
+"""Those of each shape that is not round; a keyed one is round but for its flat."""
+ROUNDED: Final = "rounded-square"
+KEYED: Final = "keyed"
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,49 +33,105 @@ class Wall:
 
 @dataclass(frozen=True, slots=True)
 class CrossSection:
-    """A round or polygonal outline.
+    """A convex outline. Side 0, or the flat, has its normal along x.
 
     Attributes:
         sides: Number of sides; 0 for a circle.
         apothem_m: Radius of the inscribed circle.
+        corner_m: Radius of a polygon's corners.
+        flat_m: Distance of a circle's flat from its centre; None where it has none.
     """
 
     sides: int
     apothem_m: float
+    corner_m: float = 0.0
+    flat_m: float | None = None
 
-    @classmethod
-    def named(cls, name: str, apothem_m: float) -> CrossSection:
-        """The outline called round, triangle, square or hexagon."""
-        return cls(SIDES.get(name, 0), apothem_m)
+    def grown(self, by_m: float) -> CrossSection:
+        """The outline that runs so far outside this one; sharp corners stay sharp."""
+        corner_m = max(self.corner_m + by_m, 0.0) if self.corner_m else 0.0
+        flat_m = None if self.flat_m is None else self.flat_m + by_m
+        return replace(self, apothem_m=self.apothem_m + by_m, corner_m=corner_m, flat_m=flat_m)
+
+    @property
+    def is_polygon(self) -> bool:
+        """Whether it has straight sides and sharp corners, and nothing else."""
+        return bool(self.sides) and not self.corner_m
+
+    def facets(self, most: int) -> int:
+        """How many walls, evenly spaced by their headings, a hole of this outline has.
+
+        Args:
+            most: That of a circle; a polygon has one per side, one with round corners as many for each side.
+        """
+        if not self.sides:
+            return most
+        return self.sides * (ceil(most / self.sides) if self.corner_m else 1)
 
     def walls(self, boxes: int, reach_m: float) -> list[Wall]:
         """Walls of a hole with this outline.
 
-        A box whose inner face touches the inscribed circle never enters it, however wide it is. So the walls are
-        made wide enough to leave no gaps between them up to ``reach_m`` outside the hole.
+        A box whose inner face touches a convex outline never enters it, however wide it is. So the walls are made wide
+        enough to leave no gaps between them up to ``reach_m`` outside the hole.
 
         Args:
-            boxes: Number of walls for a circle; a polygon has one per side.
+            boxes: Number of walls for a circle; see :meth:`facets`.
             reach_m: How far from the outline the plate's surface must be closed.
         """
-        count = self.sides or boxes
-        width = (self.apothem_m + reach_m) * tan(pi / count) * 1.02
-        return [Wall(2 * pi * k / count, self.apothem_m, width) for k in range(count)]
+        count = self.facets(boxes)
+        distances_m = [self._support_m(k, count) for k in range(count)]
+        walls = []
+        for k, distance_m in enumerate(distances_m):
+            farther_m = max(distances_m[k - 1], distances_m[(k + 1) % count]) - distance_m
+            width_m = (distance_m + reach_m) * tan(pi / count) + max(farther_m, 0.0) / sin(2 * pi / count)
+            walls.append(Wall(2 * pi * k / count, distance_m, width_m * 1.02))
+        return walls
+
+    def _support_m(self, k: int, count: int) -> float:
+        """How far the outline reaches in the direction of the wall k of so many."""
+        if self.sides:
+            # Headings are counted from the nearest side's normal: so a side itself is exactly where it is.
+            each = count // self.sides
+            off, centre_m = 2 * pi * min(k % each, -k % each) / count, self.apothem_m - self.corner_m
+            return centre_m * (cos(off) + tan(pi / self.sides) * sin(off)) + self.corner_m
+        heading = 2 * pi * min(k, count - k) / count
+        if self.flat_m is None or heading >= self._flat_rad:
+            return self.apothem_m
+        return self.apothem_m * cos(self._flat_rad - heading)
+
+    @property
+    def _flat_rad(self) -> float:
+        """Half the angle under which a flat is seen from the centre."""
+        return 0.0 if self.flat_m is None else acos(self.flat_m / self.apothem_m)
+
+    def outline(self, points: int) -> list[tuple[float, float]]:
+        """Corners of the outline in order; round parts have so many points as a whole circle would have."""
+        if self.sides:
+            each = self.facets(points) // self.sides
+            centre_m = (self.apothem_m - self.corner_m) / cos(pi / self.sides)
+            return [
+                _at(centre_m, 2 * pi * (side + 0.5) / self.sides, self.corner_m, 2 * pi * (side + arc) / self.sides)
+                for side in range(self.sides)
+                for arc in ([i / each for i in range(each + 1)] if self.corner_m else [0.5])
+            ]
+        half = self._flat_rad
+        headings = [2 * pi * k / points for k in range(points)]
+        round_part = [heading for heading in headings if half < heading < 2 * pi - half or not half]
+        return [_at(self.apothem_m, a) for a in ([half, *round_part, -half] if half else round_part)]
 
     def rim(self, count: int, inset_m: float) -> list[tuple[float, float]]:
         """Centres of small spheres along the outline, evenly spaced, ``inset_m`` inside it; corners included."""
-        apothem = self.apothem_m - inset_m
+        inner = self.grown(-inset_m)
         if not self.sides:
-            angles = [2 * pi * k / count for k in range(count)]
-            return [(apothem * cos(a), apothem * sin(a)) for a in angles]
-        # A side's normal points at heading 2 pi k / n, as a wall's does; corners lie half way between.
-        corner = apothem / cos(pi / self.sides)
-        corners = [
-            (corner * cos(2 * pi * (k + 0.5) / self.sides), corner * sin(2 * pi * (k + 0.5) / self.sides))
-            for k in range(self.sides)
-        ]
-        per_side = -(-count // self.sides)
+            return inner.outline(count)
+        corners, per_side = inner.outline(1), -(-count // self.sides)
         points = []
         for (ax, ay), (bx, by) in zip(corners, corners[1:] + corners[:1], strict=True):
             points += [(ax + (bx - ax) * i / per_side, ay + (by - ay) * i / per_side) for i in range(per_side)]
         return points
+
+
+def _at(radius_m: float, heading_rad: float, then_m: float = 0.0, towards_rad: float = 0.0) -> tuple[float, float]:
+    """A point so far from the centre, and a step from there in another direction."""
+    x, y = radius_m * cos(heading_rad), radius_m * sin(heading_rad)
+    return x + then_m * cos(towards_rad), y + then_m * sin(towards_rad)

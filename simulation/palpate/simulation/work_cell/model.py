@@ -16,10 +16,9 @@ import numpy as np
 import pinocchio as pin
 
 from palpate.core.motion import Kinematics
-from palpate.simulation.work_cell.config import CellConfig
+from palpate.simulation.work_cell.config import PLATE_REACH_M, CellConfig
 from palpate.simulation.work_cell.contact_pairs import Leeway, listed_pairs
 from palpate.simulation.work_cell.contact_shapes import (
-    PLATE_REACH_M,
     UPPER_RING_M,
     Box,
     peg_corners,

@@ -5,17 +5,16 @@ from math import cos, sin
 from hypothesis import given
 from hypothesis import strategies as st
 
-from palpate.simulation.work_cell.config import CellConfig, PegConfig
+from palpate.simulation.work_cell.config import PLATE_REACH_M, CellConfig, PegConfig
 from palpate.simulation.work_cell.contact_pairs import Leeway, listed_pairs
-from palpate.simulation.work_cell.contact_shapes import PLATE_REACH_M, UPPER_RING_M, peg_rings, plate_boxes
-from palpate.simulation.work_cell.cross_section import SIDES
+from palpate.simulation.work_cell.contact_shapes import UPPER_RING_M, peg_rings, plate_boxes
 
 shares = st.floats(0.0, 1.0)
 angles = st.floats(-3.2, 3.2)
 
 
 @given(
-    st.sampled_from(["round", *SIDES]),
+    st.sampled_from(["round", "triangle", "square", "hexagon"]),
     st.sampled_from([(10.0, 0.02), (29.0, 0.075), (29.0, 1.0), (60.0, 0.3)]),
     st.floats(0.0, 20.0),
     st.tuples(shares, angles, shares, angles, st.floats(-1.0, 1.0)),
@@ -23,7 +22,7 @@ angles = st.floats(-3.2, 3.2)
 def test_a_sphere_above_a_box_has_a_pair_with_it(
     section: str, size_mm: tuple[float, float], tilt_mrad: float, pose: tuple[float, float, float, float, float]
 ) -> None:
-    peg = PegConfig(cross_section=section, diameter_mm=size_mm[0], clearance_mm=size_mm[1])
+    peg = PegConfig(cross_section=section, contact="spheres", diameter_mm=size_mm[0], clearance_mm=size_mm[1])
     config = CellConfig(peg=peg, tilt_mrad=tilt_mrad)
     boxes, leeway = plate_boxes(peg, PLATE_REACH_M), Leeway.of(config, 6e-3)
     listed = set(listed_pairs(config, boxes, leeway))
