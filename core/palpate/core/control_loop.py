@@ -125,7 +125,6 @@ def run_trial(
     The first tick is at the clock's present time. Every way out leaves the arm stopped.
 
     Args:
-        supervisor: Stands between the task and the arm; None lets every command through.
         observers: Are called in this order at each event.
 
     Raises:
@@ -179,7 +178,6 @@ def trial_ticks(
 
     Args:
         task: Is begun here; its ``step``, or ``sense`` and ``act``, is the caller's.
-        supervisor: Stands between the task and the arm; None lets every command through.
 
     Raises:
         FaultLatchedError: The supervisor has tripped before, or a device has failed, and nobody has acknowledged it.

@@ -30,11 +30,7 @@ class PalpateError(Exception):
 
 
 class ConfigurationError(PalpateError, ValueError):
-    """A setting cannot be used.
-
-    Attributes:
-        field: Dotted name of the setting, as it is written in TOML and on the command line.
-    """
+    """A setting cannot be used."""
 
     def __init__(self, field: str, value: object, accepted: str) -> None:
         self.field, self.value, self.accepted = field, value, accepted

@@ -16,9 +16,6 @@ WRITE_TIMEOUT_S: Final = 0.1
 def open_serial(name: str, baud: int, device: str) -> Any:
     """Open a port, 8N1, for this program alone.
 
-    Args:
-        baud: Line rate, bit/s.
-
     Raises:
         WiringError: It cannot be opened.
     """

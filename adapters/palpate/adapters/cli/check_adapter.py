@@ -46,9 +46,6 @@ _MAX_AGE_NS: Final = 100_000_000
 def find_suite(name: str) -> tuple[str, object]:
     """The contract suite for what a name leads to.
 
-    Args:
-        name: ``package.module:Name``.
-
     Returns:
         The port's name, and the suite, ready to be run.
     """
@@ -72,9 +69,6 @@ def check(
     """The port's name, and what became of each clause of its contract.
 
     As with ``python -m``, what lies in the current folder can be named.
-
-    Args:
-        name: ``package.module:Name``.
 
     Raises:
         ConfigurationError: The name leads to nothing that can be tried, or not within these limits.

@@ -112,10 +112,7 @@ def run_named(
     """Run trials with progress on the terminal; returns the finished ones and whether these are all.
 
     Args:
-        folder: Where the trials are noted; None notes them nowhere.
-        recorder: Records them; None records none.
         subfolder: Where in the recorder's folder the logs go.
-        session: Real time, entered; None where the rig has none.
     """
     with progress(trials, "trial", chosen.label) as bar:
         policy = chosen.on(rig)

@@ -18,12 +18,7 @@ _MARGINS: Final = {"left": 0.08, "right": 0.98, "bottom": 0.11, "top": 0.93, "hs
 
 
 class Canvas:
-    """A picture in the making.
-
-    Attributes:
-        figure: Matplotlib's figure.
-        content: The finished file, once the ``with`` block that gave the canvas is left.
-    """
+    """A picture in the making."""
 
     def __init__(self, figure: Any) -> None:
         self.figure, self.content = figure, b""
@@ -41,9 +36,7 @@ def drawing(
     """Gives an empty canvas to draw on; when the block ends its ``content`` is there.
 
     Args:
-        kind: ``png`` or ``svg``.
         settings: Matplotlib's parameters, over its own defaults: a matplotlibrc of the user's changes no byte.
-        layout: Matplotlib's layout engine; None for none.
     """
     from matplotlib import style
     from matplotlib.backends.backend_agg import FigureCanvasAgg

@@ -24,11 +24,7 @@ _PLACE: Final = re.compile(r"[^\W\d][\w.]*:[^\W\d]\w*")
 
 
 def foreign_code(name: str) -> str:
-    """What makes the policy of that name, ``package.module:Name``; empty where the name is neither that nor an entry's.
-
-    Args:
-        name: As after ``--policy``.
-    """
+    """What makes the policy of that name, ``package.module:Name``; empty where it is no such name."""
     if _PLACE.fullmatch(name):
         return name
     entry = None if "/" in name or name.endswith(".json") else entries(GROUP).get(name)

@@ -41,11 +41,7 @@ class Print:
 
 
 class Manifest:
-    """Writes the manifest of a run that is under way.
-
-    Args:
-        folder: The run's folder.
-    """
+    """Writes the manifest of a run that is under way."""
 
     def __init__(self, folder: Path, command: str) -> None:
         self._folder, self._command = folder, command

@@ -57,11 +57,7 @@ class TrialRow:
 
     @classmethod
     def of(cls, scored: ScoredTrial, first: int = 0) -> TrialRow:
-        """The line for a trial. Force and depth are the truth, if there is one; the core's own force stands beside.
-
-        Args:
-            first: Index of the trial that is number 0.
-        """
+        """The line for a trial. Force and depth are the truth, if there is one; the core's own force stands beside."""
         report, truth = scored.report, scored.truth
         known = report if truth is None else truth
         return cls(
@@ -170,11 +166,7 @@ class RunFolder:
             yield
 
     def recorder(self, config: RecordingConfig, opened: ExitStack, live: Sink | None = None) -> TrialRecorder | None:
-        """A recorder of trials into the folder ``logs``, until ``opened`` closes; None where none is asked for.
-
-        Args:
-            config: The recorder's settings.
-        """
+        """A recorder of trials into the folder ``logs``, until ``opened`` closes; None where none is asked for."""
         recorder = TrialRecorder.into(self.path / LOG_FOLDER, config, live)
         if recorder is not None:
             self._recorder = opened.enter_context(recorder)

@@ -99,12 +99,7 @@ def write_training(config: RunConfig, folder: RunFolder, trials: int) -> tuple[l
 
 
 class Trainer:
-    """Trains a policy, trial by trial, into a run folder.
-
-    Args:
-        recorder: Records every trial; None records none.
-        session: Keeps trials in time; None where time waits.
-    """
+    """Trains a policy, trial by trial, into a run folder."""
 
     def __init__(
         self,

@@ -59,8 +59,6 @@ def run_scored_trial(
 
     Args:
         recorder: Records it; prepared with what the trials are trials of.
-        first: Index of the trial that is number 0 in the run's own count.
-        session: Keeps it in time; None where time waits.
 
     Raises:
         FaultLatchedError: A trip or fault on this rig has not been acknowledged.

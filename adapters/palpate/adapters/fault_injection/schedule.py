@@ -69,11 +69,7 @@ class Ticker:
 
 
 class Schedule:
-    """Whether a fault strikes in each tick, and reports of what was delivered.
-
-    Attributes:
-        rng: The fault's own random numbers.
-    """
+    """Whether a fault strikes in each tick, and reports of what was delivered."""
 
     def __init__(self, plan: FaultPlan, notify: Notify) -> None:
         self.plan, self._notify = plan, notify
@@ -118,11 +114,7 @@ class Schedule:
 
 
 class FaultAccount:
-    """Keeps what was delivered at one port, and passes it on.
-
-    Args:
-        notify: Called with each delivery; None for nothing.
-    """
+    """Keeps what was delivered at one port, and passes it on."""
 
     def __init__(self, notify: Notify | None) -> None:
         self.deliveries: list[FaultDelivery] = []

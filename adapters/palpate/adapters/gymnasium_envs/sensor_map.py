@@ -33,7 +33,6 @@ class SensorMapEnv(gymnasium.Env[np.int64, np.int64]):
         map: A scenario (``1``, ``2`` or ``twin``), eight regions such as ``ABC/C.E/BDF``, or a text file.
         size: Length of a side in cells, odd, where the map is made of regions.
         state: ``symbols``: the last reading; ``last-2``, ``last-3``: the last readings; or an automaton file.
-        render_mode: None; there are no pictures.
 
     Raises:
         ConfigurationError: An argument is unknown or refused.

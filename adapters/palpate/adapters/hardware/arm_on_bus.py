@@ -56,7 +56,6 @@ class BusArm(ManagedDevice, JointEncoder, ArmCommand):
     """Encoders and servos of an arm on a bus, at a whole fraction of the control rate; the newest command wins.
 
     Args:
-        open_bus: Opens the bus and makes the driver; called by ``configure``.
         clock: The run's clock, real time.
         max_age_ns: Age above which a sample is marked ``STALE``.
     """
@@ -208,11 +207,7 @@ class BusArm(ManagedDevice, JointEncoder, ArmCommand):
         return True
 
     def _take_back(self) -> ArmDriver:
-        """The driver, once the thread has ended.
-
-        Raises:
-            DeviceError: The thread does not end.
-        """
+        """The driver, once the thread has ended."""
         if not self._end_thread():
             self._latch("the bus thread does not end")
             raise DeviceError(self.name, "the bus thread does not end")

@@ -32,7 +32,6 @@ class NetFtForceSensor(PolledForceSensor[NetFt]):
     """A wrist sensor behind a Net F/T box; its frame is the box's own.
 
     Args:
-        open_box: Reads how the box is set and opens the way; called by ``configure``.
         max_age_ns: Age above which a sample is marked ``STALE``.
     """
 

@@ -51,7 +51,6 @@ class Jr3ForceSensor(PolledForceSensor[Jr3]):
     """A JR3 wrist sensor.
 
     Args:
-        open_wire: Opens the wire; called by ``configure``.
         max_age_ns: Age above which a sample is marked ``STALE``.
     """
 

@@ -124,7 +124,6 @@ class UrToolForceSensor(PolledForceSensor[UrToolForce]):
     """The force sensor in the flange of an e-Series arm.
 
     Args:
-        link: Makes a way to the controller; called by ``configure``.
         max_age_ns: Age above which a sample is marked ``STALE``.
     """
 

@@ -29,9 +29,6 @@ _JOINTS_MORE: Final = ("joints_source_time_ns", "joints_receive_time_ns", "joint
 def export_csv(paths: Sequence[Path], out: Path) -> list[Path]:
     """Write the logs into a new folder: the files themselves for one log, a subfolder each for several.
 
-    Args:
-        out: The folder; it must not be there yet, or be empty.
-
     Returns:
         The folders that hold a trial's files.
 

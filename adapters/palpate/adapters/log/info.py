@@ -92,7 +92,6 @@ class LogInfo:
         what: What the log is of: command, arm, scenario, seed, trial, policy and so on.
         losses: The recorder's entries about that, in words.
         acknowledged: Who had let trials go on before on this rig, why, and after what, in words.
-        end: What the trial came to; None when the log ends before it did.
     """
 
     path: str

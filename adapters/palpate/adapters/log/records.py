@@ -33,9 +33,6 @@ class StartRecord:
 
     Attributes:
         schema: Version of the log's schema.
-        model_sha256: Digest of the arm's kinematic model.
-        core_sha256: Digest of the core's source.
-        seed: The run's seed.
         trial: Index of the trial; with the seed it gives every random stream.
         start_m: Where the trial starts above the plate, (2,), task frame.
         ready_rad: The ready pose, (n,).
@@ -196,7 +193,6 @@ def policy_digest(decisions: Sequence[DecisionEntry], before: str, after: str) -
 
     Args:
         before: The learner's state as the trial began, JSON.
-        after: And as it ended.
     """
     # Steps across count as they did before there was anything else.
     rows = [dataclasses.astuple(each) if each.law else dataclasses.astuple(each)[:-2] for each in decisions]

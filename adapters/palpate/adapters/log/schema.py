@@ -179,8 +179,6 @@ class ChannelKind:
     """One channel of a log.
 
     Attributes:
-        id: Number of the channel in every file of ours.
-        topic: Its name.
         about: One line for whoever opens the file, with units and frames.
     """
 

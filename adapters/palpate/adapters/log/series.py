@@ -76,7 +76,6 @@ class Series:
     """Arrays of one row a tick; NaN where something was not there, or where ticks are missing before.
 
     Attributes:
-        config: The trial's configuration.
         ticks: Tick numbers, (n,); -1 in a row that stands for missing ticks.
         time_s: Time since the first tick, (n,).
         wrench: Force in N and torque in N m, tared, in the samples' own frame, (n, 6).

@@ -29,11 +29,7 @@ CUT_SHORT: Final = ".cut-short-"
 
 
 class TrialRecorder:
-    """Records trial after trial into one folder. A context manager: on exit all logs are finished.
-
-    Args:
-        config: The recorder's settings.
-    """
+    """Records trial after trial into one folder. A context manager: on exit all logs are finished."""
 
     def __init__(self, sink: Callable[[], Sink], folder: Path, config: RecordingConfig, *, kept: bool = True) -> None:
         self._make_sink, self._folder, self._config, self._kept = sink, folder, config, kept
@@ -46,7 +42,6 @@ class TrialRecorder:
         """A recorder as configured, writing with a process of its own; None when nobody is to get anything.
 
         Args:
-            config: The recorder's settings.
             live: Gets the same, also when recording is switched off.
         """
         if not config.enabled:
@@ -140,7 +135,6 @@ class TrialRecorder:
         """Open the log of a trial; returns who has to observe it.
 
         Args:
-            setup: The trial's setup.
             counterfactual: For a what-if: whether it has left the recorded path.
         """
         subject = self._subject
@@ -170,7 +164,6 @@ class TrialRecorder:
         """Close the log of a trial that ran to its end.
 
         Args:
-            report: The core's account.
             facts: Fields of the end record that the core does not know: the world's truth, and the rig's affairs.
         """
         self.flight.end(end_of(report, **self._policy_fields(report), **facts))

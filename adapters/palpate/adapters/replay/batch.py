@@ -75,11 +75,7 @@ class WhatIf:
 
 
 def replay_files(paths: Sequence[Path], what_if: WhatIf, jobs: int) -> Iterator[list[Replay]]:
-    """Replay logs in their order, some at a time; the results do not depend on the number of processes.
-
-    Args:
-        jobs: Number of processes; 1 stays in this one.
-    """
+    """Replay logs in their order, some at a time; the results do not depend on the number of processes."""
     size = max(1, min(_MOST_PER_TASK, -(-len(paths) // (4 * jobs))))
     named = list(zip(paths, _names(paths), strict=True))
     parts = [named[i : i + size] for i in range(0, len(named), size)]

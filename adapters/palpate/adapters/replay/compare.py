@@ -106,8 +106,6 @@ def compare_reports(
     """Decisions, what they earned, events, and what the trial came to.
 
     Args:
-        report: The core's account now.
-        decisions: The core's decisions now.
         whole: The log goes to the trial's end. Else it may lack what came of its last tick, for that is written after
             the tick, and what the last decision earned.
     """

@@ -248,11 +248,7 @@ def _is_torn(last: TickRecord | None) -> bool:
 
 
 def _compare_calls(tape: Tape, report: TrialReport, *, refused: bool) -> None:
-    """Hold all port calls in their order against the recorded ones, and each wrench against what the core takes it for.
-
-    Raises:
-        LogError: Ticks are missing behind the place where the core ended.
-    """
+    """Hold all port calls, in order, against the recorded ones, and each wrench against what the core takes it for."""
     differences = tape.differences
     if not differences.count:
         tape.load_rest()

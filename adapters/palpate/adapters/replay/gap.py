@@ -389,9 +389,6 @@ def _cost(rest: Array) -> float:
 def gap_of(paths: Sequence[Path], gone_through: Callable[[], object]) -> Gap:
     """Drive the cell with the commands of these logs, and fit it to them.
 
-    Args:
-        paths: Logs of one rig, at least one.
-
     Raises:
         LogError: A log cannot be read, or holds no contact.
         ConfigurationError: They are not of one cell.

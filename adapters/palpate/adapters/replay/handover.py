@@ -40,9 +40,6 @@ from palpate.core.ports import (
 class WhatIfRecording:
     """Records one what-if, or nothing.
 
-    Args:
-        recorder: Where to; None records nothing.
-
     Attributes:
         truth: Fields of the end record that only a simulator can fill; to be set before the trial is left.
     """
@@ -130,11 +127,7 @@ class _Path:
         return self.tape.differences.first_command_tick is not None
 
     def require(self, same: bool, what: str) -> None:
-        """Make sure that the simulator gave what was recorded.
-
-        Raises:
-            LogError: It did not.
-        """
+        """Make sure that the simulator gave what was recorded."""
         if not same:
             tick = max(self.tape.tick, 0)
             problem = f"this simulator gives another {what} than was recorded, under the same commands"

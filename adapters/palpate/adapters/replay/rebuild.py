@@ -42,7 +42,6 @@ class Rebuilt:
     """The core as it was when the trial began.
 
     Attributes:
-        setup: The trial's setup.
         recorded_decisions: Why the decisions are the log's own: the policy's code is not there. Empty where they are
             the policy's.
     """

@@ -135,11 +135,7 @@ class Tape:
         self._add_calls(self._calls.get(-1, ()))
 
     def _load(self) -> bool:
-        """Bring what the next tick holds; False when there is none.
-
-        Raises:
-            LogError: Ticks are missing, so that the trial cannot be replayed.
-        """
+        """Bring what the next tick holds; False when there is none."""
         record = next(self._records, None)
         if record is None:
             return False

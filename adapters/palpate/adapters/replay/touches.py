@@ -138,11 +138,7 @@ def touches_of(paths: Sequence[Path], gone_through: Callable[[], object]) -> Fou
 
 
 def _require_same_tool(first: RunConfig, config: RunConfig, path: Path) -> None:
-    """Refuse a log whose torques mean something else.
-
-    Raises:
-        ConfigurationError: It is of another peg, or was calibrated otherwise.
-    """
+    """Refuse a log whose torques mean something else."""
     for name, read in _TOOL.items():
         if read(config) != read(first):
             raise ConfigurationError(name, read(config), f"{read(first)!r}, as in the first log; not so in {path}")

@@ -20,7 +20,6 @@ def memory_picture(document: MemoryDocument, belief: Floats, after: str, kind: s
     Args:
         document: The file's content; its learner is of offsets.
         belief: Probability of each offset, (offsets,).
-        kind: ``svg`` or ``png``.
 
     Raises:
         ConfigurationError: It has no model of offsets.

@@ -44,7 +44,6 @@ class ShownClock(Clock):
 
     Args:
         simulated: The simulator's clock; sleeping on it moves the cell on.
-        speed: Seconds of the trial per second.
         real: Real time; None takes the system's monotonic clock.
     """
 
@@ -90,7 +89,6 @@ def open_viewer(model: Any, data: Any, target_m: tuple[float, float, float]) -> 
 
     Args:
         data: Its state; shown at each ``sync``.
-        target_m: What to look at, (3,), base frame.
 
     Raises:
         UsageError: There is no display, or no window can be opened on it.

@@ -106,7 +106,6 @@ class Network:
             (a + 1, h, h), the first for the start.
         inputs: What a symbol adds before the activation function, (s, h); the bias is in it.
         start: Hidden state of the empty string before the activation function, (h,).
-        output: Weights of the outputs, (k, h).
         bias: Bias of the outputs, (k,).
 
     Raises:

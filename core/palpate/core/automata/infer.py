@@ -119,8 +119,6 @@ def infer(
     """Infer an automaton from strings.
 
     Args:
-        strings: Labelled ones give an acceptor, positive ones a Moore machine.
-        settings: How; None takes the defaults.
         held_out: Strings that nothing is trained on; None splits them off.
 
     Returns:

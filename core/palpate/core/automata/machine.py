@@ -34,8 +34,6 @@ class Machine:
     """A deterministic finite machine. States and symbols are numbers here; names are for people and files.
 
     Attributes:
-        kind: Where the outputs are.
-        alphabet: Names of the symbols, each once.
         transitions: Next state by state and symbol, (states, symbols); None where none is known.
         state_outputs: Output of each state; empty for a Mealy machine.
         edge_outputs: Output of each transition, (states, symbols), None where there is none; empty for the others.

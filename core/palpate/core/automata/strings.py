@@ -122,7 +122,6 @@ class Strings:
 
         Args:
             share: Share of the strings that is held out, above 0 and below 1; at least one string on either side.
-            seed: Equal seeds give equal parts.
 
         Raises:
             ConfigurationError: The share is out of range, or a part would be no usable set of strings by itself.

@@ -138,7 +138,6 @@ def train(
     """Train networks on strings.
 
     Args:
-        settings: How to train; None takes the defaults.
         held_out: For prediction, what says when a network is at its best; None takes the training strings.
 
     Raises:

@@ -20,8 +20,6 @@ class Perception:
     """What the arm makes of a filtered measurement vector.
 
     Attributes:
-        extractor: Measurement vector to features.
-        symboliser: Features to a symbol.
         identifier: Symbols to a state; the only one that may have a memory.
 
     Raises:

@@ -248,10 +248,6 @@ class Clusters(NearestPrototype):
     ) -> Clusters:
         """Find cluster centres; they are numbered by the first feature, then the second, ...
 
-        Args:
-            values: Feature vectors, (m, n).
-            seed: Equal seeds give equal clusters.
-
         Raises:
             ConfigurationError: Too few different samples, or a number out of range.
         """

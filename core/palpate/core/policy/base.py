@@ -132,8 +132,6 @@ class Observation:
     """What is known when an action is to be chosen; lengths and wrenches in the task frame.
 
     Attributes:
-        position_m: Measured tip, relative to the nominal goal.
-        reference_m: Commanded tip, relative to the nominal goal.
         turn_rad: Commanded orientation against the upright tool, (3,): lean about x and y, yaw about z.
         live_torque_Nm: Torque about the tip, not filtered.
     """
@@ -233,7 +231,6 @@ class Policy(Protocol):
 
         Args:
             trial: Number of the trial in the course of learning, from 0.
-            rng: Source of all its random choices until the next trial begins.
         """
 
     @abstractmethod

@@ -141,7 +141,6 @@ class Snapshot(NamedTuple):
 
     Attributes:
         tick: Counts the ticks of a trial from 0.
-        time_ns: Run-clock time of the tick.
         applied: What became of the command of the tick before; None on the first tick.
     """
 

@@ -34,7 +34,6 @@ class Measurement:
         torque_across_at_tip_Nm: Tared, scaled, unfiltered torque about the tip, across the tool axis; what touches the
             tip has no lever there but the tip's own radius.
         filtered_force_z_N: Tared, scaled, filtered force along the tool axis.
-        joints: Number of the arm's joints.
     """
 
     def __init__(

@@ -110,9 +110,6 @@ def require_turns(
     """Refuse turns of the tool that the arm cannot make above the goal.
 
     Args:
-        arm: The arm, or its name.
-        ready: The ready pose.
-        task: Place of the goal.
         turns_deg: How far the tool is to lean, about x and about y, and how far to turn about its axis.
 
     Raises:

@@ -57,11 +57,7 @@ class TrialSetup:
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """Something worth a line in a log.
-
-    Attributes:
-        name: What happened, for example ``contact`` or ``tare``.
-    """
+    """Something worth a line in a log."""
 
     tick: int
     name: str
@@ -102,7 +98,6 @@ class TrialTiming:
     Attributes:
         worst_late_ns: Longest time by which a tick began after its slot.
         late_ticks: Ticks that began more than a millisecond late.
-        skipped_slots: Slots of the schedule that went by without a tick.
         repeated_samples: Ticks in which a sensor had nothing new.
     """
 
@@ -117,8 +112,6 @@ class TrialReport:
     """What came of a finished trial, from port data alone.
 
     Attributes:
-        setup: The trial's setup.
-        outcome: How it ended; None while it runs.
         exploration_time_s: From contact to the hole (or to the end without it).
         peak_force_N: Largest norm of the measured force, tared, over the control ticks after taring.
         depth_m: Estimated depth of the tip below the plate's surface at the end.

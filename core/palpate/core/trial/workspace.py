@@ -10,7 +10,6 @@ class Workspace:
     """A box in the task frame; a supervisor lets the tip leave it by its margins and no further.
 
     Attributes:
-        side_mm: Half its length along x and along y.
         turns_deg: How far the tool may lean, and how far turn about its axis; None where it keeps its orientation, and
             nothing is held against that.
     """

@@ -1,12 +1,5 @@
 """Driver for ATI's Net F/T: a force/torque sensor that streams its records over UDP (RDT), its settings over HTTP.
 
-=================  =====================================================================================
-``rdt``            requests and records as bytes, and what a status word says
-``box``            what the box tells of itself in ``/netftapi2.xml``: scales, units, ranges, rate
-``stream``         the conversation, advanced by polling: samples in order, loss, faults
-``wire``           sockets: the datagrams of the box, and the page with its settings
-=================  =====================================================================================
-
 FACT: read in ATI's manual 9620-05-Net FT, or seen in what a box or a public client sends. Nothing here has met real
 hardware.
 """

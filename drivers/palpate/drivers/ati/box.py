@@ -23,7 +23,6 @@ class NetFtBox:
     Attributes:
         range_N: Rated forces, (3,).
         range_Nm: Rated torques, (3,).
-        rate_Hz: Records a second.
     """
 
     counts_per_N: float

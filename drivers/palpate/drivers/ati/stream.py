@@ -84,7 +84,6 @@ class NetFt:
     Attributes:
         latest: Newest sample; None before the first one.
         failure: Why nothing is taken any more; None otherwise.
-        statistics: Since it was made.
     """
 
     def __init__(self, wire: RdtWire, box: NetFtBox) -> None:

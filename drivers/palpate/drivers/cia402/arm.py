@@ -53,7 +53,6 @@ class Cia402Arm(LatchingArm):
     """The arm. It neither opens nor closes its bus: other devices may use that too.
 
     Args:
-        settings: The drives and all limits.
         sleep: Waits that many seconds; used outside the cycle only.
     """
 

@@ -26,11 +26,7 @@ _NS: Final = 1e-9
 
 
 class BringUp:
-    """Conversations that take longer than a cycle.
-
-    Args:
-        sleep: Waits that many seconds.
-    """
+    """Conversations that take longer than a cycle."""
 
     def __init__(
         self,

@@ -45,7 +45,6 @@ def bus_budget(drives: int, bitrate: int, heartbeat_s: float) -> BusBudget:
     """The load that one arm puts on its bus, in the worst case of stuffing.
 
     Args:
-        bitrate: In bit/s.
         heartbeat_s: Period of every drive's heartbeat, and of the host's.
     """
     bits = bits_per_cycle(drives)
@@ -114,7 +113,6 @@ class ArmSettings:
     Attributes:
         joints: One drive a joint, in the order of the kinematic model.
         mode: Cyclic synchronous position, or velocity with the position loop in this driver.
-        bitrate: Of the bus, in bit/s.
         divider: Control ticks per cycle; refused when the bus cannot carry that.
         answer_share: Share of the period within which all drives must have answered a SYNC.
         missed_cycles: Cycles in a row that a drive may leave unanswered before the arm is stopped for good.

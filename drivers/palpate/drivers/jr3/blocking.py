@@ -16,7 +16,6 @@ class Pace:
 
     Attributes:
         clock_ns: Monotonic clock in ns.
-        sleep: Takes seconds.
         interval_s: Time between polls, in s.
     """
 

@@ -107,7 +107,6 @@ class Sampler:
         settling_ns: Time that the board's filter needs, in ns.
 
     Attributes:
-        counter: Of the board's frames.
         full_scales: As the board reports them; None before.
         latest: The newest sample; None before the first one.
     """

@@ -60,7 +60,6 @@ class NmcBus:
 
     Args:
         clock_ns: A monotonic clock, ns.
-        sleep_s: Waits so many seconds.
     """
 
     def __init__(

@@ -78,7 +78,6 @@ class SerialTiming:
     """The line and the adapter.
 
     Attributes:
-        baud: Line rate, bit/s.
         adapter_latency_s: What the adapter adds to every exchange.
         turnaround_s: What a module takes before it answers.
     """

@@ -1,13 +1,5 @@
 """Driver for arms of Universal Robots over RTDE, through the client library ur_rtde; it is no protocol of ours.
 
-=================  =====================================================================================
-``process_main``   the process that owns the client: it alone imports ur_rtde
-``link``           the way to that process: states, requests with a deadline, set-points without waiting
-``arm``            the arm, cycle by cycle: limits, stop, latched faults
-``judgement``      its settings, and what is asked of the controller: faults by name
-``tool_force``     the force sensor in the tool flange, polled
-=================  =====================================================================================
-
 The client waits without end for a controller that falls silent, holds the interpreter while it connects, ends its
 process on packages that are none, and connects again unasked. So it has a process, which can be given up.
 Nothing here has met a real arm.

@@ -44,9 +44,6 @@ _WAIT_S: Final = 0.02
 class UrArm(LatchingArm):
     """The arm.
 
-    Args:
-        sleep: Waits that many seconds.
-
     Attributes:
         hello: Who the controller is; None before :meth:`open`.
         reconnections: How often a connection that broke was made again.
@@ -228,11 +225,7 @@ class UrArm(LatchingArm):
         return self._fresh()
 
     def _fresh(self) -> UrState:
-        """The newest state, which may be awaited for a moment.
-
-        Raises:
-            SilentError: There is none that is young enough.
-        """
+        """The newest state, which may be awaited for a moment."""
         waited_s, before = 0.0, self._seen
         while True:
             seen = self._link.state()

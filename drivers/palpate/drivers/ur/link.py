@@ -46,7 +46,6 @@ class UrState:
 
     Attributes:
         stamp_ns: When it was found, on the clock of :meth:`UrLink.stamp_ns`.
-        timestamp_s: The controller's own time.
         q_rad: Joint angles, (6,).
         wrench: Raw force and torque in the tool flange, (6,) N and N m; its weight is in it.
         robot_mode: RTDE's robot_mode. safety_mode: RTDE's safety_mode. runtime: RTDE's runtime_state.

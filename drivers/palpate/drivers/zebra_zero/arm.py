@@ -51,8 +51,6 @@ class ZebraZero(ArmDriver):
     Args:
         stream: The open port, 8N1; the caller closes it after the arm.
         clock_ns: Monotonic clock, ns.
-        sleep_s: Waits so many seconds.
-        settings: The arm's settings.
         at_home: A person's word that the arm rests in its home pose whenever its controller was switched on.
         store: Keeps the counters from run to run; None keeps them nowhere.
     """

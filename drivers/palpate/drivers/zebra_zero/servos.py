@@ -153,9 +153,6 @@ def setpoint(streaming: Streaming, counts: int) -> NmcCommand:
 class Servos:
     """The motors of the arm; it knows positions in counts only.
 
-    Args:
-        settings: The arm's settings.
-
     Attributes:
         on: Axes, 1 to 6, whose servos are on as far as is known.
     """

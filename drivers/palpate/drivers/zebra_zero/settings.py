@@ -121,12 +121,8 @@ class ServoGains:
     """Servo filter. FACT: the port sends these defaults to the real arm.
 
     Attributes:
-        integration_limit: Limit of the integral.
-        output_limit: Highest PWM, 255 at most.
         current_limit: 0: none.
-        error_limit_counts: Position error at which the firmware switches the servo off.
         servo_rate_divisor: Servo tick in units of 0.512 ms.
-        deadband: Compensation of the amplifier's dead band.
         step_multiplier: A 15th data byte, which drivers for firmware 10 send; None: 14 bytes, as the port does.
     """
 

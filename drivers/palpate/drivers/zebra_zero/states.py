@@ -155,7 +155,6 @@ class ArmReport:
     """Facts about the arm for a person.
 
     Attributes:
-        fault: The latched fault, or None.
         achieved_rate_Hz: Over the newest cycles; None before the second.
     """
 

@@ -25,9 +25,6 @@ class Tracking:
 
     A reply of another axis, or a damaged one that has the right sum, shows as a jump that no motor can make: more than
     twice what the highest velocity allows, plus the position error at which the firmware gives up.
-
-    Args:
-        settings: The arm's settings.
     """
 
     def __init__(self, settings: ZebraZeroSettings) -> None:
@@ -124,11 +121,7 @@ class Tracking:
 
 
 class Setpoints:
-    """Set-points of one stretch with the servos on.
-
-    Args:
-        settings: The arm's settings.
-    """
+    """Set-points of one stretch with the servos on."""
 
     def __init__(self, settings: ZebraZeroSettings) -> None:
         self._limits = settings.limits
@@ -182,11 +175,7 @@ def lost(error: DriverError, axis: int | None = None) -> Trouble:
 
 
 class Rounds:
-    """Visits the axes one after the other.
-
-    Args:
-        settings: The arm's settings.
-    """
+    """Visits the axes one after the other."""
 
     def __init__(
         self,

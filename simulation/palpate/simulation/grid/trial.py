@@ -73,7 +73,6 @@ class Walker:
     Args:
         grid: The map; the agent gets nothing of it but readings.
         identifier: From readings to states; it is reset first.
-        seed: The run's seed.
         trial: Index of the trial; with the seed it gives the start.
         start: Number of the cell in which it begins; None for the one that seed and trial give.
         disturbance: What is left to chance; with the seed the trial gives its random numbers.
@@ -167,7 +166,6 @@ def run_trial(
 
     Args:
         grid: The map; the agent gets nothing of it but readings.
-        seed: The run's seed.
         trial: Index of the trial; with the seed it gives the start and the policy's random numbers.
         start: Number of the cell in which it begins; None for the one that seed and trial give.
 

@@ -170,7 +170,6 @@ def press(depth_m: Array, force_N: Array, direction: Array) -> Press:
 
     Args:
         depth_m: Depth of the tip by the encoders, (n,).
-        force_N: Force with which the tool presses, (n,).
         direction: +1 on the way in, -1 on the way out, (n,): what differs between the two is friction and delay.
 
     Raises:

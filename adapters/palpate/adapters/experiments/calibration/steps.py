@@ -83,11 +83,7 @@ class Touched(NamedTuple):
 
 
 class Commissioning:
-    """What a rig's person goes through step by step.
-
-    Args:
-        rig: Entered.
-    """
+    """What a rig's person goes through step by step."""
 
     def __init__(
         self, rig: Rig, config: RunConfig, loop: Callable[[], AbstractContextManager[object]] = nullcontext

@@ -17,7 +17,6 @@ def render_memory(document: MemoryDocument, after: str = "") -> str:
     """Kind, sizes and trials of a memory file; of the best model, what is known of each offset, and the belief.
 
     Args:
-        document: The file's content.
         after: Symbols and actions in turns, such as ``A +x B``: the belief after them; else that before a trial.
 
     Raises:

@@ -126,11 +126,7 @@ class Panel:
 
 
 def learning_figure(panels: Sequence[Sequence[Panel]], kind: str) -> bytes:
-    """Smoothed curves of all panels, on equal axes.
-
-    Args:
-        kind: ``svg`` or ``png``.
-    """
+    """Smoothed curves of all panels, on equal axes."""
     rows, columns = len(panels), len(panels[0])
     with drawing(_WIDTH_IN * columns, _HEIGHT_IN * rows + 0.3, 110, kind) as canvas:
         axes: Any = canvas.figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)

@@ -28,11 +28,7 @@ _COUNTS: Final = ("outcomes", "marked_why")
 
 
 def table_of(study: Study, rows: Sequence[tuple[StudyCell, Mapping[str, Any]]]) -> str:
-    """The table as CSV.
-
-    Args:
-        rows: Finished cells and the figures of their ``summary.json``.
-    """
+    """The table as CSV."""
     fields = list(dict.fromkeys(name for one in (*study.listed, study.grid) for name in one))
     flat = [dict(_flat(figures)) for _, figures in rows]
     columns = _columns(flat)

@@ -102,7 +102,6 @@ class Bench:
 
     Args:
         supervised: False lets every command through: to show what the supervisor is good for.
-        session: Keeps trials in time; None where time waits.
     """
 
     def __init__(

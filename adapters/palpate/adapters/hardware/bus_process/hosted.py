@@ -55,8 +55,6 @@ class HostedArm(ManagedDevice, JointEncoder, ArmCommand):
     """Encoders and servos of an arm that another process moves.
 
     Args:
-        name: Name for messages, the arm's own.
-        start: Starts the process; called by ``configure``.
         silence_ns: Time after which a process that has noted nothing counts as hanging.
     """
 

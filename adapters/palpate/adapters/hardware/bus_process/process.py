@@ -98,8 +98,6 @@ def host_arm(
     """The arm of that name in a process of its own, which begins with ``configure``.
 
     Args:
-        adapter: The adapter's name.
-        context: The run's.
         clock: The same clock as the context's.
         real_time: What the run asks of the system; the process asks for the same, with a priority above the loop's.
         deadman_ns: Time without a set-point after which the process brings the arm to rest.

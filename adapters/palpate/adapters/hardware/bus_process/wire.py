@@ -48,7 +48,6 @@ class HostedStatus(NamedTuple):
 
     Attributes:
         time_ns: When, on the run's clock.
-        fault: The latched fault, or None.
     """
 
     time_ns: int

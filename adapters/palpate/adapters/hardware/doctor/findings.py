@@ -37,11 +37,7 @@ class Finding:
 
 @dataclass(frozen=True)
 class Fact:
-    """Something measured or told, without a judgement.
-
-    Attributes:
-        text: For a person, with units.
-    """
+    """Something measured or told, without a judgement."""
 
     name: str
     text: str
@@ -50,11 +46,7 @@ class Fact:
 
 @dataclass(frozen=True)
 class FindingsTable:
-    """Facts that come once per axis or channel.
-
-    Attributes:
-        columns: Names, with units.
-    """
+    """Facts that come once per axis or channel."""
 
     columns: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]

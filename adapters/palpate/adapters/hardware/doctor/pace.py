@@ -57,7 +57,6 @@ def at_rate(clock: Clock, wanted_Hz: float, seconds: float, act: Callable[[], No
     """Do something again and again at absolute times, as a control loop does; a turn that is missed is left out.
 
     Args:
-        wanted_Hz: Turns a second.
         late_ns: Gets how late each turn began, ns.
     """
     start_ns, period_ns, slot = clock.now_ns(), round(1e9 / wanted_Hz), 0

@@ -28,12 +28,7 @@ def existing_ports() -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class System:
-    """The operating system's own files, and questions about them.
-
-    Attributes:
-        root: Where its tree begins.
-        ports: Lists the serial ports.
-    """
+    """The operating system's own files, and questions about them."""
 
     root: Path = Path("/")
     ports: Callable[[], tuple[str, ...]] = existing_ports

@@ -25,12 +25,7 @@ class _Look(NamedTuple):
 
 
 class LoopAccount:
-    """Says whose fault the silence of a loop is.
-
-    Args:
-        process: Number of the loop's process.
-        proc: Where the system keeps its accounts.
-    """
+    """Says whose fault the silence of a loop is."""
 
     def __init__(self, process: int, proc: Path = Path("/proc")) -> None:
         self._tasks = proc / str(process) / "task"

@@ -77,7 +77,6 @@ class Stopwatch(LoopObserver):
     behind it.
 
     Args:
-        rate_Hz: Ticks per second, for counting skipped slots.
         account: The kernel's account of the thread, read in every tick before the loop sleeps; None leaves causes
             unknown.
         clock_works: Whether the clock works while the loop sleeps, as one does that drives a simulation. With any other
@@ -87,7 +86,6 @@ class Stopwatch(LoopObserver):
     Attributes:
         recording: Observes the end of what the observers between the two do when a command was sent.
         ticks: Ticks that were timed, those of the warm-up included.
-        skipped_slots: Slots of the schedule that went by without a tick.
         late_ticks: How many ticks were later than the limit to warn of, by cause.
         slow_cores: In how many ticks the core took longer than the limit.
         newest_late: The newest late ticks, at most 256.

@@ -73,12 +73,7 @@ class _WatchedSensor(DeviceDecorator, Generic[SampleT]):
         self._begin_anew()
 
     def read(self) -> SampleT:
-        """A sample, marked as old as it is; ``INVALID`` where the device gives nothing that makes sense.
-
-        Raises:
-            DeviceError: Besides the sensor's own: there has been no news for longer than the second limit, or what it
-                gives has never made sense.
-        """
+        """A sample, marked as old as it is; ``INVALID`` where the device gives nothing that makes sense."""
         try:
             sample = self._read()
         except (CommandError, ValueError, TypeError) as error:

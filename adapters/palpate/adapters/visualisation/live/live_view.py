@@ -59,7 +59,6 @@ class LiveView(Sink):
         """A view for whoever connects with a viewer.
 
         Args:
-            viewer: ``foxglove`` or ``rerun``.
             port: Where viewers connect; 0 for the viewer's usual one.
 
         Raises:

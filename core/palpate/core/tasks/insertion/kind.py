@@ -92,7 +92,6 @@ def falsely_inserted(task: TaskConfig, report: TrialReport, truth: Truth | None,
     """Whether the peg was taken for inserted where it was not: beside the hole, or not as deep as it had to be.
 
     Args:
-        report: The core's own account.
         truth: What really happened; where that is unknown, nothing can be false.
     """
     if truth is None or report.outcome is not Outcome.INSERTED:

@@ -101,9 +101,6 @@ def smoothing_factor(cut_off_cHz: int) -> float:
 
     FACT (jr3-mbed-firmware Jr3Controller.cpp): Ts / (Ts + 1 / (2 pi fc)), and 1 without a filter.
 
-    Args:
-        cut_off_cHz: Cut-off in hundredths of a hertz; 0 switches the filter off.
-
     Returns:
         The factor, above 0 and at most 1.
     """

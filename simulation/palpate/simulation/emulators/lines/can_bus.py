@@ -46,8 +46,6 @@ class BusFaults:
     A real bus finds a flipped bit by its checksum and sends the frame again, so `corrupt` stands for a faulty adapter.
 
     Attributes:
-        drop: Nobody receives the frame.
-        duplicate: Everybody receives it twice.
         corrupt: One bit of the payload is flipped; a frame without payload is left alone.
         delay: The frame waits before it goes on the bus.
         delay_ns: How long it waits, ns.

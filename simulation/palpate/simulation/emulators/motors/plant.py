@@ -189,7 +189,6 @@ class DirectMotors:
     """Motors as emulated drives control them, in counts, in front of an arm that another simulation moves in radians.
 
     Args:
-        counts_per_rad: Counts per radian of each joint.
         joints_rad: Where the arm is, (n,) rad; zero counts are angle zero.
     """
 

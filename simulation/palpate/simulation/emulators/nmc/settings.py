@@ -52,7 +52,6 @@ class GainParameters:
         output_limit: Largest duty, 0 to 255; with 0 the motor does not follow.
         current_limit: Limit of the motor's current, without effect here.
         error_limit: Position error in counts at which the servo switches itself off.
-        rate_divisor: Servo ticks of 0.512 ms from one calculation to the next.
     """
 
     kp: int = 0
