@@ -34,7 +34,7 @@ def test_what_was_shown_is_a_table_a_file_of_examples_and_a_policy(
     assert Path("lesson/examples.csv").read_text().startswith("trial,number,state,action\n0,0,x+ y0,-x\n")
     assert "1 of 1 equal in every bit" in palpate.succeed("replay", "lesson/logs/trial-00000.mcap")
     palpate.succeed("log", "export", "lesson", "--to", "lerobot", "--fps", 30, "--out", "dataset")
-    assert "3 examples of 1 episodes" in palpate.succeed("log", "import", "dataset", "--out", "again.csv")
+    assert "3 examples of 1 episode in again.csv" in palpate.succeed("log", "import", "dataset", "--out", "again.csv")
     assert Path("again.csv").read_text() == Path("lesson/examples.csv").read_text()
     assert "x+ y0    examples  -x" in palpate.succeed("show", "lesson/policy.json")
 

@@ -104,7 +104,8 @@ def import_(options: ImportOptions) -> int:
     examples, out = import_examples(Path(options.folder)), Path(options.out or EXAMPLES_FILE)
     with new_file(out) as passing:
         passing.write_text(examples_text(Shown(*one) for one in examples), encoding="utf-8")
-    sys.stdout.write(f"{len(examples)} examples of {len({one[0] for one in examples})} episodes in {out}\n")
+    episodes = len({one[0] for one in examples})
+    sys.stdout.write(f"{len(examples)} examples of {episodes} episode{'s' * (episodes != 1)} in {out}\n")
     return 0
 
 

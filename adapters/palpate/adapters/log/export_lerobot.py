@@ -18,7 +18,7 @@ import numpy.typing as npt
 
 from palpate.adapters.log.file import finite
 from palpate.adapters.log.info import LogInfo, info_of
-from palpate.adapters.log.lerobot_decisions import FEATURES, Names
+from palpate.adapters.log.lerobot_decisions import DECISION_FEATURES, decision_columns
 from palpate.adapters.log.lerobot_files import Episode, Feature, Table, require_pyarrow, write_dataset
 from palpate.adapters.log.reader import TrialLog, read_log
 from palpate.adapters.log.series import config_of, tare_of
@@ -187,7 +187,7 @@ def export_lerobot(paths: Sequence[Path], out: Path, fps: int) -> int:
     require_pyarrow()
     episodes: list[Episode] = []
     facts: list[dict[str, Any]] = []
-    arm, features, names = "", dict[str, Feature](), Names()
+    arm, features = "", dict[str, Feature]()
     with new_folder(out) as passing:
         for path in paths:
             log = read_log(path)
@@ -198,9 +198,9 @@ def export_lerobot(paths: Sequence[Path], out: Path, fps: int) -> int:
             elif (log.start.arm, _features(joints)) != (arm, features):
                 problem = f"is of the arm {log.start.arm}, others before it of {arm}"
                 raise LogError(log.path, "", problem, "export the logs of each arm by themselves")
-            episodes.append(Episode(_table(frames) | names.columns(log, frames.tick), _task(log)))
+            episodes.append(Episode(_table(frames) | decision_columns(log, frames.tick), _task(log)))
             facts.append(_facts(log, frames))
-        write_dataset(passing, episodes, features, fps, arm, {"palpate": _summary(episodes, facts) | names.to_json()})
+        write_dataset(passing, episodes, features, fps, arm, {"palpate": _summary(episodes, facts)})
         text = json.dumps(finite({"episodes": facts}), indent=2, ensure_ascii=False, allow_nan=False)
         (passing / FACTS_FILE).write_text(text + "\n", encoding="utf-8")
     return sum(len(episode) for episode in episodes)
@@ -220,7 +220,7 @@ def _features(joints: int) -> dict[str, Feature]:
         "next.reward": Feature("float32"),
         "next.done": Feature("bool"),
         "next.success": Feature("bool"),
-        **FEATURES,
+        **DECISION_FEATURES,
     }
 
 
@@ -286,8 +286,8 @@ def _summary(episodes: Sequence[Episode], facts: Sequence[Mapping[str, Any]]) ->
         "state": "joint angles by the encoders, rad",
         "action": "joint command as applied, rad; action.asked is the command as asked",
         "reward": "next.reward is what a decision earned, at the last frame before it was earned",
-        "decision": "decision.number is the newest decision's; the example that it is has a state and an action,"
-        " places in states and actions here, -1 for none",
+        "decision": "decision.number is the newest decision's, -1 before the first; state and action are those of the"
+        " example that it is, empty for none",
         "valid": "observation.valid: the newest readings of both sensors were marked valid by their devices",
         "achieved_control_rate_Hz": over("control_rate_Hz"),
         "achieved_wrench_rate_Hz": over("wrench_rate_Hz"),

@@ -1,7 +1,7 @@
 """Decisions as columns of a LeRobot dataset, and examples back from them.
 
-A frame has the newest decision at its tick: its number, and the state and the action of the example that it is, as
-indices of names in ``info.json``. What is no example, such as a step that no action set has, is -1 there.
+A frame has the newest decision at its tick: its number, and the names of state and action of the example that it is,
+which are empty for what is no example, such as a step that no action set has.
 """
 
 from __future__ import annotations
@@ -21,38 +21,25 @@ from palpate.core.errors import LogError
 
 PERSON: Final = "person"
 """Source of a decision that a person made, in a lesson; the last of its grounds is the state of the example."""
-COLUMNS: Final = ("decision.number", "decision.state", "decision.action")
-FEATURES: Final = {name: Feature("int64") for name in COLUMNS}
+_NUMBER, _STATE, _ACTION = "decision.number", "decision.state", "decision.action"
+DECISION_FEATURES: Final = {_NUMBER: Feature("int64"), _STATE: Feature("string"), _ACTION: Feature("string")}
 
 
-class Names:
-    """Names of states and actions, numbered as they come."""
+def decision_columns(log: TrialLog, tick: npt.NDArray[np.int64]) -> Table:
+    """The columns of a trial's frames, which show these ticks."""
+    newest = np.searchsorted([entry.tick for entry in log.decisions], tick, side="right")
+    numbers = np.array([-1, *(entry.number for entry in log.decisions)])
+    examples = np.array([("", ""), *(_example(log, entry) for entry in log.decisions)])
+    return {_NUMBER: numbers[newest], _STATE: examples[newest, 0], _ACTION: examples[newest, 1]}
 
-    def __init__(self) -> None:
-        self.states: dict[str, int] = {}
-        self.actions: dict[str, int] = {}
 
-    def columns(self, log: TrialLog, tick: npt.NDArray[np.int64]) -> Table:
-        """The three columns of a trial's frames, which show these ticks."""
-        rows = [(entry.number, *self._example(log, entry)) for entry in log.decisions]
-        newest = np.searchsorted([entry.tick for entry in log.decisions], tick, side="right")
-        shown = np.array([(-1, -1, -1), *rows], dtype=np.int64)[newest]
-        return {name: shown[:, place] for place, name in enumerate(COLUMNS)}
-
-    def to_json(self) -> dict[str, list[str]]:
-        """As ``info.json`` has them."""
-        return {"states": list(self.states), "actions": list(self.actions)}
-
-    def _example(self, log: TrialLog, entry: DecisionEntry) -> tuple[int, int]:
-        if entry.index is None:
-            return -1, -1
-        state = entry.state
-        if entry.source == PERSON and entry.grounds:
-            if entry.grounds[-1] < 0:
-                return -1, -1
-            state = _states(log)[int(entry.grounds[-1])]
-        action = self.actions.setdefault(entry.action, len(self.actions))
-        return self.states.setdefault(state, len(self.states)), action
+def _example(log: TrialLog, entry: DecisionEntry) -> tuple[str, str]:
+    if entry.index is None:
+        return "", ""
+    if entry.source != PERSON or not entry.grounds:
+        return entry.state, entry.action
+    state = int(entry.grounds[-1])
+    return ("", "") if state < 0 else (_states(log)[state], entry.action)
 
 
 def _states(log: TrialLog) -> tuple[str, ...]:
@@ -79,23 +66,19 @@ def import_examples(folder: Path) -> list[tuple[int, int, str, str]]:
     import pyarrow.parquet as pq
 
     try:
-        info = json.loads((folder / "meta/info.json").read_text(encoding="utf-8"))
-        names = info["palpate"]["states"], info["palpate"]["actions"]
-        wanted = ["episode_index", "frame_index", *COLUMNS, "next.success"]
+        wanted = ["episode_index", "frame_index", *DECISION_FEATURES, "next.success"]
         parts = [pq.read_table(path, columns=wanted) for path in sorted((folder / "data").rglob("*.parquet"))]
         table: dict[str, Any] = {name: pa.concat_tables(parts)[name].to_numpy() for name in wanted}
     except (OSError, KeyError, ValueError, TypeError, pa.ArrowException) as error:
         problem = f"is no LeRobot dataset with decisions ({' '.join(str(error).split())[:120]})"
         raise LogError(str(folder), "", problem, "export it anew: palpate log export --to lerobot") from error
-    return [row for episode in np.unique(table["episode_index"]) for row in _of_episode(folder, table, episode, names)]
+    return [row for episode in np.unique(table["episode_index"]) for row in _of_episode(folder, table, episode)]
 
 
-def _of_episode(
-    folder: Path, table: dict[str, Any], episode: int, names: tuple[list[str], list[str]]
-) -> Iterator[tuple[int, int, str, str]]:
+def _of_episode(folder: Path, table: dict[str, Any], episode: int) -> Iterator[tuple[int, int, str, str]]:
     rows = np.flatnonzero(table["episode_index"] == episode)
     rows = rows[np.argsort(table["frame_index"][rows])]
-    number, state, action = (table[name][rows] for name in COLUMNS)
+    number, state, action = (table[name][rows] for name in DECISION_FEATURES)
     if not table["next.success"][rows].any():
         return
     first = np.flatnonzero(np.diff(number, prepend=-1))
@@ -103,5 +86,5 @@ def _of_episode(
         problem = f"episode {episode} lacks decisions: its frames are fewer than they"
         raise LogError(str(folder), "", problem, "export it with more frames a second")
     for row in first:
-        if state[row] >= 0:
-            yield int(episode), int(number[row]), names[0][state[row]], names[1][action[row]]
+        if state[row]:
+            yield int(episode), int(number[row]), state[row], action[row]

@@ -27,7 +27,7 @@ class Feature:
     """One column of the dataset.
 
     Attributes:
-        dtype: ``float32``, ``int64`` or ``bool``.
+        dtype: ``float32``, ``int64``, ``bool`` or ``string``.
         size: Numbers in it.
         names: Their names; none for a single number.
     """
@@ -103,7 +103,9 @@ def write_dataset(
     _write_frames(folder / "data" / _FIRST_FILE, whole, every)
     _write_episodes(folder / "meta/episodes" / _FIRST_FILE, whole, [episode.task for episode in episodes])
     _write_tasks(folder / "meta/tasks.parquet", tasks)
-    together = {name: np.concatenate([columns[name] for columns in whole]) for name in every}
+    together = {
+        name: np.concatenate([columns[name] for columns in whole]) for name in every if every[name].dtype != "string"
+    }
     _write_json(folder / "meta/stats.json", {name: _statistics(values) for name, values in together.items()})
     _write_json(
         folder / "meta/info.json",
@@ -139,14 +141,17 @@ def _completed(
         "index": frame + start,
         "task_index": np.full(len(episode), task),
     }
-    return {name: columns[name].astype(feature.dtype) for name, feature in features.items()}
+    return {
+        name: columns[name].astype(str if feature.dtype == "string" else feature.dtype)
+        for name, feature in features.items()
+    }
 
 
 def _write_frames(path: Path, episodes: Sequence[Table], features: Mapping[str, Feature]) -> None:
     import pyarrow as pa
     import pyarrow.parquet as pq
 
-    kinds: Any = {"float32": pa.float32(), "int64": pa.int64(), "bool": pa.bool_()}
+    kinds: Any = {"float32": pa.float32(), "int64": pa.int64(), "bool": pa.bool_(), "string": pa.string()}
     fields = {
         name: kinds[feature.dtype] if feature.size == 1 else pa.list_(kinds[feature.dtype], feature.size)
         for name, feature in features.items()
@@ -183,6 +188,8 @@ def _write_episodes(path: Path, episodes: Sequence[Table], tasks: Sequence[str])
             "meta/episodes/file_index": 0,
         }
         for name, values in columns.items():
+            if values.dtype.kind == "U":
+                continue
             row |= {f"stats/{name}/{key}": value for key, value in _statistics(values).items()}
         rows.append(row)
     path.parent.mkdir(parents=True)

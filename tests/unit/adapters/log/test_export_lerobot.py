@@ -145,7 +145,7 @@ def test_the_dataset(tmp_path: Path) -> None:
     for name, feature in info["features"].items():
         kind = table.schema.field(name).type
         assert (str(kind) if feature["shape"] == [1] else (str(kind.value_type), kind.list_size)) in (
-            {"float32": "float", "int64": "int64", "bool": "bool"}[feature["dtype"]],
+            {"float32": "float", "int64": "int64", "bool": "bool", "string": "string"}[feature["dtype"]],
             ("float", feature["shape"][0]),
         )
         assert feature["names"] is None or len(feature["names"]) == feature["shape"][0]
