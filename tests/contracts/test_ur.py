@@ -4,7 +4,7 @@ import pytest
 
 from palpate.adapters.hardware.arm_on_bus import BusArm
 from palpate.adapters.hardware.plugins import RigContext
-from palpate.adapters.hardware.ur import UrToolForceSensor, ur_arm, ur_table
+from palpate.adapters.hardware.ur import UrTable, UrToolForceSensor, ur_arm
 from palpate.core.errors import DeviceError
 from palpate.core.motion.arm import arm_named
 from palpate.core.ports.contracts import (
@@ -28,7 +28,7 @@ class Bench(VirtualUr):
 
     def arm(self) -> BusArm:
         context = RigContext(self.clock, arm_named("ur5"), LOWER, UPPER, (1.0,) * 6)
-        arm = ur_arm(ur_table({}), context, lambda: self).arm
+        arm = ur_arm(UrTable(), context, lambda: self).arm
         assert isinstance(arm, BusArm)
         return arm
 
@@ -101,4 +101,4 @@ class TestUrToolForce(ForceSensorContract):
 def test_an_arm_of_seven_joints_is_refused() -> None:
     context = RigContext.of("panda", VirtualUr().clock)
     with pytest.raises(Exception, match="an arm of 6 joints"):
-        ur_arm(ur_table({}), context, VirtualUr)
+        ur_arm(UrTable(), context, VirtualUr)

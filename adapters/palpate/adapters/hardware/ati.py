@@ -76,7 +76,7 @@ class NetFtForceSensor(PolledForceSensor[NetFt]):
 
 
 @dataclass(frozen=True)
-class _NetFtTable(Settings):
+class NetFtTable(Settings):
     """A Net F/T in a rig file."""
 
     TABLE: ClassVar[str] = "force_sensor"
@@ -93,18 +93,9 @@ class _NetFtTable(Settings):
     """Longest wait for the first reading."""
 
 
-def ati_netft_table(settings: DeviceSettings) -> _NetFtTable:
-    """The table ``[force_sensor]`` of a Net F/T with all that it leaves out.
-
-    Raises:
-        ConfigurationError: Something in it cannot be used.
-    """
-    return overlay(_NetFtTable(), settings)
-
-
 def make_ati_netft(settings: DeviceSettings, context: RigContext) -> NetFtForceSensor:
     """A Net F/T, of the table ``[force_sensor]`` of a rig file."""
-    table = ati_netft_table(settings)
+    table = overlay(NetFtTable(), settings)
 
     def open_box() -> OpenBox:
         box = parse_box(fetch_page(table.host, table.http_port, PAGE, _PAGE_S))

@@ -22,7 +22,7 @@ _NAME: Final = "CiA 402 arm"
 
 
 @dataclass(frozen=True)
-class _Cia402Table(CanBusTable):
+class Cia402Table(CanBusTable):
     """The table ``[arm]`` of a rig file. Vectors have one number a joint."""
 
     TABLE: ClassVar[str] = "arm"
@@ -45,19 +45,10 @@ class _Cia402Table(CanBusTable):
     """Factor on every time-out of the drives and of this computer: 3 for a machine that cannot keep time."""
 
 
-def cia402_table(settings: DeviceSettings) -> _Cia402Table:
-    """The table ``[arm]`` with all that it leaves out.
-
-    Raises:
-        ConfigurationError: Something in it cannot be used.
-    """
-    return overlay(_Cia402Table(), settings)
-
-
 def make_cia402(settings: DeviceSettings, context: RigContext) -> ArmAdapter:
     """An arm of CiA 402 drives."""
     joints = len(context.lower_rad)
-    table = cia402_table(settings)
+    table = overlay(Cia402Table(), settings)
     zeros = table.zero_counts or (0,) * joints
     for name, vector in (("nodes", table.nodes), ("counts_per_rad", table.counts_per_rad), ("zero_counts", zeros)):
         if len(vector) != joints:

@@ -142,7 +142,9 @@ class _Jr3Table(Settings):
 
 
 @dataclass(frozen=True)
-class _CanTable(_Jr3Table, CanBusTable):
+class Jr3CanTable(_Jr3Table, CanBusTable):
+    """A JR3 on CAN in a rig file."""
+
     node: int = 1
     """The board's node."""
     canopen_nodes: tuple[int, ...] = ()
@@ -150,44 +152,28 @@ class _CanTable(_Jr3Table, CanBusTable):
 
 
 @dataclass(frozen=True)
-class _UartTable(_Jr3Table):
+class Jr3UartTable(_Jr3Table):
+    """A JR3 on a serial line in a rig file."""
+
     port: str = "/dev/ttyUSB0"
     """Serial port."""
     baud: int = 115_200
     """Its rate."""
 
 
-def jr3_can_table(settings: DeviceSettings) -> _CanTable:
-    """The table ``[force_sensor]`` of a JR3 on CAN with all that it leaves out.
-
-    Raises:
-        ConfigurationError: Something in it cannot be used.
-    """
-    return overlay(_CanTable(), settings)
-
-
-def jr3_uart_table(settings: DeviceSettings) -> _UartTable:
-    """The same of a JR3 on a serial line.
-
-    Raises:
-        ConfigurationError: Something in it cannot be used.
-    """
-    return overlay(_UartTable(), settings)
-
-
 def make_jr3_can(settings: DeviceSettings, context: RigContext) -> Jr3ForceSensor:
     """A JR3 on CAN, of the table ``[force_sensor]`` of a rig file."""
-    table = jr3_can_table(settings)
+    table = overlay(Jr3CanTable(), settings)
     return table.sensor(lambda: open_can_wire(table), context)
 
 
 def make_jr3_uart(settings: DeviceSettings, context: RigContext) -> Jr3ForceSensor:
     """A JR3 on a serial line, of the table ``[force_sensor]`` of a rig file."""
-    table = jr3_uart_table(settings)
+    table = overlay(Jr3UartTable(), settings)
     return table.sensor(lambda: open_uart_wire(table), context)
 
 
-def open_can_wire(table: _CanTable) -> OpenWire:
+def open_can_wire(table: Jr3CanTable) -> OpenWire:
     """Open the bus.
 
     Raises:
@@ -199,7 +185,7 @@ def open_can_wire(table: _CanTable) -> OpenWire:
     return OpenWire(CanTransport(CanLink(bus), table.node, table.canopen_nodes), bus.shutdown)
 
 
-def open_uart_wire(table: _UartTable) -> OpenWire:
+def open_uart_wire(table: Jr3UartTable) -> OpenWire:
     """Open the port.
 
     Raises:

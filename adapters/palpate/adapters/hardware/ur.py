@@ -26,7 +26,7 @@ _DEADMAN_S: Final = 0.1
 
 
 @dataclass(frozen=True)
-class _UrTable(Settings):
+class UrTable(Settings):
     """The table ``[arm]`` of a rig file."""
 
     TABLE: ClassVar[str] = "arm"
@@ -57,7 +57,7 @@ class _UrTable(Settings):
 
 
 @dataclass(frozen=True)
-class _UrToolTable(Settings):
+class UrToolTable(Settings):
     """The tool force in a rig file."""
 
     TABLE: ClassVar[str] = "force_sensor"
@@ -72,32 +72,14 @@ class _UrToolTable(Settings):
     """Longest wait for the first reading."""
 
 
-def ur_table(settings: DeviceSettings) -> _UrTable:
-    """The table ``[arm]`` with all that it leaves out.
-
-    Raises:
-        ConfigurationError: Something in it cannot be used.
-    """
-    return overlay(_UrTable(), settings)
-
-
-def ur_tool_table(settings: DeviceSettings) -> _UrToolTable:
-    """The table ``[force_sensor]`` with all that it leaves out.
-
-    Raises:
-        ConfigurationError: Something in it cannot be used.
-    """
-    return overlay(_UrToolTable(), settings)
-
-
 def make_ur_rtde(settings: DeviceSettings, context: RigContext) -> ArmAdapter:
     """An arm of Universal Robots over RTDE, by the client ur_rtde."""
-    table = ur_table(settings)
+    table = overlay(UrTable(), settings)
     deadman_s = _DEADMAN_S * table.patience
     return ur_arm(table, context, lambda: ProcessLink(table.host, table.rate_Hz, deadman_s, context.hurry))
 
 
-def ur_arm(table: _UrTable, context: RigContext, link: Callable[[], UrLink]) -> ArmAdapter:
+def ur_arm(table: UrTable, context: RigContext, link: Callable[[], UrLink]) -> ArmAdapter:
     """The same over a link of the caller's."""
     if len(context.lower_rad) != _JOINTS:
         raise ConfigurationError("arm", context.arm.name, f"an arm of {_JOINTS} joints; {_NAME} has no other")
@@ -166,7 +148,7 @@ class UrToolForceSensor(PolledForceSensor[UrToolForce]):
 
 def make_ur_tool_force(settings: DeviceSettings, context: RigContext) -> UrToolForceSensor:
     """The tool force of an e-Series arm."""
-    table = ur_tool_table(settings)
+    table = overlay(UrToolTable(), settings)
     return UrToolForceSensor(
         lambda: ProcessLink(table.host, table.rate_Hz, _OPEN_S, context.hurry), context.clock,
         rate_Hz=table.rate_Hz, max_age_ns=round(table.max_age_ms * 1e6), start_timeout_s=table.start_timeout_s,

@@ -59,7 +59,7 @@ class CountsFile(CountsStore):
 
 
 @dataclass(frozen=True)
-class _ZebraTable(Settings):
+class ZebraTable(Settings):
     """The table ``[arm]`` of a rig file."""
 
     TABLE: ClassVar[str] = "arm"
@@ -92,18 +92,9 @@ class _ZebraTable(Settings):
     """What the modules get to wake after a reset."""
 
 
-def zebra_table(settings: DeviceSettings) -> _ZebraTable:
-    """The table ``[arm]`` with all that it leaves out.
-
-    Raises:
-        ConfigurationError: Something in it cannot be used.
-    """
-    return overlay(_ZebraTable(), settings)
-
-
 def make_zebra_nmc(settings: DeviceSettings, context: RigContext) -> ArmAdapter:
     """The Zebra Zero on its own serial bus."""
-    table = zebra_table(settings)
+    table = overlay(ZebraTable(), settings)
     with translating("arm"):
         arm_settings = ZebraZeroSettings(
             bus=BusSettings(

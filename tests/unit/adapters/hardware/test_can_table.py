@@ -6,8 +6,9 @@ import can
 import pytest
 from can.interfaces.virtual import VirtualBus
 
-from palpate.adapters.hardware.cia402 import cia402_table
-from palpate.adapters.hardware.jr3 import jr3_can_table, open_can_wire
+from palpate.adapters.config import overlay
+from palpate.adapters.hardware.cia402 import Cia402Table
+from palpate.adapters.hardware.jr3 import Jr3CanTable, open_can_wire
 from palpate.core.errors import ConfigurationError
 from palpate.drivers.can.link import CanFrame, CanLink, open_bus
 from palpate.drivers.errors import SilentError, WiringError
@@ -22,15 +23,15 @@ def test_the_table_can_goes_to_python_can_as_it_is(monkeypatch: pytest.MonkeyPat
 
     monkeypatch.setattr(can, "Bus", opened)
     own = {"interface": "kvaser", "channel": 0, "single_handle": True, "nested": {"a": [1]}}
-    open_can_wire(jr3_can_table({"can": own})).close()
+    open_can_wire(overlay(Jr3CanTable(), {"can": own})).close()
     assert given == [{"bitrate": 1_000_000, **own}]
-    table = cia402_table({"channel": "can1", "can": {"bitrate": 500_000}})
+    table = overlay(Cia402Table(), {"channel": "can1", "can": {"bitrate": 500_000}})
     assert table.bus == {"interface": "socketcan", "channel": "can1", "bitrate": 500_000}
 
 
 def test_a_bit_rate_must_be_one() -> None:
     with pytest.raises(ConfigurationError, match=r"arm\.can\.bitrate = 'fast'"):
-        cia402_table({"can": {"bitrate": "fast"}})
+        overlay(Cia402Table(), {"can": {"bitrate": "fast"}})
 
 
 @pytest.mark.parametrize(

@@ -6,13 +6,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
-from palpate.adapters.config import DeviceEntry
-from palpate.adapters.hardware.ati import ati_netft_table
-from palpate.adapters.hardware.cia402 import cia402_table
+from palpate.adapters.config import DeviceEntry, overlay
+from palpate.adapters.hardware.ati import NetFtTable
+from palpate.adapters.hardware.cia402 import Cia402Table
 from palpate.adapters.hardware.doctor.findings import Notebook
-from palpate.adapters.hardware.jr3 import jr3_can_table, jr3_uart_table
-from palpate.adapters.hardware.ur import ur_table
-from palpate.adapters.hardware.zebra_zero import zebra_table
+from palpate.adapters.hardware.jr3 import Jr3CanTable, Jr3UartTable
+from palpate.adapters.hardware.ur import UrTable
+from palpate.adapters.hardware.zebra_zero import ZebraTable
 from palpate.core.ports import CONTROL_RATE_HZ
 from palpate.drivers.can import HIGHEST_NODE, collisions
 from palpate.drivers.cia402 import HIGHEST_LOAD, bits_per_cycle, frame_bits
@@ -49,34 +49,34 @@ def wiring_of(entry: DeviceEntry) -> Wiring:
 
 
 def _zebra(settings: Mapping[str, Any]) -> Wiring:
-    table = zebra_table(settings)
+    table = overlay(ZebraTable(), settings)
     return Wiring(table.port, told=f"{table.port}, 8N1, {table.baud} baud asked for")
 
 
 def _cia402(settings: Mapping[str, Any]) -> Wiring:
-    table = cia402_table(settings)
+    table = overlay(Cia402Table(), settings)
     nodes = tuple(table.nodes)
     told = f"nodes {', '.join(map(str, nodes))}"
     return _can(table.bus, told, canopen_nodes=(*nodes, table.host_node), divider=table.divider)
 
 
 def _jr3_can(settings: Mapping[str, Any]) -> Wiring:
-    table = jr3_can_table(settings)
+    table = overlay(Jr3CanTable(), settings)
     return _can(table.bus, f"node {table.node}", jr3_node=table.node, period_us=table.period_us)
 
 
 def _jr3_uart(settings: Mapping[str, Any]) -> Wiring:
-    table = jr3_uart_table(settings)
+    table = overlay(Jr3UartTable(), settings)
     return Wiring(table.port, told=f"{table.port}, 8N1, {table.baud} baud")
 
 
 def _ati_netft(settings: Mapping[str, Any]) -> Wiring:
-    table = ati_netft_table(settings)
+    table = overlay(NetFtTable(), settings)
     return Wiring(told=f"{table.host}, UDP port {table.port}, its page on port {table.http_port}")
 
 
 def _ur(settings: Mapping[str, Any]) -> Wiring:
-    return Wiring(told=f"{settings.get('host', ur_table({}).host)}, TCP ports 30004 (RTDE), 30003 and 29999")
+    return Wiring(told=f"{settings.get('host', UrTable().host)}, TCP ports 30004 (RTDE), 30003 and 29999")
 
 
 def _can(bus: Mapping[str, Any], told: str, **more: Any) -> Wiring:
