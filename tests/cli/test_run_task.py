@@ -10,6 +10,7 @@ from palpate.adapters.config import task_kind
 from tests.command_line import CommandLine
 
 PACKAGE = Path(__file__).parents[2] / "examples" / "press_task"
+SURVEY = ("--task", "hole-survey", "--trials", "1", "--task.options")
 SHORT = ("--task", "surface-follow", "--task.options", "stroke_mm", "10", "way_mm", "12")
 
 
@@ -22,6 +23,15 @@ def test_a_surface_is_followed_recorded_and_replayed(palpate: CommandLine, tmp_p
     what_if = palpate("replay", out, "--jobs", 1, "--set", "task.press_kgf=0.3")
     assert (what_if.code, "1 would have gone otherwise" in what_if.stdout) == (1, True)
     assert "asks no policy" in palpate("replay", out, "--jobs", 1, "--policy", "torque").stdout
+
+
+def test_holes_are_surveyed_recorded_and_replayed(palpate: CommandLine, tmp_path: Path) -> None:
+    out = tmp_path / "run"
+    quick = ("plate_touches", "2", "floor_touches", "2", "wall_touches", "5", "pitch_mm", "0.7", "aside_mm", "5")
+    cell = ("--cell.peg.clearance-mm", "0.5", "--cell.hole-uncertainty-mm", "0.5", "--task.ready-height-mm", "1")
+    palpate.succeed("run", *SURVEY, *quick, *cell, "--task.more-goals-mm", "--cell.more-holes-mm", "--out", out)
+    assert "done" in palpate.succeed("log", "info", out)
+    assert "1 of 1 equal" in palpate.succeed("replay", out, "--jobs", 1)
 
 
 @pytest.fixture
@@ -65,6 +75,8 @@ def test_a_task_of_another_package_is_run_and_replayed(
         ("run", (*SHORT, "--cell.contacts", "listed"), "searched, beside a contour"),
         ("run", ("--policy", "none"), "a policy file, or one of omniscient"),
         ("run", ("--policy", "torque", "--task.options", "way_mm", "9"), "no option of insertion"),
+        ("run", (*SURVEY, "wall_touches", "7.5"), "a whole number"),
+        ("run", (*SURVEY[:2], "--cell.more-holes-mm", "20", "0"), "places at least"),
         ("train", SHORT, "a task that lets a policy choose"),
         ("compare", SHORT, "asks no policy"),
         ("faults", SHORT, "asks no policy"),

@@ -16,7 +16,7 @@ from tests.golden.mishap import recorded
 from tests.golden.mishaps import MISHAPS
 
 HERE = Path(__file__).parent
-SHORT = ("--task.time-limit-s", "1.5")
+SHORT = ("--task.time-limit-s", "1.5", "--task.ready-height-mm", "1", "--task.tare-ticks", "7")
 SHALLOW = (
     "--task.insertion-depth-mm", "2", "--cell.peg.hole-depth-mm", "2", "--task.ready-height-mm", "1",
     "--task.tare-ticks", "7",
@@ -121,6 +121,15 @@ RECORDINGS: dict[str, tuple[str, ...]] = {
         "run", "--task", "insertion-6dof", "--policy", "give-way", "--trials", "1", "--seed", "36", *SHALLOW,
         "--task.time-limit-s", "0.3", "--task.start-uncertainty-mm", "1", "--cell.tilt-mrad", "4",
         "--task.ticks-per-action", "8",
+    ),
+    # The plate on both sides, a search, and down to the floor; the walls take longer than a log may here.
+    "hole-survey": (
+        "run", "--task", "hole-survey", "--trials", "1", "--seed", "32", "--task.options", "plate_touches", "2",
+        "floor_touches", "2", "pitch_mm", "0.7", "aside_mm", "4.5", "--task.ready-height-mm", "0.8",
+        "--task.tare-ticks", "4", "--task.more-goals-mm", "--cell.more-holes-mm", "--task.travel-speed-mm-s", "60",
+        "--cell.peg.clearance-mm", "0.3", "--cell.peg.hole-depth-mm", "1.2", "--task.insertion-depth-mm", "1",
+        "--cell.hole-uncertainty-mm", "0.6", "--control.damping-N-s-per-m", "100", "--task.press-kgf", "0.25",
+        "--task.time-limit-s", "1.9",
     ),
 }  # fmt: skip
 

@@ -57,7 +57,11 @@ ACTIONS = compass_actions(0.5e-3)
 
 @dataclass(frozen=True)
 class Pit:
-    """Where the plate lies deeper, within a radius; in m, task frame. One with walls holds the tip, with friction."""
+    """Where the plate lies deeper, within a radius; in m, task frame. One with walls holds the tip, with friction.
+
+    Attributes:
+        play_m: How far from the middle the tip may go before a wall holds it.
+    """
 
     x_m: float
     y_m: float
@@ -65,6 +69,7 @@ class Pit:
     radius_m: float = 0.3e-3
     walls: bool = True
     friction_N: float = 0.0
+    play_m: float = 0.0
 
 
 @cache
@@ -171,7 +176,9 @@ class FakeWorld:
         if pit is None or not pit.walls:
             across_x, across_y = self._rub(x, y, push)
             return np.array([across_x, across_y, -push]), self._cue(x, y, push)
-        push, across = max(push, pit.friction_N), LATERAL_N_PER_M
+        push, across, far_m = max(push, pit.friction_N), LATERAL_N_PER_M, hypot(pit.x_m - x, pit.y_m - y)
+        if pit.play_m:
+            across *= max(1.0 - pit.play_m / max(far_m, 1e-9), 0.0)
         return np.array([across * (pit.x_m - x), across * (pit.y_m - y), -push]), np.zeros(3)
 
     def _rub(self, x: float, y: float, push: float) -> tuple[float, float]:

@@ -42,6 +42,8 @@ UNTOLD: Final[Mapping[str, Any]] = {
     "cell.peg.corner_radius_mm": 3.0,
     "cell.peg.flat_mm": 3.0,
     "cell.peg.chamfer_mm": 0.0,
+    "cell.more_holes_mm": (),
+    "task.more_goals_mm": (),
     "cell.peg.outer_boxes": 0,
     "cell.peg.upper_spheres": 0,
     "cell.substeps": 5,

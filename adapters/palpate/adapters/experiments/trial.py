@@ -101,7 +101,8 @@ def fit_of(config: RunConfig) -> Fit:
     """How tool and part of the simulated cell fit."""
     cell = config.cell
     lean_mrad = cell.tilt_mrad + cell.conditions.plate_lean_mrad
-    return Fit(cell.peg.diameter_mm, max(cell.peg.clearance_mm, cell.worn_clearance_mm), lean_mrad)
+    clearance_mm = max(cell.peg.clearance_mm, cell.worn_clearance_mm)
+    return Fit(cell.peg.diameter_mm, clearance_mm, lean_mrad, cell.peg.hole_depth_mm)
 
 
 def truth_fields(scored: ScoredTrial) -> dict[str, Any]:

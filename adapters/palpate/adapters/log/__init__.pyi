@@ -61,6 +61,7 @@ from .trial_recorder import TrialRecorder as TrialRecorder
 from .trial_recorder import end_of as end_of
 from .trial_recorder import set_aside as set_aside
 from .trial_recorder import trial_name as trial_name
+from .world import recorded_drawn as recorded_drawn
 from .world import recorded_sensor as recorded_sensor
 from .world import recorded_turn as recorded_turn
 from .world import world_of as world_of

@@ -49,6 +49,14 @@ def recorded_turn(world_json: str) -> Vector3:
     return turn[0], turn[1], turn[2]
 
 
+def recorded_drawn(world_json: str) -> dict[str, float]:
+    """What was drawn for the trial beside the first hole, as in ``Truth.drawn``; empty where that is not told."""
+    world: Any = json.loads(world_json or "{}")
+    drawn = world.get("drawn") if isinstance(world, Mapping) else None
+    given = drawn.items() if isinstance(drawn, Mapping) else ()
+    return {name: float(value) for name, value in given if isinstance(value, (int, float))}
+
+
 _RANGES: Final = ("range_N", "range_Nm")
 
 

@@ -22,6 +22,7 @@ from palpate.adapters.log import (
     end_of,
     learner_of_json,
     policy_digest,
+    recorded_drawn,
     recorded_turn,
 )
 from palpate.adapters.replay.differences import Difference, Differences, close_enough, same_bits
@@ -189,8 +190,8 @@ def _success(log: TrialLog, end: EndRecord, report: TrialReport, config: RunConf
     tip, hole = end.true_tip_in_task_m, end.true_hole_in_task_m
     if len(tip) != 3 or len(hole) != 3 or end.true_depth_m is None or end.true_peak_force_N is None:
         return None
-    turn = recorded_turn(log.start.world_json)
-    truth = Truth(hole, tip, end.true_depth_m, end.true_peak_force_N, hole_turn_rad=turn)
+    drawn, turn = recorded_drawn(log.start.world_json), recorded_turn(log.start.world_json)
+    truth = Truth(hole, tip, end.true_depth_m, end.true_peak_force_N, drawn, hole_turn_rad=turn)
     return score(config, report, truth).success
 
 

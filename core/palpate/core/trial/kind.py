@@ -50,11 +50,13 @@ class Fit:
     Attributes:
         clearance_mm: Gap between tool and part all round, at its widest.
         lean_mrad: Tilt of the tool in the gripper, and of the part under it.
+        depth_mm: Depth of the hole.
     """
 
     diameter_mm: float
     clearance_mm: float
     lean_mrad: float
+    depth_mm: float
 
 
 class TaskKind(Protocol):

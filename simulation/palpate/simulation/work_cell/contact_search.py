@@ -15,6 +15,7 @@ import numpy as np
 
 from palpate.simulation.work_cell.contact_pairs import Leeway
 from palpate.simulation.work_cell.contact_shapes import UPPER_RING_M
+from palpate.simulation.work_cell.model import plate_bodies
 
 _CLEAR_M: Final = 1e-3
 _STATE: Final = int(mujoco.mjtState.mjSTATE_INTEGRATION)
@@ -56,15 +57,15 @@ class ContactSearch:
         # Position, x axis and z axis of the tip at the newest physics step, where contacts were looked for.
         self._pose = data.sensordata[start : start + 9]
         self._before = np.empty(mujoco.mj_stateSize(model, _STATE))
-        self._plate = model.body("plate").id
+        self._plates = plate_bodies(model)
         self.level = self._next = self._highest = len(listed) + 1
 
     def begin(self) -> None:
         """Find out all about a state that was just set; the plate is where it is in the model that finds everything."""
         everything = self.models[-1]
         for model in self.models:
-            model.body_pos[self._plate] = everything.body_pos[self._plate]
-            model.body_quat[self._plate] = everything.body_quat[self._plate]
+            model.body_pos[self._plates] = everything.body_pos[self._plates]
+            model.body_quat[self._plates] = everything.body_quat[self._plates]
         mujoco.mj_forward(everything, self._data)
         self._next = self._needed()
 

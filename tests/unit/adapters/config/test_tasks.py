@@ -16,7 +16,7 @@ def test_own_tasks_are_found_by_name() -> None:
     ("name", "told"),
     [
         ("insertoin", "did you mean insertion?"),
-        ("x", "one of insertion, insertion-6dof, surface-follow"),
+        ("x", "one of hole-survey, insertion, insertion-6dof, surface-follow"),
         ("math:pi", "a palpate.core.trial.TaskKind; math:pi has no preset"),
         ("no_such_package:KIND", "No module named 'no_such_package'"),
     ],

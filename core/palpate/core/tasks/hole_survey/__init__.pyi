@@ -1,0 +1,11 @@
+from .circle import Circle as Circle
+from .circle import fit_circle as fit_circle
+from .estimate import Sized as Sized
+from .estimate import difference_of as difference_of
+from .estimate import mean_of as mean_of
+from .kind import HOLE_SURVEY as HOLE_SURVEY
+from .kind import errors_mm as errors_mm
+from .options import SurveyOptions as SurveyOptions
+from .surveyed_hole import SurveyedHole as SurveyedHole
+from .surveyed_hole import surveyed as surveyed
+from .task import SurveyTask as SurveyTask

@@ -1,0 +1,260 @@
+"""What a probe does: go somewhere, touch what lies below, touch a wall; each a generator of a velocity a tick."""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Sequence
+from dataclasses import dataclass, replace
+from math import hypot, sqrt
+from statistics import fmean, stdev
+from typing import Final, Never
+
+from palpate.core.errors import ConfigurationError
+from palpate.core.motion import DampingControl, PositionControl, TipMotion
+from palpate.core.ports import PERIOD_S, Vector3
+from palpate.core.tasks.contact import (
+    HIGHEST_SHARE,
+    LOWEST_SHARE,
+    ContactProof,
+    FirstTouch,
+    LiftCheck,
+    Mean,
+    TrialState,
+)
+from palpate.core.tasks.hole_survey.options import SurveyOptions
+from palpate.core.trial import N_PER_KGF, ControlConfig, Measurement, TaskConfig, Trip, TripReason, options_of
+
+_DOWN_M_S: Final = 0.008
+_FAST_M_S: Final = 0.005
+_SLOW_M_S: Final = 8e-4
+"""So slow that a wall of 40 N/mm gives enough samples for its stiffness before the push is there."""
+_OFF_WALL_M: Final = 1e-4
+_OFF_FLOOR_M: Final = 5e-4
+"""Beyond the gripper's bend, so that a touch is over."""
+_FEWEST: Final = 10
+"""Samples of a slow touch that show a stiffness."""
+_ARRIVED_M: Final = 2e-6
+_PRESSED_SHARE: Final = 0.9
+_REST_TICKS: Final = 7
+"""For the lag of servos and sensor."""
+_SAMPLES: Final = 14
+_EDGE_SHARE: Final = 0.6
+"""Of the pressing force, across the tool: friction gives less."""
+_GONE_SHARE: Final = 0.3
+"""Of the push at most so much is left away from the wall."""
+Motion = Generator[Vector3, None, None]
+"""A way without a result."""
+Place = tuple[float, float]
+_NO_FORCE: Final = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class WallTouch:
+    """A tool at rest that pushes on a wall.
+
+    Attributes:
+        at_m: Its tip by the encoders, (x, y).
+        force_N: Force of the wall on it, (x, y).
+        share: Stiffness of this touch, as a share of the gripper's; 1 where it was not measured.
+    """
+
+    at_m: Place
+    force_N: Place
+    share: float = 1.0
+
+
+class Probe:
+    """A tool that touches.
+
+    Args:
+        task: The settings; ``press_kgf`` is for what lies below.
+        control: Gains, and the gripper's stiffness.
+        measurement: From snapshots to the task frame.
+        motion: The commanded tip.
+        state: Where the trial stands.
+        proof: Holds force against position.
+
+    Raises:
+        ConfigurationError: An option is refused.
+    """
+
+    def __init__(
+        self,
+        task: TaskConfig,
+        control: ControlConfig,
+        measurement: Measurement,
+        motion: TipMotion,
+        state: TrialState,
+        proof: ContactProof,
+    ) -> None:
+        self._measured, self._motion, self._state, self._proof = measurement, motion, state, proof
+        self._axial_N_per_m = control.axial_stiffness_N_per_mm * 1e3
+        self._lateral_N_per_m = control.lateral_stiffness_N_per_mm * 1e3
+        self._press_N, self._push_N = task.press_kgf * N_PER_KGF, options_of(SurveyOptions, task).push_N
+        speed_m_s, pressing = task.travel_speed_mm_s * 1e-3, (0.0, 0.0, -self._press_N)
+        self._travel = PositionControl(control.position_gain_per_s, speed_m_s, PERIOD_S)
+        self._careful = PositionControl(control.position_gain_per_s, _FAST_M_S, PERIOD_S)
+        self._along = DampingControl(control.damping_N_s_per_m, pressing, _DOWN_M_S, self._axial_N_per_m, PERIOD_S)
+        self._give_m_per_N_s = control.force_integral_m_per_N_s
+        self._lift = LiftCheck(state, measurement, motion, proof)
+        least_N = _FEWEST * _SLOW_M_S * PERIOD_S * self._lateral_N_per_m
+        if self._push_N < least_N:
+            accepted = f"at least {least_N:.3g} N, or too few samples show the gripper's stiffness"
+            raise ConfigurationError("task.options.push_N", self._push_N, accepted)
+        self._back_m = self._push_N / self._lateral_N_per_m + _OFF_WALL_M
+        self._sink_m = self._press_N / self._axial_N_per_m + _OFF_FLOOR_M
+
+    @property
+    def depth_m(self) -> float:
+        """Depth of the true tip below the nominal plane."""
+        return self._measured.tip_depth_m(self._axial_N_per_m)
+
+    @property
+    def reference_m(self) -> Vector3:
+        """Where the tip is commanded to be, (3,), task frame."""
+        return self._motion.reference_m
+
+    @property
+    def bears(self) -> bool:
+        """Whether something bears the tool, with half of the pressing force or more."""
+        return -self._measured.filtered_force_z_N > 0.5 * self._press_N
+
+    @property
+    def at_edge(self) -> bool:
+        """Whether more pushes across the tool than friction gives: it has come to the hole's edge, from inside."""
+        return self._aside_N > _EDGE_SHARE * self._press_N
+
+    @property
+    def yielding_m_s(self) -> Vector3:
+        """Velocity, (3,), that keeps the pressing force, or looks for what bears it, and gives way across the tool."""
+        x, y, _ = force_N = self._measured.force_N
+        z_m_s = self._along.velocity_m_s(self.reference_m, self.reference_m, force_N)[2]
+        return self._give_m_per_N_s * x, self._give_m_per_N_s * y, z_m_s
+
+    def to(self, target_m: Vector3, *, careful: bool = False) -> Motion:
+        """To a place and no farther, careful where something is near."""
+        law = self._careful if careful else self._travel
+        while max(abs(a - b) for a, b in zip(self.reference_m, target_m, strict=True)) > _ARRIVED_M:
+            yield law.velocity_m_s(self.reference_m, target_m, _NO_FORCE)
+
+    def off(self) -> Motion:
+        """Up, until nothing is pressed any more."""
+        x, y, z = self.reference_m
+        yield from self.to((x, y, z - self._sink_m), careful=True)
+
+    def doubt(self, trip: Trip) -> Generator[Vector3, None, Never]:
+        """The supervisor trips in this very tick; without one the trial ends in the next."""
+        self._state.doubt(trip)
+        while True:
+            yield _NO_FORCE
+
+    def below(self, deepest_m: float) -> Generator[Vector3, None, float | None]:
+        """Down until something bears the pressing force, and a lift that shows that the force follows the spring.
+
+        Args:
+            deepest_m: The commanded tip goes no deeper.
+
+        Returns:
+            Depth of what lies there below the nominal plane; None where there is nothing.
+        """
+        while True:
+            while -self._measured.filtered_force_z_N < _PRESSED_SHARE * self._press_N:
+                if self.reference_m[2] > deepest_m:
+                    return None
+                yield self.yielding_m_s
+            self._lift.begin()
+            while (along := self._lift.velocity_m_s()) is not None:
+                yield 0.0, 0.0, along
+            if self._proof.axial.passed:
+                self._state.report.actions += 1
+                return self._proof.axial.tip_depth_m
+            # Doubted, or contact slipped away before the lift: then once more.
+            yield 0.0, 0.0, 0.0
+
+    def wall(self, heading: Place, widest_m: float) -> Generator[Vector3, None, WallTouch]:
+        """Aside until a wall pushes back, wherever it leads along itself; at the end the tip still pushes.
+
+        Args:
+            heading: Unit vector.
+            widest_m: So far from here there has to be a wall.
+        """
+        begun = self.reference_m
+        while self._aside_N < self._push_N:
+            x, y, _ = self.reference_m
+            if hypot(x - begun[0], y - begun[1]) > widest_m:
+                yield from self.doubt(self._no_wall(widest_m))
+            yield heading[0] * _FAST_M_S, heading[1] * _FAST_M_S, 0.0
+        return (yield from self._rested())
+
+    def wall_again(self, heading: Place, widest_m: float) -> Generator[Vector3, None, WallTouch]:
+        """The same, then off the wall and slowly on to it once more, so that the force is held against the way."""
+        yield from self.wall(heading, widest_m)
+        x, y, z = self.reference_m
+        yield from self.to((x - heading[0] * self._back_m, y - heading[1] * self._back_m, z), careful=True)
+        for _ in range(_REST_TICKS):
+            yield _NO_FORCE
+        if (left_N := self._aside_N) > _GONE_SHARE * self._push_N:
+            off = f"{left_N:.2f} N across the tool are left {self._back_m * 1e3:.2f} mm off the wall"
+            yield from self.doubt(self._misfit(off))
+        touch = FirstTouch(self._lateral_N_per_m, self._push_N)
+        gone_m = 0.0
+        while self._aside_N < self._push_N and gone_m < 4.0 * self._back_m:
+            gone_m += _SLOW_M_S * PERIOD_S
+            touch.watch(self._state.snapshot, self._along_heading(self._measured.force_N, heading),
+                        self._along_heading(self._measured.position_m, heading))  # fmt: skip
+            yield heading[0] * _SLOW_M_S, heading[1] * _SLOW_M_S, 0.0
+        share = touch.share
+        if share is None or not LOWEST_SHARE <= share <= HIGHEST_SHARE:
+            shown = "no" if share is None else f"{share:.2f} of"
+            follows = f"the force follows the way with {shown} control.lateral_stiffness_N_per_mm"
+            yield from self.doubt(self._misfit(follows))
+        found = yield from self._rested()
+        self._state.report.actions += 1
+        return found if share is None else replace(found, share=share)
+
+    def places_m(self, touches: Sequence[WallTouch]) -> list[Place]:
+        """Centres of the tip, (x, y): by encoders, corrected by the stiffness that all these touches showed.
+
+        That holds the gripper, as it is and not as it was set, and how the wall itself gives.
+        """
+        stiffness_N_per_m = self._lateral_N_per_m * fmean(touch.share for touch in touches)
+        return [
+            (touch.at_m[0] + touch.force_N[0] / stiffness_N_per_m, touch.at_m[1] + touch.force_N[1] / stiffness_N_per_m)
+            for touch in touches
+        ]
+
+    def bend_sd_m(self, touches: Sequence[WallTouch]) -> float:
+        """Standard uncertainty of the bend that all these are corrected for, by how their stiffnesses scatter."""
+        shares = [touch.share for touch in touches]
+        share, bend_m = fmean(shares), self._push_N / self._lateral_N_per_m
+        return bend_m / share * stdev(shares, share) / share / sqrt(len(shares))
+
+    def _rested(self) -> Generator[Vector3, None, WallTouch]:
+        for _ in range(_REST_TICKS):
+            yield _NO_FORCE
+        x, y, fx, fy = means = Mean(), Mean(), Mean(), Mean()
+        while True:
+            values = (*self._measured.position_m[:2], *self._measured.force_N[:2])
+            counts = [mean.add(value, self._proof.new) for mean, value in zip(means, values, strict=True)]
+            if counts[0] >= _SAMPLES:
+                return WallTouch((x.value, y.value), (fx.value, fy.value))
+            yield _NO_FORCE
+
+    @property
+    def _aside_N(self) -> float:
+        x, y, _ = self._measured.force_N
+        return hypot(x, y)
+
+    @staticmethod
+    def _along_heading(vector: Vector3, heading: Place) -> float:
+        return vector[0] * heading[0] + vector[1] * heading[1]
+
+    def _no_wall(self, widest_m: float) -> Trip:
+        text = (
+            f"no wall of the hole answers a push within {widest_m * 1e3:.2f} mm: the hole is wider than"
+            " task.options.widest_mm, or the force sensor does not show what there is"
+        )
+        return Trip(TripReason.WALL_NOT_FELT, self._state.tick, text)
+
+    def _misfit(self, found: str) -> Trip:
+        text = f"{found}: the force sensor does not show what there is, or the gripper is another one"
+        return Trip(TripReason.FORCE_WITHOUT_SPRING, self._state.tick, text)

@@ -1,0 +1,129 @@
+"""Holes in a plate of springs are found by touch, with what their numbers are worth; what lies about them is named."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from palpate.core.control_loop import run_trial
+from palpate.core.errors import ConfigurationError
+from palpate.core.motion import Kinematics, TipMotion, arm_named
+from palpate.core.perception import SignalProcessor
+from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, Truth, WrenchSample
+from palpate.core.tasks.hole_survey import HOLE_SURVEY, SurveyTask, surveyed
+from palpate.core.trial import ControlConfig, Fit, Measurement, Outcome, TaskConfig, TrialReport, goal_in_base
+from palpate.core.trial.config import GoalConfig
+from tests.unit.core.fake_world import TOOL, WEIGHT_AND_BIAS_N, WEIGHT_AND_BIAS_NM, FakeWorld, Pit, ready_pose
+
+QUICK: dict[str, float] = {
+    "plate_touches": 2.0,
+    "floor_touches": 2.0,
+    "wall_touches": 6.0,
+    "aside_mm": 5.0,
+    "widest_mm": 9.0,
+    "pitch_mm": 0.8,
+}
+TASK = TaskConfig(
+    name="hole-survey",
+    options=QUICK,
+    more_goals_mm=(8.0, 4.0),
+    ready_height_mm=1.5,
+    area_half_width_mm=9.0,
+    time_limit_s=60.0,
+)
+PLAY_M = 0.6e-3
+HOLES = (Pit(0.3e-3, -0.2e-3, 0.004, PLAY_M, play_m=PLAY_M), Pit(9.1e-3, 4.4e-3, 0.006, PLAY_M, play_m=PLAY_M))
+TRUTH = Truth((0.3e-3, -0.2e-3, 0.1e-3), (0.0, 0.0, 0.0), 0.0, 9.0, {"hole_2_x_mm": 9.1, "hole_2_y_mm": 4.4})
+FIT = Fit(6.0, 0.6, 0.0, 4.0)
+
+
+def survey(world: FakeWorld, task: TaskConfig = TASK) -> TrialReport:
+    goal, arm = goal_in_base(GoalConfig()), arm_named("zebra-zero")
+    _, rotation = ready_pose()
+    made = SurveyTask(
+        task,
+        ControlConfig(),
+        Measurement(Kinematics(arm, TOOL), goal, SignalProcessor(CONTROL_RATE_HZ, 4.0)),
+        TipMotion(Kinematics(arm, TOOL), goal, np.array(rotation), PERIOD_S),
+    )
+    with world:
+        return run_trial(made, world.ports, HOLE_SURVEY.setup(task, 1, 0))
+
+
+def plate(*holes: Pit) -> FakeWorld:
+    return FakeWorld(*holes, height_m=0.1e-3)
+
+
+def test_places_sizes_and_depths_of_holes_are_found_by_touch() -> None:
+    report = survey(plate(*HOLES))
+    assert report.outcome is Outcome.DONE
+    # The second lies farther off its place than it is wider than the probe: it is looked for.
+    for hole, true in zip(surveyed(report), HOLES, strict=True):
+        found = [hole.x.mm, hole.y.mm, hole.diameter.mm, hole.depth.mm, hole.surface.mm]
+        assert found == pytest.approx([true.x_m * 1e3, true.y_m * 1e3, 7.2, true.depth_m * 1e3, 0.1], abs=5e-3)
+    assert not HOLE_SURVEY.achieved(TASK, report, TRUTH, FIT)
+    alike = replace(TASK, more_goals_mm=())
+    first = survey(plate(*HOLES[:1]), alike)
+    assert HOLE_SURVEY.achieved(alike, first, TRUTH, FIT)
+
+
+def test_a_hole_that_is_not_there_is_said_so() -> None:
+    report = survey(plate(HOLES[0]), replace(TASK, options=QUICK | {"search_mm": 1.0}))
+    assert report.outcome is Outcome.OUT_OF_TOLERANCE
+    assert [event.detail for event in report.events if event.name == "hole"][
+        1
+    ] == "2: not found within 1 mm of its place"
+
+
+def scaled(share: float, *axes: int) -> Callable[[WrenchSample], WrenchSample]:
+    """Forces along these axes, and the torques that go with them."""
+
+    def spoil(sample: WrenchSample) -> WrenchSample:
+        zero = (*WEIGHT_AND_BIAS_N, *WEIGHT_AND_BIAS_NM)
+        wrench = [*sample.force_N, *sample.torque_Nm]
+        for axis in (*axes, *(4 - axis for axis in axes if axis < 2)):
+            wrench[axis] = zero[axis] + share * (wrench[axis] - zero[axis])
+        x, y, z, tx, ty, tz = wrench
+        return replace(sample, force_N=(x, y, z), torque_Nm=(tx, ty, tz))
+
+    return spoil
+
+
+@pytest.mark.parametrize(
+    ("spoil", "told"),
+    [
+        (scaled(0.5, 0, 1), "control.lateral_stiffness_N_per_mm"),
+        (scaled(0.0, 0, 1), "no wall of the hole answers"),
+        (scaled(1.6, 2), "a lift with 1.6"),
+        (scaled(0.0, 2), "nothing bears the pressing force down to 1.50 mm"),
+    ],
+)
+def test_a_sensor_that_lies_is_named_at_a_touch(spoil: Callable[[WrenchSample], WrenchSample], told: str) -> None:
+    world = plate(*HOLES)
+    world.spoil = spoil
+    report = survey(world, TASK)
+    assert report.outcome is Outcome.UNPROVED
+    assert told in report.events[-1].detail
+
+
+@pytest.mark.parametrize(
+    ("options", "task", "told"),
+    [
+        ({"wall_touches": 7.5}, {}, "a whole number"),
+        ({"widest_mm": 5.0}, {}, "more than probe_mm = 6"),
+        ({"push_N": 25.0}, {"max_force_N": 20.0}, "less than task.max_force_N = 20"),
+        ({"push_N": 1.0}, {}, "too few samples"),
+        ({}, {"more_goals_mm": (1.0,)}, "x and y of each further place"),
+        ({}, {"more_goals_mm": (900.0, 0.0)}, "a place that zebra-zero reaches"),
+    ],
+)
+def test_what_cannot_be_is_refused(options: dict[str, float], task: dict[str, object], told: str) -> None:
+    def refused_task() -> None:
+        made = replace(TASK, options=QUICK | options, **task)  # type: ignore[arg-type]
+        HOLE_SURVEY.ready("zebra-zero", made)
+        survey(plate(), made)
+
+    with pytest.raises(ConfigurationError) as refused:
+        refused_task()
+    assert told in str(refused.value)
