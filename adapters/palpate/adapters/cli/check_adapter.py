@@ -44,11 +44,7 @@ _MAX_AGE_NS: Final = 100_000_000
 
 
 def find_suite(name: str) -> tuple[str, object]:
-    """The contract suite for what a name leads to.
-
-    Returns:
-        The port's name, and the suite, ready to be run.
-    """
+    """The port's name and the contract suite, ready to be run, for what a name leads to."""
     found = imported("adapter", name, _ACCEPTED)
     if isinstance(found, type):
         contract = next((c for c in _CONTRACTS.values() if issubclass(found, c)), None)

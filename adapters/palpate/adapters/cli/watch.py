@@ -32,11 +32,7 @@ def watch(options: ReplayOptions) -> int:
 
 
 def repeat(run: Callable[[], int], state: Callable[[], object], pause: Callable[[float], None] = time.sleep) -> int:
-    """Run now, and again whenever the state is another than before the last run began; Ctrl-C ends it.
-
-    Returns:
-        What the last run returned.
-    """
+    """Run now, and again whenever the state is another than before; gives what the last run returned after Ctrl-C."""
     code = 0
     try:
         while True:

@@ -167,11 +167,7 @@ def write_evaluation(
     rows: Sequence[TrialRow],
     trials: int,
 ) -> dict[str, Any]:
-    """Write ``summary.json``, times and forces as a picture, and the policy, of which so many trials were to be made.
-
-    Returns:
-        The figures of the summary.
-    """
+    """Write ``summary.json``, times and forces as a picture, and the policy; gives the figures of the summary."""
     summary = policy_summary(config, name, rows, trials)
     folder.write_json("summary.json", summary)
     folder.write("trials.png", trials_picture(rows, f"{name}, {config.scenario}"))
@@ -192,9 +188,6 @@ def warm_up(config: RunConfig, ready: ReadyPose) -> TrialReport:
     """Run one whole trial in the simulator, with parts of its own, so that nothing of it reaches the run.
 
     Late imports, caches and the interpreter's own adaptation then do not fall on the first ticks of a real arm.
-
-    Returns:
-        What the trial came to.
     """
     with SimulatedRig(config, ready) as rig:
         rig.prepare(0)

@@ -76,9 +76,6 @@ def t_half_width(values: Array) -> Array:
 
     Args:
         values: Independent values, (n, ...), n at least 2.
-
-    Returns:
-        Shape of one of them.
     """
     from scipy.stats import t
 

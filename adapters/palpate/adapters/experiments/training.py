@@ -85,11 +85,7 @@ def run_toml(config: RunConfig, command: str, **facts: Any) -> str:
 
 
 def write_training(config: RunConfig, folder: RunFolder, trials: int) -> tuple[list[TrialRow], dict[str, Any]]:
-    """Write ``summary.json`` and the learning curve of a run of which so many trials were asked.
-
-    Returns:
-        The finished trials, and the figures of the summary.
-    """
+    """Write ``summary.json`` and the learning curve; gives the finished trials and the figures of the summary."""
     rows = folder.read_trials()
     summary = training_summary(config, rows, trials)
     folder.write_json("summary.json", summary)

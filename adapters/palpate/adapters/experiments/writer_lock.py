@@ -21,11 +21,7 @@ LOCK: Final = ".lock"
 
 @contextmanager
 def only_writer(folder: Path) -> Iterator[str]:
-    """Keep every other writer out of a folder.
-
-    Yields:
-        Who wrote here before and ended without a good end, for a notice; empty for nobody.
-    """
+    """Keep every other writer out of a folder; gives who wrote here before without a good end, empty for nobody."""
     path = folder / LOCK
     descriptor = _locked(path)
     try:

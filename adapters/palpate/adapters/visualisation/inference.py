@@ -14,11 +14,7 @@ _MOST_CELLS: Final = 40
 
 
 def hidden_picture(inference: Inference) -> bytes:
-    """The first two hidden units at all prefixes of the training strings, coloured by cell, with the cells' borders.
-
-    Returns:
-        A PNG file.
-    """
+    """The first two hidden units at all prefixes of the training strings, by cell, with the cells' borders: a PNG."""
     chosen = inference.chosen
     hidden, cells = np.asarray(inference.hidden), np.asarray(inference.cells)
     with drawing(7.0, 6.4, 110) as canvas:
@@ -43,11 +39,7 @@ def hidden_picture(inference: Inference) -> bytes:
 
 
 def training_picture(inference: Inference) -> bytes:
-    """Lowest and median loss of each batch of networks, by step.
-
-    Returns:
-        A PNG file.
-    """
+    """Lowest and median loss of each batch of networks, by step; a PNG file."""
     with drawing(7.0, 4.2, 110) as canvas:
         axes = canvas.figure.add_subplot()
         curve = inference.training.curve

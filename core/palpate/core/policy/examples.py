@@ -42,15 +42,12 @@ class ExamplesPolicy(AssignedPolicy):
 def load_examples(
     path: str | Path, states: Sequence[str] | None = None, actions: Sequence[Action] | None = None
 ) -> tuple[tuple[str, str], ...]:
-    """Read examples from a CSV file, such as the ``decisions.csv`` of a run.
+    """Pairs of a state's and an action's name from a CSV file, such as the ``decisions.csv`` of a run, in its order.
 
     Args:
         path: A file with a header line that has at least ``state`` and ``action``; other columns are
             ignored.
         states: When given with ``actions``, names are checked here, where the line is still known.
-
-    Returns:
-        Pairs of a state's and an action's name, in the order of the file.
 
     Raises:
         ConfigurationError: The file cannot be used; with the file and the line.

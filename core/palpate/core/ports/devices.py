@@ -90,10 +90,7 @@ class ArmCommand(Device, Protocol):
 
     @abstractmethod
     def send(self, command: JointCommand) -> AppliedCommand:
-        """Hand the servos new set-points.
-
-        Returns:
-            The command after the arm's own limits, with the reason where it differs.
+        """Hand the servos new set-points; gives the command after the arm's own limits, and why it differs.
 
         Raises:
             LifecycleError: The arm is not active.

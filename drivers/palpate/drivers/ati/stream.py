@@ -135,11 +135,7 @@ class NetFt:
             raise SilentError(_NAME, problem, "check its power and cable, and that no other program has its stream")
 
     def poll(self, now_ns: int) -> list[NetFtSample]:
-        """Take what has arrived. Never raises for what box or wire do: see :meth:`check`.
-
-        Returns:
-            New samples, oldest first.
-        """
+        """Take what has arrived; new samples, oldest first. Never raises for what box or wire do: see :meth:`check`."""
         if self._asked_ns is not None and self._newest is None and now_ns - self._asked_ns >= _ASK_AGAIN_NS:
             self._asked_ns = now_ns
             self._ask(RdtCommand.REAL_TIME)

@@ -85,10 +85,7 @@ def identify(objects: Objects) -> DriveIdentity:
 
 
 def set_up(objects: Objects, joint: JointDrive, settings: ArmSettings) -> tuple[str, ...]:
-    """Write everything that the cycle relies on; the node must be pre-operational.
-
-    Returns:
-        What the drive lacks, and what comes of that.
+    """Write everything that the cycle relies on, pre-operational; gives what the drive lacks, and what comes of that.
 
     Raises:
         SilentError: No answer.

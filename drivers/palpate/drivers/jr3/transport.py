@@ -66,9 +66,6 @@ class UartLink:
     def send(self, frame: bytes) -> bool:
         """Write a frame in one call; the board takes one frame per read and drops what follows it (FACT).
 
-        Returns:
-            True; a serial port takes a frame or is gone.
-
         Raises:
             SilentError: The port is gone, or has not taken the frame in time.
         """

@@ -221,13 +221,10 @@ class Servos:
         return _six(counts), fault
 
     def enable(self, axis: int) -> Fault | None:
-        """Lets one servo hold its motor where it stands.
+        """Lets one servo hold its motor where it stands; gives what went wrong, if anything.
 
         The abrupt stop makes the present position the one to be held, and the trapezoid that loads velocity and
         acceleration for later goes to that same position; so nothing moves.
-
-        Returns:
-            What went wrong, if anything.
 
         Raises:
             DriverError: The bus failed.
@@ -263,10 +260,7 @@ class Servos:
             raise SilentError(DEVICE, f"motors {lost} did not confirm that they are off", "switch off their supply")
 
     def clear(self) -> Fault | None:
-        """Clears the sticky bits of every module; a person's decision.
-
-        Returns:
-            What is still wrong.
+        """Clears the sticky bits of every module, a person's decision; gives what is still wrong.
 
         Raises:
             DriverError: The bus failed.

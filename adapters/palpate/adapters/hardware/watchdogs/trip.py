@@ -67,11 +67,7 @@ def tell_surely(tell: TellTrip | None, trip: WatchdogTrip) -> None:
 
 
 def stop_surely(arm: ArmCommand) -> str:
-    """Stop an arm that may be gone already.
-
-    Returns:
-        What there is to add to the account of the trip: empty, or why the arm could not be told.
-    """
+    """Stop an arm that may be gone already; empty, or why it could not be told, to be added to the account."""
     try:
         arm.stop()
     except Exception as error:

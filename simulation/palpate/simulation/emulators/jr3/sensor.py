@@ -55,13 +55,10 @@ class Jr3Config(Settings):
     """Drift of each axis, up or down, as a share of full scale a second."""
 
     def counts(self, wrench: npt.ArrayLike) -> npt.NDArray[np.float64]:
-        """Turn a true wrench into counts along the sensor's axes, neither rounded nor saturated.
+        """Turn a true wrench into six counts along the sensor's axes, neither rounded nor saturated.
 
         Args:
             wrench: Fx, Fy, Fz in N and Mx, My, Mz in N m, in right-handed axes.
-
-        Returns:
-            Six counts.
         """
         loads: npt.NDArray[np.float64] = np.asarray(wrench, dtype=np.float64) * _TENTHS
         scaled: npt.NDArray[np.float64] = loads * FULL_SCALE_COUNTS / np.array(self.full_scales)
@@ -97,12 +94,9 @@ Vector = npt.NDArray[np.float64]
 
 
 def smoothing_factor(cut_off_cHz: int) -> float:
-    """Weight of a new acquisition for a cut-off frequency.
+    """Weight of a new acquisition for a cut-off frequency, above 0 and at most 1.
 
     FACT (jr3-mbed-firmware Jr3Controller.cpp): Ts / (Ts + 1 / (2 pi fc)), and 1 without a filter.
-
-    Returns:
-        The factor, above 0 and at most 1.
     """
     if cut_off_cHz == UNFILTERED:
         return 1.0

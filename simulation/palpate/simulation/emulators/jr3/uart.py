@@ -50,7 +50,7 @@ class UartOperation(IntEnum):
 
 
 def parse_command(buffer: bytes) -> tuple[int, bytes]:
-    """Read one command as the firmware does.
+    """Number of one command, which need not be a known one, and its payload, read as the firmware does.
 
     FACT (jr3-mbed-firmware-uart main.cpp): every '<' is skipped wherever it is, also inside a payload; the first '>'
     ends the command; the first two other bytes count as digits whatever they are; all else is payload. That reading
@@ -58,9 +58,6 @@ def parse_command(buffer: bytes) -> tuple[int, bytes]:
 
     Args:
         buffer: Contents of the input buffer, including what an earlier command left behind its end.
-
-    Returns:
-        UartOperation number, which need not be a known one, and payload.
     """
     body = buffer.partition(b">")[0].replace(b"<", b"")
     if len(body) < 2:

@@ -144,13 +144,10 @@ class EmulatedCanBus:
         self._queue(self._host, [frame], now_ns)
 
     def advance(self, now_ns: int) -> list[BusFrame]:
-        """Let time pass.
+        """Let time pass; frames the host received meanwhile, in order.
 
         Args:
             now_ns: Time to go to, ns; never before an earlier one.
-
-        Returns:
-            Frames the host received meanwhile, in order.
         """
         for sender, node in enumerate(self._nodes):
             self._queue(sender, node.advance(now_ns), now_ns)

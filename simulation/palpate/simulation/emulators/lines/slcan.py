@@ -88,11 +88,7 @@ class Adapter:
         self._line = bytearray()
 
     def take(self, data: bytes) -> tuple[bytes, list[BusFrame]]:
-        """Take bytes from the host.
-
-        Returns:
-            Answer for the host, and frames to send.
-        """
+        """Take bytes from the host; gives the answer for it, and frames to send."""
         answer = b""
         frames: list[BusFrame] = []
         for byte in data:
