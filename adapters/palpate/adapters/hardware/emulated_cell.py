@@ -6,7 +6,6 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager, ExitStack, nullcontext
 from dataclasses import dataclass, field, replace
 from math import radians
-from types import TracebackType
 from typing import Any, Final, Protocol, Self
 
 import numpy as np
@@ -159,9 +158,7 @@ class EmulatedCell:
             self._servers = opened.pop_all()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._servers.close()
 
     def rig_toml(self) -> str:

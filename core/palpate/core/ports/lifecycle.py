@@ -10,7 +10,6 @@ from __future__ import annotations
 import enum
 from abc import abstractmethod
 from collections.abc import Callable
-from types import TracebackType
 from typing import Final, Self
 
 from palpate.core.errors import FaultLatchedError, LifecycleError
@@ -73,9 +72,7 @@ class ActiveInside:
             raise
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
 

@@ -7,7 +7,6 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
-from types import TracebackType
 from typing import Final, Self
 
 from palpate.adapters.config import FROZEN, OFF, RealTimeConfig
@@ -78,9 +77,7 @@ class RealTime:
         self.grants = tuple(grants)
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._priority_granted = self._cpu_granted = False
         self._stack.close()
 

@@ -11,7 +11,6 @@ import time
 from abc import abstractmethod
 from collections.abc import Sequence
 from contextlib import suppress
-from types import TracebackType
 from typing import Final, Protocol, Self
 
 from typing_extensions import override
@@ -156,9 +155,7 @@ class ProcessWatchdog(Latching):
         self.open()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def _is_ready(self, process: subprocess.Popen[bytes]) -> bool:

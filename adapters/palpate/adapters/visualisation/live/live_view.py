@@ -6,7 +6,6 @@ import dataclasses
 import importlib.util
 import json
 from collections.abc import Sequence
-from types import TracebackType
 from typing import Final, Self
 
 from typing_extensions import override
@@ -81,9 +80,7 @@ class LiveView(Sink):
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.end()
 
     @property
