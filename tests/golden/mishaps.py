@@ -442,9 +442,15 @@ MISHAPS: Final[dict[str, Mishap]] = {
         (200, "stop"),
         trial=3,
     ),
+    # A sign of life, a check because the way was long, and then a force that does not follow.
     "late-joints": Mishap(
-        (_joints("delay", 3, delay_ticks=4),), {"task": {"tare_ticks": 8}, "cell": _PLATE}, (110, "stop"), trial=3
+        (_joints("delay", 3, delay_ticks=4), _force("freeze", 196, channels=(2,), duration_ticks=17)),
+        {"task": {"tare_ticks": 8}, "cell": _PLATE},
+        (224, "stop"),
+        trial=3,
     ),
+    # The first force of a trial is no change of force.
+    "heavy-tool": Mishap((_force("offset", 0, magnitude=30.0, channels=(2,)),), {"task": _SOON}, (4, "stop")),
     # A lateral force that seems to come from the tip leads the tool as far aside as a wall can be, and half back.
     "shoved": Mishap(
         (*_shove(90, 4.0, 8.0), *_shove(122, 0.5, -12.0)), {"task": _SOON | {"play_mm": 0.1}}, (130, "stop")

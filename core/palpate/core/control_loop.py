@@ -193,7 +193,7 @@ def trial_ticks(
     applied: AppliedCommand | None = None
     command: JointCommand | None = None
     tick = slot = 0
-    seen = (-1, -1)
+    seen: tuple[int | None, int | None] = (None, None)
     retreating = False
     try:
         if supervisor is not None:
@@ -302,7 +302,9 @@ def _report(task: Task, intervention: Intervention) -> None:
         task.clamped(intervention)
 
 
-def _note_irregular(timing: TrialTiming, late_ns: int, seen: tuple[int, int], news: tuple[int, int]) -> None:
+def _note_irregular(
+    timing: TrialTiming, late_ns: int, seen: tuple[int | None, int | None], news: tuple[int, int]
+) -> None:
     timing.worst_late_ns = max(timing.worst_late_ns, late_ns)
     timing.late_ticks += late_ns > LATE_NS
     timing.repeated_samples += news[0] == seen[0] or news[1] == seen[1]
