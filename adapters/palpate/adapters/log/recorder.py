@@ -128,7 +128,6 @@ class FlightRecorder(LoopObserver):
 
     @override
     def sent(self, snapshot: Snapshot, command: JointCommand, applied: AppliedCommand) -> None:
-        """Keep the tick."""
         report, deadline_ns = self._report, self._deadline_ns
         if not self._recording or report is None or deadline_ns is None:
             return

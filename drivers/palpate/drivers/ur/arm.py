@@ -215,7 +215,6 @@ class UrArm(LatchingArm):
     @override
     @property
     def notes(self) -> tuple[str, ...]:
-        """Nothing is lacking."""
         return ()
 
     def _reach(self) -> UrState:

@@ -198,7 +198,6 @@ class MemoryLearner(ModelLearner[RecordedTrial]):
 
     @override
     def learn(self, transition: Transition) -> None:
-        """Take note of what was done and read."""
         self._actions.append(transition.action_index)
         self._next = transition.next_state
 

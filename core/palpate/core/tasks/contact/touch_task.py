@@ -70,7 +70,6 @@ class TouchTask(Task):
 
     @override
     def begin(self, setup: TrialSetup) -> None:
-        """Prepare for a trial; the next ``step`` is its first tick."""
         self._measurement.reset()
         self._state.begin(setup)
         self._settle.begin()
@@ -183,7 +182,6 @@ class TouchTask(Task):
 
     @override
     def tripped(self, trip: Trip) -> None:
-        """The supervisor has taken over: the trial is over."""
         self._state.event("trip", f"{trip.reason.name}: {trip.text}")
         if not self.done:
             self._state.end(Outcome.TRIPPED, trip.text)
@@ -193,7 +191,6 @@ class TouchTask(Task):
 
     @override
     def conclude(self) -> None:
-        """The loop is done with the trial."""
         return
 
     @override

@@ -56,7 +56,6 @@ class Transfer(RunningPhase):
 
     @override
     def step(self) -> Vector3:
-        """Towards the start."""
         reference = self._motion.reference_m
         target = (*self._state.report.setup.start_m, self._ready_z_m)
         self.over = max(map(abs, map(sub, reference, target))) < 1e-6
@@ -87,7 +86,6 @@ class Settle(RunningPhase):
 
     @override
     def step(self) -> Vector3:
-        """Rest."""
         self._countdown -= 1
         if self._countdown < self._tare_ticks:
             wrench = self._state.snapshot.wrench

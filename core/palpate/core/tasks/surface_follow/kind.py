@@ -57,7 +57,6 @@ class SurfaceFollow(TaskKind):
 
     @override
     def setup(self, task: TaskConfig, seed: int, trial: int) -> TrialSetup:
-        """From one end of the stroke."""
         return TrialSetup(trial, seed, (-0.5e-3 * options_of(FollowOptions, task).stroke_mm, 0.0))
 
     @override

@@ -117,7 +117,6 @@ class ContourApproach(RunningPhase):
 
     @override
     def step(self) -> Vector3:
-        """Down."""
         measured, reference_m = self._measurement, self._motion.reference_m
         if measured.filtered_force_z_N < -self._contact_N:
             self._state.event("contact", f"surface at {measured.position_m[2] * 1e3:.3f} mm below the nominal plane")

@@ -36,7 +36,6 @@ class Approach(RunningPhase):
 
     @override
     def step(self) -> Vector3:
-        """Down."""
         measured, state = self._measurement, self._state
         depth = measured.tip_depth_m(self._axial_N_per_m)
         self._proof.watch_touch(state.snapshot, measured)

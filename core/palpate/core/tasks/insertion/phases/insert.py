@@ -52,7 +52,6 @@ class Insert(RunningPhase):
 
     @override
     def step(self) -> Vector3:
-        """Down."""
         state, measured = self._state, self._measurement
         self.depth_m = depth = measured.tip_depth_m(self._axial_N_per_m) - state.surface_m
         if depth > self._best_depth_m + _STALL_M:
