@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 
 from palpate.adapters.config import RunConfig
-from palpate.adapters.mujoco import DrawnCell, Stage, close_up
+from palpate.adapters.mujoco import DrawnCell, Stage
 from palpate.simulation.work_cell import WorkCell
 
 SIZE: Final = (640, 480)
@@ -26,7 +26,7 @@ class RunningCell(DrawnCell):
         self.hole_known, self.joints = True, cell.joints
         peg = config.cell.peg
         self.peg_diameter_m = peg.diameter_mm * 1e-3
-        self.hole_radius_m = self.peg_diameter_m / 2.0 + peg.clearance_mm * 1e-3
+        self.peg = peg
         self.plate_depth_m = peg.hole_depth_mm * 1e-3 + 0.005
         self.follow()
 
@@ -50,7 +50,7 @@ class Camera:
     def picture(self) -> np.ndarray[Any, np.dtype[np.uint8]]:
         """The cell now, (480, 640, 3), 8 bits a colour."""
         self._cell.follow()
-        view = close_up(self._cell.mouth_m, self._cell.peg_diameter_m)
+        view = self._cell.close_up()
         return np.ascontiguousarray(self._stage.picture(view, *SIZE))
 
     def close(self) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass, replace
-from math import hypot
 from typing import Any, Final
 
 import mujoco
@@ -43,7 +42,6 @@ class Moment:
 
 
 _CUT_GROUP: Final = 4
-_INNER_RING_M: Final = 0.003
 _BACKDROP: Final = (0.70, 0.74, 0.78, 1.0)
 _FLOOR: Final = (0.62, 0.67, 0.72, 1.0)
 _TABLE: Final = (0.45, 0.50, 0.55, 1.0)
@@ -54,6 +52,8 @@ _SENSOR: Final = (0.16, 0.40, 0.68, 1.0)
 _PEG: Final = (0.90, 0.72, 0.38, 1.0)
 _WRIST_M: Final = 0.024
 """Radius of the link to the sensor, which the physical model does without."""
+_TURNED_DEG: Final = 25.0
+# How far the camera goes round pegs with corners.
 _SPRINGS: Final = ("slide_x", "slide_y", "slide_z", "tilt_x", "tilt_y", "turn_z")
 _MOST_BENT: Final = np.array([0.02, 0.02, 0.02, 0.2, 0.2, 0.2])
 _MOST_GEOMS: Final = 2000
@@ -98,7 +98,7 @@ class DrawnCell:
         self.goal_in_base = goal
         self.mouth_m: Array = goal.act(np.zeros(3) if hole is None else np.array(hole))
         self.peg_diameter_m = cell.peg.diameter_mm * 1e-3
-        self.hole_radius_m = self.peg_diameter_m / 2.0 + cell.peg.clearance_mm * 1e-3
+        self.peg = cell.peg
         self.plate_depth_m = cell.peg.hole_depth_mm * 1e-3 + 0.005
         self._compliance, self._tool = cell.compliance, kinematics.tool
         plate = self.model.body("plate").id
@@ -152,7 +152,24 @@ class DrawnCell:
     def views(self) -> tuple[View, View]:
         """The close-up, and the whole arm as it stands now."""
         points = np.vstack((self.data.xpos, self.mouth_m, self.tip_m))
-        return close_up(self.mouth_m, self.peg_diameter_m), whole_arm(points)
+        return self.close_up(), whole_arm(points)
+
+    def close_up(self) -> View:
+        """Peg and hole from the side."""
+        return close_up(self.mouth_m, self.peg_diameter_m, 0.0 if self.peg.cross_section == "round" else _TURNED_DEG)
+
+    def rim_m(self, points: int) -> Array:
+        """The rim of the hole towards the camera, where the plate is cut away, evenly spaced, (2 n, 3), base frame."""
+        outline = np.array(self.peg.section(self.peg.clearance_mm).outline(points))
+        closed = np.vstack((outline, outline[:1]))
+        along = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(closed, axis=0), axis=1)))
+        even = np.linspace(0.0, along[-1], 2 * points, endpoint=False)
+        x, y = (np.interp(even, along, closed[:, axis]) for axis in (0, 1))
+        near = sorted(zip(np.arctan2(y, x).tolist(), x.tolist(), y.tolist(), strict=True))
+        plate = self.data.body("plate")
+        in_plate = np.array([(x, y, 0.0) for heading, x, y in near if heading >= 0.0])
+        rim: Array = plate.xpos + in_plate @ plate.xmat.reshape(3, 3).T
+        return rim[len(rim) % 2 :]
 
 
 def true_hole_m(log: TrialLog) -> tuple[float, float, float] | None:
@@ -210,15 +227,14 @@ class Stage:
         model.vis.headlight.diffuse[:] = 0.38
         model.vis.headlight.specular[:] = 0.1
         plate, sensor, peg = (model.body(name).id for name in ("plate", "sensor", "peg"))
+        first = int(model.body_geomadr[plate])
         for geom in range(model.ngeom):
             body = int(model.geom_bodyid[geom])
             if body == plate:
-                # Of the plate's two rings of boxes the inner one is the hole's wall.
-                x, y, _ = model.geom_pos[geom]
-                inner = 0.0 < hypot(x, y) - cell.hole_radius_m < _INNER_RING_M
-                model.geom_rgba[geom] = _WALL if inner else _METAL
+                # Of the plate's two rings of boxes the inner one, which comes first, is the hole's wall.
+                model.geom_rgba[geom] = _WALL if geom - first < cell.peg.walls else _METAL
                 # The plate's y is the base's -y: towards the camera.
-                model.geom_group[geom] = _CUT_GROUP if y > 1e-6 else 0
+                model.geom_group[geom] = _CUT_GROUP if model.geom_pos[geom][1] > 1e-6 else 0
             else:
                 model.geom_rgba[geom] = _SENSOR if body == sensor else _PEG if body == peg else _ARM
 

@@ -56,16 +56,17 @@ class View:
         return width / 2.0 + float(right * scale), height / 2.0 - float(up * scale)
 
 
-def close_up(mouth_m: Array, diameter_m: float) -> View:
+def close_up(mouth_m: Array, diameter_m: float, turned_deg: float = 0.0) -> View:
     """Peg and hole from the side, a little from above, the plate cut open.
 
     Args:
         mouth_m: Centre of the hole's mouth, (3,), base frame.
         diameter_m: Width of the peg.
+        turned_deg: How far the camera goes round it, for a peg with corners to be seen from one.
     """
     high = _PEGS_HIGH * diameter_m
     x, y, z = mouth_m.tolist()
-    return View((x, y, z + 0.1 * high), _distance(high), 90.0, -20.0, cut=True)
+    return View((x, y, z + 0.1 * high), _distance(high), 90.0 + turned_deg, -20.0, cut=True)
 
 
 def whole_arm(points_m: Array) -> View:

@@ -30,7 +30,7 @@ _INSET: Final = 0.42
 """Width and height of the inset, as a share of the picture's height."""
 _RING: Final = (0, 110, 120)
 _CORNERS: Final = 64
-"""Corners of the half circle that shows the rim of the hole; every other line between them is drawn."""
+"""Corners of the half of the hole's rim that is shown; every other line between them is drawn."""
 _STEP_PEGS: Final = 0.4
 _SCALE_AT: Final = (0.025, 0.965)
 """Where the arrow that shows the scale begins, as shares of width and height."""
@@ -112,9 +112,7 @@ class Painter:
 
     def _rim(self) -> list[Array]:
         """The rim of the hole, towards the camera: there the plate is cut away."""
-        turns = np.linspace(np.pi, 2.0 * np.pi, _CORNERS)
-        radius = self._cell.hole_radius_m
-        return [self._cell.mouth_m + radius * np.array([np.cos(t), np.sin(t), 0.0]) for t in turns]
+        return list(self._cell.rim_m(_CORNERS))
 
     def _add_inset(self, picture: Image.Image) -> None:
         width, height = self._size

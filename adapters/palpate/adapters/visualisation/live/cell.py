@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 import mujoco
+import numpy as np
 
 from palpate.adapters.log import TrialLog
 from palpate.adapters.mujoco import DrawnCell, Moment
@@ -15,6 +16,7 @@ _KINDS: Final = {
     int(mujoco.mjtGeom.mjGEOM_CYLINDER): "cylinder",
     int(mujoco.mjtGeom.mjGEOM_CAPSULE): "capsule",
     int(mujoco.mjtGeom.mjGEOM_SPHERE): "sphere",
+    int(mujoco.mjtGeom.mjGEOM_MESH): "mesh",
 }
 _FEELERS: Final = 3
 """Group of the spheres by which the peg touches: too small to be seen."""
@@ -45,7 +47,9 @@ class CellFrames:
             place, turn, rgba = (
                 tuple(table[geom].tolist()) for table in (model.geom_pos, model.geom_quat, model.geom_rgba)
             )
-            self.bodies[self._names[int(model.geom_bodyid[geom])]].append(Shape(kind, half, place, turn, rgba))
+            corners = _corners(model, geom) if kind == "mesh" else ()
+            shape = Shape(kind, half, place, turn, rgba, corners)
+            self.bodies[self._names[int(model.geom_bodyid[geom])]].append(shape)
 
     def at(self, moment: Moment) -> tuple[dict[str, Pose], tuple[Row, Row] | None, Row]:
         """The frames in the base; the force as an arrow; and the tip in the task frame, mm.
@@ -66,3 +70,11 @@ class CellFrames:
             vector = force * _M_PER_N
             arrow = tuple((tip - vector).tolist()), tuple(vector.tolist())
         return frames, arrow, tuple((self._task_in_base.act(tip) * 1e3).tolist())
+
+
+def _corners(model: mujoco.MjModel, geom: int) -> tuple[Row, ...]:
+    """Corners of the only mesh's triangles, in the frame of the body that it belongs to."""
+    turn = np.empty(9)
+    mujoco.mju_quat2Mat(turn, model.geom_quat[geom])
+    corners = model.geom_pos[geom] + model.mesh_vert[model.mesh_face.ravel()] @ turn.reshape(3, 3).T
+    return tuple(tuple(corner) for corner in corners.tolist())

@@ -33,11 +33,12 @@ class Shape:
     """A body that is drawn.
 
     Attributes:
-        kind: ``box``, ``cylinder``, ``capsule`` or ``sphere``.
+        kind: ``box``, ``cylinder``, ``capsule``, ``sphere`` or ``mesh``.
         half_m: Half its lengths along its own axes, (3,); of a capsule, those of the cylinder between its ends.
         position_m: Its middle, (3,), in the frame it belongs to.
         quaternion: Its orientation there, (w, x, y, z).
         rgba: Its colour, 0 to 1.
+        triangles_m: Corners of a mesh, three of each triangle, (n, 3), in the frame it belongs to.
     """
 
     kind: str
@@ -45,6 +46,7 @@ class Shape:
     position_m: Row
     quaternion: Row
     rgba: Row
+    triangles_m: tuple[Row, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -199,7 +199,7 @@ def _pose(position_m: Row, quaternion: Row) -> messages.Pose:
 
 
 def _entity(frame: str, shapes: Sequence[Shape]) -> messages.SceneEntity:
-    cubes, cylinders, spheres = [], [], []
+    cubes, cylinders, spheres, triangles = [], [], [], []
     for shape in shapes:
         pose, size = _pose(shape.position_m, shape.quaternion), _vector(tuple(2.0 * half for half in shape.half_m))
         r, g, b, a = shape.rgba
@@ -208,11 +208,20 @@ def _entity(frame: str, shapes: Sequence[Shape]) -> messages.SceneEntity:
             cubes.append(messages.CubePrimitive(pose=pose, size=size, color=color))
         elif shape.kind == "sphere":
             spheres.append(messages.SpherePrimitive(pose=pose, size=size, color=color))
+        elif shape.kind == "mesh":
+            points = [messages.Point3(x=x, y=y, z=z) for x, y, z in shape.triangles_m]
+            triangles.append(messages.TriangleListPrimitive(points=points, color=color))
         else:
             made = messages.CylinderPrimitive(pose=pose, size=size, bottom_scale=1.0, top_scale=1.0, color=color)
             cylinders.append(made)
     return messages.SceneEntity(
-        frame_id=frame, id=frame, frame_locked=True, cubes=cubes, cylinders=cylinders, spheres=spheres
+        frame_id=frame,
+        id=frame,
+        frame_locked=True,
+        cubes=cubes,
+        cylinders=cylinders,
+        spheres=spheres,
+        triangles=triangles,
     )
 
 

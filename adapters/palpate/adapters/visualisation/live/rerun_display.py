@@ -167,6 +167,9 @@ def _of_kinds(shapes: Sequence[Shape]) -> dict[str, Any]:
             made[kind] = rr.Boxes3D(half_sizes=halves, centers=centres, **solid)
         elif kind == "sphere":
             made[kind] = rr.Ellipsoids3D(half_sizes=halves, centers=centres, **solid)
+        elif kind == "mesh":
+            # One a frame: the peg.
+            made[kind] = rr.Mesh3D(vertex_positions=some[0].triangles_m, albedo_factor=colours[0])
         else:
             lengths, radii = [2 * half[2] for half in halves], [half[0] for half in halves]
             made[kind] = rr.Cylinders3D(lengths=lengths, radii=radii, centers=centres, **solid)
