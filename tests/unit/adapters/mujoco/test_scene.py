@@ -58,7 +58,7 @@ def test_at_the_end_of_an_insertion_the_drawn_peg_is_in_the_drawn_hole(log: Tria
 
 
 def test_while_it_presses_the_drawn_peg_is_on_the_plate_and_not_in_it(log: TrialLog, cell: DrawnCell) -> None:
-    cell.pose(course_of(log).moments[150])
+    cell.pose(course_of(log).moments[80])
     assert cell.tip_m[2] - cell.mouth_m[2] == pytest.approx(0.0, abs=2e-4)
 
 

@@ -13,7 +13,7 @@ def test_arrows_and_inset_are_in_the_picture() -> None:
     require_graphics()
     log = read_log(INSERTION)
     course = course_of(log)
-    free, pressing = course.moments[100], course.moments[150]
+    free, pressing = course.moments[25], course.moments[80]
     with Painter(log, course, (320, 240), "both") as painter:
         there, again, before = (np.array(painter.paint(moment)) for moment in (pressing, pressing, free))
         bare = np.array(painter.paint(pressing, notes=False, inset=False))
@@ -37,7 +37,7 @@ def test_arrows_and_inset_are_in_the_picture() -> None:
     assert np.abs(there.astype(int) - last).mean() > 1.0
 
 
-@pytest.mark.parametrize(("camera", "peg_share"), [("close-up", 0.1), ("arm", 0.0)])
+@pytest.mark.parametrize(("camera", "peg_share"), [("close-up", 0.09), ("arm", 0.0)])
 def test_each_camera_sees_its_part(camera: str, peg_share: float) -> None:
     require_graphics()
     log = read_log(INSERTION)

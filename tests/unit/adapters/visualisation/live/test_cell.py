@@ -16,7 +16,7 @@ from tests.golden.record import HERE as GOLDEN
 @pytest.mark.parametrize("section", SIDES)
 def test_a_peg_that_is_not_round_is_drawn_as_a_mesh_that_fits_the_rim_of_its_hole(section: str) -> None:
     log = read_log(GOLDEN / "train-paper.mcap")
-    told = log.start.config_toml.replace('cross_section = "round"', f'cross_section = "{section}"\ncontact = "hull"')
+    told = log.start.config_toml.replace('"round"', f'"{section}"')
     log = replace(log, start=replace(log.start, config_toml=told))
     drawn = DrawnCell(log)
     (peg,) = CellFrames(log).bodies["peg"]
