@@ -23,7 +23,7 @@ from unittest.mock import patch
 
 import numpy as np
 
-from palpate.adapters.config import overlay, scenario
+from palpate.adapters.config import BEFORE_SLIDING, overlay, scenario
 from palpate.adapters.experiments import build_perception, build_task, comparator, learning_policy, run_scored_trial
 from palpate.adapters.experiments.statistics import wilson_interval
 from palpate.adapters.mujoco import SimulatedRig
@@ -70,6 +70,8 @@ def run(job: tuple[str, str, int, int]) -> dict[str, Any]:
     config = replace(scenario(name, "belief"), arm=arm, seed=seed)
     if policy == "belief-symbols":
         config = overlay(config, {"learning": {"belief": {"symbol_Nm": PAPER_BAND_NM}}})
+    if policy not in ABLATIONS:
+        config = overlay(config, BEFORE_SLIDING)
     ready, perception = find_ready_pose(config.arm, config.task), build_perception(config)
     rows = []
     with SimulatedRig(config, ready) as rig, ExitStack() as without:
@@ -123,7 +125,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--conditions", nargs="+", default=CONDITIONS, choices=CONDITIONS)
     parser.add_argument(
-        "--policy", default="belief", help=f"{', '.join(ABLATIONS)}, torque or another comparator, at the same timing"
+        "--policy", default="belief", help=f"{', '.join(ABLATIONS)}, torque or another comparator, at 50 ms and 7 Hz"
     )
     parser.add_argument("--seeds", type=int, default=10)
     parser.add_argument("--first-seed", type=int, default=FIRST_SEED)

@@ -24,6 +24,7 @@ from .run import PerceptionConfig as PerceptionConfig
 from .run import RecordingConfig as RecordingConfig
 from .run import RunConfig as RunConfig
 from .run import scenario as scenario
+from .scenarios import BEFORE_SLIDING as BEFORE_SLIDING
 from .scenarios import LEARNERS as LEARNERS
 from .tasks import INSERTION as INSERTION
 from .tasks import task_kind as task_kind

@@ -50,9 +50,9 @@ class BeliefLearner(ModelLearner[TouchedTrial]):
         super().__init__(frozen=frozen)
         self.parameters = parameters
         self._half_width_m = half_width_m
-        self._step_m = parameters.speed_mm_s * 1e-3 * action_s
+        self._search_step_m = (parameters.search_speed_mm_s or parameters.speed_mm_s) * 1e-3 * action_s
         self._places = Places(half_width_m)
-        self._planner = Planner(self._places, parameters.capture_mm * 1e-3, self._step_m)
+        self._planner = Planner(self._places, parameters.capture_mm * 1e-3, parameters.speed_mm_s * 1e-3 * action_s)
         self._model: TouchModel | None = None
         self._table: TouchTable | SymbolTable | None = None
         self._lag = 0.0
@@ -137,7 +137,7 @@ class BeliefLearner(ModelLearner[TouchedTrial]):
 
     def _begin_search(self, centre_m: tuple[float, float]) -> SpiralSearch:
         pitch_m = self.parameters.pitch_mm * 1e-3
-        self._search = SpiralSearch(centre_m, pitch_m, self._step_m, self._half_width_m)
+        self._search = SpiralSearch(centre_m, pitch_m, self._search_step_m, self._half_width_m)
         return self._search
 
     def _searching(self, search: SpiralSearch, touch: Touch) -> Decision:

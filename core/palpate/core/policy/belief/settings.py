@@ -18,7 +18,7 @@ class BeliefParameters(Settings):
     """What does not follow from the task."""
 
     TABLE: ClassVar[str] = "learning.belief"
-    UNTOLD: ClassVar[Mapping[str, Any]] = MappingProxyType({"symbol_Nm": 0.0, "kept": 0.97})
+    UNTOLD: ClassVar[Mapping[str, Any]] = MappingProxyType({"symbol_Nm": 0.0, "kept": 0.97, "search_speed_mm_s": 0.0})
 
     capture_mm: Annotated[float, Range(0.02, 2.0)] = 0.15
     """A hole within this distance of the peg's way takes it in."""
@@ -26,6 +26,8 @@ class BeliefParameters(Settings):
     """Speed of a longest step, its rest included."""
     kept: Annotated[float, Range(0.5, 1.0)] = 0.985
     """Share of the evidence that is left after one more touch: what was learned may be a little wrong."""
+    search_speed_mm_s: Annotated[float, Range(0.0, 100.0)] = 16.0
+    """Speed of a search: faster, the peg slides over holes that it should drop into. 0 is speed_mm_s."""
     pitch_mm: Annotated[float, Range(0.05, 5.0)] = 0.3
     """Distance between the turns of a search; at most twice the capture width, or it leaves gaps."""
     memory_trials: Annotated[int, Range(2, 1000)] = 60
