@@ -33,22 +33,29 @@ from palpate.core.errors import DeviceError
 TASK = "insertion-6dof"
 FIRST = 500_000
 CORNERS = {"round": (0, 14.5), "square": (4, 20.5), "triangle": (3, 29.0), "hexagon": (6, 16.743)}
-GRIP = {"tilt_mrad": 4.0, "conditions": {"tilt_heading": "drawn", "grip_trials": 1}}
-ASKED: Mapping[str, Any] = {"cell": {"hole_uncertainty_mm": 3.0, **GRIP}}
+GRIP: Mapping[str, Any] = {"tilt_mrad": 4.0, "conditions": {"tilt_heading": "drawn", "grip_trials": 1}}
 CONDITIONS: Mapping[str, Mapping[str, Any]] = {
     "asked": {},
     "friction": {"cell": {"peg": {"friction": 0.4}}},
     "tight": {"cell": {"peg": {"clearance_mm": 0.02}}},
-    "grip": {"cell": {"hole_uncertainty_mm": 0.0}, "task": {"area_half_width_mm": 3.5}},
+    "yaw-10": {"cell": {"conditions": {"yaw_deg": 10.0}}},
 }
+
+
+def world_of(shape: str) -> Mapping[str, Any]:
+    """The world that is asked: a round peg in a grip that leans, others in a hole that is turned, too."""
+    if shape == "round":
+        return {"cell": GRIP, "task": {"area_half_width_mm": 3.5}}
+    turned = {**GRIP["conditions"], "yaw_deg": 5.0, "plate_lean_mrad": 17.5}
+    return {"cell": {**GRIP, "hole_uncertainty_mm": 3.0, "conditions": turned, "peg": {"cross_section": shape}}}
 
 
 def config_of(shape: str, conditions: str, arm: str, options: Mapping[str, Any]) -> RunConfig:
     corners, corner_mm = CORNERS[shape]
     config = overlay(overlay(scenario("paper"), task_kind(TASK).preset), {"arm": arm, "task": {"name": TASK}})
-    config = overlay(overlay(config, ASKED), CONDITIONS[conditions])
-    config = overlay(config, {"cell": {"peg": {"cross_section": shape}}})
+    config = overlay(overlay(config, world_of(shape)), CONDITIONS[conditions])
     own = {"corners": float(corners), "corner_mm": corner_mm} if corners else {}
+    own |= {"inside_mm": 8.0} if shape == "triangle" else {}
     return overlay(config, {"task": {"options": {**own, **options}}})
 
 

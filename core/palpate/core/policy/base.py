@@ -35,6 +35,8 @@ class Law(enum.Enum):
     """Across by force, pressing, leaning as asked; the tool gives way to the torque about its axis."""
     LIFT = "lift"
     """To a place and an orientation in free space."""
+    WITHDRAW = "withdraw"
+    """Back out of a hole by a light pull, giving way to all else."""
     INSERT = "insert"
     """Down the hole, until the peg is in or stuck."""
 
@@ -134,6 +136,7 @@ class Observation:
     Attributes:
         turn_rad: Commanded orientation against the upright tool, (3,): lean about x and y, yaw about z.
         live_torque_Nm: Torque about the tip, not filtered.
+        depth_m: Depth of the tip below the plate, corrected for the gripper's axial spring.
     """
 
     state: int
@@ -144,6 +147,7 @@ class Observation:
     action_number: int
     turn_rad: Vector3 = (0.0, 0.0, 0.0)
     live_torque_Nm: Vector3 = (0.0, 0.0, 0.0)
+    depth_m: float = 0.0
 
     def __post_init__(self) -> None:
         _check_index("state", self.state)

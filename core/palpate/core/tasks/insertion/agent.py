@@ -67,12 +67,15 @@ class Agent:
         torque_Nm: Vector3,
         turn_rad: Vector3 = (0.0, 0.0, 0.0),
         live_torque_Nm: Vector3 = (0.0, 0.0, 0.0),
+        depth_m: float = 0.0,
     ) -> Observation:
         """The action before has ended: learn from it, and give what :meth:`choose` will choose the next one by."""
         state = self._observe(position_m, force_N, torque_Nm)
         self._settle(next_state=state)
         number = len(self.decisions)
-        observation = Observation(state, position_m, reference_m, force_N, torque_Nm, number, turn_rad, live_torque_Nm)
+        observation = Observation(
+            state, position_m, reference_m, force_N, torque_Nm, number, turn_rad, live_torque_Nm, depth_m
+        )
         self._asked = (tick, observation)
         return observation
 

@@ -7,19 +7,22 @@ from typing import Final
 
 from typing_extensions import override
 
-from palpate.core.motion import FASTEST_TURN_RAD_S, GivingWay, leaning, limited, rotated
+from palpate.core.motion import FASTEST_TURN_RAD_S, DampingControl, GivingWay, leaning, limited, rotated
 from palpate.core.policy import Action, Law, Spatial
 from palpate.core.ports import PERIOD_S, Vector3
 from palpate.core.tasks.insertion.phases import Equipment, Explore, ExploringChecks
 from palpate.core.tasks.insertion_6dof.options import SpatialOptions
 
-_FASTEST_PUSH_M_S: Final = 8e-3
+_FASTEST_PUSH_M_S: Final = 12e-3
 _FASTEST_YAW_RAD_S: Final = radians(12.0)
+_PULL_N: Final = 1.2
+"""So light a pull no proof of contact takes for one that cannot be."""
+_WITHDRAW_M_S: Final = 12e-3
 _STEP: Final = Spatial()
 _HOLD: Final = Spatial(Law.LIFT)
 _SUNK_M: Final = 1e-3
 """An upright tool that is so deep while it pushes is in the hole."""
-_DEEPEST_M: Final = 2.5e-3
+_DEEPEST_M: Final = 1.5e-3
 """A tool that pushes sinks no deeper; the rest of the way is the insertion's, with its proofs."""
 _UPRIGHT_RAD: Final = radians(1.0)
 """A tool that leans by more is on an edge or a corner: loss of contact there is no hole."""
@@ -41,6 +44,10 @@ class SpatialExplore(Explore):
         self._push_m_per_N_s = options.push_m_per_N_s
         self._tilting = GivingWay(options.give_tilt_rad_per_Nms, 0.0, _FASTEST_YAW_RAD_S)
         self._yawing = GivingWay(0.0, options.give_yaw_rad_per_Nms, _FASTEST_YAW_RAD_S)
+        self._freeing = GivingWay(options.insert_tilt_rad_per_Nms, options.give_yaw_rad_per_Nms, _FASTEST_YAW_RAD_S)
+        damping_N_s_per_m = max(_PULL_N / _WITHDRAW_M_S, 2.0 * equipment.axial_N_per_m * PERIOD_S)
+        pull = (0.0, 0.0, _PULL_N)
+        self._pull = DampingControl(damping_N_s_per_m, pull, _WITHDRAW_M_S, equipment.axial_N_per_m, PERIOD_S)
         self._most_rad = radians(options.most_lean_deg), radians(options.most_yaw_deg)
         self._spatial, self._rate_rad_s = _STEP, (0.0, 0.0, 0.0)
 
@@ -76,10 +83,6 @@ class SpatialExplore(Explore):
             self._perceive()
         return self._way_on()
 
-    @property
-    def _depth_m(self) -> float:
-        return self._measurement.tip_depth_m(self._axial_N_per_m) - self._state.surface_m
-
     @override
     def _begin(self, action: Action) -> None:
         super()._begin(action)
@@ -113,10 +116,20 @@ class SpatialExplore(Explore):
             (x, y, z), (dx, dy) = self._step_from_m, self._step_m
             target_m = x + share * dx, y + share * dy, z - share * spatial.rise_m
             velocity, rate = self._free.velocity_m_s(reference_m, target_m, (0.0, 0.0, 0.0)), self._rate_rad_s
+            if measured.force_N[2] > _PULL_N:
+                # Something holds the tool: a lift is no withdrawal.
+                velocity = rate = (0.0, 0.0, 0.0)
         elif spatial.law is Law.PUSH:
             velocity = self._pushed(spatial.push_N)
-            lean_x, lean_y, _ = self._rate_rad_s
-            rate = lean_x, lean_y, self._yawing.rate_rad_s(measured.live_torque_at_tip_Nm())[2]
+            # A yaw that is asked for is a torque about the axis, against which the tool gives way.
+            (lean_x, lean_y, yaw), torque_Nm = self._rate_rad_s, measured.live_torque_at_tip_Nm()
+            rate = lean_x, lean_y, yaw + self._yawing.rate_rad_s(torque_Nm)[2]
+        elif spatial.law is Law.WITHDRAW:
+            vx, vy, _ = self._pushed(spatial.push_N)
+            pulled = self._pull.velocity_m_s(reference_m, reference_m, (0.0, 0.0, measured.force_N[2]))[2]
+            freeing = self._freeing.rate_rad_s(measured.live_torque_at_tip_Nm())
+            (u, v, w), (a, b, c) = freeing, self._rate_rad_s
+            velocity, rate = (vx, vy, pulled), (u + a, v + b, w + c)
         else:
             velocity = rate = (0.0, 0.0, 0.0)
         if rate == (0.0, 0.0, 0.0):
@@ -126,7 +139,10 @@ class SpatialExplore(Explore):
 
     def _pushed(self, push_N: tuple[float, float]) -> Vector3:
         reference_m, (fx, fy, fz), k = self._motion.reference_m, self._measurement.force_N, self._push_m_per_N_s
-        vx, vy, _ = limited((k * (fx + push_N[0]), k * (fy + push_N[1]), 0.0), _FASTEST_PUSH_M_S)
+        (px, py), (dx, dy), action_s = push_N, self._step_m, self._task.ticks_per_action * PERIOD_S
+        # The step leads ahead of the force, and less so the more there is to push against.
+        free = min(max(1.0 + (fx * px + fy * py) / max(px * px + py * py, 1e-6), 0.0), 1.0) / action_s
+        vx, vy, _ = limited((k * (fx + px) + free * dx, k * (fy + py) + free * dy, 0.0), _FASTEST_PUSH_M_S)
         vz = self._law.velocity_m_s(reference_m, reference_m, (0.0, 0.0, fz))[2]
         if self._depth_m > self._deepest_m:
             vz = min(vz, 0.0)

@@ -22,7 +22,10 @@ _MARGIN_DEG: Final = 2.0
 class Insertion6Dof(Insertion):
     """A peg with corners, or one that leans, into a hole whose orientation is not known."""
 
-    preset: Mapping[str, Any] = {"task": {"area_half_width_mm": 11.0}, "cell": {"contacts": "searched"}}
+    preset: Mapping[str, Any] = {
+        "task": {"area_half_width_mm": 11.0, "depth_tolerance_mm": 0.5},
+        "cell": {"contacts": "searched"},
+    }
     options: type[Settings] = SpatialOptions
 
     @override

@@ -23,13 +23,13 @@ class SpatialOptions(Settings):
     """Distance of the corners from the peg's axis."""
     lean_deg: Annotated[float, Range(1.0, 10.0)] = 5.0
     """How far the tool leans to bring one corner down first."""
-    inside_mm: Annotated[float, Range(0.5, 50.0)] = 8.0
+    inside_mm: Annotated[float, Range(0.5, 50.0)] = 6.5
     """So far inside the nominal corner of the hole, along its diagonal, the peg's corner comes down."""
     push_N: Annotated[float, Range(0.5, 10.0)] = 3.0
     """Force on each of the corner's two walls."""
     push_m_per_N_s: Annotated[float, Range(1e-4, 3e-3)] = 2e-3
     """Speed across over the error of that force."""
-    give_yaw_rad_per_Nms: Annotated[float, Range(0.0, 4.0)] = 3.0
+    give_yaw_rad_per_Nms: Annotated[float, Range(0.0, 4.0)] = 4.0
     """How the tool gives way about its axis while it pushes."""
     give_tilt_rad_per_Nms: Annotated[float, Range(0.0, 1.0)] = 0.3
     """How it gives way in tilt on the spot."""

@@ -14,8 +14,8 @@ SQUARE = SpatialOptions(corners=4.0, corner_mm=20.0)
 NONE: Vector3 = (0.0, 0.0, 0.0)
 
 
-def seen(force: Vector3 = NONE, torque: Vector3 = NONE, turn: Vector3 = NONE, number: int = 0) -> Observation:
-    return Observation(0, NONE, NONE, force, torque, number, turn, torque)
+def seen(force: Vector3 = NONE, torque: Vector3 = NONE, turn: Vector3 = NONE, depth_m: float = 0.0) -> Observation:
+    return Observation(0, NONE, NONE, force, torque, 0, turn, torque, depth_m)
 
 
 def spatial(decision: Decision) -> Spatial:
@@ -41,39 +41,56 @@ def test_a_corner_is_leaned_down_inside_its_place() -> None:
         assert spatial(decision).law is Law.LIFT
         place, turn = place + decision.action.displacement_m, turn + spatial(decision).turn_rad
         rises.append(spatial(decision).rise_m)
-    assert place == pytest.approx([-8e-3 * cos(pi / 4)] * 2)
+    assert place == pytest.approx([-6.5e-3 * cos(pi / 4)] * 2)
     # The corner at 45 degrees goes down: z into the plate is omega x r.
     down = np.cross(turn, (1.0, 1.0, 0.0))[2]
     assert (down > 0.0, np.linalg.norm(turn)) == (True, pytest.approx(radians(5.0)))
     assert rises[0] > 1e-3
 
 
-def test_it_stands_up_once_both_walls_carry_and_nothing_turns_the_tool() -> None:
+def test_it_stands_up_once_both_walls_carry_deep_enough_and_nothing_turns_the_tool() -> None:
     leaned, walls = (0.06, -0.06, 0.0), (-3.0, -3.0, -4.0)
     policy = cornered(2)
-    for torque in ((0.0, 0.0, 0.03), NONE, NONE):
-        pushing = spatial(policy.choose(seen(walls, torque, leaned)))
+    for torque in ((0.0, 0.0, 0.03), NONE):
+        pushing = spatial(policy.choose(seen(walls, torque, leaned, depth_m=1.5e-3)))
         assert (pushing.law, pushing.turn_rad) == (Law.PUSH, NONE)
         assert pushing.push_N == pytest.approx((3.0, 3.0))
-    standing = spatial(policy.choose(seen(walls, NONE, leaned)))
+    standing = spatial(policy.choose(seen(walls, NONE, leaned, depth_m=1.5e-3)))
     assert (standing.law, standing.turn_rad[0] < 0.0 < standing.turn_rad[1]) == (Law.PUSH, True)
     assert standing.pivot_m == pytest.approx((20e-3 * cos(pi / 4),) * 2)
-    assert spatial(policy.choose(seen(walls))).law is Law.INSERT
+    assert spatial(policy.choose(seen(walls, depth_m=1.5e-3))).law is Law.INSERT
+    # It came to nothing: out, and then the next corner.
+    assert spatial(policy.choose(seen(depth_m=1e-3))).law is Law.WITHDRAW
+    decision = policy.choose(seen(depth_m=-1e-3))
+    assert (spatial(decision).law, decision.grounds) == (Law.LIFT, (1.0,))
 
 
-@pytest.mark.parametrize("walls", [NONE, (-3.0, 3.0, 0.0)])
-def test_where_no_corner_is_found_the_next_one_is_tried(walls: Vector3) -> None:
+def test_a_wedged_corner_is_driven_on_in_yaw_to_both_sides_and_then_freed_as_it_stands_up() -> None:
+    policy, leaned = cornered(0), (0.06, -0.06, -0.02)
+    told = [spatial(policy.choose(seen((-3.0, -3.0, -4.0), NONE, leaned, depth_m=3e-4))) for _ in range(16)]
+    assert [round(each.turn_rad[2] * 1e3) for each in told] == [0, 0] + [-18] * 7 + [18] * 6 + [0]
+    assert (told[-1].law, told[-1].turn_rad[0] < 0.0, told[-1].push_N[0] < 0.0) == (Law.WITHDRAW, True, True)
+
+
+@pytest.mark.parametrize(
+    ("walls", "depth_m", "pushes"), [(NONE, 0.0, 25), ((-3.0, 3.0, 0.0), 0.0, 25), (NONE, -1.7e-3, 3)]
+)
+def test_where_no_corner_is_found_it_gives_up(walls: Vector3, depth_m: float, pushes: int) -> None:
     policy = cornered(0)
-    decisions = [policy.choose(seen(walls)) for _ in range(26)]
-    assert [each.grounds for each in decisions] == [(0.0,)] * 25 + [(1.0,)]
+    laws = [spatial(policy.choose(seen(walls, turn=(0.06, -0.06, 0.0), depth_m=depth_m))).law for _ in range(26)]
+    assert laws.index(Law.WITHDRAW) == pushes
 
 
-def test_after_an_insertion_that_came_to_nothing_the_next_corner_is_tried() -> None:
-    policy = cornered(0)
-    for _ in range(4):
-        decision = policy.choose(seen((-3.0, -3.0, 0.0)))
-    assert spatial(decision).law is Law.INSERT
-    assert policy.choose(seen()).grounds == (1.0,)
+def test_a_tool_that_is_caught_goes_straight_up_first() -> None:
+    policy = CornerFirst(SQUARE)
+    policy.begin_trial(0, np.random.default_rng(0))
+    first = policy.choose(seen((4.0, 0.0, -5.0)))
+    assert (first.action.displacement_m, spatial(first).turn_rad, spatial(first).rise_m > 2e-3) == (
+        (0.0, 0.0),
+        NONE,
+        True,
+    )
+    assert spatial(policy.choose(seen())).turn_rad != NONE
 
 
 def test_a_peg_without_corners_is_refused() -> None:

@@ -74,7 +74,7 @@ class Explore(RunningPhase):
         # Friction on the hole's wall can go on pushing back while the peg already sinks: depth shows it as well.
         # Before the first action the surface is not known well: encoders on a slow bus lag behind the force.
         drop_m = DROP_M if self._agent.decisions else self._first_drop_m
-        deep = measured.tip_depth_m(self._axial_N_per_m) - state.surface_m > drop_m
+        deep = self._depth_m > drop_m
         self._deep_ticks = self._deep_ticks + 1 if deep else 0
         sunk = self._deep_ticks >= self._sunk_ticks
         caught = hypot(*measured.force_N[:2]) > self._caught_N
@@ -99,6 +99,10 @@ class Explore(RunningPhase):
                 # Where to go is known when the policy has chosen.
                 self._perceive()
         return self._way_on()
+
+    @property
+    def _depth_m(self) -> float:
+        return self._measurement.tip_depth_m(self._axial_N_per_m) - self._state.surface_m
 
     def _out_of_time(self) -> bool:
         state, limit_s = self._state, self._task.time_limit_s
@@ -149,6 +153,7 @@ class Explore(RunningPhase):
             torque,
             self._motion.turn_rad,
             measured.live_torque_at_tip_Nm(),
+            self._depth_m,
         )
 
     def _refine_surface(self) -> None:

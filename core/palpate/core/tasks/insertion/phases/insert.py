@@ -41,7 +41,7 @@ class Insert(RunningPhase):
         """The reaction of the plate is lost here."""
         self.over = self.deep = False
         self._state.hole_tick = self._last_progress = self._state.tick
-        self._best_depth_m = 0.0
+        self._best_depth_m, self._checking = 0.0, False
         self._law.reset()
         if self._checks is not None:
             self._checks.enter()
@@ -59,6 +59,7 @@ class Insert(RunningPhase):
         stalled = state.tick - self._last_progress
         if self._checks is not None:
             check = self._checks.step(depth)
+            self._checking = check is not None
             if check is not None:
                 return check
         velocity = self._law.velocity_m_s(self._motion.reference_m, self._motion.reference_m, measured.force_N)
