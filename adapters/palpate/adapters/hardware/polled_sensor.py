@@ -94,8 +94,8 @@ class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
             self._polled_ns = self._clock.now_ns()
         except SilentError as error:
             # An old sample says so itself; a device that is gone for good is another matter.
-            age_ns = device.age_ns(self._clock.now_ns())
-            if age_ns is None or age_ns > 10 * self._max_age_ns:
+            latest = device.latest
+            if latest is None or self._clock.now_ns() - latest.receive_time_ns > 10 * self._max_age_ns:
                 self._fail(f"has fallen silent: {told(error, self.name)}", error)
         except DriverError as error:
             self._latch(str(error))

@@ -116,10 +116,6 @@ class NetFt:
         """Forget the failure."""
         self.failure = None
 
-    def age_ns(self, now_ns: int) -> int | None:
-        """Time since the newest sample; None before the first one."""
-        return None if self.latest is None else now_ns - self.latest.receive_time_ns
-
     def check(self) -> None:
         """Raise what is wrong now.
 

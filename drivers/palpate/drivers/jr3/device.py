@@ -85,10 +85,6 @@ class Jr3:
         """Say that the restart of the board has been seen; samples are no longer marked."""
         self._sampler.acknowledge()
 
-    def age_ns(self, now_ns: int) -> int | None:
-        """Time since the newest sample in ns; None before the first one."""
-        return None if self.latest is None else now_ns - self.latest.receive_time_ns
-
     def check(self) -> None:
         """Raise what is wrong now.
 

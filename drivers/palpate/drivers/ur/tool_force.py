@@ -53,10 +53,6 @@ class UrToolForce:
         """Forget the failure."""
         self.failure = None
 
-    def age_ns(self, now_ns: int) -> int | None:
-        """Time since the newest reading; None before the first."""
-        return None if self.latest is None else now_ns - self.latest.receive_time_ns
-
     def check(self) -> None:
         """Raise what is wrong now.
 
@@ -66,11 +62,9 @@ class UrToolForce:
         """
         if self.failure is not None:
             raise self.failure
-        age_ns = self.age_ns(self._polled_ns)
-        if age_ns is not None and age_ns > _STALL_NS:
-            raise SilentError(
-                NAME, f"the tool force of {self._link.host} has not come for {age_ns * 1e-6:.0f} ms", CHECK
-            )
+        if self.latest is not None and self._polled_ns - self.latest.receive_time_ns > _STALL_NS:
+            age_ms = (self._polled_ns - self.latest.receive_time_ns) * 1e-6
+            raise SilentError(NAME, f"the tool force of {self._link.host} has not come for {age_ms:.0f} ms", CHECK)
 
     def poll(self, now_ns: int) -> list[UrWrenchSample]:
         """Take what has arrived; never raises for what the controller does: see :meth:`check`."""
