@@ -180,7 +180,7 @@ def test_resume_refuses(palpate: CommandLine, desk: Path, words: str, named: str
 def test_a_finished_run_says_so_and_how_to_go_on(palpate: CommandLine) -> None:
     palpate.succeed("train", *QUICK, "--trials", 1, "--out", "run")
     before = results_in(Path("run"))
-    assert "run is finished: 1 of 1 trials; --trials 51 makes 50 more" in palpate.succeed(
+    assert "run is finished: 1 of 1 trials; 50 more: palpate train --resume --out run --trials 51" in palpate.succeed(
         "train", "--resume", "--out", "run"
     )
     assert results_in(Path("run")) == before

@@ -62,7 +62,8 @@ def train(options: TrainOptions) -> int:
         if options.resume:
             made, manifest = Checkpoint.load(folder).next_trial, read_manifest(folder.path)
             if made >= options.trials and manifest is not None and manifest.finished:
-                say(f"{folder.path} is finished: {made} of {options.trials} trials; --trials {made + 50} makes 50 more")
+                again = f"palpate train --resume --out {shlex.quote(str(folder.path))} --trials {made + 50}"
+                say(f"{folder.path} is finished: {made} of {options.trials} trials; 50 more: {again}")
                 say(_look_at(folder))
                 return 0
             kept.enter_context(folder.writing(again=True))
@@ -219,12 +220,15 @@ def _with_progress(trainer: Trainer, trials: int, first: int, folder: RunFolder)
 def _finish(config: RunConfig, folder: RunFolder, trials: int) -> None:
     rows, summary = write_training(config, folder, trials)
     if rows:
-        times = [row.exploration_time_s for row in rows]
-        say(
-            f"{len(rows)} trials, mean time {sum(times[:WINDOW]) / len(times[:WINDOW]):.2f} s in the first {WINDOW} "
-            f"and {sum(times[-WINDOW:]) / len(times[-WINDOW:]):.2f} s in the last {WINDOW}; "
-            f"success in the last {WINDOW}: {sum(r.success for r in rows[-WINDOW:])} of {len(rows[-WINDOW:])}"
-        )
+        times, wins = [row.exploration_time_s for row in rows], [row.success for row in rows]
+        if len(rows) > WINDOW:
+            say(
+                f"{len(rows)} trials, mean time {sum(times[:WINDOW]) / WINDOW:.2f} s in the first {WINDOW} "
+                f"and {sum(times[-WINDOW:]) / WINDOW:.2f} s in the last {WINDOW}; "
+                f"success in the last {WINDOW}: {sum(wins[-WINDOW:])} of {WINDOW}"
+            )
+        else:
+            say(f"{len(rows)} trials, mean time {sum(times) / len(times):.2f} s; success: {sum(wins)} of {len(wins)}")
         if marked := marked_line(summary, learned=config.admission.learn_from_marked):
             say(marked.rstrip())
         say(_look_at(folder))

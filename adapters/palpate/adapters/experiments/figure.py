@@ -13,7 +13,7 @@ from palpate.adapters.experiments.statistics import WINDOW, moving_average
 _NOTHING: Final = {"svg": {"Date": None, "Creator": None}, "png": {"Software": None}}
 """No date and no version in the file."""
 
-_MARGINS: Final = {"left": 0.08, "right": 0.98, "bottom": 0.11, "top": 0.93, "hspace": 0.12}
+_MARGINS: Final = {"left": 0.08, "right": 0.98, "bottom": 0.16, "top": 0.93, "hspace": 0.12}
 """Of a picture that every run leaves: to measure its labels takes longer than all the rest of drawing it."""
 
 
@@ -57,7 +57,7 @@ def learning_curve(rows: Sequence[TrialRow], title: str) -> bytes:
     Trials have the numbers that they have in ``trials.csv``.
     """
     with drawing(8.0, 4.2, 120, layout=None) as canvas:
-        axes: Any = canvas.figure.add_axes((0.08, 0.13, 0.9, 0.78))
+        axes: Any = canvas.figure.add_axes((0.08, 0.19, 0.9, 0.72))
         _scatter(axes, rows, [row.exploration_time_s for row in rows])
         if len(rows) >= WINDOW:
             means = moving_average([row.exploration_time_s for row in rows])[WINDOW - 1 :]
