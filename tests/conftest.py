@@ -1,5 +1,6 @@
 """Settings for all tests."""
 
+import gc
 import json
 import os
 import signal
@@ -20,7 +21,7 @@ from tests.wall_clock.host import EXCUSED
 pytest_plugins = ["tests.command_line"]
 
 # The same examples at every run, and no stopwatch: a busy machine must not fail a property.
-settings.register_profile("palpate", deadline=None, derandomize=True)
+settings.register_profile("palpate", max_examples=50, deadline=None, derandomize=True)
 settings.load_profile("palpate")
 
 WALL_CLOCK = "tests/wall_clock/"
@@ -62,6 +63,8 @@ def pytest_configure() -> None:
 
 def pytest_collection_finish(session: pytest.Session) -> None:
     """Note whether tests that run against the wall clock are among others."""
+    # All that was collected stays: whoever collects garbage need not look through it again and again.
+    gc.freeze()
     session.config.stash[MIXED] = len({item.nodeid.startswith(WALL_CLOCK) for item in session.items}) > 1
 
 

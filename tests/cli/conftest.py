@@ -29,7 +29,7 @@ def compared(tmp_path_factory: pytest.TempPathFactory, trained: Path) -> Path:
         for policy in policies:
             policy.parent.mkdir(parents=True)
             shutil.copy(trained / "policy.json", policy)
-        words = ("--task.time-limit-s", 1, "--trials", 2, "--out", out, "--policy", *policies)
+        words = ("--task.time-limit-s", 0.6, "--trials", 2, "--out", out, "--policy", *policies)
         printed = CommandLine().succeed("compare", *words)
         (out.parent / f"{out.name}.txt").write_text(printed)
 

@@ -10,7 +10,7 @@ from palpate.core.automata.document import load, save
 from palpate.core.automata.machine import Kind, Machine
 from tests.command_line import QUICK, CommandLine, files_in
 
-SMALL = ("--training.restarts", 8, "--training.batch", 8, "--training.steps", 60, "--extraction.most-intervals", 6)
+SMALL = ("--training.restarts", 4, "--training.batch", 4, "--training.steps", 60, "--extraction.most-intervals", 6)
 EVEN = Machine(Kind.DFA, ("a", "b"), ((1, 0), (0, 1)), (True, False))
 """An even number of a."""
 WASTEFUL = Machine(Kind.DFA, ("a", "b"), ((1, 2), (2, 1), (1, 0)), (True, False, True))

@@ -35,16 +35,16 @@ def test_films_and_sheets_in_every_format(palpate: CommandLine, desk: Path) -> N
     def rendered(words: str) -> str:
         return palpate.succeed("render", "sound.mcap", *words.split())
 
-    printed = rendered("--to a.mp4 --size 200x150 --begin-s 1 --end-s 1.5")
-    assert "14 pictures of 1.00 to 1.50 s of the trial in a.mp4" in printed
+    printed = rendered("--to a.mp4 --size 200x150 --begin-s 1 --end-s 1.25")
+    assert "7 pictures of 1.00 to 1.25 s of the trial in a.mp4" in printed
     with av.open(str(desk / "a.mp4")) as film:
         stream = film.streams.video[0]
         assert (stream.width, stream.height, float(stream.average_rate or 0)) == (200, 150, 25.0)
         # A second of rest follows.
-        assert sum(1 for _ in film.decode(stream)) == 14 + 25
-    rendered("--to a.GIF --size 200x150 --begin-s 1 --end-s 1.5 --speed 0.5 --camera arm")
+        assert sum(1 for _ in film.decode(stream)) == 7 + 25
+    rendered("--to a.GIF --size 200x150 --begin-s 1 --end-s 1.25 --speed 0.5 --camera arm")
     with Image.open(desk / "a.GIF") as film:
-        assert (film.format, film.size, film.n_frames) == ("GIF", (200, 150), 14)
+        assert (film.format, film.size, film.n_frames) == ("GIF", (200, 150), 7)
     assert "4 pictures of 0.53 to 2.11 s" in rendered("--to a.png --size 640x520 --pictures 4")
     with Image.open(desk / "a.png") as sheet:
         assert (sheet.format, sheet.size) == ("PNG", (640, 520))

@@ -28,7 +28,7 @@ from palpate.core.trial.report import Purpose, generator
 from tests.command_line import CommandLine
 
 NOWHERE = (0.0, 0.0, 0.0)
-SHORT = {"task": {"time_limit_s": 2.0}}
+SHORT = {"task": {"time_limit_s": 1.0}}
 KINDS: list[tuple[str, dict[str, Any]]] = [
     (PEG_INSERTION, {"config": SHORT}),
     (PEG_INSERTION, {"config": SHORT, "actions": "continuous"}),

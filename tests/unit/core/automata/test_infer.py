@@ -11,31 +11,22 @@ from palpate.core.errors import ConfigurationError
 
 BINARY = [f"{n:0{length}b}" if length else "" for length in range(7) for n in range(2**length)]
 ODD_ZEROS = Strings.of(BINARY, [word.count("0") % 2 == 1 for word in BINARY])
-SECOND_ORDER = InferenceSettings(order=2, held_out=0.0, training=TrainingSettings(restarts=32, steps=400, enough=4))
-
 # Walks between three places in a row, a b c, that end right of c. Whoever comes to b from a goes on to c.
 WALKS = Strings.of(["abc", "bc", "abcbc", "c", "bcbcbc", "cbc", "abcbcbc", "bcbc", "cbcbc"] * 40)
 
 
-def test_a_language_is_inferred_from_labelled_strings() -> None:
+def test_a_language_is_inferred_from_labelled_strings_and_held_out_ones_judge_it() -> None:
     told: list[Progress] = []
-    found = infer(ODD_ZEROS, SECOND_ORDER, progress=told.append)
+    training = TrainingSettings(restarts=32, steps=400, enough=4)
+    found = infer(ODD_ZEROS, InferenceSettings(order=2, held_out=0.25, training=training), progress=told.append)
     assert difference(found.machine, Machine(Kind.DFA, ("0", "1"), ((1, 0), (0, 1)), (False, True))) is None
     assert found.consistent is True
-    assert (found.chosen.states, found.strings, found.held_out) == (2, len(BINARY), 0)
+    assert (found.chosen.states, found.strings, found.held_out) == (2, 95, 32)
     assert found.chosen.raw_states >= 2
-    assert found.extracts == (found.chosen,)
     assert tuple(told) == found.training.curve
     assert (
         f"q = {found.chosen.intervals}, {found.chosen.raw_states} cells, 2 states after minimisation" in found.summary
     )
-    assert "agreement" not in found.summary
-
-
-def test_held_out_strings_judge_it() -> None:
-    settings = InferenceSettings(order=2, held_out=0.25, training=TrainingSettings(restarts=32, steps=400, enough=4))
-    found = infer(ODD_ZEROS, settings)
-    assert (found.strings, found.held_out) == (95, 32)
     assert found.chosen.agreement == 1.0
     assert "agreement: 100.0% of the held-out strings (32 strings)" in found.summary
 
@@ -46,6 +37,8 @@ def test_what_cannot_be_learned_is_told_and_the_best_is_kept() -> None:
     )
     found = infer(ODD_ZEROS, settings)
     assert found.consistent is False
+    assert found.held_out == 0
+    assert "agreement" not in found.summary
     assert 0.0 < found.chosen.wrong <= 0.5
     assert "not consistent: wrong about" in found.summary
     assert f"of {len(BINARY)} training strings" in found.summary

@@ -48,8 +48,12 @@ def test_the_threads_of_the_caller_are_left_as_they_were() -> None:
     import torch
 
     before = torch.get_num_threads()
-    train(WALKS, PREDICTOR, TrainingSettings(restarts=2, batch=2, steps=1))
-    assert torch.get_num_threads() == before
+    torch.set_num_threads(2)
+    try:
+        train(WALKS, PREDICTOR, TrainingSettings(restarts=2, batch=2, steps=1))
+        assert torch.get_num_threads() == 2
+    finally:
+        torch.set_num_threads(before)
 
 
 def test_batches_are_counted_on_and_progress_is_told() -> None:

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from threadpoolctl import threadpool_info
+from threadpoolctl import threadpool_info, threadpool_limits
 
 from palpate.adapters.config.run import RunConfig
 from palpate.adapters.experiments.study import CellOutcome, StudyCell
@@ -57,5 +57,5 @@ def test_a_place_that_is_no_cell_is_not_taken_for_one(tmp_path: Path) -> None:
 
 
 def test_libraries_keep_to_one_thread() -> None:
-    with one_thread(RunConfig()):
+    with threadpool_limits(2), one_thread(RunConfig()):
         assert {library["num_threads"] for library in threadpool_info()} == {1}
