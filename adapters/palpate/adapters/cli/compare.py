@@ -17,6 +17,7 @@ from palpate.adapters.experiments import (
     RunFolder,
     aligned,
     capture_half_width_m,
+    comparators_of,
     csv_text,
     open_rig,
     ready_pose,
@@ -38,7 +39,7 @@ def _compare(options: CompareOptions, kept: ExitStack) -> int:
     config = options.run
     folder = RunFolder(Path(options.out or f"runs/{config.scenario}-compare"))
     folder.require_free()
-    chosen = [ChosenPolicy(name, config) for name in (*options.policy, *COMPARATORS)]
+    chosen = [ChosenPolicy(name, config) for name in (*options.policy, *comparators_of(config))]
     ready = ready_pose(config)
     require_usable(config, ready)
     print_weakened(config)

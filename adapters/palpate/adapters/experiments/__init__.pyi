@@ -34,6 +34,7 @@ from .policies import COMPARATORS as COMPARATORS
 from .policies import OUTSIDE as OUTSIDE
 from .policies import accepted_policies as accepted_policies
 from .policies import comparator as comparator
+from .policies import comparators_of as comparators_of
 from .policies import foreign_document as foreign_document
 from .policies import learning_policy as learning_policy
 from .policies import loaded_policy as loaded_policy

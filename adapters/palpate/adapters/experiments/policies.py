@@ -54,6 +54,13 @@ COMPARATORS: Final[dict[str, str]] = {
     "give-way": "insertion-6dof: the torque rule, giving way in tilt at every fourth action",
     "corner-first": "insertion-6dof: one corner of the peg first, pushed into its corner of the hole",
 }
+_SPATIAL: Final = frozenset({"give-way", "corner-first"})
+
+
+def comparators_of(config: RunConfig) -> list[str]:
+    """The comparators whose actions the task has."""
+    spatial = task_kind(config.task.name).options is SpatialOptions
+    return [name for name in COMPARATORS if spatial or name not in _SPATIAL]
 
 
 NO_POLICY: Final = "none"
