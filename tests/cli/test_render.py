@@ -36,16 +36,16 @@ def test_films_and_sheets_in_every_format(palpate: CommandLine, desk: Path) -> N
         return palpate.succeed("render", "sound.mcap", *words.split())
 
     printed = rendered("--to a.mp4 --size 200x150 --begin-s 1 --end-s 1.25")
-    assert "7 pictures of 1.00 to 1.25 s of the trial in a.mp4" in printed
+    assert "8 pictures of 1.00 to 1.25 s of the trial in a.mp4" in printed
     with av.open(str(desk / "a.mp4")) as film:
         stream = film.streams.video[0]
         assert (stream.width, stream.height, float(stream.average_rate or 0)) == (200, 150, 25.0)
         # A second of rest follows.
-        assert sum(1 for _ in film.decode(stream)) == 7 + 25
+        assert sum(1 for _ in film.decode(stream)) == 8 + 25
     rendered("--to a.GIF --size 200x150 --begin-s 1 --end-s 1.25 --speed 0.5 --camera arm")
     with Image.open(desk / "a.GIF") as film:
-        assert (film.format, film.size, film.n_frames) == ("GIF", (200, 150), 7)
-    assert "4 pictures of 0.53 to 2.11 s" in rendered("--to a.png --size 640x520 --pictures 4")
+        assert (film.format, film.size, film.n_frames) == ("GIF", (200, 150), 8)
+    assert "4 pictures of 0.23 to 1.35 s" in rendered("--to a.png --size 640x520 --pictures 4")
     with Image.open(desk / "a.png") as sheet:
         assert (sheet.format, sheet.size) == ("PNG", (640, 520))
         assert len(sheet.convert("RGB").getcolors(1 << 20) or []) > 500
@@ -82,8 +82,8 @@ def test_a_trial_of_a_rig_is_drawn(palpate: CommandLine, desk: Path) -> None:
         ("sound.mcap --to a.gif --fps -5", "fps = -5.0", "from 0.1 to 50"),
         ("sound.mcap --to a.gif --speed 0", "speed = 0.0", "from 0.001"),
         ("sound.mcap --to a.gif --speed 0.001", "fps = 12.5", "a greater speed"),
-        ("sound.mcap --to a.gif --begin-s 9", "begin_s = 9.0", "from 0 to 2.114"),
-        ("sound.mcap --to a.gif --begin-s 2 --end-s 1", "end_s = 1.0", "after the beginning"),
+        ("sound.mcap --to a.gif --begin-s 9", "begin_s = 9.0", "from 0 to 1.35"),
+        ("sound.mcap --to a.gif --begin-s 1.2 --end-s 1", "end_s = 1.0", "after the beginning"),
         ("sound.mcap --to a.gif --camera top", "camera = 'top'", "both, close-up, arm"),
         ("torn.mcap --to a.gif", "torn.mcap: offset", "palpate log recover"),
         ("missing.mcap --to a.gif", "missing.mcap", "cannot be read"),

@@ -7,10 +7,10 @@ from typing import Any, get_args, get_origin
 from palpate.adapters.config import GridLearning, RealTimeConfig, RunConfig
 from palpate.adapters.config.rig import OperatorTable, WatchdogTable
 from palpate.adapters.fault_injection import FaultPlan
-from palpate.adapters.hardware.ati import _NetFtTable
-from palpate.adapters.hardware.cia402 import _Cia402Table
-from palpate.adapters.hardware.jr3 import _CanTable, _UartTable
-from palpate.adapters.hardware.zebra_zero import _ZebraTable
+from palpate.adapters.hardware.ati import NetFtTable
+from palpate.adapters.hardware.cia402 import Cia402Table
+from palpate.adapters.hardware.jr3 import Jr3CanTable, Jr3UartTable
+from palpate.adapters.hardware.zebra_zero import ZebraTable
 from palpate.core.automata import InferenceSettings, TrainingSettings
 from palpate.core.automata.choice import ExtractionSettings
 from palpate.core.policy import BackOff, SarsaParameters, TemperatureSchedule
@@ -28,11 +28,11 @@ TABLES: dict[str, Settings] = {
     "real time": RealTimeConfig(),
     "rig operator": OperatorTable(),
     "rig watchdog": WatchdogTable(),
-    "arm zebra-nmc": _ZebraTable(),
-    "arm cia402": _Cia402Table(),
-    "force jr3-can": _CanTable(),
-    "force jr3-uart": _UartTable(),
-    "force ati-netft": _NetFtTable(),
+    "arm zebra-nmc": ZebraTable(),
+    "arm cia402": Cia402Table(),
+    "force jr3-can": Jr3CanTable(),
+    "force jr3-uart": Jr3UartTable(),
+    "force ati-netft": NetFtTable(),
 }
 
 
