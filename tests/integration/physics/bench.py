@@ -5,11 +5,12 @@ of the wrist sensor are off; the encoders keep their steps. Positions are in the
 """
 
 from functools import cache
-from math import atan2, cos, degrees, hypot, pi, remainder, sin, sqrt
+from math import atan2, cos, degrees, hypot, pi, radians, remainder, sin, sqrt
 from types import TracebackType
 from typing import Any, Self
 
 import numpy as np
+import pinocchio as pin
 
 from palpate.adapters.config.run import RunConfig
 from palpate.adapters.mujoco.rig import SimulatedRig
@@ -23,6 +24,7 @@ from palpate.core.ports import PERIOD_S
 from palpate.core.ports.values import CONTROL_RATE_HZ, Snapshot, Vector3, WrenchSample
 from palpate.core.trial import N_PER_KGF, Measurement, ReadyPose, find_ready_pose, goal_in_base
 from palpate.simulation.work_cell.config import CellConfig, ComplianceConfig, PegConfig, SensorConfig
+from palpate.simulation.work_cell.model import quaternion
 
 LEAST_OFFSET_M, MOST_OFFSET_M = 0.3e-3, 3e-3
 _SILENT = SensorConfig(force_noise_N=0.0, torque_noise_Nm=0.0, force_bias_N=0.0, torque_bias_Nm=0.0)
@@ -78,7 +80,7 @@ class Bench:
         arm, goal, ready = arm_named(config.arm), goal_in_base(config.task.goal), ready_pose(config.arm)
         control, travel = config.control, config.task.travel_speed_mm_s * 1e-3
         signal = SignalProcessor(CONTROL_RATE_HZ, config.perception.cutoff_Hz, config.perception.filter_order)
-        self.rig = SimulatedRig(config, ready)
+        self._goal, self.rig = goal, SimulatedRig(config, ready)
         self.measurement = Measurement(Kinematics(arm, ToolGeometry()), goal, signal)
         self.press_N = config.task.press_kgf * N_PER_KGF
         self._motion = TipMotion(Kinematics(arm, ToolGeometry()), goal, ready.tip_rotation, PERIOD_S)
@@ -186,6 +188,22 @@ class Bench:
                 caught = miss
             else:
                 missed = miss
+        return 0.5 * (caught + missed)
+
+    def turn_hole(self, yaw_rad: float) -> None:
+        """From the next start on the hole is turned by that about its axis."""
+        cell, turned = self.rig.cell, pin.exp3(np.array([0.0, 0.0, yaw_rad]))
+        cell.model.body_quat[cell.model.body("plate").id] = quaternion(self._goal.rotation @ turned)
+
+    def capture_in_yaw_deg(self, resolution_deg: float = 0.01) -> float:
+        """The largest yaw of the hole at which the peg, pressed down on its axis, drops in."""
+        caught, missed = 0.0, 4.0
+        while missed - caught > resolution_deg:
+            yaw_deg = 0.5 * (caught + missed)
+            self.turn_hole(radians(yaw_deg))
+            self.press(0.0, 0.0, 90)
+            caught, missed = (yaw_deg, missed) if self.rig.truth().depth_m > _DROP_M else (caught, yaw_deg)
+        self.turn_hole(0.0)
         return 0.5 * (caught + missed)
 
     def _drops_when_passing(self, heading: float, miss_m: float, run_up_m: float = 1.5e-3) -> bool:

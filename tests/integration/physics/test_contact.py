@@ -59,6 +59,8 @@ def test_the_peg_does_not_chatter_on_the_wall(arm: str) -> None:
         ("ur5", "square", 0.3, 20.0),
         ("zebra-zero", "hexagon", 1.0, 0.0),
         ("zebra-zero", "triangle", 0.02, 0.0),
+        ("zebra-zero", "rounded-square", 0.075, 0.0),
+        ("ur5", "keyed", 0.075, 5.0),
     ],
 )
 def test_other_pegs_touch_as_hard_up_to_the_edge_of_the_plate(

@@ -121,7 +121,8 @@ class RunConfig(Settings):
     """Preset that the other settings start from. paper: the hole is at the nominal goal; blind: within 3 mm of it;
     blind with one condition more: blind-tilt-2, blind-tilt-4 (mrad), blind-regrip, blind-bias, blind-bias-drawn,
     blind-drift, blind-noise, blind-batches, blind-wear, blind-corner, blind-smooth, blind-rough, blind-tight,
-    blind-5 (mm)."""
+    blind-5 (mm), blind-grip, blind-plate, blind-yaw; and with all three of these a peg that is not round:
+    blind-triangle, blind-square, blind-hexagon, blind-rounded-square, blind-keyed."""
     learner: Annotated[str, OneOf(*LEARNERS)] = "q-learning"
     """What learns; as the scenario, a preset that the other settings start from."""
     arm: str | ArmDescription = "zebra-zero"

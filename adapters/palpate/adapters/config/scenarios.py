@@ -8,11 +8,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Final, TypeAlias
 
+from palpate.simulation.work_cell import SIDES
+
 Table: TypeAlias = Mapping[str, Any]
 
 _KGF_MM_IN_NM: Final = 0.00980665
 _DRAWN: Final = {"zero_heading": "drawn"}
 _TILT: Final = {"tilt_heading": "drawn"}
+_GRIPPED: Final = _TILT | {"grip_trials": 1}
+_TURNED: Final = _GRIPPED | {"yaw_deg": 5.0, "plate_lean_mrad": 17.5}
 _BIAS: Final = _DRAWN | {"zero_shift_Nm": round(3.0 * _KGF_MM_IN_NM, 6)}
 _DRIFT: Final = _DRAWN | {"zero_drift_Nm_s": round(3.0 * _KGF_MM_IN_NM / 20.0, 6)}
 _CORNER: Final = {"x_mm": 283.0, "y_mm": 283.0}
@@ -42,6 +46,13 @@ SCENARIOS: Final[Mapping[str, Table]] = {
     "blind-rough": {"cell": {"peg": {"friction": 0.4}}},
     "blind-tight": {"cell": {"peg": {"clearance_mm": 0.04}}},
     "blind-5": {"cell": {"hole_uncertainty_mm": 5.0}, "task": {"area_half_width_mm": 5.5}},
+    "blind-grip": {"cell": {"tilt_mrad": 4.0, "conditions": _GRIPPED}},
+    "blind-plate": {"cell": {"conditions": {"plate_lean_mrad": 17.5}}},
+    "blind-yaw": {"cell": {"peg": {"cross_section": "square"}, "conditions": {"yaw_deg": 5.0}}},
+    **{
+        f"blind-{shape}": {"cell": {"tilt_mrad": 4.0, "peg": {"cross_section": shape}, "conditions": _TURNED}}
+        for shape in SIDES
+    },
 }
 """Settings by the preset's name; over ``BLIND``, except for ``paper``."""
 
