@@ -6,7 +6,7 @@ from palpate.simulation.work_cell.config import PegConfig
 from tests.integration.physics.bench import Bench, quiet
 
 
-@pytest.mark.parametrize("section", ["square", "keyed"])
+@pytest.mark.parametrize("section", ["square", "triangle"])
 def test_half_the_time_step_changes_capture_in_yaw_by_less_than_a_fifth(section: str) -> None:
     yaw_deg = []
     for substeps in (4, 8):
