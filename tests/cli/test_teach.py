@@ -7,6 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from palpate.adapters.experiments.teaching import Keys
+from palpate.core.errors import DeviceError
+from palpate.core.policy import Observation
 from tests.command_line import CommandLine
 
 CELL = ("--seed", 1, "--cell.hole-uncertainty-mm", 0)
@@ -37,6 +40,22 @@ def test_what_was_shown_is_a_table_a_file_of_examples_and_a_policy(
     assert "3 examples of 1 episode in again.csv" in palpate.succeed("log", "import", "dataset", "--out", "again.csv")
     assert Path("again.csv").read_text() == Path("lesson/examples.csv").read_text()
     assert "x+ y0    examples  -x" in palpate.succeed("show", "lesson/policy.json")
+
+
+def test_what_was_shown_outlives_a_device_that_fails(
+    palpate: CommandLine, typed: Callable[[bytes], None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    steps = iter((4, 4, 2))
+
+    def step(self: Keys, observation: Observation) -> int:
+        if (way := next(steps, None)) is None:
+            raise DeviceError("gamepad", "is gone")
+        return way
+
+    monkeypatch.setattr(Keys, "step", step)
+    done = palpate("teach", *CELL, "--trials", 2, "--out", tmp_path / "lesson")
+    assert (done.code, done.stderr.splitlines()[-1]) == (1, "palpate: gamepad: is gone")
+    assert len((tmp_path / "lesson/examples.csv").read_text().splitlines()) == 4
 
 
 @pytest.mark.parametrize(

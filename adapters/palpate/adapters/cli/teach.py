@@ -52,6 +52,7 @@ from palpate.adapters.experiments.teaching import (
 )
 from palpate.adapters.hardware.real_time import RealTimeSession
 from palpate.adapters.log import PERSON, made_with
+from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.errors import ConfigurationError, UsageError
 from palpate.core.perception import Perception
 from palpate.core.policy import Observation, document_of
@@ -79,7 +80,6 @@ def _teach(options: TeachOptions, kept: ExitStack) -> int:
     require_usable(config, ready, options.rig)
     print_weakened(config)
     examples: list[Shown] = []
-    failed = 0
     with ExitStack() as opened:
         hand = opened.enter_context(_hand(options))
         live = opened.enter_context(watched(options))
@@ -90,8 +90,9 @@ def _teach(options: TeachOptions, kept: ExitStack) -> int:
         require_limits(config, ready, rig.sensor_facts)
         perception = configured_perception(config)
         if perception is None:
-            say(f"fitting perception on {config.perception.fit_trials} random-walk trials")
-            perception = fitted_perception(config, ready, rig)
+            say(f"fitting perception on {config.perception.fit_trials} random-walk trials in the simulator")
+            with SimulatedRig(config, ready) as simulated:
+                perception = fitted_perception(config, ready, simulated)
         kept.enter_context(folder.writing())
         folder.write("run.toml", run_toml(config, "teach", trials=options.trials))
         folder.keep_manifest("teach")
@@ -106,13 +107,13 @@ def _teach(options: TeachOptions, kept: ExitStack) -> int:
         teacher = Teacher(hand, perception.states, actions, tell, guided=options.guide_N > 0.0)
 
         def done(scored: ScoredTrial, shown: list[Shown]) -> None:
-            nonlocal failed
             folder.append_trial(scored, FIRST_EVALUATION_TRIAL)
             folder.note_trial()
             number, outcome = scored.report.setup.index - FIRST_EVALUATION_TRIAL + 1, scored.report.outcome
-            failed += not scored.success
             if scored.success:
                 examples.extend(shown)
+                # At once: what is shown outlives whatever ends the lesson.
+                folder.write(EXAMPLES_FILE, examples_text(examples))
             fate = f"{len(shown)} examples" if scored.success else "nothing is taken from it"
             line = "\n" if tell is _tell else ""
             sys.stderr.write(f"{line}trial {number} of {options.trials}: {outcome.value if outcome else ''}, {fate}\n")
@@ -121,8 +122,12 @@ def _teach(options: TeachOptions, kept: ExitStack) -> int:
         rows = teach_trials(config, ready, rig, perception, teacher, options.trials, done, recorder, session)
         if session is not None:
             say(session.report())
+    if tell is _tell and hand.ended():
+        # The cursor stands behind the step that was not taken.
+        sys.stderr.write("\n")
     _leave(options, folder, perception, examples)
-    write_evaluation(config, folder, PERSON, None, rows, len(rows)) if rows else None
+    if rows:
+        write_evaluation(config, folder, PERSON, None, rows, len(rows))
     folder.seal()
     return int(unrecorded(recorder)) or (0 if len(rows) == options.trials else 130)
 
@@ -133,7 +138,6 @@ def _leave(options: TeachOptions, folder: RunFolder, perception: Perception, exa
         say(f"no trial succeeded, so nothing was taught; logs are in {folder.path}")
         return
     path, config = folder.path / EXAMPLES_FILE, options.run
-    folder.write(EXAMPLES_FILE, examples_text(examples))
     learned_by = replace(config, learning=replace(config.learning, examples=str(path)))
     policy = learning_policy(learned_by, perception)
     document = document_of(policy, created_with=made_with(), perception=perception_settings(config, perception))

@@ -1,18 +1,9 @@
-from pathlib import Path
-
 from palpate.adapters.config import RunConfig
 from palpate.adapters.experiments import task_actions
-from palpate.adapters.experiments.teaching import Shown, examples_text, taught_table
-from palpate.core.policy import load_examples
+from palpate.adapters.experiments.teaching import Shown, taught_table
 
 ACTIONS = task_actions(RunConfig())
 SHOWN = [Shown(0, 0, "b", "-x"), Shown(0, 1, "b", "+x"), Shown(1, 0, "b", "-x"), Shown(1, 1, "a", "+y")]
-
-
-def test_the_file_is_read_as_examples_are(tmp_path: Path) -> None:
-    (tmp_path / "examples.csv").write_text(examples_text(SHOWN))
-    pairs = load_examples(tmp_path / "examples.csv", ("a", "b"), ACTIONS)
-    assert pairs == tuple((one.state, one.action) for one in SHOWN)
 
 
 def test_the_table_counts_and_names_conflicts() -> None:
