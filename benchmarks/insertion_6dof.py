@@ -10,12 +10,14 @@ processor time of a tick of the core without physics, in turns with that of an i
 from __future__ import annotations
 
 import argparse
+import time
 from collections import Counter
 from collections.abc import Mapping
 from multiprocessing import get_context
 from typing import Any
 
 import numpy as np
+from typing_extensions import override
 
 from palpate.adapters.config import RunConfig, overlay, scenario, task_kind
 from palpate.adapters.experiments import (
@@ -25,10 +27,13 @@ from palpate.adapters.experiments import (
     ready_pose,
     run_scored_trial,
     supervisor_of,
+    trial_setup,
 )
 from palpate.adapters.experiments.statistics import exact_interval
 from palpate.adapters.mujoco import SimulatedRig
+from palpate.core.control_loop import LoopObserver, run_trial
 from palpate.core.errors import DeviceError
+from palpate.core.ports import AppliedCommand, JointCommand, Snapshot
 
 TASK = "insertion-6dof"
 FIRST = 500_000
@@ -107,6 +112,48 @@ def show(rows: list[Row], verbose: bool) -> None:
     )
 
 
+class Kept(LoopObserver):
+    """The snapshots of a trial."""
+
+    def __init__(self) -> None:
+        self.snapshots: list[Snapshot] = []
+
+    @override
+    def sent(self, snapshot: Snapshot, command: JointCommand, applied: AppliedCommand) -> None:
+        self.snapshots.append(snapshot)
+
+
+def tick_costs(rounds: int = 30) -> None:
+    """Processor time of a tick of the core, in turns with an insertion by steps across, over recorded snapshots."""
+    kept = []
+    for config, policy in (
+        (scenario("paper"), "torque"),
+        (config_of("square", "asked", "zebra-zero", {}), "corner-first"),
+    ):
+        ready, seen = ready_pose(config), Kept()
+        with SimulatedRig(config, ready) as rig:
+            rig.prepare(FIRST)
+            chosen = comparator(policy, config, lambda: (0.0, 0.0, 0.0))
+            task = build_task(config, ready, build_perception(RunConfig(task=config.task)), chosen)
+            run_trial(task, rig.ports, trial_setup(config, FIRST), supervisor_of(rig, config, ready), [seen])
+        kept.append((task, trial_setup(config, FIRST), seen.snapshots))
+    costs: list[list[float]] = [[], []]
+    for _ in range(rounds):
+        for (task, setup, snapshots), cost in zip(kept, costs, strict=True):
+            task.begin(setup)
+            began = time.thread_time_ns()
+            for snapshot in snapshots:
+                if task.sense(snapshot) is not None:
+                    task.choose()
+                task.act()
+            cost.append((time.thread_time_ns() - began) / len(snapshots) * 1e-3)
+    across, spatial = (float(np.median(cost)) for cost in costs)
+    ratio = float(np.median([b / a for a, b in zip(*costs, strict=True)]))
+    print(
+        f"a tick of the core: {across:.1f} us by steps across, {spatial:.1f} us in six degrees of freedom: {ratio:.2f}"
+    )
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--shape", choices=CORNERS, default="square")
@@ -119,7 +166,11 @@ def main() -> None:
     parser.add_argument("--workers", type=int, default=1)
     parser.add_argument("--options", nargs="*", default=[], help="NAME VALUE ... of task.options")
     parser.add_argument("--verbose", action="store_true")
+    parser.add_argument("--tick", action="store_true", help="what a tick of the core costs, and nothing else")
     told = parser.parse_args()
+    if told.tick:
+        tick_costs()
+        return
     options = {name: float(value) for name, value in zip(told.options[::2], told.options[1::2], strict=True)}
     config = config_of(told.shape, told.conditions, told.arm, options)
     policy = told.policy or ("give-way" if told.shape == "round" else "corner-first")

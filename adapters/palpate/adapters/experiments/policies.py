@@ -51,7 +51,7 @@ COMPARATORS: Final[dict[str, str]] = {
     "spiral-10": "Archimedean spiral, 10 mm/s",
     "spiral-5": "Archimedean spiral, 5 mm/s",
     "random": "random walk over the compass steps",
-    "give-way": "insertion-6dof: the torque rule, giving way in tilt at every fourth action",
+    "give-way": "insertion-6dof: the torque rule, giving way in tilt first, and at every fifth action",
     "corner-first": "insertion-6dof: one corner of the peg first, pushed into its corner of the hole",
 }
 _SPATIAL: Final = frozenset({"give-way", "corner-first"})

@@ -17,6 +17,7 @@ _FASTEST_PUSH_M_S: Final = 12e-3
 _FASTEST_YAW_RAD_S: Final = radians(12.0)
 _PULL_N: Final = 1.2
 """So light a pull no proof of contact takes for one that cannot be."""
+_HELD_N: Final = 2.5
 _WITHDRAW_M_S: Final = 12e-3
 _STEP: Final = Spatial()
 _HOLD: Final = Spatial(Law.LIFT)
@@ -119,6 +120,9 @@ class SpatialExplore(Explore):
             if measured.force_N[2] > _PULL_N:
                 # Something holds the tool: a lift is no withdrawal.
                 velocity = rate = (0.0, 0.0, 0.0)
+            elif hypot(*measured.force_N[:2]) > _HELD_N:
+                # Caught on an edge: up, and no further across.
+                velocity, rate = (0.0, 0.0, velocity[2]), (0.0, 0.0, 0.0)
         elif spatial.law is Law.PUSH:
             velocity = self._pushed(spatial.push_N)
             # A yaw that is asked for is a torque about the axis, against which the tool gives way.

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import atan2, hypot, pi
+from typing import Final
 
 from typing_extensions import override
 
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy import Action, Decision, FixedPolicy, Law, Observation, drawing_from
 
-_EVERY = 4
+_FIRST: Final = 3
+_EVERY: Final = 5
 
 
 class GiveWay(FixedPolicy):
-    """Steps where the torque says the hole is; every fourth action gives way in tilt on the spot.
+    """Steps where the torque says the hole is; three actions first, and every fifth then, give way in tilt on the spot.
 
     A peg that leans stands on its edge, and the torque of that hides the one that points at the hole.
 
@@ -39,7 +41,8 @@ class GiveWay(FixedPolicy):
     def choose(self, observation: Observation) -> Decision:
         """The compass step nearest to the torque's heading, or giving way."""
         index = self._giving
-        if observation.action_number % _EVERY != _EVERY - 1:
+        since = observation.action_number - _FIRST
+        if since >= 0 and since % _EVERY != _EVERY - 1:
             tx, ty, _ = observation.torque_Nm
             if hypot(tx, ty) >= self._threshold_Nm:
                 heading_rad = atan2(tx, -ty)

@@ -12,13 +12,13 @@ from palpate.core.trial import TaskConfig
 NONE: Vector3 = (0.0, 0.0, 0.0)
 
 
-def test_every_fourth_action_gives_way() -> None:
+def test_the_first_three_actions_and_every_fifth_then_give_way() -> None:
     policy = GiveWay(INSERTION_6DOF.actions(TaskConfig()), 0.01)
     policy.begin_trial(0, np.random.default_rng(0))
     names = [
-        policy.choose(Observation(0, NONE, NONE, NONE, (0.05, 0.0, 0.0), number)).action.name for number in range(8)
+        policy.choose(Observation(0, NONE, NONE, NONE, (0.05, 0.0, 0.0), number)).action.name for number in range(13)
     ]
-    assert names == ["+y", "+y", "+y", "give way"] * 2
+    assert names == ["give way"] * 3 + (["+y"] * 4 + ["give way"]) * 2
 
 
 def test_an_action_set_without_giving_way_is_refused() -> None:
