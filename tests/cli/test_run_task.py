@@ -30,7 +30,8 @@ def test_holes_are_surveyed_recorded_and_replayed(palpate: CommandLine, tmp_path
     quick = ("plate_touches", "2", "floor_touches", "2", "wall_touches", "5", "pitch_mm", "0.7", "aside_mm", "5")
     cell = ("--cell.peg.clearance-mm", "0.5", "--cell.hole-uncertainty-mm", "0.5", "--task.ready-height-mm", "1")
     palpate.succeed("run", *SURVEY, *quick, *cell, "--task.more-goals-mm", "--cell.more-holes-mm", "--out", out)
-    assert "done" in palpate.succeed("log", "info", out)
+    (log,) = (out / "logs").iterdir()
+    assert "measured       hole 1: x " in palpate.succeed("log", "info", log)
     assert "1 of 1 equal" in palpate.succeed("replay", out, "--jobs", 1)
 
 

@@ -90,8 +90,8 @@ def _legend(axes: Any) -> None:
 def _scatter(axes: Any, rows: Sequence[TrialRow], values: Sequence[float]) -> None:
     """A mark for each trial, from zero to somewhat above the highest."""
     for success, colour, marker, label in (
-        (True, "#4878a8", ".", "inserted to full depth"),
-        (False, "#c44e52", "x", "not inserted"),
+        (True, "#4878a8", ".", "success"),
+        (False, "#c44e52", "x", "no success"),
     ):
         points = [(row.trial, value) for row, value in zip(rows, values, strict=True) if row.success is success]
         if points:

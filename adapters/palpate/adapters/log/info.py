@@ -15,6 +15,7 @@ from palpate.adapters.log.reader import TrialLog
 from palpate.adapters.log.tick_layout import TickRecord
 from palpate.core.errors import LogError
 from palpate.core.ports import CommandReason, JointSample, Validity, WrenchSample
+from palpate.core.trial import MEASURED
 
 NS: Final = 1e-9
 LATE_S: Final = 0.001
@@ -171,6 +172,7 @@ def _what(log: TrialLog) -> dict[str, Any]:
         "schema": start.schema,
         "derived_from": start.derived_from,
         "what_if": bool(log.end is not None and log.end.counterfactual) or bool(start.derived_from),
+        "measured": [event.detail for event in log.events if event.name == MEASURED],
         "drawn": json_in(log, "start.world_json", start.world_json).get("drawn", {}),
     }
 

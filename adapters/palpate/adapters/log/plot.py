@@ -83,11 +83,12 @@ def _torques(axes: Any, series: Series) -> None:
 def _position(axes: Any, series: Series, log: TrialLog) -> None:
     for i, name in enumerate("xyz"):
         axes.plot(series.time_s, series.tip_mm[:, i], color=_XYZ[i], linewidth=1.3, label=name)
-    hole = () if log.end is None else log.end.true_hole_in_task_m[:2]
+    flat = series.config.cell.contour.shape == "none"
+    hole = log.end.true_hole_in_task_m[:2] if flat and log.end is not None else ()
     for i, value in enumerate(hole):
         label = "true hole, x and y" if i == 0 else None
         axes.axhline(value * 1e3, color=_XYZ[i], linewidth=0.8, linestyle=(i, (2, 2)), alpha=0.7, label=label)
-    _dress(axes, "tip [mm]\ntask frame, z into the hole")
+    _dress(axes, "tip [mm]\ntask frame, z into the part")
 
 
 def _altered(axes: Any, series: Series) -> None:
@@ -183,7 +184,8 @@ def _title(log: TrialLog, series: Series, altered: bool) -> str:
     elif end.error:
         came = f"ended by {end.error}"
     else:
-        came = f"{end.outcome}, exploration {end.exploration_time_s:.2f} s, {end.actions} actions"
+        actions = f", {end.actions} actions" if end.actions else ""
+        came = f"{end.outcome}, {end.exploration_time_s:.2f} s of exploration{actions}"
         came += {True: ", success", False: ", no success", None: ""}[end.success]
     missing = int(np.sum(series.ticks < 0))
     notes = [f"tared by {series.tare.origin}"]

@@ -7,8 +7,9 @@ import os
 from collections.abc import Mapping
 from typing import Any, Final
 
-from palpate.adapters.config import LEARNERS, RunConfig, field_value, learner_in, overlay, scenario
+from palpate.adapters.config import LEARNERS, RunConfig, field_value, learner_in, overlay, scenario, task_kind
 from palpate.core.errors import ConfigurationError
+from palpate.core.ports import fitted
 
 _DEFAULTS: Final = RunConfig()
 FILES: Final = ("perception.memory", "learning.examples")
@@ -72,7 +73,10 @@ def configured(settings: Mapping[str, Any], folder: str) -> RunConfig:
         for part in path:
             inner = inner.setdefault(part, {})
         inner[last] = value
-    return overlay(scenario(*presets), table)
+    config = scenario(*presets)
+    if task := settings.get("task.name"):
+        config = overlay(config, task_kind(fitted("task.name", task, str)).preset)
+    return overlay(config, table)
 
 
 def with_learner(settings: Mapping[str, Any], policy: str, folder: str) -> dict[str, Any]:

@@ -7,13 +7,11 @@ from dataclasses import dataclass
 from typing import Final, Self
 
 from palpate.core.tasks.hole_survey.estimate import Sized
-from palpate.core.trial import TrialReport
+from palpate.core.trial import MEASURED, TrialReport
 
-HOLE: Final = "hole"
-"""Name of the event."""
 _NUMBER: Final = r"(-?[0-9.]+)"
 _TOLD: Final = re.compile(
-    rf"([0-9]+): x {_NUMBER} \+- {_NUMBER}, y {_NUMBER} \+- {_NUMBER}, diameter {_NUMBER} \+- {_NUMBER}, "
+    rf"hole ([0-9]+): x {_NUMBER} \+- {_NUMBER}, y {_NUMBER} \+- {_NUMBER}, diameter {_NUMBER} \+- {_NUMBER}, "
     rf"depth {_NUMBER} \+- {_NUMBER}, surface {_NUMBER} \+- {_NUMBER} mm"
 )
 
@@ -45,7 +43,7 @@ class SurveyedHole:
     def told(self) -> str:
         """The detail of its event."""
         return (
-            f"{self.number}: x {self.x}, y {self.y}, diameter {self.diameter}, depth {self.depth},"
+            f"hole {self.number}: x {self.x}, y {self.y}, diameter {self.diameter}, depth {self.depth},"
             f" surface {self.surface} mm"
         )
 
@@ -60,4 +58,4 @@ class SurveyedHole:
 
 def surveyed(report: TrialReport) -> list[SurveyedHole]:
     """The holes that a trial found."""
-    return [hole for event in report.events if event.name == HOLE and (hole := SurveyedHole.of(event.detail))]
+    return [hole for event in report.events if event.name == MEASURED and (hole := SurveyedHole.of(event.detail))]

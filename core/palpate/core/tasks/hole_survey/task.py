@@ -16,8 +16,18 @@ from palpate.core.tasks.hole_survey.circle import Circle, fit_circle
 from palpate.core.tasks.hole_survey.estimate import Sized, difference_of, mean_of, student_t
 from palpate.core.tasks.hole_survey.options import SurveyOptions
 from palpate.core.tasks.hole_survey.probe import Motion, Place, Probe, WallTouch
-from palpate.core.tasks.hole_survey.surveyed_hole import HOLE, SurveyedHole
-from palpate.core.trial import ControlConfig, Measurement, Outcome, TaskConfig, TrialSetup, Trip, TripReason, options_of
+from palpate.core.tasks.hole_survey.surveyed_hole import SurveyedHole
+from palpate.core.trial import (
+    MEASURED,
+    ControlConfig,
+    Measurement,
+    Outcome,
+    TaskConfig,
+    TrialSetup,
+    Trip,
+    TripReason,
+    options_of,
+)
 
 _SEARCH_M_S: Final = 0.01
 _IN_HOLE_M: Final = 3e-4
@@ -106,7 +116,7 @@ class Survey(RunningPhase):
             hole = yield from self._hole(number, place)
             if hole is not None:
                 found.append(hole)
-                self._state.event(HOLE, hole.told())
+                self._state.event(MEASURED, hole.told())
                 self._state.report.depth_m = hole.depth.mm * 1e-3
             yield from self._up()
         worst_mm = max((hole.worst_mm for hole in found), default=0.0)
@@ -125,12 +135,12 @@ class Survey(RunningPhase):
         self._task.enter(SurveyPhase.SEARCH)
         yield from self._probe.to((*place, surface_m - _ABOVE_M))
         if not (yield from self._search(place, surface_m)):
-            self._state.event(HOLE, f"{number}: not found within {self._own.search_mm:g} mm of its place")
+            self._state.event(MEASURED, f"hole {number}: not found within {self._own.search_mm:g} mm of its place")
             return None
         self._task.enter(SurveyPhase.FLOOR)
         floor = yield from self._floor(surface_m)
         if not floor:
-            self._state.event(HOLE, f"{number}: no floor down to {self._own.deepest_mm:g} mm")
+            self._state.event(MEASURED, f"hole {number}: no floor down to {self._own.deepest_mm:g} mm")
             return None
         self._task.enter(SurveyPhase.WALL)
         depth = difference_of(floor, heights)

@@ -71,9 +71,9 @@ def test_places_sizes_and_depths_of_holes_are_found_by_touch() -> None:
 def test_a_hole_that_is_not_there_is_said_so() -> None:
     report = survey(plate(HOLES[0]), replace(TASK, options=QUICK | {"search_mm": 1.0}))
     assert report.outcome is Outcome.OUT_OF_TOLERANCE
-    assert [event.detail for event in report.events if event.name == "hole"][
+    assert [event.detail for event in report.events if event.name == "measured"][
         1
-    ] == "2: not found within 1 mm of its place"
+    ] == "hole 2: not found within 1 mm of its place"
 
 
 def scaled(share: float, *axes: int) -> Callable[[WrenchSample], WrenchSample]:
