@@ -43,7 +43,9 @@ _BEFORE_TICKS: Final = 10
 _PRESSING_N: Final = 0.5
 _ALONG: Final = (2,)
 _ACROSS: Final = (0, 1)
-_FRICTIONS: Final = (0.35, 0.5, 0.7, 1.3, 1.7, 2.2)
+_FRICTIONS: Final = (0.35, 0.5, 0.7, 0.8, 0.9, 1.1, 1.25, 1.5, 1.8, 2.2)
+_DELAYS: Final = (-1.0, -0.75, -0.5, -0.25, 0.25, 0.5, 0.75, 1.0)
+"""In control ticks: between two of them, a touch that comes later looks much like a plate that is lower."""
 _ROUNDS: Final = 12
 _PASSES: Final = 2
 _DONE: Final = 1e-3
@@ -299,6 +301,7 @@ class _CellFit:
         self.values[2] = self.values[1]
         for _ in range(_PASSES):
             sds = np.minimum(sds, self._stage((1, 3, _PLATE, _LATE), _ALONG))
+            self._best_delay()
             self._best_friction()
             sds = np.minimum(sds, self._stage((0, 2), _ACROSS))
         return sds
@@ -351,6 +354,17 @@ class _CellFit:
                 self.values[1] = slope / self._trials[0].config.cell.compliance.axial_N_per_mm
                 # Higher is less deep.
                 self.values[[_PLATE, _LATE]] = level / slope, delay
+
+    def _best_delay(self) -> None:
+        found, start = self.values, self.values.copy()
+        best = _cost(self.residual(found, _ALONG))
+        for ticks in _DELAYS:
+            self.values = start.copy()
+            self.values[_LATE] = max(start[_LATE] + ticks, 0.0)
+            self._stage((1, 3, _PLATE), _ALONG)
+            if (cost := _cost(self.residual(self.values, _ALONG))) < best:
+                best, found = cost, self.values
+        self.values = found
 
     def _best_friction(self) -> None:
         best, start = _cost(self.residual(self.values, _ACROSS)), self.values.copy()
