@@ -6,9 +6,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from palpate.adapters.config import overlay
 from palpate.core.errors import ConfigurationError
 from palpate.core.ports.values import CONTROL_RATE_HZ
 from palpate.simulation.work_cell import CellConfig, ConditionsConfig, WorkCell
+from palpate.simulation.work_cell.config import PegConfig
 from tests.unit.simulation.work_cell.test_model import SILENT, advance, cell_of, ready_rad
 
 
@@ -27,6 +29,30 @@ def test_what_cannot_be_is_refused_in_a_line(conditions: dict[str, Any], field: 
         CellConfig(conditions=ConditionsConfig(**conditions))
     assert caught.value.field == f"cell.conditions.{field}"
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("peg", "field"),
+    [
+        ({"cross_section": "pentagon"}, "cross_section"),
+        ({"cross_section": "rounded-square", "corner_radius_mm": 14.5}, "corner_radius_mm"),
+        ({"cross_section": "keyed", "flat_mm": 14.5}, "flat_mm"),
+        ({"cross_section": "keyed", "contact": "spheres"}, "contact"),
+        ({"chamfer_mm": 8.0}, "chamfer_mm"),
+    ],
+)
+def test_a_shape_that_cannot_be_is_refused_in_a_line(peg: dict[str, Any], field: str) -> None:
+    with pytest.raises(ConfigurationError) as caught:
+        overlay(PegConfig(), peg)
+    assert caught.value.field == f"cell.peg.{field}"
+    assert "\n" not in str(caught.value)
+
+
+def test_the_plate_reaches_as_far_as_a_corner_swings() -> None:
+    triangle = PegConfig(cross_section="triangle")
+    still, turned = CellConfig(triangle), CellConfig(triangle, conditions=ConditionsConfig(yaw_deg=60.0))
+    # A corner of a triangle is twice as far from its axis as a side.
+    assert turned.plate_reach_m(6e-3) - still.plate_reach_m(6e-3) == pytest.approx(14.5e-3)
 
 
 def pressed(cell: WorkCell, ticks: int) -> None:

@@ -21,6 +21,8 @@ from palpate.core.policy import PolicyDocument
 MOST_TIMED = 8
 """Logs that timing is taken from: reading all of them would take long."""
 
+_MOST_FAILED = 5
+
 
 def run_page(folder: Path, title: str, *, logs: bool) -> Page:
     """Put together the page of a run."""
@@ -155,7 +157,19 @@ def _figures(run: RunSource) -> PageSection:
     caption = "Brackets: 95 % intervals, Wilson's of success, by order statistics of medians (none below 6 trials)"
     outcomes = summary_of(run.rows)["outcomes"]
     text = "Outcomes: " + ", ".join(f"{count} {name}" for name, count in outcomes.items()) + "."
-    return PageSection("In figures", (text,), (PageTable(caption, head, tuple(rows)),))
+    return PageSection("In figures", (text,), (PageTable(caption, head, tuple(rows)), *drawn_values(run.rows)))
+
+
+def drawn_values(rows: Sequence[TrialRow]) -> list[PageTable]:
+    """What was drawn besides the hole's place: its range, and what it was in the first trials that failed."""
+    table = []
+    for name in rows[0].drawn:
+        values = [row.drawn[name] for row in rows]
+        failed = [f"{row.drawn[name]:.3g} (trial {row.trial + 1})" for row in rows if not row.success]
+        listed = ", ".join(failed[:_MOST_FAILED]) + (" ..." if len(failed) > _MOST_FAILED else "")
+        table.append((name, f"{min(values):.3g}", f"{max(values):.3g}", listed or "none failed"))
+    head = ("drawn for a trial or its batch", "lowest", "highest", "where trials failed")
+    return [PageTable("What was drawn, besides the hole's place", head, tuple(table))] if table else []
 
 
 def _curve(run: RunSource) -> PageSection:
