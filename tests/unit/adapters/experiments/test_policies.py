@@ -9,7 +9,13 @@ import numpy as np
 import pytest
 
 from palpate.adapters.config.run import LearningConfig, PerceptionConfig, RunConfig, scenario
-from palpate.adapters.experiments import COMPARATORS, build_perception, comparator, learning_policy, perception_of
+from palpate.adapters.experiments import (
+    build_perception,
+    comparator,
+    comparators_of,
+    learning_policy,
+    perception_of,
+)
 from palpate.adapters.experiments.build import task_reach
 from palpate.adapters.experiments.policies import loaded_policy, perception_settings
 from palpate.adapters.experiments.study.fields import configured, with_learner
@@ -32,7 +38,7 @@ def no_hole() -> Sequence[float]:
     raise AssertionError("only the omniscient one may ask where the hole is")
 
 
-@pytest.mark.parametrize("name", COMPARATORS)
+@pytest.mark.parametrize("name", comparators_of(DEFAULT))
 def test_every_comparator_works_and_only_one_knows_the_hole(name: str) -> None:
     policy = comparator(name, DEFAULT, (lambda: (1e-3, 0.0, 0.0)) if name == "omniscient" else no_hole)
     assert isinstance(policy, Policy)
