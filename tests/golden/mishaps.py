@@ -290,6 +290,7 @@ MISHAPS: Final[dict[str, Mishap]] = {
         }.items()
     },
     "straight-in": Mishap(settings=_STRAIGHT_IN),
+    "unproved": Mishap(settings={**_STRAIGHT_IN, "task": _STRAIGHT_IN["task"] | {"prove_contact": False}}),
     "inserted-late": Mishap(
         (_clock("overrun", 72, time_s=0.1),), {**_STRAIGHT_IN, "task": _SOON | {"insertion_depth_mm": 1.0}}
     ),
