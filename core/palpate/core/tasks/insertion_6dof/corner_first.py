@@ -29,7 +29,7 @@ _LEAD_M: Final = 0.1e-3
 _QUIET_NM: Final = 0.012
 _QUIET_ACTIONS: Final = 2
 """So many actions in a row both walls have to carry, and nothing to turn the tool."""
-_CAUGHT_M: Final = 0.8e-3
+_CAUGHT_M: Final = 0.5e-3
 """A tip that is less deep below the plate hangs on a wall though both of them carry."""
 _DRIVE_RAD: Final = 0.018
 _DRIVEN_ACTIONS: Final = 7
