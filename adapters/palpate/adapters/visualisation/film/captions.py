@@ -75,12 +75,12 @@ def outcome_of(log: TrialLog) -> str:
     return f"ended: {log.end.error}" if log.end.error else log.end.outcome
 
 
-def notes_of(course: Course, *, hole_known: bool, world: str) -> list[str]:
+def notes_of(course: Course, *, hole_known: bool, world: str, part: str = "hole") -> list[str]:
     """Limits of the picture that a viewer must see: what is drawn from assumptions."""
     if hole_known:
-        notes = [f"hole: where the {world} had it"]
+        notes = [f"{part}: where the {world} had it"]
     else:
-        notes = ["hole: where it is believed to be"]
+        notes = [f"{part}: where it is believed to be"]
     if not course.tared:
         notes.append("force: raw, weight included")
     return notes

@@ -62,7 +62,8 @@ class Painter:
         self._reference_N = reference_N(dist(m.force_N, (0, 0, 0)) for m in course.moments if m.force_N is not None)
         self._outcome = captions.outcome_of(log)
         self._last = course.moments[-1].tick
-        notes = captions.notes_of(course, hole_known=self._cell.hole_known, world=log.start.world)
+        part = "contour" if self._cell.contour else "hole"
+        notes = captions.notes_of(course, hole_known=self._cell.hole_known, world=log.start.world, part=part)
         self._notes = [captions.title_of(log), *notes]
         self.title = "; ".join([*self._notes, *([self._outcome] if self._outcome else [])])
         self._to_task: Array = self._cell.goal_in_base.rotation.T
@@ -112,7 +113,7 @@ class Painter:
 
     def _rim(self) -> list[Array]:
         """The rim of the hole, towards the camera: there the plate is cut away."""
-        return list(self._cell.rim_m(_CORNERS))
+        return [] if self._cell.contour else list(self._cell.rim_m(_CORNERS))
 
     def _add_inset(self, picture: Image.Image) -> None:
         width, height = self._size
