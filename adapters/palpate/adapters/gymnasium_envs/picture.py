@@ -26,7 +26,7 @@ class RunningCell(DrawnCell):
         self.hole_known, self.joints = True, cell.joints
         peg = config.cell.peg
         self.peg_diameter_m = peg.diameter_mm * 1e-3
-        self.peg = peg
+        self.peg, self.contour = peg, config.cell.contour.shape != "none"
         self.plate_depth_m = peg.hole_depth_mm * 1e-3 + 0.005
         self.follow()
 
