@@ -17,6 +17,7 @@ _FASTEST_PUSH_M_S: Final = 12e-3
 _FASTEST_YAW_RAD_S: Final = radians(12.0)
 _PULL_N: Final = 1.2
 """So light a pull no proof of contact takes for one that cannot be."""
+_WEDGED_NM: Final = 0.15
 _HELD_N: Final = 2.5
 _WITHDRAW_M_S: Final = 12e-3
 _STEP: Final = Spatial()
@@ -131,8 +132,11 @@ class SpatialExplore(Explore):
         elif spatial.law is Law.WITHDRAW:
             vx, vy, _ = self._pushed(spatial.push_N)
             pulled = self._pull.velocity_m_s(reference_m, reference_m, (0.0, 0.0, measured.force_N[2]))[2]
-            freeing = self._freeing.rate_rad_s(measured.live_torque_at_tip_Nm())
-            (u, v, w), (a, b, c) = freeing, self._rate_rad_s
+            torque_Nm = measured.live_torque_at_tip_Nm()
+            (u, v, w), (a, b, c) = self._freeing.rate_rad_s(torque_Nm), self._rate_rad_s
+            if hypot(*torque_Nm[:2]) > _WEDGED_NM:
+                # Turning on would load the wedge; the tool gives way to it first.
+                a = b = 0.0
             velocity, rate = (vx, vy, pulled), (u + a, v + b, w + c)
         else:
             velocity = rate = (0.0, 0.0, 0.0)
