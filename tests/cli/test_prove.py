@@ -14,7 +14,7 @@ def test_trials_prove_a_claim_or_do_not_and_the_worst_are_kept(palpate: CommandL
     found = json.loads(Path("proof/proof.json").read_text())
     kept = {tuple(trial) for trials in found["kept"].values() for trial in trials}
     assert {path.name for path in Path("proof/kept/seed-0").glob("*.png")} == {f"trial-{k:05d}.png" for _, k in kept}
-    assert "equal in every bit" in palpate.succeed("replay", "proof/kept")
+    assert "equal in every bit" in palpate.succeed("replay", "proof/kept", "--jobs", 1)
     # Made again, there is nothing to make, and nothing comes out otherwise.
     before = files_in(Path("proof/cells"))
     assert palpate.succeed("prove", *EASY, "--trials", 3).splitlines()[1:] == told[1:]
