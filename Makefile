@@ -51,10 +51,10 @@ lint: setup
 # What waits for real time runs by itself afterwards: beside busy workers its devices would come late.
 # Bytecode is kept, also where the environment says not to: each process that a test starts would compile all anew.
 test: export PYTHONDONTWRITEBYTECODE :=
-# Two workers share two processors: their libraries' own threads would only wait for each other.
+# Three workers share two processors, for some tests sleep; their libraries' own threads would only wait for each other.
 test: export OMP_NUM_THREADS := 1
 test: lint
-	$(BIN)/pytest -n 2 --dist loadgroup --ignore tests/wall_clock --ignore tests/documents
+	$(BIN)/pytest -n 3 --dist loadgroup --ignore tests/wall_clock --ignore tests/documents
 	$(BIN)/pytest -n 2 --dist loadgroup tests/wall_clock
 
 # Under a minute; its builder is an extra of its own, which neither training nor tests need.

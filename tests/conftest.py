@@ -28,6 +28,8 @@ WALL_CLOCK = "tests/wall_clock/"
 """The folder of the tests that run against the wall clock."""
 WITH_PROCESSES = (f"{WALL_CLOCK}test_rigs.py", f"{WALL_CLOCK}test_third_party_rig.py")
 """Those in which an emulated rig and a run keep a processor busy for seconds."""
+TOGETHER = ("tests/unit/core/automata/test_letters.py", "tests/unit/adapters/log/test_trial_recorder.py")
+"""Files whose tests share what takes seconds to make: two workers would make it twice."""
 MIXED = pytest.StashKey[bool]()
 """Whether some of the tests run against the wall clock, and some do not."""
 
@@ -103,4 +105,6 @@ class OneRigOnTheWallClock(LoadGroupScheduling):
     def _split_scope(self, nodeid: str) -> str:
         if nodeid.startswith(WITH_PROCESSES):
             return "with a rig's processes"
+        if nodeid.startswith(TOGETHER):
+            return nodeid.partition("::")[0]
         return WALL_CLOCK if nodeid.startswith(WALL_CLOCK) else str(super()._split_scope(nodeid))

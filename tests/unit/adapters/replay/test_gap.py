@@ -49,6 +49,7 @@ def test_stiffness_friction_and_latency_are_found(logs: list[Path], monkeypatch:
     monkeypatch.setattr(gap, "_MOST_TICKS", 100)
     monkeypatch.setattr(gap, "_PASSES", 1)
     monkeypatch.setattr(gap, "_FRICTIONS", (0.7, 1.7))
+    monkeypatch.setattr(gap, "_DELAYS", (0.5,))
     found = gap_of(logs, lambda: None)
     friction, axial, across, _, plate_mm, _ = found.values
     assert [friction, axial, found.wrench_late_ms] == pytest.approx([0.35, 0.7, 20.0], rel=0.1)

@@ -43,7 +43,7 @@ _STAND_RAD: Final = radians(1.0)
 _UPRIGHT_RAD: Final = radians(0.1)
 
 
-class _Stage(Enum):
+class _Act(Enum):
     LEAN = "lean"
     PUSH = "push"
     STAND = "stand"
@@ -78,7 +78,7 @@ class CornerFirst(FixedPolicy):
         self._begin_corner(0)
 
     def _begin_corner(self, corner: int) -> None:
-        self._corner, self._stage, self._left = corner, _Stage.LEAN, 0
+        self._corner, self._stage, self._left = corner, _Act.LEAN, 0
         # The neighbours of the first corner on both sides, and so on: 0, -1, 1, -2, 2 ...
         place = -(corner + 1) // 2 if corner % 2 else corner // 2
         self._heading_rad = (2 * place + 1) * self._half_rad
@@ -89,36 +89,36 @@ class CornerFirst(FixedPolicy):
     def choose(self, observation: Observation) -> Decision:
         """The next action of the stage."""
         lean = hypot(*observation.turn_rad[:2])
-        if self._stage is _Stage.LEAN and self._leaned and not self._left:
-            self._stage = _Stage.PUSH
-        elif self._stage is _Stage.PUSH:
+        if self._stage is _Act.LEAN and self._leaned and not self._left:
+            self._stage = _Act.PUSH
+        elif self._stage is _Act.PUSH:
             self._judge_push(observation)
-        elif self._stage in (_Stage.INSERT, _Stage.WITHDRAW):
+        elif self._stage in (_Act.INSERT, _Act.WITHDRAW):
             # The insertion came to nothing.
-            self._stage = _Stage.WITHDRAW
+            self._stage = _Act.WITHDRAW
             if observation.depth_m < -self._radius_m * sin(lean) - _CLEAR_M:
                 self._begin_corner(self._corner + 1)
-        if self._stage is _Stage.STAND and lean < _UPRIGHT_RAD:
-            self._stage = _Stage.INSERT
+        if self._stage is _Act.STAND and lean < _UPRIGHT_RAD:
+            self._stage = _Act.INSERT
             if observation.depth_m < 0.5 * _CAUGHT_M:
-                self._stage = _Stage.WITHDRAW
+                self._stage = _Act.WITHDRAW
         displacement_m, spatial = (0.0, 0.0), Spatial(Law.INSERT)
-        if self._stage is _Stage.LEAN:
+        if self._stage is _Act.LEAN:
             displacement_m, spatial = self._leaning(observation)
-        elif self._stage is _Stage.PUSH:
+        elif self._stage is _Act.PUSH:
             spatial = self._pushing(observation, 0.0)
             displacement_m = self._lead_m
             if self._driven:
                 self._driven -= 1
                 yaw_rad = self._drive_rad if self._driven >= _DRIVEN_ACTIONS else -self._drive_rad
                 spatial = replace(spatial, turn_rad=(0.0, 0.0, yaw_rad))
-        elif self._stage is _Stage.WITHDRAW:
+        elif self._stage is _Act.WITHDRAW:
             back_N = -_BACK_SHARE * self._push_N if lean > _UPRIGHT_RAD else 0.0
             c, s = cos(self._heading_rad), sin(self._heading_rad)
             upright = min(1.0, _RIGHT_RAD / max(lean, _RIGHT_RAD))
             x, y, _ = observation.turn_rad
             spatial = Spatial(Law.WITHDRAW, 0.0, (-x * upright, -y * upright, 0.0), (back_N * c, back_N * s))
-        elif self._stage is _Stage.STAND:
+        elif self._stage is _Act.STAND:
             spatial = self._pushing(observation, min(1.0, _STAND_RAD / lean))
         return Decision(Action(self._stage.value, displacement_m, spatial), None, NAME, (float(self._corner),))
 
@@ -134,7 +134,7 @@ class CornerFirst(FixedPolicy):
         quiet = min(walls) > _WALL_N and abs(observation.torque_Nm[2]) < _QUIET_NM
         self._quiet = self._quiet + 1 if quiet else 0
         if self._quiet >= _QUIET_ACTIONS and observation.depth_m > _CAUGHT_M:
-            self._stage = _Stage.STAND
+            self._stage = _Act.STAND
         elif self._quiet >= _QUIET_ACTIONS and not self._driven:
             # Wedged: on in the direction in which it turned so far, then to the other side.
             self._driven = 2 * _DRIVEN_ACTIONS
@@ -144,7 +144,7 @@ class CornerFirst(FixedPolicy):
             or self._pushed == _LONGEST_PUSH
             or (self._pushed > 2 and observation.depth_m < self._on_plate_m)
         ):
-            self._stage = _Stage.WITHDRAW
+            self._stage = _Act.WITHDRAW
 
     def _leaning(self, observation: Observation) -> tuple[tuple[float, float], Spatial]:
         """Up, and in equal parts over the corner and to the lean."""
