@@ -42,7 +42,8 @@ GRIP: Mapping[str, Any] = {"tilt_mrad": 4.0, "conditions": {"tilt_heading": "dra
 CONDITIONS: Mapping[str, Mapping[str, Any]] = {
     "asked": {},
     "friction": {"cell": {"peg": {"friction": 0.4}}},
-    "tight": {"cell": {"peg": {"clearance_mm": 0.02}}},
+    "tight": {"cell": {"peg": {"clearance_mm": 0.04}}},
+    "tightest": {"cell": {"peg": {"clearance_mm": 0.02}}},
     "yaw-10": {"cell": {"conditions": {"yaw_deg": 10.0}}},
 }
 

@@ -38,7 +38,7 @@ _BACK_SHARE: Final = 0.5
 _RIGHT_RAD: Final = radians(1.2)
 """A leaning corner may be wedged: standing up by so much an action frees it, a pull alone does not."""
 _CLEAR_M: Final = 0.3e-3
-_LONGEST_PUSH: Final = 25
+_LONGEST_PUSH: Final = 40
 _STAND_RAD: Final = radians(1.0)
 _UPRIGHT_RAD: Final = radians(0.1)
 
@@ -83,7 +83,7 @@ class CornerFirst(FixedPolicy):
         place = -(corner + 1) // 2 if corner % 2 else corner // 2
         self._heading_rad = (2 * place + 1) * self._half_rad
         self._quiet = self._pushed = self._leaned = 0
-        self._lead_m, self._driven = (0.0, 0.0), 0
+        self._lead_m, self._driven, self._drove = (0.0, 0.0), 0, False
 
     @override
     def choose(self, observation: Observation) -> Decision:
@@ -133,14 +133,17 @@ class CornerFirst(FixedPolicy):
         self._lead_m = (_LEAD_M * c, _LEAD_M * s) if max(walls) < _FREE_N else (0.0, 0.0)
         quiet = min(walls) > _WALL_N and abs(observation.torque_Nm[2]) < _QUIET_NM
         self._quiet = self._quiet + 1 if quiet else 0
-        if self._quiet >= _QUIET_ACTIONS and observation.depth_m > _CAUGHT_M:
+        if caught := observation.depth_m > _CAUGHT_M:
+            # Once it is in, only what it feels may turn it.
+            self._driven = 0
+        if self._quiet >= _QUIET_ACTIONS and caught:
             self._stage = _Act.STAND
-        elif self._quiet >= _QUIET_ACTIONS and not self._driven:
+        elif self._quiet >= _QUIET_ACTIONS and not self._drove:
             # Wedged: on in the direction in which it turned so far, then to the other side.
-            self._driven = 2 * _DRIVEN_ACTIONS
+            self._driven, self._drove = 2 * _DRIVEN_ACTIONS, True
             self._drive_rad = copysign(_DRIVE_RAD, observation.turn_rad[2])
         elif (
-            self._driven == 1
+            (self._quiet >= _QUIET_ACTIONS and not self._driven)
             or self._pushed == _LONGEST_PUSH
             or (self._pushed > 2 and observation.depth_m < self._on_plate_m)
         ):

@@ -67,17 +67,24 @@ def test_it_stands_up_once_both_walls_carry_deep_enough_and_nothing_turns_the_to
 
 def test_a_wedged_corner_is_driven_on_in_yaw_to_both_sides_and_then_freed_as_it_stands_up() -> None:
     policy, leaned = cornered(0), (0.06, -0.06, -0.02)
-    told = [spatial(policy.choose(seen((-3.0, -3.0, -4.0), NONE, leaned, depth_m=3e-4))) for _ in range(16)]
-    assert [round(each.turn_rad[2] * 1e3) for each in told] == [0, 0] + [-18] * 7 + [18] * 6 + [0]
+    told = [spatial(policy.choose(seen((-3.0, -3.0, -4.0), NONE, leaned, depth_m=3e-4))) for _ in range(17)]
+    assert [round(each.turn_rad[2] * 1e3) for each in told] == [0, 0] + [-18] * 7 + [18] * 7 + [0]
     assert (told[-1].law, told[-1].turn_rad[0] < 0.0, told[-1].push_N[0] < 0.0) == (Law.WITHDRAW, True, True)
 
 
+def test_a_corner_that_falls_in_is_driven_no_more() -> None:
+    policy, walls, leaned = cornered(0), (-3.0, -3.0, -4.0), (0.06, -0.06, -0.02)
+    for depth_m, driven in ((3e-4, False), (3e-4, False), (3e-4, True), (7e-4, False)):
+        decision = policy.choose(seen(walls, (0.0, 0.0, 0.05 if depth_m > 5e-4 else 0.0), leaned, depth_m=depth_m))
+        assert (spatial(decision).turn_rad[2] != 0.0) == driven
+
+
 @pytest.mark.parametrize(
-    ("walls", "depth_m", "pushes"), [(NONE, 0.0, 25), ((-3.0, 3.0, 0.0), 0.0, 25), (NONE, -1.7e-3, 3)]
+    ("walls", "depth_m", "pushes"), [(NONE, 0.0, 40), ((-3.0, 3.0, 0.0), 0.0, 40), (NONE, -1.7e-3, 3)]
 )
 def test_where_no_corner_is_found_it_gives_up(walls: Vector3, depth_m: float, pushes: int) -> None:
     policy = cornered(0)
-    laws = [spatial(policy.choose(seen(walls, turn=(0.06, -0.06, 0.0), depth_m=depth_m))).law for _ in range(26)]
+    laws = [spatial(policy.choose(seen(walls, turn=(0.06, -0.06, 0.0), depth_m=depth_m))).law for _ in range(41)]
     assert laws.index(Law.WITHDRAW) == pushes
 
 
