@@ -37,7 +37,13 @@ from palpate.core.ports import AppliedCommand, JointCommand, Snapshot
 
 TASK = "insertion-6dof"
 FIRST = 500_000
-CORNERS = {"round": (0, 14.5), "square": (4, 20.5), "triangle": (3, 29.0), "hexagon": (6, 16.743)}
+CORNERS = {
+    "round": (0, 14.5),
+    "square": (4, 20.5),
+    "rounded-square": (4, 19.263),
+    "triangle": (3, 29.0),
+    "hexagon": (6, 16.743),
+}
 GRIP: Mapping[str, Any] = {"tilt_mrad": 4.0, "conditions": {"tilt_heading": "drawn", "grip_trials": 1}}
 CONDITIONS: Mapping[str, Mapping[str, Any]] = {
     "asked": {},
