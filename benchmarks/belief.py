@@ -33,7 +33,7 @@ from palpate.core.trial import find_ready_pose
 
 CONDITIONS = (
     "paper", "blind", "blind-tilt-2", "blind-tilt-4", "blind-bias", "blind-bias-drawn", "blind-noise", "blind-regrip",
-    "blind-corner", "blind-smooth", "blind-rough", "blind-tight", "blind-5", "ur5",
+    "blind-corner", "blind-smooth", "blind-rough", "blind-tight", "blind-5", "blind-grip", "ur5",
 )  # fmt: skip
 FIRST_SEED = 1900
 PAPER_BAND_NM = 0.006865

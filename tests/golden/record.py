@@ -122,14 +122,20 @@ RECORDINGS: dict[str, tuple[str, ...]] = {
         "--task.time-limit-s", "0.3", "--task.start-uncertainty-mm", "1", "--cell.tilt-mrad", "4",
         "--task.ticks-per-action", "8",
     ),
-    # The plate on both sides, a search, and down to the floor; the walls take longer than a log may here.
+    # Wedged, driven, withdrawn, and the next corner.
+    "corner-missed": (
+        "run", "--task", "insertion-6dof", "--policy", "corner-first", "--trials", "1", "--seed", "4",
+        "--cell.peg.cross-section", "square", "--task.options", "corners", "4", "corner_mm", "20.5",
+        "--cell.peg.friction", "0.4", "--cell.conditions.yaw-deg", "5", "--cell.conditions.plate-lean-mrad", "17.5",
+        "--cell.tilt-mrad", "4", "--cell.hole-uncertainty-mm", "3", "--task.time-limit-s", "7",
+    ),
+    # The plate on both sides, a search, down to the floor, and the walls all round.
     "hole-survey": (
         "run", "--task", "hole-survey", "--trials", "1", "--seed", "32", "--task.options", "plate_touches", "2",
         "floor_touches", "2", "pitch_mm", "0.7", "aside_mm", "4.5", "--task.ready-height-mm", "0.8",
         "--task.tare-ticks", "4", "--task.more-goals-mm", "--cell.more-holes-mm", "--task.travel-speed-mm-s", "60",
         "--cell.peg.clearance-mm", "0.3", "--cell.peg.hole-depth-mm", "1.2", "--task.insertion-depth-mm", "1",
         "--cell.hole-uncertainty-mm", "0.6", "--control.damping-N-s-per-m", "100", "--task.press-kgf", "0.25",
-        "--task.time-limit-s", "1.9",
     ),
 }  # fmt: skip
 
