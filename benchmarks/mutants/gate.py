@@ -322,7 +322,8 @@ def unrun(checkout: Path, lines: dict[str, set[int]]) -> dict[str, str]:
             for node in ast.walk(function.node):
                 if isinstance(node, ast.stmt) and node is not function.node and not _is_text(node):
                     statement = f"{function.name}: {ast.unparse(node).splitlines()[0]}"
-                    if node.lineno not in lines[file]:
+                    # A condition in brackets begins below its "elif".
+                    if not {node.lineno, getattr(node, "test", node).lineno} & lines[file]:
                         told[f"{file}:{node.lineno} {statement}"] = reasons.get(statement, "")
     return told
 

@@ -106,6 +106,13 @@ def f(a, b):
     assert found == {("statement", "c = number('task.b', b, 0.5)"), ("arithmetic", "c += x"), ("statement", "c += x")}
 
 
+def test_a_condition_over_several_lines_is_run_where_it_begins(tmp_path: Path) -> None:
+    file = f"{gate.THOROUGH[0]}x.py"
+    (tmp_path / file).parent.mkdir(parents=True)
+    (tmp_path / file).write_text("def f(a):\n    if a:\n        b()\n    elif (\n        a > 9\n    ):\n        c()\n")
+    assert gate.unrun(tmp_path, {file: {1, 2, 3, 5}}) == {f"{file}:7 f: c()": ""}
+
+
 def test_survivors_of_the_gate_are_told_but_for_those_with_a_reason() -> None:
     supervision = "core/palpate/core/supervision/watches.py"
     judged = [
