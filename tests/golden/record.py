@@ -109,7 +109,7 @@ RECORDINGS: dict[str, tuple[str, ...]] = {
         "run", "--trials", "1", "--seed", "45", "--task.time-limit-s", "0.4", "--perception.filter-order", "1",
         "--policy", "train-mixed",
     ),
-    # Six degrees of freedom: a corner first, and a round peg that gives way in tilt.
+    # Six degrees of freedom: a corner first, and a round peg that gives way in tilt, steps, and does not know where to.
     "corner-first": (
         "run", "--task", "insertion-6dof", "--policy", "corner-first", "--trials", "1", "--seed", "35",
         "--cell.peg.cross-section", "square", "--task.options", "corners", "4", "corner_mm", "20.5", "inside_mm", "2",
@@ -120,7 +120,7 @@ RECORDINGS: dict[str, tuple[str, ...]] = {
     "give-way": (
         "run", "--task", "insertion-6dof", "--policy", "give-way", "--trials", "1", "--seed", "36", *SHALLOW,
         "--task.time-limit-s", "0.3", "--task.start-uncertainty-mm", "1", "--cell.tilt-mrad", "4",
-        "--task.ticks-per-action", "8",
+        "--task.ticks-per-action", "8", "--perception.torque-threshold-kgf-mm", "5",
     ),
     # Wedged, driven, withdrawn, and the next corner.
     "corner-missed": (
