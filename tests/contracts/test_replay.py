@@ -8,10 +8,9 @@ from typing import Any, TypeVar
 import pytest
 
 from palpate.adapters.log import CallEntry, TickRecord, TrialLog, assemble, sound_messages
+from palpate.adapters.log.messages import encode_record
 from palpate.adapters.log.reader import RawMessage
-from palpate.adapters.log.records import encode_call, encode_record
 from palpate.adapters.log.schema import CALL, START, TICK
-from palpate.adapters.log.tick_layout import encode_tick
 from palpate.adapters.replay.ports import ReplayArm, ReplayClock, ReplayForceSensor, ReplayJointEncoder
 from palpate.adapters.replay.tape import Tape
 from palpate.core.errors import PalpateError
@@ -58,8 +57,8 @@ class Recording:
 
     def log(self) -> TrialLog:
         content = [RawMessage(START.id, 0, encode_record("Start", STARTING))]
-        content += [RawMessage(TICK.id, 0, encode_tick(tick)) for tick in self._ticks]
-        content += [RawMessage(CALL.id, 0, encode_call(call)) for call in self._calls]
+        content += [RawMessage(TICK.id, 0, encode_record("Tick", tick)) for tick in self._ticks]
+        content += [RawMessage(CALL.id, 0, encode_record("Call", call)) for call in self._calls]
         data = log_bytes(content)
         return assemble("contract.mcap", data, list(sound_messages("contract.mcap", data)))
 

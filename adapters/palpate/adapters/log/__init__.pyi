@@ -11,6 +11,8 @@ from .info_text import describe as describe
 from .info_text import table as table
 from .lerobot_decisions import PERSON as PERSON
 from .lerobot_decisions import import_examples as import_examples
+from .messages import decode_record as decode_record
+from .messages import encode_record as encode_record
 from .plot import timeline as timeline
 from .provenance import arm_sha256 as arm_sha256
 from .provenance import core_sha256 as core_sha256
@@ -34,8 +36,6 @@ from .records import EventEntry as EventEntry
 from .records import LossEntry as LossEntry
 from .records import ReinforcementEntry as ReinforcementEntry
 from .records import StartRecord as StartRecord
-from .records import decode_record as decode_record
-from .records import encode_record as encode_record
 from .records import policy_digest as policy_digest
 from .recover import RECOVERED as RECOVERED
 from .recover import recover as recover
@@ -54,7 +54,6 @@ from .series import tare_of as tare_of
 from .symbol_strings import strings_from as strings_from
 from .tick_layout import TickRecord as TickRecord
 from .tick_layout import decode_tick as decode_tick
-from .tick_layout import encode_tick as encode_tick
 from .tick_layout import layout_of as layout_of
 from .trial_recorder import LOG_FOLDER as LOG_FOLDER
 from .trial_recorder import TrialRecorder as TrialRecorder

@@ -18,6 +18,7 @@ from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, DataEnd, Footer, Header
 from mcap.writer import MCAP0_MAGIC
 
+from palpate.adapters.log.messages import decode_record
 from palpate.adapters.log.records import (
     CallEntry,
     DecisionEntry,
@@ -26,8 +27,6 @@ from palpate.adapters.log.records import (
     LossEntry,
     ReinforcementEntry,
     StartRecord,
-    decode_call,
-    decode_record,
 )
 from palpate.adapters.log.schema import (
     BY_ID,
@@ -276,7 +275,7 @@ def file_in(log: TrialLog, message: RawMessage) -> None:
     elif message.channel == END.id:
         log.end = decode_record("End", EndRecord, message.payload)
     elif message.channel != START.id:
-        log.calls.append(decode_call(message.payload))
+        log.calls.append(decode_record("Call", CallEntry, message.payload))
 
 
 def _start_of(path: str, messages: list[RawMessage]) -> StartRecord:

@@ -9,6 +9,7 @@ from typing import Final, TypeAlias
 
 from typing_extensions import override
 
+from palpate.adapters.log.messages import encode_record
 from palpate.adapters.log.records import (
     CallEntry,
     DecisionEntry,
@@ -17,11 +18,9 @@ from palpate.adapters.log.records import (
     LossEntry,
     ReinforcementEntry,
     StartRecord,
-    encode_call,
-    encode_record,
 )
 from palpate.adapters.log.schema import CALL, DECISION, END, EVENT, RECORDER, REINFORCEMENT, START, TICK, ChannelKind
-from palpate.adapters.log.tick_layout import TickRecord, encode_tick, full_layout
+from palpate.adapters.log.tick_layout import TickRecord, full_layout
 from palpate.adapters.log.writer_client import Opening, Sink
 from palpate.adapters.log.writer_process import message_frame
 from palpate.core.control_loop import ARM, LoopObserver, UnfinishedTick
@@ -97,7 +96,7 @@ class FlightRecorder(LoopObserver):
             self._keep_tick(TickRecord(self._tick, tick.time_ns, self._deadline_ns, tick.wrench, tick.joints))
         self._follow(final=True)
         if record is not None:
-            self._keep(END, encode_record, END.message, replace(record, counterfactual=self._off_path()))
+            self._keep(END, replace(record, counterfactual=self._off_path()))
         self._sink.close(b"".join(self._packed()))
         self._ask_sink()
 
@@ -115,7 +114,7 @@ class FlightRecorder(LoopObserver):
         """Record a port call that is none of a tick's four: one that failed, or one outside the loop."""
         if self._recording:
             self._put_start()
-            self._keep(CALL, encode_call, entry)
+            self._keep(CALL, entry)
 
     @override
     def begun(self, start_ns: int, report: TrialReport) -> None:
@@ -180,7 +179,7 @@ class FlightRecorder(LoopObserver):
         """Before anything else: the task has begun, or never will, and what the trial starts with is known."""
         if self._start is not None:
             start, self._start = self._start, None
-            self._keep(START, encode_record, START.message, start())
+            self._keep(START, start())
             self._hand_over(vital=True)
 
     def _off_path(self) -> bool:
@@ -212,15 +211,15 @@ class FlightRecorder(LoopObserver):
     def _tell(self, kind: ChannelKind, entry: EventEntry | DecisionEntry | ReinforcementEntry) -> None:
         if self._off_path():
             entry = replace(entry, counterfactual=True)
-        self._keep(kind, encode_record, kind.message, entry)
+        self._keep(kind, entry)
 
     def _keep_tick(self, record: TickRecord) -> None:
         self._deadline_ns = None
-        self._keep(TICK, encode_tick, record)
+        self._keep(TICK, record)
 
-    def _keep(self, kind: ChannelKind, encode: Callable[..., bytes], *record: object) -> None:
+    def _keep(self, kind: ChannelKind, record: object) -> None:
         try:
-            frame = message_frame(kind.id, self._now_ns, encode(*record))
+            frame = message_frame(kind.id, self._now_ns, encode_record(kind.message, record))
         except _UNFIT as error:
             self._refuse(kind, error, self._tick)
         else:

@@ -1,6 +1,7 @@
 """The sparse messages of a log as plain values; the tick, which is not sparse, is in :mod:`.tick_layout`.
 
-Attributes are named, and mean, what the schema says: see :data:`palpate.adapters.log.schema.MESSAGES`.
+The schema is made of them: a field's place in its class is its number on the wire. A new field comes last, and none is
+ever taken away.
 """
 
 from __future__ import annotations
@@ -8,23 +9,9 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 from collections.abc import Sequence
-from typing import Any, TypeVar
 
-from palpate.adapters.log.schema import MESSAGES, encode, message_class
-from palpate.adapters.log.tick_layout import (
-    applied_from,
-    command_fields,
-    joint_fields,
-    joints_from,
-    require_fields,
-    require_texts,
-    wrench_fields,
-    wrench_from,
-)
 from palpate.core.ports import AppliedCommand, JointSample, JointVector, WrenchSample
 from palpate.core.trial import DecisionRecord
-
-R = TypeVar("R")
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
@@ -213,68 +200,3 @@ class CallEntry:
     applied: AppliedCommand | None = None
     error: str = ""
     text: str = ""
-
-
-def encode_record(message: str, record: Any) -> bytes:
-    """The record as protobuf bytes. Defaults of optional text, flags and whole numbers are left out."""
-    fields: dict[str, Any] = {}
-    for field in dataclasses.fields(record):
-        value = getattr(record, field.name)
-        # A float is equal to its default and still another one: -0.0.
-        if value is not None and (isinstance(value, float) or value != field.default):
-            fields[field.name] = value
-    return encode(message, **fields)
-
-
-def decode_record(message: str, kind: type[R], payload: bytes) -> R:
-    """The record back from its bytes."""
-    made: Any = message_class(message)()
-    made.ParseFromString(payload)
-    require_texts(made, message)
-    known = {name: field_kind for name, field_kind, _ in MESSAGES[message]}
-    fields: dict[str, Any] = {}
-    for field in dataclasses.fields(kind):  # type: ignore[arg-type]
-        if known[field.name].endswith("[]"):
-            # A packed vector that is empty is not on the wire: then the default, if there is one.
-            values = tuple(getattr(made, field.name))
-            if values:
-                fields[field.name] = values
-        elif made.HasField(field.name):
-            fields[field.name] = getattr(made, field.name)
-    return kind(**fields)
-
-
-def encode_call(record: CallEntry) -> bytes:
-    """The call as protobuf bytes."""
-    return encode(
-        "Call",
-        tick=record.tick,
-        port=record.port,
-        call=record.call,
-        time_ns=record.time_ns,
-        wrench=wrench_fields(record.wrench),
-        joints=joint_fields(record.joints),
-        error=record.error or None,
-        text=record.text or None,
-        **command_fields(record.asked_rad, record.applied),
-    )
-
-
-def decode_call(payload: bytes) -> CallEntry:
-    """The call back from its bytes."""
-    made: Any = message_class("Call")()
-    made.ParseFromString(payload)
-    require_fields(made, "tick", "port", "call")
-    require_texts(made, "Call")
-    return CallEntry(
-        tick=made.tick,
-        port=made.port,
-        call=made.call,
-        time_ns=made.time_ns if made.HasField("time_ns") else None,
-        wrench=wrench_from(made),
-        joints=joints_from(made),
-        asked_rad=tuple(made.asked_rad) or None,
-        applied=applied_from(made),
-        error=made.error,
-        text=made.text,
-    )

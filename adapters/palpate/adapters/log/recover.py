@@ -10,6 +10,7 @@ from typing import Final
 from mcap.opcode import Opcode
 
 from palpate.adapters.log.file import LogFile, NewFile, describe_channels
+from palpate.adapters.log.messages import encode_record
 from palpate.adapters.log.reader import (
     ChannelMap,
     RawMessage,
@@ -19,7 +20,7 @@ from palpate.adapters.log.reader import (
     require_mcap,
     sound_messages,
 )
-from palpate.adapters.log.records import LossEntry, encode_record
+from palpate.adapters.log.records import LossEntry
 from palpate.adapters.log.schema import RECORDER, SCHEMA
 from palpate.core.errors import LogError
 from palpate.core.ports import new_file

@@ -11,11 +11,19 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, Final
+from typing import Any, Final, get_args, get_origin, get_type_hints
 
 from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
 from google.protobuf.message import Message
 
+from palpate.adapters.log.records import (
+    DecisionEntry,
+    EndRecord,
+    EventEntry,
+    LossEntry,
+    ReinforcementEntry,
+    StartRecord,
+)
 from palpate.core.ports import CommandReason, Validity, WrenchKind
 
 SCHEMA: Final = "palpate.log/1"
@@ -36,13 +44,28 @@ ENUMS: Final[Mapping[str, tuple[tuple[Any, ...], str]]] = {
 }
 """Enumerations: the members in the order of their numbers, and what their names begin with in the schema."""
 
-_VECTOR: Final = "double[]"
+VECTOR: Final = "double[]"
 """A packed vector of doubles: of constant length in a run, hence of constant width."""
+
+_SCALARS: Final = {"double": 1, "sfixed64": 16, "bool": 8, "string": 9}  # protobuf's own numbers of its types
+_MESSAGE, _ENUM = 11, 14
+_OPTIONAL, _REPEATED = 1, 3
+_OF_TYPES: Final = {float: "double", int: "sfixed64", bool: "bool", str: "string"}
+
+
+def _fields_of(record: type) -> tuple[tuple[str, str, int], ...]:
+    """The fields of a record are numbered as they stand in it, and so is what its message holds."""
+    found = []
+    for number, (name, hint) in enumerate(get_type_hints(record).items(), start=1):
+        vector = get_origin(hint) is tuple
+        found.append((name, VECTOR if vector else _OF_TYPES[next(iter(get_args(hint)), hint)], number))
+    return tuple(found)
+
 
 MESSAGES: Final[Mapping[str, tuple[tuple[str, str, int], ...]]] = {
     "Wrench": (
-        ("force_N", _VECTOR, 1),
-        ("torque_Nm", _VECTOR, 2),
+        ("force_N", VECTOR, 1),
+        ("torque_Nm", VECTOR, 2),
         ("source_time_ns", "sfixed64", 3),
         ("receive_time_ns", "sfixed64", 4),
         ("sequence", "sfixed64", 5),
@@ -51,7 +74,7 @@ MESSAGES: Final[Mapping[str, tuple[tuple[str, str, int], ...]]] = {
         ("frame", "string", 8),
     ),
     "Joints": (
-        ("position_rad", _VECTOR, 1),
+        ("position_rad", VECTOR, 1),
         ("source_time_ns", "sfixed64", 2),
         ("receive_time_ns", "sfixed64", 3),
         ("sequence", "sfixed64", 4),
@@ -63,8 +86,8 @@ MESSAGES: Final[Mapping[str, tuple[tuple[str, str, int], ...]]] = {
         ("deadline_ns", "sfixed64", 3),
         ("wrench", "Wrench", 4),
         ("joints", "Joints", 5),
-        ("asked_rad", _VECTOR, 6),
-        ("applied_rad", _VECTOR, 7),
+        ("asked_rad", VECTOR, 6),
+        ("applied_rad", VECTOR, 7),
         ("reason", "Reason", 8),
         ("counterfactual", "bool", 9),
     ),
@@ -75,101 +98,18 @@ MESSAGES: Final[Mapping[str, tuple[tuple[str, str, int], ...]]] = {
         ("time_ns", "sfixed64", 4),
         ("wrench", "Wrench", 5),
         ("joints", "Joints", 6),
-        ("asked_rad", _VECTOR, 7),
-        ("applied_rad", _VECTOR, 8),
+        ("asked_rad", VECTOR, 7),
+        ("applied_rad", VECTOR, 8),
         ("reason", "Reason", 9),
         ("error", "string", 10),
         ("text", "string", 11),
     ),
-    "Decision": (
-        ("tick", "sfixed64", 1),
-        ("number", "sfixed64", 2),
-        ("symbol", "string", 3),
-        ("state", "string", 4),
-        ("action", "string", 5),
-        ("source", "string", 6),
-        ("temperature", "double", 7),
-        ("counterfactual", "bool", 8),
-        ("displacement_m", _VECTOR, 9),
-        ("index", "sfixed64", 10),
-        ("grounds", _VECTOR, 11),
-        ("law", "string", 12),
-        ("spatial", _VECTOR, 13),
-    ),
-    "Reinforcement": (
-        ("tick", "sfixed64", 1),
-        ("number", "sfixed64", 2),
-        ("reinforcement", "double", 3),
-        ("counterfactual", "bool", 4),
-    ),
-    "Event": (
-        ("tick", "sfixed64", 1),
-        ("name", "string", 2),
-        ("detail", "string", 3),
-        ("counterfactual", "bool", 4),
-    ),
-    "Recorder": (
-        ("tick", "sfixed64", 1),
-        ("problem", "string", 2),
-        ("text", "string", 3),
-        ("dropped_messages", "sfixed64", 4),
-        ("first_dropped_tick", "sfixed64", 5),
-        ("last_dropped_tick", "sfixed64", 6),
-    ),
-    "Start": (
-        ("schema", "string", 1),
-        ("command", "string", 2),
-        ("config_toml", "string", 3),
-        ("arm", "string", 4),
-        ("model_sha256", "string", 5),
-        ("core_sha256", "string", 6),
-        ("seed", "sfixed64", 7),
-        ("trial", "sfixed64", 8),
-        ("start_m", _VECTOR, 9),
-        ("ready_rad", _VECTOR, 10),
-        ("tip_rotation", _VECTOR, 11),
-        ("perception_json", "string", 12),
-        ("policy", "string", 13),
-        ("policy_json", "string", 14),
-        ("frozen", "bool", 15),
-        ("learner_json", "string", 16),
-        ("perception_state", _VECTOR, 17),
-        ("filter_state", _VECTOR, 18),
-        ("generator_json", "string", 19),
-        ("temperature", "double", 20),
-        ("world", "string", 21),
-        ("world_json", "string", 22),
-        ("versions_json", "string", 23),
-        ("processor_json", "string", 24),
-        ("derived_from", "string", 25),
-    ),
-    "End": (
-        ("tick", "sfixed64", 1),
-        ("outcome", "string", 2),
-        ("exploration_time_s", "double", 3),
-        ("actions", "sfixed64", 4),
-        ("peak_force_N", "double", 5),
-        ("depth_m", "double", 6),
-        ("ticks", "sfixed64", 7),
-        ("clamped_ticks", "sfixed64", 8),
-        ("learner_json", "string", 9),
-        ("success", "bool", 10),
-        ("true_peak_force_N", "double", 11),
-        ("true_depth_m", "double", 12),
-        ("true_tip_in_task_m", _VECTOR, 13),
-        ("true_hole_in_task_m", _VECTOR, 14),
-        ("error", "string", 15),
-        ("text", "string", 16),
-        ("counterfactual", "bool", 17),
-        ("stopped_by", "string", 18),
-        ("timing_json", "string", 19),
-        ("worst_late_ns", "sfixed64", 20),
-        ("late_ticks", "sfixed64", 21),
-        ("skipped_slots", "sfixed64", 22),
-        ("repeated_samples", "sfixed64", 23),
-        ("raised_by", "string", 24),
-        ("policy_sha256", "string", 25),
-    ),
+    "Start": _fields_of(StartRecord),
+    "Decision": _fields_of(DecisionEntry),
+    "Reinforcement": _fields_of(ReinforcementEntry),
+    "Event": _fields_of(EventEntry),
+    "Recorder": _fields_of(LossEntry),
+    "End": _fields_of(EndRecord),
 }
 """Field name, kind and number of each message."""
 
@@ -206,10 +146,6 @@ END = ChannelKind(8, "/end", "End", "what the trial came to, and the learner aft
 CHANNELS: Final = (START, TICK, CALL, DECISION, REINFORCEMENT, EVENT, RECORDER, END)
 BY_ID: Final = {kind.id: kind for kind in CHANNELS}
 BY_TOPIC: Final = {kind.topic: kind for kind in CHANNELS}
-
-_SCALARS: Final = {"double": 1, "sfixed64": 16, "bool": 8, "string": 9}  # protobuf's own numbers of its types
-_MESSAGE, _ENUM = 11, 14
-_OPTIONAL, _REPEATED = 1, 3
 
 
 def enum_number(kind: str, member: Any) -> int:
@@ -263,14 +199,14 @@ def _file(message: str) -> descriptor_pb2.FileDescriptorProto:
         made = file.message_type.add(name=name)
         for field, kind, number in MESSAGES[name]:
             made.field.append(_field(field, kind, number))
-            if kind not in _SCALARS and kind != _VECTOR:
+            if kind not in _SCALARS and kind != VECTOR:
                 wanted.append(kind)
     return file
 
 
 def _field(name: str, kind: str, number: int) -> descriptor_pb2.FieldDescriptorProto:
     field = descriptor_pb2.FieldDescriptorProto(name=name, number=number, label=_OPTIONAL)
-    if kind == _VECTOR:
+    if kind == VECTOR:
         field.type, field.label = _SCALARS["double"], _REPEATED
         field.options.packed = True
     elif kind in _SCALARS:

@@ -10,9 +10,10 @@ from __future__ import annotations
 import struct
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, Final
+from typing import Final
 
-from palpate.adapters.log.schema import ENUMS, MESSAGES, encode, enum_member, enum_number, message_class
+from palpate.adapters.log.messages import decode_record
+from palpate.adapters.log.schema import ENUMS, MESSAGES, enum_number
 from palpate.core.errors import CommandError
 from palpate.core.ports import (
     AppliedCommand,
@@ -49,42 +50,14 @@ class TickRecord:
     counterfactual: bool = False
 
 
-def encode_tick(record: TickRecord) -> bytes:
-    """The tick as protobuf bytes."""
-    wrench, joints, asked, applied = record.wrench, record.joints, record.asked_rad, record.applied
-    if wrench is None or joints is None or asked is None or applied is None:
-        return _encode_partial(record)
-    if record.time_ns is None or record.deadline_ns is None or record.counterfactual:
-        return _encode_partial(record)
-    layout = full_layout(len(asked), len(joints.position_rad), len(applied.position_rad), wrench.frame)
-    return layout.pack(
-        record.tick, record.time_ns, record.deadline_ns, wrench, joints, asked, applied.position_rad, applied.reason
-    )
-
-
 def decode_tick(payload: bytes, layout: FullLayout | None = None) -> TickRecord:
     """The tick back from its bytes.
 
     Args:
         layout: The layout that most ticks of the log have; the result does not depend on it.
     """
-    if layout is not None:
-        record = layout.unpack(payload)
-        if record is not None:
-            return record
-    made: Any = message_class("Tick")()
-    made.ParseFromString(payload)
-    require_fields(made, "tick")
-    return TickRecord(
-        tick=made.tick,
-        time_ns=made.time_ns if made.HasField("time_ns") else None,
-        deadline_ns=made.deadline_ns if made.HasField("deadline_ns") else None,
-        wrench=wrench_from(made),
-        joints=joints_from(made),
-        asked_rad=tuple(made.asked_rad) or None,
-        applied=applied_from(made),
-        counterfactual=made.counterfactual,
-    )
+    record = None if layout is None else layout.unpack(payload)
+    return decode_record("Tick", TickRecord, payload) if record is None else record
 
 
 def layout_of(record: TickRecord) -> FullLayout | None:
@@ -258,102 +231,3 @@ def _varint(value: int) -> bytes:
         value >>= 7
     encoded.append(value)
     return bytes(encoded)
-
-
-# By protobuf itself: sparse messages, and ticks in which something is missing.
-
-
-def require_fields(made: Any, *names: str) -> None:
-    """Refuse a message without these fields. An enumeration's number that we do not know counts as not there."""
-    for name in names:
-        if not made.HasField(name):
-            raise ValueError(f"{name} is missing, or is none that is known")
-
-
-def require_texts(made: Any, message: str) -> None:
-    """Refuse a message with text that is no UTF-8; protobuf would hand it over as bytes."""
-    for name, kind, _ in MESSAGES[message]:
-        if kind == "string" and isinstance(getattr(made, name), bytes):
-            raise ValueError(f"{name} is no text")
-
-
-def wrench_fields(sample: WrenchSample | None) -> dict[str, Any] | None:
-    """A force sample as the fields of its message."""
-    if sample is None:
-        return None
-    return {
-        "force_N": sample.force_N,
-        "torque_Nm": sample.torque_Nm,
-        "source_time_ns": sample.source_time_ns,
-        "receive_time_ns": sample.receive_time_ns,
-        "sequence": sample.sequence,
-        "validity": enum_number("Validity", sample.validity),
-        "kind": enum_number("Kind", sample.kind),
-        "frame": sample.frame,
-    }
-
-
-def wrench_from(made: Any) -> WrenchSample | None:
-    """The force sample in a message that may hold one."""
-    if not made.HasField("wrench"):
-        return None
-    w = made.wrench
-    require_fields(w, "source_time_ns", "receive_time_ns", "sequence", "validity", "kind", "frame")
-    require_texts(w, "Wrench")
-    (fx, fy, fz), (tx, ty, tz) = w.force_N, w.torque_Nm
-    times = (w.source_time_ns, w.receive_time_ns, w.sequence)
-    validity, kind = enum_member("Validity", w.validity), enum_member("Kind", w.kind)
-    return WrenchSample((fx, fy, fz), (tx, ty, tz), *times, validity, kind, w.frame)
-
-
-def joint_fields(sample: JointSample | None) -> dict[str, Any] | None:
-    """A joint sample as the fields of its message."""
-    if sample is None:
-        return None
-    return {
-        "position_rad": sample.position_rad,
-        "source_time_ns": sample.source_time_ns,
-        "receive_time_ns": sample.receive_time_ns,
-        "sequence": sample.sequence,
-        "validity": enum_number("Validity", sample.validity),
-    }
-
-
-def joints_from(made: Any) -> JointSample | None:
-    """The joint sample in a message that may hold one."""
-    if not made.HasField("joints"):
-        return None
-    j = made.joints
-    require_fields(j, "source_time_ns", "receive_time_ns", "sequence", "validity")
-    validity = enum_member("Validity", j.validity)
-    return JointSample(tuple(j.position_rad), j.source_time_ns, j.receive_time_ns, j.sequence, validity)
-
-
-def command_fields(asked_rad: JointVector | None, applied: AppliedCommand | None) -> dict[str, Any]:
-    """A command asked and applied as the fields of its message."""
-    return {
-        "asked_rad": asked_rad,
-        "applied_rad": None if applied is None else applied.position_rad,
-        "reason": None if applied is None else enum_number("Reason", applied.reason),
-    }
-
-
-def applied_from(made: Any) -> AppliedCommand | None:
-    """The applied command in a message that may hold one."""
-    if not made.HasField("reason") and not made.applied_rad:
-        return None
-    require_fields(made, "reason")
-    return AppliedCommand(tuple(made.applied_rad), enum_member("Reason", made.reason))
-
-
-def _encode_partial(record: TickRecord) -> bytes:
-    return encode(
-        "Tick",
-        tick=record.tick,
-        time_ns=record.time_ns,
-        deadline_ns=record.deadline_ns,
-        wrench=wrench_fields(record.wrench),
-        joints=joint_fields(record.joints),
-        counterfactual=True if record.counterfactual else None,
-        **command_fields(record.asked_rad, record.applied),
-    )

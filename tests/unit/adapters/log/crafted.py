@@ -9,10 +9,11 @@ from typing import Any
 from mcap.writer import CompressionType, Writer
 
 from palpate.adapters.log.file import LogFile, describe_channels
+from palpate.adapters.log.messages import encode_record
 from palpate.adapters.log.reader import RawMessage
-from palpate.adapters.log.records import DecisionEntry, EndRecord, EventEntry, StartRecord, encode_record
+from palpate.adapters.log.records import DecisionEntry, EndRecord, EventEntry, StartRecord
 from palpate.adapters.log.schema import BY_ID, DECISION, END, EVENT, PACKAGE, SCHEMA, START, TICK, descriptor_set
-from palpate.adapters.log.tick_layout import TickRecord, encode_tick
+from palpate.adapters.log.tick_layout import TickRecord
 from palpate.core.ports.values import AppliedCommand, CommandReason, JointSample, JointVector, WrenchSample
 
 STARTING = StartRecord(
@@ -61,7 +62,7 @@ def messages(
     """Those of one trial."""
     made = [] if start is None else [RawMessage(START.id, 0, encode_record("Start", start))]
     for tick in ticks:
-        made.append(RawMessage(TICK.id, time_of(tick), encode_tick(tick_record(tick))))
+        made.append(RawMessage(TICK.id, time_of(tick), encode_record("Tick", tick_record(tick))))
         if tick % 14 == 13:
             choice = DecisionEntry(tick=tick, number=tick // 14, symbol="x0", state="x0", action="+x", source="learned")
             made.append(RawMessage(DECISION.id, time_of(tick), encode_record("Decision", choice)))

@@ -16,9 +16,9 @@ from palpate.adapters.log import (
     TickRecord,
 )
 from palpate.adapters.log.file import LogFile, NewFile, describe_channels
-from palpate.adapters.log.records import StartRecord, encode_call, encode_record
+from palpate.adapters.log.messages import encode_record
+from palpate.adapters.log.records import StartRecord
 from palpate.adapters.log.schema import BY_TOPIC, SCHEMA
-from palpate.adapters.log.tick_layout import encode_tick
 from palpate.core.ports import AppliedCommand, JointSample, WrenchSample
 
 PERIOD_NS = 1_000_000_000 // 140
@@ -73,11 +73,11 @@ def write_log(
     add("/start", 0, encode_record("Start", begin or start()))
     left = sorted(others, key=lambda entry: entry.tick)
     for record in ticks:
-        add("/tick", record.tick, encode_tick(record))
+        add("/tick", record.tick, encode_record("Tick", record))
         while left and left[0].tick <= record.tick:
             entry = left.pop(0)
             if isinstance(entry, CallEntry):
-                add("/call", record.tick, encode_call(entry))
+                add("/call", record.tick, encode_record("Call", entry))
             else:
                 name = kinds[type(entry)]
                 add(f"/{name.lower()}", record.tick, encode_record(name, entry))

@@ -17,8 +17,8 @@ from mcap.opcode import Opcode
 from mcap.writer import MCAP0_MAGIC, CompressionType
 
 from palpate.adapters.log import EventEntry, TrialLog, assemble, learner_of_json, read_log, reader, sound_messages
+from palpate.adapters.log.messages import encode_record
 from palpate.adapters.log.reader import RawMessage, outer_records
-from palpate.adapters.log.records import encode_record
 from palpate.adapters.log.schema import EVENT, START, TICK
 from palpate.core.errors import LogError
 from tests.unit.adapters.log.crafted import ENDING, STARTING, log_bytes, messages, rewritten, start_with, tick_record

@@ -6,6 +6,7 @@ import pytest
 from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
 
 from palpate.adapters.log.file import describe_channels
+from palpate.adapters.log.messages import encode_record
 from palpate.adapters.log.schema import CHANNELS, MESSAGES, PACKAGE, descriptor_set, encode, message_class
 from tests.unit.adapters.log.crafted import tick_record
 
@@ -20,9 +21,8 @@ def foreign_class(message: str) -> Any:
 
 
 def test_a_stranger_reads_a_tick_with_the_file_alone() -> None:
-    from palpate.adapters.log.tick_layout import encode_tick
 
-    made = foreign_class("Tick").FromString(encode_tick(tick_record(5)))
+    made = foreign_class("Tick").FromString(encode_record("Tick", tick_record(5)))
     assert made.tick == 5
     assert made.wrench.force_N[2] == -5.0
     assert made.wrench.frame == "sensor"

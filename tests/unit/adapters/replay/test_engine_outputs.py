@@ -10,8 +10,9 @@ from typing import Any, TypeAlias
 import pytest
 
 import palpate.core.control_loop as control_loop
+from palpate.adapters.log.messages import encode_record
 from palpate.adapters.log.reader import RawMessage
-from palpate.adapters.log.records import CallEntry, LossEntry, encode_call, encode_record
+from palpate.adapters.log.records import CallEntry, LossEntry
 from palpate.adapters.log.schema import CALL, RECORDER
 from palpate.adapters.replay.batch import replay_file
 from palpate.adapters.replay.differences import Difference
@@ -143,7 +144,7 @@ def test_a_recorder_that_misses_messages_which_are_there(messages: list[RawMessa
 
 
 def test_calls_that_are_none_of_the_core_are_no_outputs(messages: list[RawMessage], replayed: Replayed) -> None:
-    struck = encode_call(CallEntry(tick=50, port="force_sensor", call="fault", text="drop"))
+    struck = encode_record("Call", CallEntry(tick=50, port="force_sensor", call="fault", text="drop"))
     one = replayed([*messages[:60], RawMessage(CALL.id, messages[60].time_ns, struck), *messages[60:]])
     assert one.verdict is Verdict.EQUAL
 

@@ -4,9 +4,10 @@ from dataclasses import replace
 
 import pytest
 
+from palpate.adapters.log.messages import encode_record
 from palpate.adapters.log.reader import TrialLog
 from palpate.adapters.log.records import CallEntry, LossEntry, StartRecord
-from palpate.adapters.log.tick_layout import TickRecord, encode_tick
+from palpate.adapters.log.tick_layout import TickRecord
 from palpate.adapters.replay.ports import ReplayArm, ReplayClock, ReplayForceSensor, ReplayJointEncoder
 from palpate.adapters.replay.tape import Tape, TapeEndError
 from palpate.core.errors import CommandError, DeviceError, LifecycleError, LogError
@@ -35,7 +36,7 @@ def tick(
 
 
 def log_of(*ticks: TickRecord, calls: tuple[CallEntry, ...] = (), losses: tuple[LossEntry, ...] = ()) -> TrialLog:
-    return TrialLog("a.mcap", 0, START, [encode_tick(t) for t in ticks], list(calls), losses=list(losses))
+    return TrialLog("a.mcap", 0, START, [encode_record("Tick", t) for t in ticks], list(calls), losses=list(losses))
 
 
 def arm_over(tape: Tape) -> ReplayArm:

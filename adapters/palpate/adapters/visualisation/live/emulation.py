@@ -18,7 +18,6 @@ from palpate.adapters.log import (
     TickRecord,
     dump_json,
     encode_record,
-    encode_tick,
     message_frame,
 )
 from palpate.adapters.visualisation.live.trial_stream import POSE_TICKS
@@ -52,7 +51,7 @@ class EmulationView:
         joints = JointSample(now.joints_rad, *times)
         told = AppliedCommand(now.joints_rad)
         record = TickRecord(self._tick, now.time_ns, now.deadline_ns, wrench, joints, now.targets_rad, told)
-        self._put(TICK, encode_tick(record))
+        self._put(TICK, encode_record(TICK.message, record))
 
     def inserted(self, number: int, truth: Truth) -> None:
         """The peg has newly reached full depth."""
