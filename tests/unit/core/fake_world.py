@@ -107,6 +107,7 @@ class FakeWorld:
         slope: How much deeper it is for each m along x.
         friction: Of the plate, which has none unless it is given.
         stiffness_N_per_m: Of the spring between flange and peg.
+        mass_kg: Of the tool below the sensor, by its inertia along z.
         spoil: What befalls each force sample on its way; None for nothing.
         tip_m: Where the tip was when the sensor was last read, task frame.
         force_N: Contact force on the tip then, task frame.
@@ -116,6 +117,7 @@ class FakeWorld:
         self.clock = FakeClock()
         self.pits, self.height_m, self.slope = pits, height_m, 0.0
         self.stiffness_N_per_m, self.friction = STIFFNESS_N_PER_M, 0.0
+        self.mass_kg, self._heights_m = 0.0, (start_m[2], start_m[2])
         self._stuck_m = (0.0, 0.0)
         self.spoil: Callable[[WrenchSample], WrenchSample] | None = None
         self.tip_m: Vector3 = (0.0, 0.0, 0.0)
@@ -157,6 +159,8 @@ class FakeWorld:
         x, y, z = self._task.actInv(kinematics.tip_position_m).tolist()
         self.tip_m = (x, y, z)
         force, torque = self._contact(x, y, z)
+        (last_m, before_m), self._heights_m = self._heights_m, (z, self._heights_m[0])
+        force[2] -= self.mass_kg * (z - 2.0 * last_m + before_m) / PERIOD_S**2
         self.force_N = _plus(force, (0.0, 0.0, 0.0))
         to_sensor = kinematics.tip_rotation.T @ self._task.rotation
         force_in_sensor = to_sensor @ force

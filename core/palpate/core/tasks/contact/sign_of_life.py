@@ -24,6 +24,10 @@ _DEVIATIONS: Final = 3.0
 """The share has to be so many of its own standard deviations above none. Sliding is rough: what the force does besides
 following the flange is measured with it. A dead sensor with a noise of 0.3 N passes by chance on one of a hundred such
 ways; one that is noisier than its facts say is found by its noise."""
+_FEWEST_IN_AIR: Final = 14
+_DEVIATIONS_IN_AIR: Final = 5.0
+"""Inertia has no stiffness that is known beforehand: with these a dead sensor passes by chance in one second of four
+hundred."""
 
 
 class _Answer(enum.Enum):
@@ -41,10 +45,28 @@ class SignOfLife:
 
     A force that does not follow demands a check. Where the check finds the sensor sound, servos or samples are later
     than a heave can show; for the rest of the trial only a way without a sign demands another.
+
+    Args:
+        swing_N: Force that comes and goes with a heave of a tool that is borne.
+        free_way_m: Travel without a sign of life after which a check is due.
+        in_air: The tool may be in free air. By its inertia it follows the flange there too: with no share that is
+            known beforehand, but it does.
     """
 
-    def __init__(self, stiffness_N_per_m: float, swing_N: float, speed_m_s: float) -> None:
-        self._stiffness = stiffness_N_per_m
+    def __init__(
+        self,
+        stiffness_N_per_m: float,
+        swing_N: float,
+        speed_m_s: float,
+        *,
+        free_way_m: float = FREE_WAY_M,
+        in_air: bool = False,
+    ) -> None:
+        self._stiffness, self._free_way_m, self._in_air = stiffness_N_per_m, free_way_m, in_air
+        # Inertia pushes where the flange turns upwards, a spring where it comes down; late enough, each does both.
+        self._fewest, self._deviations, self._sign = (
+            (_FEWEST_IN_AIR, _DEVIATIONS_IN_AIR, -1.0) if in_air else (_FEWEST, _DEVIATIONS, 1.0)
+        )
         heave_m = min(_HEAVE_M, swing_N / stiffness_N_per_m)
         self._speed_m_s = min(2.0 * heave_m * CONTROL_RATE_HZ / _HALF_PERIOD_TICKS, speed_m_s)
         self.begin()
@@ -91,7 +113,7 @@ class SignOfLife:
             sums[0] += depth
             sums[1] += depth * depth
             sums[2] += depth * force_z_N
-        if self._count < _FEWEST:
+        if self._count < self._fewest:
             return
         answer = self._answer()
         if answer is _Answer.ALIVE:
@@ -114,7 +136,7 @@ class SignOfLife:
     @property
     def due(self) -> bool:
         """Whether the tool has gone as far as it may without a sign of life."""
-        return self.travel_m > FREE_WAY_M
+        return self.travel_m > self._free_way_m
 
     def _answer(self) -> _Answer:
         """What the force does with the motion, by the lag at which it follows best."""
@@ -122,14 +144,16 @@ class SignOfLife:
         least, most = inf, 0.0
         for depth, square, product in self._sums:
             square -= depth * depth / count
-            product -= depth * self._force / count
+            product = self._sign * (product - depth * self._force / count)
             least, most = min(least, square), max(most, square)
             if square > 0.0 and -product / sqrt(square) > follows:
                 follows, share, spread = -product / sqrt(square), -product / square, square
         if spread == 0.0:
             return _Answer.NONE
         left = max(self._force_square - self._force * self._force / count - follows * follows, 0.0)
-        error = _DEVIATIONS * sqrt(left / (spread * (count - 2)))
+        error = self._deviations * sqrt(left / (spread * (count - 2)))
+        if self._in_air:
+            return _Answer.ALIVE if share > error else _Answer.NONE
         if share > error and LOWEST_SHARE <= share <= HIGHEST_SHARE:
             return _Answer.ALIVE
         wrong = share + error < LOWEST_SHARE or share - error > HIGHEST_SHARE

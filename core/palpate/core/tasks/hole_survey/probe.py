@@ -10,7 +10,7 @@ from typing import Final, Never
 
 from palpate.core.errors import ConfigurationError
 from palpate.core.motion import DampingControl, PositionControl, TipMotion
-from palpate.core.ports import PERIOD_S, Vector3
+from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, Vector3
 from palpate.core.tasks.contact import (
     HIGHEST_SHARE,
     LOWEST_SHARE,
@@ -18,6 +18,7 @@ from palpate.core.tasks.contact import (
     FirstTouch,
     LiftCheck,
     Mean,
+    SignOfLife,
     TrialState,
 )
 from palpate.core.tasks.hole_survey.options import SurveyOptions
@@ -30,6 +31,8 @@ _SLOW_M_S: Final = 8e-4
 _OFF_WALL_M: Final = 1e-4
 _OFF_FLOOR_M: Final = 5e-4
 """Beyond the gripper's bend, so that a touch is over."""
+_SLOW_WAY_SHARE: Final = 2.0
+"""Over the way that the tool was drawn back: the wall is met on half of it, and gives no more than once more that."""
 _FEWEST: Final = 10
 """Samples of a slow touch that show a stiffness."""
 _ARRIVED_M: Final = 2e-6
@@ -41,6 +44,12 @@ _EDGE_SHARE: Final = 0.6
 """Of the pressing force, across the tool: friction gives less."""
 _GONE_SHARE: Final = 0.3
 """Of the push at most so much is left away from the wall."""
+_UNFELT_N: Final = 25.0
+"""What the gripper's springs may come to, at most, from one sign of life of the force sensor to the next."""
+_SWING_SHARE: Final = 0.5
+"""Of the pressing force, at most so much comes and goes with a heave."""
+_LONGEST_HEAVE_TICKS: Final = CONTROL_RATE_HZ
+"""On the spot; a noise of 0.3 N hides the inertia of 0.3 kg for so long once in a thousand times."""
 Motion = Generator[Vector3, None, None]
 """A way without a result."""
 Place = tuple[float, float]
@@ -96,12 +105,21 @@ class Probe:
         self._along = DampingControl(control.damping_N_s_per_m, pressing, _DOWN_M_S, self._axial_N_per_m, PERIOD_S)
         self._give_m_per_N_s = control.force_integral_m_per_N_s
         self._lift = LiftCheck(state, measurement, motion, proof)
+        self._life = SignOfLife(
+            self._axial_N_per_m, _SWING_SHARE * self._press_N, speed_m_s,
+            free_way_m=_UNFELT_N / self._axial_N_per_m, in_air=True,
+        )  # fmt: skip
         least_N = _FEWEST * _SLOW_M_S * PERIOD_S * self._lateral_N_per_m
         if self._push_N < least_N:
             accepted = f"at least {least_N:.3g} N, or too few samples show the gripper's stiffness"
             raise ConfigurationError("task.options.push_N", self._push_N, accepted)
         self._back_m = self._push_N / self._lateral_N_per_m + _OFF_WALL_M
         self._sink_m = self._press_N / self._axial_N_per_m + _OFF_FLOOR_M
+
+    def begin(self) -> None:
+        """A trial begins."""
+        self._life.begin()
+        self._way_m = self._heaved_m = 0.0
 
     @property
     def depth_m(self) -> float:
@@ -147,11 +165,37 @@ class Probe:
         while True:
             yield _NO_FORCE
 
-    def below(self, deepest_m: float) -> Generator[Vector3, None, float | None]:
+    def felt(self, velocity_m_s: Vector3) -> Motion:
+        """A tick of a way on which nobody knows where something is met, and of a heave that the force has to follow.
+
+        The force follows by the spring of a tool that is borne, and by the inertia of one that is not. Without a sign
+        of that the tool goes no farther than the gripper's springs may be bent unfelt.
+        """
+        x_m_s, y_m_s, z_m_s = velocity_m_s
+        across = self._lateral_N_per_m / self._axial_N_per_m
+        self._way_m += (hypot(x_m_s, y_m_s) * across + abs(z_m_s)) * PERIOD_S
+        yield x_m_s, y_m_s, z_m_s + self._heave_m_s()
+        for tick in range(_LONGEST_HEAVE_TICKS):
+            if not self._life.due:
+                return
+            if tick == 0:
+                self._life.resume()
+            yield 0.0, 0.0, self._heave_m_s()
+        if self._life.due:
+            yield from self.doubt(self._no_life())
+
+    def _heave_m_s(self) -> float:
+        along_m_s = self._life.heave_m_s()
+        self._life.watch(self._measured.force_N[2], self._proof.new, (self._way_m, 0.0, self._heaved_m))
+        self._heaved_m += along_m_s * PERIOD_S
+        return along_m_s
+
+    def below(self, deepest_m: float, *, felt: bool = False) -> Generator[Vector3, None, float | None]:
         """Down until something bears the pressing force, and a lift that shows that the force follows the spring.
 
         Args:
             deepest_m: The commanded tip goes no deeper.
+            felt: Whether the way is long enough to do harm with a sensor that died on it.
 
         Returns:
             Depth of what lies there below the nominal plane; None where there is nothing.
@@ -160,7 +204,10 @@ class Probe:
             while -self._measured.filtered_force_z_N < _PRESSED_SHARE * self._press_N:
                 if self.reference_m[2] > deepest_m:
                     return None
-                yield self.yielding_m_s
+                if felt:
+                    yield from self.felt(self.yielding_m_s)
+                else:
+                    yield self.yielding_m_s
             self._lift.begin()
             while (along := self._lift.velocity_m_s()) is not None:
                 yield 0.0, 0.0, along
@@ -182,7 +229,7 @@ class Probe:
             x, y, _ = self.reference_m
             if hypot(x - begun[0], y - begun[1]) > widest_m:
                 yield from self.doubt(self._no_wall(widest_m))
-            yield heading[0] * _FAST_M_S, heading[1] * _FAST_M_S, 0.0
+            yield from self.felt((heading[0] * _FAST_M_S, heading[1] * _FAST_M_S, 0.0))
         return (yield from self._rested())
 
     def wall_again(self, heading: Place, widest_m: float) -> Generator[Vector3, None, WallTouch]:
@@ -197,7 +244,7 @@ class Probe:
             yield from self.doubt(self._misfit(off))
         touch = FirstTouch(self._lateral_N_per_m, self._push_N)
         gone_m = 0.0
-        while self._aside_N < self._push_N and gone_m < 4.0 * self._back_m:
+        while self._aside_N < self._push_N and gone_m < _SLOW_WAY_SHARE * self._back_m:
             gone_m += _SLOW_M_S * PERIOD_S
             touch.watch(self._state.snapshot, self._along_heading(self._measured.force_N, heading),
                         self._along_heading(self._measured.position_m, heading))  # fmt: skip
@@ -254,6 +301,13 @@ class Probe:
             " task.options.widest_mm, or the force sensor does not show what there is"
         )
         return Trip(TripReason.WALL_NOT_FELT, self._state.tick, text)
+
+    def _no_life(self) -> Trip:
+        text = (
+            "the force does not follow the tool as it heaves: the force sensor is dead, or the tool too light for its"
+            " inertia to be seen in the noise"
+        )
+        return Trip(TripReason.FORCE_WITHOUT_SPRING, self._state.tick, text)
 
     def _misfit(self, found: str) -> Trip:
         text = f"{found}: the force sensor does not show what there is, or the gripper is another one"

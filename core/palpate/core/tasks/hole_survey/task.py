@@ -29,7 +29,8 @@ from palpate.core.trial import (
     options_of,
 )
 
-_SEARCH_M_S: Final = 0.01
+_SEARCH_M_S: Final = 0.005
+"""So slow that a sign of life comes before the gripper's springs could be bent too far."""
 _IN_HOLE_M: Final = 3e-4
 """A tip so far below the plate's surface is in the hole."""
 _ABOVE_M: Final = 1e-3
@@ -99,6 +100,7 @@ class Survey(RunningPhase):
     def begin(self) -> None:
         """A trial begins."""
         self._way, self._ticks = self._all(), 0
+        self._probe.begin()
 
     @override
     def step(self) -> Vector3:
@@ -172,20 +174,20 @@ class Survey(RunningPhase):
             vx, vy, vz = probe.yielding_m_s
             if deep or probe.at_edge or not pressed:
                 # No farther across the tool as soon as it drops: the filter shows it later, and a wall is near.
-                yield vx, vy, vz
+                yield from probe.felt((vx, vy, vz))
                 continue
             x, y, _ = probe.reference_m
             angle += _SEARCH_M_S * PERIOD_S / (turn_m * hypot(1.0, angle))
             to_x, to_y = place[0] + turn_m * angle * cos(angle), place[1] + turn_m * angle * sin(angle)
             vx, vy, _ = limited(((to_x - x) / PERIOD_S, (to_y - y) / PERIOD_S, 0.0), 2.0 * _SEARCH_M_S)
-            yield vx, vy, vz
+            yield from probe.felt((vx, vy, vz))
         return False
 
     def _floor(self, surface_m: float) -> Generator[Vector3, None, list[float]]:
         """Depths at which the floor was touched; none where there is none, or the hole's edge bears the probe."""
         depths: list[float] = []
         while len(depths) < self._own.floor_touches:
-            depth = yield from self._probe.below(surface_m + self._own.deepest_mm * 1e-3)
+            depth = yield from self._probe.below(surface_m + self._own.deepest_mm * 1e-3, felt=True)
             if depth is None or depth < surface_m + _LEAST_DEPTH_M:
                 return []
             depths.append(depth)

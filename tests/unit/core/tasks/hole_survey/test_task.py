@@ -1,7 +1,9 @@
 """Holes in a plate of springs are found by touch, with what their numbers are worth; what lies about them is named."""
 
+import random
 from collections.abc import Callable
 from dataclasses import replace
+from math import hypot
 
 import numpy as np
 import pytest
@@ -52,7 +54,9 @@ def survey(world: FakeWorld, task: TaskConfig = TASK) -> TrialReport:
 
 
 def plate(*holes: Pit) -> FakeWorld:
-    return FakeWorld(*holes, height_m=0.1e-3)
+    world = FakeWorld(*holes, height_m=0.1e-3)
+    world.mass_kg = 0.3
+    return world
 
 
 def test_places_sizes_and_depths_of_holes_are_found_by_touch() -> None:
@@ -105,6 +109,22 @@ def test_a_sensor_that_lies_is_named_at_a_touch(spoil: Callable[[WrenchSample], 
     report = survey(world, TASK)
     assert report.outcome is Outcome.UNPROVED
     assert told in report.events[-1].detail
+
+
+@pytest.mark.parametrize("last", [480, 570, 810, 1290])
+def test_a_sensor_that_dies_with_noise_is_found_before_it_lets_the_tool_press_hard(last: int) -> None:
+    world, chance, peaks_N, alive = plate(HOLES[0]), random.Random(1), [0.0], list[WrenchSample]()
+
+    def die(sample: WrenchSample) -> WrenchSample:
+        peaks_N.append(hypot(*world.force_N))
+        if len(peaks_N) < last:
+            alive[:] = [sample]
+        x, y, z = (force + chance.gauss(0.0, 0.1) for force in alive[0].force_N)
+        return replace(sample, force_N=(x, y, z), torque_Nm=alive[0].torque_Nm)
+
+    world.spoil = die
+    assert survey(world, replace(TASK, more_goals_mm=())).outcome is Outcome.UNPROVED
+    assert max(peaks_N) < 30.0
 
 
 @pytest.mark.parametrize(
