@@ -91,14 +91,6 @@ def test_training_brings_the_units_nearer_to_the_samples(table: np.ndarray) -> N
     assert error(3000) < 0.8 * error(1)
 
 
-def test_neighbouring_units_stand_for_similar_measurements(table: np.ndarray) -> None:
-    fitted = SelfOrganisingMap.fit(table, 1, 8, 1, iterations=3000, channels=("x", "fx", "tx"))
-    units = np.array(fitted.units)
-    steps = np.linalg.norm(np.diff(units, axis=0), axis=1)
-    everything = np.linalg.norm(units[:, None] - units, axis=2)
-    assert steps.mean() < 0.6 * everything[np.triu_indices(8, 1)].mean()
-
-
 def test_nothing_is_nearest_to_nan() -> None:
     fitted = SelfOrganisingMap(UNIT, 1, 2, ((0.0,) * 9, (1.0,) * 9))
     for bad in (math.nan, math.inf):

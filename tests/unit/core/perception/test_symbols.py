@@ -59,17 +59,6 @@ def test_mirrored_values_lie_in_mirrored_bands(value: float, sizes: list[float])
     assert stage.symbol((value,)) == len(sizes) + sum(value > t for t in sizes) - sum(value < -t for t in sizes)
 
 
-def test_the_first_feature_leads() -> None:
-    stage = Thresholds.of({"x": (-1, 1), "y": (-1, 1), "fz": (0,)})
-    assert len(stage.symbols) == len(set(stage.symbols)) == 18
-    assert stage.symbols[:3] == ("x- y- fz:0", "x- y- fz:1", "x- y0 fz:0")
-    for (i, x), (j, y), (k, fz) in itertools.product(
-        enumerate((-2.0, 0.0, 2.0)), enumerate((-2.0, 0.0, 2.0)), enumerate((-1.0, 1.0))
-    ):
-        name = f"x{'-0+'[i]} y{'-0+'[j]} fz:{k}"
-        assert stage.symbols[stage.symbol((x, y, fz))] == name
-
-
 def test_the_papers_seventeen_symbols_are_exactly_these_and_all_reachable() -> None:
     outside = [f"x{a} y{b}" for a, b in itertools.product("-0+", repeat=2) if a + b != "00"]
     inside = [f"tx{a} ty{b}" for a, b in itertools.product("-0+", repeat=2)]
@@ -82,13 +71,6 @@ def test_the_papers_seventeen_symbols_are_exactly_these_and_all_reachable() -> N
         assert PAPER.symbols[number] == (f"tx{c} ty{d}" if a + b == "00" else f"x{a} y{b}")
         seen.add(number)
     assert seen == set(range(17))
-
-
-def test_gates_of_other_sizes() -> None:
-    stage = GatedThresholds.of({"x": (-2, -1, 1, 2)}, {"fz": (0,)})
-    assert stage.symbols == ("x:0", "x:1", "x:3", "x:4", "fz:0", "fz:1")
-    assert [stage.symbol((v, 1.0)) for v in (-3.0, -1.5, 0.0, 1.5, 3.0)] == [0, 1, 5, 2, 3]
-    assert stage.features == ("x", "fz")
 
 
 @pytest.mark.parametrize("stage", [Thresholds.of(dict.fromkeys("abcd", (-1, 1))), PAPER])

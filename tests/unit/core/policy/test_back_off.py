@@ -1,7 +1,6 @@
 """Where a state was little tried its symbol decides, in the end the state; without a memory nothing changes."""
 
 import json
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -17,7 +16,7 @@ from palpate.core.policy.exploration import TemperatureSchedule
 from palpate.core.policy.file import PolicyDocument
 from palpate.core.policy.sarsa import SarsaParameters
 from palpate.core.policy.tabular import QLearning, QParameters
-from tests.unit.core.policy.bench import TWO, observation, refuse
+from tests.unit.core.policy.bench import TWO, refuse
 
 STATES = ("a", "x > a", "y > a", "b")
 SYMBOL_OF = (0, 0, 0, 1)
@@ -55,27 +54,6 @@ def test_the_next_state_is_worth_what_it_and_its_symbol_know():
     assert q.q[3][0] == 0.5 * (-1.0 + max(-1.5, -1.0))
     q.learn(Transition(3, 1, -1.0, 2, next_action_index=0))
     assert q.q[3][1] == 0.5 * (-1.0 - 1.5)
-
-
-def test_experience_of_its_own_wins_in_the_end():
-    q = learner()
-    for _ in range(1000):
-        q.learn(Transition(1, 0, -2.0, None))
-        q.learn(Transition(2, 0, -8.0, None))
-    assert q.q[1][0] == pytest.approx(-2.0, abs=0.02)
-    assert q.q[2][0] == pytest.approx(-8.0, abs=0.02)
-    assert -8.0 < q.q[0][0] < -2.0
-
-
-def test_it_chooses_by_both():
-    q = learner(frozen=True, parameters=replace(PARAMETERS, temperature=TemperatureSchedule(1.0, 0.9, 0.0)))
-    state = q.get_state()
-    state["symbol_q"][0][0] = -1.0
-    q.set_state(state)
-    q.begin_trial(0, np.random.default_rng(0))
-    assert q.choose(observation(2)).index == 1
-    q.learn(Transition(2, 0, -1.0, None))
-    assert q.get_state() == state
 
 
 @given(st.lists(transitions, max_size=40))

@@ -48,15 +48,6 @@ def test_choosing_before_a_trial_is_the_callers_fault():
 # Actions.
 
 
-def test_eight_directions_are_named_by_the_axes_they_move_along():
-    actions = compass_actions(0.001)
-    assert [a.name for a in actions] == ["+x", "+x+y", "+y", "-x+y", "-x", "-x-y", "-y", "+x-y"]
-    for action in actions:
-        for axis, moved in zip("xy", action.displacement_m, strict=True):
-            sign = {f"+{axis}": 1, f"-{axis}": -1}.get(next((s + axis for s in "+-" if s + axis in action.name), ""), 0)
-            assert (moved > 0) - (moved < 0) == sign
-
-
 def test_axis_steps_are_exact_and_opposite_steps_cancel_to_the_bit():
     actions = {a.name: a.displacement_m for a in compass_actions(0.001)}
     assert actions["+x"] == (0.001, 0.0)
@@ -77,11 +68,6 @@ def test_directions_are_equally_spaced_and_equally_long(step_m, directions):
         assert hypot(*action.displacement_m) == pytest.approx(step_m, rel=1e-12)
         wanted = (step_m * cos(angle), step_m * sin(angle))
         assert action.displacement_m == pytest.approx(wanted, abs=1e-14)
-
-
-@pytest.mark.parametrize(("directions", "names"), [(2, ["0deg", "180deg"]), (4, ["0deg", "90deg", "180deg", "270deg"])])
-def test_other_numbers_of_directions_are_named_by_angle(directions, names):
-    assert [a.name for a in compass_actions(0.001, directions)] == names
 
 
 @pytest.mark.parametrize("step_m", [0.0, -1.0, nan, inf])

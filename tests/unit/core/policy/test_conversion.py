@@ -3,7 +3,7 @@ import pytest
 
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy.base import Observation, Transition, compass_actions
-from palpate.core.policy.conversion import document_of, learner_of, new_learner, policy_from
+from palpate.core.policy.conversion import document_of, learner_of, policy_from
 from palpate.core.policy.examples import ExamplesPolicy
 from palpate.core.policy.exploration import TemperatureSchedule
 from palpate.core.policy.file import PolicyDocument
@@ -69,14 +69,6 @@ def test_learning_resumes_as_if_it_had_never_stopped(tmp_path, mixed):
     assert learner_of(resumed).trials_learned == 50
 
 
-def test_a_frozen_policy_keeps_what_it_knows_and_its_temperature(tmp_path):
-    document = through_file(learner(), tmp_path)
-    policy = policy_from(document, STATES, ACTIONS)
-    wander(policy, range(3), seed=4)
-    assert policy.temperature == 0.5
-    assert document_of(policy, created_with={"palpate": "0"}, perception={}) == document
-
-
 def sarsa(trials: int = 30) -> Sarsa:
     """One that has wandered about."""
     schedule = TemperatureSchedule(5.0, 0.9, 0.5)
@@ -94,14 +86,6 @@ def test_sarsa_has_a_file_too(tmp_path):
     assert (resumed.q, resumed.visits, resumed.parameters) == (policy.q, policy.visits, policy.parameters)
     assert wander(policy, range(30, 50), seed=2) == wander(resumed, range(30, 50), seed=2)
     assert (resumed.q, resumed.trials_learned) == (policy.q, 50)
-
-
-def test_the_settings_say_which_learner_it_is():
-    settings = {"alpha": 0.5, "gamma": 1.0, "temperature": TemperatureSchedule(1.0, 1.0, 0.1), "alpha_visits": 9.0}
-    for parameters, kind in ((QParameters(**settings), QLearning), (SarsaParameters(**settings), Sarsa)):
-        made = new_learner(parameters, STATES, ACTIONS, frozen=True)
-        assert type(made) is kind
-        assert (made.parameters, made.frozen, made.temperature) == (parameters, True, 0.1)
 
 
 def test_rows_say_which_knowledge_decides_and_what_was_learned_there(tmp_path):

@@ -77,18 +77,6 @@ def test_every_action_is_as_likely_and_costs_one_number():
     assert all(d == Decision(EIGHT[d.index], d.index, "random") for d in decisions)
 
 
-def test_a_random_walk_learns_nothing_and_serves_every_state():
-    walks = []
-    for reinforcement in (-1.0, -1e6):
-        policy = RandomWalkPolicy(EIGHT)
-        policy.begin_trial(0, np.random.default_rng(9))
-        policy.learn(Transition(0, 0, reinforcement, None))
-        walks.append([policy.choose(observation(3)).index for _ in range(20)])
-    assert walks[0] == walks[1]
-    assert policy.serves(10**6)
-    assert policy.temperature is None
-
-
 def test_a_random_walk_needs_actions_and_a_trial():
     refuse("policy.actions", RandomWalkPolicy, ())
     with pytest.raises(LifecycleError):
@@ -160,34 +148,6 @@ def test_a_learner_values_programmed_states_by_the_programmed_action_and_others_
     policy.learn(Transition(0, 0, -1.0, 1))
     policy.learn(Transition(0, 1, -1.0, 2))
     assert q.q == ((-5.0, -1.0), (-4.0, 0.0), (-4.0, 0.0))
-
-
-def test_a_learner_beside_a_program_finds_the_values_of_the_mixture():
-    """From a, right leads to b, whose program leads back to a; left leads to c, and right from c is the goal.
-
-    Were b worth the best of its actions, the one that is never tried would make it look like the goal.
-    """
-    q = learner(alpha=0.5, temperature=TemperatureSchedule(5.0, 0.99, 0.5))
-    policy = MixedPolicy(STATES, [ProgrammedPolicy(STATES, TWO, {"b": LEFT}), q])
-    world = {(0, 0): 1, (0, 1): 2, (1, 1): 0, (2, 0): None, (2, 1): 0}
-    rng = np.random.default_rng(1)
-    for trial in range(600):
-        policy.begin_trial(trial, rng)
-        state = 0
-        while state is not None:
-            index = policy.choose(observation(state)).index
-            after = world[state, index]
-            policy.learn(Transition(state, index, -1.0, after))
-            state = after
-    assert np.array(q.q) == pytest.approx(np.array([(-4.0, -2.0), (0.0, -3.0), (-1.0, -3.0)]), abs=1e-6)
-
-
-def test_temperature_is_that_of_the_part_that_has_one():
-    parts = [ProgrammedPolicy(STATES, TWO, {"a": LEFT}), learner()]
-    policy = MixedPolicy(STATES, parts)
-    policy.begin_trial(1, np.random.default_rng(0))
-    assert policy.temperature == 1.0
-    assert MixedPolicy(STATES, [parts[0], RandomWalkPolicy(TWO)]).temperature is None
 
 
 def test_states_without_a_part_are_named():

@@ -5,7 +5,7 @@ import pytest
 
 from palpate.core.errors import LifecycleError
 from palpate.core.policy import MixedPolicy, ProgrammedPolicy, Sarsa, SarsaParameters, TemperatureSchedule, Transition
-from tests.unit.core.policy.bench import CELLS, GREEDY, TWO, observation, walk_corridor
+from tests.unit.core.policy.bench import GREEDY, TWO, observation
 
 STATES = ("i", "j", "k")
 
@@ -34,13 +34,6 @@ def test_updates_have_the_hand_computed_values() -> None:
     assert q.trials_learned == 1
 
 
-def test_the_value_of_the_next_action_counts_not_that_of_the_best() -> None:
-    q = learner(alpha=1.0, trace_decay=0.0)
-    q.learn(bound(1, 0, None, None, -5.0))
-    q.learn(bound(0, 1, 1, 0))
-    assert q.q[0][1] == -6.0
-
-
 def test_traces_replace_and_another_action_ends_them() -> None:
     q = learner(alpha=1.0, trace_decay=1.0)
     q.learn(bound(0, 0, 0, 0, 0.0))
@@ -48,14 +41,6 @@ def test_traces_replace_and_another_action_ends_them() -> None:
     q.learn(bound(0, 1, 1, 0, 0.0))  # the other action: the trace of the first is gone
     q.learn(bound(1, 0, None, None, -1.0))
     assert q.q == ((0.0, -1.0), (-1.0, 0.0), (0.0, 0.0))
-
-
-def test_with_full_traces_every_step_is_charged_with_the_rest_of_the_trial() -> None:
-    q = learner(alpha=1.0, trace_decay=1.0)
-    for state in range(2):
-        q.learn(bound(state, 0, state + 1, 0))
-    q.learn(bound(2, 0, None, None))
-    assert [row[0] for row in q.q] == [-3.0, -2.0, -1.0]
 
 
 def test_a_new_trial_forgets_what_led_where() -> None:
@@ -77,19 +62,6 @@ def test_the_action_that_was_learned_with_is_the_one_that_is_taken() -> None:
         assert q.q[0][0] == {0: -2.0, 1: -3.0}[taken]
 
 
-def test_every_step_takes_one_number_of_the_trials_generator() -> None:
-    rng, twin = np.random.default_rng(2), np.random.default_rng(2)
-    q = learner(temperature=TemperatureSchedule(1.0, 1.0, 1.0))
-    q.begin_trial(0, rng)
-    q.choose(observation(0))
-    for _ in range(4):
-        q.learn(Transition(0, 0, -1.0, 1))
-        q.choose(observation(1))
-    q.learn(Transition(1, 0, -1.0, None))
-    twin.random(5)
-    assert rng.bit_generator.state == twin.bit_generator.state
-
-
 def test_an_action_drawn_for_another_state_is_not_taken() -> None:
     q = learner(alpha=1.0)
     q.learn(bound(2, 0, None, None, -2.0))
@@ -107,13 +79,6 @@ def test_where_another_policy_acts_its_action_counts() -> None:
     policy.learn(Transition(0, 0, -1.0, 1))
     assert sarsa.q[0][0] == -8.0
     assert policy.choose(observation(1)).source == "programmed"
-
-
-def test_a_corridor_is_learned() -> None:
-    schedule = TemperatureSchedule(5.0, 0.98, 0.05)
-    q = learner(states=CELLS, temperature=schedule, alpha_visits=20.0, alpha_floor=0.05, trace_decay=0.8)
-    walk_corridor(q, 800)
-    assert [row[0] for row in q.q] == pytest.approx([-5, -4, -3, -2, -1], abs=0.05)
 
 
 def test_a_frozen_learner_learns_nothing_and_draws_when_asked() -> None:

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from palpate.core.policy import QLearning, QParameters, TemperatureSchedule, Transition, boltzmann_probabilities
-from tests.unit.core.policy.bench import CELLS, EIGHT, GREEDY, TWO, observation, refuse, walk_corridor
+from palpate.core.policy import QLearning, QParameters, TemperatureSchedule, Transition
+from tests.unit.core.policy.bench import CELLS, EIGHT, GREEDY, TWO, refuse, walk_corridor
 
 
 def learner(states=("i", "j"), actions=TWO, **settings) -> QLearning:
@@ -57,52 +57,6 @@ def test_the_learning_rate_halves_after_the_given_visits_and_keeps_its_floor():
     assert parameters.learning_rate(10**6) == 0.1
     constant = QParameters(alpha=0.3, gamma=1.0, temperature=GREEDY)
     assert constant.learning_rate(0) == constant.learning_rate(10**6) == 0.3
-
-
-def test_the_learning_rate_counts_the_visits_of_its_own_pair_only():
-    q = learner(alpha=1.0, alpha_visits=1.0)
-    for reinforcement in (-1.0, -3.0, -5.0):  # 1/n averages: -1, -2, -3
-        q.learn(Transition(0, 0, reinforcement, None))
-    q.learn(Transition(0, 1, -9.0, None))
-    assert q.q[0] == pytest.approx((-3.0, -9.0))
-
-
-def test_temperature_follows_the_trial():
-    q = learner(temperature=TemperatureSchedule(8.0, 0.5, 1.0))
-    assert q.temperature == 8.0
-    seen = []
-    for trial in range(5):
-        q.begin_trial(trial, np.random.default_rng(0))
-        seen.append(q.temperature)
-    assert seen == [8.0, 4.0, 2.0, 1.0, 1.0]
-
-
-def test_choices_use_the_values_and_the_temperature_of_the_trial():
-    q = learner(alpha=1.0, temperature=TemperatureSchedule(2.0, 0.5, 0.1))
-    q.learn(Transition(1, 0, -2.0, None))
-    rng = np.random.default_rng(5)
-    q.begin_trial(1, rng)
-    first = [q.choose(observation(1)).index for _ in range(8000)].count(0) / 8000
-    assert first == pytest.approx(boltzmann_probabilities([-2.0, 0.0], 1.0)[0], abs=0.02)
-
-
-def test_the_decision_names_its_action_and_its_source():
-    q = learner(actions=EIGHT, alpha=1.0, temperature=GREEDY)
-    for index in range(8):
-        q.learn(Transition(0, index, -1.0 if index == 5 else -2.0, None))
-    q.begin_trial(0, np.random.default_rng(0))
-    decision = q.choose(observation(0))
-    assert (decision.action, decision.index, decision.source) == (EIGHT[5], 5, "learned")
-
-
-def test_every_choice_takes_one_number_of_the_trials_generator():
-    rng, twin = np.random.default_rng(2), np.random.default_rng(2)
-    q = learner()
-    q.begin_trial(0, rng)
-    for _ in range(5):
-        q.choose(observation(0))
-    twin.random(5)
-    assert rng.bit_generator.state == twin.bit_generator.state
 
 
 def test_a_frozen_learner_learns_nothing_and_stays_at_the_floor():

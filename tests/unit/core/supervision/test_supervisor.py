@@ -12,9 +12,7 @@ from palpate.core.motion import Kinematics, arm_named
 from palpate.core.ports.latch import Acknowledgement, FaultLatch
 from palpate.core.ports.values import AppliedCommand, CommandReason, JointCommand, JointVector, Validity, WrenchKind
 from palpate.core.supervision.config import SupervisionConfig
-from palpate.core.supervision.retreat import Retreat
 from palpate.core.supervision.supervisor import TRANSITIONS, Guard, GuardEvent
-from palpate.core.trial.expectation import TripReason
 from tests.unit.core.fake_world import TOOL, ready_pose
 from tests.unit.core.motion.limits import within_limits
 from tests.unit.core.supervision.bench import TOUCHING, Bench
@@ -168,27 +166,6 @@ def test_an_arm_that_is_slower_than_the_retraction_gets_there_all_the_same() -> 
     assert np.linalg.norm(way[1] - way[0]) == pytest.approx(15e-3, abs=2e-5)
 
 
-def test_an_arm_that_was_stopped_ends_the_retraction() -> None:
-    bench = hit()
-    for _ in range(10):
-        bench.tick()
-    here = bench.here_rad
-    bench.applied = AppliedCommand(here, CommandReason.STOPPED)
-    done = bench.supervisor.retreat(bench.snapshot())
-    assert done.command.position_rad == here
-    assert bench.supervisor.state is Guard.TRIPPED_HOLDING
-
-
-def test_hold_holds_what_the_arm_was_told() -> None:
-    bench = Bench(HOLD)
-    bench.clean(2)
-    asked = tuple(q + 1e-3 for q in bench.home_rad)
-    bench.clean(1, asked_rad=asked)
-    done = bench.tick(asked_rad=tuple(q + 2e-3 for q in bench.home_rad), force_N=(0, 0, -45.0))
-    assert done.command.position_rad == asked
-    assert not bench.supervisor.retracting
-
-
 def test_nobody_commands_an_arm_whose_place_is_not_known() -> None:
     bench = Bench()
     with pytest.raises(DeviceError, match="joint encoder: the first sample of the trial is stale"):
@@ -214,43 +191,11 @@ def test_a_command_for_another_arm_is_refused() -> None:
         bench.supervisor.check(bench.snapshot(), JointCommand((0.0,) * 5), TOUCHING, None)
 
 
-def test_a_trip_in_the_first_tick_starts_from_where_the_arm_is() -> None:
-    bench = Bench()
-    done = bench.tick(wrench={"validity": Validity.SATURATED})
-    assert bench.supervisor.trip is not None
-    assert (bench.supervisor.trip.reason, bench.supervisor.trip.tick) == (TripReason.SAMPLE_INVALID, 0)
-    assert 0 < max(abs(a - b) for a, b in zip(done.command.position_rad, bench.home_rad, strict=True)) < 1e-3
-
-
 def test_an_arm_that_stands_outside_is_held_at_its_limit() -> None:
     bench = Bench(HOLD)
     outside = (0.0, 1.702, -1.42, 0.0, 0.55, 0.0)
     done = bench.tick(measured_rad=outside, asked_rad=outside, tip_m=None, wrench={"validity": Validity.INVALID})
     assert done.command.position_rad == (0.0, 1.7, -1.42, 0.0, 0.55, 0.0)
-
-
-@pytest.mark.parametrize(
-    ("arm", "start"),
-    [
-        ("zebra-zero", (0.6455416413843023, 1.5104192492806494, 1.07, 0.8803601274490922, 0.001205, 0.0744262697)),
-        ("ur5", (-1.0726071287070886, 3.141592653589793, 0.026029083, -0.14079576232, -2.2012432293, -0.979531344)),
-    ],
-)
-def test_where_a_limit_and_a_singularity_would_make_it_advance_it_stays(arm: str, start: JointVector) -> None:
-    kinematics = Kinematics(arm_named(arm), TOOL)
-    retreat = Retreat(kinematics, 15e-3, 20e-3, 1 / 140)
-    retreat.start(start)
-    kinematics.update(start)
-    origin, axis = kinematics.tip_position_m.copy(), kinematics.tip_rotation[:, 2].copy()
-    held, way, ticks = start, 0.0, 0
-    while not retreat.finished:
-        held = retreat.step(held)
-        kinematics.update(held)
-        back = float((origin - kinematics.tip_position_m) @ axis)
-        assert back >= way
-        way, ticks = back, ticks + 1
-    assert ticks < 210
-    assert way < 14e-3
 
 
 # Commands beyond a joint limit are clamped, and both commands are kept.
@@ -278,17 +223,6 @@ def test_a_command_that_is_too_fast_is_shortened() -> None:
     bench.clean(1, asked_rad=with_first(bench.home_rad, bench.home_rad[0] + 2 * REACH_RAD - 1e-9))
 
 
-def test_a_command_beyond_a_position_limit_ends_there() -> None:
-    bench = Bench()
-    edge = (0.0, 1.699, -1.42, 0.0, 0.55, 0.0)
-    bench.tick(measured_rad=edge, asked_rad=edge, tip_m=None)
-    done = bench.tick(measured_rad=edge, asked_rad=(0.0, 1.703, -1.42, 0.0, 0.55, 0.0), tip_m=None)
-    assert done.intervention is not None
-    assert done.intervention.reason is CommandReason.POSITION_LIMIT
-    assert done.command.position_rad == (0.0, 1.7, -1.42, 0.0, 0.55, 0.0)
-    assert bench.supervisor.trip is None
-
-
 def test_an_arm_that_stands_outside_by_an_encoder_step_is_told_to_come_in() -> None:
     bench = Bench()
     outside = (0.0, 1.7001, -1.42, 0.0, 0.55, 0.0)
@@ -297,27 +231,9 @@ def test_an_arm_that_stands_outside_by_an_encoder_step_is_told_to_come_in() -> N
     assert done.command.position_rad == (0.0, 1.7, -1.42, 0.0, 0.55, 0.0)
 
 
-def test_it_goes_on_from_what_the_arm_really_did() -> None:
-    bench = Bench()
-    bench.clean(2)
-    bench.tick(asked_rad=with_first(bench.home_rad, bench.home_rad[0] + 7e-3))
-    bench.applied = AppliedCommand(bench.home_rad, CommandReason.VELOCITY_LIMIT)
-    done = bench.tick(asked_rad=with_first(bench.home_rad, bench.home_rad[0] + 14e-3))
-    assert done.command.position_rad[0] == pytest.approx(bench.home_rad[0] + REACH_RAD)
-
-
 def test_the_arms_own_reason_goes_before_the_clamps() -> None:
     bench = Bench()
     bench.clean(2)
     done = bench.tick(asked_rad=with_first(bench.home_rad, bench.home_rad[0] + 0.02))
     stopped = AppliedCommand(bench.home_rad, CommandReason.STOPPED)
     assert done.applied(stopped) is stopped
-
-
-def test_a_trip_is_no_reason_of_the_arm() -> None:
-    bench = Bench()
-    bench.clean(2)
-    done = bench.tick(force_N=(0, 0, -50.0))
-    assert done.intervention is not None
-    assert done.intervention.reason is TripReason.FORCE_LIMIT
-    assert bench.applied == AppliedCommand(done.command.position_rad)

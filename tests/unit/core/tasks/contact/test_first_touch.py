@@ -51,10 +51,6 @@ def touch(
     return first
 
 
-def test_the_grippers_own_stiffness_is_found() -> None:
-    assert touch().share == pytest.approx(1.0, abs=1e-9)
-
-
 @given(st.floats(0.5, 10.0))
 def test_the_share_is_what_the_sensor_is_scaled_by(scale: float) -> None:
     assert touch(scale=scale).share == pytest.approx(scale, rel=1e-6)
@@ -81,13 +77,3 @@ def test_a_touch_too_light_to_tell_a_stiffness_gives_none() -> None:
 def test_a_held_sensor_shows_no_stiffness(noise_N: float) -> None:
     share = touch(held=True, noise_N=noise_N).share
     assert share is None or share < LOWEST_SHARE
-
-
-def test_a_sensor_that_reads_nothing_gives_no_share() -> None:
-    assert touch(scale=0.0).share is None
-
-
-def test_another_trial_starts_from_nothing() -> None:
-    first = touch()
-    first.begin()
-    assert first.share is None

@@ -64,17 +64,6 @@ def test_a_contradiction_counts_after_four_new_samples_in_a_row(wrench: Array, r
     assert trip.reason is TripReason[reason]
 
 
-@pytest.mark.parametrize("reason", ["PULLED", "TORQUE_WITHOUT_FORCE"])
-def test_another_trial_starts_from_nothing(reason: str) -> None:
-    wrench = PULL if reason == "PULLED" else SWAPPED
-    held = Held()
-    for _ in range(4):
-        trip = held.sample(wrench)
-    assert trip is not None
-    held.proof.begin()
-    assert held.sample(wrench) is None
-
-
 def test_nothing_is_a_contradiction_before_the_sensor_is_tared() -> None:
     held = Held()
     assert all(held.sample(PULL, tared=False) is None for _ in range(10))
@@ -110,35 +99,3 @@ def test_a_dead_channel_is_a_contradiction_under_a_lateral_force(dead: list[int]
     wrench[dead] = 0.0
     trips = [held.sample(wrench + noise * rng.standard_normal(6)) for _ in range(10)]
     assert {trip.reason for trip in trips if trip is not None} == {TripReason.TORQUE_WITHOUT_FORCE}
-
-
-def test_a_spring_out_of_bounds_is_told_as_a_share_of_the_right_one() -> None:
-    proof = Held().proof
-    proof.axial.share = 0.2
-    trip = proof.no_spring(7)
-    assert (trip.reason, trip.tick) == (TripReason.FORCE_WITHOUT_SPRING, 7)
-    assert "with 0.20 of control.axial_stiffness_N_per_mm, 0.65 to 1.5 are right" in trip.text
-
-
-def test_the_trips_hold_lengths_in_mm_and_forces_in_N() -> None:
-    proof = Held().proof
-    proof.wall.begin((0.0, 0.0, 0.0))
-    past, soft, plate, above, wall = (
-        proof.no_floor(1, 0.0110, 0.0105),
-        proof.floor_too_soft(1, 2.0, 3.4),
-        proof.no_plate(1, 0.002, 0.0015),
-        proof.above_plate(1, 0.0007),
-        proof.no_wall(1, 0.001),
-    )
-    assert "is 11.00 mm deep, where the floor must be above 10.50 mm" in past.text
-    assert "with 2.00 N, 3.40 N needed" in soft.text
-    assert "down to 2.00 mm below the nominal plane, where the plate must be above 1.50 mm" in plate.text
-    assert "contact 0.70 mm above" in above.text
-    assert "at 1.00 mm depth (0.00 N, 1.2 N needed)" in wall.text
-    assert [trip.reason.name for trip in (past, soft, plate, above, wall)] == [
-        "FORCE_WITHOUT_SPRING",
-        "FORCE_WITHOUT_SPRING",
-        "PLATE_NOT_FELT",
-        "FORCE_WITHOUT_SPRING",
-        "WALL_NOT_FELT",
-    ]

@@ -8,7 +8,7 @@ import pytest
 
 from palpate.core.errors import LifecycleError
 from palpate.core.perception import Perception, SelectedChannels, Thresholds
-from palpate.core.policy import ActionOutcome, Decision, Observation, Reinforcement, Transition, compass_actions
+from palpate.core.policy import ActionOutcome, Decision, Reinforcement, Transition, compass_actions
 from palpate.core.ports.values import Vector3
 from palpate.core.tasks.insertion.agent import Agent
 from tests.unit.core.policy.bench import Diary
@@ -95,52 +95,6 @@ def test_transitions_follow_the_states_and_come_before_the_next_choice() -> None
     ]
 
 
-def test_the_policy_sees_what_was_measured() -> None:
-    bench = Bench()
-    position, reference, force, torque = (2e-3, 0.0, 1.0), (3e-3, 0.0, 2.0), (0.1, 0.2, -5.0), (0.01, 0.02, 0.03)
-    shown = bench.agent.perceive(14, position, reference, force, torque)
-    decision = bench.agent.choose()
-    assert bench.entries[-1] == shown == Observation(1, position, reference, force, torque, 0)
-    assert bench.agent.percept == (2, 1)
-    assert bench.counter.seen == [2]  # x+
-    assert decision == Decision(ACTIONS[0], 0, "diary")
-    bench.agent.perceive(28, position, reference, force, torque)
-    bench.agent.choose()
-    observation = bench.entries[-1]
-    assert isinstance(observation, Observation)
-    assert observation.action_number == 1
-
-
-def test_decisions_are_recorded_with_names_and_with_what_they_earned() -> None:
-    bench = Bench()
-    bench.decide(-2e-3, tick=14)
-    bench.record_effort(1.0)
-    bench.decide(2e-3, tick=28)
-    first, second = bench.agent.decisions
-    assert (first.tick, first.symbol, first.state, first.action, first.source) == (14, "x-", "one", "+x", "diary")
-    assert (second.tick, second.symbol, second.state, second.action) == (28, "x+", "two", "+x+y")
-    assert first.reinforcement == -1.0
-    assert second.reinforcement is None
-    bench.record_effort(1.0)
-    bench.agent.reached_goal()
-    assert [d.reinforcement for d in bench.agent.decisions] == [-1.0, -2.0]
-
-
-def test_the_effort_of_an_action_is_added_up() -> None:
-    bench = Bench()
-    bench.record_effort(50.0)  # before the first action: belongs to none
-    bench.decide()
-    bench.agent.record_effort((0.0, 0.0, 0.0), (3.0, 0.0, -4.0))
-    bench.agent.record_effort((1e-3, 0.0, 0.0), (0.0, 0.0, -1.0))
-    bench.agent.record_effort((1e-3, 2e-3, 0.0), (0.0, 2.0, 0.0))
-    bench.decide()
-    (outcome,) = bench.meter.outcomes
-    assert outcome.duration_s == pytest.approx(0.03)
-    assert outcome.mean_force_N == pytest.approx(8.0 / 3)
-    assert outcome.peak_force_N == 5.0
-    assert outcome.distance_m == pytest.approx(3e-3)
-
-
 def test_each_action_starts_afresh_and_no_way_is_lost_between_them() -> None:
     bench = Bench()
     x = 0.0
@@ -158,13 +112,6 @@ def test_each_action_starts_afresh_and_no_way_is_lost_between_them() -> None:
     assert (second.mean_force_N, second.peak_force_N) == (2.0, 2.0)
 
 
-def test_an_action_that_ends_at_once_counts_as_one_tick() -> None:
-    bench = Bench()
-    bench.decide()
-    bench.agent.reached_goal()
-    assert bench.meter.outcomes == [ActionOutcome(TICK_S, 0.0, 0.0, 0.0)]
-
-
 def test_nothing_is_learned_from_an_action_that_is_not_of_the_set() -> None:
     bench = Bench(diary((0, None, 2)))
     for _ in range(3):
@@ -179,56 +126,11 @@ def test_nothing_is_learned_from_an_action_that_is_not_of_the_set() -> None:
     assert [d.reinforcement for d in bench.agent.decisions] == [-1.0, -2.0, -3.0]
 
 
-def test_the_goal_is_reached_once() -> None:
-    bench = Bench()
-    bench.agent.reached_goal()  # straight into the hole: no action to learn from
-    assert bench.entries[1:] == []
-    bench.decide()
-    bench.agent.reached_goal()
-    bench.agent.reached_goal()
-    assert len(bench.policy.learned) == 1
-
-
-def test_giving_up_is_learned_as_an_ordinary_transition() -> None:
-    bench = Bench()
-    bench.decide(-2e-3)
-    bench.record_effort(1.0, 1.0)
-    bench.agent.gave_up((2e-3, 0.0, 0.0), NONE, NONE)
-    assert bench.entries[-1] == Transition(1, 0, -1.0, 2)
-    assert bench.counter.seen == [0, 2]  # the state in which it ended was looked at
-    assert bench.agent.decisions[-1].reinforcement == -1.0
-    assert len(bench.agent.decisions) == 1  # and no further choice was made
-    bench.agent.gave_up(NONE, NONE, NONE)
-    bench.agent.reached_goal()
-    assert len(bench.meter.outcomes) == 1
-
-
 def test_giving_up_before_the_first_choice_is_no_lesson() -> None:
     bench = Bench()
     bench.agent.gave_up(NONE, NONE, NONE)
     assert bench.counter.seen == []
     assert bench.entries[1:] == []
-
-
-def test_a_new_trial_forgets_the_old_one() -> None:
-    bench = Bench()
-    bench.decide(-2e-3)
-    bench.record_effort(9.0)
-    old = bench.agent.decisions
-    bench.begin(7)
-    assert bench.entries[-1] == ("begin", 7, bench.rng)
-    assert bench.counter.seen == []
-    assert bench.agent.decisions == []
-    assert len(old) == 1  # the report of the old trial keeps its own
-    bench.decide(2e-3)
-    # The unfinished action of the old trial is never learned from.
-    assert bench.policy.learned == []
-    assert bench.agent.decisions[0].state == "one"
-
-
-def test_the_temperature_is_the_policys() -> None:
-    assert Bench().agent.temperature == 2.5
-    assert Bench(Diary()).agent.temperature is None
 
 
 def test_nothing_is_chosen_twice_on_one_perception() -> None:

@@ -5,11 +5,9 @@ from math import hypot
 import numpy as np
 import pytest
 
-from palpate.core.policy import ActionOutcome, Transition
 from palpate.core.ports import PERIOD_S
-from palpate.core.trial import N_PER_KGF, Outcome, Phase, Purpose, TrialSetup, generator
+from palpate.core.trial import Outcome, Phase, Purpose, TrialSetup, generator
 from tests.unit.core.fake_world import (
-    ACTIONS,
     WEIGHT_AND_BIAS_N,
     WEIGHT_AND_BIAS_NM,
     FakeWorld,
@@ -53,25 +51,6 @@ def test_the_sensor_is_tared_once_at_rest_and_says_so(good: Trial) -> None:
     assert all(good.forces[tick][2] == 0.0 for tick in range(tare.tick + 1))  # in free air
 
 
-def test_the_start_is_where_the_setup_says(good: Trial) -> None:
-    (tare,) = good.events("tare")
-    assert good.tips[tare.tick] == pytest.approx((*START, -3e-3), abs=5e-6)
-
-
-def test_the_approach_goes_straight_down_to_contact(good: Trial) -> None:
-    (contact,) = good.events("contact")
-    approach = good.in_phase(Phase.APPROACH)
-    assert contact.tick == approach[-1]
-    assert np.ptp([good.tips[tick][:2] for tick in approach], axis=0).max() < 1e-6
-    speeds = np.diff([good.tips[tick][2] for tick in approach]) / PERIOD_S
-    assert speeds.min() > 0.0
-    assert speeds.max() == pytest.approx(PRESS_N / 400.0, rel=1e-3)
-    # The reaction is above the threshold, and was not before: the filter needs a few ticks.
-    assert good.forces[contact.tick][2] < -0.1 * N_PER_KGF
-    assert good.forces[contact.tick - 20][2] == 0.0
-    assert contact.detail.startswith("surface at 0.000 mm")
-
-
 def test_exploration_presses_steadily_and_acts_ten_times_a_second(good: Trial) -> None:
     ticks = [record.tick for record in good.report.decisions]
     (contact,) = good.events("contact")
@@ -80,30 +59,6 @@ def test_exploration_presses_steadily_and_acts_ten_times_a_second(good: Trial) -
         assert good.forces[tick][2] == pytest.approx(-PRESS_N, rel=0.05)
     steps = np.diff([good.tips[tick][:2] for tick in ticks], axis=0)
     assert np.hypot(*steps.T) == pytest.approx(np.full(len(steps), 0.5e-3), rel=0.02)
-
-
-def test_the_peg_stays_where_it_landed_until_the_first_choice(good: Trial) -> None:
-    (contact,) = good.events("contact")
-    first = good.report.decisions[0].tick
-    for tick in range(contact.tick, first + 1):
-        assert good.tips[tick][:2] == pytest.approx(START, abs=1e-6)
-
-
-def test_a_step_ends_where_the_reaction_is_lost(good: Trial) -> None:
-    (lost,) = good.events("contact lost")
-    threshold = -0.1 * N_PER_KGF
-    pressed = [tick for tick in good.in_phase(Phase.EXPLORE) if good.forces[tick][2] < threshold]
-    assert lost.tick - pressed[-1] == 4  # unfiltered samples in a row, the fourth decides
-    still = [good.tips[tick][:2] for tick in range(pressed[-1] + 2, lost.tick + 1)]
-    assert np.ptp(still, axis=0).max() < 1e-7
-
-
-def test_a_step_is_slow_and_steady_and_over_before_the_torque_is_read(good: Trial) -> None:
-    for record in good.report.decisions[1:]:
-        way = np.diff([good.tips[tick][:2] for tick in range(record.tick - 14, record.tick + 1)], axis=0)
-        moved = np.hypot(*way.T)
-        assert moved.max() < 0.1 * 0.5e-3
-        assert moved[-1] < 0.02 * 0.5e-3
 
 
 def test_the_torque_leads_to_the_hole(good: Trial) -> None:
@@ -125,24 +80,6 @@ def test_the_policy_sees_the_cue_at_the_tip(good: Trial) -> None:
         assert seen.force_N[2] == pytest.approx(-PRESS_N, rel=0.25)
 
 
-def test_learning_ends_with_the_goal(good: Trial) -> None:
-    learned = good.policy.learned
-    states = [seen.state for seen in good.policy.seen]
-    assert [t.state for t in learned] == states
-    assert [t.next_state for t in learned] == [*states[1:], None]
-    assert all(isinstance(t, Transition) and t.reinforcement == -1.0 for t in learned)
-    assert [record.reinforcement for record in good.report.decisions] == [-1.0] * len(states)
-    assert [record.action for record in good.report.decisions] == [ACTIONS[t.action_index].name for t in learned]
-
-
-def test_the_peg_ends_at_the_bottom_of_the_hole(good: Trial) -> None:
-    x, y, z = good.tips[-1]
-    true_depth = z - 1e-3 * abs(good.forces[-1][2]) / 5.0  # the gripper's spring gives way
-    assert (x, y) == pytest.approx((HOLE.x_m, HOLE.y_m), abs=1e-5)
-    assert true_depth == pytest.approx(0.010, abs=1e-5)
-    assert good.report.depth_m == pytest.approx(true_depth, abs=2e-5)
-
-
 def test_the_lateral_force_in_the_hole_is_regulated_away(good: Trial) -> None:
     insertion = good.in_phase(Phase.INSERT)
     across = [hypot(*good.forces[tick][:2]) for tick in insertion]
@@ -150,31 +87,6 @@ def test_the_lateral_force_in_the_hole_is_regulated_away(good: Trial) -> None:
     assert across[-1] < 0.1
     speeds = np.diff([good.tips[tick][:2] for tick in insertion], axis=0) / PERIOD_S
     assert np.hypot(*speeds.T).max() < 5.0e-3 * (1 + 1e-3)
-
-
-def test_the_effort_of_each_action_is_what_was_measured() -> None:
-    outcomes: list[ActionOutcome] = []
-
-    def note(outcome: ActionOutcome) -> float:
-        outcomes.append(outcome)
-        return -1.0
-
-    policy = FollowTorque()
-    trial = Trial(FakeWorld(HOLE), policy, task=build_task(policy, reinforcement=note))
-    assert len(outcomes) == trial.report.actions
-    for outcome in outcomes[1:-1]:
-        assert outcome.duration_s == pytest.approx(0.1)
-        assert outcome.mean_force_N == pytest.approx(PRESS_N, rel=0.05)
-        assert outcome.peak_force_N == pytest.approx(PRESS_N, rel=0.05)
-        assert outcome.distance_m == pytest.approx(0.5e-3, rel=0.1)
-
-
-def test_the_report_adds_up(good: Trial) -> None:
-    norms = [float(np.linalg.norm(force)) for force in good.forces]
-    assert good.report.peak_force_N == pytest.approx(max(norms), rel=1e-6)
-    assert good.report.clamped_ticks == 0
-    assert good.report.setup == TrialSetup(0, 1, START)
-    assert good.report.temperature is None
 
 
 def test_a_trial_does_not_depend_on_the_one_before(good: Trial) -> None:

@@ -2,15 +2,13 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from math import hypot, inf, nan
+from math import nan
 
-import numpy as np
 import pytest
 
 from palpate.core.errors import DeviceError
-from palpate.core.ports import PERIOD_S
-from palpate.core.ports.values import CommandReason, JointSample, Snapshot, Validity, WrenchSample
-from palpate.core.trial import Outcome, Phase, TaskConfig
+from palpate.core.ports.values import JointSample, Snapshot, Validity, WrenchSample
+from palpate.core.trial import Outcome, TaskConfig
 from tests.unit.core.fake_world import FakeWorld, FollowTorque, Pit, Steps, build_task
 from tests.unit.core.tasks.insertion.whole_trial import FAR_AWAY, HOLE, START, Trial, plus
 
@@ -35,69 +33,10 @@ def test_the_time_limit_ends_the_exploration() -> None:
     assert trial.stopped
 
 
-def test_a_hole_that_is_not_deep_enough_is_a_jam() -> None:
-    trial = Trial(FakeWorld(replace(HOLE, depth_m=5e-3)))
-    assert trial.report.outcome is Outcome.JAMMED
-    assert trial.report.depth_m == pytest.approx(5e-3, abs=5e-5)
-    (lost,) = trial.events("contact lost")
-    assert trial.report.exploration_time_s == pytest.approx((lost.tick - trial.events("contact")[0].tick) * PERIOD_S)
-    assert 3 * 140 < trial.report.ticks - lost.tick < 4 * 140
-    # The last action cost like any other, and it is not the goal.
-    assert len(trial.policy.learned) == len(trial.report.decisions)
-    assert all(t.next_state is not None for t in trial.policy.learned)
-    assert trial.report.decisions[-1].reinforcement == -1.0
-    assert trial.stopped
-
-
 @pytest.mark.parametrize(("depth_mm", "outcome"), [(9.85, Outcome.INSERTED), (9.7, Outcome.JAMMED)])
 def test_the_depth_tolerance_decides(depth_mm: float, outcome: Outcome) -> None:
     trial = Trial(FakeWorld(replace(HOLE, depth_m=depth_mm * 1e-3)))
     assert trial.report.outcome is outcome
-
-
-def test_a_hole_without_a_bottom_is_deep_enough() -> None:
-    trial = Trial(FakeWorld(replace(HOLE, depth_m=0.05)))
-    assert trial.report.outcome is Outcome.INSERTED
-    assert trial.report.depth_m == pytest.approx(0.0102, abs=1e-4)
-
-
-def test_without_a_plate_there_is_no_contact() -> None:
-    trial = Trial(FakeWorld(height_m=inf))
-    assert trial.report.outcome is Outcome.NO_CONTACT
-    assert Phase.EXPLORE not in trial.phases
-    assert max(tip[2] for tip in trial.tips) == pytest.approx(0.018, abs=2e-4)
-    assert trial.report.exploration_time_s == 0.0
-    assert trial.stopped
-
-
-def test_an_arm_that_is_stopped_from_outside_ends_the_trial() -> None:
-    world = FakeWorld(HOLE)
-
-    def stop(tick: int, snapshot: Snapshot) -> Snapshot:
-        if tick == 90:
-            world.arm.stop()
-        return snapshot
-
-    trial = Trial(world, on_step=stop)
-    assert trial.report.outcome is Outcome.STOPPED
-    # The command of tick 90 is the first that is not applied; the snapshot after it tells.
-    assert trial.report.ticks == 92
-    assert trial.stopped
-
-
-def test_an_arm_that_does_not_follow_ends_the_approach() -> None:
-    world = FakeWorld(HOLE)
-
-    def jam_the_servos(tick: int, snapshot: Snapshot) -> Snapshot:
-        world.arm._max_step_rad = 0.0 if tick >= 90 else PERIOD_S
-        return snapshot
-
-    trial = Trial(world, on_step=jam_the_servos)
-    assert trial.report.outcome is Outcome.NO_CONTACT
-    assert trial.report.ticks < 600
-    assert trial.report.clamped_ticks == trial.report.ticks - 91
-    here = np.array(trial.snapshots[-1].joints.position_rad)
-    assert np.abs(np.array(trial.commands[-1].position_rad) - here).max() <= PERIOD_S * (1 + 1e-9)
 
 
 @pytest.mark.parametrize(("depth_mm", "slack_mm", "inserted"), [(9.4, 0.5, True), (9.4, 0.3, False), (9.85, 0.0, True)])
@@ -106,27 +45,6 @@ def test_without_a_touch_the_surface_is_known_only_roughly(depth_mm: float, slac
     config = TaskConfig(surface_uncertainty_mm=slack_mm, time_limit_s=0.5)
     trial = Trial(FakeWorld(hole), Steps(), config=config)
     assert (trial.report.outcome is Outcome.INSERTED) is inserted
-
-
-def test_a_slow_way_to_the_start_is_no_reason_to_give_up() -> None:
-    trial = Trial(
-        FakeWorld(HOLE, start_m=(0.0, 0.0, -3e-3)), config=TaskConfig(travel_speed_mm_s=1.0, ready_height_mm=20.0)
-    )
-    assert trial.phases.index(Phase.SETTLE) > 15 * 140
-    assert trial.report.outcome is Outcome.INSERTED
-
-
-def test_a_wedged_peg_is_noticed_before_the_sensor_is_tared() -> None:
-    world = FakeWorld(HOLE)
-    reads = iter(range(10_000))
-    world.spoil = lambda sample: replace(
-        sample, force_N=plus(sample.force_N, (0.0, 0.0, 31.0 if next(reads) >= 5 else 0.0))
-    )
-    trial = Trial(world)
-    assert trial.report.outcome is Outcome.FORCE_LIMIT
-    assert trial.report.ticks == 6
-    assert trial.phases[-2] in (Phase.LIFT, Phase.TRANSFER)
-    assert trial.stopped
 
 
 def test_the_force_limit_ends_the_trial_in_the_same_tick() -> None:
@@ -141,13 +59,6 @@ def test_the_force_limit_ends_the_trial_in_the_same_tick() -> None:
     assert trial.report.peak_force_N == pytest.approx(31.0)
     assert trial.events("end")[0].detail == "force limit: 31.00 N, limit 30 N"
     assert trial.stopped
-
-
-def test_a_force_from_the_side_counts_as_well() -> None:
-    trial = Trial(FakeWorld(HOLE), config=TaskConfig(max_force_N=5.5))
-    assert trial.report.outcome is Outcome.FORCE_LIMIT
-    assert abs(trial.forces[-1][2]) < 5.5 < hypot(*trial.forces[-1][:2])  # the wall of the hole did it
-    assert trial.report.peak_force_N == pytest.approx(float(np.linalg.norm(trial.forces[-1])))
 
 
 BAD_WRENCHES: dict[str, Callable[[WrenchSample], WrenchSample]] = {
@@ -196,19 +107,6 @@ def test_a_bad_sample_ends_the_trial(device: str, kind: str, when: int, good: Tr
     assert trial.stopped
 
 
-def test_a_silent_sensor_is_noticed_through_the_ports() -> None:
-    world = FakeWorld(HOLE)
-
-    def silence(tick: int, snapshot: Snapshot) -> Snapshot:
-        world.sensor.silent = tick >= 100
-        return snapshot
-
-    trial = Trial(world, on_step=silence)
-    assert trial.report.outcome is Outcome.SENSOR_FAULT
-    assert trial.report.ticks in (106, 107)  # the age limit of the sensor is five ticks
-    assert trial.stopped
-
-
 def test_a_fault_at_once_reports_nothing_of_the_trial_before() -> None:
     policy = FollowTorque()
     task = build_task(policy)
@@ -225,25 +123,6 @@ def test_a_fault_at_once_reports_nothing_of_the_trial_before() -> None:
     assert trial.report.decisions == []
 
 
-def test_a_clamped_command_is_adopted_and_counted(good: Trial) -> None:
-    world = FakeWorld(HOLE)
-    world.arm._max_step_rad = 4e-4  # slower than the transfer wants to be
-    trial = Trial(world)
-    assert trial.report.outcome is Outcome.INSERTED
-    clamped = [
-        tick
-        for tick, snapshot in enumerate(trial.snapshots)
-        if snapshot.applied is not None and snapshot.applied.reason is not CommandReason.AS_ASKED
-    ]
-    assert trial.report.clamped_ticks == len(clamped) > 3
-    assert trial.report.ticks >= good.report.ticks
-    for tick in clamped:
-        applied = trial.snapshots[tick].applied
-        assert applied is not None
-        step = np.array(trial.commands[tick].position_rad) - applied.position_rad
-        assert np.abs(step).max() <= PERIOD_S * (1 + 1e-9)  # from where the arm is, not from where it was to be
-
-
 def interrupted(when: int) -> Trial:
     policy = FollowTorque()
     task = build_task(policy)
@@ -254,16 +133,6 @@ def interrupted(when: int) -> Trial:
         return snapshot
 
     return Trial(FakeWorld(HOLE), policy, task=task, on_step=interrupt)
-
-
-@pytest.mark.parametrize("when", [0, 60, 90, 230])
-def test_an_interrupt_ends_a_trial_that_is_not_exploring_at_once(when: int) -> None:
-    trial = interrupted(when)
-    assert trial.report.outcome is Outcome.INTERRUPTED
-    assert trial.report.ticks == when + 1
-    assert trial.events("end")[0].detail == "interrupted: on request"
-    assert all(t.next_state is not None for t in trial.policy.learned)
-    assert trial.stopped
 
 
 @pytest.mark.parametrize("when", [119, 130, 131, 132, 133, 146])
