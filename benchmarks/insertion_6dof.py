@@ -43,6 +43,7 @@ CORNERS = {
     "rounded-square": (4, 19.263),
     "triangle": (3, 29.0),
     "hexagon": (6, 16.743),
+    "keyed": (0, 11.5),
 }
 GRIP: Mapping[str, Any] = {"tilt_mrad": 4.0, "conditions": {"tilt_heading": "drawn", "grip_trials": 1}}
 CONDITIONS: Mapping[str, Mapping[str, Any]] = {
@@ -68,6 +69,8 @@ def config_of(shape: str, conditions: str, arm: str, options: Mapping[str, Any])
     config = overlay(overlay(config, world_of(shape)), CONDITIONS[conditions])
     own = {"corners": float(corners), "corner_mm": corner_mm} if corners else {}
     own |= {"inside_mm": 8.0} if shape == "triangle" else {}
+    if shape == "keyed":
+        own = {"corner_mm": corner_mm, "flat_deg": 37.5, "inside_mm": 7.0, "lean_deg": 7.0}
     return overlay(config, {"task": {"options": {**own, **options}}})
 
 

@@ -1,4 +1,4 @@
-"""For pegs with corners: one corner goes in first, pushed into its corner of the hole, which turns the tool right."""
+"""For pegs with corners or a flat: one goes in first, pushed into its place in the hole, which turns the tool right."""
 
 from __future__ import annotations
 
@@ -31,6 +31,14 @@ _QUIET_ACTIONS: Final = 2
 """So many actions in a row both walls have to carry, and nothing to turn the tool."""
 _CAUGHT_M: Final = 0.5e-3
 """A tip that is less deep below the plate hangs on a wall though both of them carry."""
+_FLAT_M: Final = 1e-3
+"""A flat is let down so far and no further, or the peg's sides would wedge in the hole and hold what it should turn."""
+_HANGS_M: Final = 0.15e-3
+"""A flat that is higher by more hangs on an edge."""
+_ASIDE_M: Final = 1.5e-3
+"""There is one flat: it is tried again so far aside, on one side and the other."""
+_FLAT_ON_PLATE: Final = 0.8
+"""A leaning tip that is as high above the plate as this share of its height over its flat has it on the plate."""
 _DRIVE_RAD: Final = 0.018
 _DRIVEN_ACTIONS: Final = 7
 _BACK_SHARE: Final = 0.5
@@ -54,22 +62,29 @@ class _Act(Enum):
 class CornerFirst(FixedPolicy):
     """Leans over a corner, pushes it at both walls until nothing turns it, stands up, inserts; else the next corner.
 
-    Pressed flat, nothing shows a peg's yaw against the hole's. One corner in the hole, pushed at both walls, does.
+    Pressed flat, nothing shows a peg's yaw against the hole's. One corner in the hole, pushed at both walls, does. A
+    keyed peg's flat counts as its one corner: the arcs at its ends are the walls that centre it, and itself turns it.
 
     Args:
         options: Corners, lean and push.
 
     Raises:
-        ConfigurationError: The peg has no corners.
+        ConfigurationError: The peg has neither corners nor a flat.
     """
 
     def __init__(self, options: SpatialOptions) -> None:
         super().__init__()
-        if options.corners < 3:
+        flat = options.flat_deg > 0.0
+        if options.corners < 3 and not flat:
             raise ConfigurationError("task.options.corners", options.corners, f"3 or more for the policy {NAME}")
-        self._options, self._half_rad = options, pi / int(options.corners)
+        self._options, self._flat = options, flat
+        self._half_rad = radians(options.flat_deg) if flat else pi / int(options.corners)
         self._inside_m, self._radius_m = options.inside_mm * 1e-3, options.corner_mm * 1e-3
-        self._on_plate_m = _ON_PLATE_M - self._radius_m * sin(radians(options.lean_deg))
+        height_m = self._radius_m * sin(radians(options.lean_deg))
+        self._on_plate_m, self._caught_m, self._held_m = _ON_PLATE_M - height_m, _CAUGHT_M, 0.0
+        if flat:
+            self._held_m = max(height_m - _FLAT_M, _HANGS_M)
+            self._on_plate_m, self._caught_m = -_FLAT_ON_PLATE * height_m, -self._held_m - _HANGS_M
         self._lean_rad, self._push_N = radians(options.lean_deg), 2.0 * options.push_N * cos(self._half_rad)
 
     @override
@@ -81,7 +96,8 @@ class CornerFirst(FixedPolicy):
         self._corner, self._stage, self._left = corner, _Act.LEAN, 0
         # The neighbours of the first corner on both sides, and so on: 0, -1, 1, -2, 2 ...
         place = -(corner + 1) // 2 if corner % 2 else corner // 2
-        self._heading_rad = (2 * place + 1) * self._half_rad
+        self._heading_rad = 0.0 if self._flat else (2 * place + 1) * self._half_rad
+        self._aside_m = place * _ASIDE_M if self._flat else 0.0
         self._quiet = self._pushed = self._leaned = 0
         self._lead_m, self._driven, self._drove = (0.0, 0.0), 0, False
 
@@ -106,7 +122,7 @@ class CornerFirst(FixedPolicy):
         if self._stage is _Act.LEAN:
             displacement_m, spatial = self._leaning(observation)
         elif self._stage is _Act.PUSH:
-            spatial = self._pushing(observation, 0.0)
+            spatial = replace(self._pushing(observation, 0.0), rise_m=self._held_m)
             displacement_m = self._lead_m
             if self._driven:
                 self._driven -= 1
@@ -133,7 +149,7 @@ class CornerFirst(FixedPolicy):
         self._lead_m = (_LEAD_M * c, _LEAD_M * s) if max(walls) < _FREE_N else (0.0, 0.0)
         quiet = min(walls) > _WALL_N and abs(observation.torque_Nm[2]) < _QUIET_NM
         self._quiet = self._quiet + 1 if quiet else 0
-        if caught := observation.depth_m > _CAUGHT_M:
+        if caught := observation.depth_m > self._caught_m:
             # Once it is in, only what it feels may turn it.
             self._driven = 0
         if self._quiet >= _QUIET_ACTIONS and caught:
@@ -162,7 +178,8 @@ class CornerFirst(FixedPolicy):
         left = self._left
         self._left, self._leaned = left - 1, self._leaned + 1
         turn = (s * self._lean_rad - lean_x) / left, (-c * self._lean_rad - lean_y) / left, -yaw / left
-        displacement_m = (-self._inside_m * c - x) / left, (-self._inside_m * s - y) / left
+        inside_m, aside_m = self._inside_m, self._aside_m
+        displacement_m = (-inside_m * c - aside_m * s - x) / left, (-inside_m * s + aside_m * c - y) / left
         return displacement_m, Spatial(Law.LIFT, rise_m, turn)
 
     def _pushing(self, observation: Observation, upright: float) -> Spatial:

@@ -26,6 +26,7 @@ _SUNK_M: Final = 1e-3
 """An upright tool that is so deep while it pushes is in the hole."""
 _DEEPEST_M: Final = 1.5e-3
 """A tool that pushes sinks no deeper; the rest of the way is the insertion's, with its proofs."""
+_HEIGHT_GAIN_PER_S: Final = 5.0
 _UPRIGHT_RAD: Final = radians(1.0)
 """A tool that leans by more is on an edge or a corner: loss of contact there is no hole."""
 
@@ -152,7 +153,9 @@ class SpatialExplore(Explore):
         free = min(max(1.0 + (fx * px + fy * py) / max(px * px + py * py, 1e-6), 0.0), 1.0) / action_s
         vx, vy, _ = limited((k * (fx + px) + free * dx, k * (fy + py) + free * dy, 0.0), _FASTEST_PUSH_M_S)
         vz = self._law.velocity_m_s(reference_m, reference_m, (0.0, 0.0, fz))[2]
-        if self._depth_m > self._deepest_m:
+        if (rise_m := self._spatial.rise_m) > 0.0:
+            vz = min(vz, -_HEIGHT_GAIN_PER_S * (rise_m + self._depth_m))
+        elif self._depth_m > self._deepest_m:
             vz = min(vz, 0.0)
         x, y = reference_m[0] + vx * PERIOD_S, reference_m[1] + vy * PERIOD_S
         within_x, within_y = self.area.clamp(x, y)
