@@ -129,6 +129,14 @@ RECORDINGS: dict[str, tuple[str, ...]] = {
         "--cell.peg.friction", "0.4", "--cell.conditions.yaw-deg", "5", "--cell.conditions.plate-lean-mrad", "17.5",
         "--cell.tilt-mrad", "4", "--cell.hole-uncertainty-mm", "3", "--task.time-limit-s", "7",
     ),
+    # The flat of a keyed peg first.
+    "flat-first": (
+        "run", "--task", "insertion-6dof", "--policy", "corner-first", "--trials", "1", "--seed", "36",
+        "--cell.peg.cross-section", "keyed", "--task.options", "flat_deg", "37.5", "corner_mm", "11.5",
+        "inside_mm", "2", "lean_deg", "6", "--task.insertion-depth-mm", "3", "--cell.peg.hole-depth-mm", "3",
+        "--cell.tilt-mrad", "0.5", "--task.ready-height-mm", "1", "--task.tare-ticks", "7",
+        "--task.ticks-per-action", "10", "--cell.conditions.yaw-deg", "2", "--task.start-uncertainty-mm", "1",
+    ),
     # The plate on both sides, a search, down to the floor, and the walls all round.
     "hole-survey": (
         "run", "--task", "hole-survey", "--trials", "1", "--seed", "32", "--task.options", "plate_touches", "2",

@@ -50,6 +50,8 @@ class SpatialOptions(Settings):
 
     @override
     def check(self) -> None:
+        if self.corners and self.flat_deg:
+            raise ConfigurationError(self.dotted("flat_deg"), self.flat_deg, "0 for a peg with corners")
         if self.lean_deg > self.most_lean_deg:
             raise ConfigurationError(
                 self.dotted("lean_deg"), self.lean_deg, f"at most most_lean_deg = {self.most_lean_deg:g}"

@@ -100,6 +100,29 @@ def test_a_tool_that_is_caught_goes_straight_up_first() -> None:
     assert spatial(policy.choose(seen())).turn_rad != NONE
 
 
-def test_a_peg_without_corners_is_refused() -> None:
-    with pytest.raises(ConfigurationError, match=r"task\.options\.corners"):
-        CornerFirst(SpatialOptions())
+def test_a_flat_leads_as_a_corner_does_held_above_where_it_would_wedge_and_again_aside() -> None:
+    policy = CornerFirst(SpatialOptions(flat_deg=37.5, corner_mm=11.5, lean_deg=7.0, inside_mm=7.0))
+    policy.begin_trial(0, np.random.default_rng(0))
+    places = []
+    for _ in range(3):
+        first, *_ = [policy.choose(seen(depth_m=-4e-3)) for _ in range(7)]
+        places.append(np.array(first.action.displacement_m) * 7e3)
+        assert spatial(first).turn_rad == pytest.approx((0.0, -radians(1.0), 0.0))
+        walls, leaned, held = (-4.8, 0.0, -1.0), (0.0, -radians(7.0), 0.0), -0.45e-3
+        pushing = [policy.choose(seen(walls, NONE, leaned, held)) for _ in range(3)]
+        # 1 mm of the 1.4 mm by which the flat lies below the tip goes into the hole.
+        assert spatial(pushing[0]).rise_m == pytest.approx(0.4e-3, abs=2e-6)
+        assert spatial(pushing[0]).push_N == pytest.approx((4.76, 0.0), abs=0.01)
+        assert [each.action.name for each in pushing] == ["push", "push", "stand"]
+        assert [policy.choose(seen()).action.name for _ in range(2)] == ["withdraw", "withdraw"]
+    assert places == [pytest.approx((-7.0, aside_mm)) for aside_mm in (0.0, -1.5, 1.5)]
+
+
+@pytest.mark.parametrize(
+    ("options", "named"), [({}, r"task\.options\.corners"), ({"corners": 4.0, "flat_deg": 30.0}, "flat_deg")]
+)
+def test_a_peg_with_neither_corners_nor_a_flat_is_refused_and_so_is_one_with_both(
+    options: dict[str, float], named: str
+) -> None:
+    with pytest.raises(ConfigurationError, match=named):
+        CornerFirst(SpatialOptions(**options))
