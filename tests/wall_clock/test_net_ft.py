@@ -3,7 +3,6 @@
 import socket
 import threading
 import time
-from pathlib import Path
 
 import pytest
 
@@ -13,8 +12,7 @@ from palpate.core.errors import DeviceError
 from palpate.core.ports import Validity
 from palpate.drivers.ati import fetch_page
 from palpate.drivers.errors import DriverError
-from palpate.simulation.emulators.ati import EmulatedBox, EmulatedBoxConfig, NetFtServer
-from tests.command_line import CommandLine
+from palpate.simulation.emulators.ati import EmulatedBox, NetFtServer
 
 LOAD = (1.5, -2.0, -10.0, 0.1, 0.2, -0.3)
 
@@ -57,16 +55,6 @@ def test_the_public_client_reads_the_same() -> None:
         assert [client.receive() for _ in range(20)] == [counts] * 20
         client.stopStreaming()
         client.sock.close()
-
-
-@pytest.mark.parametrize("setting", [{"force_unit": "lbf"}, {"torque_unit": "lbf-in"}, {"rdt": False}])
-def test_units_that_do_not_fit_are_one_line(palpate: CommandLine, tmp_path: Path, setting: dict[str, object]) -> None:
-    with NetFtServer(EmulatedBox(lambda now_ns: LOAD, EmulatedBoxConfig(**setting))) as server:  # type: ignore[arg-type]
-        rows = "".join(f"{key} = {value!r}\n" for key, value in table(server).items())
-        rig = f"[arm]\nadapter = 'zebra-nmc'\nport = '/dev/nowhere'\n[force_sensor]\nadapter = 'ati-netft'\n{rows}"
-        (tmp_path / "rig.toml").write_text(rig)
-        told = palpate.refusal("run", "--rig", "rig.toml", "--policy", "torque", "--trials", "1")
-    assert "on the page Co" in told
 
 
 def test_a_page_that_drips_in_is_given_up_in_time() -> None:

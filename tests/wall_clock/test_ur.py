@@ -144,14 +144,6 @@ def test_without_set_points_the_client_stops_the_arm_and_without_the_client_the_
         link.close()
 
 
-def test_repeated_packages_do_no_harm(context: RigContext) -> None:
-    with served() as server:
-        arm: Any = make_ur_rtde({"host": server.host, "patience": 4.0, "max_age_ms": 400.0}, context).arm
-        with arm:
-            server.network.repeats = 2
-            lead(arm, 0.3)
-
-
 def test_without_the_client_one_line_names_the_extra(
     palpate: CommandLine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -161,27 +153,6 @@ def test_without_the_client_one_line_names_the_extra(
     )
     told = palpate.refusal("run", "--rig", "rig.toml", "--arm", "ur5", "--policy", "torque", "--trials", "1")
     assert "pip install 'palpate[ur]'" in told
-
-
-@pytest.mark.parametrize(
-    ("strike", "told"),
-    [
-        (lambda controller: setattr(controller, "remote", False), "local control"),
-        (lambda controller: controller.protective_stop(), "protective stop"),
-    ],
-    ids=["local control", "protective stop"],
-)
-def test_a_controller_that_cannot_be_used_is_one_line(
-    palpate: CommandLine, tmp_path: Path, strike: Callable[[UrController], object], told: str
-) -> None:
-    with served() as server:
-        with server.exclusive() as controller:
-            strike(controller)
-        sensor = f"[force_sensor]\nadapter = 'ur-rtde'\nhost = '{server.host}'\n"
-        (tmp_path / "rig.toml").write_text(f"[arm]\nadapter = 'ur-rtde'\nhost = '{server.host}'\n{sensor}")
-        line = palpate.refusal("run", "--rig", "rig.toml", "--arm", "ur5", "--policy", "torque", "--trials", "1")
-        assert told in line
-        assert controller.targets_rad() == HOME
 
 
 def test_insertion_by_the_tool_force_is_refused_with_the_figures(palpate: CommandLine, tmp_path: Path) -> None:

@@ -105,7 +105,6 @@ class FakeWorld:
         pits: The hole and other places where the plate lies deeper.
         height_m: The plate's surface below the nominal plane; inf takes the plate away.
         slope: How much deeper it is for each m along x.
-        friction: Of the plate, which has none unless it is given.
         stiffness_N_per_m: Of the spring between flange and peg.
         mass_kg: Of the tool below the sensor, by its inertia along z.
         spoil: What befalls each force sample on its way; None for nothing.
@@ -113,23 +112,18 @@ class FakeWorld:
         force_N: Contact force on the tip then, task frame.
     """
 
-    def __init__(self, *pits: Pit, height_m: float = 0.0, start_m: Vector3 = (0.0, 0.0, -3e-3)) -> None:
+    def __init__(self, *pits: Pit, height_m: float = 0.0) -> None:
         self.clock = FakeClock()
         self.pits, self.height_m, self.slope = pits, height_m, 0.0
-        self.stiffness_N_per_m, self.friction = STIFFNESS_N_PER_M, 0.0
-        self.mass_kg, self._heights_m = 0.0, (start_m[2], start_m[2])
-        self._stuck_m = (0.0, 0.0)
+        self.stiffness_N_per_m = STIFFNESS_N_PER_M
+        self.mass_kg, self._heights_m = 0.0, (-3e-3, -3e-3)
         self.spoil: Callable[[WrenchSample], WrenchSample] | None = None
         self.tip_m: Vector3 = (0.0, 0.0, 0.0)
         self.force_N: Vector3 = (0.0, 0.0, 0.0)
         self._inside: Pit | None = None
         self._kinematics = kinematics = Kinematics(arm_named("zebra-zero"), TOOL)
         self._task = goal_in_base(GoalConfig())
-        home, rotation = ready_pose()
-        if start_m != (0.0, 0.0, -3e-3):
-            target = pin.SE3(np.array(rotation), self._task.act(np.array(start_m)))
-            inverse = InverseKinematics(Kinematics(arm_named("zebra-zero"), TOOL), PERIOD_S)
-            home = tuple(inverse.solve(target, free_yaw=False, seed_rad=np.array(home), field="start").tolist())
+        home, _ = ready_pose()
         self.arm = FakeArm(
             self.clock,
             home,
@@ -178,23 +172,11 @@ class FakeWorld:
         pit = self._inside
         push = self.stiffness_N_per_m * max(z - height - (pit.depth_m if pit else 0.0), 0.0)
         if pit is None or not pit.walls:
-            across_x, across_y = self._rub(x, y, push)
-            return np.array([across_x, across_y, -push]), self._cue(x, y, push)
+            return np.array([0.0, 0.0, -push]), self._cue(x, y, push)
         push, across, far_m = max(push, pit.friction_N), LATERAL_N_PER_M, hypot(pit.x_m - x, pit.y_m - y)
         if pit.play_m:
             across *= max(1.0 - pit.play_m / max(far_m, 1e-9), 0.0)
         return np.array([across * (pit.x_m - x), across * (pit.y_m - y), -push]), np.zeros(3)
-
-    def _rub(self, x: float, y: float, push: float) -> tuple[float, float]:
-        """What the plate's friction holds the tip with: it sticks until the gripper has bent enough, then slides."""
-        if push == 0.0 or self.friction == 0.0:
-            self._stuck_m = (x, y)
-            return 0.0, 0.0
-        dx, dy = x - self._stuck_m[0], y - self._stuck_m[1]
-        bent, most = hypot(dx, dy), self.friction * push / LATERAL_N_PER_M
-        if bent > most:
-            self._stuck_m = (x - dx * most / bent, y - dy * most / bent)
-        return LATERAL_N_PER_M * (self._stuck_m[0] - x), LATERAL_N_PER_M * (self._stuck_m[1] - y)
 
     def _cue(self, x: float, y: float, push: float) -> Array:
         if not self.pits:

@@ -26,10 +26,6 @@ def config(*words: str) -> RunConfig:
     return parse(TrainOptions, "train", words).run
 
 
-def test_without_words_all_is_default() -> None:
-    assert parse(TrainOptions, "train", []) == TrainOptions()
-
-
 def test_a_preset_is_where_the_rest_starts_from() -> None:
     assert config("--scenario", "blind") == scenario("blind")
     assert config("--scenario=blind", "--cell.hole-uncertainty-mm", "1").cell.hole_uncertainty_mm == 1.0
@@ -172,12 +168,3 @@ def test_a_long_refusal_stays_whole() -> None:
         "task.start_uncertainty_mm = 5.0 is refused: at most task.area_half_width_mm = 3.5,"
         " or trials start outside the exploration area"
     )
-
-
-@pytest.mark.parametrize(("line", "field"), [("sed = 1", "sed"), ("scenario = 3", "scenario")])
-def test_a_refused_file_is_named_by_its_field(tmp_path: Path, line: str, field: str) -> None:
-    path = tmp_path / "bad.toml"
-    path.write_text(line)
-    with pytest.raises(ConfigurationError) as caught:
-        config("--config", str(path))
-    assert caught.value.field == field

@@ -58,32 +58,10 @@ def test_a_whole_number_serves_as_a_float() -> None:
     assert (step, type(step)) == (1.0, float)
 
 
-@pytest.mark.parametrize(
-    ("table", "field", "hint"),
-    [
-        ({"sed": 1}, "sed", "did you mean seed?"),
-        ({"task": {"step_m": 1}}, "task.step_m", "did you mean task.step_mm?"),
-        ({"cell": {"peg": {"clearence_mm": 1}}}, "cell.peg.clearence_mm", "did you mean cell.peg.clearance_mm?"),
-        ({"learning": {"zzz": 1}}, "learning.zzz", "known here: alpha,"),
-    ],
-)
-def test_an_unknown_field_is_named_with_its_neighbour(table: dict[str, Any], field: str, hint: str) -> None:
-    with pytest.raises(ConfigurationError) as caught:
-        overlay(RunConfig(), table)
-    assert caught.value.field == field
-    assert hint in caught.value.accepted
-
-
 @pytest.mark.parametrize("table", [{"task": 3}, {"task": {"goal": [1.0]}}])
 def test_a_value_where_a_table_belongs_is_named(table: dict[str, Any]) -> None:
     with pytest.raises(ConfigurationError, match=r"^task(\.goal)? = .* is refused: a table$"):
         overlay(RunConfig(), table)
-
-
-def test_a_table_is_read_from_a_file(tmp_path: Path) -> None:
-    path = tmp_path / "run.toml"
-    path.write_text('[learning]\nexamples = "ü"\n', encoding="utf-8")
-    assert read_toml(path) == {"learning": {"examples": "ü"}}
 
 
 @pytest.mark.parametrize("content", [None, b"a = [", b"a = '\xff'"])

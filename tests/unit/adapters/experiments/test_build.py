@@ -5,12 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from palpate.adapters.config.run import LearningConfig, PerceptionConfig, RunConfig
-from palpate.adapters.experiments.build import build_perception, build_reinforcement, supervisor_of, task_actions
+from palpate.adapters.config.run import PerceptionConfig, RunConfig
+from palpate.adapters.experiments.build import build_perception, supervisor_of
 from palpate.adapters.mujoco.rig import SimulatedRig
 from palpate.core.errors import ConfigurationError, UnreachableError
 from palpate.core.motion import Kinematics, ToolGeometry, arm_named
-from palpate.core.policy import ActionOutcome
 from palpate.core.ports import CommandReason, JointCommand, Life, SensorFacts
 from palpate.core.trial import N_PER_KGF, TaskConfig, find_ready_pose, goal_in_base
 from palpate.core.trial.config import GoalConfig
@@ -27,19 +26,6 @@ def test_the_ready_pose_is_above_the_hole_and_points_into_it(arm: str) -> None:
     goal = goal_in_base(config.task.goal)
     assert goal.actInv(kinematics.tip_position_m) == pytest.approx(np.array([0.0, 0.0, -3e-3]), abs=1e-6)
     assert kinematics.tip_rotation[:, 2] == pytest.approx(goal.rotation[:, 2], abs=1e-6)
-
-
-@pytest.mark.parametrize(
-    "goal",
-    [
-        GoalConfig(x_mm=1900.0),  # out of reach altogether
-        GoalConfig(x_mm=30.0, y_mm=0.0, z_mm=20.0),  # inside the arm's base
-    ],
-)
-def test_a_hole_out_of_reach_is_refused(goal: GoalConfig) -> None:
-    with pytest.raises(UnreachableError) as caught:
-        find_ready_pose("zebra-zero", TaskConfig(goal=goal))
-    assert caught.value.field == "task.goal"
 
 
 def test_a_hole_whose_surroundings_are_out_of_reach_is_refused() -> None:
@@ -59,12 +45,6 @@ def test_a_hole_whose_surroundings_are_out_of_reach_is_refused() -> None:
     assert not reachable(inside, 40.0)
 
 
-def test_actions_have_the_length_of_the_configuration() -> None:
-    actions = task_actions(RunConfig(task=TaskConfig(step_mm=0.25)))
-    assert len(actions) == 8
-    assert {round(float(np.hypot(*action.displacement_m)), 12) for action in actions} == {0.25e-3}
-
-
 def test_thresholds_are_converted_to_si() -> None:
     perception = build_perception(
         RunConfig(perception=PerceptionConfig(position_threshold_mm=2.0, torque_threshold_kgf_mm=1.0))
@@ -80,13 +60,6 @@ def test_thresholds_are_converted_to_si() -> None:
     assert state_of(2.01e-3, 0.0) == "x+ y0"
     assert state_of(1.99e-3, 1.01 * limit_Nm) == "tx+ ty0"
     assert state_of(1.99e-3, 0.99 * limit_Nm) == "tx0 ty0"
-
-
-def test_reinforcement_follows_the_configuration() -> None:
-    pressed_hard = ActionOutcome(0.1, 4.0 + N_PER_KGF * 0.5, 9.0, 1e-3)
-    assert build_reinforcement(RunConfig())(pressed_hard) == -1.0
-    effort = RunConfig(learning=LearningConfig(reinforcement="effort", effort_per_N_s=-2.0))
-    assert build_reinforcement(effort)(pressed_hard) != -1.0
 
 
 def test_a_rig_is_freed_from_its_last_stop_and_ends_closed() -> None:

@@ -37,12 +37,6 @@ def test_a_wider_hole_captures_from_further_away(usual_m: float) -> None:
     assert width_m(wide) > usual_m + 2 * PRECISION_M
 
 
-def test_the_scenario_does_not_matter(usual_m: float) -> None:
-    # The hole lies where the passes are aimed, and no noise decides.
-    blind = replace(RunConfig(), cell=replace(RunConfig().cell, hole_uncertainty_mm=3.0), seed=9)
-    assert width_m(blind) == usual_m
-
-
 def test_the_width_is_an_average_over_all_directions(monkeypatch: pytest.MonkeyPatch) -> None:
     passes: list[tuple[float, float]] = []
 

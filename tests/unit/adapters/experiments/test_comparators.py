@@ -78,15 +78,6 @@ def test_only_a_torque_below_the_threshold_is_left_to_chance() -> None:
     assert {policy.choose(quiet).index for _ in range(200)} == set(range(8))
 
 
-def test_the_turns_of_the_spiral_lie_one_pitch_apart() -> None:
-    places = walk(spiral(), (0.0, 0.0), 200)
-    radius = np.hypot(*places.T)
-    angle = np.unwrap(np.arctan2(places[1:, 1], places[1:, 0]))
-    # Archimedean: the radius grows by one pitch a turn, everywhere.
-    assert np.diff(radius[1:]) / np.diff(angle) == pytest.approx(PITCH_M / (2 * pi), rel=1e-6)
-    assert radius[-1] > 3e-3
-
-
 def test_the_spiral_leaves_no_gap() -> None:
     # As fine as the tip really moves: along the chords.
     corners = walk(spiral(), (0.0, 0.0), 200)
@@ -100,13 +91,6 @@ def test_the_spiral_leaves_no_gap() -> None:
     assert gaps.max() <= 0.62 * PITCH_M
     assert gaps[radius > 2 * PITCH_M].max() <= 0.54 * PITCH_M
     assert gaps.max() > 0.45 * PITCH_M  # or it would search more closely than it says
-
-
-def test_the_spiral_begins_anew_where_each_trial_begins() -> None:
-    policy = spiral()
-    first = walk(policy, (0.0, 0.0), 20)
-    second = walk(policy, (1e-3, 2e-3), 20)
-    assert second - (1e-3, 2e-3) == pytest.approx(first, abs=1e-12)
 
 
 def test_the_spiral_goes_on_from_where_it_should_be() -> None:

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +11,6 @@ from palpate.adapters.config.run import LearningConfig, PerceptionConfig, RunCon
 from palpate.adapters.experiments import (
     build_perception,
     comparator,
-    comparators_of,
     learning_policy,
     perception_of,
 )
@@ -21,7 +19,7 @@ from palpate.adapters.experiments.policies import loaded_policy, perception_sett
 from palpate.adapters.experiments.study.fields import configured, with_learner
 from palpate.adapters.log.provenance import made_with
 from palpate.core.errors import ConfigurationError
-from palpate.core.policy import Policy, PolicyDocument, QLearning, Reach, Sarsa, document_of, learner_of
+from palpate.core.policy import PolicyDocument, QLearning, Reach, Sarsa, document_of, learner_of
 from palpate.core.trial.config import N_PER_KGF, TaskConfig
 from tests.unit.adapters.samples import observation
 
@@ -36,15 +34,6 @@ def document(config: RunConfig = DEFAULT) -> PolicyDocument:
 
 def no_hole() -> Sequence[float]:
     raise AssertionError("only the omniscient one may ask where the hole is")
-
-
-@pytest.mark.parametrize("name", comparators_of(DEFAULT))
-def test_every_comparator_works_and_only_one_knows_the_hole(name: str) -> None:
-    policy = comparator(name, DEFAULT, (lambda: (1e-3, 0.0, 0.0)) if name == "omniscient" else no_hole)
-    assert isinstance(policy, Policy)
-    assert learner_of(policy) is None
-    policy.begin_trial(0, np.random.default_rng(0))
-    assert np.hypot(*policy.choose(observation()).action.displacement_m) > 0.0
 
 
 @pytest.mark.parametrize(("name", "speed_m_s"), [("spiral-10", 0.010), ("spiral-5", 0.005)])
@@ -144,25 +133,6 @@ def test_programmed_and_example_states_stand_beside_learned_ones(tmp_path: Path)
 
 
 @pytest.mark.parametrize(
-    ("learning", "field"),
-    [
-        (LearningConfig(programmed={"nowhere": "+x"}), "learning.programmed"),
-        (LearningConfig(programmed={"x+ y0": "jump"}), "learning.programmed"),
-        (LearningConfig(examples="missing.csv"), "learning.examples"),
-    ],
-)
-def test_bad_knowledge_is_refused_by_the_name_of_its_setting(learning: LearningConfig, field: str) -> None:
-    with pytest.raises(ConfigurationError) as caught:
-        learning_policy(RunConfig(learning=learning), build_perception(DEFAULT))
-    assert caught.value.field == field
-
-
-def test_a_fitted_perception_comes_from_the_file() -> None:
-    grid = RunConfig(perception=PerceptionConfig(symbols="grid"))
-    assert len(perception_of(document(grid), DEFAULT, None).states) == 81
-
-
-@pytest.mark.parametrize(
     ("perception", "difference"),
     [
         (PerceptionConfig(symbols="grid"), "states"),
@@ -177,20 +147,9 @@ def test_a_file_of_another_perception_is_refused(perception: PerceptionConfig, d
     assert difference in str(caught.value)
 
 
-def test_a_file_of_other_steps_is_refused() -> None:
-    other = document(RunConfig(task=TaskConfig(step_mm=0.25)))
-    with pytest.raises(ConfigurationError, match=r"actions\[0\]\.displacement_mm"):
-        perception_of(other, DEFAULT, build_perception(DEFAULT))
-
-
 def test_a_file_whose_perception_makes_no_sense_is_refused() -> None:
     with pytest.raises(ConfigurationError, match="a readable perception"):
         perception_of(replace(document(), perception={"nonsense": 1}), DEFAULT, None)
-
-
-def test_versions_that_results_depend_on() -> None:
-    assert made_with()["mujoco"] == version("mujoco")
-    assert set(made_with()) == {"palpate", "numpy", "scipy", "pin", "mujoco"}
 
 
 def test_a_policy_learned_behind_another_filter_is_refused() -> None:

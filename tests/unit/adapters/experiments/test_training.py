@@ -7,8 +7,6 @@ from pathlib import Path
 import pytest
 
 from palpate.adapters.experiments.build import build_perception, task_actions
-from palpate.adapters.experiments.evaluation import run_policy
-from palpate.adapters.experiments.policies import comparator
 from palpate.adapters.experiments.results import RunFolder
 from palpate.adapters.experiments.training import Checkpoint, Trainer, require_sound, resume_from
 from palpate.adapters.experiments.trial import interrupting
@@ -114,22 +112,6 @@ def test_a_policy_without_a_learner_cannot_be_trained(tmp_path: Path) -> None:
     walk = RandomWalkPolicy(task_actions(QUICK))
     with SimulatedRig(QUICK, ready_pose()) as rig, pytest.raises(ConfigurationError, match="a learner"):
         Trainer(QUICK, folder_in(tmp_path, "run"), ready_pose(), rig, perception, walk)
-
-
-def test_a_run_that_is_ended_keeps_its_finished_trials() -> None:
-    finished = []
-
-    def done(scored: object) -> None:
-        finished.append(scored)
-        if len(finished) == 2:
-            signal.raise_signal(signal.SIGINT)
-
-    before = signal.getsignal(signal.SIGINT)
-    with SimulatedRig(QUICK, ready_pose()) as rig:
-        walk = comparator("random", QUICK, lambda: (0.0, 0.0))
-        rows = run_policy(QUICK, ready_pose(), rig, build_perception(QUICK), walk, 5, done)
-    assert [row.trial for row in rows] == [0, 1]
-    assert signal.getsignal(signal.SIGINT) is before
 
 
 def test_the_second_ctrl_c_does_not_wait() -> None:

@@ -1,26 +1,23 @@
 """Trials decision by decision: left in the middle, begun again, and after an error."""
 
-import pickle
 from collections.abc import Iterator
 from pathlib import Path
 
-import gymnasium.error
 import numpy as np
 import pytest
 
 from palpate.adapters.config.run import PerceptionConfig, RunConfig, scenario
 from palpate.adapters.experiments import run_toml, task_actions
 from palpate.adapters.gymnasium_envs.episode import (
-    ActionRefusedError,
     GivenActions,
     InsertionEpisodes,
     NotRunningError,
     run_config,
 )
-from palpate.core.errors import CommandError, DeviceError, LifecycleError
+from palpate.core.errors import DeviceError, LifecycleError
 from palpate.core.policy import Decision, Observation, Policy, Transition
 from palpate.core.ports.values import CommandReason, JointCommand
-from palpate.core.trial import Outcome, Phase, TaskConfig
+from palpate.core.trial import Outcome, TaskConfig
 
 EAST = Decision(task_actions(RunConfig())[0], 0, "test")
 
@@ -35,15 +32,6 @@ def episodes() -> Iterator[InsertionEpisodes]:
 def stopped(episodes: InsertionEpisodes) -> bool:
     here = episodes.rig.cell.joint_angles()
     return episodes.rig.ports.arm.send(JointCommand(here)).reason is CommandReason.STOPPED
-
-
-def test_a_trial_waits_in_the_middle_of_the_tick_of_its_first_choice(episodes: InsertionEpisodes) -> None:
-    episodes.begin(3, 0)
-    assert episodes.running
-    assert episodes.task.phase is Phase.EXPLORE
-    assert episodes.report.decisions == []
-    assert episodes.exploration_time_s == pytest.approx(0.1)
-    assert episodes.decisions_left == 4
 
 
 def test_at_its_end_the_arm_is_stopped_and_nothing_can_be_decided(episodes: InsertionEpisodes) -> None:
@@ -107,21 +95,6 @@ def test_trials_without_any_decision_are_not_searched_for_ever() -> None:
 # Errors are ours and Gymnasium's, and survive the way from a worker process.
 
 
-def test_either_family_catches_them() -> None:
-    refused, idle = ActionRefusedError("action 9 is refused", 9), NotRunningError("no episode runs")
-    assert isinstance(refused, CommandError)
-    assert isinstance(refused, gymnasium.error.InvalidAction)
-    assert isinstance(idle, LifecycleError)
-    assert isinstance(idle, gymnasium.error.ResetNeeded)
-
-
-@pytest.mark.parametrize("error", [ActionRefusedError("action 9 is refused", 9), NotRunningError("no episode runs")])
-def test_a_worker_can_send_them_and_the_parent_makes_them_anew(error: Exception) -> None:
-    arrived = pickle.loads(pickle.dumps(error))
-    assert (type(arrived), str(arrived)) == (type(error), str(error))
-    assert str(type(error)(arrived)) == str(error)
-
-
 # The policy of an environment hands out what it was given, once.
 
 
@@ -146,10 +119,6 @@ def test_it_chooses_what_it_was_given_once_and_in_the_same_trial_only() -> None:
 
 
 # Keyword arguments become the configuration that a run would have.
-
-
-def test_nothing_said_is_the_paper_scenario() -> None:
-    assert run_config("", "", None) == RunConfig()
 
 
 def test_arguments_win_over_settings_and_settings_over_the_preset() -> None:

@@ -5,16 +5,12 @@ from collections.abc import Iterator
 from math import nan
 from typing import Any
 
-import gymnasium
 import numpy as np
 import pytest
 
-from palpate.adapters.gymnasium_envs import PEG_INSERTION
 from palpate.adapters.gymnasium_envs.episode import ActionRefusedError, NotRunningError
 from palpate.adapters.gymnasium_envs.peg_insertion import Numbering, PegInsertionEnv
 from palpate.core.errors import ConfigurationError
-from palpate.core.ports import CONTROL_RATE_HZ
-from palpate.core.trial import TaskConfig
 
 EAST, WEST = 0, 4
 
@@ -95,17 +91,6 @@ def test_a_trip_of_the_supervisor_terminates_and_the_next_episode_begins_anew() 
     env.close()
 
 
-def test_the_reinforcement_is_the_cores_own() -> None:
-    env = cell(config={"learning": {"reinforcement": "effort", "effort_per_N_s": -5.0}})
-    env.reset(seed=0)
-    rewards = [env.step(EAST)[1] for _ in range(6)]
-    records = env._episodes.report.decisions
-    assert rewards == [record.reinforcement for record in records]
-    assert min(rewards) < -1.0  # pushing harder than pressing costs more
-    assert [record.source for record in records] == ["environment"] * 6
-    env.close()
-
-
 def test_a_trial_that_goes_straight_into_the_hole_is_skipped() -> None:
     # The starts are so near that some trials hit the hole at once.
     env = cell(config={"task": {"start_uncertainty_mm": 0.3}})
@@ -175,12 +160,6 @@ def test_a_copy_begins_anew_with_the_same_arguments(env: PegInsertionEnv) -> Non
         copied.step(EAST)
     assert copied.reset(seed=5)[0].tobytes() == first.tobytes()
     copied.close()
-
-
-def test_its_limit_on_steps_is_beyond_any_trial_s_own() -> None:
-    spec, task = gymnasium.spec(PEG_INSERTION), TaskConfig()
-    assert spec.max_episode_steps == round(task.time_limit_s * CONTROL_RATE_HZ / task.ticks_per_action)
-    assert spec.reward_threshold is not None
 
 
 # Episodes after a seed are its trials in order, whatever happened before.

@@ -47,22 +47,6 @@ def test_moves_lead_where_the_map_says_and_the_agent_reads_its_cell_only(corrido
     assert seen[-1][4]["is_success"]
 
 
-def test_at_the_limit_an_episode_is_truncated_unless_the_goal_was_reached(corridor: str) -> None:
-    env = SensorMapEnv(map=corridor, step_limit=2)
-    from_cell(env, 0)
-    assert [step[2:4] for step in after(env, [RIGHT, RIGHT])] == [(False, False), (False, True)]
-    from_cell(env, 1)
-    assert [step[2:4] for step in after(env, [RIGHT, RIGHT])] == [(False, False), (True, False)]
-
-
-def test_states_may_remember(corridor: str) -> None:
-    env = SensorMapEnv(map=corridor, state="last-2")
-    from_cell(env, 0)
-    seen = [step[4]["state"] for step in after(env, [RIGHT, RIGHT])]
-    assert seen == ["A > B", "B > B"]
-    assert env.observation_space.n == len(env.identifier.states) > 2
-
-
 @pytest.mark.parametrize("action", [8, -1, 0.5, np.nan, None, "right"])
 def test_a_refused_action_moves_nothing(corridor: str, action: Any) -> None:
     env = SensorMapEnv(map=corridor)

@@ -183,11 +183,6 @@ def test_gaps_are_grey_and_told(tmp_path: Path, drawn: Drawn) -> None:
     assert span.get_x() == pytest.approx(PERIOD_NS * 1e-9)  # type: ignore[attr-defined]
 
 
-def test_one_tick_can_be_drawn(tmp_path: Path) -> None:
-    end = EndRecord(tick=0, error="DeviceError", text="gone")
-    assert size_of(timeline(log(tmp_path, [tick(0)], end=end)))
-
-
 @pytest.mark.parametrize(
     ("ticks", "begin", "complaint"),
     [

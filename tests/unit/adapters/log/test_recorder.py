@@ -12,29 +12,13 @@ from palpate.adapters.log.writer_client import Opening
 from palpate.core.control_loop import UnfinishedTick
 from palpate.core.errors import DeviceError, LogError
 from palpate.core.ports.values import AppliedCommand, JointCommand, WrenchSample
-from palpate.core.trial.report import DecisionRecord, Event, TrialReport, TrialSetup
+from palpate.core.trial.report import Event
 from tests.unit.adapters.log.crafted import STARTING, start_with
 from tests.unit.adapters.log.recording_bench import Bench, ChokingSink, log_of, ticks_of
 
 
 def topics(data: bytes) -> list[str]:
     return [BY_ID[message.channel].topic for message in sound_messages("x", data)]
-
-
-def test_a_trial_in_order() -> None:
-    bench = Bench.running(30, start_ns=10**15)
-    bench.recorder.stopped(None)
-    bench.end(outcome="inserted")
-    assert topics(bench.sink.logs[0]) == ["/start", "/call", *["/tick"] * 30, "/call", "/end"]  # type: ignore[attr-defined]
-    log = bench.log()
-    assert log.start == STARTING
-    assert [record.tick for record in log.records()] == list(range(30))
-    assert [(c.tick, c.port, c.call, c.time_ns) for c in log.calls] == [
-        (-1, "clock", "now_ns", 10**15),
-        (29, "arm", "stop", None),
-    ]
-    assert log.end is not None
-    assert log.end.outcome == "inserted"
 
 
 def test_a_tick_holds_what_passed_the_ports() -> None:
@@ -45,15 +29,6 @@ def test_a_tick_holds_what_passed_the_ports() -> None:
     wrench, joints = bench.sensor.read(), bench.encoder.read()
     command = bench.command(2)
     assert record == TickRecord(2, now, now, wrench, joints, command, AppliedCommand(command))
-
-
-def test_messages_carry_the_time_of_the_run() -> None:
-    bench = Bench.running(5, start_ns=10**9)
-    bench.end()
-    times = [m.time_ns for m in sound_messages("x", bench.sink.logs[0])]  # type: ignore[attr-defined]
-    assert times[0] == 10**9
-    assert times == sorted(times)
-    assert times[-1] == bench.clock.now_ns()
 
 
 def test_what_the_trial_starts_with_is_asked_when_the_task_has_begun() -> None:
@@ -131,31 +106,6 @@ def test_an_arm_that_cannot_be_stopped_is_recorded() -> None:
     assert bench.log().calls[1:] == [
         CallEntry(tick=-1, port="arm", call="stop", error="DeviceError", text="arm: cable cut")
     ]
-
-
-def test_events_and_decisions_are_followed() -> None:
-    bench = Bench()
-    report = bench.report = TrialReport(TrialSetup(1, 0, (0.0, 0.0)), temperature=4.5)
-    bench.begin()
-    bench.run(2)
-    report.events.append(Event(1, "contact", "5 N"))
-    report.decisions.append(DecisionRecord(1, "x0", "s0", "+x", "learned"))
-    bench.run(1)
-    report.decisions[0] = DecisionRecord(1, "x0", "s0", "+x", "learned", -1.0)
-    report.decisions.append(DecisionRecord(2, "x1", "s1", "-x", "learned"))
-    bench.run(2)
-    report.decisions[1] = DecisionRecord(2, "x1", "s1", "-x", "learned", -2.0)
-    report.decisions.append(DecisionRecord(4, "x0", "s0", "+x", "assigned"))
-    report.events.append(Event(4, "end"))
-    bench.end()
-    log = bench.log()
-    assert [(e.tick, e.name, e.detail) for e in log.events] == [(1, "contact", "5 N"), (4, "end", "")]
-    assert [(d.tick, d.number, d.action, d.temperature) for d in log.decisions] == [
-        (1, 0, "+x", 4.5),
-        (2, 1, "-x", 4.5),
-        (4, 2, "+x", 4.5),
-    ]
-    assert [(r.tick, r.number, r.reinforcement) for r in log.reinforcements] == [(3, 0, -1.0), (4, 1, -2.0)]
 
 
 def test_one_log_at_a_time() -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -191,11 +190,6 @@ def test_a_log_that_nobody_ended_keeps_what_it_has(setting: Setting, monkeypatch
     assert len(log.ticks) == setting.task.report.ticks > 100
 
 
-def test_a_comparator_is_named_and_a_document_is_kept(setting: Setting) -> None:
-    setting.run()
-    assert (setting.log().start.policy, setting.log().start.policy_json) == ("torque", "")
-
-
 def test_it_must_be_known_what_is_recorded(tmp_path: Path) -> None:
     with TrialRecorder(MemorySink, tmp_path / "logs", RecordingConfig()) as recorder:
         with pytest.raises(OutputError, match="of"):
@@ -226,10 +220,6 @@ def test_an_existing_log_stays_and_the_trial_runs(tmp_path: Path) -> None:
     assert path.read_bytes() == b"precious"
     assert read_log(tmp_path / "logs" / "trial-00001.mcap").end is not None
     assert setting.task.report.outcome is not Outcome.SENSOR_FAULT
-
-
-def test_recording_can_be_switched_off() -> None:
-    assert TrialRecorder.into(Path("nowhere"), replace(QUICK.recording, enabled=False)) is None
 
 
 def test_logs_of_trials_that_run_again_are_set_aside(tmp_path: Path) -> None:

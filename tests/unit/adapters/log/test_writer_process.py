@@ -13,7 +13,7 @@ from palpate.adapters.log import TickRecord, read_log
 from palpate.adapters.log import writer_process as module
 from palpate.adapters.log.file import describe_channels
 from palpate.adapters.log.reader import RawMessage
-from palpate.adapters.log.writer_process import CLOSE, OPEN, QUIT, frame, message_frame, messages_in, serve
+from palpate.adapters.log.writer_process import CLOSE, OPEN, QUIT, frame, message_frame, serve
 from tests.unit.adapters.log.crafted import log_bytes, messages, tick_record
 
 
@@ -35,11 +35,6 @@ def write(data: bytes) -> list[tuple[str, str]]:
     return reports
 
 
-def test_frames_come_back() -> None:
-    content = messages(range(3))
-    assert messages_in(frames_of(content)) == [(m.channel, m.time_ns, m.payload) for m in content]
-
-
 def test_logs_one_after_the_other(tmp_path: Path) -> None:
     one, two = tmp_path / "1.mcap", tmp_path / "2.mcap"
     trial = frames_of(messages())
@@ -54,20 +49,6 @@ def test_input_that_breaks_off_closes_the_log_soundly(tmp_path: Path, cut: int) 
     data = HEAD + opening(path) + frames_of(messages())
     assert write(data[: len(data) - cut]) == []
     assert [r.tick for r in read_log(path).records()] == list(range(39 if cut == 200 else 40))
-
-
-def test_messages_outside_a_log_are_nothing(tmp_path: Path) -> None:
-    path = tmp_path / "1.mcap"
-    trial = frames_of(messages())
-    assert write(HEAD + trial + opening(path) + trial + frame(CLOSE) + trial + frame(CLOSE)) == []
-    assert path.read_bytes() == log_bytes()
-
-
-def test_a_folder_that_is_not_there_is_reported(tmp_path: Path) -> None:
-    path = tmp_path / "none" / "1.mcap"
-    assert write(HEAD + opening(path) + frames_of(messages())) == [
-        (str(path), "cannot be made (No such file or directory)")
-    ]
 
 
 def test_a_log_that_cannot_be_packed_does_not_end_the_writer(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

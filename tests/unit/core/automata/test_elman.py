@@ -13,35 +13,6 @@ def network(seed=0, *, alphabet=("a", "b", "c"), reading=Readout.PREDICTION, **s
     return Network(architecture, **{name: rng.normal(size=size) for name, size in architecture.shapes.items()})
 
 
-def test_shapes_follow_from_the_architecture() -> None:
-    shape = Architecture(alphabet=("a", "b", "c"), reading=Readout.PREDICTION)
-    assert (shape.hidden, shape.activation, shape.order, shape.outcomes) == (2, "sigmoid", 1, 4)
-    assert shape.shapes == {"recurrent": (1, 2, 2), "inputs": (3, 2), "start": (2,), "output": (4, 2), "bias": (4,)}
-    second = Architecture(alphabet=("a", "b"), reading=Readout.ACCEPTANCE, hidden=3, order=2)
-    assert (second.outcomes, second.shapes["recurrent"]) == (1, (2, 3, 3))
-
-
-def test_a_step_has_the_hand_computed_value() -> None:
-    shape = Architecture(alphabet=("a", "b"), reading=Readout.ACCEPTANCE, hidden=1, order=2)
-    one = Network(
-        shape,
-        recurrent=[[[2.0]], [[-4.0]]],
-        inputs=[[1.0], [0.0]],
-        start=[0.0],
-        output=[[3.0]],
-        bias=[-1.5],
-    )
-    assert one.start_state.tolist() == [0.5]
-    after = one.after(np.array([[0.5], [0.5]]), np.array([0, 1]))
-    assert after[:, 0] == pytest.approx([1.0 / (1.0 + np.exp(-2.0)), 1.0 / (1.0 + np.exp(2.0))])
-    assert one.read(np.array([[0.5]]))[0, 0] == pytest.approx(0.5)
-
-
-def test_tanh_starts_between_minus_one_and_one() -> None:
-    one = network(activation="tanh")
-    assert one.start_state == pytest.approx(np.tanh(one.start))
-
-
 @pytest.mark.parametrize("order", [1, 2])
 @pytest.mark.parametrize("activation", ["sigmoid", "tanh"])
 def test_all_ways_to_advance_agree(order, activation) -> None:

@@ -1,6 +1,5 @@
 import pytest
 
-from palpate.core.automata.choice import ExtractionSettings
 from palpate.core.automata.elman import END
 from palpate.core.automata.infer import InferenceSettings, infer
 from palpate.core.automata.machine import Kind, Machine
@@ -29,19 +28,6 @@ def test_a_language_is_inferred_from_labelled_strings_and_held_out_ones_judge_it
     )
     assert found.chosen.agreement == 1.0
     assert "agreement: 100.0% of the held-out strings (32 strings)" in found.summary
-
-
-def test_what_cannot_be_learned_is_told_and_the_best_is_kept() -> None:
-    settings = InferenceSettings(
-        held_out=0.0, training=TrainingSettings(restarts=2, steps=0), extraction=ExtractionSettings(most_intervals=3)
-    )
-    found = infer(ODD_ZEROS, settings)
-    assert found.consistent is False
-    assert found.held_out == 0
-    assert "agreement" not in found.summary
-    assert 0.0 < found.chosen.wrong <= 0.5
-    assert "not consistent: wrong about" in found.summary
-    assert f"of {len(BINARY)} training strings" in found.summary
 
 
 PREDICTION = InferenceSettings(training=TrainingSettings(restarts=8, steps=800), finalists=2)
@@ -73,13 +59,6 @@ def test_the_report_has_all_q_and_a_picture(walks) -> None:
     # No orphan states, and each says what it stands for.
     assert walks.machine.reachable() == tuple(range(walks.chosen.states))
     assert all(" > " in name for name in walks.machine.names)
-
-
-def test_equal_seeds_give_equal_machines() -> None:
-    quick = InferenceSettings(training=TrainingSettings(restarts=4, steps=40), finalists=2)
-    one, again = infer(WALKS, quick), infer(WALKS, quick)
-    assert again.machine == one.machine
-    assert again.hidden.tobytes() == one.hidden.tobytes()
 
 
 def test_held_out_strings_may_be_given() -> None:

@@ -1,5 +1,5 @@
 from collections import deque
-from math import floor, tanh
+from math import floor
 
 import numpy as np
 import pytest
@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from palpate.core.automata import Kind, Machine, Strings
-from palpate.core.automata.elman import END, RANGES, Architecture, Network, Readout
-from palpate.core.automata.partition import Partition, bounded_partition, partition
+from palpate.core.automata.elman import RANGES, Architecture, Network, Readout
+from palpate.core.automata.partition import bounded_partition, partition
 from palpate.core.automata.prefix_tree import PrefixTree
 from palpate.core.errors import ConfigurationError
 from tests.unit.core.automata.networks import drift, last_symbol, parity
@@ -39,39 +39,6 @@ def one_by_one(network: Network, intervals: int, centres: bool) -> tuple[list[li
             row.append(numbers[cell_of(after)])
         rows.append(row)
     return vectors, rows
-
-
-def test_parity_has_two_states_with_any_q() -> None:
-    for intervals in (2, 3, 7, 20):
-        found = partition(parity(), intervals)
-        assert found.machine() == Machine(Kind.DFA, ("0", "1"), ((0, 1), (1, 0)), (True, False))
-
-
-def test_the_last_symbol_has_a_state_for_each_and_one_for_none() -> None:
-    found = partition(last_symbol(), 2)
-    sets = ((*"ab",), ("b",), ("a", END))
-    assert found.machine() == Machine(Kind.MOORE, ("a", "b"), ((1, 2), (1, 2), (1, 2)), sets)
-    assert found.vectors == pytest.approx(np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]), abs=1e-6)
-
-
-def test_the_first_visit_stands_for_its_cell() -> None:
-    # From tanh(-2) = -0.96 the symbol a leads to -0.43, 0.07, 0.52, 0.77, 0.85, ... With two intervals, and with three,
-    # the first of these is in the lowest, like the start, so nothing else is ever seen; with four the chain goes on.
-    for intervals in (2, 3):
-        assert partition(drift(), intervals).transitions.tolist() == [[0, 0]]
-    chain = [tanh(-2.0)]
-    for _ in range(3):
-        chain.append(tanh(chain[-1] + 0.5))
-    four = partition(drift(), 4)
-    assert four.vectors[:, 0].tolist() == pytest.approx(chain)
-    assert four.transitions.tolist() == [[1, 0], [2, 0], [3, 0], [3, 0]]
-
-
-def test_from_the_centre_of_a_cell_it_may_go_elsewhere() -> None:
-    # The middle of the lower half is -0.5, from which a leads to tanh(0) = 0, the lower end of the upper half.
-    found = partition(drift(), 2, centres=True)
-    assert found.vectors[:, 0].tolist() == [-0.5, 0.5]
-    assert found.transitions.tolist() == [[1, 0], [1, 0]]
 
 
 shapes = st.builds(
@@ -115,19 +82,6 @@ def entered_by(machine: Machine) -> list[set[int]]:
             assert target is not None
             found[target].add(symbol)
     return found
-
-
-def forgetful(by_symbol: bool) -> Partition:
-    """Three cells for the last symbol, which all say the same."""
-    network = last_symbol()
-    shape = network.architecture
-    dumb = Network(shape, network.recurrent, network.inputs, network.start, 0.0 * network.output, 0.0 * network.bias)
-    return partition(dumb, 2, by_symbol=by_symbol)
-
-
-def test_states_of_different_last_symbols_stay_apart() -> None:
-    assert len(forgetful(by_symbol=False).minimal().transitions) == 1
-    assert len(forgetful(by_symbol=True).minimal().transitions) == 3
 
 
 @given(shapes, st.integers(0, 10**6), st.integers(2, 9))

@@ -1,5 +1,3 @@
-import time
-
 import numpy as np
 import pytest
 
@@ -20,19 +18,6 @@ WALKS = Strings.of(["ab", "abab", "ab", "aab"])
 
 def parameters(training: Training) -> list[bytes]:
     return [getattr(t.network, name).tobytes() for t in training.networks for name in t.network.architecture.shapes]
-
-
-def test_a_tiny_language_is_learned_in_seconds() -> None:
-    import torch  # noqa: F401  (its import is not what is timed)
-
-    began = time.process_time()
-    training = train(EVEN_ONES, ACCEPTOR, TrainingSettings(restarts=32, batch=32, steps=400, enough=4))
-    assert time.process_time() - began < 5.0
-    assert training.consistent >= 4
-    assert training.best.consistent
-    assert training.curve[-1].step < 400
-    assert "right about every training string" in training.summary
-    assert training.best.network.read(training.best.network.start_state[np.newaxis])[0, 0] > 0.5
 
 
 def test_equal_seeds_give_equal_bytes_and_others_do_not() -> None:

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate.core.errors import ConfigurationError
-from palpate.core.motion.laws import ControlLaw, DampingControl, ForceControl, HybridControl, PositionControl, limited
+from palpate.core.motion.laws import ControlLaw, DampingControl, ForceControl, PositionControl, limited
 from palpate.core.ports.values import Vector3
 
 PERIOD_S = 1.0 / 140
@@ -91,13 +91,6 @@ def test_it_arrives_without_overshoot_for_every_accepted_gain(gain: float, speed
     assert x == pytest.approx(distance, abs=1e-9)
 
 
-def test_near_the_target_speed_is_gain_times_distance_and_forces_do_not_matter() -> None:
-    law = position()
-    for force_N in (ORIGIN, (9.0, -9.0, 30.0)):
-        assert law.velocity_m_s((0.0, 1e-4, 0.0), (1e-4, -1e-4, 0.0), force_N) == pytest.approx((5e-3, -1e-2, 0.0))
-        law.reset()
-
-
 @pytest.mark.parametrize("gain", [140.1, 280.0, 0.0, -1.0, nan, inf])
 def test_an_unstable_gain_is_refused_by_name(gain: float) -> None:
     assert "from 0.001 to 140" in refuse("position_gain_per_s", position, gain=gain)
@@ -133,24 +126,6 @@ def test_pressing_settles_at_the_nominal_force_without_overshoot(stiffness: floa
 @pytest.mark.parametrize("gain", [0.0, -400.0, nan, inf, 71.42])
 def test_a_damping_must_be_a_finite_number_that_is_high_enough(gain: float) -> None:
     assert "at least 71.43 N s/m" in refuse("damping_N_s_per_m", damping, damping=gain)
-
-
-@pytest.mark.parametrize(
-    ("nominal", "force_N", "velocity"),
-    [
-        (PRESS, ORIGIN, (0.0, 0.0, 0.0125)),  # in free space against the nominal force
-        (PRESS, (2.0, -1.0, -5.0), (5e-3, -2.5e-3, 0.0)),
-        (PRESS, (0.0, 0.0, -9.0), (0.0, 0.0, -0.01)),
-        ((1.0, -2.0, -5.0), (3.0, 3.0, 3.0), (5e-3, 12.5e-3, 20e-3)),
-    ],
-)
-def test_it_yields_on_every_axis_and_positions_do_not_matter(
-    nominal: Vector3, force_N: Vector3, velocity: Vector3
-) -> None:
-    law = damping(400.0, nominal)
-    for place, target in ((ORIGIN, ORIGIN), ((1.0, 2.0, 3.0), (-4.0, 5.0, 6.0))):
-        assert law.velocity_m_s(place, target, force_N) == pytest.approx(velocity)
-        law.reset()
 
 
 # Force control holds its force on every contact that it was tuned for.
@@ -205,19 +180,6 @@ def test_too_much_proportional_gain_is_refused_by_name(proportional: float) -> N
     refuse("force_proportional_m_per_N", force, integral=1e-5, proportional=proportional, k=4e4)
 
 
-def test_it_yields_to_the_force_beyond_the_target_on_every_axis() -> None:
-    law = force(target=(2.0, 1.0, -5.0))
-    assert law.velocity_m_s(ORIGIN, ORIGIN, (5.0, -1.0, -9.0)) == pytest.approx((3e-3, -2e-3, -4e-3))
-
-
-def test_the_proportional_part_answers_the_change() -> None:
-    p = 1e-5
-    law = force(1e-9, p)
-    law.velocity_m_s(ORIGIN, ORIGIN, (1.0, 2.0, 3.0))
-    velocity = law.velocity_m_s(ORIGIN, ORIGIN, (4.0, 1.0, 5.0))
-    assert [v * PERIOD_S for v in velocity] == pytest.approx([3.0 * p, -1.0 * p, 2.0 * p], rel=1e-3)
-
-
 def test_a_new_contact_does_not_begin_with_a_kick() -> None:
     law = force(1e-5, 1e-5)
     fresh = law.velocity_m_s(ORIGIN, ORIGIN, (10.0, 0.0, 0.0))
@@ -229,27 +191,3 @@ def test_a_new_contact_does_not_begin_with_a_kick() -> None:
 
 
 # Hybrid control: one law across, one along, and neither disturbs the other.
-
-
-class Recorder(ControlLaw):
-    def __init__(self, answer: Vector3) -> None:
-        self.answer = answer
-        self.calls: list[tuple[Vector3, Vector3, Vector3]] = []
-        self.resets = 0
-
-    def velocity_m_s(self, reference_m: Vector3, target_m: Vector3, force_N: Vector3) -> Vector3:
-        self.calls.append((reference_m, target_m, force_N))
-        return self.answer
-
-    def reset(self) -> None:
-        self.resets += 1
-
-
-def test_each_law_sees_and_moves_its_own_axes_only() -> None:
-    across, along = Recorder((1.0, 2.0, 30.0)), Recorder((10.0, 20.0, 3.0))
-    law = HybridControl(across, along)
-    assert law.velocity_m_s((0.1, 0.2, 0.3), (0.4, 0.5, 0.6), (7.0, 8.0, 9.0)) == (1.0, 2.0, 3.0)
-    assert across.calls == [((0.1, 0.2, 0.0), (0.4, 0.5, 0.0), (7.0, 8.0, 0.0))]
-    assert along.calls == [((0.0, 0.0, 0.3), (0.0, 0.0, 0.6), (0.0, 0.0, 9.0))]
-    law.reset()
-    assert (across.resets, along.resets) == (1, 1)

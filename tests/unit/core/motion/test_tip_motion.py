@@ -35,41 +35,6 @@ def bench(request: pytest.FixtureRequest) -> Bench:
     return Bench(request.param)
 
 
-def test_it_takes_over_where_the_arm_is(bench: Bench) -> None:
-    assert bench.motion.reference_m == pytest.approx((0.0, 0.0, -3e-3), abs=2e-6)
-    assert bench.motion.reference_m == pytest.approx(bench.tip_m(bench.home), abs=1e-15)
-
-
-def test_without_velocity_it_holds_still(bench: Bench) -> None:
-    before = bench.motion.reference_m
-    for _ in range(100):
-        command = bench.motion.move(STILL)
-    assert bench.motion.reference_m == before
-    np.testing.assert_allclose(command.position_rad, bench.home, atol=1e-12)
-
-
-@pytest.mark.parametrize("axis", [0, 1, 2])
-def test_the_tip_goes_where_the_velocity_points_in_the_task_frame(bench: Bench, axis: int) -> None:
-    start = np.array(bench.motion.reference_m)
-    velocity = [0.0, 0.0, 0.0]
-    velocity[axis] = 14e-3  # 0.1 mm a tick
-    for _ in range(20):
-        command = bench.motion.move((velocity[0], velocity[1], velocity[2]))
-    expected = start.copy()
-    expected[axis] += 2e-3
-    np.testing.assert_allclose(bench.motion.reference_m, expected, atol=1e-15)
-    np.testing.assert_allclose(bench.tip_m(command.position_rad), expected, atol=1e-7)
-
-
-def test_the_tool_keeps_its_orientation(bench: Bench) -> None:
-    rng = np.random.default_rng(2)
-    for _ in range(200):
-        x, y, z = rng.uniform(-0.02, 0.02, 3).tolist()
-        command = bench.motion.move((x, y, z))
-    bench.look.update(command.position_rad)
-    assert np.linalg.norm(pin.log3(bench.rotation.T @ bench.look.tip_rotation)) < 1e-6
-
-
 def test_a_command_that_was_changed_is_taken_up(bench: Bench) -> None:
     first = bench.motion.move((0.02, 0.0, 0.0))
     for _ in range(30):
@@ -83,14 +48,6 @@ def test_a_command_that_was_changed_is_taken_up(bench: Bench) -> None:
     for _ in range(20):
         again = bench.motion.move(STILL)
     np.testing.assert_allclose(again.position_rad, asked.position_rad, atol=1e-7)
-
-
-def test_a_command_that_was_applied_as_asked_changes_nothing(bench: Bench) -> None:
-    other = Bench(bench.look.arm.name)
-    for motion in (bench.motion, other.motion):
-        motion.move((0.02, 0.0, 0.0))
-    bench.motion.adopt(AppliedCommand(bench.home))
-    assert bench.motion.move(STILL) == other.motion.move(STILL)
 
 
 def test_a_stopped_arm_does_not_wind_the_joints_up(bench: Bench) -> None:

@@ -60,22 +60,6 @@ def test_tare_then_scale_then_normalisation_then_filter(order: int) -> None:
 
 
 @ORDERS
-def test_a_tare_in_the_middle_makes_no_transient(order: int) -> None:
-    normal = Normalisation((0.5,) * 6, (2.0,) * 6)
-    bias = (5.0, -3.0, 1.0, 0.2, 0.1, 7.0)
-    late, early = (SignalProcessor(140.0, 4.0, order, (1.5,) * 6, normal) for _ in range(2))
-    early.tare(bias)
-    table = noise(60)
-    for processor in (late, early):
-        processor.reset(table[0].tolist())
-        before = run(processor, table[:30])
-        if processor is late:
-            processor.tare(bias)
-    assert not np.allclose(before, 0.0)
-    np.testing.assert_allclose(run(late, table[30:]), run(early, table[30:]), atol=1e-12)
-
-
-@ORDERS
 def test_a_restored_state_goes_on_bit_for_bit(order: int) -> None:
     normal = Normalisation((0.5,) * 6, (2.0,) * 6)
     first = SignalProcessor(140.0, 4.0, order, (0.3,) * 6, normal)

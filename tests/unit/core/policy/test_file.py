@@ -188,19 +188,6 @@ def test_the_json_schema_refuses_them_too(change):
     assert list(disagreements(made, FORMAT))
 
 
-def test_rows_may_come_in_any_order():
-    made = content()
-    made["table"].reverse()
-    assert PolicyDocument.from_json_text(json.dumps(made)) == document()
-
-
-def test_the_document_keeps_its_own_copy_of_what_it_was_given():
-    perception = {"thresholds_mm": [-1.0, 1.0]}
-    made = document(perception=perception)
-    perception["thresholds_mm"].append(2.0)
-    assert made.perception == {"thresholds_mm": [-1.0, 1.0]}
-
-
 def test_a_policy_serves_its_own_task():
     document().check_matches(STATES, ACTIONS)
     read = PolicyDocument.from_json_text(document().to_json_text())

@@ -52,28 +52,6 @@ def settle(measurement: Measurement, seen: Snapshot, ticks: int = 400) -> None:
         measurement.update(seen)
 
 
-def test_the_position_is_that_of_the_tip_in_the_task_frame() -> None:
-    measurement, kinematics = build(), Kinematics(ARM, ToolGeometry(0.03, 0.14))
-    measurement.update(snapshot())
-    kinematics.update(ANGLES)
-    x, y, z = kinematics.tip_position_m
-    # x with the base's x, y against its y, z straight down from the plate's surface.
-    assert measurement.position_m == pytest.approx((x - 0.4, -y, 0.02 - z), abs=1e-15)
-
-
-def test_the_tare_takes_weight_and_bias_away_at_once() -> None:
-    measurement = build()
-    settle(measurement, snapshot(), 20)
-    measurement.tare(BIAS)
-    measurement.update(snapshot())
-    assert measurement.force_N == pytest.approx(NONE, abs=1e-14)
-    # The filter too: no transient is left of what was before.
-    assert measurement.filtered_force_z_N == pytest.approx(0.0, abs=1e-14)
-    force, torque = measurement.filtered_wrench_at_tip()
-    assert force == pytest.approx(NONE, abs=1e-14)
-    assert torque == pytest.approx(NONE, abs=1e-14)
-
-
 @settings(deadline=None)
 @given(forces)
 def test_the_force_is_in_the_task_frame_and_without_lag(force: Vector3) -> None:
@@ -84,21 +62,6 @@ def test_the_force_is_in_the_task_frame_and_without_lag(force: Vector3) -> None:
     assert measurement.force_N == pytest.approx(force, abs=1e-12)
 
 
-def test_the_filter_lags_behind_the_force_and_arrives() -> None:
-    measurement = build()
-    measurement.tare(BIAS)
-    press = snapshot((0.0, 0.0, -5.0))
-    measurement.update(press)
-    assert measurement.force_N[2] == pytest.approx(-5.0)
-    assert -0.5 < measurement.filtered_force_z_N < 0.0
-    assert measurement.filtered_wrench_at_tip()[0][2] > -0.5
-    settle(measurement, press)
-    force, torque = measurement.filtered_wrench_at_tip()
-    assert force == pytest.approx((0.0, 0.0, -5.0), abs=1e-9)
-    assert torque == pytest.approx(NONE, abs=1e-9)
-    assert measurement.filtered_force_z_N == pytest.approx(sensor_to_task()[2, 2] * -5.0, abs=1e-9)
-
-
 @settings(deadline=None)
 @given(forces, st.tuples(*[st.floats(-0.1, 0.1)] * 3))
 def test_a_torque_about_the_tip_comes_through_whatever_the_force(force: Vector3, torque: Vector3) -> None:
@@ -106,29 +69,6 @@ def test_a_torque_about_the_tip_comes_through_whatever_the_force(force: Vector3,
     measurement.tare(BIAS)
     settle(measurement, snapshot(force, torque))
     assert measurement.filtered_wrench_at_tip()[1] == pytest.approx(torque, abs=1e-8)
-
-
-def test_calibration_scales_the_filtered_and_the_unfiltered_force_alike() -> None:
-    measurement = build(scale=(2.0, 0.5, 3.0, 1.0, 1.0, 1.0))
-    measurement.tare((0.0,) * 6)
-    settle(measurement, snapshot((1.0, -2.0, -5.0), bias=(0.0,) * 6))
-    expected = sensor_to_task() @ (np.diag([2.0, 0.5, 3.0]) @ sensor_to_task().T @ (1.0, -2.0, -5.0))
-    assert measurement.force_N == pytest.approx(expected, abs=1e-12)
-    assert measurement.filtered_wrench_at_tip()[0] == pytest.approx(expected, abs=1e-9)
-
-
-def test_a_reset_forgets_the_trial_before() -> None:
-    measurement, fresh = build(), build()
-    measurement.tare(BIAS)
-    settle(measurement, snapshot((1.0, 2.0, -9.0)), 30)
-    measurement.reset()
-    assert measurement.position_m == fresh.position_m == NONE
-    assert measurement.force_N == fresh.force_N == NONE
-    assert measurement.filtered_force_z_N == 0.0
-    for one in (measurement, fresh):
-        one.update(snapshot((0.0, 0.0, -2.0)))
-    assert measurement.force_N == fresh.force_N
-    assert measurement.filtered_wrench_at_tip() == fresh.filtered_wrench_at_tip()
 
 
 def test_a_sample_of_another_arm_is_refused() -> None:

@@ -6,7 +6,6 @@ from palpate.drivers.arm import AppliedReason
 from palpate.drivers.errors import (
     DeviceFaultError,
     GarbledError,
-    RefusedError,
     SettingError,
     SilentError,
     StateError,
@@ -112,15 +111,6 @@ def test_streaming_follows_the_documented_firmware(line):
     assert running(other).report.streaming is Streaming.STOP_HERE
 
 
-def test_the_arm_moves_at_its_highest_velocity(line):
-    arm = running(line)
-    before = tick(arm, line, moved(1.0), times=10)
-    measured = tick(arm, line, moved(1.0))
-    moved_rad = measured.position_rad[0] - before.position_rad[0]
-    assert moved_rad == pytest.approx((measured.time_ns - before.time_ns) * 1e-9, rel=0.15)
-    assert measured.applied.reason is AppliedReason.VELOCITY_LIMIT
-
-
 def test_cycle_that_comes_too_soon_takes_a_shorter_step(line):
     arm = running(line)
     tick(arm, line, moved(0.5), times=10)
@@ -137,17 +127,6 @@ def test_preview_is_what_a_punctual_cycle_applies(line):
         assert arm.cycle(asked).applied == foreseen
     arm.smooth_stop()
     assert arm.preview(moved(0.1)).reason is AppliedReason.STOPPED
-
-
-@pytest.mark.parametrize("bad", [(0.0,) * 5, moved(float("nan")), moved(float("inf"))])
-def test_bad_setpoint_is_refused_before_anything_is_sent(line, bad):
-    arm = running(line)
-    sent = len(line.sent)
-    for action in (arm.cycle, arm.preview):
-        with pytest.raises(RefusedError):
-            action(bad)
-    assert len(line.sent) == sent
-    assert arm.state is ZebraState.SERVO_ON
 
 
 def test_resume_from_stored_counts(line):
@@ -195,17 +174,6 @@ def test_connect_with_reset_switches_off_what_was_left_on(line):
 def test_wrong_modules(modules):
     with pytest.raises(WiringError, match="found"):
         arm_on(Line(modules)).connect()
-
-
-def test_report(line):
-    arm = running(line)
-    tick(arm, line, times=10)
-    report = arm.report
-    assert [module.address for module in report.modules] == [1, 2, 3, 4, 5, 6]
-    assert (report.baud, report.state, report.fault) == (115_200, ZebraState.SERVO_ON, None)
-    assert report.achieved_rate_Hz == pytest.approx(1 / (PERIOD_S + 0.003), rel=0.01)
-    assert report.statistics.exchanges > 60
-    assert ready(Line()).report.achieved_rate_Hz is None
 
 
 def test_rate_that_the_bus_cannot_carry_is_refused():

@@ -158,19 +158,6 @@ def test_bad_line(line, mangle, error):
     assert arm.smooth_stop() is StopOutcome.LINE_DEAD
 
 
-def test_unplugged(line):
-    arm = running(line)
-    line.gone = OSError(5, "unplugged")
-    with pytest.raises(SilentError, match="gone"):
-        tick(arm, line)
-    assert arm.smooth_stop() is StopOutcome.LINE_DEAD
-    with pytest.raises(SilentError):
-        arm.acknowledge()
-    arm.close()
-    arm.close()
-    assert arm.state is ZebraState.CLOSED
-
-
 def test_stop_is_smooth_to_all_at_once_and_then_checked(line):
     arm = running(line)
     sent = len(line.sent)

@@ -4,7 +4,6 @@ import matplotlib as mpl
 import pytest
 
 from palpate.adapters.visualisation.report.canvas import drawn, file_name
-from tests.unit.adapters.visualisation.report.samples import pixels
 
 
 def picture() -> bytes:
@@ -18,16 +17,6 @@ def test_equal_bytes() -> None:
     first = picture()
     with mpl.rc_context({"lines.linewidth": 7.0, "font.size": 20.0, "savefig.dpi": 31}):
         assert picture() == first
-
-
-def test_size() -> None:
-    assert pixels(picture()).shape == (300, 930, 3)
-
-
-def test_what_is_drawn_leaves_settings_as_they_were() -> None:
-    before = dict(mpl.rcParams)
-    picture()
-    assert dict(mpl.rcParams) == before
 
 
 @pytest.mark.parametrize(

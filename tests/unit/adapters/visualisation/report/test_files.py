@@ -6,7 +6,6 @@ import pytest
 
 from palpate.adapters.experiments.results import RunFolder
 from palpate.adapters.visualisation.report.files import (
-    number,
     read_json,
     read_png,
     read_run_toml,
@@ -26,35 +25,12 @@ def run(tmp_path: Path) -> Path:
     return tmp_path
 
 
-@pytest.mark.parametrize("cut", range(1, 12))
-def test_trials_that_end_in_the_middle_of_a_line(run: Path, cut: int) -> None:
-    path = run / "trials.csv"
-    path.write_bytes(path.read_bytes()[:-cut])
-    with pytest.raises(OutputError, match=r"trials\.csv: ends in the middle of a line"):
-        read_trials(run)
-
-
-def test_trials_with_a_column_too_few(run: Path) -> None:
-    path = run / "trials.csv"
-    lines = path.read_text().splitlines()
-    path.write_text("\n".join([*lines[:-1], lines[-1].rpartition(",")[0], ""]))
-    with pytest.raises(OutputError, match="too few columns"):
-        read_trials(run)
-
-
 @pytest.mark.parametrize("word", ["nan", "inf"])
 def test_trials_with_a_number_that_is_none(run: Path, word: str) -> None:
     path = run / "trials.csv"
     path.write_text(path.read_text().replace("1.5,", f"{word},"))
     with pytest.raises(OutputError, match="not finite"):
         read_trials(run)
-
-
-@pytest.mark.parametrize("value", ["nan", "x", "", None, []])
-def test_numbers(value: object) -> None:
-    assert number("2.5") == 2.5
-    with pytest.raises((ValueError, TypeError)):
-        number(value)
 
 
 @pytest.mark.parametrize("text", ["", "{", '{"a": 1', "[1]", "nothing"])

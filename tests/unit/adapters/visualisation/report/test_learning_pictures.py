@@ -5,7 +5,6 @@ import pytest
 
 from palpate.adapters.visualisation.report.canvas import COLOURS
 from palpate.adapters.visualisation.report.learning_pictures import (
-    Axes,
     LearningCurve,
     ReferenceLevel,
     learning_picture,
@@ -58,16 +57,3 @@ def test_words_say_what_is_to_be_seen() -> None:
     assert "q-learning: 4.67 s after 3 trials, 2 s at trial 4, success 100 % there" in picture.alt
     assert "torque: 0.75 s" in picture.alt
     assert "Trials that fail count with the time they took." in picture.caption
-
-
-def test_runs_of_unlike_length_end_with_the_shortest() -> None:
-    picture = learning_picture("l", [curve((3.0, 2.0, 1.0), (3.0, 2.0, 1.0, 1.0))])
-    assert "at trial 2" in picture.alt
-    assert "end where the shortest run ends" in picture.caption
-
-
-def test_other_axes() -> None:
-    axes = Axes(cost="steps to the goal", unit="steps", success="goal reached")
-    picture = learning_picture("l", [curve((9.0, 8.0, 7.0))], axes=axes)
-    assert "8 steps at trial 2, goal reached 100 % there" in picture.alt
-    assert "Trials that fail" not in picture.caption

@@ -31,11 +31,6 @@ def test_arrows_point_as_the_action_goes(action: str) -> None:
             assert abs(found[axis]) < 2
 
 
-def test_in_a_grid_world_y_points_up() -> None:
-    assert head_of_arrow("+y")[1] > 3
-    assert head_of_arrow("+y", up=True)[1] < -3
-
-
 def test_two_maps_and_what_they_say() -> None:
     document = policy(*(row(state, "-x+y", -1.0 - n) for n, state in enumerate((*POSITION, *TORQUE))))
     position, torque = arrows_pictures("policy", document, "q-learning")
@@ -84,8 +79,3 @@ def test_q_values_never_tried_are_not_shown_as_numbers() -> None:
     # The state that was never visited is left out.
     assert "1 state by 8 actions" in picture.alt
     assert "1 pair never tried." in picture.alt
-
-
-def test_no_q_values() -> None:
-    assert q_picture("q", policy(row("a", "+x", visits=0)), "t") is None
-    assert q_picture("q", policy(replace(row("a", "+x"), q=None, visits_per_action=None)), "t") is None

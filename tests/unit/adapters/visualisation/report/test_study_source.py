@@ -57,12 +57,6 @@ def test_unfinished_cells_are_counted_once(tmp_path: Path) -> None:
     assert study.unfinished == 2
 
 
-def test_a_cell_in_the_making_does_not_count_though_it_says_so(tmp_path: Path) -> None:
-    cell(tmp_path, "a", {STEP: 0.5})
-    cell(tmp_path, "b.01234567.unfinished", {STEP: 0.6})
-    assert [c.name for c in StudySource.read(tmp_path).cells] == ["a"]
-
-
 def test_what_was_asked_for_is_known_from_the_study_s_file(tmp_path: Path) -> None:
     cell(tmp_path, "a", {STEP: 0.5})
     (tmp_path / "study.toml").write_text(f'[study]\nseeds = [0, 1, 2]\n[grid]\n"{STEP}" = [0.5, 0.6]\n')

@@ -60,10 +60,6 @@ def test_a_cue_grows_with_the_load_and_an_offset_does_not() -> None:
     assert np.mean([across for _, across in model.cue_Nm[4:8]]) == pytest.approx(-CUE_NM, rel=0.1)
 
 
-def test_equal_touches_give_an_equal_model() -> None:
-    assert fit_touch_model(trials(5)) == fit_touch_model(trials(5))
-
-
 def test_too_few_touches_are_refused() -> None:
     with pytest.raises(ConfigurationError, match="at least 6 touches"):
         fit_touch_model(trials(1, touches=5))

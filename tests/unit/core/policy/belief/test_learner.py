@@ -1,6 +1,6 @@
 """The learner that acts by a belief over the hole's place, in a world of touches that is known."""
 
-from math import dist, hypot
+from math import dist
 
 import numpy as np
 import pytest
@@ -8,9 +8,8 @@ import pytest
 from palpate.core.errors import ConfigurationError
 from palpate.core.policy import Hindsight, Observation
 from palpate.core.policy.belief import BeliefLearner, BeliefParameters
-from palpate.core.policy.belief.learner import SEARCH
 from palpate.core.policy.belief.touches import TORQUE_NM
-from tests.unit.core.policy.belief.simulated_touch import touch_at, trials
+from tests.unit.core.policy.belief.simulated_touch import touch_at
 
 Place = tuple[float, float]
 
@@ -37,12 +36,6 @@ def play(policy: BeliefLearner, hole_m: Place, start_m: Place, seed: int = 0, mo
         place = place + way
     policy.end_trial(Hindsight(False, (0.0, 0.0, 0.0), 0.0))
     return names
-
-
-def test_with_nothing_known_it_searches_until_the_hole_is_found() -> None:
-    names = play(learner(), (1.9e-3, -1.1e-3), (-2e-3, 1e-3))
-    assert set(names) == {SEARCH}
-    assert len(names) < 400
 
 
 @pytest.mark.parametrize("hole_m", [(0.0, 0.0), (2.9e-3, 0.3e-3), (-1.5e-3, -2.5e-3)])
@@ -97,23 +90,6 @@ def test_a_trial_that_did_not_end_in_the_hole_teaches_nothing() -> None:
     policy = learner()
     play(policy, (1e-3, 1e-3), (-1e-3, 0.0), most=3)
     assert policy.get_state() == {"trials": [], "trials_learned": 0}
-
-
-def test_it_forgets_what_is_older_than_its_memory() -> None:
-    policy = BeliefLearner(BeliefParameters(memory_trials=2), 3.5e-3, 0.05)
-    for seed in range(4):
-        play(policy, (1e-3, 1e-3), (-1e-3, 0.0), seed)
-    assert len(policy.get_state()["trials"]) == 2
-    assert policy.trials_learned == 4
-
-
-def test_no_step_is_longer_than_an_action_allows() -> None:
-    policy = learner()
-    policy.set_state({"trials": [trial.to_dict() for trial in trials(5)], "trials_learned": 5})
-    policy.begin_trial(0, np.random.default_rng(0))
-    for number, place in enumerate([(0.0, 0.0, 0.0), (3.5e-3, -3.5e-3, 0.0), (4e-3, 0.0, 0.0)]):
-        decision = policy.choose(Observation(0, place, place, (0.0, 0.0, 0.0), (0.01, 0.0, 0.0), number))
-        assert hypot(*decision.action.displacement_m) <= 9.5e-4 + 1e-9
 
 
 @pytest.mark.parametrize(
