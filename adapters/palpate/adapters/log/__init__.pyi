@@ -21,6 +21,7 @@ from .provenance import made_with as made_with
 from .provenance import processor as processor
 from .raised import BY_CORE as BY_CORE
 from .raised import BY_POLICY as BY_POLICY
+from .raised import BY_PORT as BY_PORT
 from .raised import raised_by as raised_by
 from .reader import RawMessage as RawMessage
 from .reader import TrialLog as TrialLog

@@ -252,6 +252,8 @@ def assemble(path: str, data: bytes, messages: list[RawMessage]) -> TrialLog:
         if message.channel == TICK.id:
             continue
         kind = BY_ID[message.channel]
+        if kind is END and log.end is not None:
+            raise LogError(path, f"message {number}", "a second end stands here", "one log holds one trial")
         try:
             file_in(log, message)
         except Exception as error:

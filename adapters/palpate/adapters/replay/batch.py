@@ -230,7 +230,10 @@ _WORLDS: Final = {
 
 def not_checked(one: Replay) -> str:
     """What of a log no output of the core depends on: what only the world, or whoever recorded it, knew."""
-    always = "the command's name, versions, processor, times of receipt, what the arm answered at the end"
+    always = (
+        "the command's name, versions, processor, which world it was, times of receipt and of writing, what the arm"
+        " answered at the end, settings and last bits of samples that no output depends on"
+    )
     if one.recorded_decisions:
         always = f"whether the policy would decide and learn so again; {always}"
     return "; ".join([*(_WORLDS[name] for name in one.only_told if name in _WORLDS), always])

@@ -96,6 +96,11 @@ def _ready_pose(config: RunConfig) -> list[float] | None:
     return [*ready.q_rad.tolist(), *ready.tip_rotation.reshape(-1).tolist()]
 
 
+def of_this_code(log: TrialLog) -> bool:
+    """Whether the core's code as it is recorded a log: then it lacks nothing that older ones do."""
+    return log.start.core_sha256 == core_sha256()
+
+
 def decisions_of(report: TrialReport) -> list[DecisionEntry]:
     """The decisions of a report as a log has them."""
     return [DecisionEntry.of(number, decision, report.temperature) for number, decision in enumerate(report.decisions)]
@@ -110,11 +115,11 @@ def compare_reports(
         whole: The log goes to the trial's end. Else it may lack what came of its last tick, for that is written after
             the tick, and what the last decision earned.
     """
-    surely = None if whole else len(log.ticks) - 1
+    surely, ours = None if whole else len(log.ticks) - 1, of_this_code(log)
     for recorded, replayed in zip(log.decisions, decisions, strict=False):
         # Logs of before it was kept say nothing of where an action leads, or what it was chosen by.
-        now = replayed if recorded.displacement_m else replace(replayed, displacement_m=(), index=None)
-        now = now if recorded.grounds else replace(now, grounds=())
+        now = replayed if ours or recorded.displacement_m else replace(replayed, displacement_m=(), index=None)
+        now = now if ours or recorded.grounds else replace(now, grounds=())
         _compare_fields(differences, "/decision", recorded.tick, recorded, now)
     _compare_counts(differences, "/decision", "decisions", log.decisions, decisions, surely)
     _compare_reinforcements(differences, log, report, surely)
@@ -168,7 +173,7 @@ def _compare_reinforcements(differences: Differences, log: TrialLog, report: Tri
 
 def compare_ends(differences: Differences, log: TrialLog, report: TrialReport, config: RunConfig) -> None:
     """What the trial came to by the core's own account, and whether the score follows from the recorded truth."""
-    end, replayed = log.end, end_of(report)
+    end, replayed, ours = log.end, end_of(report), of_this_code(log)
     if end is None:
         return
     for name in (
@@ -176,11 +181,12 @@ def compare_ends(differences: Differences, log: TrialLog, report: TrialReport, c
     ):  # fmt: skip
         _compare_values(differences, "/end", end.tick, name, getattr(end, name), getattr(replayed, name))
     for name in ("worst_late_ns", "late_ticks", "skipped_slots", "repeated_samples"):
-        if getattr(end, name) is not None:
+        if ours or getattr(end, name) is not None:
             _compare_values(differences, "/end", end.tick, name, getattr(end, name), getattr(replayed, name))
     # The score of a leaning peg was another once.
-    scored_before = config.cell.tilt_mrad > 0.0 and log.start.core_sha256 != core_sha256()
-    if differences.count == 0 and end.success is not None and not scored_before:
+    scored_before = config.cell.tilt_mrad > 0.0 and not ours
+    scored = end.success is not None or end.true_depth_m is not None
+    if differences.count == 0 and scored and not scored_before:
         _compare_values(differences, "/end", end.tick, "success", end.success, _success(log, end, report, config))
     if not log.start.derived_from and _claims_what_if(log):
         differences.add(Difference(end.tick, "/end", "counterfactual", True, False), gross=True)

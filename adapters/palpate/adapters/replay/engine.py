@@ -14,12 +14,14 @@ from palpate.adapters.experiments import ScoredTrial
 from palpate.adapters.log import (
     BY_CORE,
     BY_POLICY,
+    BY_PORT,
     DecisionEntry,
     TickRecord,
     TrialLog,
     arm_sha256,
     core_sha256,
     decisive,
+    json_in,
     learner_of_json,
     made_with,
     processor,
@@ -34,6 +36,7 @@ from palpate.adapters.replay.compare import (
     compare_reports,
     compare_start,
     decisions_of,
+    of_this_code,
 )
 from palpate.adapters.replay.differences import Difference, Differences
 from palpate.adapters.replay.handover import WhatIfRecording, continue_in_mujoco
@@ -115,6 +118,10 @@ def replay(
         LogError: It cannot be replayed.
         ConfigurationError: A change does not fit.
     """
+    for name, record in (("/start", log.start), ("/end", log.end)):
+        for each in () if record is None else fields(record):
+            if each.name.endswith("_json"):
+                json_in(log, f"{name} {each.name}", getattr(record, each.name))
     tape, recording = Tape(log), recording or WhatIfRecording()
     rebuilt = rebuilder.rebuild(log)
     interrupts = {event.tick for event in log.events if event.name == INTERRUPT}
@@ -130,7 +137,7 @@ def replay(
         note = _went_on(log, continue_in_mujoco(tape, rebuilt, recording))
     else:
         error = run_over(tape, rebuilt, recording, beginning)
-        note = _ending(tape, rebuilt, error)
+        note = _ending(tape, rebuilt, error, beginning.calling)
     report = rebuilt.task.report
     decisions = decisions_of(report)
     left = tape.differences.first_command_tick is not None
@@ -209,7 +216,7 @@ def _went_on(log: TrialLog, scored: ScoredTrial) -> str:
     return text
 
 
-def _ending(tape: Tape, rebuilt: Rebuilt, error: BaseException | None) -> str:
+def _ending(tape: Tape, rebuilt: Rebuilt, error: BaseException | None, failed_port: str) -> str:
     """Hold the way in which the trial ended against the recorded one."""
     end = tape.log.end
     tick, differences = tape.tick, tape.differences
@@ -220,6 +227,10 @@ def _ending(tape: Tape, rebuilt: Rebuilt, error: BaseException | None) -> str:
             told = f"{end.error}: {end.text}"
             differences.add(Difference(tick, "/end", "error", told, _STILL_RUNNING), gross=True)
             return ""
+        if end.raised_by == BY_PORT:
+            # The call that failed would have failed again.
+            differences.add(Difference(tick, "/end", "raised_by", end.raised_by, None), gross=True)
+            return ""
         if end.error and not end.outcome:
             return f"the recording was ended by {end.error} at tick {len(tape.log.ticks) - 1}"
         differences.add(Difference(tick, "/end", "outcome", end.outcome, _STILL_RUNNING), gross=True)
@@ -228,8 +239,10 @@ def _ending(tape: Tape, rebuilt: Rebuilt, error: BaseException | None) -> str:
         if told != f"{type(error).__name__}: {error}":
             now = f"{type(error).__name__}: {error}"
             differences.add(Difference(tick, "/end", "error", told or None, now), gross=True)
-        elif end is not None and end.raised_by and (end.raised_by == BY_CORE) is not (raised_by(error) == BY_CORE):
-            differences.add(Difference(tick, "/end", "raised_by", end.raised_by, raised_by(error)), gross=True)
+        elif end is not None and (end.raised_by or of_this_code(tape.log)):
+            now = raised_by(error, failed_port)
+            if now != end.raised_by:
+                differences.add(Difference(tick, "/end", "raised_by", end.raised_by or None, now), gross=True)
     elif tape.sends.left:
         outcome = rebuilt.task.report.outcome
         now = "" if outcome is None else outcome.value
@@ -256,6 +269,8 @@ def _compare_calls(tape: Tape, report: TrialReport, *, refused: bool) -> None:
     if parted is not None:
         tick, told, made = parted
         differences.add(Difference(max(tick, 0), "/call", "port call", told or None, made or None), gross=True)
+    if tape.claimed_tick is not None and not tape.log.start.derived_from:
+        differences.add(Difference(tape.claimed_tick, "/tick", "counterfactual", True, False), gross=True)
     odd = tape.odd_tick
     # A trial that ends with its first tick, by an error, has refused it.
     if (

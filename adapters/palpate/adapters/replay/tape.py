@@ -110,6 +110,7 @@ class Tape:
     Attributes:
         tick: The tick that is under way in the replay; -1 before the first.
         odd_tick: The first tick whose wrench is none of the sensor's own frame, or not as it was measured.
+        claimed_tick: The first tick that calls itself a what-if's.
     """
 
     def __init__(self, log: TrialLog) -> None:
@@ -120,6 +121,7 @@ class Tape:
         self.order = CallOrder()
         self.last: TickRecord | None = None
         self.odd_tick: int | None = None
+        self.claimed_tick: int | None = None
         made = self.order.made.append
         self.clock: Track[int] = Track(NOW, self._load, made)
         self.deadlines: Track[int] = Track(SLEEP, self._load, made)
@@ -144,6 +146,8 @@ class Tape:
             self._refuse_gap(self._loaded, tick)
         self._loaded += 1
         self.last = record
+        if record.counterfactual and self.claimed_tick is None:
+            self.claimed_tick = tick
         self.order.tell(record)
         if record.deadline_ns is not None:
             self.deadlines.append(record.deadline_ns)

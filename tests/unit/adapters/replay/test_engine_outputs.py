@@ -10,6 +10,7 @@ from typing import Any, TypeAlias
 import pytest
 
 import palpate.core.control_loop as control_loop
+from palpate.adapters.log import core_sha256
 from palpate.adapters.log.messages import encode_record
 from palpate.adapters.log.reader import RawMessage
 from palpate.adapters.log.records import CallEntry, LossEntry
@@ -86,6 +87,7 @@ def one_value(made: Any) -> None:
         ("/end", 0, said(outcome="inserted"), "outcome"),
         ("/end", 0, said(outcome="", error="KeyboardInterrupt"), "error"),
         ("/end", 0, said(success=True), "success"),
+        ("/end", 0, lambda made: made.ClearField("success"), "success"),
         ("/end", 0, said(ticks=3), "ticks"),
         ("/end", 0, said(tick=3), "tick"),
         ("/end", 0, said(actions=7), "actions"),
@@ -104,6 +106,7 @@ def one_value(made: Any) -> None:
         ("/start", 0, in_start(generator_json={"bit_generator": "PCG64"}), "generator"),
         ("/event", 2, said(counterfactual=True), "counterfactual"),
         ("/decision", 1, said(counterfactual=True), "counterfactual"),
+        ("/tick", 7, said(counterfactual=True), "counterfactual"),
         ("/tick", 150, in_wrench(frame="base"), "asked_rad[0]"),
         ("/tick", 150, in_wrench(kind=1), "asked_rad[0]"),
         ("/start", 0, in_start(arm="ur5"), "arm"),
@@ -121,6 +124,43 @@ def test_a_field_that_is_altered(
     first = diverged(replayed(changed(messages, indices(messages, topic)[number], change)))
     assert first.field == field
     assert topic != "/tick" or first.tick == number
+
+
+@pytest.mark.parametrize(
+    ("topic", "field"),
+    [
+        ("/decision", "grounds"),
+        ("/end", "worst_late_ns"),
+        ("/end", "repeated_samples"),
+        ("/end", "raised_by"),
+    ],
+)
+def test_what_only_older_logs_lack_is_missed_in_one_of_this_code(
+    golden_here: Golden, replayed: Replayed, topic: str, field: str
+) -> None:
+    log = messages_of(golden_here("first-kind" if field == "raised_by" else "train-paper"))
+    lacking = changed(log, indices(log, topic)[0], lambda made: made.ClearField(field))
+    assert replayed(lacking).verdict is Verdict.EQUAL
+    assert diverged(replayed(changed(lacking, 0, in_start(core_sha256=core_sha256())))).field == field
+
+
+def test_a_second_end_is_no_part_of_a_log(messages: list[RawMessage], replayed: Replayed) -> None:
+    assert "a second end stands here" in replayed([*messages, messages[indices(messages, "/end")[0]]]).problem
+
+
+@pytest.mark.parametrize(("topic", "field"), [("/end", "learner_json"), ("/start", "versions_json")])
+def test_a_field_that_is_no_json(messages: list[RawMessage], replayed: Replayed, topic: str, field: str) -> None:
+    for text in ("x", "3"):
+        one = replayed(changed(messages, indices(messages, topic)[0], said(**{field: text})))
+        assert (one.verdict, f"{topic} {field}: is no JSON" in one.problem) == (Verdict.REFUSED, True)
+
+
+def test_a_port_that_failed_without_a_failed_call(golden_here: Golden, replayed: Replayed) -> None:
+    whole = messages_of(golden_here("force-sensor-gone"))
+    failed = indices(whole, "/call")[1]
+    assert diverged(replayed(whole[:failed] + whole[failed + 1 :])).field == "raised_by"
+    for other in ("outside", "nobody"):
+        assert diverged(replayed(changed(whole, indices(whole, "/end")[0], said(raised_by=other)))).field == "raised_by"
 
 
 @pytest.mark.parametrize("field", ["true_depth_m", "true_peak_force_N"])
