@@ -1,9 +1,11 @@
 """Sensors that lie plausibly, in every phase, on both arms: does one of them pass for alive?
 
     python -m benchmarks.liars --seeds 10 --jobs 2 --out LIARS.md
+    python -m benchmarks.liars --task insertion-6dof --policy corner-first --seeds 2
 
-Asked for: no peg called inserted that is not; every liar latched, or tolerable, which is a true force that never
-exceeded the task's limit and an end that was told truly; no true force above the hardware's limit.
+Asked for: no trial that says of itself what is not so, such as a peg called inserted that is not; every liar latched,
+or tolerable, which is a true force that never exceeded the task's limit and an end that was told truly; no true force
+above the hardware's limit.
 """
 
 from __future__ import annotations
@@ -15,12 +17,23 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
-from palpate.adapters.config.run import RunConfig
+from benchmarks import insertion_6dof
+from palpate.adapters.config import RunConfig, overlay, task_kind
 from palpate.adapters.fault_injection.campaign.campaign import Choice, cases, run_cases
 from palpate.adapters.fault_injection.campaign.runs import HARDWARE_LIMIT_N, Class, FaultRun
 from palpate.core.ports import write_whole
 
 ARMS: Final = ("zebra-zero", "ur5")
+TASKS: Final = ("insertion", "insertion-6dof", "hole-survey", "surface-follow")
+POLICIES: Final = {"insertion": "torque", "insertion-6dof": "corner-first"}
+
+
+def config_of(task: str, arm: str) -> RunConfig:
+    """The world in which a task is lied to: a square peg in six degrees of freedom; one hole, as others are alike."""
+    if task == "insertion-6dof":
+        return insertion_6dof.config_of("square", "asked", arm, {})
+    config = overlay(overlay(RunConfig(), task_kind(task).preset), {"arm": arm, "task": {"name": task}})
+    return overlay(config, {"task": {"more_goals_mm": ()}, "cell": {"more_holes_mm": ()}})
 
 
 def loose(run: FaultRun) -> bool:
@@ -76,6 +89,10 @@ def verdict(runs: Sequence[FaultRun]) -> str:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--task", default="insertion", choices=TASKS)
+    parser.add_argument("--policy", default="", help="corner-first in six degrees of freedom, torque in insertions")
+    parser.add_argument("--phase", default="", help="only in this phase")
+    parser.add_argument("--fault", default="", help="only liars with this in their name")
     parser.add_argument("--seeds", type=int, default=10)
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--arms", nargs="+", default=ARMS, choices=ARMS)
@@ -83,15 +100,15 @@ def main() -> None:
     options = parser.parse_args()
     text, good = "", True
     for arm in options.arms:
-        config, begin_s = RunConfig(arm=arm), time.monotonic()
-        chosen = cases(config, options.seeds, Choice(group="liars"))
-        runs = [
-            run for part in run_cases(config, chosen, rig_file="", supervised=True, jobs=options.jobs) for run in part
-        ]
+        config, begin_s = config_of(options.task, arm), time.monotonic()
+        chosen = cases(config, options.seeds, Choice(group="liars", phase=options.phase, fault=options.fault))
+        policy = options.policy or POLICIES.get(options.task, "")
+        parts = run_cases(config, chosen, policy=policy, rig_file="", supervised=True, jobs=options.jobs)
+        runs = [run for part in parts for run in part]
         minutes = (time.monotonic() - begin_s) / 60.0
         found = verdict(runs)
         good = good and "\n- " not in found
-        text += f"{arm}, {options.seeds} seeds, {minutes:.1f} min\n\n{table(runs)}\n\n{found}\n"
+        text += f"{options.task}, {arm}, {options.seeds} seeds, {minutes:.1f} min\n\n{table(runs)}\n\n{found}\n"
     sys.stdout.write(text)
     if options.out is not None:
         write_whole(options.out, text, remedy="name another file with --out")

@@ -33,7 +33,7 @@ def test_liars_are_chosen_by_phase_and_name_and_a_false_success_is_the_worst_ver
     unproved = ("--no-supervisor", "--task.no-prove-contact")
     done = palpate("faults", "--group", "liars", "--phase", "lift", "--fault", "times 2", "--jobs", 1, *unproved)
     assert done.code == 1
-    assert "said to be inserted, and were not: 1" in done.stdout
+    assert "of these said what was not so: 1" in done.stdout
     assert "part of the name of a fault" in palpate.refusal(*chosen, "--fault", "no such")
 
 
@@ -41,3 +41,12 @@ def test_the_campaign_fails_without_a_supervisor(palpate: CommandLine) -> None:
     done = palpate("faults", "--most", 12, "--jobs", 1, "--no-supervisor")
     assert done.code == 1
     assert "failed: 0" not in done.stdout
+
+
+def test_the_campaign_strikes_in_the_phases_of_any_task(palpate: CommandLine) -> None:
+    chosen = ("faults", "--task", "hole-survey", "--group", "liars", "--fault", "times 0.1", "--jobs", 1)
+    done = palpate(*chosen, "--phase", "travel", "--by-phase", "--most", 1, "--task.time-limit-s", 0.5)
+    assert "liar: force times 0.1  travel" in done.stdout
+    assert "one of lift, transfer, settle, travel, plate, search, floor, wall" in palpate.refusal(
+        *chosen, "--phase", "explore"
+    )

@@ -9,6 +9,7 @@ from pathlib import Path
 from palpate.adapters.cli.notices import print_weakened
 from palpate.adapters.cli.options import FaultsOptions
 from palpate.adapters.cli.progress import progress
+from palpate.adapters.config import task_kind
 from palpate.adapters.experiments import ChosenPolicy
 from palpate.adapters.fault_injection.campaign import Choice, Class, FaultRun, as_csv, cases, run_cases, summary, table
 from palpate.core.ports import require_no_file, write_whole
@@ -19,7 +20,8 @@ def faults(options: FaultsOptions) -> int:
     out = Path(options.out) if options.out else None
     if out is not None:
         require_no_file(out)
-    ChosenPolicy(options.policy, options.run)
+    policy = options.policy or ("torque" if task_kind(options.run.task.name).asks_policy else "")
+    ChosenPolicy(policy, options.run)
     print_weakened(options.run)
     chosen = cases(options.run, options.seeds, Choice(options.most, options.group, options.phase, options.fault))
     runs: list[FaultRun] = []
@@ -28,7 +30,7 @@ def faults(options: FaultsOptions) -> int:
             for part in run_cases(
                 options.run,
                 chosen,
-                policy=options.policy,
+                policy=policy,
                 rig_file=options.rig,
                 supervised=options.supervisor,
                 jobs=options.jobs or os.cpu_count() or 1,

@@ -6,6 +6,7 @@ import difflib
 from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
+from enum import Enum
 from typing import Any, Protocol, TypeVar
 
 from palpate.core.errors import ConfigurationError
@@ -16,7 +17,7 @@ from palpate.core.ports import Settings, Truth, kinds_of
 from palpate.core.trial.config import ControlConfig, TaskConfig
 from palpate.core.trial.measurement import Measurement
 from palpate.core.trial.ready_pose import ReadyPose
-from palpate.core.trial.report import TrialReport, TrialSetup
+from palpate.core.trial.report import Outcome, Phase, TrialReport, TrialSetup
 from palpate.core.trial.task import Task
 from palpate.core.trial.workspace import Workspace
 
@@ -65,11 +66,13 @@ class TaskKind(Protocol):
     Attributes:
         preset: Nested tables of settings that a run of this task begins from, over those of the scenario.
         options: The table that ``task.options`` is read as.
+        phases: Those that take time in every trial, so that something can go wrong in them, in their order.
     """
 
     preset: Mapping[str, Any]
     asks_policy: bool
     options: type[Settings]
+    phases: tuple[Enum, ...] = (Phase.TRANSFER, Phase.SETTLE)
 
     @abstractmethod
     def workspace(self, task: TaskConfig) -> Workspace:
@@ -103,6 +106,10 @@ class TaskKind(Protocol):
     @abstractmethod
     def achieved(self, task: TaskConfig, report: TrialReport, truth: Truth, fit: Fit) -> bool:
         """Whether a trial is a success, by its own account and by the truth."""
+
+    def untrue(self, task: TaskConfig, report: TrialReport, truth: Truth, fit: Fit) -> bool:
+        """Whether a trial's own account is one that the truth contradicts: the worst that a fault can lead to."""
+        return report.outcome is Outcome.DONE and not self.achieved(task, report, truth, fit)
 
 
 def options_of(table: type[S], task: TaskConfig) -> S:

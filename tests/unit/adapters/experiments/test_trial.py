@@ -10,7 +10,7 @@ from palpate.adapters.config.run import RunConfig
 from palpate.adapters.experiments import fit_of, run_scored_trial, trial_setup, truth_fields
 from palpate.adapters.experiments import trial as experiment
 from palpate.core.ports import FaultLatch, Truth
-from palpate.core.tasks.insertion import falsely_inserted
+from palpate.core.tasks.insertion.kind import INSERTION
 from palpate.core.trial.report import Outcome
 from palpate.simulation.work_cell import CellConfig
 from tests.unit.adapters.samples import scored_trial
@@ -64,8 +64,7 @@ def test_a_false_success_is_a_peg_called_inserted_that_is_not(
 ) -> None:
     report = replace(scored_trial(5).report, outcome=outcome)
     truth = Truth((0.0, 0.0, 0.0), (aside_m, 0.0, depth_m), depth_m, 5.0)
-    assert falsely_inserted(RunConfig().task, report, truth, fit_of(RunConfig())) is false
-    assert not falsely_inserted(RunConfig().task, report, None, fit_of(RunConfig()))
+    assert INSERTION.untrue(RunConfig().task, report, truth, fit_of(RunConfig())) is false
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import Final
@@ -10,15 +10,15 @@ from typing import Final
 import numpy as np
 from joblib import Parallel, delayed
 
-from palpate.adapters.config import RunConfig
-from palpate.adapters.experiments import open_rig
+from palpate.adapters.config import RunConfig, task_kind
+from palpate.adapters.experiments import open_rig, ready_pose
 from palpate.adapters.fault_injection.campaign.liars import liars
-from palpate.adapters.fault_injection.campaign.runs import PHASES, TORQUE, Bench, FaultRun
+from palpate.adapters.fault_injection.campaign.runs import Bench, FaultRun
 from palpate.adapters.fault_injection.campaign.variants import Variant, variants
 from palpate.adapters.hardware.real_time import RealTimeSession
 from palpate.core.errors import ConfigurationError
 from palpate.core.supervision import SupervisionConfig
-from palpate.core.trial import Phase, ReadyPose, find_ready_pose
+from palpate.core.trial import Phase, ReadyPose
 
 GROUPS: Final = ("all", "devices", "liars")
 
@@ -28,7 +28,7 @@ class Case:
     """One run to be made."""
 
     variant: Variant
-    phase: Phase
+    phase: str
     seed: int
 
 
@@ -39,7 +39,7 @@ class Choice:
     Attributes:
         most: So many at most, spread evenly over all that the rest leaves; 0 for all.
         group: ``devices`` that fail, ``liars``, or ``all``.
-        phase: Value of a phase; empty for all.
+        phase: Name of one of the task's phases; empty for all.
         fault: Part of the fault's name; empty for all.
     """
 
@@ -47,6 +47,11 @@ class Choice:
     group: str = GROUPS[0]
     phase: str = ""
     fault: str = ""
+
+
+def phases_of(config: RunConfig) -> tuple[str, ...]:
+    """Names of the phases in which a fault can strike in every trial of the task."""
+    return tuple(str(phase.value) for phase in task_kind(config.task.name).phases)
 
 
 def all_variants(config: SupervisionConfig) -> list[Variant]:
@@ -60,14 +65,17 @@ def cases(config: RunConfig, seeds: int, choice: Choice) -> list[Case]:
     Raises:
         ConfigurationError: Nothing is left.
     """
+    phases, first = phases_of(config), Phase.LIFT.value
+    if choice.phase not in ("", first, *phases):
+        raise ConfigurationError("phase", choice.phase, f"one of {first}, {', '.join(phases)}")
     failing = {variant.name for variant in variants(config.supervision)}
     every = [
         Case(variant, phase, seed)
         for seed in range(seeds)
         for variant in all_variants(config.supervision)
-        for phase in (PHASES if variant.name in failing else (*PHASES, Phase.LIFT))
+        for phase in (phases if variant.name in failing else (*phases, first))
         if choice.group in (GROUPS[0], "devices" if variant.name in failing else "liars")
-        and choice.phase in ("", phase.value)
+        and choice.phase in ("", phase)
         and choice.fault in variant.name
     ]
     if not every:
@@ -83,7 +91,7 @@ def run_cases(
     config: RunConfig,
     chosen: Sequence[Case],
     *,
-    policy: str = TORQUE,
+    policy: str,
     rig_file: str,
     supervised: bool,
     jobs: int,
@@ -94,7 +102,7 @@ def run_cases(
         rig_file: The devices to run on, one trial after the other; the simulator if it is empty.
         supervised: False lets every command through.
     """
-    ready = find_ready_pose(config.arm, config.task)
+    ready = ready_pose(config)
     by_seed: dict[int, list[Case]] = {}
     for case in chosen:
         by_seed.setdefault(case.seed, []).append(case)
@@ -112,9 +120,9 @@ def _on_one_rig(
         session = opened.enter_context(RealTimeSession(config.real_time)) if rig_file else None
         bench = Bench(config, ready, rig, supervised=supervised, session=session, policy=policy)
         for own in parts:
-            windows = bench.windows(own[0].seed)
+            phases = bench.ticks(own[0].seed)
             for case in own:
-                yield [_run(bench, case, windows)]
+                yield [_run(bench, case, phases)]
 
 
 def _one_seed(
@@ -122,13 +130,13 @@ def _one_seed(
 ) -> list[FaultRun]:
     with open_rig(config, ready, "") as rig:
         bench = Bench(config, ready, rig, supervised=supervised, policy=policy)
-        windows = bench.windows(own[0].seed)
-        return [_run(bench, case, windows) for case in own]
+        phases = bench.ticks(own[0].seed)
+        return [_run(bench, case, phases) for case in own]
 
 
-def _run(bench: Bench, case: Case, windows: dict[Phase, range]) -> FaultRun:
-    window = windows.get(case.phase, range(1))
+def _run(bench: Bench, case: Case, phases: Mapping[str, Sequence[int]]) -> FaultRun:
+    ticks = phases.get(case.phase) or (0,)
     names = [variant.name for variant in all_variants(bench.config.supervision)]
-    place = (case.seed, names.index(case.variant.name), (*PHASES, Phase.LIFT).index(case.phase))
-    tick = int(np.random.default_rng(np.random.SeedSequence(place)).integers(window.start, window.stop))
-    return bench.run(case.variant, case.phase, tick, case.seed)
+    place = (case.seed, names.index(case.variant.name), (*phases_of(bench.config), Phase.LIFT.value).index(case.phase))
+    index = int(np.random.default_rng(np.random.SeedSequence(place)).integers(len(ticks)))
+    return bench.run(case.variant, case.phase, ticks[index], case.seed)

@@ -10,11 +10,11 @@ from math import dist
 from pathlib import Path
 from typing import Final
 
-from palpate.adapters.config import RunConfig
+from palpate.adapters.config import RunConfig, task_kind
 from palpate.adapters.experiments import (
     ChosenPolicy,
-    build_insertion,
     build_supervisor,
+    build_task,
     fit_of,
     score,
     trial_setup,
@@ -30,14 +30,10 @@ from palpate.core.errors import LogError, PalpateError, PolicyError
 from palpate.core.motion import Kinematics, ToolGeometry, arm_named
 from palpate.core.ports import ForceSensor, Rig, SensorDecorator, Validity, Vector3, WrenchSample
 from palpate.core.supervision import Supervisor
-from palpate.core.tasks.insertion import InsertionTask, falsely_inserted
-from palpate.core.trial import Outcome, Phase, ReadyPose, TrialReport
+from palpate.core.trial import Outcome, ReadyPose, Task, TrialReport
 
-PHASES: Final = (Phase.TRANSFER, Phase.SETTLE, Phase.APPROACH, Phase.EXPLORE, Phase.INSERT)
-"""Phases that take time in every trial, and so can have a fault in them."""
 HARDWARE_LIMIT_N: Final = 60.0
 """A true force above this counts as damage: the paper's sensor saturates there, and so may a real one."""
-TORQUE: Final = "torque"
 _FAULT_CALL: Final = "fault"
 
 
@@ -112,7 +108,7 @@ class Bench:
         *,
         supervised: bool,
         session: RealTimeSession | None = None,
-        policy: str = TORQUE,
+        policy: str,
     ) -> None:
         self._chosen = ChosenPolicy(policy, config)
         self.config, self._ready, self._rig, self._supervised = config, ready, rig, supervised
@@ -120,17 +116,20 @@ class Bench:
         kinematics = Kinematics(arm_named(config.arm), ToolGeometry())
         self._lower, self._upper = kinematics.lower_rad.tolist(), kinematics.upper_rad.tolist()
 
-    def windows(self, seed: int) -> dict[Phase, range]:
-        """When the phases of the trial of this seed run, without any fault."""
+    def ticks(self, seed: int) -> dict[str, list[int]]:
+        """The ticks of each phase of the trial of this seed, without any fault; a phase may come again."""
         task, _ = self._parts()
         self._rig.prepare(seed)
         with self._loop():
             report = run_trial(task, self._rig.ports, trial_setup(self.config, seed))
-        begins = [(Phase(event.detail), event.tick) for event in report.events if event.name == "phase"]
+        begins = [(event.detail, event.tick) for event in report.events if event.name == "phase"]
         ends = [tick for _, tick in begins[1:]] + [report.ticks]
-        return {phase: range(tick, end) for (phase, tick), end in zip(begins, ends, strict=True) if end > tick}
+        phases = dict[str, list[int]]()
+        for (phase, tick), end in zip(begins, ends, strict=True):
+            phases.setdefault(phase, []).extend(range(tick, end))
+        return phases
 
-    def run(self, variant: Variant, phase: Phase, tick: int, seed: int) -> FaultRun:
+    def run(self, variant: Variant, phase: str, tick: int, seed: int) -> FaultRun:
         """One trial with a fault from this tick on."""
         task, supervisor = self._parts()
         sink, deliveries = MemorySink(), list[FaultDelivery]()
@@ -168,18 +167,19 @@ class Bench:
             except PalpateError as caught:
                 error = caught
                 recorder.fail(task.report, caught)
-        if task.report.outcome is not Outcome.INSERTED:
+        if task.report.outcome not in (Outcome.INSERTED, Outcome.DONE):
             # Wherever it was stopped: the next run begins as the first one did.
             self._rig.return_to_ready()
         truth = self._rig.truth()
         peak_N = probe.peak_N if truth is None else truth.peak_force_N
         run = self._judged(variant, phase, seed, deliveries, task, supervisor, error, sink.logs, peak_N)
-        false = falsely_inserted(self.config.task, task.report, truth, fit_of(self.config))
+        kind, fit = task_kind(self.config.task.name), fit_of(self.config)
+        false = truth is not None and kind.untrue(self.config.task, task.report, truth, fit)
         return replace(run, verdict=Class.FALSE_SUCCESS) if false else run
 
-    def _parts(self) -> tuple[InsertionTask, Supervisor | None]:
+    def _parts(self) -> tuple[Task, Supervisor | None]:
         config = self.config
-        task = build_insertion(config, self._ready, self._chosen.perception, self._chosen.on(self._rig))
+        task = build_task(config, self._ready, self._chosen.perception, self._chosen.on(self._rig))
         # The next run begins anew after a trip: that is what a campaign is for.
         supervisor = build_supervisor(config, self._ready, self._rig.sensor_facts) if self._supervised else None
         return task, supervisor
@@ -187,10 +187,10 @@ class Bench:
     def _judged(
         self,
         variant: Variant,
-        phase: Phase,
+        phase: str,
         seed: int,
         deliveries: Sequence[FaultDelivery],
-        task: InsertionTask,
+        task: Task,
         supervisor: Supervisor | None,
         error: PalpateError | None,
         logs: Sequence[bytes],
@@ -211,7 +211,7 @@ class Bench:
             verdict = _verdict(variant, ticks, lived, damage=damage, intact=intact and stopped, harmless=harmless)
         return FaultRun(
             variant=variant.name,
-            phase=phase.value,
+            phase=phase,
             seed=seed,
             delivered=bool(deliveries),
             outcome=outcome,

@@ -56,7 +56,7 @@ def summary(runs: Sequence[FaultRun]) -> str:
     text += f"runs in which the arm was told to stop at the end: {sum(run.safe_stop for run in runs)}\n"
     text += f"failed: {len(failed)}\n"
     if untrue:
-        text += f"of these said to be inserted, and were not: {len(untrue)}\n"
+        text += f"of these said what was not so: {len(untrue)}\n"
     for run in failed[:10]:
         text += (
             f"  {run.variant}, {run.phase}, seed {run.seed}: {run.cause or run.outcome},"

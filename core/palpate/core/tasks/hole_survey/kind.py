@@ -13,7 +13,7 @@ from palpate.core.motion import ArmDescription
 from palpate.core.ports import Truth
 from palpate.core.tasks.hole_survey.options import SurveyOptions
 from palpate.core.tasks.hole_survey.surveyed_hole import SurveyedHole, surveyed
-from palpate.core.tasks.hole_survey.task import SurveyTask
+from palpate.core.tasks.hole_survey.task import SurveyPhase, SurveyTask
 from palpate.core.trial import (
     Fit,
     Outcome,
@@ -50,6 +50,7 @@ class HoleSurvey(TaskKind):
     }
     asks_policy = False
     options = SurveyOptions
+    phases = (*TaskKind.phases, *SurveyPhase)
 
     @override
     def workspace(self, task: TaskConfig) -> Workspace:
@@ -85,16 +86,25 @@ class HoleSurvey(TaskKind):
             report.outcome is Outcome.DONE
             and truth.peak_force_N < task.max_force_N
             and len(found) == 1 + len(task.more_places_m)
-            and all(
-                abs(error) <= options_of(SurveyOptions, task).tolerance_mm
-                for hole in found
-                for name, error in errors_mm(hole, truth, fit).items()
-                if name != "surface"  # What the axial spring gives is taken from the settings, as an insertion's depth.
-            )
+            and all(_off_mm(hole, truth, fit) <= options_of(SurveyOptions, task).tolerance_mm for hole in found)
+        )
+
+    @override
+    def untrue(self, task: TaskConfig, report: TrialReport, truth: Truth, fit: Fit) -> bool:
+        """A hole is said not to be there, or a number is off by more than the tolerance and its own interval."""
+        found, within_mm = surveyed(report), options_of(SurveyOptions, task).tolerance_mm
+        return report.outcome in (Outcome.DONE, Outcome.OUT_OF_TOLERANCE) and (
+            len(found) <= len(task.more_places_m)
+            or any(_off_mm(hole, truth, fit) > within_mm + hole.worst_mm for hole in found)
         )
 
 
 HOLE_SURVEY: Final = HoleSurvey()
+
+
+def _off_mm(hole: SurveyedHole, truth: Truth, fit: Fit) -> float:
+    # What the axial spring gives is taken from the settings, as an insertion's depth: the surface's height holds that.
+    return max(abs(error) for name, error in errors_mm(hole, truth, fit).items() if name != "surface")
 
 
 def errors_mm(hole: SurveyedHole, truth: Truth, fit: Fit) -> dict[str, float]:

@@ -2,5 +2,4 @@ from .agent import Agent as Agent
 from .kind import FULL_DEPTH_TOLERANCE_M as FULL_DEPTH_TOLERANCE_M
 from .kind import INSERTION as INSERTION
 from .kind import Insertion as Insertion
-from .kind import falsely_inserted as falsely_inserted
 from .task import InsertionTask as InsertionTask

@@ -16,6 +16,7 @@ from palpate.core.tasks.insertion.task import InsertionTask
 from palpate.core.trial import (
     Fit,
     Outcome,
+    Phase,
     Purpose,
     ReadyPose,
     TaskConfig,
@@ -48,6 +49,7 @@ class Insertion(TaskKind):
     preset: Mapping[str, Any] = {}
     asks_policy = True
     options: type[Settings] = NoOptions
+    phases = (*TaskKind.phases, Phase.APPROACH, Phase.EXPLORE, Phase.INSERT)
 
     @override
     def workspace(self, task: TaskConfig) -> Workspace:
@@ -84,19 +86,14 @@ class Insertion(TaskKind):
             and truth.peak_force_N < task.max_force_N
         )
 
+    @override
+    def untrue(self, task: TaskConfig, report: TrialReport, truth: Truth, fit: Fit) -> bool:
+        """The peg was taken for inserted where it was not: beside the hole, or not as deep as it had to be."""
+        short = truth.depth_m < (task.insertion_depth_mm - task.depth_tolerance_mm) * 1e-3
+        return report.outcome is Outcome.INSERTED and (short or _beside(truth, fit))
+
 
 INSERTION: Final = Insertion()
-
-
-def falsely_inserted(task: TaskConfig, report: TrialReport, truth: Truth | None, fit: Fit) -> bool:
-    """Whether the peg was taken for inserted where it was not: beside the hole, or not as deep as it had to be.
-
-    Args:
-        truth: What really happened; where that is unknown, nothing can be false.
-    """
-    if truth is None or report.outcome is not Outcome.INSERTED:
-        return False
-    return _beside(truth, fit) or truth.depth_m < (task.insertion_depth_mm - task.depth_tolerance_mm) * 1e-3
 
 
 def _beside(truth: Truth, fit: Fit) -> bool:

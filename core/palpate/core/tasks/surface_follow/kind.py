@@ -9,7 +9,7 @@ from typing_extensions import override
 
 from palpate.core.motion import ArmDescription
 from palpate.core.ports import Truth
-from palpate.core.tasks.surface_follow.task import FollowOptions, FollowTask
+from palpate.core.tasks.surface_follow.task import FollowOptions, FollowPhase, FollowTask
 from palpate.core.trial import (
     Fit,
     Outcome,
@@ -42,6 +42,7 @@ class SurfaceFollow(TaskKind):
     }
     asks_policy = False
     options = FollowOptions
+    phases = (*TaskKind.phases, FollowPhase.FOLLOW)
 
     @override
     def workspace(self, task: TaskConfig) -> Workspace:

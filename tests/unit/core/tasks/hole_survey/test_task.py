@@ -66,15 +66,19 @@ def test_places_sizes_and_depths_of_holes_are_found_by_touch() -> None:
     for hole, true in zip(surveyed(report), HOLES, strict=True):
         found = [hole.x.mm, hole.y.mm, hole.diameter.mm, hole.depth.mm, hole.surface.mm]
         assert found == pytest.approx([true.x_m * 1e3, true.y_m * 1e3, 7.2, true.depth_m * 1e3, 0.1], abs=5e-3)
+    # The truth here has the first one's depth for both.
     assert not HOLE_SURVEY.achieved(TASK, report, TRUTH, FIT)
+    assert HOLE_SURVEY.untrue(TASK, report, TRUTH, FIT)
     alike = replace(TASK, more_goals_mm=())
     first = survey(plate(*HOLES[:1]), alike)
     assert HOLE_SURVEY.achieved(alike, first, TRUTH, FIT)
+    assert not HOLE_SURVEY.untrue(alike, first, TRUTH, FIT)
 
 
 def test_a_hole_that_is_not_there_is_said_so() -> None:
     report = survey(plate(HOLES[0]), replace(TASK, options=QUICK | {"search_mm": 1.0}))
     assert report.outcome is Outcome.OUT_OF_TOLERANCE
+    assert HOLE_SURVEY.untrue(TASK, report, TRUTH, FIT)
     assert [event.detail for event in report.events if event.name == "measured"][
         1
     ] == "hole 2: not found within 1 mm of its place"
