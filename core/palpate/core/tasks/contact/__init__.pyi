@@ -2,13 +2,13 @@ from .axial_check import HIGHEST_SHARE as HIGHEST_SHARE
 from .axial_check import LOWEST_SHARE as LOWEST_SHARE
 from .axial_check import AxialCheck as AxialCheck
 from .axial_check import Mean as Mean
+from .felt_way import FeltWay as FeltWay
 from .first_touch import FirstTouch as FirstTouch
 from .lift_check import LiftCheck as LiftCheck
 from .proof import PAST_PLATE_M as PAST_PLATE_M
 from .proof import ContactProof as ContactProof
 from .proof import NoProof as NoProof
 from .proof import Proof as Proof
-from .sign_of_life import SignOfLife as SignOfLife
 from .touch_task import TouchTask as TouchTask
 from .trial_state import TrialState as TrialState
 from .way_to_start import RunningPhase as RunningPhase

@@ -10,15 +10,15 @@ from typing import Final, Never
 
 from palpate.core.errors import ConfigurationError
 from palpate.core.motion import DampingControl, PositionControl, TipMotion
-from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, Vector3
+from palpate.core.ports import PERIOD_S, Vector3
 from palpate.core.tasks.contact import (
     HIGHEST_SHARE,
     LOWEST_SHARE,
     ContactProof,
+    FeltWay,
     FirstTouch,
     LiftCheck,
     Mean,
-    SignOfLife,
     TrialState,
 )
 from palpate.core.tasks.hole_survey.options import SurveyOptions
@@ -44,12 +44,8 @@ _EDGE_SHARE: Final = 0.6
 """Of the pressing force, across the tool: friction gives less."""
 _GONE_SHARE: Final = 0.3
 """Of the push at most so much is left away from the wall."""
-_UNFELT_N: Final = 25.0
-"""What the gripper's springs may come to, at most, from one sign of life of the force sensor to the next."""
 _SWING_SHARE: Final = 0.5
 """Of the pressing force, at most so much comes and goes with a heave."""
-_LONGEST_HEAVE_TICKS: Final = CONTROL_RATE_HZ
-"""On the spot; a noise of 0.3 N hides the inertia of 0.3 kg for so long once in a thousand times."""
 Motion = Generator[Vector3, None, None]
 """A way without a result."""
 Place = tuple[float, float]
@@ -105,10 +101,7 @@ class Probe:
         self._along = DampingControl(control.damping_N_s_per_m, pressing, _DOWN_M_S, self._axial_N_per_m, PERIOD_S)
         self._give_m_per_N_s = control.force_integral_m_per_N_s
         self._lift = LiftCheck(state, measurement, motion, proof)
-        self._life = SignOfLife(
-            self._axial_N_per_m, _SWING_SHARE * self._press_N, speed_m_s,
-            free_way_m=_UNFELT_N / self._axial_N_per_m, in_air=True,
-        )  # fmt: skip
+        self._felt = FeltWay(state, measurement, proof, control, _SWING_SHARE * self._press_N, speed_m_s)
         least_N = _FEWEST * _SLOW_M_S * PERIOD_S * self._lateral_N_per_m
         if self._push_N < least_N:
             accepted = f"at least {least_N:.3g} N, or too few samples show the gripper's stiffness"
@@ -118,8 +111,7 @@ class Probe:
 
     def begin(self) -> None:
         """A trial begins."""
-        self._life.begin()
-        self._way_m = self._heaved_m = 0.0
+        self._felt.begin()
 
     @property
     def depth_m(self) -> float:
@@ -166,29 +158,10 @@ class Probe:
             yield _NO_FORCE
 
     def felt(self, velocity_m_s: Vector3) -> Motion:
-        """A tick of a way on which nobody knows where something is met, and of a heave that the force has to follow.
-
-        The force follows by the spring of a tool that is borne, and by the inertia of one that is not. Without a sign
-        of that the tool goes no farther than the gripper's springs may be bent unfelt.
-        """
-        x_m_s, y_m_s, z_m_s = velocity_m_s
-        across = self._lateral_N_per_m / self._axial_N_per_m
-        self._way_m += (hypot(x_m_s, y_m_s) * across + abs(z_m_s)) * PERIOD_S
-        yield x_m_s, y_m_s, z_m_s + self._heave_m_s()
-        for tick in range(_LONGEST_HEAVE_TICKS):
-            if not self._life.due:
-                return
-            if tick == 0:
-                self._life.resume()
-            yield 0.0, 0.0, self._heave_m_s()
-        if self._life.due:
-            yield from self.doubt(self._no_life())
-
-    def _heave_m_s(self) -> float:
-        along_m_s = self._life.heave_m_s()
-        self._life.watch(self._measured.force_N[2], self._proof.new, (self._way_m, 0.0, self._heaved_m))
-        self._heaved_m += along_m_s * PERIOD_S
-        return along_m_s
+        """A tick of a way on which nobody knows where something is met, and all the time until the force is felt."""
+        yield self._felt.velocity_m_s(velocity_m_s)
+        while self._felt.waits:
+            yield self._felt.velocity_m_s(_NO_FORCE)
 
     def below(self, deepest_m: float, *, felt: bool = False) -> Generator[Vector3, None, float | None]:
         """Down until something bears the pressing force, and a lift that shows that the force follows the spring.
@@ -301,13 +274,6 @@ class Probe:
             " task.options.widest_mm, or the force sensor does not show what there is"
         )
         return Trip(TripReason.WALL_NOT_FELT, self._state.tick, text)
-
-    def _no_life(self) -> Trip:
-        text = (
-            "the force does not follow the tool as it heaves: the force sensor is dead, or the tool too light for its"
-            " inertia to be seen in the noise"
-        )
-        return Trip(TripReason.FORCE_WITHOUT_SPRING, self._state.tick, text)
 
     def _misfit(self, found: str) -> Trip:
         text = f"{found}: the force sensor does not show what there is, or the gripper is another one"
