@@ -139,7 +139,7 @@ COMMANDS = (
         (
             "train --learner belief --learning.alpha 0.5",
             "learner = 'belief'",
-            "q-learning or sarsa, which learning.alpha",
+            "q-learning or sarsa or skills, which learning.alpha",
         ),
         ("train --policy sarsa", "policy = 'sarsa'", "--learner sarsa chooses it"),
         ("train --arm puma", "arm = 'puma'", "one of zebra-zero, ur3, ur5"),

@@ -137,6 +137,12 @@ RECORDINGS: dict[str, tuple[str, ...]] = {
         "--cell.tilt-mrad", "0.5", "--task.ready-height-mm", "1", "--task.tare-ticks", "7",
         "--task.ticks-per-action", "10", "--cell.conditions.yaw-deg", "2", "--task.start-uncertainty-mm", "1",
     ),
+    # Programmed skills that a learner chooses from, after what it learned in a trial before.
+    "train-skills": (
+        "train", "--task", "insertion-6dof", "--learner", "skills", "--scenario", "blind-square", "--trials", "2",
+        "--seed", "37", "--task.options", "corners", "4", "corner_mm", "20.5", "--task.time-limit-s", "8",
+        "--task.ready-height-mm", "1", "--task.tare-ticks", "7",
+    ),
     # The plate on both sides, a search, down to the floor, and the walls all round.
     "hole-survey": (
         "run", "--task", "hole-survey", "--trials", "1", "--seed", "32", "--task.options", "plate_touches", "2",

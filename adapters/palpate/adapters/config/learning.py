@@ -23,12 +23,12 @@ from palpate.core.ports import (
     require_floor,
 )
 
-_OF_TABLES: Final = ("q-learning", "sarsa")
+_OF_TABLES: Final = ("q-learning", "sarsa", "skills")
 OF_SOME: Final[Mapping[str, tuple[str, ...]]] = {
     "back_off_visits": ("q-learning",),
     "keep_steps": ("q-learning",),
     "share_turns": ("q-learning",),
-    "trace_decay": ("sarsa",),
+    "trace_decay": ("sarsa", "skills"),
     "belief": ("belief",),
     **dict.fromkeys(
         (
@@ -105,9 +105,9 @@ class LearningConfig(Settings):
     share_turns: bool = False
     """What is learned of a region of x and y, or of tx and ty, holds for its quarter turns, too."""
     trace_decay: Annotated[float, Range(0.0, 1.0)] = 0.8
-    """Lambda of sarsa."""
-    reinforcement: Annotated[str, OneOf("action-penalty", "effort")] = "action-penalty"
-    """action-penalty: -1 per action; effort: force beyond the pressing force costs too."""
+    """Lambda of sarsa and skills."""
+    reinforcement: Annotated[str, OneOf("action-penalty", "effort", "time")] = "action-penalty"
+    """action-penalty: -1 per action; effort: force beyond the pressing force costs too; time: -10 per second."""
     effort_per_N_s: Annotated[float, Range(-1e6, 0.0)] = -1.0
     """Reward per newton second of that excess."""
     belief: BeliefParameters = field(default_factory=BeliefParameters)

@@ -52,8 +52,9 @@ class PerceptionConfig(Settings):
     """Components kept by pca."""
     som_side: Annotated[int, Range(2, 50)] = 6
     """The self-organising map has this many rows and columns."""
-    symbols: Annotated[str, OneOf("regions", "grid", "random", "clusters")] = "regions"
-    """regions: the paper's 17; grid: every combination of bands (81); random: random partition; clusters: k-means."""
+    symbols: Annotated[str, OneOf("regions", "grid", "random", "clusters", "skills")] = "regions"
+    """regions: the paper's 17; grid: every combination of bands (81); random: random partition; clusters: k-means;
+    skills: the task's own situations, in which its programmed skills are the actions."""
     position_threshold_mm: Annotated[float, Range(0.001, 100.0)] = 1.0
     """Positions nearer to the nominal goal than this count as zero."""
     torque_threshold_kgf_mm: Annotated[float, Range(0.001, 1000.0)] = 0.7
@@ -63,13 +64,14 @@ class PerceptionConfig(Settings):
     fit_trials: Annotated[int, Range(1, 1000)] = 10
     """Random-walk trials whose samples fit pca, som, clusters and the bounds of random."""
     memory: str = "none"
-    """none: a state is a symbol; last-2, last-3: the last symbols; an automaton file (.json): its states."""
+    """none: a state is a symbol; last-action: the last symbol and the kind of action before; last-2, last-3: the last
+    symbols; an automaton file (.json): its states."""
 
     @override
     def check(self) -> None:
         if self.features == "pca":
             require_in("perception.components", self.components, 1, len(self.channels))
-        if self.symbols in ("regions", "grid") and (
+        if self.symbols in ("regions", "grid", "skills") and (
             self.features != "channels" or self.channels != ("x", "y", "tx", "ty")
         ):
             raise ConfigurationError(

@@ -60,8 +60,15 @@ LEARNERS: Final[Mapping[str, Table]] = {
     "q-learning": {},
     "sarsa": {},
     "belief": {"task": {"ticks_per_action": 4, "moving_share": 1.0}, "perception": {"cutoff_Hz": 10.0}},
-}
-"""What each learner begins with: the time of an action and the filter that suit it, over those of the scenario."""
+    "skills": {
+        "perception": {"symbols": "skills", "memory": "last-action"},
+        "learning": {
+            "alpha": 0.7, "alpha_visits": 3.0, "alpha_floor": 0.1, "initial_value": -25.0, "temperature": 3.0,
+            "temperature_decay": 0.85, "temperature_floor": 0.3, "reinforcement": "time",
+        },
+    },
+}  # fmt: skip
+"""What each learner begins with: time of an action, filter, states and rates that suit it, over the scenario's."""
 BEFORE_SLIDING: Final[Table] = {
     "task": {"ticks_per_action": 7, "moving_share": 0.8},
     "perception": {"cutoff_Hz": 7.0},

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import replace
 from math import sqrt
 from pathlib import Path
@@ -15,14 +16,18 @@ from palpate.core.automata import AutomatonState, load
 from palpate.core.errors import ConfigurationError
 from palpate.core.motion import Kinematics, TipMotion, ToolGeometry, arm_named
 from palpate.core.perception import (
+    FACTS,
     GatedThresholds,
     IdentityState,
+    LastAction,
     LastSymbols,
     Perception,
     SelectedChannels,
     SignalProcessor,
+    Situations,
     StateIdentifier,
     Symboliser,
+    TaskFacts,
     Thresholds,
 )
 from palpate.core.policy import (
@@ -33,6 +38,7 @@ from palpate.core.policy import (
     RandomWalkPolicy,
     Reach,
     Reinforcement,
+    TimePenalty,
 )
 from palpate.core.ports import CONTROL_RATE_HZ, PERIOD_S, FaultLatch, Rig, SensorFacts
 from palpate.core.supervision import Supervisor, require_fitting
@@ -42,20 +48,25 @@ from palpate.core.trial import N_PER_KGF, Measurement, ReadyPose, Task, TaskPart
 NONE: Final = "none"
 _NOISE_BAND: Final = 1.11
 """White noise passes a Butterworth low-pass of second order as if it ended at 1.11 times its cut-off."""
+SKILLS: Final = "skills"
+_LAST_ACTION: Final = "last-action"
 _FIELD: Final = "perception.memory"
-_ACCEPTED: Final = "none, last-2, last-3 and so on, or an automaton file ending in .json"
+_ACCEPTED: Final = "none, last-action, last-2, last-3 and so on, or an automaton file ending in .json"
 
 
-def identifier(memory: str, symbols: tuple[str, ...]) -> StateIdentifier:
+def identifier(memory: str, symbols: tuple[str, ...], actions: Sequence[Action] = ()) -> StateIdentifier:
     """The state identification of that name, over these symbols.
 
     Args:
         memory: ``none``: the state is the last symbol; ``last-N``: the last N symbols in their order; or the path of an
-            automaton file: the state is that of the automaton.
+            automaton file: the state is that of the automaton; ``last-action``: the last symbol and what was done.
+        actions: What may be done.
     """
     if memory == NONE:
         return IdentityState(symbols)
     try:
+        if memory == _LAST_ACTION:
+            return LastAction(symbols, tuple(dict.fromkeys(action.name.partition(" ")[0] for action in actions)))
         if memory.endswith(".json"):
             return AutomatonState.of(load(memory), symbols=symbols)
         if last := re.fullmatch(r"last-([1-9][0-9]?)", memory):
@@ -66,8 +77,17 @@ def identifier(memory: str, symbols: tuple[str, ...]) -> StateIdentifier:
 
 
 def task_actions(config: RunConfig) -> tuple[Action, ...]:
-    """What policies choose from."""
-    return task_kind(config.task.name).actions(config.task)
+    """What policies choose from.
+
+    Raises:
+        ConfigurationError: Skills are asked for, and the task has none.
+    """
+    kind = task_kind(config.task.name)
+    if config.perception.symbols != SKILLS:
+        return kind.actions(config.task)
+    if not (skills := kind.skills(config.task)):
+        raise ConfigurationError("perception.symbols", SKILLS, f"a task that has skills; {config.task.name} has none")
+    return skills
 
 
 def task_reach(config: RunConfig) -> Reach:
@@ -83,6 +103,9 @@ def build_perception(config: RunConfig) -> Perception:
     position, torque = p.position_threshold_mm * 1e-3, p.torque_threshold_kgf_mm * 1e-3 * N_PER_KGF
     names = p.channels
     symboliser: Symboliser
+    if p.symbols == SKILLS:
+        symboliser = Situations()
+        return Perception(TaskFacts(FACTS), symboliser, identifier(p.memory, symboliser.symbols, task_actions(config)))
     if p.symbols == "regions":
         symboliser = GatedThresholds(
             Thresholds(names[:2], ((-position, position),) * 2),
@@ -90,13 +113,17 @@ def build_perception(config: RunConfig) -> Perception:
         )
     else:
         symboliser = Thresholds(names, ((-position, position),) * 2 + ((-torque, torque),) * 2)
-    return Perception(SelectedChannels(names), symboliser, identifier(p.memory, symboliser.symbols))
+    return Perception(
+        SelectedChannels(names), symboliser, identifier(p.memory, symboliser.symbols, task_actions(config))
+    )
 
 
 def build_reinforcement(config: RunConfig) -> Reinforcement:
     """What an action earns."""
     if config.learning.reinforcement == "effort":
         return InternalEffort(per_N_s=config.learning.effort_per_N_s, free_force_N=config.task.press_kgf * N_PER_KGF)
+    if config.learning.reinforcement == "time":
+        return TimePenalty()
     return ActionPenalty()
 
 

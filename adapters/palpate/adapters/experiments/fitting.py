@@ -51,7 +51,7 @@ def fitted_perception(config: RunConfig, ready: ReadyPose, rig: Rig) -> Percepti
         symboliser = RandomPartition.draw(bounds, p.symbol_count, seed)
     else:
         symboliser = Clusters.fit(features, p.symbol_count, seed, features=extractor.names)
-    return Perception(extractor, symboliser, identifier(p.memory, symboliser.symbols))
+    return Perception(extractor, symboliser, identifier(p.memory, symboliser.symbols, task_actions(config)))
 
 
 def _seed(config: RunConfig, purpose: Purpose) -> int:

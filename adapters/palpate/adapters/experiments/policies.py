@@ -25,6 +25,7 @@ from palpate.core.policy import (
     QParameters,
     RandomWalkPolicy,
     SarsaParameters,
+    SkillParameters,
     TemperatureSchedule,
     document_of,
     load_examples,
@@ -127,8 +128,9 @@ def learning_parameters(config: RunConfig) -> QParameters:
     common: dict[str, Any] = {
         name: getattr(learning, name) for name in ("alpha", "gamma", "alpha_visits", "alpha_floor", "initial_value")
     }
-    if config.learner == "sarsa":
-        return SarsaParameters(**common, temperature=schedule, trace_decay=learning.trace_decay)
+    if config.learner in ("sarsa", "skills"):
+        kind = SarsaParameters if config.learner == "sarsa" else SkillParameters
+        return kind(**common, temperature=schedule, trace_decay=learning.trace_decay)
     if learning.keep_steps > 1 or learning.share_turns:
         return OptionParameters(
             **common, temperature=schedule, keep_steps=learning.keep_steps, share_turns=learning.share_turns

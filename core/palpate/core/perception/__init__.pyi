@@ -15,7 +15,11 @@ from .pipeline import stage_to_dict as stage_to_dict
 from .signal import Normalisation as Normalisation
 from .signal import SignalProcessor as SignalProcessor
 from .signal import Wrench as Wrench
+from .situations import FACTS as FACTS
+from .situations import Situations as Situations
+from .situations import TaskFacts as TaskFacts
 from .state import IdentityState as IdentityState
+from .state import LastAction as LastAction
 from .state import LastSymbols as LastSymbols
 from .state import StateIdentifier as StateIdentifier
 from .symbols import Clusters as Clusters

@@ -10,7 +10,8 @@ from typing import Any, Final
 from palpate.core.errors import CommandError, ConfigurationError
 from palpate.core.perception.features import FeatureExtractor, PrincipalComponents, SelectedChannels, SelfOrganisingMap
 from palpate.core.perception.signal import Normalisation, SignalProcessor
-from palpate.core.perception.state import IdentityState, LastSymbols, StateIdentifier
+from palpate.core.perception.situations import Situations, TaskFacts
+from palpate.core.perception.state import IdentityState, LastAction, LastSymbols, StateIdentifier
 from palpate.core.perception.symbols import Clusters, GatedThresholds, RandomPartition, Symboliser, Thresholds
 from palpate.core.ports import CHANNELS, require_keys
 
@@ -51,13 +52,15 @@ class Perception:
     def observe(self, signal: tuple[float, ...], action: str | None = None) -> tuple[int, int]:
         """Symbol and state after one more measurement vector, in the order of ``CHANNELS``, SI units.
 
+        Behind the channels a task may give facts of its own.
+
         Args:
             action: Name of the action that led to it; None at the start.
 
         Raises:
-            CommandError: Not nine numbers, or one that is looked at is not finite.
+            CommandError: Fewer than nine numbers, or one that is looked at is not finite.
         """
-        if len(signal) != len(CHANNELS):
+        if len(signal) < len(CHANNELS):
             raise CommandError(f"a measurement vector must have {len(CHANNELS)} channels", signal)
         symbol = self.symboliser.symbol(self.extractor.extract(signal))
         return symbol, self.identifier.update(symbol, action)
@@ -82,14 +85,17 @@ _KINDS: Final[dict[str, type[Any]]] = {
     "normalisation": Normalisation,
     "signal_processor": SignalProcessor,
     "selected_channels": SelectedChannels,
+    "task_facts": TaskFacts,
     "principal_components": PrincipalComponents,
     "self_organising_map": SelfOrganisingMap,
     "thresholds": Thresholds,
     "gated_thresholds": GatedThresholds,
     "random_partition": RandomPartition,
     "clusters": Clusters,
+    "situations": Situations,
     "identity": IdentityState,
     "last_symbols": LastSymbols,
+    "last_action": LastAction,
 }
 
 

@@ -7,7 +7,7 @@ from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import product
-from typing import Protocol, runtime_checkable
+from typing import Final, Protocol, runtime_checkable
 
 from palpate.core.errors import CommandError, ConfigurationError
 from palpate.core.perception.channels import integer, names
@@ -184,3 +184,63 @@ class LastSymbols:
             raise ConfigurationError("perception.identifier.state", tuple(state), accepted)
         self._recent.clear()
         self._recent.extend(int(value) for value in state)
+
+
+AFTER: Final = " after "
+_AT_FIRST: Final = "at first"
+
+
+@dataclass(frozen=True)
+class LastAction:
+    """The state is the last symbol and what was done before it: an action's kind, which is the first word of its name.
+
+    Attributes:
+        kinds: Kinds of the actions.
+        states: Names of the states, such as ``A at first`` and ``A after push``.
+
+    Raises:
+        ConfigurationError: No names, one twice, or more states than could be learned.
+    """
+
+    symbols: tuple[str, ...]
+    kinds: tuple[str, ...]
+    states: tuple[str, ...] = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        symbols = names("perception.identifier.symbols", self.symbols)
+        kinds = names("perception.identifier.kinds", self.kinds)
+        integer("perception.identifier.states", len(symbols) * (len(kinds) + 1), 1, MOST_SYMBOLS)
+        states = [f"{symbol} {_AT_FIRST}" for symbol in symbols]
+        states += [f"{symbol}{AFTER}{kind}" for kind in kinds for symbol in symbols]
+        object.__setattr__(self, "symbols", symbols)
+        object.__setattr__(self, "kinds", kinds)
+        object.__setattr__(self, "states", names("perception.identifier.states", tuple(states)))
+
+    @property
+    def symbol_of(self) -> tuple[int, ...]:
+        """The symbol of each state, (states,)."""
+        return tuple(state % len(self.symbols) for state in range(len(self.states)))
+
+    def reset(self) -> None:
+        """There is no memory but the action that is told."""
+
+    def update(self, symbol: int, action: str | None = None) -> int:
+        """The symbol after an action of that kind; one of no known kind counts as none.
+
+        Raises:
+            CommandError: No such symbol.
+        """
+        if not 0 <= symbol < len(self.symbols):
+            raise CommandError(f"a symbol must be from 0 to {len(self.symbols) - 1}", symbol)
+        kind = "" if action is None else action.partition(" ")[0]
+        done = 1 + self.kinds.index(kind) if kind in self.kinds else 0
+        return done * len(self.symbols) + symbol
+
+    def get_state(self) -> list[float]:
+        """There is no memory: an empty list."""
+        return []
+
+    def set_state(self, state: Sequence[float]) -> None:
+        """Accept only the empty memory."""
+        if len(state):
+            raise ConfigurationError("perception.identifier.state", state, "an empty list")

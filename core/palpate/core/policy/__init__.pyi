@@ -50,8 +50,10 @@ from .reinforcement import ActionOutcome as ActionOutcome
 from .reinforcement import ActionPenalty as ActionPenalty
 from .reinforcement import InternalEffort as InternalEffort
 from .reinforcement import Reinforcement as Reinforcement
+from .reinforcement import TimePenalty as TimePenalty
 from .sarsa import Sarsa as Sarsa
 from .sarsa import SarsaParameters as SarsaParameters
+from .sarsa import SkillParameters as SkillParameters
 from .tabular import QLearning as QLearning
 from .tabular import QParameters as QParameters
 from .tabular import TabularLearner as TabularLearner

@@ -13,13 +13,14 @@ from palpate.core.errors import ConfigurationError
 from palpate.core.policy.back_off import BackOff
 from palpate.core.policy.base import EXAMPLES, LEARNED, PROGRAMMED, Action, Law
 from palpate.core.policy.options import OptionParameters
-from palpate.core.policy.sarsa import SarsaParameters
+from palpate.core.policy.sarsa import SarsaParameters, SkillParameters
 from palpate.core.policy.tabular import QParameters
 from palpate.core.ports import OneOf, Range, Settings, fitted, kinds_of, require_keys
 
 LEARNERS: Final[dict[str, type[QParameters]]] = {
     "q-learning": QParameters,
     "sarsa": SarsaParameters,
+    "skills": SkillParameters,
     "q-learning of options": OptionParameters,
 }
 """Kinds of learners in files, and the settings that each has."""

@@ -63,6 +63,20 @@ class ActionPenalty(Settings, Reinforcement):
 
 
 @dataclass(frozen=True, slots=True)
+class TimePenalty(Settings, Reinforcement):
+    """What an action costs is the time that it takes: for skills, which take as long as they do."""
+
+    TABLE: ClassVar[str] = "reinforcement"
+
+    per_s: Annotated[float, Range(high=0.0, below=True, text="a finite number below 0")] = -10.0
+    """The reward of each second."""
+
+    def __call__(self, outcome: ActionOutcome) -> float:
+        """The penalty of the time."""
+        return self.per_s * outcome.duration_s
+
+
+@dataclass(frozen=True, slots=True)
 class InternalEffort(Settings, Reinforcement):
     """An internal signal that keeps track of the invested effort (paper, section 3.5).
 

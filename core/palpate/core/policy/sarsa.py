@@ -26,6 +26,11 @@ class SarsaParameters(QParameters):
     discount it is the whole rest of the trial."""
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SkillParameters(SarsaParameters):
+    """Settings of a learner of skills, which learns as Sarsa does: whole trials teach by what followed at their end."""
+
+
 class Sarsa(TabularLearner):
     """Learns ``Q(i, a) <- Q(i, a) + alpha e(i, a) delta``, with ``delta = r + gamma Q(j, b) - Q(k, c)``.
 

@@ -95,6 +95,10 @@ class TaskKind(Protocol):
         """The actions that policies choose from: eight steps across, unless a task has others."""
         return compass_actions(task.step_mm * 1e-3)
 
+    def skills(self, task: TaskConfig) -> tuple[Action, ...]:
+        """Programmed skills that policies may choose from instead, each until it is over; none, unless it has."""
+        return ()
+
     @abstractmethod
     def make(self, parts: TaskParts) -> Task:
         """The task, ready to run over any ports.

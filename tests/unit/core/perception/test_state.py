@@ -5,7 +5,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from palpate.core.errors import CommandError, ConfigurationError
-from palpate.core.perception import IdentityState, LastSymbols, StateIdentifier, stage_from_dict, stage_to_dict
+from palpate.core.perception import (
+    IdentityState,
+    LastAction,
+    LastSymbols,
+    StateIdentifier,
+    stage_from_dict,
+    stage_to_dict,
+)
 
 AB = ("a", "b")
 
@@ -113,3 +120,18 @@ def test_it_comes_back_from_a_file() -> None:
     assert stage_to_dict(identifier) == {"kind": "last_symbols", "symbols": ["a", "b"], "length": 3}
     assert back == identifier
     assert back.states == identifier.states
+
+
+def test_a_state_can_be_the_last_symbol_and_the_kind_of_action_before_it() -> None:
+    last = LastAction(("A", "B"), ("push", "lean"))
+    assert last.states == ("A at first", "B at first", "A after push", "B after push", "A after lean", "B after lean")
+    led = [(0, None), (1, "push 3 N"), (0, "lean 5 deg"), (1, "another")]
+    assert [last.states[last.update(symbol, action)] for symbol, action in led] == [
+        "A at first", "B after push", "A after lean", "B at first",
+    ]  # fmt: skip
+    assert [last.symbol_of[state] for state in range(6)] == [0, 1] * 3
+    last.set_state(last.get_state())
+    with pytest.raises(CommandError):
+        last.update(2)
+    with pytest.raises(ConfigurationError):
+        last.set_state([1.0])

@@ -30,6 +30,9 @@ class Agent:
         self._force_peak: float
         self._distance: float
         self._last_position: Vector3 | None
+        # What the task adds to the nine channels, and whether a choice made before goes on.
+        self._of_the_task: tuple[float, ...] = ()
+        self._goes_on = False
         self.percept: tuple[int, int] | None = None
         self.decisions: list[DecisionRecord] = []
 
@@ -89,12 +92,13 @@ class Agent:
             raise LifecycleError("agent", "nothing new was perceived", "choose()", "call perceive() first")
         (tick, observation), (symbol, state) = self._asked, self.percept
         self._asked = None
-        decision = self._policy.choose(observation)
+        goes_on, decision = self._goes_on, self._decide(observation)
         spatial = decision.action.spatial
         wrench = *observation.force_N, *observation.torque_Nm
-        features = self._perception.extractor.extract((*observation.position_m, *wrench))
-        self._pending = (state, decision)
-        self._clear_effort()
+        features = self._perception.extractor.extract((*observation.position_m, *wrench, *self._of_the_task))
+        if not goes_on:
+            self._pending = (state, decision)
+            self._clear_effort()
         self.decisions.append(
             DecisionRecord(
                 tick,
@@ -111,6 +115,9 @@ class Agent:
         )
         return decision
 
+    def _decide(self, observation: Observation) -> Decision:
+        return self._policy.choose(observation)
+
     def reached_goal(self) -> None:
         """The running action led into the hole."""
         self._settle(next_state=None)
@@ -126,7 +133,7 @@ class Agent:
 
     def _observe(self, position_m: Vector3, force_N: Vector3, torque_Nm: Vector3) -> int:
         done = None if self._pending is None else self._pending[1].action.name
-        self.percept = self._perception.observe((*position_m, *force_N, *torque_Nm), done)
+        self.percept = self._perception.observe((*position_m, *force_N, *torque_Nm, *self._of_the_task), done)
         return self.percept[1]
 
     def _settle(self, next_state: int | None) -> None:

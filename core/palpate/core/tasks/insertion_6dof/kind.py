@@ -8,10 +8,13 @@ from typing import Any, Final
 from typing_extensions import override
 
 from palpate.core.motion import ArmDescription
+from palpate.core.perception import TaskFacts
 from palpate.core.policy import Action, Law, Spatial, compass_actions
 from palpate.core.ports import PERIOD_S, Settings
 from palpate.core.tasks.insertion import Agent, Insertion
 from palpate.core.tasks.insertion_6dof.options import SpatialOptions
+from palpate.core.tasks.insertion_6dof.skill_agent import SkillAgent
+from palpate.core.tasks.insertion_6dof.skills import SKILLS, Skills
 from palpate.core.tasks.insertion_6dof.task import SpatialTask
 from palpate.core.trial import ReadyPose, TaskConfig, TaskParts, Workspace, find_ready_pose, options_of, require_turns
 
@@ -46,8 +49,17 @@ class Insertion6Dof(Insertion):
         return *compass_actions(task.step_mm * 1e-3), Action("give way", (0.0, 0.0), Spatial(Law.GIVE_WAY))
 
     @override
+    def skills(self, task: TaskConfig) -> tuple[Action, ...]:
+        # A flat is told by other depths than corners are.
+        return () if options_of(SpatialOptions, task).flat_deg else SKILLS
+
+    @override
     def make(self, parts: TaskParts) -> SpatialTask:
-        agent = Agent(parts.perception, parts.policy, parts.reinforcement, PERIOD_S)
+        learning = parts.perception, parts.policy, parts.reinforcement, PERIOD_S
+        # Who tells situations of corners apart chooses among skills, anyone else among steps.
+        told_apart = isinstance(parts.perception.extractor, TaskFacts)
+        skills = Skills(options_of(SpatialOptions, parts.task), parts.task.area_half_width_mm * 1e-3)
+        agent = SkillAgent(*learning, skills) if told_apart else Agent(*learning)
         return SpatialTask(parts.task, parts.control, parts.measurement, parts.motion, agent)
 
 

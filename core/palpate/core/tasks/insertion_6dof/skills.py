@@ -1,0 +1,134 @@
+"""The programmed skills that a learner chooses from: options, each with its own beginning and end."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import copysign, hypot, radians, sin
+from typing import Final
+
+from palpate.core.policy import Action, Law, Observation, Spatial
+from palpate.core.tasks.insertion_6dof.corner import UPRIGHT_RAD, Corner
+from palpate.core.tasks.insertion_6dof.corner_first import (
+    CAUGHT_M,
+    DRIVE_RAD,
+    DRIVEN_ACTIONS,
+    LONGEST_PUSH,
+    ON_PLATE_M,
+    QUIET_ACTIONS,
+    QUIET_NM,
+    WALL_N,
+)
+from palpate.core.tasks.insertion_6dof.options import SpatialOptions
+
+_LEAN, _PUSH, _DRIVE, _STAND, _INSERT, _WITHDRAW = KINDS = ("lean", "push", "drive", "stand", "insert", "withdraw")
+_FAR_SHARE: Final = 0.7
+"""A tool that is so far out, as a share of the area's half width, is pushed no further."""
+_LONGEST: Final = 20
+"""A skill that came to nothing in so many actions is over."""
+_LEANS_DEG: Final = (3.5, 5.0, 6.5)
+_PUSHES_N: Final = (2.0, 3.0, 4.0)
+_STANDS_DEG: Final = (1.0, 1.6)
+
+
+def _skills() -> tuple[Action, ...]:
+    """What a skill is in numbers: the same for all shapes, of a corner in the direction of x."""
+    own = [(f"{_LEAN} {deg:g} deg", Spatial(Law.LIFT, turn_rad=(0.0, -radians(deg), 0.0))) for deg in _LEANS_DEG]
+    own += [(f"{_PUSH} {force:g} N", Spatial(Law.PUSH, push_N=(force, 0.0))) for force in _PUSHES_N]
+    own += [(_DRIVE, Spatial(Law.PUSH, turn_rad=(0.0, 0.0, DRIVE_RAD)))]
+    own += [(f"{_STAND} {deg:g} deg", Spatial(Law.PUSH, turn_rad=(0.0, radians(deg), 0.0))) for deg in _STANDS_DEG]
+    own += [(_INSERT, Spatial(Law.INSERT)), (_WITHDRAW, Spatial(Law.WITHDRAW))]
+    return tuple(Action(name, (0.0, 0.0), spatial) for name, spatial in own)
+
+
+SKILLS: Final = _skills()
+
+
+class Skills:
+    """The skill that runs, action by action.
+
+    Args:
+        options: Corners and weight of the peg.
+        half_width_m: Half the side of the area in which the tip may be.
+    """
+
+    def __init__(self, options: SpatialOptions, half_width_m: float) -> None:
+        self._options, self._far_m = options, _FAR_SHARE * half_width_m
+
+    def begin_trial(self) -> None:
+        """No corner has been tried."""
+        self._corner, self._kind, self._tried = Corner(self._options), "", False
+
+    def begin(self, skill: Action, observation: Observation) -> None:
+        """This skill runs from now on."""
+        corner, spatial = self._corner, skill.spatial or Spatial()
+        self._kind, self._spatial = skill.name.partition(" ")[0], spatial
+        self._done = self._quiet = 0
+        if self._kind == _LEAN:
+            corner.take(corner.number + 1 if self._tried else 0)
+            corner.lean_rad, self._tried = -spatial.turn_rad[1], True
+        elif self._kind == _PUSH:
+            corner.push_N = spatial.push_N[0]
+        elif self._kind == _DRIVE:
+            self._drive_rad = copysign(spatial.turn_rad[2], observation.turn_rad[2])
+
+    def over(self, observation: Observation) -> bool:
+        """Whether the skill that runs has come to its end."""
+        corner, lean_rad, kind = self._corner, hypot(*observation.turn_rad[:2]), self._kind
+        self._done += 1
+        if kind == _LEAN:
+            return corner.over or self._done >= 2 * _LONGEST
+        if kind == _STAND:
+            return lean_rad < UPRIGHT_RAD or self._done >= _LONGEST
+        if kind == _WITHDRAW:
+            return corner.clear(observation) or self._done >= _LONGEST
+        if kind not in (_PUSH, _DRIVE):
+            return True
+        quiet = min(corner.walls_N(observation)) > WALL_N and abs(observation.torque_Nm[2]) < QUIET_NM
+        self._quiet = self._quiet + 1 if quiet else 0
+        if kind == _DRIVE and observation.depth_m <= CAUGHT_M:
+            return self._done >= 2 * DRIVEN_ACTIONS
+        slipped = self._done > 2 and observation.depth_m < ON_PLATE_M - corner.radius_m * sin(lean_rad)
+        return self._quiet >= QUIET_ACTIONS or slipped or self._done >= LONGEST_PUSH
+
+    def step(self, observation: Observation) -> tuple[tuple[float, float], Spatial]:
+        """The next action of the skill: its displacement in m, (2,), and all else."""
+        corner, kind, none = self._corner, self._kind, (0.0, 0.0)
+        if kind == _LEAN:
+            # What is in the hole is drawn out of it first; a lift would pull against what holds it.
+            held = not corner.leaned and self._corner_m(observation) > ON_PLATE_M
+            return (none, corner.withdrawing(observation)) if held else corner.leaning(observation)
+        if kind == _PUSH:
+            return self._pushed(observation)
+        if kind == _DRIVE:
+            yaw_rad = self._drive_rad if self._done < DRIVEN_ACTIONS else -self._drive_rad
+            if observation.depth_m > CAUGHT_M:
+                yaw_rad = 0.0
+            displacement_m, spatial = self._pushed(observation)
+            return displacement_m, replace(spatial, turn_rad=(0.0, 0.0, yaw_rad))
+        if kind == _STAND:
+            lean_rad = max(hypot(*observation.turn_rad[:2]), 1e-9)
+            return none, self._pushed(observation, min(1.0, self._spatial.turn_rad[1] / lean_rad))[1]
+        if kind == _WITHDRAW:
+            return none, corner.withdrawing(observation)
+        return none, self._spatial
+
+    def facts(self, observation: Observation) -> tuple[float, ...]:
+        """What situations are told apart by, as :data:`palpate.core.perception.FACTS` has it."""
+        lean_rad, depth_m = hypot(*observation.turn_rad[:2]), observation.depth_m
+        return (
+            lean_rad,
+            self._corner_m(observation),
+            depth_m,
+            min(self._corner.walls_N(observation)),
+            observation.torque_Nm[2],
+        )
+
+    def _corner_m(self, observation: Observation) -> float:
+        return observation.depth_m + self._corner.radius_m * sin(hypot(*observation.turn_rad[:2]))
+
+    def _pushed(self, observation: Observation, upright: float = 0.0) -> tuple[tuple[float, float], Spatial]:
+        x, y, _ = observation.reference_m
+        spatial = self._corner.pushing(observation, upright)
+        if x * spatial.push_N[0] + y * spatial.push_N[1] > self._far_m * hypot(*spatial.push_N):
+            return (0.0, 0.0), replace(spatial, push_N=(0.0, 0.0))
+        return self._corner.lead_m, spatial

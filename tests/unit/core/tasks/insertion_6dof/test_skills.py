@@ -1,0 +1,103 @@
+"""Skills: what each does, and when it is over."""
+
+from math import cos, pi, radians
+
+import numpy as np
+import pytest
+
+from palpate.core.perception import FACTS
+from palpate.core.policy import Law, Observation
+from palpate.core.ports import Vector3
+from palpate.core.tasks.insertion_6dof import SpatialOptions
+from palpate.core.tasks.insertion_6dof.skills import KINDS, SKILLS, Skills
+
+SQUARE = SpatialOptions(corners=4.0, corner_mm=20.0)
+NONE: Vector3 = (0.0, 0.0, 0.0)
+LEANED: Vector3 = (0.06, -0.06, 0.0)
+WALLS: Vector3 = (-3.0, -3.0, -4.0)
+NAMED = {skill.name: skill for skill in SKILLS}
+
+
+def seen(
+    force: Vector3 = NONE, torque: Vector3 = NONE, turn: Vector3 = NONE, depth_m: float = 0.0, at: Vector3 = NONE
+) -> Observation:
+    return Observation(0, at, at, force, torque, 0, turn, torque, depth_m)
+
+
+def begun(name: str, observation: Observation) -> Skills:
+    skills = Skills(SQUARE, 11e-3)
+    skills.begin_trial()
+    skills.begin(NAMED[name], observation)
+    return skills
+
+
+def length(skills: Skills, observation: Observation) -> int:
+    """Actions until the skill is over, while all stays as it is."""
+    for number in range(1, 100):
+        skills.step(observation)
+        if skills.over(observation):
+            return number
+    raise AssertionError("it never ends")
+
+
+@pytest.mark.parametrize(
+    ("name", "observation", "actions"),
+    [
+        ("lean 3.5 deg", seen(), 4),
+        ("lean 6.5 deg", seen(), 6),
+        # What is held in the hole is drawn, not lifted, however long that takes.
+        ("lean 5 deg", seen(turn=LEANED, depth_m=1e-3), 40),
+        ("push 3 N", seen(WALLS, NONE, LEANED, 1e-3), 2),
+        ("push 3 N", seen(turn=LEANED, depth_m=-1.7e-3), 3),
+        ("push 3 N", seen(WALLS, (0.0, 0.0, 0.03), LEANED, 1e-3), 40),
+        ("drive", seen(WALLS, NONE, LEANED, 1e-4), 14),
+        ("drive", seen(WALLS, NONE, LEANED, 1e-3), 2),
+        ("stand 1 deg", seen(), 1),
+        ("stand 1.6 deg", seen(turn=LEANED), 20),
+        ("insert", seen(), 1),
+        ("withdraw", seen(turn=LEANED, depth_m=1e-3), 20),
+        ("withdraw", seen(depth_m=-1e-3), 1),
+    ],
+)
+def test_each_skill_has_an_end(name: str, observation: Observation, actions: int) -> None:
+    assert length(begun(name, observation), observation) == actions
+
+
+def test_leans_and_pushes_are_of_the_size_that_was_chosen_and_go_on_to_the_next_corner() -> None:
+    skills, headings = begun("lean 3.5 deg", seen()), []
+    for name, deg in (("lean 3.5 deg", 3.5), ("lean 6.5 deg", 6.5)):
+        skills.begin(NAMED[name], seen())
+        turns = [skills.step(seen())[1].turn_rad for _ in range(10) if not skills.over(seen())]
+        headings.append(np.sign(turns[0][:2]).tolist())
+        assert np.linalg.norm(turns[0]) * len(turns) == pytest.approx(radians(deg), rel=0.35)
+    assert headings[0] != headings[1]
+    for name, push_N in (("push 2 N", 2.0), ("push 4 N", 4.0)):
+        skills.begin(NAMED[name], seen())
+        # On each of the two walls.
+        assert np.hypot(*skills.step(seen())[1].push_N) == pytest.approx(2.0 * push_N * cos(pi / 4))
+
+
+def test_a_drive_turns_to_and_fro_until_the_corner_is_caught() -> None:
+    wedged = seen(WALLS, NONE, (0.06, -0.06, -0.01), 1e-4)
+    skills, yaws = begun("drive", wedged), []
+    for _ in range(14):
+        yaws.append(skills.step(wedged)[1].turn_rad[2])
+        skills.over(wedged)
+    assert np.sign(yaws).tolist() == [-1.0] * 7 + [1.0] * 7
+    assert skills.step(seen(WALLS, NONE, LEANED, 1e-3))[1].turn_rad[2] == 0.0
+
+
+def test_a_tool_that_is_far_out_is_pushed_no_further() -> None:
+    for at, pushed in (((6e-3, 0.0, 0.0), True), ((9e-3, 9e-3, 0.0), False), ((-9e-3, -9e-3, 0.0), True)):
+        spatial = begun("push 3 N", seen()).step(seen(at=at))[1]
+        assert (spatial.law, np.hypot(*spatial.push_N) > 0.0) == (Law.PUSH, pushed)
+
+
+def test_facts_have_the_depth_of_the_lowest_corner_and_the_lesser_wall() -> None:
+    facts = dict(zip(FACTS, begun("push 3 N", seen()).facts(seen(WALLS, (0.0, 0.0, 0.01), LEANED)), strict=True))
+    assert facts["corner_depth"] == pytest.approx(20e-3 * np.sin(0.06 * 2**0.5))
+    assert (facts["wall_force"], facts["yaw_torque"]) == (pytest.approx(3.0), 0.01)
+
+
+def test_kinds_are_the_first_words_of_the_names() -> None:
+    assert list(dict.fromkeys(name.split()[0] for name in NAMED)) == list(KINDS)
