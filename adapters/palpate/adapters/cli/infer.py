@@ -78,25 +78,15 @@ def _report(found: Inference) -> dict[str, object]:
     return {
         "strings": found.strings,
         "held_out": found.held_out,
-        "q": found.chosen.intervals,
-        "raw_states": found.chosen.raw_states,
-        "states": found.chosen.states,
-        "wrong": found.chosen.wrong,
-        "agreement": found.chosen.agreement,
-        "loss": found.chosen.loss,
+        **_figures(found.chosen),
         "beside": found.beside,
         "networks": len(found.training.networks),
         "consistent_networks": found.training.consistent,
         "lowest_loss": found.training.best.loss,
-        "by_q": [
-            {
-                "q": extract.intervals,
-                "raw_states": extract.raw_states,
-                "states": extract.states,
-                "wrong": extract.wrong,
-                "agreement": extract.agreement,
-                "loss": extract.loss,
-            }
-            for extract in found.extracts
-        ],
+        "by_q": [_figures(extract) for extract in found.extracts],
     }
+
+
+def _figures(extract: Any) -> dict[str, object]:
+    names = ("raw_states", "states", "wrong", "agreement", "loss")
+    return {"q": extract.intervals, **{name: getattr(extract, name) for name in names}}

@@ -5,11 +5,10 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from palpate.adapters.cli.options import LiveSettings
-from palpate.adapters.config import RecordingConfig, RunConfig
+from palpate.adapters.config import RunConfig
 from palpate.adapters.hardware.real_time import RealTimeSession
 from palpate.adapters.log import TrialRecorder
 from palpate.core.supervision import limits_line, weakened_lines
@@ -42,11 +41,6 @@ def say(text: str) -> None:
     """Print a line that a reader at the end of a pipe has at once."""
     sys.stdout.write(text + "\n")
     sys.stdout.flush()
-
-
-def recording_for(config: RunConfig, rig_file: str) -> RecordingConfig:
-    """The recorder's settings for a rig: real time does not wait, whatever is configured."""
-    return replace(config.recording, when_full="drop") if rig_file else config.recording
 
 
 def print_grants(session: RealTimeSession | None, config: RunConfig) -> None:

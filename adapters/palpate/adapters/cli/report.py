@@ -28,17 +28,11 @@ class ReportOptions(Settings):
 
 
 def report(options: ReportOptions) -> int:
-    """Make the page of a folder; returns the exit code.
-
-    Raises:
-        OutputError: It is no folder of results, nothing in it is finished, a file in it is damaged, or something that
-            is not ours is in the way.
-        LogError: A log is torn or damaged.
-    """
+    """Make the page of a folder; returns the exit code."""
     folder = Path(options.folder)
-    from palpate.adapters.visualisation.report import FOLDER, PAGE, kind_of, place, require_placeable
+    from palpate.adapters.visualisation.report import FOLDER, PAGE, maker_of, place, require_placeable
 
-    kind_of(folder)
+    maker_of(folder)
     require_placeable(folder, overwrite=options.overwrite)
     from importlib.metadata import version
 

@@ -5,40 +5,30 @@ from __future__ import annotations
 import sys
 from contextlib import ExitStack
 from pathlib import Path
+from typing import Any
 
 from palpate.adapters.cli.notices import (
     marked_line,
-    print_grants,
-    print_troubles,
     print_weakened,
-    recording_for,
     unrecorded,
-    watched,
 )
+from palpate.adapters.cli.opening import opened_recorder, opened_rig
 from palpate.adapters.cli.options import RunOptions
 from palpate.adapters.cli.progress import progress
 from palpate.adapters.config import RunConfig
 from palpate.adapters.experiments import (
-    FIRST_EVALUATION_TRIAL,
     NOBODY_KNOWS,
     ChosenPolicy,
-    Recorded,
     RunFolder,
-    ScoredTrial,
     TrialRow,
     next_free_folder,
-    open_rig,
     policy_for,
     ready_pose,
-    require_limits,
     require_usable,
-    run_policy,
+    run_chosen,
     run_toml,
-    warm_up,
     write_evaluation,
 )
-from palpate.adapters.hardware.real_time import RealTimeSession
-from palpate.adapters.log import TrialRecorder
 from palpate.core.errors import ConfigurationError
 from palpate.core.ports import Rig
 from palpate.core.trial import ReadyPose
@@ -63,21 +53,12 @@ def _run(options: RunOptions, kept: ExitStack) -> int:
     require_usable(config, ready, options.rig)
     print_weakened(config)
     with ExitStack() as opened:
-        live = opened.enter_context(watched(options))
-        closed = open_rig(config, ready, options.rig)
-        if options.rig:
-            warm_up(config, ready)
-        rig = opened.enter_context(closed)
-        require_limits(config, ready, rig.sensor_facts)
+        live, rig = opened_rig(opened, options, config, ready)
         # Only now are words, files and devices known to be good: a refused call must not leave a folder in the way.
         kept.enter_context(folder.writing())
         folder.write("run.toml", run_toml(config, "run", trials=options.trials, policy=named))
         folder.keep_manifest("run")
-        recorder = folder.recorder(recording_for(config, options.rig), opened, live)
-        # On every way out: what a log has lost is told beside the error that ended the run.
-        kept.callback(print_troubles, recorder)
-        session = opened.enter_context(RealTimeSession(config.real_time)) if options.rig else None
-        print_grants(session, config)
+        recorder, session = opened_recorder(opened, kept, options, config, folder, live)
         rows, finished = run_named(
             chosen, config, ready, rig, options.trials, folder=folder, recorder=recorder, session=session
         )
@@ -97,33 +78,13 @@ def _run(options: RunOptions, kept: ExitStack) -> int:
 
 
 def run_named(
-    chosen: ChosenPolicy,
-    config: RunConfig,
-    ready: ReadyPose,
-    rig: Rig,
-    trials: int,
-    *,
-    folder: RunFolder | None = None,
-    recorder: TrialRecorder | None = None,
-    command: str = "run",
-    subfolder: str = "",
-    session: RealTimeSession | None = None,
+    chosen: ChosenPolicy, config: RunConfig, ready: ReadyPose, rig: Rig, trials: int, **others: Any
 ) -> tuple[list[TrialRow], bool]:
     """Run trials with progress on the terminal; returns the finished ones and whether these are all.
 
     Args:
-        subfolder: Where in the recorder's folder the logs go.
+        others: As :func:`run_chosen` takes them.
     """
     with progress(trials, "trial", chosen.label) as bar:
-        policy = chosen.on(rig)
-        name = chosen.name if chosen.document is None else ""
-        recorded = None if recorder is None else Recorded(recorder, command, name, subfolder)
-
-        def done(scored: ScoredTrial) -> None:
-            if folder is not None:
-                folder.append_trial(scored, FIRST_EVALUATION_TRIAL)
-                folder.note_trial()
-            bar.update()
-
-        rows = run_policy(config, ready, rig, chosen.perception, policy, trials, done, recorded, session)
+        rows = run_chosen(chosen, config, ready, rig, trials, on_trial=bar.update, **others)
     return rows, len(rows) == trials

@@ -9,14 +9,11 @@ from dataclasses import replace
 from pathlib import Path
 
 from palpate.adapters.cli.notices import (
-    print_grants,
-    print_troubles,
     print_weakened,
-    recording_for,
     say,
     unrecorded,
-    watched,
 )
+from palpate.adapters.cli.opening import opened_recorder, opened_rig
 from palpate.adapters.cli.options import TeachOptions
 from palpate.adapters.config import task_kind
 from palpate.adapters.experiments import (
@@ -24,17 +21,14 @@ from palpate.adapters.experiments import (
     RunFolder,
     ScoredTrial,
     configured_perception,
-    fitted_perception,
     learning_policy,
     next_free_folder,
-    open_rig,
     perception_settings,
     ready_pose,
-    require_limits,
     require_usable,
     run_toml,
+    simulated_perception,
     task_actions,
-    warm_up,
     write_evaluation,
 )
 from palpate.adapters.experiments.teaching import (
@@ -50,9 +44,7 @@ from palpate.adapters.experiments.teaching import (
     taught_table,
     teach_trials,
 )
-from palpate.adapters.hardware.real_time import RealTimeSession
 from palpate.adapters.log import PERSON, made_with
-from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.errors import ConfigurationError, UsageError
 from palpate.core.perception import Perception
 from palpate.core.policy import Observation, document_of
@@ -82,24 +74,14 @@ def _teach(options: TeachOptions, kept: ExitStack) -> int:
     examples: list[Shown] = []
     with ExitStack() as opened:
         hand = opened.enter_context(_hand(options))
-        live = opened.enter_context(watched(options))
-        closed = open_rig(config, ready, options.rig)
-        if options.rig:
-            warm_up(config, ready)
-        rig = opened.enter_context(closed)
-        require_limits(config, ready, rig.sensor_facts)
-        perception = configured_perception(config)
-        if perception is None:
+        live, rig = opened_rig(opened, options, config, ready)
+        if configured_perception(config) is None:
             say(f"fitting perception on {config.perception.fit_trials} random-walk trials in the simulator")
-            with SimulatedRig(config, ready) as simulated:
-                perception = fitted_perception(config, ready, simulated)
+        perception = simulated_perception(config, ready)
         kept.enter_context(folder.writing())
         folder.write("run.toml", run_toml(config, "teach", trials=options.trials))
         folder.keep_manifest("teach")
-        recorder = folder.recorder(recording_for(config, options.rig), opened, live)
-        kept.callback(print_troubles, recorder)
-        session = opened.enter_context(RealTimeSession(config.real_time)) if options.rig else None
-        print_grants(session, config)
+        recorder, session = opened_recorder(opened, kept, options, config, folder, live)
         sys.stderr.write(f"palpate: {_how_to(options)}\n")
         actions = task_actions(config)
         # A step on a rig leaves no time to read, nor for a slow terminal.

@@ -10,14 +10,11 @@ from pathlib import Path
 
 from palpate.adapters.cli.notices import (
     marked_line,
-    print_grants,
-    print_troubles,
     print_weakened,
-    recording_for,
     say,
     unrecorded,
-    watched,
 )
+from palpate.adapters.cli.opening import opened_recorder, opened_rig
 from palpate.adapters.cli.options import TrainOptions
 from palpate.adapters.cli.progress import progress
 from palpate.adapters.config import LEARNERS, RunConfig, read_toml, recorded_config, task_kind, to_toml
@@ -36,18 +33,14 @@ from palpate.adapters.experiments import (
     learning_policy,
     loaded_policy,
     moving_average,
-    open_rig,
     perception_of,
     read_manifest,
     ready_pose,
-    require_limits,
     require_usable,
     resume_from,
     run_toml,
-    warm_up,
     write_training,
 )
-from palpate.adapters.hardware.real_time import RealTimeSession
 from palpate.adapters.log import LOG_FOLDER, made_with, set_aside
 from palpate.core.errors import ConfigurationError, OutputError
 from palpate.core.policy import PolicyDocument, learner_of
@@ -98,12 +91,7 @@ def _train(options: TrainOptions, folder: RunFolder, checkpoint: Checkpoint | No
         perception = checkpoint_perception(checkpoint)
 
     with ExitStack() as opened:
-        live = opened.enter_context(watched(options))
-        closed = open_rig(config, ready, options.rig)
-        if options.rig:
-            warm_up(config, ready)
-        rig = opened.enter_context(closed)
-        require_limits(config, ready, rig.sensor_facts)
+        live, rig = opened_rig(opened, options, config, ready)
         if perception is None:
             say(f"fitting perception on {config.perception.fit_trials} random-walk trials")
             perception = fitted_perception(config, ready, rig)
@@ -122,11 +110,7 @@ def _train(options: TrainOptions, folder: RunFolder, checkpoint: Checkpoint | No
         require_usable(config, ready, options.rig)
         if checkpoint is None:
             kept.enter_context(folder.writing())
-        recorder = folder.recorder(recording_for(config, options.rig), opened, live)
-        # On every way out: what a log has lost is told beside the error that ended the run.
-        kept.callback(print_troubles, recorder)
-        session = opened.enter_context(RealTimeSession(config.real_time)) if options.rig else None
-        print_grants(session, config)
+        recorder, session = opened_recorder(opened, kept, options, config, folder, live)
         trainer = Trainer(config, folder, ready, rig, perception, policy, first, recorder, session)
         if checkpoint is not None:
             folder.truncate(first)

@@ -17,6 +17,7 @@ from .evaluation import NOBODY_KNOWS as NOBODY_KNOWS
 from .evaluation import ChosenPolicy as ChosenPolicy
 from .evaluation import Recorded as Recorded
 from .evaluation import at_work as at_work
+from .evaluation import run_chosen as run_chosen
 from .evaluation import run_policy as run_policy
 from .evaluation import warm_up as warm_up
 from .evaluation import write_evaluation as write_evaluation
@@ -25,6 +26,7 @@ from .figure import drawing as drawing
 from .figure import learning_curve as learning_curve
 from .fitting import configured_perception as configured_perception
 from .fitting import fitted_perception as fitted_perception
+from .fitting import simulated_perception as simulated_perception
 from .foreign import foreign_code as foreign_code
 from .foreign import foreign_entry as foreign_entry
 from .foreign import foreign_policy as foreign_policy
@@ -35,7 +37,6 @@ from .policies import OUTSIDE as OUTSIDE
 from .policies import accepted_policies as accepted_policies
 from .policies import comparator as comparator
 from .policies import comparators_of as comparators_of
-from .policies import foreign_document as foreign_document
 from .policies import learning_policy as learning_policy
 from .policies import loaded_policy as loaded_policy
 from .policies import perception_of as perception_of
@@ -48,11 +49,9 @@ from .statistics import WINDOW as WINDOW
 from .statistics import Array as Array
 from .statistics import mean_with_interval as mean_with_interval
 from .statistics import moving_average as moving_average
-from .statistics import policy_summary as policy_summary
 from .statistics import shown_interval as shown_interval
 from .statistics import summary_of as summary_of
 from .statistics import t_half_width as t_half_width
-from .statistics import training_summary as training_summary
 from .statistics import wilson_interval as wilson_interval
 from .tables import aligned as aligned
 from .tables import csv_text as csv_text

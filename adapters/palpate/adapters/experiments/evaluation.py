@@ -145,11 +145,46 @@ class ChosenPolicy:
                 self.label, self.perception = code.partition(":")[2], configured
                 self.document = foreign_document(code, config, configured)
 
+    @property
+    def comparator(self) -> str:
+        """Its name, if no policy file can hold it; else empty."""
+        return self.name if self.document is None else ""
+
     def on(self, rig: Rig) -> Policy:
         """The policy at work on a rig; it does not learn."""
         if self.document is None:
             return comparator(self.name, self._config, lambda: true_hole_m(rig))
         return at_work(loaded_policy(self.document, self._config, self.perception, frozen=True), rig)
+
+
+def run_chosen(
+    chosen: ChosenPolicy,
+    config: RunConfig,
+    ready: ReadyPose,
+    rig: Rig,
+    trials: int,
+    *,
+    folder: RunFolder | None = None,
+    recorder: TrialRecorder | None = None,
+    command: str = "run",
+    subfolder: str = "",
+    session: RealTimeSession | None = None,
+    on_trial: Callable[[], object] = lambda: None,
+) -> list[TrialRow]:
+    """Run a chosen policy, as :func:`run_policy` does, and note each trial in the run's folder.
+
+    Args:
+        subfolder: Where in the recorder's folder the logs go.
+    """
+    recorded = None if recorder is None else Recorded(recorder, command, chosen.comparator, subfolder)
+
+    def done(scored: ScoredTrial) -> None:
+        if folder is not None:
+            folder.append_trial(scored, FIRST_EVALUATION_TRIAL)
+            folder.note_trial()
+        on_trial()
+
+    return run_policy(config, ready, rig, chosen.perception, chosen.on(rig), trials, done, recorded, session)
 
 
 def at_work(policy: Policy, rig: Rig) -> Policy:

@@ -9,6 +9,7 @@ import numpy as np
 from palpate.adapters.config import PerceptionConfig, RunConfig
 from palpate.adapters.experiments.build import build_perception, build_task, identifier, supervisor_of, task_actions
 from palpate.adapters.experiments.trial import require_sound, run_scored_trial
+from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.perception import (
     Clusters,
     FeatureExtractor,
@@ -52,6 +53,15 @@ def fitted_perception(config: RunConfig, ready: ReadyPose, rig: Rig) -> Percepti
     else:
         symboliser = Clusters.fit(features, p.symbol_count, seed, features=extractor.names)
     return Perception(extractor, symboliser, identifier(p.memory, symboliser.symbols, task_actions(config)))
+
+
+def simulated_perception(config: RunConfig, ready: ReadyPose) -> Perception:
+    """The configuration's perception; one that has to be fitted is fitted in the simulator, wherever it is used."""
+    found = configured_perception(config)
+    if found is not None:
+        return found
+    with SimulatedRig(config, ready) as simulated:
+        return fitted_perception(config, ready, simulated)
 
 
 def _seed(config: RunConfig, purpose: Purpose) -> int:

@@ -206,7 +206,7 @@ def perception_of(document: PolicyDocument, config: RunConfig, configured: Perce
     # Stages that had to be fitted are the file's; what the configuration fixes must be the same in both.
     theirs = perception_settings(config, own if configured is None else configured)
     if dict(document.perception) != theirs:
-        where, mine, wanted = _first_difference(document.perception, theirs)
+        where, mine, wanted = first_difference(document.perception, theirs)
         remedy = "" if document.belief is None or config.learner == "belief" else "--learner belief, or "
         raise ConfigurationError(
             f"policy.perception.{where}",
@@ -237,9 +237,10 @@ def loaded_policy(document: PolicyDocument, config: RunConfig, perception: Perce
     return policy_from(document, perception.states, task_actions(config), frozen=frozen, reach=task_reach(config))
 
 
-def _first_difference(a: Any, b: Any, where: str = "") -> tuple[str, Any, Any]:
+def first_difference(a: Any, b: Any, where: str = "") -> tuple[str, Any, Any]:
+    """The first setting in which two tables differ: its dotted name, and both values."""
     if isinstance(a, Mapping) and isinstance(b, Mapping):
         for key in sorted(set(a) | set(b)):
             if a.get(key) != b.get(key):
-                return _first_difference(a.get(key), b.get(key), f"{where}.{key}" if where else str(key))
+                return first_difference(a.get(key), b.get(key), f"{where}.{key}" if where else str(key))
     return where, a, b

@@ -24,8 +24,6 @@ from palpate.adapters.experiments import (
     RunFolder,
     TrialRow,
     build_insertion,
-    configured_perception,
-    fitted_perception,
     next_free_folder,
     open_rig,
     require_limits,
@@ -33,6 +31,7 @@ from palpate.adapters.experiments import (
     require_usable,
     run_scored_trial,
     run_toml,
+    simulated_perception,
     supervisor_of,
     warm_up,
     write_evaluation,
@@ -41,9 +40,7 @@ from palpate.adapters.gymnasium_envs.episode import MOST_SKIPPED, SOURCE, Episod
 from palpate.adapters.gymnasium_envs.handover import Handover
 from palpate.adapters.hardware.real_time import RealTimeSession
 from palpate.adapters.log import TrialRecorder
-from palpate.adapters.mujoco import SimulatedRig
 from palpate.core.errors import LifecycleError, require_in
-from palpate.core.perception import Perception
 from palpate.core.policy import Decision
 from palpate.core.ports import Rig
 from palpate.core.supervision import limits_line, weakened_lines
@@ -95,7 +92,8 @@ class RigEpisodes(Episodes):
         self._kept, self._opened = ExitStack(), ExitStack()
         self._recorder: TrialRecorder | None = None
         rig = made(config, ready, rig_file)
-        self.perception = _perception(config, ready)
+        # That of an agent that was trained in the simulator.
+        self.perception = simulated_perception(config, ready)
         warm_up(config, ready)
         with ExitStack() as kept, ExitStack() as opened:
             self.rig = opened.enter_context(rig)
@@ -222,15 +220,6 @@ class RigEpisodes(Episodes):
         known = self._known(success=success, earned=float(earned))
         late = {"peak_force_N": self.report.peak_force_N, "late_decisions": self._desk.late_decisions}
         return self.observe(self.task), {**known, **late}
-
-
-def _perception(config: RunConfig, ready: ReadyPose) -> Perception:
-    """One that has to be fitted is fitted in the simulator, so that it is the one of an agent trained there."""
-    found = configured_perception(config)
-    if found is not None:
-        return found
-    with SimulatedRig(config, ready) as simulated:
-        return fitted_perception(config, ready, simulated)
 
 
 def _terminate(number: int, frame: FrameType | None) -> None:

@@ -48,8 +48,8 @@ def timeline(log: TrialLog) -> bytes:
     FigureCanvasAgg(figure)
     panels: Any = figure.subplots(len(heights), 1, sharex=True, height_ratios=heights, squeeze=False)[:, 0]
     rest = list(panels)
-    _forces(rest.pop(0), series)
-    _torques(rest.pop(0), series)
+    _wrench(rest.pop(0), series, ("Fx", "Fy", "Fz"), 0, "force [N]")
+    _wrench(rest.pop(0), series, ("Tx", "Ty", "Tz"), 3, "torque [N m]")
     _position(rest.pop(0), series, log)
     if altered:
         _altered(rest.pop(0), series)
@@ -68,16 +68,10 @@ def timeline(log: TrialLog) -> bytes:
     return buffer.getvalue()
 
 
-def _forces(axes: Any, series: Series) -> None:
-    for i, name in enumerate(("Fx", "Fy", "Fz")):
-        axes.plot(series.time_s, series.wrench[:, i], color=_XYZ[i], linewidth=0.9, label=name)
-    _dress(axes, "force [N]\nsensor frame")
-
-
-def _torques(axes: Any, series: Series) -> None:
-    for i, name in enumerate(("Tx", "Ty", "Tz")):
-        axes.plot(series.time_s, series.wrench[:, 3 + i], color=_XYZ[i], linewidth=0.9, label=name)
-    _dress(axes, "torque [N m]\nsensor frame")
+def _wrench(axes: Any, series: Series, names: Sequence[str], first: int, label: str) -> None:
+    for i, name in enumerate(names):
+        axes.plot(series.time_s, series.wrench[:, first + i], color=_XYZ[i], linewidth=0.9, label=name)
+    _dress(axes, f"{label}\nsensor frame")
 
 
 def _position(axes: Any, series: Series, log: TrialLog) -> None:
@@ -114,7 +108,7 @@ def _strip(axes: Any, log: TrialLog, series: Series, title: str, names: Sequence
     ends = [*changes[1:], _end_of_decisions(log, series, changes[-1])]
     for row, name in enumerate(names):
         bars = [
-            (_time_of(series, a), _time_of(series, b) - _time_of(series, a))
+            (series.time_of(a), series.time_of(b) - series.time_of(a))
             for d, a, b in zip(log.decisions, changes, ends, strict=True)
             if getattr(d, attribute) == name
         ]
@@ -133,12 +127,12 @@ def _end_of_decisions(log: TrialLog, series: Series, last: int) -> int:
 
 
 def _phases(axes: Any, log: TrialLog, series: Series) -> None:
-    phases = [(event.tick, event.detail) for event in log.events if event.name == "phase"]
+    phases = log.phases
     if not phases or phases[0][0] > 0:
         phases.insert(0, (0, "lift"))
-    ends = [_time_of(series, tick) for tick, _ in phases[1:]] + [float(series.time_s[-1])]
+    ends = [series.time_of(tick) for tick, _ in phases[1:]] + [float(series.time_s[-1])]
     for (tick, name), end_s in zip(phases, ends, strict=True):
-        start_s = _time_of(series, tick)
+        start_s = series.time_of(tick)
         axes.axvspan(start_s, end_s, color=_PHASES.get(name, "#dddddd"))
         # About what fits: a letter of this size takes a thirteenth of an inch.
         if (end_s - start_s) / max(float(series.time_s[-1]), 1e-9) * _WIDTH_IN * 0.8 > len(name) / 13 + 0.05:
@@ -155,7 +149,7 @@ def _events(panels: Any, log: TrialLog, series: Series) -> None:
             named.setdefault(event.tick, []).append(event.name)
     top = panels[0]
     for tick, names in named.items():
-        time_s = _time_of(series, tick)
+        time_s = series.time_of(tick)
         for axes in panels:
             axes.axvline(time_s, color="#444444", linewidth=0.8, linestyle="--", alpha=0.7)
         top.annotate(
@@ -168,12 +162,6 @@ def _gaps(panels: Any, series: Series) -> None:
     for row in np.flatnonzero(series.ticks < 0):
         for axes in panels:
             axes.axvspan(series.time_s[row - 1], series.time_s[row + 1], color="#bbbbbb", alpha=0.5)
-
-
-def _time_of(series: Series, tick: int) -> float:
-    """When a tick was, in seconds since the first; of one that the log lacks, by its neighbours."""
-    there = series.ticks >= 0
-    return float(np.interp(tick, series.ticks[there], series.time_s[there]))
 
 
 def _title(log: TrialLog, series: Series, altered: bool) -> str:

@@ -80,6 +80,11 @@ class TrialLog:
     end: EndRecord | None = None
     raw_bytes: int = 0
 
+    @property
+    def phases(self) -> list[tuple[int, str]]:
+        """Where each phase begins, and its name; the first one, the lift, is not among them."""
+        return [(event.tick, event.detail) for event in self.events if event.name == "phase"]
+
     def records(self) -> Iterator[TickRecord]:
         """The ticks, decoded one by one.
 
@@ -107,7 +112,7 @@ def read_log(path: str | Path) -> TrialLog:
     Raises:
         LogError: It is none: missing, empty, foreign, damaged, torn, of another schema, not one whole trial.
     """
-    data = _bytes_of(path)
+    data = bytes_of(path)
     messages = list(sound_messages(str(path), data))
     return assemble(str(path), data, messages)
 
@@ -307,7 +312,8 @@ class _Version:
     schema: str
 
 
-def _bytes_of(path: str | Path) -> bytes:
+def bytes_of(path: str | Path) -> bytes:
+    """A log's file, whole."""
     try:
         return Path(path).read_bytes()
     except OSError as error:

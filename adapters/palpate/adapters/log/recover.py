@@ -16,6 +16,7 @@ from palpate.adapters.log.reader import (
     RawMessage,
     TrialLog,
     assemble,
+    bytes_of,
     outer_records,
     require_mcap,
     sound_messages,
@@ -56,7 +57,7 @@ def recover(path: Path, out: Path) -> Recovery | None:
         LogError: Nothing can be kept, or it is no log of ours.
         OutputError: The new log cannot be written there.
     """
-    data, name = _bytes_of(path), str(path)
+    data, name = bytes_of(path), str(path)
     try:
         whole = list(sound_messages(name, data))
     except LogError as error:
@@ -142,10 +143,3 @@ def _write(path: Path, out: Path, log: TrialLog, kept: list[RawMessage], reason:
             made.finish()
         finally:
             file.close()
-
-
-def _bytes_of(path: Path) -> bytes:
-    try:
-        return path.read_bytes()
-    except OSError as error:
-        raise LogError(str(path), "", f"cannot be read ({error.strerror})", "name a log that is there") from error

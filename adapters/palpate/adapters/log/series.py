@@ -16,7 +16,7 @@ from palpate.adapters.log.info import NS
 from palpate.adapters.log.reader import TrialLog
 from palpate.adapters.log.tick_layout import TickRecord
 from palpate.core.errors import ConfigurationError, LogError, PalpateError
-from palpate.core.ports import JointVector, Validity
+from palpate.core.ports import Validity
 from palpate.core.trial import Phase
 
 _NUMBERS = re.compile(r"(\S+) (\S+) (\S+) N, (\S+) (\S+) (\S+) N m\b")
@@ -50,10 +50,9 @@ def tare_of(log: TrialLog, ticks: list[TickRecord]) -> Tare:
 
 
 def _at_rest(log: TrialLog, ticks: list[TickRecord]) -> list[tuple[float, ...]]:
-    phases = [(event.tick, event.detail) for event in log.events if event.name == "phase"]
     samples: list[tuple[float, ...]] = []
     for record in ticks:
-        begun = [phase for tick, phase in phases if tick <= record.tick]
+        begun = [phase for tick, phase in log.phases if tick <= record.tick]
         wrench = record.wrench
         if begun and begun[-1] == Phase.SETTLE.value and wrench is not None and wrench.validity is Validity.VALID:
             samples.append((*wrench.force_N, *wrench.torque_Nm))
@@ -90,6 +89,11 @@ class Series:
     tip_mm: Array
     altered_mrad: Array
     tare: Tare
+
+    def time_of(self, tick: int) -> float:
+        """When a tick was, in seconds since the first; of one that the log lacks, by its neighbours."""
+        there = self.ticks >= 0
+        return float(np.interp(tick, self.ticks[there], self.time_s[there]))
 
 
 def config_of(log: TrialLog) -> RunConfig:
@@ -160,16 +164,12 @@ class _Tip:
         self._base_in_task = goal_in_base(config.task.goal).inverse()
 
     def at(self, record: TickRecord) -> tuple[float, float, float]:
-        q = None if record.joints is None else _trusted(record.joints.position_rad, record.joints.validity)
-        if q is None or len(q) != self._kinematics.joints:
+        joints = record.joints
+        if joints is None or joints.validity is Validity.INVALID or len(joints.position_rad) != self._kinematics.joints:
             return (np.nan,) * 3
-        self._kinematics.update(q)
+        self._kinematics.update(joints.position_rad)
         x, y, z = self._base_in_task.act(self._kinematics.tip_position_m) * 1e3
         return float(x), float(y), float(z)
-
-
-def _trusted(values: JointVector, validity: Validity) -> JointVector | None:
-    return None if validity is Validity.INVALID else values
 
 
 def _wrench(record: TickRecord, tare: Tare) -> tuple[float, ...]:

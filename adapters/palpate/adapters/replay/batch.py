@@ -14,7 +14,7 @@ from typing import Final
 from joblib import Parallel, delayed
 
 from palpate.adapters.config import RecordingConfig
-from palpate.adapters.log import TrialRecorder, read_log
+from palpate.adapters.log import TrialRecorder, names_for, read_log
 from palpate.adapters.replay.engine import Replay, Verdict, replay, values_digest
 from palpate.adapters.replay.handover import WhatIfRecording
 from palpate.adapters.replay.rebuild import Changes, Rebuilder
@@ -77,7 +77,7 @@ class WhatIf:
 def replay_files(paths: Sequence[Path], what_if: WhatIf, jobs: int) -> Iterator[list[Replay]]:
     """Replay logs in their order, some at a time; the results do not depend on the number of processes."""
     size = max(1, min(_MOST_PER_TASK, -(-len(paths) // (4 * jobs))))
-    named = list(zip(paths, _names(paths), strict=True))
+    named = list(zip(paths, names_for(paths), strict=True))
     parts = [named[i : i + size] for i in range(0, len(named), size)]
     if jobs == 1:
         rebuilder = Rebuilder(what_if.changes)
@@ -99,16 +99,6 @@ def _replay_part(part: Sequence[tuple[Path, str]], what_if: WhatIf, rebuilder: R
     if recorder is not None and recorder.troubles:
         raise OutputError(str(what_if.out), recorder.troubles[0], "nothing was overwritten")
     return replays
-
-
-def _names(paths: Sequence[Path]) -> list[str]:
-    """A name for the what-if of each log: its own, made unique where logs of several folders share one."""
-    taken: dict[str, int] = {}
-    names = []
-    for path in paths:
-        number = taken[path.stem] = taken.get(path.stem, 0) + 1
-        names.append(path.stem if number == 1 else f"{path.stem}-{number}")
-    return names
 
 
 def learning_problems(replays: Sequence[Replay]) -> tuple[int, list[str], list[str]]:

@@ -19,7 +19,7 @@ _RIM_IN = 0.08
 _SECOND_RIM_IN = 0.045
 _NAME_LETTERS = 12
 _MARGIN_IN = 0.3
-_ARROW_IN = 0.13
+_ARROW_PT = 8.0
 _DPI = 110
 # Dark enough to be read as text, and unlike for neighbours; an edge has the colour of the state that it leaves.
 _COLOURS = (
@@ -55,7 +55,7 @@ def machine_picture(machine: Machine, title: str = "", file_format: Literal["svg
         axes.axis("off")
         for curve in layout.curves:
             _draw_curve(axes, curve, _COLOURS[layout.ranks[curve.edge.source] % len(_COLOURS)])
-        _draw_arrow(axes, *layout.start, "black", shaft=True)
+        _draw_arrow(axes, "black", posA=layout.start[0], posB=layout.start[1])
         for state, text in enumerate(texts):
             _draw_state(axes, machine, layout, state, text)
         if title:
@@ -99,12 +99,9 @@ def _label_end(curve: Curve) -> Point:
 
 
 def _draw_curve(axes: Any, curve: Curve, colour: str) -> None:
-    from matplotlib.patches import PathPatch
     from matplotlib.path import Path
 
-    path = Path(curve.points, [Path.MOVETO, Path.CURVE4, Path.CURVE4, Path.CURVE4])
-    axes.add_patch(PathPatch(path, fill=False, edgecolor=colour, linewidth=1.1, zorder=1))
-    _draw_arrow(axes, curve.points[2], curve.points[3], colour)
+    _draw_arrow(axes, colour, path=Path(curve.points, [Path.MOVETO, Path.CURVE4, Path.CURVE4, Path.CURVE4]))
     text = "\n".join(curve.edge.lines)
     leftwards = cos(curve.label_angle) < -1e-9
     axes.text(
@@ -122,16 +119,13 @@ def _draw_curve(axes: Any, curve: Curve, colour: str) -> None:
     )
 
 
-def _draw_arrow(axes: Any, tail: Point, tip: Point, colour: str, *, shaft: bool = False) -> None:
-    from matplotlib.patches import Polygon
+def _draw_arrow(axes: Any, colour: str, **way: Any) -> None:
+    from matplotlib.patches import FancyArrowPatch
 
-    length_in = hypot(tip[0] - tail[0], tip[1] - tail[1])
-    x, y = (tip[0] - tail[0]) / length_in, (tip[1] - tail[1]) / length_in
-    back, half = (tip[0] - _ARROW_IN * x, tip[1] - _ARROW_IN * y), 0.35 * _ARROW_IN
-    corners = [tip, (back[0] - half * y, back[1] + half * x), (back[0] + half * y, back[1] - half * x)]
-    axes.add_patch(Polygon(corners, closed=True, facecolor=colour, edgecolor="white", linewidth=0.4, zorder=2))
-    if shaft:
-        axes.plot([tail[0], back[0]], [tail[1], back[1]], color=colour, linewidth=1.4, zorder=1)
+    style = f"-|>,head_length={_ARROW_PT},head_width={0.35 * _ARROW_PT}"
+    axes.add_patch(
+        FancyArrowPatch(**way, arrowstyle=style, color=colour, linewidth=1.1, shrinkA=0, shrinkB=0, zorder=1)
+    )
 
 
 def _draw_state(axes: Any, machine: Machine, layout: Layout, state: int, text: str) -> None:

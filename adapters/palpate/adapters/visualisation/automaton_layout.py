@@ -10,7 +10,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import atan2, cos, hypot, pi, sin, tau
+from math import atan2, cos, dist, pi, sin, tau
+
+import numpy as np
 
 from palpate.core.automata import Edge, Machine, edges
 
@@ -71,13 +73,7 @@ def lay_out(machine: Machine, radius_in: float, line_in: float) -> Layout:
             continue
         leaving, arriving = ports[number, True], ports[number, False]
         begin, end = centres[edge.source], centres[edge.target]
-        handle_in = _BEND * hypot(end[0] - begin[0], end[1] - begin[1])
-        points = (
-            _along(begin, leaving, radius_in),
-            _along(begin, leaving, radius_in + handle_in),
-            _along(end, arriving, radius_in + handle_in),
-            _along(end, arriving, radius_in),
-        )
+        points = _bent(begin, leaving, end, arriving, radius_in, _BEND * dist(begin, end))
         curves.append(Curve(edge, points, _along(begin, leaving, radius_in + _LABEL_GAP_IN), leaving))
     angle = outward[machine.start] + _START_ANGLE
     tip = _along(centres[machine.start], angle, radius_in)
@@ -138,36 +134,31 @@ def _ports(
 
 
 def _spread(wanted: Sequence[float], widths: Sequence[float]) -> list[float]:
-    """Values as near as possible to the wanted ones, in their order, each as wide as given.
+    """Values as near as possible to the wanted ones, in their order, each as wide as given."""
+    from scipy.optimize import isotonic_regression
 
-    Pools of neighbours that touch stand around the mean of their wanted places (isotonic regression).
-    """
-    squeeze = min(1.0, _MOST_TURN / max(sum(widths), 1e-9))
-    offsets, at = [], 0.0
-    for width in widths:
-        offsets.append(at + squeeze * width / 2)
-        at += squeeze * width
-    pools: list[tuple[float, int]] = []
-    for want, offset in zip(wanted, offsets, strict=True):
-        total, count = want - offset, 1
-        while pools and pools[-1][0] * count >= total * pools[-1][1]:
-            more, several = pools.pop()
-            total, count = total + more, count + several
-        pools.append((total, count))
-    flat = [total / count for total, count in pools for _ in range(count)]
-    return [value + offset for value, offset in zip(flat, offsets, strict=True)]
+    wide = np.array(widths) * min(1.0, _MOST_TURN / max(sum(widths), 1e-9))
+    offsets = np.cumsum(wide) - wide / 2
+    return (isotonic_regression(np.array(wanted) - offsets).x + offsets).tolist() if widths else []
 
 
 def _loop(edge: Edge, centre: Point, outward: float, radius_in: float) -> Curve:
     one, other = outward - _LOOP_OPENING, outward + _LOOP_OPENING
-    points = (
-        _along(centre, one, radius_in),
-        _along(centre, one, radius_in + _LOOP_IN),
-        _along(centre, other, radius_in + _LOOP_IN),
-        _along(centre, other, radius_in),
-    )
+    points = _bent(centre, one, centre, other, radius_in, _LOOP_IN)
     top_in = radius_in + 0.75 * _LOOP_IN
     return Curve(edge, points, _along(centre, outward, top_in + _LABEL_GAP_IN), outward)
+
+
+def _bent(
+    begin: Point, leaving: float, end: Point, arriving: float, radius_in: float, handle_in: float
+) -> tuple[Point, Point, Point, Point]:
+    """From rim to rim, at right angles to both."""
+    return (
+        _along(begin, leaving, radius_in),
+        _along(begin, leaving, radius_in + handle_in),
+        _along(end, arriving, radius_in + handle_in),
+        _along(end, arriving, radius_in),
+    )
 
 
 def _along(origin: Point, angle: float, distance_in: float) -> Point:

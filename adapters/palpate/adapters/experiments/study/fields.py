@@ -103,15 +103,3 @@ def setting(config: RunConfig | None, name: str) -> Any:
     for part in name.split("."):
         value = getattr(value, part)
     return plain(value)
-
-
-def first_difference(a: Any, b: Any, where: str = "") -> tuple[str, Any, Any] | None:
-    """The first setting in which two configurations differ: its dotted name and both values; None if they are equal."""
-    for f in dataclasses.fields(a):
-        mine, other = getattr(a, f.name), getattr(b, f.name)
-        if dataclasses.is_dataclass(mine):
-            if inner := first_difference(mine, other, f"{where}{f.name}."):
-                return inner
-        elif mine != other:
-            return f"{where}{f.name}", plain(mine), plain(other)
-    return None

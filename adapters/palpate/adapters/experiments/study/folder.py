@@ -7,15 +7,17 @@ import os
 import shutil
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Final
 
 from palpate.adapters.config import read_toml
 from palpate.adapters.experiments.manifest import MANIFEST, Print, write_manifest
+from palpate.adapters.experiments.policies import first_difference
 from palpate.adapters.experiments.results import RunFolder
 from palpate.adapters.experiments.study.cell import CELL_FILE, StudyCell
 from palpate.adapters.experiments.study.document import Study
-from palpate.adapters.experiments.study.fields import first_difference, setting
+from palpate.adapters.experiments.study.fields import plain, setting
 from palpate.adapters.experiments.study.run_cell import UNFINISHED
 from palpate.adapters.experiments.tables import csv_text
 from palpate.adapters.experiments.writer_lock import LOCK, only_writer
@@ -128,8 +130,9 @@ class StudyFolder:
             raise ConfigurationError("study.trials", study.trials, f"{held.trials}, {_as_held(self.path)}")
         # With settings of a cell: without any, the base need not make sense.
         fields = next(held.settings())
-        if difference := first_difference(study.config(fields), held.config(fields)):
-            name, value, before = difference
+        asked, begun = (plain(asdict(one.config(fields))) for one in (study, held))
+        if asked != begun:
+            name, value, before = first_difference(asked, begun)
             raise ConfigurationError(f"base.{name}", value, f"{before!r}, {_as_held(self.path)}")
 
     @contextmanager

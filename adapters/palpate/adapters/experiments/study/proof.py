@@ -135,8 +135,7 @@ def _recorded(config: RunConfig, policy: str, number: int, folder: Path) -> Tria
         task = build_task(config, ready, chosen.perception, acting)
         recorder = RunFolder(folder).recorder(config.recording, opened)
         if recorder is not None:
-            name = policy if chosen.document is None else ""
-            recorder.of("prove", config, ready, task, chosen.perception, acting, name=name)
+            recorder.of("prove", config, ready, task, chosen.perception, acting, name=chosen.comparator)
         scored = run_scored_trial(
             config, rig, task, FIRST_EVALUATION_TRIAL + number, recorder, FIRST_EVALUATION_TRIAL,
             supervisor_of(rig, config, ready),

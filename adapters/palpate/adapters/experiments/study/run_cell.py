@@ -19,13 +19,7 @@ from threadpoolctl import threadpool_limits
 
 from palpate.adapters.config import LEARNERS, RunConfig
 from palpate.adapters.experiments.build import open_rig, ready_pose, require_usable
-from palpate.adapters.experiments.evaluation import (
-    FIRST_EVALUATION_TRIAL,
-    ChosenPolicy,
-    Recorded,
-    run_policy,
-    write_evaluation,
-)
+from palpate.adapters.experiments.evaluation import ChosenPolicy, run_chosen, write_evaluation
 from palpate.adapters.experiments.fitting import configured_perception, fitted_perception, needs_fitting
 from palpate.adapters.experiments.foreign import foreign_code, foreign_learns
 from palpate.adapters.experiments.policies import learning_policy
@@ -33,7 +27,6 @@ from palpate.adapters.experiments.results import RunFolder
 from palpate.adapters.experiments.study.cell import CELL_FILE, StudyCell
 from palpate.adapters.experiments.study.fields import configured, with_learner
 from palpate.adapters.experiments.training import Trainer, run_toml, write_training
-from palpate.adapters.experiments.trial import ScoredTrial
 from palpate.adapters.log import LOG_FOLDER, TrialRecorder
 from palpate.core.errors import ConfigurationError, OutputError, PalpateError
 from palpate.core.ports import put_folder_in_place
@@ -175,7 +168,7 @@ def _train(job: CellJob, config: RunConfig, folder: RunFolder, code: str) -> boo
         recorder = folder.recorder(config.recording, opened)
         trainer = Trainer(config, folder, ready, rig, perception, policy, recorder=recorder)
         trainer.checkpoint()
-        trainer.train(job.trials, _ignore)
+        trainer.train(job.trials, lambda scored: None)
         trainer.save_policy()
     _require_recorded(recorder)
     rows, _ = write_training(config, folder, job.trials)
@@ -192,14 +185,7 @@ def _evaluate(job: CellJob, config: RunConfig, folder: RunFolder) -> bool:
         folder.write("run.toml", run_toml(config, "run", trials=job.trials, policy=name))
         folder.keep_manifest("run")
         recorder = folder.recorder(config.recording, opened)
-        comparator = name if chosen.document is None else ""
-        recorded = None if recorder is None else Recorded(recorder, "run", comparator)
-
-        def done(scored: ScoredTrial) -> None:
-            folder.append_trial(scored, FIRST_EVALUATION_TRIAL)
-            folder.note_trial()
-
-        rows = run_policy(config, ready, rig, chosen.perception, chosen.on(rig), job.trials, done, recorded)
+        rows = run_chosen(chosen, config, ready, rig, job.trials, folder=folder, recorder=recorder)
     _require_recorded(recorder)
     write_evaluation(config, folder, name, chosen.document, rows, job.trials)
     return len(rows) == job.trials
@@ -208,7 +194,3 @@ def _evaluate(job: CellJob, config: RunConfig, folder: RunFolder) -> bool:
 def _require_recorded(recorder: TrialRecorder | None) -> None:
     if recorder is not None and recorder.troubles:
         raise OutputError(LOG_FOLDER, recorder.troubles[0], "make room and begin the study again: it goes on")
-
-
-def _ignore(scored: ScoredTrial) -> None:
-    """Nobody watches the trials of a cell."""

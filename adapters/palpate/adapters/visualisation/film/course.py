@@ -81,7 +81,7 @@ def course_of(log: TrialLog) -> Course:
     """
     records = list(log.records())
     tare = tare_of(log, records)
-    phase_ticks, phases = _phases(log)
+    phase_ticks, phases = zip((-1, Phase.LIFT.value), *log.phases, strict=True)
     decision_ticks, decisions = _decisions(log)
     wrenches: list[tuple[float, ...]] = []
     joints: JointVector | None = None
@@ -122,14 +122,9 @@ def course_of(log: TrialLog) -> Course:
     return Course(tuple(moments), any(tare.bias), approach_s)
 
 
-def _phases(log: TrialLog) -> tuple[list[int], list[str]]:
-    begun = [(event.tick, event.detail) for event in log.events if event.name == "phase"]
-    return [-1, *(tick for tick, _ in begun)], [Phase.LIFT.value, *(name for _, name in begun)]
-
-
 def _decisions(log: TrialLog) -> tuple[list[int], list[DecisionEntry | None]]:
     """From which tick on which decision runs: until the next one, or until the phase ends."""
     changes: list[tuple[int, DecisionEntry | None]] = [(d.tick, d) for d in log.decisions]
-    changes += [(e.tick, None) for e in log.events if e.name == "phase"]
+    changes += [(tick, None) for tick, _ in log.phases]
     changes.sort(key=lambda change: change[0])
     return [-1, *(tick for tick, _ in changes)], [None, *(decision for _, decision in changes)]

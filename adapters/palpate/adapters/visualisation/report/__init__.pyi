@@ -1,4 +1,4 @@
-from .build import kind_of as kind_of
+from .build import maker_of as maker_of
 from .build import page_of as page_of
 from .placing import FOLDER as FOLDER
 from .placing import PAGE as PAGE

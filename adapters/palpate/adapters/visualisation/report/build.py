@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import enum
 import os
 from collections.abc import Callable
 from pathlib import Path
-from typing import Final
 
 from palpate.adapters.visualisation.report.compare_page import compare_page
 from palpate.adapters.visualisation.report.explore_page import explore_page
@@ -18,19 +16,8 @@ from palpate.adapters.visualisation.report.study_page import study_page
 from palpate.core.errors import OutputError
 
 
-class FolderKind(enum.Enum):
-    """The command that made a folder."""
-
-    RUN = "run"
-    """``palpate train`` or ``palpate run``."""
-    COMPARE = "compare"
-    EXPLORE = "explore"
-    INFER = "infer"
-    STUDY = "study"
-
-
-def kind_of(folder: Path) -> FolderKind:
-    """Its kind, by the files in it.
+def maker_of(folder: Path) -> Callable[..., Page]:
+    """What makes the page of a folder, by the files in it.
 
     Raises:
         OutputError: There is no such folder, or no command of palpate leaves one like it.
@@ -41,17 +28,17 @@ def kind_of(folder: Path) -> FolderKind:
         raise OutputError(str(folder), "is a file, not a folder", "name the folder of a run or of a study")
     has = set(os.listdir(folder))
     if "study.toml" in has or ("cells" in has and os.path.isdir(folder / "cells")):
-        return FolderKind.STUDY
+        return study_page
     if {"automaton.json", "report.json"} <= has:
-        return FolderKind.INFER
+        return infer_page
     if {"summary.json", "trials.csv", "table.txt"} <= has and "run.toml" not in has:
-        return FolderKind.EXPLORE
+        return explore_page
     if "compare.csv" in has:
-        return FolderKind.COMPARE
+        return compare_page
     if "run.toml" in has and read_run_toml(folder)[1].get("command") == "compare":
         raise OutputError(str(folder), "is of a comparison that has not come to its end", "let palpate compare finish")
     if "trials.csv" in has or "run.toml" in has:
-        return FolderKind.RUN
+        return run_page
     raise OutputError(
         str(folder),
         "is no folder that palpate left",
@@ -59,21 +46,8 @@ def kind_of(folder: Path) -> FolderKind:
     )
 
 
-_PAGES: Final[dict[FolderKind, Callable[..., Page]]] = {
-    FolderKind.RUN: run_page,
-    FolderKind.COMPARE: compare_page,
-    FolderKind.EXPLORE: explore_page,
-    FolderKind.INFER: infer_page,
-    FolderKind.STUDY: study_page,
-}
-
-
 def page_of(folder: Path, *, logs: bool = True) -> Page:
-    """The page of a result folder; equal folders give equal pages.
-
-    Args:
-        folder: The folder of a run, a comparison, an exploration, an inference or a study.
-        logs: Whether to read logs, for forces and timing.
+    """The page of a result folder; equal folders give equal pages. Logs are read for forces and timing.
 
     Raises:
         OutputError: It is no such folder, nothing in it is finished, or a file in it is damaged.
@@ -81,4 +55,4 @@ def page_of(folder: Path, *, logs: bool = True) -> Page:
         LogError: A log is torn or damaged.
     """
     # The last part of the name only: the same folder at another place gives the same bytes.
-    return _PAGES[kind_of(folder)](folder, folder.resolve().name or "report", logs=logs)
+    return maker_of(folder)(folder, folder.resolve().name or "report", logs=logs)

@@ -13,7 +13,7 @@ import numpy as np
 from mcap.writer import MCAP0_MAGIC
 
 from palpate.adapters.experiments import Array
-from palpate.adapters.log import LATE_S, LOG_FOLDER, NS, Series, TrialLog, json_in, series_of
+from palpate.adapters.log import LATE_S, LOG_FOLDER, NS, TrialLog, json_in, series_of
 from palpate.adapters.visualisation.report.canvas import COLOURS, GREY, drawn
 from palpate.adapters.visualisation.report.page import PageSection, PageTable, Picture, counted
 from palpate.core.errors import LogError
@@ -75,7 +75,7 @@ def force_picture(name: str, log: TrialLog, title: str) -> Picture:
             )  # fmt: skip
         lower.plot(series.time_s, series.tip_mm[:, 2], color="black", linewidth=1.4)
         last_s = max(float(series.time_s[-1]), 1e-3)
-        phases = [*_phases(log, series), (last_s, "")]
+        phases = [*((series.time_of(tick), phase) for tick, phase in log.phases), (last_s, "")]
         for (time_s, word), (end_s, _) in pairwise(phases):
             for axes in (upper, lower):
                 axes.axvline(time_s, color=GREY, linewidth=0.9, linestyle=":")
@@ -101,15 +101,6 @@ def force_picture(name: str, log: TrialLog, title: str) -> Picture:
         f" {limit_N:g} N allowed. Depth by the encoders. Dotted: where a phase begins."
     )
     return Picture(name, alt, caption, canvas.content)
-
-
-def _phases(log: TrialLog, series: Series) -> list[tuple[float, str]]:
-    there = series.ticks >= 0
-    return [
-        (float(np.interp(event.tick, series.ticks[there], series.time_s[there])), event.detail)
-        for event in log.events
-        if event.name == "phase"
-    ]
 
 
 _EXACT_S: Final = 1e-6

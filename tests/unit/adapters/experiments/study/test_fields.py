@@ -1,12 +1,13 @@
 """Settings by their dotted names."""
 
 import tomllib
-from dataclasses import replace
+from dataclasses import asdict, replace
 
 import pytest
 
 from palpate.adapters.config.run import RunConfig, scenario
-from palpate.adapters.experiments.study.fields import configured, first_difference, leaves, plain_value, setting
+from palpate.adapters.experiments.policies import first_difference
+from palpate.adapters.experiments.study.fields import configured, leaves, plain, plain_value, setting
 from palpate.core.errors import ConfigurationError
 
 
@@ -60,5 +61,9 @@ def test_a_setting_is_read_back_and_the_first_difference_found() -> None:
     config = RunConfig()
     assert setting(config, "perception.channels") == ["x", "y", "tx", "ty"]
     other = replace(config, cell=replace(config.cell, peg=replace(config.cell.peg, clearance_mm=0.3)))
-    assert first_difference(config, config) is None
-    assert first_difference(other, config) == ("cell.peg.clearance_mm", 0.3, config.cell.peg.clearance_mm)
+    found = first_difference(plain(asdict(other)), plain(asdict(config)))
+    assert found == (
+        "cell.peg.clearance_mm",
+        0.3,
+        config.cell.peg.clearance_mm,
+    )
