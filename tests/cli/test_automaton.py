@@ -59,17 +59,6 @@ def test_an_automaton_comes_of_walks(palpate: CommandLine, desk: Path, monkeypat
     assert (desk / "drawn.svg").read_bytes().startswith(b"<?xml")
 
 
-@pytest.mark.usefixtures("desk")
-def test_labelled_strings_give_an_acceptor(palpate: CommandLine) -> None:
-    words = ("--training.steps", 400, "--training.restarts", 32, "--order", 2, "--held-out", 0)
-    printed = palpate.succeed("infer", "labelled.txt", "--out", "acceptor", *words)
-    assert "right about every training string" in printed
-    machine = load(Path("acceptor/automaton.json"))
-    assert machine.kind is Kind.DFA
-    assert machine.output_of([0, 0]) is True
-    assert machine.output_of([0, 1]) is False
-
-
 def test_of_strings_that_no_network_learns_the_best_is_kept(palpate: CommandLine, desk: Path) -> None:
     done = palpate("infer", "hopeless.txt", "--out", "best", *SMALL, "--held-out", 0)
     assert done.code == 2
@@ -124,19 +113,15 @@ def test_recorded_trials_are_strings_and_the_automaton_is_a_memory(palpate: Comm
     ("words", "named", "accepted"),
     [
         ("infer walks.txt", "--out", "a folder"),
-        ("infer --out x", "strings", "a file of strings"),
-        ("infer gone.txt --out x", "gone.txt", "readable"),
         ("infer full --out x", "full", "with logs"),
         ("infer walks.txt --out full", "full", "holds something"),
         ("infer walks.txt labelled.txt --out x", "walks.txt", "either one text file"),
         ("infer one.txt --out x", "strings", "symbols"),
         ("infer walks.txt --out x --held-out-file labelled.txt", "strings", "alphabet"),
         ("automaton draw even.json", "draw", "show, compare, minimise"),
-        ("automaton show gone.json", "gone.json", "readable"),
         ("automaton show broken.json", "broken.json", "JSON"),
         ("automaton show even.json --out even.pdf", "even.pdf", ".svg"),
         ("automaton show even.json --out all.json", "all.json", "already"),
-        ("explore --map ABC/CC/BDF", "map", ""),
         ("train --out x --perception.memory even.json", "perception.memory", "symbols of the machine"),
         ("train --out x --perception.memory sometimes", "perception.memory", "last-2"),
     ],

@@ -156,26 +156,6 @@ def require_true_figures(study: Path) -> None:
         assert line["seeds"] == "2"
 
 
-def test_unfinished_cells_are_named(palpate: CommandLine, study: Path) -> None:
-    begun = cell_of(study, "torque", 0.7, 1)
-    (begun / "cell.json").unlink()
-    shutil.rmtree(cell_of(study, "torque", 0.5, 0))
-    assert "mind: This study is unfinished: 2 of 8 cells" in palpate.succeed("report", study)
-    page = Page(study / "report.html")
-    assert "This study is unfinished: 2 of 8 cells are missing here." in page.text
-    assert f"Begun: {begun.name}." in page.text
-
-
-def test_an_unfinished_run_is_marked(desk: Path) -> None:
-    for name in ("summary.json", "policy.json"):
-        (desk / "run" / name).unlink()
-    path = desk / "run" / "run.toml"
-    path.write_text(path.read_text().replace("trials = 3", "trials = 9"))
-    page = reported(desk / "run", "--no-logs")
-    assert "This run is unfinished: 3 of 9 trials have been made." in page.text
-    assert "Policy" not in page.headings
-
-
 def test_a_comparison(palpate: CommandLine, compared: Path, tmp_path: Path) -> None:
     folder = shutil.copytree(compared, tmp_path / "compare")
     page = reported(folder)

@@ -237,7 +237,6 @@ def desk(tmp_path: Path) -> Path:
         "small": SMALL,
         "together": "[grid]\n'task.start_uncertainty_mm' = [3.0, 5.0]",
         "reach": "[grid]\n'task.goal.x_mm' = [400.0, 1900.0]",
-        "policy": "[study]\npolicies = ['torqe']",
         "memory": "[base]\nperception.memory = 'nowhere.json'",
         "programmed": "[base.learning.programmed]\nnowhere = '+x'",
         "broken": "[study",
@@ -254,12 +253,9 @@ def desk(tmp_path: Path) -> Path:
 @pytest.mark.parametrize(
     ("words", "named", "accepted"),
     [
-        ("", "palpate study", "study file"),
-        ("missing.toml", "missing.toml", "a readable file"),
         ("broken.toml", "broken.toml", "a TOML file"),
         ("together.toml", "task.start_uncertainty_mm = 5.0", "at most task.area_half_width_mm"),
         ("reach.toml", "task.goal", "zebra-zero reaches"),
-        ("policy.toml", "'torqe'", "q-learning, sarsa, belief, omniscient, torque"),
         ("memory.toml", "perception.memory = 'nowhere.json'", "a readable file"),
         ("programmed.toml", "learning.programmed = 'nowhere'", "a state of this task"),
         ("million.toml", "1000000 cells of 10 trials in runs/million, about 80.0 GB", "only with --yes"),
@@ -267,7 +263,6 @@ def desk(tmp_path: Path) -> Path:
         ("small.toml --engine threads", "engine = 'threads'", "sequential, processes"),
         ("small.toml --out small.toml", "small.toml", "name another folder"),
         ("small.toml --out other", "other: holds something already", "name another folder"),
-        ("small.toml --jbos 2", "--jbos", "did you mean --jobs?"),
     ],
 )
 def test_refused_in_one_line(palpate: CommandLine, desk: Path, words: str, named: str, accepted: str) -> None:

@@ -84,6 +84,14 @@ def test_an_equal_command_is_answered_as_it_was() -> None:
     assert tape.differences.count == 0
 
 
+def test_a_further_command_of_a_tick_is_answered_after_its_first() -> None:
+    held = AppliedCommand((0.1, 0.0), CommandReason.VELOCITY_LIMIT)
+    again = CallEntry(tick=0, port="arm", call="send", asked_rad=(0.3, 0.0), applied=held)
+    arm = arm_over(Tape(log_of(tick(0), calls=(again,))))
+    assert arm.send(JointCommand((0.5, 0.0))).reason is CommandReason.AS_ASKED
+    assert arm.send(JointCommand((0.3, 0.0))) == held
+
+
 @pytest.mark.parametrize("other", [(0.5, -0.0), (0.5000000000000001, 0.0)])
 def test_another_bit_is_another_command(other: tuple[float, float]) -> None:
     tape = Tape(log_of(tick(0), tick(1)))
