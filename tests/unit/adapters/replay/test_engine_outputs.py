@@ -1,4 +1,4 @@
-"""Every output of the core is held against the log: what else than commands and decisions may be altered is found."""
+"""Every output of the core is held against the log: whatever is altered by one bit is found, at the right place."""
 
 import json
 from collections.abc import Callable
@@ -19,6 +19,7 @@ from palpate.adapters.replay.batch import replay_file
 from palpate.adapters.replay.differences import Difference
 from palpate.adapters.replay.engine import Replay, Verdict
 from palpate.adapters.replay.rebuild import Rebuilder
+from palpate.core.motion.laws import DampingControl
 from palpate.core.ports.decorator import DeviceDecorator
 from palpate.core.ports.latch import FaultLatch
 from tests.log_surgery import Change, changed, in_start, indices, messages_of, one_ulp, write_log
@@ -81,6 +82,12 @@ def one_value(made: Any) -> None:
 @pytest.mark.parametrize(
     ("topic", "number", "change", "field"),
     [
+        # One and the same number: as asked, it contradicts the core; as applied, it contradicts what was asked.
+        *(
+            ("/tick", tick, one_ulp(field, joint), f"{field}[{joint}]")
+            for tick, joint in ((0, 0), (1, 2), (270, 5))
+            for field in ("asked_rad", "applied_rad")
+        ),
         ("/end", 0, said(error="DeviceError", text="arm: cable pulled"), "error"),
         ("/end", 0, said(text="all well"), "error"),
         ("/end", 0, said(raised_by="core"), "error"),
@@ -161,6 +168,26 @@ def test_a_port_that_failed_without_a_failed_call(golden_here: Golden, replayed:
     assert diverged(replayed(whole[:failed] + whole[failed + 1 :])).field == "raised_by"
     for other in ("outside", "nobody"):
         assert diverged(replayed(changed(whole, indices(whole, "/end")[0], said(raised_by=other)))).field == "raised_by"
+
+
+@pytest.mark.parametrize("topic", ["/decision", "/event", "/reinforcement"])
+@pytest.mark.parametrize("number", [0, 1, -1])
+def test_a_message_that_is_missing(messages: list[RawMessage], replayed: Replayed, topic: str, number: int) -> None:
+    del messages[indices(messages, topic)[number]]
+    assert diverged(replayed(messages)).channel == topic
+
+
+def test_a_gain_in_the_core_that_is_other_by_one_part_in_a_million_million(
+    golden_here: Golden, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    law = DampingControl.__init__
+
+    def changed_gain(self: DampingControl, damping: float, *others: object) -> None:
+        law(self, damping * (1.0 + 1e-12), *others)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(DampingControl, "__init__", changed_gain)
+    first = diverged(replay_file(golden_here("train-paper"), Rebuilder()))
+    assert first.field.startswith("asked_rad")
 
 
 @pytest.mark.parametrize("field", ["true_depth_m", "true_peak_force_N"])

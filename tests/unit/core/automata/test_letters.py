@@ -91,12 +91,12 @@ def test_the_loss_counts_what_followed_each_action(order) -> None:
         assert network.hidden_states(tree)[tree.nodes[-1]] == pytest.approx(states[-1][0])
 
 
-QUICK = InferenceSettings(hidden=4, finalists=4, training=TrainingSettings(restarts=8, batch=8, steps=150))
+QUICK = InferenceSettings(hidden=4, finalists=2, training=TrainingSettings(restarts=8, batch=8, steps=120))
 
 
 @pytest.fixture(scope="module")
 def found():
-    return infer(corridor(250, 1), QUICK)
+    return infer(corridor(160, 1), QUICK)
 
 
 def test_the_automaton_holds_what_was_done_beyond_the_last_three(found) -> None:
@@ -107,7 +107,7 @@ def test_the_automaton_holds_what_was_done_beyond_the_last_three(found) -> None:
 
 
 def test_of_shuffled_strings_and_untrained_networks_no_gain_is_invented(found) -> None:
-    strings, rng = corridor(250, 1), np.random.default_rng(0)
+    strings, rng = corridor(160, 1), np.random.default_rng(0)
     letters = iter(rng.permutation([letter for word in strings.words for letter in word[1:]]).tolist())
     words = [(word[0], *(next(letters) for _ in word[1:])) for word in strings.words]
     shuffled = infer(Strings(strings.alphabet, tuple(words), actions=ACTIONS, ends=strings.ends), QUICK)
@@ -117,7 +117,7 @@ def test_of_shuffled_strings_and_untrained_networks_no_gain_is_invented(found) -
 
 
 def test_it_is_followed_by_action_and_symbol(found) -> None:
-    state = AutomatonState.of(found.machine, corridor(250, 1))
+    state = AutomatonState.of(found.machine, corridor(160, 1))
     assert stage_from_dict(stage_to_dict(state)) == state
     state.update(1)
     after = [state.update(0, "left") for _ in range(4)]
