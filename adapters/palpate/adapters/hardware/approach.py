@@ -79,11 +79,7 @@ def walk(approach: WayToReadyPose, ports: Ports, speed_rad_s: float, limit_N: fl
 
 
 def require_right_turn(approach: WayToReadyPose, begin_rad: JointVector) -> None:
-    """A joint that reads more than half a turn from the ready pose must not be as well a turn nearer to it.
-
-    Raises:
-        DeviceError: An encoder may have lost a turn before the run: to go by it would lead the arm astray.
-    """
+    """A joint that reads more than half a turn from the ready pose must not be as well a turn nearer to it."""
     limits = Kinematics(approach.arm, ToolGeometry())
     joints = zip(begin_rad, approach.poses_rad[-1], limits.lower_rad, limits.upper_rad, strict=False)
     for number, (q, ready, low, high) in enumerate(joints, start=1):

@@ -53,12 +53,7 @@ class OpenArm:
 
 
 class BusArm(ManagedDevice, JointEncoder, ArmCommand):
-    """Encoders and servos of an arm on a bus, at a whole fraction of the control rate; the newest command wins.
-
-    Args:
-        clock: The run's clock, real time.
-        max_age_ns: Age above which a sample is marked ``STALE``.
-    """
+    """Encoders and servos of an arm on a bus, at a whole fraction of the control rate; the newest command wins."""
 
     def __init__(
         self,
@@ -88,9 +83,6 @@ class BusArm(ManagedDevice, JointEncoder, ArmCommand):
         """Open the bus, if it is not open, without looking for the arm.
 
         For ``palpate doctor``, which uses the driver while no thread runs.
-
-        Raises:
-            DeviceError: It cannot be opened.
         """
         if self._opened is None:
             with translating(self.name):

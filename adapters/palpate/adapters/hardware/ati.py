@@ -29,11 +29,7 @@ class OpenBox:
 
 
 class NetFtForceSensor(PolledForceSensor[NetFt]):
-    """A wrist sensor behind a Net F/T box; its frame is the box's own.
-
-    Args:
-        max_age_ns: Age above which a sample is marked ``STALE``.
-    """
+    """A wrist sensor behind a Net F/T box; its frame is the box's own."""
 
     REMEDY = "end other programs that ask the box for its stream, and let UDP through this computer's firewall"
 
@@ -49,11 +45,7 @@ class NetFtForceSensor(PolledForceSensor[NetFt]):
         return round(1e9 / self._opened().box.rate_Hz)
 
     def reported_facts(self) -> SensorFactsTable:
-        """Rated ranges and rate, as the box tells them. It does not tell its noise.
-
-        Raises:
-            DeviceError: It is not configured.
-        """
+        """Rated ranges and rate, as the box tells them. It does not tell its noise."""
         box = self._opened().box
         return SensorFactsTable(range_N=box.range_N, range_Nm=box.range_Nm, rate_Hz=box.rate_Hz, frame="sensor")
 

@@ -48,11 +48,7 @@ _DEAD_S: Final = 0.2
 
 
 class Jr3ForceSensor(PolledForceSensor[Jr3]):
-    """A JR3 wrist sensor.
-
-    Args:
-        max_age_ns: Age above which a sample is marked ``STALE``.
-    """
+    """A JR3 wrist sensor."""
 
     REMEDY = "choose a higher cut-off, or look at it"
 
@@ -79,11 +75,7 @@ class Jr3ForceSensor(PolledForceSensor[Jr3]):
         return self._settings.period_us * 1000
 
     def reported_facts(self) -> SensorFactsTable:
-        """Full scales and rate, as the board reports them. It does not report its noise.
-
-        Raises:
-            DeviceError: It is not configured.
-        """
+        """Full scales and rate, as the board reports them. It does not report its noise."""
         identity = self._opened().identity
         x, y, z = identity.full_scales.force_N
         tx, ty, tz = identity.full_scales.moment_dNm
@@ -174,11 +166,7 @@ def make_jr3_uart(settings: DeviceSettings, context: RigContext) -> Jr3ForceSens
 
 
 def open_can_wire(table: Jr3CanTable) -> OpenWire:
-    """Open the bus.
-
-    Raises:
-        WiringError: It cannot be opened.
-    """
+    """Open the bus."""
     # We only ever ask whether something is there; slcan would wait a millisecond for it.
     extra: dict[str, Any] = {"timeout": 0.0} if table.bus["interface"] == "slcan" else {}
     bus = open_bus(**(extra | table.bus))
@@ -186,10 +174,6 @@ def open_can_wire(table: Jr3CanTable) -> OpenWire:
 
 
 def open_uart_wire(table: Jr3UartTable) -> OpenWire:
-    """Open the port.
-
-    Raises:
-        WiringError: It cannot be opened.
-    """
+    """Open the port."""
     port = open_serial(table.port, table.baud, _NAME)
     return OpenWire(UartTransport(UartLink(port)), lambda: close_serial(port))

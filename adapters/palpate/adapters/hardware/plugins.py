@@ -69,11 +69,7 @@ ForceSensorMaker: TypeAlias = Callable[[DeviceSettings, RigContext], ForceSensor
 
 
 def arm_maker(name: str) -> ArmMaker:
-    """The function that makes the arm adapter of that name.
-
-    Raises:
-        ConfigurationError: There is none, or it cannot be loaded.
-    """
+    """The function that makes the arm adapter of that name."""
     maker: ArmMaker = _load("arm", name)
     return maker
 

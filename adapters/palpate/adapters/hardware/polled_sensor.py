@@ -26,9 +26,6 @@ class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
     The protocols carry no time of measurement: source and receive time are both that of the poll that found the
     reading, which is older by the sensor's filter, the wire, and the wait for the poll.
 
-    Args:
-        max_age_ns: Age above which a sample is marked ``STALE``.
-
     Attributes:
         device: The driver; None before ``configure``. For ``palpate doctor``.
     """
@@ -62,11 +59,7 @@ class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
         return None
 
     def read(self) -> WrenchSample:
-        """Poll the device and give its newest sample.
-
-        Raises:
-            DeviceError: Besides silence: the device failed, or restarted in mid-run, so its readings may have jumped.
-        """
+        """Poll the device and give its newest sample."""
         if self._life is not Life.ACTIVE:
             self._require_active("read()")
         device = self._polled()

@@ -103,11 +103,7 @@ def ur_arm(table: UrTable, context: RigContext, link: Callable[[], UrLink]) -> A
 
 
 class UrToolForceSensor(PolledForceSensor[UrToolForce]):
-    """The force sensor in the flange of an e-Series arm.
-
-    Args:
-        max_age_ns: Age above which a sample is marked ``STALE``.
-    """
+    """The force sensor in the flange of an e-Series arm."""
 
     REMEDY = "see that the controller is switched on, and that no firewall stands before port 30004"
 

@@ -57,11 +57,7 @@ class ExtractionSettings(Settings):
         require_whole("extraction.most_intervals", self.most_intervals, self.fewest_intervals, 1000)
 
     def partitions(self, network: Network, tree: PrefixTree | None = None) -> Iterator[Partition]:
-        """Partitions of a network by rising q, by what strings do if there are any, until three give too many states.
-
-        Raises:
-            ConfigurationError: At the end, if every q gives too many states.
-        """
+        """Partitions of a network by rising q, by what strings do if there are any, till three have too many states."""
         fits, left_out = False, 0
         for intervals in range(self.fewest_intervals, self.most_intervals + 1):
             found = self.partition(network, intervals, tree)
@@ -125,11 +121,7 @@ class Extract:
 def accepting_extract(
     network: Network, training: PrefixTree, settings: ExtractionSettings, held_out: PrefixTree | None = None
 ) -> Extract:
-    """The automaton of the smallest q that is right about every training string; if none is, of the best q.
-
-    Raises:
-        ConfigurationError: No labels, or another alphabet.
-    """
+    """The automaton of the smallest q that is right about every training string; if none is, of the best q."""
     network.require_alphabet(training.alphabet)
     judged: list[tuple[float, Partition]] = []
     for cells in settings.partitions(network):
@@ -144,11 +136,7 @@ def accepting_extract(
 def predicting_extracts(
     network: Network, training: PrefixTree, settings: ExtractionSettings, held_out: PrefixTree
 ) -> tuple[Extract, ...]:
-    """Automata of all q in order, each with its loss and price; the one of the lowest cost is to be taken.
-
-    Raises:
-        ConfigurationError: The strings have another alphabet.
-    """
+    """Automata of all q in order, each with its loss and price; the one of the lowest cost is to be taken."""
     for tree in (training, held_out):
         network.require_alphabet(tree.alphabet)
     found = []

@@ -107,9 +107,6 @@ class Network:
         inputs: What a symbol adds before the activation function, (s, h); the bias is in it.
         start: Hidden state of the empty string before the activation function, (h,).
         bias: Bias of the outputs, (k,).
-
-    Raises:
-        ConfigurationError: An array of another shape, or not finite.
     """
 
     architecture: Architecture
@@ -158,11 +155,7 @@ class Network:
         return shares
 
     def hidden_states(self, tree: PrefixTree) -> Array:
-        """Hidden state at each node of a prefix tree, (n, h).
-
-        Raises:
-            ConfigurationError: The tree is of another alphabet.
-        """
+        """Hidden state at each node of a prefix tree, (n, h)."""
         self.require_alphabet(tree.alphabet)
         hidden = np.empty((len(tree.parents), self.architecture.hidden))
         hidden[0] = self.start_state
@@ -172,11 +165,7 @@ class Network:
         return hidden
 
     def require_alphabet(self, alphabet: tuple[str, ...]) -> None:
-        """Refuse another alphabet than that of the network: the numbers of its symbols would mean other things.
-
-        Raises:
-            ConfigurationError: The alphabets differ, in their order too.
-        """
+        """Refuse another alphabet than that of the network: the numbers of its symbols would mean other things."""
         if tuple(alphabet) != self.architecture.alphabet:
             raise ConfigurationError(
                 "network.alphabet", tuple(alphabet), f"the network's own: {', '.join(self.architecture.alphabet)}"

@@ -24,11 +24,7 @@ def letters_of(symbols: Sequence[str], actions: Sequence[str] = ()) -> tuple[str
 
 
 def symbols_in(alphabet: Sequence[str], actions: Sequence[str], field: str) -> int:
-    """How many symbols the letters are made of.
-
-    Raises:
-        ConfigurationError: They are not those of any symbols with these actions.
-    """
+    """How many symbols the letters are made of."""
     count = len(alphabet) // (len(actions) + 1)
     if tuple(alphabet) != letters_of(alphabet[:count], actions):
         accepted = f"the symbols, then each of them after each of the actions {', '.join(actions)}"

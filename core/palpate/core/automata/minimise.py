@@ -51,9 +51,6 @@ def equivalent_states(machine: Machine, apart: Sequence[Hashable] | None = None)
     Returns:
         Each reachable state once. In each class, and from class to class by their first states, the order is breadth
         first from the start.
-
-    Raises:
-        ConfigurationError: ``apart`` has not one class for each state.
     """
     if apart is not None and len(apart) != len(machine.transitions):
         raise ConfigurationError("automaton.apart", len(apart), f"{len(machine.transitions)} classes, one a state")

@@ -63,9 +63,6 @@ class Partition:
             least_share: For prediction: the output of a state is the set of those symbols, and of the end, that follow
                 with a higher probability than this, and it is a Moore machine. For acceptance it does not matter: the
                 output is whether the string is accepted, and it is an acceptor.
-
-        Raises:
-            ConfigurationError: ``least_share`` is not a probability below 1.
         """
         require_in("automaton.least_share", least_share, 0.0, 0.999)
         shape = self.network.architecture
@@ -86,9 +83,6 @@ class Partition:
 
         States of different last symbols are not merged, where these are told apart, and none whose cells different sets
         of symbols lead into: the possible successors alone distinguish too little.
-
-        Raises:
-            ConfigurationError: ``least_share`` is not a probability below 1.
         """
         leading_in: dict[int, list[int]] = {}
         for cell, symbol in zip(self.cells.tolist(), self.last.tolist(), strict=True):
@@ -131,9 +125,6 @@ def bounded_partition(
         by_symbol: Whether a cell that several symbols lead into makes as many states. The last symbol is all that a
             policy has without any automaton.
         tree: The strings; None for all there are.
-
-    Raises:
-        ConfigurationError: The number of intervals is out of range.
     """
     require_whole("automaton.intervals", intervals, 1, MOST_INTERVALS)
     search = _Search(network, intervals, centres, by_symbol)

@@ -50,11 +50,7 @@ class PrefixTree:
             yield [(symbol, low, high) for symbol, (low, high) in found if low < high]
 
     def states(self, transitions: Integers, start: int = 0) -> Integers:
-        """State of a complete automaton at each node, (n,).
-
-        Args:
-            transitions: Next state by state and symbol, (states, symbols).
-        """
+        """State of a complete automaton at each node, (n,)."""
         states = np.full(len(self.parents), start, dtype=np.int64)
         for level in self.blocks():
             for symbol, first, last in level:

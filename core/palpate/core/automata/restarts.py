@@ -53,11 +53,7 @@ class Restarts:
         }
 
     def hidden_states(self, levels: list[_Level], *, noise: float = 0.0, generator: Generator | None = None) -> Tensor:
-        """Hidden states at all nodes, (R, h, n).
-
-        Args:
-            noise: Standard deviation of what is added before the activation function.
-        """
+        """Hidden states at all nodes, (R, h, n)."""
         import torch
 
         activate = torch.tanh if self.architecture.activation == "tanh" else torch.sigmoid

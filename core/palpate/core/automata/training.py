@@ -139,9 +139,6 @@ def train(
 
     Args:
         held_out: For prediction, what says when a network is at its best; None takes the training strings.
-
-    Raises:
-        ConfigurationError: The network has another alphabet, or needs labels that are not there (or the reverse).
     """
     settings = settings or TrainingSettings()
     if architecture.alphabet != strings.alphabet:

@@ -90,11 +90,7 @@ def samples(value: Iterable[Sequence[float]] | Array, columns: int | None = None
 
 
 def require_finite(what: str, values: Sequence[float]) -> None:
-    """Refuse a measurement that is not finite.
-
-    Raises:
-        CommandError: A value is NaN or infinite.
-    """
+    """Refuse a measurement that is not finite."""
     if not isfinite(sum(values)):
         raise CommandError(f"{what} must be finite", values)
 

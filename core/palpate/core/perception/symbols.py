@@ -185,9 +185,6 @@ class NearestPrototype:
     Attributes:
         normalisation: Makes the features comparable, (n,); they have unlike units.
         prototypes: In normalised features, (symbols, n).
-
-    Raises:
-        ConfigurationError: Shapes that do not fit together.
     """
 
     features: tuple[str, ...]

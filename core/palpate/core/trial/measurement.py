@@ -175,11 +175,7 @@ class Measurement:
 
 
 def require_joints(q_rad: JointVector, count: int) -> None:
-    """Refuse joint angles that cannot be this arm's.
-
-    Raises:
-        DeviceError: There is another number of them than the arm has joints.
-    """
+    """Refuse joint angles that cannot be this arm's."""
     if len(q_rad) != count:
         raise DeviceError("joint encoder", f"gives {len(q_rad)} joint angles, the arm has {count}")
 

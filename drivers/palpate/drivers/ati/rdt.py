@@ -40,11 +40,7 @@ class RdtRecord:
 
 
 def encode_request(command: RdtCommand, count: int = 0) -> bytes:
-    """A request; a count of 0 is a stream without end.
-
-    Raises:
-        RefusedError: A count that 32 bits do not hold.
-    """
+    """A request; a count of 0 is a stream without end."""
     if not 0 <= count <= _MOST:
         raise RefusedError("ATI Net F/T", f"{count} records cannot be asked for", f"0 to {_MOST}")
     return _REQUEST.pack(_HEADER, command, count)

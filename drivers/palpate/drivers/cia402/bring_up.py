@@ -54,20 +54,11 @@ class BringUp:
         return tuple(joint.angle_rad(c) for joint, c in zip(self._settings.joints, counts, strict=True))
 
     def identify(self) -> None:
-        """Ask every drive who it is.
-
-        Raises:
-            WiringError: One does not answer, or is no drive.
-        """
+        """Ask every drive who it is."""
         self.identities = tuple(identify(objects) for objects in self._objects)
 
     def prepare(self) -> None:
-        """Set all drives up, start their process data, and hear each of them.
-
-        Raises:
-            SilentError: A drive, or the bus, is silent.
-            DeviceFaultError: A drive refuses a setting.
-        """
+        """Set all drives up, start their process data, and hear each of them."""
         self._exchange.heartbeat_on = False
         for objects in self._objects:
             # A drive may still be under power, left so by a program that died.
@@ -86,11 +77,7 @@ class BringUp:
         self.look()
 
     def look(self) -> tuple[AxisView, ...]:
-        """Cycles without power until all drives have answered one of them.
-
-        Raises:
-            SilentError: A drive, or the bus, is silent.
-        """
+        """Cycles without power until all drives have answered one of them."""
         deadline_ns = self._deadline_ns()
         while True:
             begin_ns = self._now_ns()
@@ -103,12 +90,7 @@ class BringUp:
             self._pause(begin_ns)
 
     def walk(self, goal: DriveState, *, by_operator: bool = False) -> None:
-        """Lead all drives to a state, without moving them.
-
-        Raises:
-            SilentError: A drive, or the bus, fell silent.
-            DeviceFaultError: A drive is in fault, or does not get there in time.
-        """
+        """Lead all drives to a state, without moving them."""
         deadline_ns = self._deadline_ns()
         allowed = [state for state in DriveState if by_operator or state not in _FAULTS]
         last: Sequence[Controlword] = [Controlword.DISABLE_VOLTAGE] * len(self._objects)
@@ -132,11 +114,7 @@ class BringUp:
             self._pause(begin_ns)
 
     def come_to_rest(self) -> None:
-        """Keep the quick stop up until no drive that still answers moves any more.
-
-        Raises:
-            SilentError: The bus is gone, no drive answers, or the joints do not come to rest in time.
-        """
+        """Keep the quick stop up until no drive that still answers moves any more."""
         slowest_s = max(j.velocity_rad_per_s for j in self._settings.joints) / self._settings.quick_stop_rad_per_s2
         deadline_ns = self._deadline_ns() + int(slowest_s / _NS)
         still = 0
@@ -153,22 +131,13 @@ class BringUp:
             self._pause(begin_ns)
 
     def watchdogs(self, *, on: bool) -> None:
-        """Begin to tell the drives that the host is alive, or end it without alarm.
-
-        Raises:
-            SilentError: A drive, or the bus, is silent.
-            DeviceFaultError: A drive cannot do it.
-        """
+        """Begin to tell the drives that the host is alive, or end it without alarm."""
         for objects in self._objects:
             arm_watchdog(objects, self._settings, on=on)
         self._exchange.heartbeat_on = on
 
     def shut_down(self) -> None:
-        """Take the power away and end all traffic.
-
-        Raises:
-            DriverError: The bus did not let it; the drives' own watchdogs remain.
-        """
+        """Take the power away and end all traffic."""
         for _ in range(self._settings.missed_cycles):
             begin_ns = self._now_ns()
             self._run([Controlword.DISABLE_VOLTAGE] * len(self._objects))

@@ -64,11 +64,7 @@ class DriveIdentity:
 
 
 def identify(objects: Objects) -> DriveIdentity:
-    """Ask a drive who it is.
-
-    Raises:
-        WiringError: Nobody answers, or it is no CiA 402 drive.
-    """
+    """Ask a drive who it is."""
     try:
         profile = objects.read(0x1000)
     except SilentError as error:
@@ -85,12 +81,7 @@ def identify(objects: Objects) -> DriveIdentity:
 
 
 def set_up(objects: Objects, joint: JointDrive, settings: ArmSettings) -> tuple[str, ...]:
-    """Write everything that the cycle relies on, pre-operational; gives what the drive lacks, and what comes of that.
-
-    Raises:
-        SilentError: No answer.
-        DeviceFaultError: The drive refuses something, or does not take the mode.
-    """
+    """Write all that the cycle relies on, pre-operational; gives what the drive lacks, and what comes of that."""
     notes = list(arm_watchdog(objects, settings, on=False))
     for number in range(1, _PREDEFINED_PDOS):
         for base, first in ((_RPDO1_SETTINGS, RPDO1), (_TPDO1_SETTINGS, TPDO1)):
@@ -118,17 +109,10 @@ def set_up(objects: Objects, joint: JointDrive, settings: ArmSettings) -> tuple[
 
 
 def arm_watchdog(objects: Objects, settings: ArmSettings, *, on: bool) -> tuple[str, ...]:
-    """Make a drive stop by itself when the host's heartbeat ends, or end that.
+    """Make a drive stop by itself when the host's heartbeat ends, or end that; gives what it lacks.
 
     Monitoring begins with the first heartbeat that the drive hears (standard knowledge, CiA 301). A drive in CSP that
     cannot do it holds its last target when the host is lost; one in CSV would go on, and is refused.
-
-    Returns:
-        What the drive lacks, and what comes of that.
-
-    Raises:
-        SilentError: No answer.
-        DeviceFaultError: The drive cannot do it, though the settings ask for it.
     """
     if settings.host_watchdog_ms == 0:
         return ()

@@ -71,23 +71,12 @@ class CyclicExchange:
         self.views = ()
 
     def command_nmt(self, command: int) -> None:
-        """Send an NMT command to each drive, one at a time: other devices on the bus are none of our business.
-
-        Raises:
-            SilentError: The bus does not take it.
-        """
+        """Send an NMT command to each drive, one at a time: other devices on the bus are none of our business."""
         for node in self._nodes:
             self._link.send(NMT, bytes((command, node)))
 
     def run(self, controlwords: Sequence[int], targets: Sequence[int]) -> tuple[AxisView, ...]:
-        """One cycle: write set-points, SYNC, wait for all answers until the deadline.
-
-        Args:
-            targets: One a drive, in counts or in counts/s.
-
-        Raises:
-            SilentError: The bus is gone.
-        """
+        """One cycle: write set-points (counts or counts/s), SYNC, wait for all answers until the deadline."""
         self._link.require_alive()
         if self._unheard_until_ns is not None:
             # Answers to a SYNC that nobody waited for would be taken for answers to the next.

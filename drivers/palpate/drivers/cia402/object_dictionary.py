@@ -108,9 +108,6 @@ def state_of(statusword: int) -> DriveState | None:
 def command_towards(state: DriveState, goal: DriveState, *, by_operator: bool = False) -> Controlword | None:
     """The controlword to send next, on the shortest way through :data:`TRANSITIONS`.
 
-    Args:
-        by_operator: A person asked for it; only then does the way lead out of a fault.
-
     Returns:
         None where no controlword helps: one can but wait, or a person has to act.
     """
@@ -142,11 +139,7 @@ class SdoChannel(Protocol):
 
 
 class Objects:
-    """The object dictionary of one drive, over the bus.
-
-    Args:
-        node: The drive's node number.
-    """
+    """The object dictionary of one drive, over the bus."""
 
     def __init__(self, node: int, channel: SdoChannel) -> None:
         self.node = node
@@ -154,21 +147,11 @@ class Objects:
         self._channel = channel
 
     def read(self, index: int, subindex: int = 0) -> bytes | None:
-        """An object's bytes, or None where the drive has no such object.
-
-        Raises:
-            SilentError: No answer in time.
-            DeviceFaultError: The drive refuses.
-        """
+        """An object's bytes, or None where the drive has no such object."""
         return self._try(index, subindex, lambda: self._channel.upload(index, subindex))
 
     def write(self, index: int, subindex: int, value: int, size: int) -> None:
-        """Write an integer, little-endian; negative ones in two's complement.
-
-        Raises:
-            SilentError: No answer in time.
-            DeviceFaultError: The drive refuses, or has no such object.
-        """
+        """Write an integer, little-endian; negative ones in two's complement."""
         if not self.write_if_known(index, subindex, value, size):
             problem = f"has no object 0x{index:04X}:{subindex:02X}"
             raise DeviceFaultError(self.name, problem, "this arm needs a drive that has it")

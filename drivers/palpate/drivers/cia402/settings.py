@@ -209,11 +209,7 @@ _SLACK: Final = 1e-9
 
 
 def require_sound(asked_rad: Sequence[float], joints: Sequence[JointDrive]) -> tuple[float, ...]:
-    """The set-point as floats.
-
-    Raises:
-        RefusedError: The number of angles is wrong, or one is not finite.
-    """
+    """The set-point as floats."""
     if len(asked_rad) != len(joints):
         problem = f"{len(asked_rad)} angles for {len(joints)} joints"
         raise RefusedError("arm", problem, "give one angle a joint")

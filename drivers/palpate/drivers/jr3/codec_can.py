@@ -49,14 +49,7 @@ class CanCounts:
 
 
 def encode_can(request: Request, node: int) -> CanFrame:
-    """Make the frame of a request.
-
-    Args:
-        node: Node number of the board, 1 to 127.
-
-    Raises:
-        RefusedError: The command does not exist on this wire, or an argument does not fit its field.
-    """
+    """Make the frame of a request."""
     op = _COMMANDS.get(request.op)
     if op is None or not 1 <= node <= _NODE_MASK:
         raise RefusedError("JR3 on CAN", f"cannot send {request.op.value!r} to node {node}", "nodes are 1 to 127")
@@ -67,9 +60,6 @@ def pack_arguments(request: Request) -> bytes:
     """Payload of a request; the same on both wires.
 
     FACT (jr3-mbed-firmware-can main.cpp): the cut-off is 16 bits, and the period of START 32 bits after it.
-
-    Raises:
-        RefusedError: An argument does not fit its field.
     """
     try:
         if request.op is Op.START:
@@ -81,11 +71,7 @@ def pack_arguments(request: Request) -> bytes:
 
 
 class CanDecoder:
-    """Decodes the frames of one node.
-
-    Args:
-        node: Node number of the board, 1 to 127.
-    """
+    """Decodes the frames of one node."""
 
     def __init__(self, node: int) -> None:
         self.counts = CanCounts()

@@ -68,9 +68,6 @@ def nudged(value: int, size: int) -> int:
     FACT (jr3-mbed-firmware-uart main.cpp): the board skips 0x3C and stops at 0x3E wherever they are. CALC: for a value
     below 2**20 the nudge is 1 when only the lowest byte is to blame, and otherwise at most 128 (0x3C7F becomes 0x3BFF):
     up to 1.28 Hz of 155 Hz for a cut-off in 0.01 Hz and 0.13 ms of 15.5 ms for a period in microseconds, or 0.83 %.
-
-    Args:
-        value: What is wanted, in the unit of its field.
     """
     for distance in range(1 << 8 * size):
         for candidate in (value - distance, value + distance):

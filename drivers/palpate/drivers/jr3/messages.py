@@ -159,14 +159,7 @@ class FullScales:
 
 
 class Scaling:
-    """Turns readings into physical values.
-
-    Args:
-        signs: +1 or -1 for Fx, Fy, Fz, Mx, My, Mz.
-
-    Raises:
-        SettingError: ``signs`` are not six of +1 and -1.
-    """
+    """Turns readings into physical values."""
 
     def __init__(self, full_scales: FullScales, signs: Signs = LEFT_HANDED) -> None:
         check_signs(signs)
@@ -188,11 +181,7 @@ class Scaling:
 
 
 def check_signs(signs: Signs) -> None:
-    """Refuse signs that are not six of +1 and -1.
-
-    Raises:
-        SettingError: They are not.
-    """
+    """Refuse signs that are not six of +1 and -1."""
     if len(signs) != 6 or any(sign not in (-1, 1) for sign in signs):
         raise SettingError("JR3", f"signs {signs} are wrong", "give +1 or -1 for Fx, Fy, Fz, Mx, My, Mz")
 

@@ -27,9 +27,6 @@ _MISSED_STEPS = 1.5
 class FrameCounter:
     """Unwraps the counter and tells what is missing.
 
-    Args:
-        period_us: Time between readings that the board was told, in microseconds.
-
     Attributes:
         missed: How many (CALC from the counter and the period).
         restarts: How often the counter went back without our asking. The zero is gone then too.
@@ -54,9 +51,6 @@ class FrameCounter:
 
     def accept(self, counter: int) -> int | None:
         """Take the counter of a reading.
-
-        Args:
-            counter: 0 to 65535.
 
         Returns:
             Its sequence number, higher than all before by the number of acquisitions where that is known; None when the
@@ -101,10 +95,6 @@ _RATE_SAMPLES = 256
 
 class Sampler:
     """Makes samples and remembers what marks they bear.
-
-    Args:
-        period_us: Time between readings as the board is told, in microseconds.
-        settling_ns: Time that the board's filter needs, in ns.
 
     Attributes:
         full_scales: As the board reports them; None before.

@@ -76,12 +76,6 @@ def check_node(node: int, canopen_nodes: Iterable[int] = ()) -> None:
         drive. With equal numbers the drive's emergency (0x080+n), TPDO1 (0x180+n), SDO (0x580+n, 0x600+n) and heartbeat
         (0x700+n) are taken for commands or readings: a TPDO2 (0x280+n) would stop the sensor and an RPDO2 (0x300+n)
         zero it.
-
-    Args:
-        node: Node number of the board, 1 to 127.
-
-    Raises:
-        SettingError: The number is out of range or taken; says which are free.
     """
     if not 1 <= node <= 127:
         raise SettingError("JR3 on CAN", f"node {node} does not exist", "choose 1 to 127, as compiled into the board")

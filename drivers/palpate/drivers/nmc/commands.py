@@ -29,16 +29,7 @@ def reset_pos(*, relative_to_home: bool = False) -> NmcCommand:
 
 
 def set_addr(address: int, group: int, *, leader: bool = False) -> NmcCommand:
-    """Gives an individual address and a group address.
-
-    Args:
-        address: Individual address, 1 to 127.
-        group: Group address, 128 to 255.
-        leader: The module is to be the only one of its group that answers a group command.
-
-    Raises:
-        RefusedError: An address is out of its range.
-    """
+    """Gives an individual address, 1 to 127, and a group address, 128 to 255."""
     if not (1 <= address < GROUP_BIT <= group <= 0xFF):
         raise refused(f"individual address {address} must be 1 to 127 and group address {group} 128 to 255")
     return NmcCommand(Code.SET_ADDR, bytes((address, group & ~GROUP_BIT if leader else group)))

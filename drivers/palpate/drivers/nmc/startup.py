@@ -81,12 +81,7 @@ def attach(bus: NmcBus, count: int) -> tuple[Module, ...] | None:
 
 
 def change_baud(bus: NmcBus, addresses: range) -> None:
-    """Takes the modules to the baud rate of the settings, and makes sure that all have followed.
-
-    Raises:
-        WiringError: They stayed at another rate.
-        SilentError: One or all of them are lost.
-    """
+    """Takes the modules to the baud rate of the settings, and makes sure that all have followed."""
     baud = bus.settings.baud
     if baud == bus.line.baud:
         return

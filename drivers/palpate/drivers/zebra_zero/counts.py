@@ -37,11 +37,7 @@ SixCounts: TypeAlias = tuple[int, int, int, int, int, int]
 
 
 def six(values: Sequence[float]) -> Six:
-    """Six finite numbers, or nothing.
-
-    Raises:
-        RefusedError: There are not six, or one is not finite.
-    """
+    """Six finite numbers, or nothing."""
     if len(values) != JOINTS or not all(isfinite(value) for value in values):
         raise RefusedError(DEVICE, f"{values} are not {JOINTS} finite angles", "correct the caller; nothing was sent")
     a, b, c, d, e, f = (float(value) for value in values)

@@ -122,11 +122,7 @@ _STREAMED: Final = TrajectoryControl.SERVO | TrajectoryControl.START_NOW
 
 
 def check_modules(modules: tuple[Module, ...]) -> tuple[Module, ...]:
-    """The modules, if they are six servos.
-
-    Raises:
-        WiringError: They are not.
-    """
+    """The modules, if they are six servos."""
     kinds = [module.identity.name for module in modules]
     if len(modules) != JOINTS or any(module.identity.type_code != ModuleType.SERVO for module in modules):
         raise WiringError(
@@ -162,24 +158,14 @@ class Servos:
         self.on: set[int] = set()
 
     def attach(self) -> tuple[Module, ...] | None:
-        """The modules as an earlier run has left them; None when none has kept its address.
-
-        Raises:
-            SilentError: Some have and some have not, or the port is gone.
-            WiringError: The line echoes.
-            GarbledError: Nothing but nonsense.
-        """
+        """The modules as an earlier run has left them; None when none has kept its address."""
         try:
             return attach(self._bus, JOINTS)
         except SilentError as error:
             raise SilentError(DEVICE, f"not all modules still answer ({error})", GO_HOME) from error
 
     def meet(self) -> SixCounts:
-        """Tells every module what to put into its replies, finds out which servos are on, and where they stand.
-
-        Raises:
-            DriverError: The bus failed.
-        """
+        """Tells every module what to put into its replies, finds out which servos are on, and where they stand."""
         counts = []
         for axis in AXES:
             self._bus.require(axis, def_stat(self._settings.reply_items))
@@ -189,11 +175,7 @@ class Servos:
         return _six(counts)
 
     def zero(self) -> None:
-        """Switches every motor off and sets its counter to zero; only for an arm that rests in its home pose.
-
-        Raises:
-            DriverError: The bus failed, or a counter does not take the zero.
-        """
+        """Switches every motor off and sets its counter to zero; only for an arm that rests in its home pose."""
         self.off()
         for axis in AXES:
             self._bus.require(axis, reset_pos())
@@ -203,11 +185,7 @@ class Servos:
                 raise WiringError(DEVICE, problem, "see whether the arm moves, and whether the module is a servo")
 
     def check(self) -> tuple[SixCounts, Fault | None]:
-        """Sends the gains and looks at every axis before anything is switched on.
-
-        Raises:
-            DriverError: The bus failed.
-        """
+        """Sends the gains and looks at every axis before anything is switched on."""
         fault: Fault | None = None
         counts = []
         for axis in AXES:
@@ -225,9 +203,6 @@ class Servos:
 
         The abrupt stop makes the present position the one to be held, and the trapezoid that loads velocity and
         acceleration for later goes to that same position; so nothing moves.
-
-        Raises:
-            DriverError: The bus failed.
         """
         was_on = axis in self.on
         if not was_on:
@@ -244,11 +219,7 @@ class Servos:
         return fault
 
     def off(self) -> None:
-        """Switches every motor off; nothing holds the arm then.
-
-        Raises:
-            DriverError: The bus failed.
-        """
+        """Switches every motor off; nothing holds the arm then."""
         lost = []
         for axis in AXES:
             # Not by way of require(): motors must go off even while the bus demands a new start.
@@ -260,11 +231,7 @@ class Servos:
             raise SilentError(DEVICE, f"motors {lost} did not confirm that they are off", "switch off their supply")
 
     def clear(self) -> Fault | None:
-        """Clears the sticky bits of every module, a person's decision; gives what is still wrong.
-
-        Raises:
-            DriverError: The bus failed.
-        """
+        """Clears the sticky bits of every module, a person's decision; gives what is still wrong."""
         remaining: Fault | None = None
         for axis in AXES:
             self._bus.clear_bits(axis)

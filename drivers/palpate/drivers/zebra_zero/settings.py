@@ -138,11 +138,7 @@ class ServoGains:
     step_multiplier: int | None = None
 
     def command(self) -> NmcCommand:
-        """The SET_GAIN command.
-
-        Raises:
-            RefusedError: A value does not fit its field.
-        """
+        """The SET_GAIN command."""
         return set_gain(
             kp=self.kp,
             kd=self.kd,

@@ -54,11 +54,7 @@ TRANSITIONS: Final[dict[tuple[ZebraState, ZebraEvent], ZebraState]] = {
 
 
 def after(state: ZebraState, event: ZebraEvent) -> ZebraState:
-    """The state that follows.
-
-    Raises:
-        StateError: The event is out of order.
-    """
+    """The state that follows."""
     following = TRANSITIONS.get((state, event))
     if following is None:
         allowed = ", ".join(before.value for before, known in TRANSITIONS if known is event)

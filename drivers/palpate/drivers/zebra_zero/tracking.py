@@ -74,10 +74,6 @@ class Tracking:
     def take(self, axis: int, reply: Reply, now_ns: int, *, is_driven: bool) -> int:
         """Keeps a reply unless its position is impossible.
 
-        Args:
-            axis: Motor, 1 to 6.
-            is_driven: The servo is on; a motor that is off may be moved by hand at any speed.
-
         Returns:
             0 when it is believed, else how many in a row of this axis were not.
         """
@@ -97,11 +93,7 @@ class Tracking:
     def measured(
         self, is_fresh: tuple[bool, ...], applied: Applied | None, begin_ns: int, end_ns: int
     ) -> ZebraMeasured:
-        """What a cycle found, and the end of that cycle.
-
-        Args:
-            end_ns: After the last; the middle is the best single time for the pose.
-        """
+        """What a cycle found, and the end of that cycle."""
         self._begins_ns.append(begin_ns)
         return ZebraMeasured(
             position_rad=self.position_rad,
@@ -139,19 +131,11 @@ class Setpoints:
         self._velocity = _STILL
 
     def preview(self, asked_rad: Sequence[float]) -> Applied:
-        """What would be applied a whole period after the last set-point; changes nothing.
-
-        Raises:
-            RefusedError: There are not six finite angles.
-        """
+        """What would be applied a whole period after the last set-point; changes nothing."""
         return self._limits.applied(asked_rad, self._position, self._velocity, self._period_s)
 
     def advance(self, asked_rad: Sequence[float], now_ns: int) -> Applied:
-        """What is applied now; no more than a period counts, so that a late cycle gets no longer step.
-
-        Raises:
-            RefusedError: There are not six finite angles.
-        """
+        """What is applied now; no more than a period counts, so that a late cycle gets no longer step."""
         step_s = min((now_ns - self._time_ns) * 1e-9, self._period_s)
         applied = self._limits.applied(asked_rad, self._position, self._velocity, step_s)
         if step_s > 0.0:
@@ -189,11 +173,7 @@ class Rounds:
         self._settings, self._clock_ns = settings, clock_ns
 
     def run(self, commands: tuple[NmcCommand, ...]) -> tuple[tuple[bool, ...], Trouble | None]:
-        """One exchange with each axis, in their order, until there is trouble.
-
-        Returns:
-            Which axes gave news, and the trouble, if any.
-        """
+        """One exchange with each axis, in their order, until there is trouble."""
         is_fresh = []
         for axis, command in zip(AXES, commands, strict=True):
             is_news, trouble = self._visit(axis, command)

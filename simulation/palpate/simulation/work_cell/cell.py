@@ -266,11 +266,7 @@ class WorkCell:
 
 
 def _require_apart(config: CellConfig, reach_m: float) -> None:
-    """Refuse holes so near each other that the surface round one would close another.
-
-    Raises:
-        ConfigurationError: They are.
-    """
+    """Refuse holes so near each other that the surface round one would close another."""
     radius_mm = 0.5 * config.peg.diameter_mm + config.worn_clearance_mm
     # The surface's boxes end at tangents, a little farther out than they reach.
     least_mm = 2.0 * radius_mm + 1.03 * reach_m * 1e3 + 2.0 * config.hole_uncertainty_mm

@@ -35,12 +35,7 @@ class Leeway:
 
     @classmethod
     def of(cls, config: CellConfig, aside_m: float) -> Self:
-        """What the listed pairs of a cell allow.
-
-        Args:
-            config: Physical parameters.
-            aside_m: How far from the hole's axis the peg is expected.
-        """
+        """What the listed pairs of a cell allow."""
         lean = sin(config.tilt_mrad * 1e-3) + _LEAN
         play_m = config.peg.clearance_mm * 1e-3 + UPPER_RING_M * lean + _SLACK_M
         return cls(aside_m, lean, _TURN, play_m)

@@ -68,10 +68,6 @@ def peg_corners(peg: PegConfig, length_m: float) -> list[tuple[float, float, flo
     """Corners of a peg that is a hull, z along its axis and 0 at its end face: the edge there has a chamfer.
 
     Without one, how far off the peg drops into the hole would depend on the time step by a quarter.
-
-    Args:
-        peg: Its shape and size.
-        length_m: How far it goes up.
     """
     chamfer_m = (peg.chamfer_mm or peg.rim_radius_mm) * 1e-3
     return [

@@ -41,13 +41,7 @@ def height_m(contour: ContourConfig, x_m: float) -> float:
 
 
 def add_contour(plate: mujoco.MjsBody, contour: ContourConfig, **touching: object) -> None:
-    """The surface, in the plate's frame: z into it. Boxes along its chords, tangent end to end.
-
-    Args:
-        plate: Carries it.
-        contour: What it is like.
-        touching: How its geoms touch.
-    """
+    """The surface, in the plate's frame: z into it. Boxes along its chords, tangent end to end."""
     import mujoco
 
     count = ceil(contour.length_mm * 1e-3 / _BOX_M)

@@ -95,11 +95,7 @@ class HiddenValues:
 
 
 class SampleDelay:
-    """Gives wrenches of a while ago, between those of two ticks where that while is no whole number of them.
-
-    Args:
-        ticks: How long ago, in control ticks.
-    """
+    """Gives wrenches of a while ago, between those of two ticks where that while is no whole number of them."""
 
     def __init__(self, ticks: float) -> None:
         self._whole, self._rest = int(ticks), ticks - int(ticks)

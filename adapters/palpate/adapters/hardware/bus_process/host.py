@@ -65,11 +65,7 @@ class HostedPair(ManagedDevice):
         return self._adapter.encoder.read()
 
     def send(self, command: JointCommand) -> AppliedCommand:
-        """Hand on set-points, unless the arm is held.
-
-        Raises:
-            FaultLatchedError: Something is latched.
-        """
+        """Hand on set-points, unless the arm is held."""
         self._require_active("send()")
         if self._held:
             return AppliedCommand(self.read().position_rad, CommandReason.STOPPED)

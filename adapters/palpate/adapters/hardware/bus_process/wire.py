@@ -64,11 +64,7 @@ class Wire:
         self._end, self._clock = end, clock
 
     def put(self, message: object) -> bool:
-        """Send; False where the far end has left so much lying that nothing more goes in.
-
-        Raises:
-            EOFError: Nobody is at the far end any more.
-        """
+        """Send; False where the far end has left too much lying, EOFError where nobody is there any more."""
         try:
             self._end.send(pickle.dumps(message))
         except BlockingIOError:
@@ -78,11 +74,7 @@ class Wire:
         return True
 
     def take(self) -> Any:
-        """The next message; None where there is none.
-
-        Raises:
-            EOFError: Nobody is at the far end any more.
-        """
+        """The next message, None where there is none; EOFError where nobody is there to send one any more."""
         try:
             data = self._end.recv(_LARGEST_BYTES)
         except BlockingIOError:
@@ -106,11 +98,7 @@ class Wire:
 
 
 class Board:
-    """Shared memory that one side writes and the other reads, always the newest note, never half of one.
-
-    Args:
-        memory: ``Board.BYTES`` of it.
-    """
+    """Shared memory that one side writes and the other reads, always the newest note, never half of one."""
 
     BYTES: Final = 2 * _SLOT_BYTES
 

@@ -56,8 +56,7 @@ def rate_Hz(times_ns: Sequence[int]) -> float:
 def at_rate(clock: Clock, wanted_Hz: float, seconds: float, act: Callable[[], None], late_ns: list[int]) -> None:
     """Do something again and again at absolute times, as a control loop does; a turn that is missed is left out.
 
-    Args:
-        late_ns: Gets how late each turn began, ns.
+    How late each turn began goes into ``late_ns``.
     """
     start_ns, period_ns, slot = clock.now_ns(), round(1e9 / wanted_Hz), 0
     while slot * period_ns < seconds * 1e9:

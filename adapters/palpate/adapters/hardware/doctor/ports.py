@@ -119,12 +119,7 @@ def examine_force_sensor(sensor: ForceSensor, clock: Clock, seconds: float, note
 def examine_encoder(
     encoder: JointEncoder, clock: Clock, seconds: float, lower_rad: JointVector, upper_rad: JointVector, notes: Notebook
 ) -> None:
-    """Rate, marks and pose of active joint encoders.
-
-    Args:
-        lower_rad: Lower joint limits of the kinematic model, (n,).
-        upper_rad: Upper ones, (n,).
-    """
+    """Rate, marks and pose of active joint encoders."""
     found = _heard(encoder.read, clock, seconds, notes)
     pose = found[-1].position_rad if found else ()
     if len(pose) != len(lower_rad):
@@ -190,11 +185,7 @@ _GOOD_RAD: Final = 0.25 * STEP_RAD
 def examine_following(
     arm: ArmCommand, encoder: JointEncoder, clock: Clock, upper_rad: JointVector, notes: Notebook
 ) -> None:
-    """Moves the last joint by :data:`STEP_RAD` and back. The arm is stopped on every way out.
-
-    Args:
-        upper_rad: Upper joint limits, (n,); the step goes away from it.
-    """
+    """Moves the last joint by :data:`STEP_RAD` and back. The arm is stopped on every way out."""
     try:
         start = encoder.read().position_rad
         step = STEP_RAD if start[-1] + STEP_RAD < upper_rad[-1] else -STEP_RAD

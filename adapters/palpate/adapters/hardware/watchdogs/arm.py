@@ -28,9 +28,6 @@ class AgeWatch:
         clock: Tells the age. While a virtual clock stands still nothing ages.
         on_old: Is called with the age in ns, by the thread or by whoever calls ``check``, or by both at once; then the
             watch rests until it is fed again.
-
-    Raises:
-        ConfigurationError: The limit is not positive.
     """
 
     def __init__(self, name: str, clock: Clock, max_age_ns: int, on_old: Callable[[int], None]) -> None:
@@ -45,11 +42,7 @@ class AgeWatch:
         self._account = LoopAccount(os.getpid())
 
     def feed(self) -> None:
-        """It has happened; from now on it has to happen again and again.
-
-        Raises:
-            LifecycleError: The watch has ended.
-        """
+        """It has happened; from now on it has to happen again and again."""
         self._fed_ns, self._fed_by = self._clock.now_ns(), threading.get_native_id()
         if not self._watching:
             self._begin()

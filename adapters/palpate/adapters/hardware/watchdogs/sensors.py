@@ -33,9 +33,6 @@ class _WatchedSensor(DeviceDecorator, Generic[SampleT]):
         dead_after_ns: After that long without news, reading raises DeviceError.
         tell: Is told when samples become stale or make no sense, and when the sensor counts as dead.
         joints: Number of joints; a sample of any other length makes no sense. 0 takes any.
-
-    Raises:
-        ConfigurationError: The second limit is below the first.
     """
 
     NAME: ClassVar[str]

@@ -33,11 +33,7 @@ class StopSource(ABC):
 
     @abstractmethod
     def open(self) -> bool:
-        """Get ready; False if this source does not exist here.
-
-        Raises:
-            ConfigurationError: It cannot be had.
-        """
+        """Get ready; False if this source does not exist here."""
 
     @abstractmethod
     def look(self) -> str | None:
@@ -225,9 +221,6 @@ class StopSignal:
     The interpreter runs handlers in the main thread only, and not before the main thread is back from whatever it does
     in C. So the signal's number is written to a pipe as well, at the very moment, for a thread to read; unless somebody
     else, such as an event loop, uses that way already.
-
-    Args:
-        act: Is called by the handler, in the main thread; must take no lock.
     """
 
     def __init__(self, number: int, pipe_fd: int, act: Callable[[], None]) -> None:

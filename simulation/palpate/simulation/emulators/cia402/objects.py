@@ -83,11 +83,7 @@ class Entry:
 
 
 class ObjectDictionary:
-    """All objects of one drive, at their values after power-up.
-
-    Args:
-        serial: Object 0x1018:04.
-    """
+    """All objects of one drive, at their values after power-up."""
 
     def __init__(self, node: int, *, serial: int) -> None:
         self._entries: dict[tuple[int, int], Entry] = {
@@ -134,11 +130,7 @@ class ObjectDictionary:
         return self._entries[index, subindex].value
 
     def entry(self, index: int, subindex: int) -> Entry:
-        """An object.
-
-        Raises:
-            SdoAbortError: There is none.
-        """
+        """An object."""
         found = self._entries.get((index, subindex))
         if found is None:
             known = any(i == index for i, _ in self._entries)
@@ -146,11 +138,7 @@ class ObjectDictionary:
         return found
 
     def write(self, index: int, subindex: int, data: bytes) -> None:
-        """Write by SDO.
-
-        Raises:
-            SdoAbortError: The drive refuses.
-        """
+        """Write by SDO."""
         entry = self.entry(index, subindex)
         if not entry.writable:
             raise SdoAbortError(ABORT_READ_ONLY)
@@ -211,11 +199,7 @@ _EXPEDITED: Final = 0b0000_0010
 
 
 def reply_to(request: bytes, objects: ObjectDictionary, written: Callable[[int], None]) -> bytes | None:
-    """The reply of the server to a request; None where there is none.
-
-    Args:
-        request: Payload of the frame.
-    """
+    """The reply of the server to a request; None where there is none."""
     if len(request) != _FRAME.size:
         return None
     command, index, subindex, data = _FRAME.unpack(request)

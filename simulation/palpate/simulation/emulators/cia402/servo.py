@@ -67,11 +67,7 @@ class PowerMachine:
             self.state = PowerState.SWITCH_ON_DISABLED
 
     def apply(self, controlword: int, *, fault_persists: bool) -> None:
-        """Act on a controlword (object 0x6040).
-
-        Args:
-            fault_persists: The cause of a fault is still there, so that it cannot be reset.
-        """
+        """Act on a controlword (object 0x6040)."""
         rising = controlword & ~self._previous
         self._previous = controlword
         if self.state is PowerState.FAULT:

@@ -129,11 +129,7 @@ class Jr3Node:
         self._phase_ends_ns = now_ns + self.config.boot_ns
 
     def advance(self, now_ns: int) -> list[Sample | Notice]:
-        """Let time pass; samples of the asynchronous stream and notices, in the order in which they came.
-
-        Args:
-            now_ns: Time to go to, ns; never before an earlier one.
-        """
+        """Let time pass; samples of the asynchronous stream and notices, in the order in which they came."""
         if self._power_ns is None:
             self.reboot(now_ns)
         happened: list[Sample | Notice] = []

@@ -55,9 +55,6 @@ def parse_command(buffer: bytes) -> tuple[int, bytes]:
     FACT (jr3-mbed-firmware-uart main.cpp): every '<' is skipped wherever it is, also inside a payload; the first '>'
     ends the command; the first two other bytes count as digits whatever they are; all else is payload. That reading
     ends with the buffer and that the payload is cut at 14 bytes is assumed: the firmware would run on.
-
-    Args:
-        buffer: Contents of the input buffer, including what an earlier command left behind its end.
     """
     body = buffer.partition(b">")[0].replace(b"<", b"")
     if len(body) < 2:

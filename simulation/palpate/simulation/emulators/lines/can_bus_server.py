@@ -59,11 +59,7 @@ class CanBusServer(ABC):
         self._actions.append(action)
 
     def do(self, action: Action, timeout_s: float = 5.0) -> None:
-        """Have something done in the server's thread and wait for it.
-
-        Raises:
-            TimeoutError: If the thread did not come to it in time.
-        """
+        """Have something done in the server's thread and wait for it."""
         done = Event()
 
         def act(now_ns: int) -> None:
@@ -79,11 +75,7 @@ class CanBusServer(ABC):
             self.turn(self._tick_s)
 
     def turn(self, timeout_s: float = 0.0) -> None:
-        """One look at host and nodes, in whose thread this is called; a server that was started does it by itself.
-
-        Args:
-            timeout_s: Longest wait for the host, s.
-        """
+        """One look at host and nodes, in whose thread this is called; a server that was started does it by itself."""
         received = self._receive(timeout_s)
         now_ns = self._clock_ns()
         while self._actions:

@@ -27,9 +27,6 @@ class PtyLine:
     """A raw pseudo-terminal; the device has the master, the host opens the slave's path.
 
     The slave is kept open here too: a master whose slave nobody has open cannot be read, and a host may come and go.
-
-    Args:
-        baud: Rate to preset, so that a host which never sets one is understood.
     """
 
     def __init__(self, baud: int = 38400) -> None:
