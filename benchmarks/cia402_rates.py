@@ -45,8 +45,7 @@ def cia402_rates() -> None:
     for told, connect in {"pump": _pump, "virtual": _virtual, "slcan": _slcan}.items():
         with connect() as link:
             enable_s, rate, figures = _measure(link)
-        times = (figures.round_trip_median_s, figures.round_trip_p99_s, figures.round_trip_max_s)
-        shown = " ".join(f"{1e6 * t:5.0f} us" for t in times)
+        shown = " ".join(f"{t * 1e-3:5.0f} us" for t in np.percentile(figures.round_trips_ns, (50, 99, 100)))
         missed = sum(node.missed for node in figures.nodes)
         print(f"{told:8} {1e3 * enable_s:5.0f} ms {rate:9.0f} {shown} {missed:7}")
     budget = bus_budget(len(NODES), BITRATE, 0.05)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from contextlib import suppress
-from typing import Any, Final
+from typing import Any, Final, Protocol
 
 import serial
 
@@ -11,6 +11,34 @@ from palpate.drivers.errors import WiringError
 
 WRITE_TIMEOUT_S: Final = 0.1
 """Longest wait for a port that does not take what is written; without one pyserial waits for ever (FACT)."""
+
+
+class ByteStream(Protocol):
+    """A serial port as of pyserial, opened by the caller, so that sockets and pseudo-terminals do as well.
+
+    Attributes:
+        baudrate: Line rate, bit/s.
+        timeout: Longest wait of ``read``, s. Drivers set it seldom, because that reconfigures the port on some systems
+            (FACT, pyserial issue 394).
+        write_timeout: Longest wait of ``write``, s.
+    """
+
+    baudrate: int
+    timeout: float | None
+    write_timeout: float | None
+
+    @property
+    def in_waiting(self) -> int:
+        """Bytes that have arrived and were not read."""
+
+    def read(self, size: int = 1, /) -> bytes:
+        """Up to ``size`` bytes, fewer after ``timeout``; raises ``OSError`` when the port is gone."""
+
+    def write(self, data: bytes, /) -> int | None:
+        """Sends the bytes; raises ``OSError`` when the port is gone."""
+
+    def reset_input_buffer(self) -> None:
+        """Throws away what has arrived."""
 
 
 def open_serial(name: str, baud: int, device: str) -> Any:

@@ -21,7 +21,6 @@ from palpate.drivers.jr3 import (
     CanTransport,
     Jr3,
     Jr3Settings,
-    Pace,
     Transport,
     UartLink,
     UartTransport,
@@ -97,12 +96,12 @@ class Jr3ForceSensor(PolledForceSensor[Jr3]):
         opened = self._open_wire()
         self._close_wire = opened.close
         self.device = Jr3(opened.wire, self._settings)
-        start_up(self.device, Pace(self._clock.now_ns, self._sleep), self._start_timeout_s)
+        start_up(self.device, self._clock.now_ns, self._sleep, self._start_timeout_s)
 
     @override
     def _leave(self, device: Jr3) -> None:
         wait_s = _LEAVE_S if self._is_sound(device) else _DEAD_S
-        shut_down(device, Pace(self._clock.now_ns, self._sleep), wait_s)
+        shut_down(device, self._clock.now_ns, self._sleep, wait_s)
 
 
 @dataclass(frozen=True)

@@ -10,12 +10,10 @@ from typing import ClassVar, Final, Generic, TypeVar
 from palpate.adapters.hardware.errors import told, translated, translating
 from palpate.core.errors import DeviceError
 from palpate.core.ports import Clock, ForceSensor, Life, ManagedDevice, Validity, WrenchSample
-from palpate.drivers.ati import NetFt, NetFtSample
 from palpate.drivers.errors import DriverError, SilentError
-from palpate.drivers.jr3 import Jr3, Jr3Sample
-from palpate.drivers.ur import UrToolForce, UrWrenchSample
+from palpate.drivers.force_sensor import ForceSample, PolledSensor
 
-DriverT = TypeVar("DriverT", Jr3, NetFt, UrToolForce)
+DriverT = TypeVar("DriverT", bound=PolledSensor)
 _LINE_NS: Final = 20_000_000
 """What line and system may add to the sensor's own period before a reading counts as missing."""
 
@@ -108,7 +106,7 @@ class PolledForceSensor(ManagedDevice, ForceSensor, Generic[DriverT]):
                 return
         self._undated = waiting
 
-    def _made(self, sample: Jr3Sample | NetFtSample | UrWrenchSample) -> WrenchSample:
+    def _made(self, sample: ForceSample) -> WrenchSample:
         validity = Validity.VALID
         if sample.settling:
             validity = Validity.INVALID

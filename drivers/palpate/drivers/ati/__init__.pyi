@@ -3,7 +3,6 @@ from .box import NetFtBox as NetFtBox
 from .box import parse_box as parse_box
 from .rdt import RDT_PORT as RDT_PORT
 from .stream import NetFt as NetFt
-from .stream import NetFtSample as NetFtSample
 from .stream import RdtStatistics as RdtStatistics
 from .stream import RdtWire as RdtWire
 from .wire import UdpWire as UdpWire

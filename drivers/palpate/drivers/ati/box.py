@@ -8,12 +8,11 @@ from math import isfinite
 from typing import Final
 
 from palpate.drivers.errors import GarbledError, SettingError
+from palpate.drivers.force_sensor import Vector3
 
 _NAME: Final = "ATI Net F/T"
 PAGE: Final = "/netftapi2.xml"
 _UNITS: Final = {"scfgfu": ("force", ("N",)), "scfgtu": ("torque", ("Nm", "N-m"))}
-
-Vector3 = tuple[float, float, float]
 
 
 @dataclass(frozen=True, slots=True)

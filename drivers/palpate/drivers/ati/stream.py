@@ -6,9 +6,12 @@ from abc import abstractmethod
 from dataclasses import dataclass
 from typing import Final, Protocol
 
-from palpate.drivers.ati.box import NetFtBox, Vector3
+from typing_extensions import override
+
+from palpate.drivers.ati.box import NetFtBox
 from palpate.drivers.ati.rdt import SATURATED, RdtCommand, RdtRecord, decode_records, encode_request, faults_in
 from palpate.drivers.errors import DeviceFaultError, DriverError, SilentError
+from palpate.drivers.force_sensor import ForceSample, PolledSensor
 
 _NAME: Final = "ATI Net F/T"
 _ASK_AGAIN_NS: Final = 100_000_000
@@ -39,28 +42,6 @@ class RdtWire(Protocol):
         """
 
 
-@dataclass(frozen=True, slots=True)
-class NetFtSample:
-    """A record in SI units.
-
-    Attributes:
-        force_N: Force on the tool, (3,), in the box's frame.
-        torque_Nm: Torque about its origin, (3,).
-        sequence: Counts the box's records, unwrapped; goes on over streams.
-        saturated: The box says so of transducer or converter.
-        near_saturated: Never said by this box. over_range: Beyond the rated range of an axis. settling: Never.
-    """
-
-    force_N: Vector3
-    torque_Nm: Vector3
-    sequence: int
-    receive_time_ns: int
-    saturated: bool = False
-    over_range: bool = False
-    near_saturated: bool = False
-    settling: bool = False
-
-
 @dataclass(slots=True)
 class RdtStatistics:
     """Records of the stream, by what became of them.
@@ -78,18 +59,12 @@ class RdtStatistics:
     malformed: int = 0
 
 
-class NetFt:
-    """A box that streams.
-
-    Attributes:
-        latest: Newest sample; None before the first one.
-        failure: Why nothing is taken any more; None otherwise.
-    """
+class NetFt(PolledSensor):
+    """A box that streams."""
 
     def __init__(self, wire: RdtWire, box: NetFtBox) -> None:
+        super().__init__()
         self.box = box
-        self.latest: NetFtSample | None = None
-        self.failure: DriverError | None = None
         self.statistics = RdtStatistics()
         self._wire = wire
         self._newest: int | None = None
@@ -112,10 +87,6 @@ class NetFt:
         self._asked_ns = None
         self._ask(RdtCommand.STOP)
 
-    def acknowledge(self) -> None:
-        """Forget the failure."""
-        self.failure = None
-
     def check(self) -> None:
         """Raise what is wrong now.
 
@@ -130,12 +101,12 @@ class NetFt:
             problem = f"has sent nothing for {(self._polled_ns - self._heard_ns) * 1e-6:.0f} ms"
             raise SilentError(_NAME, problem, "check its power and cable, and that no other program has its stream")
 
-    def poll(self, now_ns: int) -> list[NetFtSample]:
-        """Take what has arrived; new samples, oldest first. Never raises for what box or wire do: see :meth:`check`."""
+    @override
+    def poll(self, now_ns: int) -> list[ForceSample]:
         if self._asked_ns is not None and self._newest is None and now_ns - self._asked_ns >= _ASK_AGAIN_NS:
             self._asked_ns = now_ns
             self._ask(RdtCommand.REAL_TIME)
-        samples: list[NetFtSample] = []
+        samples: list[ForceSample] = []
         self._polled_ns = now_ns
         try:
             for datagram in self._wire.receive():
@@ -181,7 +152,7 @@ class NetFt:
         self._ft_sequence = record.ft_sequence
         return True
 
-    def _sample(self, record: RdtRecord, now_ns: int) -> NetFtSample:
+    def _sample(self, record: RdtRecord, now_ns: int) -> ForceSample:
         faults = faults_in(record.status)
         if faults and self.failure is None:
             remedy = "look at the box's page System Information, then acknowledge"
@@ -193,4 +164,4 @@ class NetFt:
         rated = zip((*force, *torque), (*box.range_N, *box.range_Nm), strict=True)
         beyond = any(abs(value) > most for value, most in rated)
         number = self._offset + (self._newest or 0)
-        return NetFtSample(force, torque, number, now_ns, bool(record.status & SATURATED), beyond)
+        return ForceSample(force, torque, number, now_ns, over_range=beyond, saturated=bool(record.status & SATURATED))

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import struct
 import threading
-from array import array
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -190,46 +189,35 @@ class ArmStatistics:
 
     Attributes:
         cycles: SYNCs sent.
-        round_trip_min_s: Shortest time from the first frame of a cycle to the last answer.
-        round_trip_median_s: Its median, over the newest cycles that were answered in full.
-        round_trip_p99_s: Its 99th percentile.
+        round_trips_ns: From the first frame of a cycle to the last answer, of the newest that were answered in full.
         nodes: One record a drive.
         emergencies: The newest EMCY messages, oldest first.
     """
 
     cycles: int
-    round_trip_min_s: float
-    round_trip_median_s: float
-    round_trip_p99_s: float
-    round_trip_max_s: float
+    round_trips_ns: tuple[int, ...]
     nodes: tuple[NodeStatistics, ...]
     emergencies: tuple[Emergency, ...]
 
 
 class Tally:
-    """Counts while the cycle runs; it allocates nothing then."""
+    """Counts while the cycle runs."""
 
     def __init__(self, drives: int) -> None:
         self.cycles = 0
         self.missed = [0] * drives
-        self._round_trips_ns = array("q", bytes(8 * _KEPT))
-        self._complete = 0
+        self._round_trips_ns: deque[int] = deque(maxlen=_KEPT)
 
     def add(self, round_trip_ns: int, fresh: Sequence[bool]) -> None:
         """Count one cycle."""
         self.cycles += 1
         if all(fresh):
-            self._round_trips_ns[self._complete % _KEPT] = round_trip_ns
-            self._complete += 1
+            self._round_trips_ns.append(round_trip_ns)
         else:
             self.missed = [missed + (not answered) for missed, answered in zip(self.missed, fresh, strict=True)]
 
     def summary(self, boxes: Sequence[NodeBox], emergencies: tuple[Emergency, ...]) -> ArmStatistics:
-        """All figures so far; round trips are 0 before the first full cycle."""
-        times = sorted(self._round_trips_ns[: min(self._complete, _KEPT)]) or [0]
-        low, middle, high, top = [
-            times[min(len(times) - 1, int(share * len(times)))] * 1e-9 for share in (0.0, 0.5, 0.99, 1.0)
-        ]
+        """All figures so far."""
         nodes = tuple(
             NodeStatistics(
                 node=box.node,
@@ -242,4 +230,4 @@ class Tally:
             )
             for box, missed in zip(boxes, self.missed, strict=True)
         )
-        return ArmStatistics(self.cycles, low, middle, high, top, nodes, emergencies)
+        return ArmStatistics(self.cycles, tuple(self._round_trips_ns), nodes, emergencies)

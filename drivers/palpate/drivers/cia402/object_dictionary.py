@@ -8,11 +8,10 @@ from __future__ import annotations
 
 import enum
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Final, Protocol
+from typing import Final
 
 import can
-from canopen.sdo import SdoAbortedError, SdoCommunicationError
+from canopen.sdo import SdoAbortedError, SdoClient, SdoCommunicationError
 
 from palpate.drivers.errors import DeviceFaultError, SilentError
 
@@ -57,25 +56,17 @@ class OperationMode(enum.IntEnum):
     CSV = 9
 
 
-@dataclass(frozen=True, slots=True)
-class Pattern:
-    """How a statusword is recognised: ``word & mask == value``."""
-
-    state: DriveState
-    mask: int
-    value: int
-
-
 PATTERNS: Final = (
-    Pattern(DriveState.NOT_READY, 0x4F, 0x00),
-    Pattern(DriveState.SWITCH_ON_DISABLED, 0x4F, 0x40),
-    Pattern(DriveState.READY, 0x6F, 0x21),
-    Pattern(DriveState.SWITCHED_ON, 0x6F, 0x23),
-    Pattern(DriveState.ENABLED, 0x6F, 0x27),
-    Pattern(DriveState.QUICK_STOP, 0x6F, 0x07),
-    Pattern(DriveState.FAULT_REACTION, 0x4F, 0x0F),
-    Pattern(DriveState.FAULT, 0x4F, 0x08),
+    (DriveState.NOT_READY, 0x4F, 0x00),
+    (DriveState.SWITCH_ON_DISABLED, 0x4F, 0x40),
+    (DriveState.READY, 0x6F, 0x21),
+    (DriveState.SWITCHED_ON, 0x6F, 0x23),
+    (DriveState.ENABLED, 0x6F, 0x27),
+    (DriveState.QUICK_STOP, 0x6F, 0x07),
+    (DriveState.FAULT_REACTION, 0x4F, 0x0F),
+    (DriveState.FAULT, 0x4F, 0x08),
 )
+"""How a statusword is recognised: state, mask, value, ``word & mask == value``."""
 
 TRANSITIONS: Final[dict[tuple[DriveState, Controlword], DriveState]] = {
     (DriveState.SWITCH_ON_DISABLED, Controlword.SHUTDOWN): DriveState.READY,
@@ -99,10 +90,7 @@ after a stop an arm shall go the whole way, as after power-up."""
 
 def state_of(statusword: int) -> DriveState | None:
     """The state that a statusword (object 0x6041) tells, or None where it fits no pattern."""
-    for pattern in PATTERNS:
-        if statusword & pattern.mask == pattern.value:
-            return pattern.state
-    return None
+    return next((state for state, mask, value in PATTERNS if statusword & mask == value), None)
 
 
 def command_towards(state: DriveState, goal: DriveState, *, by_operator: bool = False) -> Controlword | None:
@@ -126,22 +114,10 @@ _UNKNOWN: Final = (0x06020000, 0x06090011)
 """Abort codes of an object or a sub-index that does not exist (FACT: ``canopen`` 2.4.1, ``sdo/exceptions.py``)."""
 
 
-class SdoChannel(Protocol):
-    """The part of ``canopen.sdo.SdoClient`` that is used here."""
-
-    def upload(self, index: int, subindex: int) -> bytes:
-        """Read an object."""
-        ...
-
-    def download(self, index: int, subindex: int, data: bytes) -> None:
-        """Write an object."""
-        ...
-
-
 class Objects:
     """The object dictionary of one drive, over the bus."""
 
-    def __init__(self, node: int, channel: SdoChannel) -> None:
+    def __init__(self, node: int, channel: SdoClient) -> None:
         self.node = node
         self.name = f"drive {node}"
         self._channel = channel

@@ -1,4 +1,3 @@
-from .blocking import Pace as Pace
 from .blocking import shut_down as shut_down
 from .blocking import start_up as start_up
 from .device import Jr3 as Jr3

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from typing_extensions import override
+
 from palpate.drivers.errors import DriverError, SettingError, StateError
+from palpate.drivers.force_sensor import PolledSensor
 from palpate.drivers.jr3 import health
 from palpate.drivers.jr3.health import BoardIdentity, Jr3Statistics
 from palpate.drivers.jr3.messages import Ack, FullScales, Jr3Sample, Op, Reading, Request
@@ -18,15 +21,12 @@ MAX_BOOTS = 5
 """Restarts in a row, without a reading between them, that are borne. Assumed."""
 
 
-class Jr3:
+class Jr3(PolledSensor):
     """One JR3 behind one board.
 
     Nothing here tares, and starting the stream removes a zero that somebody else has set. (FACT: revisions of
     Jr3Controller.cpp up to 765f784 zero at every START. No host can prevent that; a sensor that carries a tool and
     reads zero right after :meth:`open` has such firmware.)
-
-    Attributes:
-        failure: Why it is FAULTED; None otherwise.
 
     Raises:
         SettingError: The wire cannot carry as many readings.
@@ -37,21 +37,16 @@ class Jr3:
         if settings.period_us < wire.timing.min_period_us:
             problem = f"{settings.period_us} us between readings is too short"
             raise SettingError(wire.name, problem, f"choose {wire.timing.min_period_us} us or more on this wire")
+        super().__init__()
         self.phase = Jr3Phase.CLOSED
-        self.failure: DriverError | None = None
         self._wire, self._exchange = wire, RequestInFlight()
         self._cutoff_cHz, self._period_us = wire.feasible(settings.cutoff_cHz, settings.period_us)
         self._settling_ns = settling_ns(self._cutoff_cHz)
         self._sampler = Sampler(self._period_us, self._settling_ns, settings.signs)
         self._heard = self._started = False
-        self._fences = self._boots = self._boots_in_row = self._unasked = 0
+        self._fences = self._boots = self._boots_in_row = 0
         self._raw_scales: tuple[int, ...] = ()
         self._at_stall = wire.counts(), 0
-
-    @property
-    def latest(self) -> Jr3Sample | None:
-        """The newest sample; None before the first one."""
-        return self._sampler.latest
 
     @property
     def after_boot(self) -> bool:
@@ -81,9 +76,10 @@ class Jr3:
         """Stop the stream; poll until ``phase`` is CLOSED. StateError when it is closed."""
         self._wish(Jr3Event.ASKED_TO_STOP)
 
+    @override
     def acknowledge(self) -> None:
         """Say that the restart of the board has been seen; samples are no longer marked."""
-        self._sampler.acknowledge()
+        self._sampler.after_boot = False
 
     def check(self) -> None:
         """Raise what is wrong now.
@@ -99,15 +95,9 @@ class Jr3:
             repeated = self._sampler.counter.duplicates - duplicates
             raise health.no_reading(self._wire.name, self._settings.stall_ns, before, self._wire.counts(), repeated)
 
+    @override
     def poll(self, now_ns: int) -> list[Jr3Sample]:
-        """Take what has arrived, and do what is due. Never raises for what device or wire do: see :meth:`check`.
-
-        Args:
-            now_ns: Monotonic time in ns.
-
-        Returns:
-            New samples, oldest first.
-        """
+        """Take what has arrived, and do what is due."""
         samples: list[Jr3Sample] = []
         if self.phase in (Jr3Phase.CLOSED, Jr3Phase.FAULTED):
             return samples
@@ -128,24 +118,19 @@ class Jr3:
 
     def statistics(self) -> Jr3Statistics:
         """Counters since the driver was made."""
-        trips_ms = [trip * 1e-6 for trip in self._exchange.round_trips_ns()]
         sampler, counter = self._sampler, self._sampler.counter
         return Jr3Statistics(
             wire=self._wire.counts(),
             samples=sampler.samples,
-            rate_Hz=sampler.rate_Hz,
             duplicates=counter.duplicates,
             doubted=counter.doubted,
             gaps=counter.gaps,
             missed=counter.missed,
             restarts=counter.restarts,
             boots=self._boots,
-            unasked=self._unasked,
             timeouts=self._exchange.timeouts,
             strays=self._exchange.strays,
-            round_trip_min_ms=trips_ms[0] if trips_ms else None,
-            round_trip_median_ms=trips_ms[len(trips_ms) // 2] if trips_ms else None,
-            round_trip_max_ms=trips_ms[-1] if trips_ms else None,
+            round_trips_ns=tuple(self._exchange.round_trips_ns),
         )
 
     def _wish(self, cue: Jr3Event) -> None:
@@ -209,10 +194,10 @@ class Jr3:
 
     def _read(self, reading: Reading, now_ns: int) -> Jr3Sample | None:
         if self.phase not in READABLE:
-            self._unasked += 1
             return None
         sample = self._sampler.take(reading, now_ns)
         if sample is not None:
+            self.latest = sample
             self._boots_in_row = 0
             if self.phase in (Jr3Phase.AWAITING, Jr3Phase.SILENT):
                 self._advance(Jr3Event.READ)

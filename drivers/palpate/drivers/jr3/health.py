@@ -28,30 +28,24 @@ class Jr3Statistics:
     """Counters since the driver was made.
 
     Attributes:
-        rate_Hz: Rate of the newest samples; 0 when there are fewer than two.
         duplicates: Readings with the counter of the one before.
         doubted: Readings dropped because their counter fitted nothing before.
         restarts: How often the frame counter went back without our asking.
-        unasked: Readings that came while no stream was ours.
         strays: Acknowledgements that answered nothing.
-        round_trip_min_ms: Fastest answer; None before the first one. As coarse as the polling.
+        round_trips_ns: From request to answer, of the newest; as coarse as the polling.
     """
 
     wire: TransportCounts
     samples: int
-    rate_Hz: float
     duplicates: int
     doubted: int
     gaps: int
     missed: int
     restarts: int
     boots: int
-    unasked: int
     timeouts: int
     strays: int
-    round_trip_min_ms: float | None
-    round_trip_median_ms: float | None
-    round_trip_max_ms: float | None
+    round_trips_ns: tuple[int, ...]
 
 
 def no_answer(name: str, doing: str, counts: TransportCounts, *, refused: bool, heard: bool) -> DriverError:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from palpate.drivers.errors import DeviceFaultError, SettingError
+from palpate.drivers.force_sensor import ForceSample, Vector3
 
 Counts3: TypeAlias = tuple[int, int, int]
 
@@ -95,7 +96,6 @@ class Reading:
 Message: TypeAlias = Ack | Bootup | Reading
 
 
-Vector3: TypeAlias = tuple[float, float, float]
 Signs: TypeAlias = tuple[int, int, int, int, int, int]
 
 LEFT_HANDED: Signs = (-1, 1, 1, -1, 1, 1)
@@ -199,31 +199,14 @@ def peak_counts(reading: Reading) -> int:
     return max(max(values), -min(values))
 
 
-@dataclass(frozen=True, slots=True)
-class Jr3Sample:
-    """A reading as the driver's user sees it.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Jr3Sample(ForceSample):
+    """A reading. CALC: its filter delays it by about 1/(2 pi cut-off).
 
     Attributes:
-        force_N: Force, (3,), in the sensor's axes made right-handed.
-        torque_Nm: Moment about the sensor's origin, (3,), in the same axes.
-        counter: Frame counter of the board, 0 to 65535.
-        sequence: The counter unwrapped: always increases, also across restarts of the board.
-        receive_time_ns: Clock of the poll that found the sample; it is older by the wait for that poll, the wire and
-            the filter's delay (CALC: about 1/(2 pi cut-off)).
-        over_range: Beyond full scale on an axis, where the calibration ends.
-        near_saturated: Beyond 80 % of the converter's range; treat as saturated (see
-            :mod:`~palpate.drivers.jr3.messages`). saturated: At the end of the converter's range. settling: Within five
-            time constants of the filter after a start; the filter starts from 0. after_boot: The board restarted in
-            mid-run and nobody has acknowledged it yet.
+        counter: Frame counter of the board, 0 to 65535; ``sequence`` is the same unwrapped.
+        after_boot: The board restarted in mid-run and nobody has acknowledged it yet.
     """
 
-    force_N: Vector3
-    torque_Nm: Vector3
     counter: int
-    sequence: int
-    receive_time_ns: int
-    over_range: bool = False
-    near_saturated: bool = False
-    saturated: bool = False
-    settling: bool = False
     after_boot: bool = False

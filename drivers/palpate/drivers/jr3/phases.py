@@ -115,7 +115,7 @@ class RequestInFlight:
         self._attempts_left = 0
         self._sent_ns: int | None = None
         self._timeout_ns = 0
-        self._round_trips_ns: deque[int] = deque(maxlen=_REMEMBERED)
+        self.round_trips_ns: deque[int] = deque(maxlen=_REMEMBERED)
 
     def begin(self, request: Request, attempts: int, timeout_ns: int) -> None:
         """Put a request in place of any before it; :meth:`due` then tells when to send it."""
@@ -152,13 +152,9 @@ class RequestInFlight:
         self.refused = not ack.ready
         if self.refused:
             return None
-        self._round_trips_ns.append(now_ns - self._sent_ns)
+        self.round_trips_ns.append(now_ns - self._sent_ns)
         self.request = None
         return request
-
-    def round_trips_ns(self) -> tuple[int, ...]:
-        """The last round trips, sorted, in ns; as coarse as the polling."""
-        return tuple(sorted(self._round_trips_ns))
 
     def _waited(self, now_ns: int) -> bool:
         return self._sent_ns is None or now_ns - self._sent_ns >= self._timeout_ns

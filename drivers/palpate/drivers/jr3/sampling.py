@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections import deque
-
 from palpate.drivers.jr3.messages import (
     FULL_SCALE_COUNTS,
     NEAR_SATURATION_COUNTS,
@@ -90,34 +88,21 @@ class FrameCounter:
             self.missed += round(ahead / self._step) - 1
 
 
-_RATE_SAMPLES = 256
-
-
 class Sampler:
     """Makes samples and remembers what marks they bear.
 
     Attributes:
         full_scales: As the board reports them; None before.
-        latest: The newest sample; None before the first one.
     """
 
     def __init__(self, period_us: int, settling_ns: int, signs: Signs) -> None:
         self.counter = FrameCounter(period_us)
         self.full_scales: FullScales | None = None
         self.after_boot = False
-        self.latest: Jr3Sample | None = None
         self.samples = self.last_new_ns = 0
         self._signs, self._settling_ns = signs, settling_ns
         self._scaling: Scaling | None = None
         self._settled_at_ns = 0
-        self._times_ns: deque[int] = deque(maxlen=_RATE_SAMPLES)
-
-    @property
-    def rate_Hz(self) -> float:
-        """Rate of the newest samples; 0 when there are fewer than two."""
-        times = self._times_ns
-        elapsed_ns = times[-1] - times[0] if times else 0
-        return (len(times) - 1) * 1e9 / elapsed_ns if elapsed_ns else 0.0
 
     def scale_by(self, full_scales: FullScales) -> None:
         """Use these full scales from now on."""
@@ -127,10 +112,6 @@ class Sampler:
         """The board has started a stream; its filter begins at 0."""
         self.counter.restart()
         self.last_new_ns, self._settled_at_ns = now_ns, now_ns + self._settling_ns
-
-    def acknowledge(self) -> None:
-        """Marks of what was lost end here."""
-        self.after_boot = False
 
     def take(self, reading: Reading, now_ns: int) -> Jr3Sample | None:
         """A sample of a reading; None when that is no news, or in doubt."""
@@ -146,17 +127,15 @@ class Sampler:
         peak = peak_counts(reading)
         force_N, torque_Nm = self._scaling.wrench(reading)
         self.samples += 1
-        self._times_ns.append(now_ns)
-        self.latest = Jr3Sample(
+        return Jr3Sample(
             force_N,
             torque_Nm,
-            reading.counter,
             sequence,
             now_ns,
+            counter=reading.counter,
             over_range=peak > FULL_SCALE_COUNTS,
             near_saturated=peak > NEAR_SATURATION_COUNTS,
             saturated=peak >= SATURATION_COUNTS,
             settling=now_ns < self._settled_at_ns,
             after_boot=self.after_boot,
         )
-        return self.latest

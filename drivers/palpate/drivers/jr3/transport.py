@@ -6,43 +6,29 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Protocol
 
-from palpate.drivers.can import CanFrame
+from palpate.drivers.can import CanLink
 from palpate.drivers.errors import SilentError
 from palpate.drivers.jr3.codec_can import CanDecoder, Reassembly, encode_can
 from palpate.drivers.jr3.codec_uart import UartParser, encode_uart, nudged
 from palpate.drivers.jr3.messages import SCALES_IN_REPLY, Forces, Message, Moments, Op, Request
 from palpate.drivers.jr3.settings import check_node
-from palpate.drivers.serial_port import WRITE_TIMEOUT_S
+from palpate.drivers.serial_port import WRITE_TIMEOUT_S, ByteStream
 
 MAX_BYTES = 4096
 """Bytes taken per call, 0.36 s of a line at 115200 baud (CALC)."""
-
-
-class SerialPort(Protocol):
-    """What is needed of a port from ``serial.serial_for_url``."""
-
-    timeout: float | None
-    write_timeout: float | None
-
-    def read(self, size: int, /) -> bytes:
-        """Read what is there, at most ``size`` bytes."""
-
-    def write(self, data: bytes, /) -> int | None:
-        """Write bytes."""
 
 
 class UartLink:
     """Bytes of a serial port, opened with ``serial.serial_for_url`` by whoever closes it.
 
     Args:
-        port: An open port at 115200 baud, 8N1. It is set to non-blocking here, once, because to change a time-out later
-            reconfigures the port on Windows (FACT, pyserial issue 394).
+        port: An open port at 115200 baud, 8N1. It is set to non-blocking here, once.
 
     Attributes:
         send_failures: Frames that the port did not take in time.
     """
 
-    def __init__(self, port: SerialPort) -> None:
+    def __init__(self, port: ByteStream) -> None:
         self.send_failures = 0
         port.timeout = 0.0
         port.write_timeout = WRITE_TIMEOUT_S
@@ -124,32 +110,6 @@ UART_TIMING = TransportTiming(ack_timeout_ns=2_500_000_000, attempts=3, ping_att
 """FACT: the firmware sleeps 1 s after each command and boots in more than 5 s. CALC: 18 bytes last 1.5625 ms."""
 
 
-class FrameLink(Protocol):
-    """A way to a CAN bus; see :class:`palpate.drivers.jr3.transport.CanLink`."""
-
-    garbled: int
-    bus_offs: int
-    send_failures: int
-
-    def receive(self) -> list[CanFrame]:
-        """Frames that have arrived."""
-
-    def send(self, frame: CanFrame) -> bool:
-        """Hand over a frame; False when it was not taken."""
-
-
-class ByteLink(Protocol):
-    """A way to a serial line; see :class:`palpate.drivers.jr3.transport.UartLink`."""
-
-    send_failures: int
-
-    def receive(self) -> bytes:
-        """Bytes that have arrived."""
-
-    def send(self, frame: bytes) -> bool:
-        """Hand over a frame; False when it was not taken."""
-
-
 class Transport(Protocol):
     """What the conversation needs. ``receive`` and ``send`` raise SilentError when the way to the board is gone."""
 
@@ -183,7 +143,7 @@ class CanTransport:
         SettingError: The node number cannot work (:func:`palpate.drivers.jr3.settings.check_node`).
     """
 
-    def __init__(self, link: FrameLink, node: int = 1, canopen_nodes: Iterable[int] = ()) -> None:
+    def __init__(self, link: CanLink, node: int = 1, canopen_nodes: Iterable[int] = ()) -> None:
         check_node(node, canopen_nodes)
         self.name = f"JR3 on CAN, node {node}"
         self.timing = CAN_TIMING
@@ -230,7 +190,7 @@ class CanTransport:
 class UartTransport:
     """The board on a serial line."""
 
-    def __init__(self, link: ByteLink) -> None:
+    def __init__(self, link: UartLink) -> None:
         self.name = "JR3 on a serial line"
         self.timing = UART_TIMING
         self.scale_ops: tuple[Op, ...] = (Op.GET_SCALES,)

@@ -1,11 +1,10 @@
-from .bus import ByteStream as ByteStream
 from .bus import NmcBus as NmcBus
 from .commands import NOP as NOP
+from .commands import RESET_POS as RESET_POS
 from .commands import acceleration_word as acceleration_word
 from .commands import def_stat as def_stat
 from .commands import load_traj as load_traj
 from .commands import read_stat as read_stat
-from .commands import reset_pos as reset_pos
 from .commands import set_gain as set_gain
 from .commands import stop_motor as stop_motor
 from .commands import velocity_word as velocity_word

@@ -9,41 +9,23 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Callable, Iterable
-from typing import Final, Protocol
+from typing import Final
 
 from palpate.drivers.errors import DriverError, GarbledError, LateError, SilentError, StateError, WiringError
 from palpate.drivers.nmc.commands import CLEAR_BITS
-from palpate.drivers.nmc.frames import FRAME_OVERHEAD_BYTES, MAX_DATA_BYTES, Code, NmcCommand, StatusItem, find_frame
+from palpate.drivers.nmc.frames import (
+    EVERYBODY,
+    FRAME_OVERHEAD_BYTES,
+    MAX_DATA_BYTES,
+    Code,
+    NmcCommand,
+    StatusItem,
+    find_frame,
+)
 from palpate.drivers.nmc.replies import Discarded, Reply, decode_reply, reply_size_bytes
 from palpate.drivers.nmc.settings import POWER_UP_BAUD, BusSettings, SerialTiming
 from palpate.drivers.nmc.statistics import BusStatistics, Counters
-
-
-class ByteStream(Protocol):
-    """A serial port as of pyserial, opened by the caller, so that sockets and pseudo-terminals do as well.
-
-    Attributes:
-        baudrate: Line rate, bit/s; the bus sets it.
-        timeout: Longest wait of ``read``, s; the bus sets it, and only when the rate changes, because that
-            reconfigures the port on some systems.
-    """
-
-    baudrate: int
-    timeout: float | None
-
-    @property
-    def in_waiting(self) -> int:
-        """Bytes that have arrived and were not read."""
-
-    def read(self, size: int = 1, /) -> bytes:
-        """Up to ``size`` bytes, fewer after ``timeout``; raises ``OSError`` when the port is gone."""
-
-    def write(self, data: bytes, /) -> int | None:
-        """Sends the bytes; raises ``OSError`` when the port is gone."""
-
-    def reset_input_buffer(self) -> None:
-        """Throws away what has arrived."""
-
+from palpate.drivers.serial_port import ByteStream
 
 DEVICE: Final = "NMC bus"
 _RESYNC: Final = bytes(30)
@@ -232,20 +214,15 @@ class NmcBus:
             continue
         return reply
 
-    def group(self, command: NmcCommand) -> Reply | Discarded | None:
-        """A command to all modules at once; only a leader answers, so None says nothing about success.
+    def group(self, command: NmcCommand) -> None:
+        """A command to all modules at once; none of them answers.
 
         Raises:
             SilentError: The port is gone.
         """
-        leader = self.settings.leader
-        if leader is not None and command.is_answered:
-            self._masks[self.settings.group] = self._masks[leader]
-            return self.attempt(self.settings.group, command)
         if self._is_dirty:
             self.resync()
-        self.send_raw(command.frame(self.settings.group))
-        return None
+        self.send_raw(command.frame(EVERYBODY))
 
     def clear_bits(self, address: int) -> Reply:
         """Clears the sticky fault bits of a module; the bus never does so by itself.

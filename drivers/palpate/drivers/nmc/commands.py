@@ -6,12 +6,23 @@ import struct
 from math import isfinite
 from typing import Final
 
-from palpate.drivers.nmc.frames import GROUP_BIT, Code, NmcCommand, StatusItem, StopControl, TrajectoryControl, refused
+from palpate.drivers.nmc.frames import (
+    EVERYBODY,
+    GROUP_BIT,
+    Code,
+    NmcCommand,
+    StatusItem,
+    StopControl,
+    TrajectoryControl,
+    refused,
+)
 
 NOP: Final = NmcCommand(Code.NOP)
 """Asks for the status and nothing else."""
 CLEAR_BITS: Final = NmcCommand(Code.CLEAR_BITS)
 """Clears the sticky fault bits."""
+RESET_POS: Final = NmcCommand(Code.RESET_POS)
+"""Sets the position counter to zero."""
 HARD_RESET: Final = NmcCommand(Code.HARD_RESET)
 """Puts a module back to its state after power-up: address 0, 19200 baud, counter zero, motor off. No reply."""
 
@@ -23,16 +34,11 @@ def _pack(layout: str, *values: int) -> bytes:
         raise refused(f"a field of {values} does not fit: {error}") from error
 
 
-def reset_pos(*, relative_to_home: bool = False) -> NmcCommand:
-    """Sets the position counter to zero, or to the distance from the stored home position."""
-    return NmcCommand(Code.RESET_POS, b"\x01" if relative_to_home else b"")
-
-
-def set_addr(address: int, group: int, *, leader: bool = False) -> NmcCommand:
-    """Gives an individual address, 1 to 127, and a group address, 128 to 255."""
-    if not (1 <= address < GROUP_BIT <= group <= 0xFF):
-        raise refused(f"individual address {address} must be 1 to 127 and group address {group} 128 to 255")
-    return NmcCommand(Code.SET_ADDR, bytes((address, group & ~GROUP_BIT if leader else group)))
+def set_addr(address: int) -> NmcCommand:
+    """Gives an individual address, 1 to 127, in the group of all modules."""
+    if not 1 <= address < GROUP_BIT:
+        raise refused(f"individual address {address} must be 1 to 127")
+    return NmcCommand(Code.SET_ADDR, bytes((address, EVERYBODY)))
 
 
 def def_stat(mask: StatusItem) -> NmcCommand:
@@ -51,16 +57,14 @@ def load_traj(
     position_counts: int | None = None,
     velocity_word: int | None = None,
     acceleration_word: int | None = None,
-    pwm: int | None = None,
 ) -> NmcCommand:
     """Loads a motion; which fields are there is added to ``control``.
 
     Args:
-        control: SERVO, VELOCITY_PROFILE, REVERSE_OR_RELATIVE and START_NOW as wanted.
+        control: SERVO, VELOCITY_PROFILE and START_NOW as wanted.
         position_counts: Target position, s32.
         velocity_word: Magnitude, u32, see :mod:`palpate.drivers.nmc.commands`.
         acceleration_word: Magnitude, u32.
-        pwm: Magnitude, u8.
 
     Raises:
         RefusedError: A field does not fit.
@@ -69,11 +73,8 @@ def load_traj(
         (TrajectoryControl.POSITION, "i", position_counts),
         (TrajectoryControl.VELOCITY, "I", velocity_word),
         (TrajectoryControl.ACCELERATION, "I", acceleration_word),
-        (TrajectoryControl.PWM, "B", pwm),
     )
-    control &= ~(
-        TrajectoryControl.POSITION | TrajectoryControl.VELOCITY | TrajectoryControl.ACCELERATION | TrajectoryControl.PWM
-    )
+    control &= ~(TrajectoryControl.POSITION | TrajectoryControl.VELOCITY | TrajectoryControl.ACCELERATION)
     data = b""
     for bit, layout, value in fields:
         if value is not None:

@@ -33,10 +33,6 @@ class Code(enum.IntEnum):
     HARD_RESET = 0xF
 
 
-UNANSWERED: Final = frozenset({Code.SET_BAUD, Code.HARD_RESET})
-"""Commands that no module answers."""
-
-
 class NmcStatus(enum.IntFlag):
     """Status byte, the first of every reply.
 
@@ -156,11 +152,6 @@ class NmcCommand:
     def size_bytes(self) -> int:
         """Bytes of the frame on the wire."""
         return FRAME_OVERHEAD_BYTES + len(self.data)
-
-    @property
-    def is_answered(self) -> bool:
-        """Whether the module that is addressed alone sends a reply."""
-        return self.code not in UNANSWERED
 
     def frame(self, address: int) -> bytes:
         """The frame for that address.

@@ -111,15 +111,8 @@ def decode_reply(raw: bytes, mask: StatusItem) -> Reply | Discarded:
 def _accepted(status: NmcStatus, items: bytes, mask: StatusItem) -> Reply:
     values = iter(struct.unpack(_layout(mask), items))
     found = {name: next(values) for item, _, name in _LAYOUT if item & mask}
-    aux, identity = found.get("aux"), found.get("identity")
-    return Reply(
-        status=status,
-        position_counts=found.get("position_counts"),
-        analog=found.get("analog"),
-        velocity_counts_per_tick=found.get("velocity_counts_per_tick"),
-        aux=None if aux is None else Aux(aux),
-        home_counts=found.get("home_counts"),
-        identity=None if identity is None else ModuleIdentity(identity[0], identity[1]),
-        position_error_counts=found.get("position_error_counts"),
-        path_points=found.get("path_points"),
-    )
+    if "aux" in found:
+        found["aux"] = Aux(found["aux"])
+    if "identity" in found:
+        found["identity"] = ModuleIdentity(*found["identity"])
+    return Reply(status=status, **found)

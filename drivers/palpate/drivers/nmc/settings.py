@@ -9,7 +9,7 @@ from typing import Final
 
 from palpate.drivers.arm import BusBudget
 from palpate.drivers.errors import SettingError
-from palpate.drivers.nmc.frames import EVERYBODY, GROUP_BIT, NmcCommand, StatusItem
+from palpate.drivers.nmc.frames import GROUP_BIT, NmcCommand, StatusItem
 from palpate.drivers.nmc.replies import reply_size_bytes
 
 POWER_UP_BAUD: Final = 19_200
@@ -37,8 +37,6 @@ class BusSettings:
         errors_in_a_row: As many failures, at one module or on the whole bus, demand a new start. FACT (libnmc): 2.
         reset_wait_s: Wait after HARD_RESET. INFERENCE: 0.1; the port of libnmc to Linux waits 0.1 ms by mistake.
         max_modules: The address chain ends here at the latest. INFERENCE.
-        group: Group address of all modules, 128 to 255.
-        leader: Address of the module that answers group commands; None: nobody does.
 
     Raises:
         SettingError: A value that cannot work.
@@ -51,8 +49,6 @@ class BusSettings:
     errors_in_a_row: int = 2
     reset_wait_s: float = 0.1
     max_modules: int = 31
-    group: int = EVERYBODY
-    leader: int | None = None
 
     def __post_init__(self) -> None:
         times = (self.adapter_latency_s, self.turnaround_s, self.slack_s, self.reset_wait_s)
@@ -61,8 +57,6 @@ class BusSettings:
             (all(isfinite(t) and t >= 0.0 for t in times), f"times of {times} s", "finite and not negative"),
             (self.errors_in_a_row >= 1, f"errors_in_a_row = {self.errors_in_a_row}", "1 at least"),
             (1 <= self.max_modules < GROUP_BIT, f"max_modules = {self.max_modules}", "1 to 127"),
-            (GROUP_BIT <= self.group <= EVERYBODY, f"group = {self.group}", "128 to 255"),
-            (self.leader is None or 1 <= self.leader <= self.max_modules, f"leader = {self.leader}", "a module"),
         )
         for good, found, wanted in checks:
             if not good:

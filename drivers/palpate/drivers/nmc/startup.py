@@ -85,7 +85,7 @@ def change_baud(bus: NmcBus, addresses: range) -> None:
     baud = bus.settings.baud
     if baud == bus.line.baud:
         return
-    bus.send_raw(set_baud(BAUD_DIVISORS[baud]).frame(bus.settings.group))
+    bus.send_raw(set_baud(BAUD_DIVISORS[baud]).frame(EVERYBODY))
     bus.wait_s(_BAUD_SETTLE_S)
     bus.set_line(baud)
     lost = [address for address in addresses if not _answers(bus, address)]
@@ -107,17 +107,14 @@ def _reset_all(bus: NmcBus, baud: int) -> None:
     bus.set_line(baud)
     bus.send_raw(_WAKE)
     for _ in range(_RESETS):
-        # Modules of an earlier run may belong to the group of the settings instead.
-        for group in sorted({EVERYBODY, bus.settings.group}, reverse=True):
-            bus.send_raw(HARD_RESET.frame(group))
+        bus.send_raw(HARD_RESET.frame(EVERYBODY))
         bus.wait_s(bus.settings.reset_wait_s)
 
 
 def _address_chain(bus: NmcBus) -> range:
-    settings = bus.settings
     found = 0
-    for address in range(1, settings.max_modules + 1):
-        command = set_addr(address, settings.group, leader=address == settings.leader)
+    for address in range(1, bus.settings.max_modules + 1):
+        command = set_addr(address)
         result: Reply | Discarded = Discarded.MISSING
         for _ in range(_TRIES):
             result = bus.attempt(_UNADDRESSED, command)

@@ -13,22 +13,11 @@ _KEPT: Final = 8192
 
 
 @dataclass(frozen=True, slots=True)
-class RoundTrips:
-    """Times from the first byte sent to the last received of the newest exchanges, s."""
-
-    count: int
-    min_s: float
-    median_s: float
-    p99_s: float
-    max_s: float
-
-
-@dataclass(frozen=True, slots=True)
 class BusStatistics:
     """A copy of the counters.
 
     Attributes:
-        round_trips: Of accepted replies; None before the first.
+        round_trips_ns: From the first byte sent to the last received, of the newest accepted replies.
         wire_s: Time that the bytes of all exchanges take on the wire, by calculation.
         waiting_s: Time spent inside the stream's read and write.
     """
@@ -37,7 +26,7 @@ class BusStatistics:
     discarded: dict[Discarded, int]
     stray_bytes: int
     resyncs: int
-    round_trips: RoundTrips | None
+    round_trips_ns: tuple[int, ...]
     wire_s: float
     waiting_s: float
     own_s: float
@@ -68,17 +57,8 @@ class Counters:
             discarded=dict(self.discarded),
             stray_bytes=self.stray_bytes,
             resyncs=self.resyncs,
-            round_trips=_round_trips(sorted(self.round_trips_ns)),
+            round_trips_ns=tuple(self.round_trips_ns),
             wire_s=self.wire_ns * 1e-9,
             waiting_s=self.waiting_ns * 1e-9,
             own_s=max(0, self.total_ns - self.waiting_ns) * 1e-9,
         )
-
-
-def _round_trips(times_ns: list[int]) -> RoundTrips | None:
-    if not times_ns:
-        return None
-    last = len(times_ns) - 1
-    picks = (times_ns[0], times_ns[last // 2], times_ns[round(0.99 * last)], times_ns[last])
-    least, median, p99, most = (t * 1e-9 for t in picks)
-    return RoundTrips(len(times_ns), least, median, p99, most)

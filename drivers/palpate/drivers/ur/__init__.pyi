@@ -7,4 +7,3 @@ from .link import UrState as UrState
 from .tool_force import RANGE_N as RANGE_N
 from .tool_force import RANGE_NM as RANGE_NM
 from .tool_force import UrToolForce as UrToolForce
-from .tool_force import UrWrenchSample as UrWrenchSample

@@ -10,8 +10,6 @@ from collections.abc import Callable, Sequence
 from math import inf, isfinite
 from typing import Final
 
-from typing_extensions import override
-
 from palpate.drivers.arm import Applied, AppliedReason, ArmState, LatchingArm, Measured, clamped, held_back
 from palpate.drivers.errors import (
     DeviceFaultError,
@@ -46,7 +44,6 @@ class UrArm(LatchingArm):
 
     Attributes:
         hello: Who the controller is; None before :meth:`open`.
-        reconnections: How often a connection that broke was made again.
     """
 
     def __init__(
@@ -55,7 +52,6 @@ class UrArm(LatchingArm):
         super().__init__()
         self.settings = settings
         self.hello: UrHello | None = None
-        self.reconnections = 0
         self._link, self._now_ns, self._sleep = link, now_ns, sleep
         self._seen: UrState | None = None
         self._reference_rad: tuple[float, ...] = ()
@@ -93,7 +89,6 @@ class UrArm(LatchingArm):
             seen = self._reach()
             self._judge_controller(seen)
             self._judge_set_up(seen)
-            self.reconnections += 1
         require_same_tool(seen, self.settings)
         for i, (angle, low, high) in enumerate(
             zip(seen.q_rad, self.settings.lower_rad, self.settings.upper_rad, strict=True)
@@ -197,7 +192,6 @@ class UrArm(LatchingArm):
             seen = self._fresh()
         except DriverError:
             seen = self._reach()
-            self.reconnections += 1
         if seen.safety_mode == PROTECTIVE_STOP:
             self._link.call("unlock", _ANSWER_S)
             self._sleep(0.1)
@@ -211,11 +205,6 @@ class UrArm(LatchingArm):
         self.stop()
         self._link.close()
         self._state = ArmState.CLOSED
-
-    @override
-    @property
-    def notes(self) -> tuple[str, ...]:
-        return ()
 
     def _reach(self) -> UrState:
         self._seen = None

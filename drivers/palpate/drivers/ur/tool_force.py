@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Final
 
+from typing_extensions import override
+
 from palpate.drivers.errors import DriverError, SilentError, WiringError
+from palpate.drivers.force_sensor import ForceSample, PolledSensor
 from palpate.drivers.ur.link import CHECK, NAME, UrLink
 
 RANGE_N: Final = (50.0, 50.0, 50.0)
@@ -14,44 +16,13 @@ RANGE_NM: Final = (10.0, 10.0, 10.0)
 _STALL_NS: Final = 100_000_000
 
 
-@dataclass(frozen=True, slots=True)
-class UrWrenchSample:
-    """A reading, raw: the tool's weight is in it.
-
-    Attributes:
-        force_N: Force on the tool, (3,), in the flange's frame.
-        torque_Nm: Torque about its origin, (3,).
-        over_range: Beyond the rated range of an axis, where the sensor saturates. saturated: The same.
-        near_saturated: Never. settling: Never.
-    """
-
-    force_N: tuple[float, float, float]
-    torque_Nm: tuple[float, float, float]
-    sequence: int
-    receive_time_ns: int
-    over_range: bool
-    saturated: bool
-    near_saturated: bool = False
-    settling: bool = False
-
-
-class UrToolForce:
-    """The sensor. Opens nothing: the link is open.
-
-    Attributes:
-        latest: Newest reading; None before the first.
-        failure: Why nothing is taken any more; None otherwise.
-    """
+class UrToolForce(PolledSensor):
+    """The sensor, in the flange's frame; it saturates at its rated range. Opens nothing: the link is open."""
 
     def __init__(self, link: UrLink) -> None:
-        self.latest: UrWrenchSample | None = None
-        self.failure: DriverError | None = None
+        super().__init__()
         self._link, self._timestamp_s, self._count = link, -1.0, 0
         self._polled_ns = 0
-
-    def acknowledge(self) -> None:
-        """Forget the failure."""
-        self.failure = None
 
     def check(self) -> None:
         """Raise what is wrong now.
@@ -66,8 +37,8 @@ class UrToolForce:
             age_ms = (self._polled_ns - self.latest.receive_time_ns) * 1e-6
             raise SilentError(NAME, f"the tool force of {self._link.host} has not come for {age_ms:.0f} ms", CHECK)
 
-    def poll(self, now_ns: int) -> list[UrWrenchSample]:
-        """Take what has arrived; never raises for what the controller does: see :meth:`check`."""
+    @override
+    def poll(self, now_ns: int) -> list[ForceSample]:
         self._polled_ns = now_ns
         try:
             state = self._link.state()
@@ -81,5 +52,5 @@ class UrToolForce:
         x, y, z, tx, ty, tz = state.wrench
         beyond = any(abs(value) > most for value, most in zip(state.wrench, (*RANGE_N, *RANGE_NM), strict=True))
         found_ns = now_ns - max(0, self._link.stamp_ns() - state.stamp_ns)
-        self.latest = UrWrenchSample((x, y, z), (tx, ty, tz), self._count, found_ns, beyond, beyond)
+        self.latest = ForceSample((x, y, z), (tx, ty, tz), self._count, found_ns, over_range=beyond, saturated=beyond)
         return [self.latest]

@@ -8,7 +8,8 @@ from typing import Final, NoReturn, Protocol, Self
 
 from palpate.drivers.arm import Applied, AppliedReason, ArmDriver
 from palpate.drivers.errors import DeviceFaultError, DriverError, StateError, WiringError
-from palpate.drivers.nmc import NOP, ByteStream, Module, NmcBus, NmcCommand, start
+from palpate.drivers.nmc import NOP, Module, NmcBus, NmcCommand, start
+from palpate.drivers.serial_port import ByteStream
 from palpate.drivers.zebra_zero.counts import DEVICE, JOINTS, SixCounts, six
 from palpate.drivers.zebra_zero.servos import (
     AXES,
@@ -114,7 +115,6 @@ class ZebraZero(ArmDriver):
             baud=self._bus.line.baud,
             streaming=self._streaming,
             budget=self.settings.budget(),
-            achieved_rate_Hz=self._tracking.rate_Hz,
             statistics=self._bus.statistics,
         )
 

@@ -9,6 +9,7 @@ from typing import Final
 from palpate.drivers.errors import DriverError, SilentError, WiringError
 from palpate.drivers.nmc import (
     NOP,
+    RESET_POS,
     STICKY_STATUS,
     Aux,
     Module,
@@ -25,7 +26,6 @@ from palpate.drivers.nmc import (
     def_stat,
     load_traj,
     read_stat,
-    reset_pos,
     stop_motor,
     velocity_word,
 )
@@ -178,7 +178,7 @@ class Servos:
         """Switches every motor off and sets its counter to zero; only for an arm that rests in its home pose."""
         self.off()
         for axis in AXES:
-            self._bus.require(axis, reset_pos())
+            self._bus.require(axis, RESET_POS)
             found = _position(self._look(axis))
             if abs(found) > self._settings.stored_tolerance_counts:
                 problem = f"motor {axis} counts {found} right after its counter was set to zero"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import enum
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from math import copysign, inf, isfinite
 from typing import Final
 
@@ -139,18 +139,7 @@ class ServoGains:
 
     def command(self) -> NmcCommand:
         """The SET_GAIN command."""
-        return set_gain(
-            kp=self.kp,
-            kd=self.kd,
-            ki=self.ki,
-            integration_limit=self.integration_limit,
-            output_limit=self.output_limit,
-            current_limit=self.current_limit,
-            error_limit_counts=self.error_limit_counts,
-            servo_rate_divisor=self.servo_rate_divisor,
-            deadband=self.deadband,
-            step_multiplier=self.step_multiplier,
-        )
+        return set_gain(**asdict(self))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -148,11 +148,7 @@ class ZebraMeasured(Measured):
 
 @dataclass(frozen=True, slots=True)
 class ArmReport:
-    """Facts about the arm for a person.
-
-    Attributes:
-        achieved_rate_Hz: Over the newest cycles; None before the second.
-    """
+    """Facts about the arm for a person."""
 
     state: ZebraState
     fault: str | None
@@ -160,5 +156,4 @@ class ArmReport:
     baud: int
     streaming: Streaming
     budget: BusBudget
-    achieved_rate_Hz: float | None
     statistics: BusStatistics

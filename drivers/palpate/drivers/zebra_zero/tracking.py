@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -17,7 +16,6 @@ from palpate.drivers.zebra_zero.settings import ZebraZeroSettings
 from palpate.drivers.zebra_zero.states import Fault, FaultKind, ZebraMeasured, fault_in
 
 _STILL: Final = six((0.0,) * JOINTS)
-_RATE_WINDOW: Final = 281
 
 
 class Tracking:
@@ -38,7 +36,6 @@ class Tracking:
         self._status = [NmcStatus(0)] * JOINTS
         self._aux: list[Aux | None] = [None] * JOINTS
         self._doubts = [0] * JOINTS
-        self._begins_ns: deque[int] = deque(maxlen=_RATE_WINDOW)
 
     @property
     def counts(self) -> SixCounts:
@@ -50,13 +47,6 @@ class Tracking:
     def position_rad(self) -> Six:
         """Newest joint angles."""
         return self._transmission.to_rad(self._counts)
-
-    @property
-    def rate_Hz(self) -> float | None:
-        """Rate of the newest cycles; None before the second."""
-        begins = self._begins_ns
-        span_ns = begins[-1] - begins[0] if len(begins) > 1 else 0
-        return (len(begins) - 1) * 1e9 / span_ns if span_ns else None
 
     def agrees(self, stored_counts: Sequence[int]) -> bool:
         """Whether the counters are where an earlier run has left them."""
@@ -94,7 +84,6 @@ class Tracking:
         self, is_fresh: tuple[bool, ...], applied: Applied | None, begin_ns: int, end_ns: int
     ) -> ZebraMeasured:
         """What a cycle found, and the end of that cycle."""
-        self._begins_ns.append(begin_ns)
         return ZebraMeasured(
             position_rad=self.position_rad,
             is_fresh=is_fresh,

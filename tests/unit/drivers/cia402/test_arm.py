@@ -242,8 +242,7 @@ def test_figures_for_the_doctor() -> None:
     bench.cycle(times=20)
     figures = bench.arm.statistics()
     assert figures.cycles == before + 20
-    assert 0.0 < figures.round_trip_min_s <= figures.round_trip_median_s <= figures.round_trip_p99_s
-    assert figures.round_trip_p99_s <= figures.round_trip_max_s < 0.01
+    assert 0 < min(figures.round_trips_ns) <= max(figures.round_trips_ns) < 10_000_000
     assert [n.missed for n in figures.nodes] == [0, 0, 1, 0, 0, 1]
     assert [n.duplicates for n in figures.nodes] == [0, 0, 0, 0, 1, 0]
     assert [n.malformed for n in figures.nodes] == [0, 0, 0, 0, 0, 1]

@@ -28,7 +28,7 @@ def test_a_statusword_that_fits_no_pattern_is_no_state(word: int) -> None:
 
 def test_no_statusword_fits_two_patterns() -> None:
     for word in range(0x80):
-        assert sum(word & p.mask == p.value for p in PATTERNS) <= 1
+        assert sum(word & mask == value for _, mask, value in PATTERNS) <= 1
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from palpate.drivers.can.link import CanFrame
 from palpate.drivers.errors import SilentError
-from palpate.drivers.jr3 import CanTransport, Jr3, Jr3Sample, Jr3Settings, Pace
+from palpate.drivers.jr3 import CanTransport, Jr3, Jr3Sample, Jr3Settings
 from palpate.drivers.jr3.phases import Jr3Phase
 
 MS = 1_000_000
@@ -67,9 +67,8 @@ class Bench:
         self.now_ns = 1_000 * MS
         self.counter = 0
 
-    @property
-    def pace(self) -> Pace:
-        return Pace(lambda: self.now_ns, self.sleep)
+    def clock_ns(self) -> int:
+        return self.now_ns
 
     def sleep(self, seconds: float) -> None:
         self.now_ns += round(seconds * 1e9)

@@ -32,7 +32,7 @@ GAINS = {
 }
 NOW = TrajectoryControl.SERVO | TrajectoryControl.START_NOW
 VECTORS = [
-    ("set address 1", 0, commands.set_addr(1, 0xFF), "aa002101ff21"),
+    ("set address 1", 0, commands.set_addr(1), "aa002101ff21"),
     ("read identity", 1, commands.read_stat(StatusItem.IDENTITY), "aa01132034"),
     ("define status", 1, commands.def_stat(StatusItem(0x1F)), "aa01121f32"),
     ("no operation", 1, commands.NOP, "aa010e0f"),
@@ -41,7 +41,7 @@ VECTORS = [
     ("gains", 1, commands.set_gain(**GAINS), "aa01e6c800b00496000f004b00a00f050007"),
     ("motor off", 1, commands.stop_motor(StopControl.MOTOR_OFF), "aa0117021a"),
     ("clear bits", 1, commands.CLEAR_BITS, "aa010b0c"),
-    ("reset position", 1, commands.reset_pos(), "aa010001"),
+    ("reset position", 1, commands.RESET_POS, "aa010001"),
     (
         "trapezoid",
         1,
@@ -83,10 +83,8 @@ def test_captured_reply():
 
 def test_other_commands_have_their_codes_and_sizes():
     made = {
-        commands.reset_pos(relative_to_home=True): (0, b"\x01"),
-        commands.set_addr(3, 0xFF, leader=True): (1, b"\x03\x7f"),
+        commands.set_addr(3): (1, b"\x03\xff"),
         commands.stop_motor(StopControl.AMP_ENABLE | StopControl.HERE, -1): (7, b"\x11\xff\xff\xff\xff"),
-        commands.load_traj(TrajectoryControl.START_NOW, pwm=9): (4, b"\x88\x09"),
         commands.set_gain(**GAINS, step_multiplier=2): (6, bytes.fromhex("c800b00496000f004b00a00f050002")),
     }
     for command, (code, data) in made.items():
@@ -98,8 +96,8 @@ def test_other_commands_have_their_codes_and_sizes():
     [
         lambda: NmcCommand(Code.NOP, bytes(16)),
         lambda: commands.NOP.frame(256),
-        lambda: commands.set_addr(0, 0xFF),
-        lambda: commands.set_addr(1, 0x7F),
+        lambda: commands.set_addr(0),
+        lambda: commands.set_addr(0x80),
         lambda: commands.load_traj(NOW, position_counts=1 << 31),
         lambda: commands.load_traj(NOW, velocity_word=-1),
         lambda: commands.stop_motor(StopControl.HERE),

@@ -86,8 +86,6 @@ def test_documented_divisors():
         {"slack_s": float("nan")},
         {"errors_in_a_row": 0},
         {"max_modules": 128},
-        {"group": 5},
-        {"leader": 99},
     ],
 )
 def test_settings_that_cannot_work(wrong):

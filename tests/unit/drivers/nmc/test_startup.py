@@ -34,20 +34,6 @@ def test_start_follows_the_documented_order():
     assert sum(wait >= 0.1 for wait in line.clock.slept_s) >= 2
 
 
-def test_reset_reaches_a_group_of_an_earlier_run():
-    line = Line([Module(address=1, group=0x90, baud=19_200)])
-    assert start(bus_on(line, group=0x90))
-    assert line.modules[0].group == 0x90
-
-
-def test_leader_answers_for_its_group():
-    line = Line()
-    bus = bus_on(line, leader=1)
-    start(bus)
-    assert (1, b"\x01\x7f") in line.modules[0].seen
-    assert all(module.baud == 115_200 for module in line.modules)
-
-
 @pytest.mark.parametrize("lost", range(1, 7))
 def test_lost_reply_in_the_chain_gives_no_two_modules_one_address(lost):
     line = Line()

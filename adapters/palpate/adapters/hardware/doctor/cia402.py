@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 from palpate.adapters.hardware.doctor.findings import Notebook
-from palpate.adapters.hardware.doctor.pace import IntervalSpread, at_rate, rate_Hz, spread_of
+from palpate.adapters.hardware.doctor.pace import at_rate, rate_Hz, spread_of
 from palpate.core.ports import CONTROL_RATE_HZ, Clock
 from palpate.drivers.cia402 import ArmStatistics, Cia402Arm, DrivesMeasured, DriveState, bits_per_cycle, outside
 
@@ -95,10 +95,8 @@ def _traffic(before: ArmStatistics, now: ArmStatistics, notes: Notebook) -> None
 
 def _budget(arm: Cia402Arm, begun: list[int], late_ns: list[int], notes: Notebook) -> None:
     settings, statistics, late = arm.settings, arm.statistics(), spread_of(late_ns)
-    times = (statistics.round_trip_min_s, statistics.round_trip_median_s, statistics.round_trip_p99_s,
-             statistics.round_trip_max_s)  # fmt: skip
-    trips = IntervalSpread(*(1e3 * time for time in times))
-    if late is None or trips.p99_ms <= 0.0:
+    trips = spread_of(statistics.round_trips_ns)
+    if late is None or trips is None:
         return
     wanted, got = float(settings.rate_Hz), rate_Hz(begun)
     drives = len(settings.joints)

@@ -11,9 +11,8 @@ from palpate.adapters.hardware.doctor.ports import WrenchReading, examine_wrench
 from palpate.adapters.hardware.jr3 import Jr3ForceSensor
 from palpate.core.errors import DeviceError
 from palpate.core.ports import CONTROL_RATE_HZ, Clock
-from palpate.drivers.ati import NetFt
-from palpate.drivers.jr3 import CAN_TIMING, UART_TIMING, Jr3, Jr3Statistics
-from palpate.drivers.ur import UrToolForce
+from palpate.drivers.force_sensor import PolledSensor
+from palpate.drivers.jr3 import CAN_TIMING, UART_TIMING, Jr3Statistics
 
 _POLL_NS: Final = 1_000_000
 _REMEDY: Final = (
@@ -60,7 +59,7 @@ def examine_jr3(sensor: Jr3ForceSensor, clock: Clock, seconds: float, notes: Not
     return examine_wrench(readings, notes, (*newtons, *metres), resolution)
 
 
-def listen(device: Jr3 | NetFt | UrToolForce, clock: Clock, seconds: float) -> tuple[list[WrenchReading], list[int]]:
+def listen(device: PolledSensor, clock: Clock, seconds: float) -> tuple[list[WrenchReading], list[int]]:
     """Readings, and the times at which something arrived."""
     readings: list[WrenchReading] = []
     arrivals: list[int] = []
@@ -82,9 +81,9 @@ def listen(device: Jr3 | NetFt | UrToolForce, clock: Clock, seconds: float) -> t
 
 def _counters(now: Jr3Statistics, notes: Notebook) -> None:
     wire = now.wire
-    if now.round_trip_min_ms is not None and now.round_trip_max_ms is not None:
-        told = f"{now.round_trip_min_ms:.1f} / {now.round_trip_median_ms:.1f} / {now.round_trip_max_ms:.1f} ms"
-        notes.fact("round trip", f"{told} (min / median / max) from request to answer", now.round_trip_median_ms)
+    if (trips := spread_of(now.round_trips_ns)) is not None:
+        told = f"{trips.min_ms:.1f} / {trips.median_ms:.1f} / {trips.max_ms:.1f} ms"
+        notes.fact("round trip", f"{told} (min / median / max) from request to answer", trips.median_ms)
     told = f"{now.samples}, {now.missed} missed in {now.gaps} gaps, {now.duplicates} duplicates, {now.doubted} doubted"
     notes.fact("readings", told, now.samples)
     told = (

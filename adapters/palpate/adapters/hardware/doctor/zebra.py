@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 from palpate.adapters.hardware.doctor.findings import Notebook
-from palpate.adapters.hardware.doctor.pace import IntervalSpread, at_rate, rate_Hz, spread_of
+from palpate.adapters.hardware.doctor.pace import at_rate, rate_Hz, spread_of
 from palpate.core.ports import CONTROL_RATE_HZ, Clock
 from palpate.drivers.nmc import Aux, BusStatistics, NmcStatus, Reply
 from palpate.drivers.zebra_zero import Fault, FaultKind, ZebraMeasured, ZebraZero, fault_in
@@ -52,9 +52,7 @@ def examine_zebra(arm: ZebraZero, clock: Clock, seconds: float, notes: Notebook)
 def _line(before: BusStatistics, arm: ZebraZero, notes: Notebook) -> None:
     now = arm.report.statistics
     exchanges = now.exchanges - before.exchanges
-    trips = now.round_trips
-    if trips is not None:
-        spread = IntervalSpread(*(1e3 * t for t in (trips.min_s, trips.median_s, trips.p99_s, trips.max_s)))
+    if (spread := spread_of(now.round_trips_ns)) is not None:
         notes.fact("round trip", f"{spread}, one axis", spread.median_ms)
     lost = {why: count - before.discarded.get(why, 0) for why, count in now.discarded.items()}
     told = ", ".join(f"{count} {why.value}" for why, count in lost.items() if count) or "none lost"
