@@ -14,7 +14,7 @@ from palpate.adapters.hardware.ur import make_ur_rtde, make_ur_tool_force
 from palpate.core.errors import DeviceError
 from palpate.core.ports import JointCommand, Life
 from palpate.drivers.errors import DriverError
-from palpate.drivers.ur import ProcessLink
+from palpate.drivers.ur import UrLink
 from palpate.simulation.emulators.ur import ControllerConfig, UrController, UrServer
 from tests.command_line import CommandLine
 from tests.virtual_ur import HOME
@@ -125,7 +125,7 @@ def test_wire_trouble_ends_in_a_named_fault_with_the_arm_at_rest_within_two_seco
 @pytest.mark.usefixtures("real_time")
 def test_without_set_points_the_client_stops_the_arm_and_without_the_client_the_controller(way: str) -> None:
     with served() as server:
-        link = ProcessLink(server.host, 500.0, deadman_s=0.1 if way == "the loop hangs" else 60.0)
+        link = UrLink(server.host, 500.0, deadman_s=0.1 if way == "the loop hangs" else 60.0)
         link.open(5.0)
         link.call("control", 5.0, 10.0)
         link.servo((*HOME[:5], 3.0), 0.007, 0.03, 1000.0)

@@ -12,7 +12,7 @@ from palpate.adapters.config import SensorFactsTable, overlay
 from palpate.adapters.hardware.plugins import DeviceSettings, RigContext
 from palpate.adapters.hardware.polled_sensor import PolledForceSensor
 from palpate.core.ports import Clock, Range, Settings
-from palpate.drivers.ati import PAGE, RDT_PORT, NetFt, NetFtBox, RdtWire, UdpWire, fetch_page, parse_box
+from palpate.drivers.ati import PAGE, RDT_PORT, NetFt, NetFtBox, UdpWire, fetch_page, parse_box
 
 _NAME: Final = "ATI Net F/T"
 _PAGE_S: Final = 3.0
@@ -23,7 +23,7 @@ _PAGE_S: Final = 3.0
 class OpenBox:
     """A way to the box, open."""
 
-    wire: RdtWire
+    wire: UdpWire
     box: NetFtBox
     close: Callable[[], None]
 

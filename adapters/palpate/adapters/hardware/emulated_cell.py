@@ -145,7 +145,7 @@ class EmulatedCell:
         self._hold: Callable[[], AbstractContextManager[Any]] = nullcontext
         self._servers = ExitStack()
         self._entries: dict[str, dict[str, Any]] = {}
-        self._serve: list[Callable[[], None]] = []
+        self._served: list[tuple[AbstractContextManager[Any], str, Callable[[], dict[str, Any]]]] = []
         self._prepare_arm(start)
         self._prepare_sensor()
         self.insertions = 0
@@ -153,8 +153,9 @@ class EmulatedCell:
 
     def __enter__(self) -> Self:
         with self._servers as opened:
-            for begin in self._serve:
-                begin()
+            for server, table, entries in self._served:
+                opened.enter_context(server)
+                self._entries[table] = entries()
             self._servers = opened.pop_all()
         return self
 
@@ -225,6 +226,10 @@ class EmulatedCell:
     def _wrench_source(self, now_ns: int) -> tuple[float, ...]:
         return self._wrench
 
+    def _serve(self, server: AbstractContextManager[Any], table: str, entries: Callable[[], dict[str, Any]]) -> None:
+        """Have a server started on entry; only then is known what the rig file has to say of it."""
+        self._served.append((server, table, entries))
+
     def _prepare_arm(self, start: JointVector) -> None:
         emulation = self.emulation
         if emulation.arm == "zebra-nmc":
@@ -233,17 +238,12 @@ class EmulatedCell:
             timing = LineSpeed(usb_latency_s=emulation.usb_latency_ms * 1e-3)
             server = PtyServer(NmcChain(plant), timing)
             self._motors, self._hold = plant, server.exclusive
-
-            def serve() -> None:
-                self._servers.enter_context(server)
-                # Emulated modules wake at once: the wait is for the reset to get through line and adapter.
-                self._entries["arm"] = {
-                    "adapter": "zebra-nmc", "port": server.path, "baud": emulation.baud,
-                    "adapter_latency_ms": emulation.usb_latency_ms, "divider": emulation.divider, "at_home": True,
-                    "counts_file": self._counts_file, "reset_wait_ms": 20.0 + 2.0 * emulation.usb_latency_ms,
-                }  # fmt: skip
-
-            self._serve.append(serve)
+            # Emulated modules wake at once: the wait is for the reset to get through line and adapter.
+            self._serve(server, "arm", lambda: {
+                "adapter": "zebra-nmc", "port": server.path, "baud": emulation.baud,
+                "adapter_latency_ms": emulation.usb_latency_ms, "divider": emulation.divider, "at_home": True,
+                "counts_file": self._counts_file, "reset_wait_ms": 20.0 + 2.0 * emulation.usb_latency_ms,
+            })  # fmt: skip
             return
         if emulation.arm == "ur5-rtde":
             self._prepare_ur(start)
@@ -255,33 +255,25 @@ class EmulatedCell:
         bus = SlcanServer(
             EmulatedCanBus(drives, generator=np.random.default_rng(1)), generator=np.random.default_rng(2)
         )
-
-        def serve_can() -> None:
-            self._servers.enter_context(bus)
-            self._entries["arm"] = {
-                "adapter": "cia402", "interface": "slcan", "channel": bus.channel, "divider": emulation.divider,
-                "nodes": [drive + 1 for drive in range(len(start))], "counts_per_rad": list(scale),
-            }  # fmt: skip
-
-        self._serve.append(serve_can)
+        self._serve(bus, "arm", lambda: {
+            "adapter": "cia402", "interface": "slcan", "channel": bus.channel, "divider": emulation.divider,
+            "nodes": [drive + 1 for drive in range(len(start))], "counts_per_rad": list(scale),
+        })  # fmt: skip
 
     def _prepare_ur(self, start: JointVector) -> None:
         controller = UrController(start, ToolForce(self._wrench_source), _UR)
         server = self.ur = UrServer(controller)
         self._motors, self._hold = controller, server.exclusive
-
-        def serve_ur() -> None:
-            self._servers.enter_context(server)
-            self._entries["arm"] = {
-                "adapter": "ur-rtde", "host": server.host, "payload_kg": _UR.payload_kg,
-                "payload_cog_m": list(_UR.payload_cog_m), "tcp_offset": list(_UR.tcp_offset), "guard_N": 45.0,
-            }  # fmt: skip
-            if self.emulation.force == "ur-rtde":
-                noise_N, noise_Nm = (precision / 2.0 for precision in DATA_SHEET.precision)
-                facts = {"noise_N": noise_N, "noise_Nm": noise_Nm}
-                self._entries["force_sensor"] = {"adapter": "ur-rtde", "host": server.host, "facts": facts}
-
-        self._serve.append(serve_ur)
+        self._serve(server, "arm", lambda: {
+            "adapter": "ur-rtde", "host": server.host, "payload_kg": _UR.payload_kg,
+            "payload_cog_m": list(_UR.payload_cog_m), "tcp_offset": list(_UR.tcp_offset), "guard_N": 45.0,
+        })  # fmt: skip
+        if self.emulation.force == "ur-rtde":
+            noise_N, noise_Nm = (precision / 2.0 for precision in DATA_SHEET.precision)
+            facts = {"noise_N": noise_N, "noise_Nm": noise_Nm}
+            self._serve(
+                nullcontext(), "force_sensor", lambda: {"adapter": "ur-rtde", "host": server.host, "facts": facts}
+            )
 
     def _prepare_sensor(self) -> None:
         if self.emulation.force == "ur-rtde":
@@ -290,37 +282,24 @@ class EmulatedCell:
         if self.emulation.force == "jr3-can":
             node = Jr3CanNode(_JR3_NODE, self._wrench_source, replace(Jr3Config()), generator=rng(3))
             bus = SlcanServer(EmulatedCanBus([node], generator=rng(4)), generator=rng(5))
-
-            def serve_can() -> None:
-                self._servers.enter_context(bus)
-                self._entries["force_sensor"] = {
-                    "adapter": "jr3-can", "interface": "slcan", "channel": bus.channel, "node": _JR3_NODE,
-                    "facts": self._facts(),
-                }  # fmt: skip
-
-            self._serve.append(serve_can)
+            self._serve(bus, "force_sensor", lambda: {
+                "adapter": "jr3-can", "interface": "slcan", "channel": bus.channel, "node": _JR3_NODE,
+                "facts": self._facts(),
+            })  # fmt: skip
             return
         if self.emulation.force == "ati-netft":
             box = NetFtServer(EmulatedBox(self._wrench_source))
-
-            def serve_box() -> None:
-                self._servers.enter_context(box)
-                # Its records are not filtered: the cell's noise is theirs.
-                self._entries["force_sensor"] = {
-                    "adapter": "ati-netft", "host": box.host, "port": box.port, "http_port": box.http_port,
-                    "facts": self._facts(1.0),
-                }  # fmt: skip
-
-            self._serve.append(serve_box)
+            # Its records are not filtered: the cell's noise is theirs.
+            self._serve(box, "force_sensor", lambda: {
+                "adapter": "ati-netft", "host": box.host, "port": box.port, "http_port": box.http_port,
+                "facts": self._facts(1.0),
+            })  # fmt: skip
             return
         timing = LineSpeed(usb_latency_s=self.emulation.usb_latency_ms * 1e-3)
         server = PtyServer(Jr3UartNode(self._wrench_source, UART_CONFIG, generator=rng(3)), timing)
-
-        def serve_uart() -> None:
-            self._servers.enter_context(server)
-            self._entries["force_sensor"] = {"adapter": "jr3-uart", "port": server.path, "facts": self._facts()}
-
-        self._serve.append(serve_uart)
+        self._serve(
+            server, "force_sensor", lambda: {"adapter": "jr3-uart", "port": server.path, "facts": self._facts()}
+        )
 
     def _facts(self, share: float = _BEHIND_FILTER) -> dict[str, float]:
         """What the emulated sensor does not report: the noise that the simulated cell gives it, behind its filter."""

@@ -16,7 +16,7 @@ from palpate.adapters.hardware.plugins import ArmAdapter, DeviceSettings, RigCon
 from palpate.adapters.hardware.polled_sensor import PolledForceSensor
 from palpate.core.errors import ConfigurationError
 from palpate.core.ports import CONTROL_RATE_HZ, Clock, Holds, OneOf, Range, Settings
-from palpate.drivers.ur import RANGE_N, RANGE_NM, ProcessLink, UrArm, UrLink, UrSettings, UrToolForce
+from palpate.drivers.ur import RANGE_N, RANGE_NM, UrArm, UrLink, UrSettings, UrToolForce
 
 _NAME: Final = "Universal Robots arm"
 _TOOL: Final = "Universal Robots tool force"
@@ -76,7 +76,7 @@ def make_ur_rtde(settings: DeviceSettings, context: RigContext) -> ArmAdapter:
     """An arm of Universal Robots over RTDE, by the client ur_rtde."""
     table = overlay(UrTable(), settings)
     deadman_s = _DEADMAN_S * table.patience
-    return ur_arm(table, context, lambda: ProcessLink(table.host, table.rate_Hz, deadman_s, context.hurry))
+    return ur_arm(table, context, lambda: UrLink(table.host, table.rate_Hz, deadman_s, context.hurry))
 
 
 def ur_arm(table: UrTable, context: RigContext, link: Callable[[], UrLink]) -> ArmAdapter:
@@ -146,6 +146,6 @@ def make_ur_tool_force(settings: DeviceSettings, context: RigContext) -> UrToolF
     """The tool force of an e-Series arm."""
     table = overlay(UrToolTable(), settings)
     return UrToolForceSensor(
-        lambda: ProcessLink(table.host, table.rate_Hz, _OPEN_S, context.hurry), context.clock,
+        lambda: UrLink(table.host, table.rate_Hz, _OPEN_S, context.hurry), context.clock,
         rate_Hz=table.rate_Hz, max_age_ns=round(table.max_age_ms * 1e6), start_timeout_s=table.start_timeout_s,
     )  # fmt: skip

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from abc import abstractmethod
 from dataclasses import dataclass
-from typing import Final, Protocol
+from typing import Final
 
 from typing_extensions import override
 
 from palpate.drivers.ati.box import NetFtBox
 from palpate.drivers.ati.rdt import SATURATED, RdtCommand, RdtRecord, decode_records, encode_request, faults_in
+from palpate.drivers.ati.wire import UdpWire
 from palpate.drivers.errors import DeviceFaultError, DriverError, SilentError
 from palpate.drivers.force_sensor import ForceSample, PolledSensor
 
@@ -20,26 +20,6 @@ _STALL_NS: Final = 100_000_000
 _WINDOW: Final = 1024
 """So many records back a late one is told from one that was there already."""
 _WRAP: Final = 1 << 32
-
-
-class RdtWire(Protocol):
-    """A way to the box."""
-
-    @abstractmethod
-    def send(self, datagram: bytes) -> None:
-        """Send a request.
-
-        Raises:
-            DriverError: There is no way to the box.
-        """
-
-    @abstractmethod
-    def receive(self) -> list[bytes]:
-        """The datagrams that have arrived, in the order in which they did.
-
-        Raises:
-            DriverError: There is no way to the box.
-        """
 
 
 @dataclass(slots=True)
@@ -62,7 +42,7 @@ class RdtStatistics:
 class NetFt(PolledSensor):
     """A box that streams."""
 
-    def __init__(self, wire: RdtWire, box: NetFtBox) -> None:
+    def __init__(self, wire: UdpWire, box: NetFtBox) -> None:
         super().__init__()
         self.box = box
         self.statistics = RdtStatistics()

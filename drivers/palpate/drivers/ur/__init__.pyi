@@ -1,6 +1,5 @@
 from .arm import UrArm as UrArm
 from .judgement import UrSettings as UrSettings
-from .link import ProcessLink as ProcessLink
 from .link import UrHello as UrHello
 from .link import UrLink as UrLink
 from .link import UrState as UrState

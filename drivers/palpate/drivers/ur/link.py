@@ -10,12 +10,11 @@ import sys
 import tempfile
 import threading
 import time
-from abc import abstractmethod
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from importlib.util import find_spec
-from typing import Any, Final, Protocol
+from typing import Any, Final
 
 from palpate.drivers.errors import DriverError, LateError, SettingError, SilentError, WiringError
 from palpate.drivers.ur.process_main import STATE
@@ -63,54 +62,8 @@ class UrState:
     payload_cog_m: tuple[float, ...]
 
 
-class UrLink(Protocol):
-    """A way to the controller."""
-
-    host: str
-
-    @abstractmethod
-    def stamp_ns(self) -> int:
-        """Now, on the clock that states are stamped with."""
-
-    @abstractmethod
-    def open(self, timeout_s: float) -> UrHello:
-        """Reach the controller; whatever was open before is given up.
-
-        Raises:
-            DriverError: Nobody is there, or it does not answer in time.
-        """
-
-    @abstractmethod
-    def call(self, request: str, timeout_s: float, *args: float) -> Any:
-        """Ask for something and wait for the answer.
-
-        Raises:
-            DriverError: It was refused, or not answered in time; then the link is closed.
-        """
-
-    @abstractmethod
-    def servo(self, q_rad: tuple[float, ...], step_s: float, lookahead_s: float, gain: float) -> None:
-        """Send a set-point; waits for nothing.
-
-        Raises:
-            DriverError: There is no way to the controller any more.
-        """
-
-    @abstractmethod
-    def state(self) -> UrState | None:
-        """The newest state; None before the first.
-
-        Raises:
-            DriverError: There is no way to the controller any more.
-        """
-
-    @abstractmethod
-    def close(self) -> None:
-        """Give everything up; twice too, never raising."""
-
-
-class ProcessLink(UrLink):
-    """ur_rtde in a process of its own.
+class UrLink:
+    """A way to the controller: ur_rtde in a process of its own.
 
     Args:
         deadman_s: Longest time between set-points while the arm is led; then that process stops it.
@@ -127,11 +80,15 @@ class ProcessLink(UrLink):
         self._lost = ""
 
     def stamp_ns(self) -> int:
-        """The system's monotonic clock, which both processes have."""
+        """Now, on the clock that states are stamped with: the system's monotonic one, which both processes have."""
         return time.monotonic_ns()
 
     def open(self, timeout_s: float) -> UrHello:
-        """See :class:`UrLink`."""
+        """Reach the controller; whatever was open before is given up.
+
+        Raises:
+            DriverError: Nobody is there, or it does not answer in time.
+        """
         if find_spec("rtde_control") is None:
             raise SettingError(NAME, "the package ur_rtde is not installed", EXTRA)
         self.close()
@@ -149,7 +106,11 @@ class ProcessLink(UrLink):
         return hello
 
     def call(self, request: str, timeout_s: float, *args: float) -> Any:
-        """See :class:`UrLink`."""
+        """Ask for something and wait for the answer.
+
+        Raises:
+            DriverError: It was refused, or not answered in time; then the link is closed.
+        """
         self._asked += 1
         number, deadline_ns = self._asked, time.monotonic_ns() + round(timeout_s * 1e9)
         self._send({"op": request, "id": number, "args": args})
@@ -167,12 +128,20 @@ class ProcessLink(UrLink):
         return answer["value"]
 
     def servo(self, q_rad: tuple[float, ...], step_s: float, lookahead_s: float, gain: float) -> None:
-        """See :class:`UrLink`."""
+        """Send a set-point; waits for nothing.
+
+        Raises:
+            DriverError: There is no way to the controller any more.
+        """
         # ur_rtde asks for a speed and an acceleration that servoj does not use.
         self._send({"op": "servo", "args": [list(q_rad), 0.5, 0.5, step_s, lookahead_s, gain]})
 
     def state(self) -> UrState | None:
-        """See :class:`UrLink`."""
+        """The newest state; None before the first.
+
+        Raises:
+            DriverError: There is no way to the controller any more.
+        """
         self._take()
         if not self._state:
             return None
@@ -181,7 +150,7 @@ class ProcessLink(UrLink):
         return UrState(**fields)
 
     def close(self) -> None:
-        """End the process: it is told first, so that it ends the program on the controller."""
+        """End the process: it is told first, so that it ends the program on the controller. Never raises."""
         process, line, told = self._process, self._line, self._told
         self._process = self._line = self._told = None
         self._answers = {}

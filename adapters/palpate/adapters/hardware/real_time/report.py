@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from typing import Any
 
 from palpate.adapters.hardware.real_time.stopwatch import COLUMNS, LATE, NAMES, Stopwatch
@@ -29,13 +30,7 @@ def table(stopwatch: Stopwatch) -> str:
 
 def plain(stopwatch: Stopwatch) -> dict[str, Any]:
     """The same as values that JSON can hold, times in ns."""
-    sections: dict[str, Any] = {}
-    for column in range(COLUMNS):
-        s = stopwatch.spread(column)
-        sections[NAMES[column]] = {
-            "count": s.count, "mean_ns": s.mean_ns, "median_ns": s.median_ns,
-            "p99_ns": s.p99_ns, "p999_ns": s.p999_ns, "max_ns": s.max_ns,
-        }  # fmt: skip
+    sections = {NAMES[column]: asdict(stopwatch.spread(column)) for column in range(COLUMNS)}
     return {
         "ticks": stopwatch.ticks,
         "skipped_slots": stopwatch.skipped_slots,

@@ -13,7 +13,6 @@ from palpate.simulation.emulators.motors.gears import AXES, HOME_RAD, ArmGears
 
 _S_PER_NS: Final = 1e-9
 _Six: TypeAlias = Annotated[tuple[float, ...], Holds(lambda values: len(values) == AXES, f"{AXES} numbers")]
-_HOME_COUNTS: Final = (0.0,) * AXES
 
 
 class Plant(Protocol):
@@ -67,17 +66,33 @@ class _Backlash:
         return self._joints_rad
 
 
-class IdealPlant(Plant):
+class _SixMotors(Plant):
+    """Motors behind the gears of the arm: what is the same whatever moves it."""
+
+    def __init__(self, joints_rad: JointVector, model: MotorModel | None) -> None:
+        self._gears, self._model = ArmGears(), model or MotorModel()
+        self._backlash = _Backlash(self._model.wrist_backlash_rad, joints_rad)
+        self._set_points: list[float | None] = [None] * AXES
+        self._duty = [0.0] * AXES
+        self._motors = list(self._gears.counts(joints_rad))
+        self._now_ns: int | None = None
+
+    @override
+    def motor_counts(self, axis: int) -> int:
+        return round(self._motors[axis])
+
+    def _elapsed_s(self, now_ns: int) -> float:
+        elapsed_s = 0.0 if self._now_ns is None else (now_ns - self._now_ns) * _S_PER_NS
+        self._now_ns = now_ns
+        return elapsed_s
+
+
+class IdealPlant(_SixMotors):
     """Six motors that follow their servos, with optional lag, load and backlash. Deterministic."""
 
     def __init__(self, model: MotorModel | None = None) -> None:
-        self._gears, self._model = ArmGears(), model or MotorModel()
-        self._set_points: list[float | None] = [None] * AXES
-        self._duty = [0.0] * AXES
-        self._motors = list(_HOME_COUNTS)
+        super().__init__(HOME_RAD, model)
         self._jammed = [False] * AXES
-        self._backlash = _Backlash(self._model.wrist_backlash_rad, HOME_RAD)
-        self._now_ns: int | None = None
 
     @override
     def set_motor_counts(self, axis: int, counts: float) -> None:
@@ -90,14 +105,8 @@ class IdealPlant(Plant):
         self._set_points[axis], self._duty[axis] = None, duty
 
     @override
-    def motor_counts(self, axis: int) -> int:
-        return round(self._motors[axis])
-
-    @override
     def advance(self, now_ns: int) -> None:
-        elapsed_s = 0.0 if self._now_ns is None else (now_ns - self._now_ns) * _S_PER_NS
-        self._now_ns = now_ns
-        lag_s = self._model.lag_s
+        elapsed_s, lag_s = self._elapsed_s(now_ns), self._model.lag_s
         share = 1.0 - exp(-elapsed_s / lag_s) if lag_s else 0.0
         for axis in range(AXES):
             if self._jammed[axis]:
@@ -121,7 +130,7 @@ class IdealPlant(Plant):
         return self._backlash.follow(self._gears.joints_rad(tuple(self._motors)))
 
 
-class JointPlant(Plant):
+class JointPlant(_SixMotors):
     """Motors that drive an arm simulated elsewhere, for instance in MuJoCo.
 
     Each control tick of that simulation: command its joint servos with `targets_rad()`, step it, and hand its exact
@@ -135,17 +144,12 @@ class JointPlant(Plant):
     """
 
     def __init__(self, joints_rad: JointVector = HOME_RAD, model: MotorModel | None = None) -> None:
-        self._gears, self._model = ArmGears(), model or MotorModel()
+        super().__init__(joints_rad, model)
         if self._model.lag_s or any(self._model.load_counts):
             raise ValueError("lag_s and load_counts belong to the simulation behind a JointPlant")
-        self._backlash = _Backlash(self._model.wrist_backlash_rad, joints_rad)
-        self._set_points: list[float | None] = [None] * AXES
-        self._duty = [0.0] * AXES
         # Where the motors stand in their backlash, relative to the joints.
         self._play_rad: JointVector = (0.0,) * AXES
-        self._driven = list(self._gears.counts(joints_rad))
-        self._motors = list(self._driven)
-        self._now_ns: int | None = None
+        self._driven = list(self._motors)
 
     @override
     def set_motor_counts(self, axis: int, counts: float) -> None:
@@ -158,13 +162,8 @@ class JointPlant(Plant):
         self._set_points[axis], self._duty[axis] = None, duty
 
     @override
-    def motor_counts(self, axis: int) -> int:
-        return round(self._motors[axis])
-
-    @override
     def advance(self, now_ns: int) -> None:
-        elapsed_s = 0.0 if self._now_ns is None else (now_ns - self._now_ns) * _S_PER_NS
-        self._now_ns = now_ns
+        elapsed_s = self._elapsed_s(now_ns)
         for axis, duty in enumerate(self._duty):
             if duty:
                 self._driven[axis] += duty * self._model.free_speed_counts_per_s[axis] * elapsed_s

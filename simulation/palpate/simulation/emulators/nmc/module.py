@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import struct
+from collections.abc import Callable
+from dataclasses import replace
 from typing import Final
 
 from palpate.simulation.emulators.motors import Plant
@@ -18,13 +20,18 @@ from palpate.simulation.emulators.nmc.frames import (
     baud_of_divisor,
     sealed,
 )
-from palpate.simulation.emulators.nmc.servo import PicServo, Trajectory
+from palpate.simulation.emulators.nmc.servo import PicServo
 from palpate.simulation.emulators.nmc.settings import WATCHDOG_UNIT_NS, GainParameters, ModuleSettings, WatchdogAction
 
 _SERVO_TYPE: Final = 0
 _GROUP_BIT: Final = 0x80
 _INT16: Final = (-(1 << 15), (1 << 15) - 1)
-_TRAJECTORY_FIELDS: Final = ((Load.POSITION, 4), (Load.VELOCITY, 4), (Load.ACCELERATION, 4), (Load.PWM, 1))
+_TRAJECTORY_FIELDS: Final = (
+    (Load.POSITION, "i", "position_counts"),
+    (Load.VELOCITY, "I", "velocity"),
+    (Load.ACCELERATION, "I", "acceleration"),
+    (Load.PWM, "B", "pwm"),
+)
 _REL_HOME: Final = 0x01
 _SET_POSITION: Final = 0x02
 
@@ -139,22 +146,12 @@ class NmcModule:
 
     def _load(self, data: bytes) -> bool:
         control = Load(data[0])
-        if len(data) != 1 + sum(size for field, size in _TRAJECTORY_FIELDS if control & field):
+        names = [name for field, _, name in _TRAJECTORY_FIELDS if control & field]
+        layout = "<" + "".join(code for field, code, _ in _TRAJECTORY_FIELDS if control & field)
+        if len(data) != 1 + struct.calcsize(layout):
             return False
-        old, at = self.servo.buffer, 1
-        position, velocity, acceleration, pwm = old.position_counts, old.velocity, old.acceleration, old.pwm
-        if control & Load.POSITION:
-            (position,) = struct.unpack_from("<i", data, at)
-            at += 4
-        if control & Load.VELOCITY:
-            (velocity,) = struct.unpack_from("<I", data, at)
-            at += 4
-        if control & Load.ACCELERATION:
-            (acceleration,) = struct.unpack_from("<I", data, at)
-            at += 4
-        if control & Load.PWM:
-            pwm = data[at]
-        self.servo.buffer = Trajectory(control, position, velocity, acceleration, pwm)
+        values = struct.unpack(layout, data[1:])
+        self.servo.buffer = replace(self.servo.buffer, control=control, **dict(zip(names, values, strict=True)))
         if control & Load.NOW:
             self.servo.start()
         return True
@@ -162,24 +159,18 @@ class NmcModule:
     def _reply(self, mask: ItemBits, *, intact: bool) -> bytes:
         """Status byte, items in the order of the mask's bits, checksum (FACT, libnmc)."""
         servo = self.servo
-        parts = [bytes([self._status(intact=intact)])]
-        if mask & ItemBits.POSITION:
-            parts.append(struct.pack("<i", servo.measured_counts))
-        if mask & ItemBits.ANALOG:
-            parts.append(bytes([self._settings.analog]))
-        if mask & ItemBits.VELOCITY:
-            parts.append(_int16(servo.velocity_counts))
-        if mask & ItemBits.AUXILIARY:
-            parts.append(bytes([self._auxiliary()]))
-        if mask & ItemBits.HOME:
-            parts.append(struct.pack("<i", servo.home_counts))
-        if mask & ItemBits.IDENTITY:
-            parts.append(bytes([_SERVO_TYPE, self._settings.version]))
-        if mask & ItemBits.POSITION_ERROR:
-            parts.append(_int16(servo.error_counts))
-        if mask & ItemBits.PATH_POINTS:
-            parts.append(bytes(1))
-        return sealed(b"".join(parts))
+        items: dict[ItemBits, Callable[[], bytes]] = {
+            ItemBits.POSITION: lambda: struct.pack("<i", servo.measured_counts),
+            ItemBits.ANALOG: lambda: bytes([self._settings.analog]),
+            ItemBits.VELOCITY: lambda: _int16(servo.velocity_counts),
+            ItemBits.AUXILIARY: lambda: bytes([self._auxiliary()]),
+            ItemBits.HOME: lambda: struct.pack("<i", servo.home_counts),
+            ItemBits.IDENTITY: lambda: bytes([_SERVO_TYPE, self._settings.version]),
+            ItemBits.POSITION_ERROR: lambda: _int16(servo.error_counts),
+            ItemBits.PATH_POINTS: lambda: bytes(1),
+        }
+        told = b"".join(data() for item, data in items.items() if mask & item)
+        return sealed(bytes([self._status(intact=intact)]) + told)
 
     def _status(self, *, intact: bool) -> int:
         servo = self.servo
